@@ -1,0 +1,1 @@
+"""Which way gravestones fall in an earthquake, and how sure one can be."""

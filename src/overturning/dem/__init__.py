@@ -1,0 +1,1 @@
+"""The distinct element method: scene, contact law, time step, kernels."""

@@ -1,0 +1,1 @@
+"""Figures, from xarray to Matplotlib axes."""

@@ -1,0 +1,1 @@
+"""Rotation, intensity measures, spectra and pulses."""

@@ -1,0 +1,71 @@
+"""Ground motion as the simulation takes it: three accelerations and a sampling interval, nothing else."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from overturning.errors import ArgumentError
+from overturning.motion.direction import along
+from overturning.records.record import Record
+
+
+def _component(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    samples = np.array(values, dtype=np.float64)
+    if samples.ndim != 1 or samples.size < 2:
+        raise ArgumentError(f"{name}: shape {samples.shape}; a component is one row of at least 2 samples")
+    if not np.isfinite(samples).all():
+        raise ArgumentError(f"{name}: sample {int(np.flatnonzero(~np.isfinite(samples))[0])} is not finite")
+    samples.flags.writeable = False
+    return samples
+
+
+class Motion:
+    """Ground acceleration at a point.
+
+    Parameters
+    ----------
+    north, east : array_like, shape (n,)
+        Acceleration towards north and east, m/s².
+    up : array_like, shape (n,), optional
+        Upward acceleration, m/s².
+    sampling_interval : float
+        Time between samples, s.
+
+    Raises
+    ------
+    ArgumentError
+        If a component is empty or not finite, lengths differ, or the sampling interval is not positive.
+    """
+
+    def __init__(
+        self, north: ArrayLike, east: ArrayLike, up: ArrayLike | None = None, *, sampling_interval: float
+    ) -> None:
+        self.north = _component("north", north)
+        self.east = _component("east", east)
+        self.up = None if up is None else _component("up", up)
+        for name, samples in (("east", self.east), ("up", self.up)):
+            if samples is not None and samples.size != self.north.size:
+                raise ArgumentError(
+                    f"{name}: {samples.size} samples, north has {self.north.size}; components must be equally long"
+                )
+        if not (np.isfinite(sampling_interval) and sampling_interval > 0):
+            raise ArgumentError(f"sampling_interval: {sampling_interval}; it must be a positive number of seconds")
+        self.sampling_interval = float(sampling_interval)
+
+    @classmethod
+    def of(cls, record: Record) -> "Motion":
+        """The motion of a record."""
+        return cls(record.north, record.east, record.up, sampling_interval=record.sampling_interval)
+
+    @property
+    def samples(self) -> int:
+        """Number of samples n."""
+        return int(self.north.size)
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last sample, s."""
+        return (self.samples - 1) * self.sampling_interval
+
+    def along(self, azimuth_deg: float) -> NDArray[np.float64]:
+        """Horizontal acceleration towards an azimuth, m/s², shape (n,)."""
+        return along(self.north, self.east, azimuth_deg)

@@ -1,0 +1,1 @@
+"""Strong-motion records: formats in, one Record out."""

@@ -1,0 +1,93 @@
+"""The one form in which every ground-motion record enters the project."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.errors import RecordError
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Record:
+    """A strong-motion record turned to north, east and up.
+
+    Attributes
+    ----------
+    record_id : str
+        Name of the record in the record table.
+    north, east : ndarray, shape (n,)
+        Ground acceleration towards true north and east, m/s².
+    up : ndarray, shape (n,), or None
+        Upward ground acceleration, m/s²; None where the record has none.
+    sampling_interval : float
+        Time between samples, s.
+    start : str or None
+        Time of the first sample, ISO 8601 in UTC, where the file states it.
+    station, event : str
+        Names as the record table or the file gives them.
+    source : str
+        Where the data came from, without a path of this machine.
+    sha256 : str
+        SHA-256 of the file (or of the samples, where a file holds many records).
+    licence : str
+        Terms under which the data may be used.
+    fault_strike_deg : float or None
+        Strike of the fault, degrees clockwise from north; the fault normal is strike + 90°.
+    component_azimuths_deg : tuple of float
+        Azimuths of the two recorded horizontal components as the file states them, after corrections, degrees.
+    latitude, longitude : float or None
+        Of the station, degrees.
+    processing : tuple of dict
+        The steps applied, in order, with parameters and effect.
+    extra : dict
+        What else the file states and a report may want to show (magnitude, epicentre, header peaks).
+    """
+
+    record_id: str
+    north: FloatArray
+    east: FloatArray
+    up: FloatArray | None
+    sampling_interval: float
+    start: str | None = None
+    station: str = ""
+    event: str = ""
+    source: str = ""
+    sha256: str = ""
+    licence: str = ""
+    fault_strike_deg: float | None = None
+    component_azimuths_deg: tuple[float, ...] = ()
+    latitude: float | None = None
+    longitude: float | None = None
+    processing: tuple[dict[str, Any], ...] = ()
+    extra: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        components = {"north": self.north, "east": self.east} | ({} if self.up is None else {"up": self.up})
+        for name, samples in components.items():
+            if samples.ndim != 1 or samples.dtype != np.float64:
+                raise TypeError(f"{name} must be a one-dimensional float64 array")
+            if samples.size != self.north.size:
+                raise RecordError(
+                    f"record {self.record_id}: component {name} has {samples.size} samples, north has {self.north.size}; "
+                    "cut both to their common window"
+                )
+            if not np.isfinite(samples).all():
+                first = int(np.flatnonzero(~np.isfinite(samples))[0])
+                raise RecordError(
+                    f"record {self.record_id}: component {name} is not a number at sample {first}; repair or leave out the record"
+                )
+        if self.north.size < 2:
+            raise RecordError(f"record {self.record_id}: {self.north.size} samples; a record needs at least 2")
+        if not (np.isfinite(self.sampling_interval) and self.sampling_interval > 0):
+            raise RecordError(
+                f"record {self.record_id}: sampling interval {self.sampling_interval} s; it must be positive"
+            )
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last sample, s."""
+        return (self.north.size - 1) * self.sampling_interval

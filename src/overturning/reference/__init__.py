@@ -1,0 +1,1 @@
+"""Independent answers: rocking, sliding, closed forms."""

@@ -1,0 +1,1 @@
+"""Direction statistics, overturning boundaries, survey comparison."""

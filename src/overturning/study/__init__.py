@@ -1,0 +1,1 @@
+"""Configuration, case grid, sweep, cube."""

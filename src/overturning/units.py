@@ -1,0 +1,15 @@
+"""Units and constants. SI inside; other units only at the edges, with the unit in the name."""
+
+from typing import Final
+
+STANDARD_GRAVITY: Final = 9.80665
+"""Standard acceleration of gravity, m/s² (3rd CGPM, 1901)."""
+
+GAL: Final = 0.01
+"""One Gal in m/s²."""
+
+CM: Final = 0.01
+"""One centimetre in m."""
+
+GRANITE_DENSITY: Final = 2650.0
+"""Default density of a gravestone, kg/m³."""

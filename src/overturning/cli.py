@@ -1,0 +1,72 @@
+"""The command line: a thin face, one subcommand per rule of the workflow and per question of a user."""
+
+import importlib
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+import typer
+from typer.core import TyperCommand, TyperGroup
+
+from overturning.errors import OverturningError
+
+# Subcommand: module in overturning.commands that holds a typer app named `app`, and its line in --help. Only the module
+# of the subcommand that runs is imported.
+COMMANDS = {
+    "study": ("study", "Check a study's configuration; write the schema and the key table."),
+    "read": ("read", "Read one record of the table into motion.nc."),
+    "rotate": ("rotate", "Intensity measures per azimuth of all records into intensity.nc."),
+    "sweep": ("sweep", "Simulate every case of one record."),
+    "gather": ("gather", "Gather the parts of a sweep into the cube."),
+    "figures": ("figures", "Draw the figures of a study."),
+    "report": ("report", "Write the report of a study."),
+    "resume": ("resume", "Unlock after a killed run and go on."),
+}
+
+
+class _LazyGroup(TyperGroup):
+    def list_commands(self, ctx: Any) -> list[str]:  # noqa: ARG002
+        return list(COMMANDS)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ARG002
+        if cmd_name not in COMMANDS:
+            return None
+        name, line = COMMANDS[cmd_name]
+        if set(sys.argv[1:2]) <= {"--help"}:  # the overview needs no subcommand's module
+            return TyperCommand(cmd_name, help=line, rich_markup_mode=None)
+        module = importlib.import_module(f"overturning.commands.{name}")
+        command = typer.main.get_command(module.app)
+        command.name = cmd_name
+        return command
+
+
+app = typer.Typer(
+    cls=_LazyGroup,
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,  # plain help: importing rich would take half of the time
+    pretty_exceptions_enable=False,
+    help="Which way gravestones fall in an earthquake, and how sure one can be.",
+)
+
+
+@app.callback()
+def _root() -> None:
+    pass
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line.
+
+    An error that a user can cause ends in one or two lines on standard error and exit status 1; a traceback is a bug of
+    this package.
+    """
+    try:
+        app(args=None if arguments is None else list(arguments))
+    except OverturningError as error:
+        print(f"error: {error}", file=sys.stderr)
+        sys.exit(1)
+
+
+if __name__ == "__main__":
+    main()

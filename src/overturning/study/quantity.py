@@ -1,0 +1,83 @@
+"""Numbers with units in configuration files: a plain number is in the key's own unit, a text may name another one."""
+
+import re
+from collections.abc import Callable
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field
+
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+
+# Unit names and their factor to the key's own unit.
+_UNITS: dict[str, dict[str, float]] = {
+    "m": {"m": 1.0, "cm": 0.01, "mm": 0.001},
+    "s": {"s": 1.0, "ms": 0.001, "min": 60.0},
+    "kg/m³": {
+        "kg/m³": 1.0,
+        "kg/m3": 1.0,
+        "kg/m^3": 1.0,
+        "g/cm³": 1000.0,
+        "g/cm3": 1000.0,
+        "t/m³": 1000.0,
+        "t/m3": 1000.0,
+    },
+    "°": {"°": 1.0, "deg": 1.0, "degree": 1.0, "degrees": 1.0},
+    "N/m": {"N/m": 1.0, "kN/m": 1e3, "MN/m": 1e6, "GN/m": 1e9},
+    "N·s/m": {"N·s/m": 1.0, "N*s/m": 1.0, "N s/m": 1.0, "kN·s/m": 1e3, "kN*s/m": 1e3},
+    "rad": {"rad": 1.0, "mrad": 1e-3},
+}
+
+
+def parse_quantity(value: object, unit: str) -> float:
+    """Turn a number, or a text such as ``"60 cm"``, into a number in the given unit.
+
+    Parameters
+    ----------
+    value : object
+        A number in ``unit``, or a text of number and unit name.
+    unit : str
+        One of the units above.
+
+    Returns
+    -------
+    float
+        The value in ``unit``.
+
+    Raises
+    ------
+    ValueError
+        If the value is neither, or its unit measures something else. The message names the units that fit.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise ValueError(f"give a number in {unit}")
+    if not isinstance(value, str):
+        return float(value)
+    match = re.fullmatch(rf"\s*({_NUMBER})\s*(.*?)\s*", value)
+    if match is None:
+        raise ValueError(f"give a number in {unit}")
+    factor = 1.0 if match[2] == "" else _UNITS[unit].get(match[2])
+    if factor is None:
+        raise ValueError(f"unit {match[2]!r} does not fit; use {unit} or one of {', '.join(_UNITS[unit])}")
+    # Dividing by the inverse keeps 60 cm at exactly 0.6 m.
+    return float(match[1]) * factor if factor >= 1 else float(match[1]) / round(1 / factor)
+
+
+def _parser(unit: str) -> Callable[[Any], float]:
+    return lambda value: parse_quantity(value, unit)
+
+
+def _quantity(unit: str) -> Any:
+    return Annotated[
+        float,
+        BeforeValidator(_parser(unit), json_schema_input_type=float | str),
+        Field(json_schema_extra={"unit": unit}),
+    ]
+
+
+Metre = _quantity("m")
+Second = _quantity("s")
+Density = _quantity("kg/m³")
+Degree = _quantity("°")
+Stiffness = _quantity("N/m")
+Damping = _quantity("N·s/m")
+Radian = _quantity("rad")

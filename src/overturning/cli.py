@@ -20,7 +20,6 @@ COMMANDS = {
     "gather": ("gather", "Gather the parts of a sweep into the cube."),
     "figures": ("figures", "Draw the figures of a study."),
     "report": ("report", "Write the report of a study."),
-    "resume": ("resume", "Unlock after a killed run and go on."),
 }
 
 

@@ -1,0 +1,39 @@
+# A study of overturning gravestones, from record files to a report.
+#
+#   snakemake --cores 2                                       the default study, config/near-fault.yaml
+#   snakemake --cores 2 --configfile config/mine.yaml         another one
+#   snakemake --report provenance.html                        how each figure came about
+
+from snakemake.utils import min_version
+
+min_version("9.0")
+
+
+container: None
+
+
+include: "workflow/rules/common.smk"
+include: "workflow/rules/read.smk"
+include: "workflow/rules/rotate.smk"
+include: "workflow/rules/sweep.smk"
+include: "workflow/rules/gather.smk"
+include: "workflow/rules/figures.smk"
+include: "workflow/rules/report.smk"
+
+
+report: "workflow/report/workflow.rst"
+
+
+rule all:
+    default_target: True
+    input:
+        CUBES,
+        REPORT,
+        f"{RESULTS}/timing.csv",
+    localrule: True
+
+
+onsuccess:
+    print(f"\nCube and report of the study {STUDY.name!r}:")
+    for made in (*CUBES, REPORT):
+        print(f"  {made}")

@@ -1,0 +1,20 @@
+"""`overturning figures`: draw the figures of a study."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(rich_markup_mode=None)
+
+
+@app.command()
+def figures(
+    cube: Annotated[Path, typer.Option(help="the cube (NetCDF)")],
+    intensity: Annotated[Path, typer.Option(help="intensity measures by azimuth (NetCDF)")],
+    output: Annotated[Path, typer.Option(help="folder for the figures")],
+) -> None:
+    """Draw the figures of a study."""
+    from overturning.figures.study import draw_study
+
+    draw_study(cube, intensity, output)

@@ -1,0 +1,19 @@
+"""`overturning report`: write the report of a study."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(rich_markup_mode=None)
+
+
+@app.command()
+def report(
+    results: Annotated[Path, typer.Option(help="folder of the study's results")],
+    output: Annotated[Path, typer.Option(help="page to make (HTML)")],
+) -> None:
+    """Write the report of a study."""
+    from overturning.report.page import write_report
+
+    write_report(results, output)

@@ -1,0 +1,57 @@
+"""Peak ground acceleration and velocity along every azimuth."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from overturning.figures.style import SERIES, compass, mark_fault_normal
+from overturning.units import CM, GAL
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+def intensity_figure(intensity: "xr.Dataset", fault_normal_deg: float, title: str) -> "Figure":
+    """Polar curves of PGA (Gal) and PGV (cm/s) of one record.
+
+    Parameters
+    ----------
+    intensity : xarray.Dataset
+        ``pga`` (m/s²) and ``pgv`` (m/s) over azimuth (degrees), one record.
+    fault_normal_deg : float
+        Azimuth of the fault normal, degrees, or NaN.
+    title : str
+        Title of the figure.
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    import matplotlib.pyplot as plt
+
+    azimuth = intensity["azimuth"].to_numpy().astype(np.float64)
+    # A peak is an absolute value: opposite azimuths share it, and the curve closes on itself.
+    around = np.concatenate([azimuth, azimuth + 180.0]) % 360.0
+    order = np.argsort(around, kind="stable")
+    figure, panels = plt.subplots(1, 2, figsize=(6.4, 3.7), subplot_kw={"projection": "polar"}, layout="constrained")
+    for axes, name, factor, label, colour in (
+        (panels[0], "pga", GAL, "PGA, Gal", SERIES[1]),
+        (panels[1], "pgv", CM, "PGV, cm/s", SERIES[2]),
+    ):
+        values = np.tile(intensity[name].to_numpy() / factor, 2)[order]
+        compass(axes)
+        theta = np.radians(around[order])
+        axes.plot(np.append(theta, theta[0] + 2 * np.pi), np.append(values, values[0]), color=colour, linewidth=1.4)
+        top = float(values.max()) * 1.08 or 1.0
+        axes.set_ylim(0.0, top)
+        axes.set_rlabel_position(112.5)
+        axes.yaxis.set_major_locator(plt.MaxNLocator(4))
+        axes.tick_params(axis="y", labelsize=7)
+        mark_fault_normal(axes, fault_normal_deg, top)
+        axes.set_title(f"{label}\nlargest {values.max():.4g} at N{around[order][values.argmax()] % 180:g}°E", pad=4)
+    if np.isfinite(fault_normal_deg):
+        lines, names = panels[0].get_legend_handles_labels()
+        figure.legend(lines, names, loc="outside lower center", fontsize=8)
+    figure.suptitle(title, fontsize=10)
+    return figure

@@ -1,0 +1,114 @@
+"""Rose of fall azimuths over a whole study."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.figures.style import FALLS, FAULT, compass, mark_fault_normal
+from overturning.statistics.falls import falls_towards
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+SECTOR_DEG = 15.0
+
+
+def sector_shares(azimuth_deg: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Share of the falls in each sector of 15°, the first centred on 0°.
+
+    Parameters
+    ----------
+    azimuth_deg, weights : ndarray, shape (n,)
+        Azimuths and number of falls towards each.
+
+    Returns
+    -------
+    ndarray, shape (24,)
+        Sums to one; all zero where nothing fell.
+    """
+    sectors = int(360 / SECTOR_DEG)
+    index = np.floor((azimuth_deg + SECTOR_DEG / 2) % 360.0 / SECTOR_DEG).astype(int) % sectors
+    counts = np.bincount(index, weights=weights, minlength=sectors).astype(np.float64)
+    total = counts.sum()
+    return counts / max(total, 1.0)
+
+
+def draw_rose(axes: Any, shares: NDArray[np.float64]) -> None:
+    """Draw one rose: sectors with an area in proportion to their share, so that a wide one does not look too large."""
+    compass(axes)
+    width = np.radians(SECTOR_DEG)
+    centres = np.arange(shares.size) * width
+    axes.bar(centres, np.sqrt(shares), width=width, color=FALLS, edgecolor="white", linewidth=0.4, zorder=3)
+    top = max(float(np.sqrt(shares.max(initial=0.0))), 0.1) * 1.08
+    axes.set_ylim(0.0, top)
+    levels = [level for level in (0.01, 0.05, 0.1, 0.2, 0.4, 0.8) if 0.25 * top < np.sqrt(level) <= top]
+    axes.set_yticks(np.sqrt(levels), [f"{level:.0%}" for level in levels])
+    axes.set_rlabel_position(112.5)
+    axes.tick_params(axis="y", labelsize=7, zorder=6)
+
+
+def rose_figure(cube: "xr.Dataset") -> "Figure":
+    """Rose of all falls of a study: by azimuth from north, and from the fault normal where it is known.
+
+    Each plane of motion counts once. Records with and without a velocity pulse have a column of their own where the study
+    has both.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        The cube, lazily opened or not.
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    import matplotlib.pyplot as plt
+
+    falls = falls_towards(cube).sum(["height", "b_over_h", "friction"]).compute()
+    azimuth = falls["azimuth"].to_numpy().astype(np.float64)
+    counts = falls.transpose("record", "azimuth").to_numpy().astype(np.float64)
+    normals = cube["fault_normal"].to_numpy()
+    groups = _groups(cube)
+    with_normal = bool(np.isfinite(normals).any())
+    rows = 2 if with_normal else 1
+    figure, panels = plt.subplots(
+        rows,
+        len(groups),
+        figsize=(max(3.3 * len(groups), 4.2), 3.5 * rows + 0.4),
+        subplot_kw={"projection": "polar"},
+        squeeze=False,
+        layout="constrained",
+    )
+    for column, (name, members) in enumerate(groups.items()):
+        axes = panels[0, column]
+        draw_rose(axes, sector_shares(azimuth, counts[members].sum(axis=0)))
+        axes.set_title(f"{name}: {counts[members].sum():.0f} falls\nazimuth from north", pad=4)
+        if with_normal:
+            known = members & np.isfinite(normals)
+            relative = (azimuth[None, :] - normals[known][:, None]) % 360.0
+            axes = panels[1, column]
+            draw_rose(axes, sector_shares(relative.ravel(), counts[known].ravel()))
+            _fault_frame(axes)
+            axes.set_title("from the fault normal", pad=4)
+    return figure
+
+
+def _groups(cube: "xr.Dataset") -> dict[str, NDArray[np.bool_]]:
+    pulse = cube["pulse"].to_numpy().astype(np.float64)
+    if (pulse == 1).any() and (pulse == 0).any():
+        return {"with a pulse": pulse == 1, "without": pulse == 0}
+    return {"all records": np.ones(pulse.size, dtype=bool)}
+
+
+def _fault_frame(axes: Any) -> None:
+    axes.set_xticks(
+        np.radians(np.arange(0, 360, 45)), ["normal", "45°", "90°", "135°", "normal", "225°", "270°", "315°"]
+    )
+    axes.tick_params(axis="x", pad=5)
+    for label, text in zip(axes.get_xticklabels(), axes.get_xticks(), strict=True):
+        label.set_fontsize(7.5)
+        if np.isclose(text % np.pi, 0.0):
+            label.set_color(FAULT)
+    mark_fault_normal(axes, 0.0, axes.get_ylim()[1], label=False)

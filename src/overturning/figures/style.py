@@ -1,0 +1,113 @@
+"""One look for all figures, and files that are the same bytes each time."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from overturning.files import whole
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# Okabe & Ito's palette: told apart by the colour-blind; the chosen ones differ in lightness too, so in grey as well.
+INK: Final = "#222222"
+FALLS: Final = "#c44a00"
+FALLS_OPPOSITE: Final = "#f6c9a0"
+STANDS: Final = "#f4f4f2"
+MISSING: Final = "#8a8a8a"
+FAULT: Final = "#0072b2"
+SERIES: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
+
+_SETTINGS: Final[Any] = {
+    "font.family": "DejaVu Sans",  # comes with Matplotlib: the same on every machine
+    "font.size": 9,
+    "axes.titlesize": 10,
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "text.color": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "grid.color": "#c8c8c8",
+    "grid.linewidth": 0.5,
+    "legend.frameon": False,
+    "figure.dpi": 100,
+    "savefig.dpi": 200,
+    "svg.hashsalt": "overturning",  # ids inside the file, otherwise random
+    "svg.fonttype": "path",  # looks the same without the font installed
+}
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Draw with the project's settings, without a display."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    with mpl.rc_context():
+        mpl.rcdefaults()  # a user's own settings must not change the bytes
+        mpl.rcParams.update(_SETTINGS)
+        yield
+
+
+def save(figure: "Figure", path: Path) -> None:
+    """Write a figure as SVG or PNG, the same bytes each time, and close it.
+
+    Parameters
+    ----------
+    figure : matplotlib Figure
+        The figure.
+    path : Path
+        File ending in .svg or .png.
+    """
+    import matplotlib.pyplot as plt
+
+    kind = path.suffix.removeprefix(".")
+    # No date and no version of the program that drew it: both would change bytes that nobody sees.
+    metadata: dict[str, Any] = {"Date": None, "Creator": None} if kind == "svg" else {"Software": None}
+    with whole(path) as part:
+        figure.savefig(part, format=kind, metadata=metadata)
+    plt.close(figure)
+
+
+def compass(axes: Any) -> None:
+    """Turn a polar axes into a compass: north up, clockwise, eight directions named."""
+    import numpy as np
+
+    axes.set_theta_zero_location("N")
+    axes.set_theta_direction(-1)
+    axes.set_xticks(np.radians(np.arange(0, 360, 45)), ["N", "NE", "E", "SE", "S", "SW", "W", "NW"])
+    axes.tick_params(axis="x", pad=0)
+    axes.spines["polar"].set_linewidth(0.6)
+
+
+def mark_fault_normal(axes: Any, fault_normal_deg: float, radius: float, label: bool = True) -> None:
+    """Mark both ends of the fault normal on a compass with a dashed line.
+
+    Parameters
+    ----------
+    axes : polar Axes
+        A compass.
+    fault_normal_deg : float
+        Azimuth of the fault normal, degrees; nothing is drawn where it is NaN.
+    radius : float
+        Length of the line in data units.
+    label : bool
+        Whether the line appears in the legend.
+    """
+    import numpy as np
+
+    if not np.isfinite(fault_normal_deg):
+        return
+    angles = np.radians([fault_normal_deg, fault_normal_deg + 180.0])
+    axes.plot(
+        [angles[0], angles[0], angles[1]],
+        [radius, 0.0, radius],
+        color=FAULT,
+        linewidth=1.4,
+        linestyle=(0, (4, 2)),
+        label="fault normal" if label else None,
+        zorder=5,
+    )

@@ -1,0 +1,56 @@
+"""Falls by the azimuth towards which they go."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def falls_towards(cube: "xr.Dataset") -> "xr.DataArray":
+    """Whether the block falls towards an azimuth.
+
+    A block that falls towards −1 at φ falls towards φ + 180°; motions along φ and φ + 180° are one plane and one
+    outcome. So each fall stands exactly once in the result, at the azimuth it goes to, whether the cube holds one or both
+    azimuths of its plane.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        With ``overturned`` and ``azimuth``.
+
+    Returns
+    -------
+    xarray.DataArray
+        1 where the block falls towards the azimuth, 0 where it does not (it stands, or falls the other way), NaN where
+        the outcome is missing. Its azimuths are those of the cube and their opposites, ascending; lazy where the
+        cube is.
+    """
+    import xarray as xr
+
+    overturned = cube["overturned"].astype("float32")
+    azimuth = cube["azimuth"].to_numpy()
+    opposite = _opposite(azimuth)
+    everywhere = np.union1d(azimuth, opposite)
+    here = overturned.reindex(azimuth=everywhere)
+    mirrored = overturned.assign_coords(azimuth=opposite).sortby("azimuth").reindex(azimuth=everywhere)
+    known = here.fillna(-mirrored)
+    return xr.where(known.isnull(), np.nan, (known > 0).astype("float32")).assign_attrs(
+        long_name="block falls towards the azimuth", units="1"
+    )
+
+
+def _opposite(azimuth: np.ndarray) -> np.ndarray:
+    turned = (azimuth.astype(np.float64) + 180.0) % 360.0
+    return turned.astype(azimuth.dtype) if np.issubdtype(azimuth.dtype, np.integer) else np.round(turned, 10)
+
+
+def overturns(cube: "xr.Dataset") -> "xr.DataArray":
+    """Whether the block falls to either side: 1, 0, or NaN where the outcome is missing."""
+    import xarray as xr
+
+    overturned = cube["overturned"]
+    return xr.where(overturned.isnull(), np.nan, (overturned != 0).astype("float32")).assign_attrs(
+        long_name="block overturns to either side", units="1"
+    )

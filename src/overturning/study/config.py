@@ -1,0 +1,198 @@
+"""The study configuration: the one source of defaults, of the JSON schema and of the key table in config/README.md."""
+
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+
+from overturning.records.processing import Step
+from overturning.study.quantity import Damping, Degree, Density, Metre, Second, Stiffness
+from overturning.units import GRANITE_DENSITY
+
+_MAX_VALUES = 100_000
+
+
+class _Model(BaseModel):
+    # A misspelt key must be an error, and what a job computes must not depend on who changed the model on the way.
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class Range(_Model):
+    """Values from start to stop by step. The stop is included where a step meets it."""
+
+    start: float = Field(description="first value")
+    stop: float = Field(description="last value, included where a step meets it")
+    step: float = Field(gt=0, description="distance between values")
+
+    @model_validator(mode="after")
+    def _not_empty(self) -> Self:
+        if self.stop < self.start:
+            raise ValueError(f"empty range: stop {self.stop:g} lies below start {self.start:g}")
+        if (self.stop - self.start) / self.step > _MAX_VALUES:
+            raise ValueError(f"more than {_MAX_VALUES} values; use a larger step")
+        return self
+
+    def values(self) -> tuple[float, ...]:
+        """The values, rounded to 1e-10 so that 0.1 + 2 · 0.05 is 0.2."""
+        count = int(np.floor((self.stop - self.start) / self.step + 1e-9)) + 1
+        return tuple(round(self.start + index * self.step, 10) for index in range(count))
+
+
+class AzimuthRange(_Model):
+    """Azimuths from start by step up to stop, which is excluded: 0° and 360° are the same direction."""
+
+    start: Degree = Field(default=0.0, ge=0, lt=360, description="first azimuth, degrees clockwise from north")
+    stop: Degree = Field(default=360.0, gt=0, le=360, description="end of the range, excluded")
+    step: Degree = Field(default=5.0, gt=0, le=360, description="distance between azimuths, degrees")
+    also: tuple[Degree, ...] = Field(
+        default=(), description="further azimuths, degrees, for instance those of the paper"
+    )
+
+    @model_validator(mode="after")
+    def _not_empty(self) -> Self:
+        if self.stop <= self.start:
+            raise ValueError(f"empty range: stop {self.stop:g} does not lie above start {self.start:g}")
+        return self
+
+    def values(self) -> tuple[float, ...]:
+        """The azimuths, ascending, each once."""
+        count = int(np.ceil((self.stop - self.start) / self.step - 1e-9))
+        grid = {round(self.start + index * self.step, 10) for index in range(count)}
+        return tuple(sorted(grid | {round(azimuth % 360.0, 10) for azimuth in self.also}))
+
+
+def _ascending(values: tuple[float, ...]) -> tuple[float, ...]:
+    if not values:
+        raise ValueError("empty list; give at least one value")
+    if len(set(values)) != len(values):
+        raise ValueError(f"a value stands twice in {list(values)}")
+    return tuple(sorted(values))
+
+
+class Records(_Model):
+    """Which records to study and where they are described."""
+
+    table: str = Field(
+        default="config/records.tsv", description="record table, tab-separated; path from the project's folder"
+    )
+    folder: str = Field(default="resources/records", description="folder of the record files that the user provides")
+    use: tuple[str, ...] = Field(min_length=1, description="ids of the records in the table, in the order of the cube")
+
+    @field_validator("use")
+    @classmethod
+    def _each_once(cls, ids: tuple[str, ...]) -> tuple[str, ...]:
+        twice = sorted({name for name in ids if ids.count(name) > 1})
+        if twice:
+            raise ValueError(f"{', '.join(twice)} stands twice; name each record once")
+        return ids
+
+
+class ContactSettings(_Model):
+    """Springs, dashpots and slider at each corner."""
+
+    stiffness: Literal["auto"] | Stiffness = Field(
+        default="auto", description="normal spring K_n per corner, N/m; auto: static penetration of 2e-5 B"
+    )
+    stiffness_ratio: float = Field(default=1.0, ge=0, description="tangential over normal stiffness, K_s/K_n")
+    damping_ratio: float | None = Field(
+        default=None,
+        ge=0,
+        description="damping ratio ξ of heave on both corners; 1 where neither it nor damping is given",
+    )
+    damping: Damping | None = Field(default=None, ge=0, description="dashpot h per corner instead of the ratio, N·s/m")
+
+    @model_validator(mode="after")
+    def _one_damping(self) -> Self:
+        if self.damping_ratio is not None and self.damping is not None:
+            raise ValueError("damping_ratio and damping are both given; keep one")
+        if self.stiffness != "auto" and self.stiffness <= 0:
+            raise ValueError(f"stiffness {self.stiffness:g} N/m; it must be above 0, or auto")
+        return self
+
+
+class Simulation(_Model):
+    """How the cases are computed."""
+
+    scheme: str | None = Field(
+        default=None, description="integration scheme; the kernel's default where it is not given"
+    )
+    time_step: Literal["auto"] | Second = Field(
+        default="auto", description="time step, s; auto: a fixed share of the stable one"
+    )
+    vertical: bool = Field(default=True, description="apply the vertical motion of the records that have one")
+    leave_out: bool = Field(default=True, description="leave out what provably changes no flag and no side")
+
+    @field_validator("time_step")
+    @classmethod
+    def _positive(cls, step: float | str) -> float | str:
+        if isinstance(step, float) and step <= 0:
+            raise ValueError("the time step must be above 0 s, or auto")
+        return step
+
+
+class Variant(_Model):
+    """A second setting of the contact, computed beside the nominal one into a cube of its own."""
+
+    contact: ContactSettings = Field(default=ContactSettings(), description="contact of this variant")
+
+
+Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]*$")]
+Slenderness = Annotated[float, Field(gt=0, le=10)]
+Height = Annotated[Metre, Field(gt=0, le=100)]
+Friction = Annotated[float, Field(ge=0, le=100)]
+
+
+class Study(_Model):
+    """A study: which records, which blocks, how computed."""
+
+    name: Name = Field(description="name of the study and of its folder under results/: small letters, digits, hyphens")
+    title: str = Field(default="", description="title of the report")
+    question: str = Field(default="", description="the question that the report answers")
+    records: Records = Field(description="the records")
+    processing: tuple[Step, ...] | None = Field(
+        default=None,
+        description="processing steps in order; not given: by kind of file (processed files are left alone)",
+    )
+    azimuth: AzimuthRange = Field(
+        default=AzimuthRange(), description="azimuths of the motion, degrees clockwise from north"
+    )
+    b_over_h: tuple[Slenderness, ...] = Field(
+        default=(0.2, 0.3, 0.4), description="slenderness B/H: a list, or start, stop, step"
+    )
+    height: tuple[Height, ...] = Field(
+        default=(0.6,), description="heights of the block, m: a list, or start, stop, step"
+    )
+    friction: tuple[Friction, ...] = Field(
+        default=(1.0,), description="friction coefficients µ: a list, or start, stop, step"
+    )
+    density: Density = Field(default=GRANITE_DENSITY, gt=0, description="density of the block, kg/m³")
+    contact: ContactSettings = Field(
+        default=ContactSettings(), description="springs, dashpots and slider at each corner"
+    )
+    simulation: Simulation = Field(default=Simulation(), description="how the cases are computed")
+    variants: dict[Name, Variant] = Field(
+        default={}, description="further contact settings by name, each with a cube of its own"
+    )
+
+    @field_validator("b_over_h", "height", "friction", mode="before")
+    @classmethod
+    def _range_or_list(cls, value: Any) -> Any:
+        if isinstance(value, dict):
+            return Range.model_validate(value).values()
+        return [value] if isinstance(value, int | float | str) else value
+
+    @field_validator("b_over_h", "height", "friction")
+    @classmethod
+    def _sorted(cls, values: tuple[float, ...]) -> tuple[float, ...]:
+        return _ascending(values)
+
+    @model_validator(mode="after")
+    def _nominal_is_taken(self) -> Self:
+        if "nominal" in self.variants:
+            raise ValueError("variants: the name nominal is that of the study's own contact; choose another")
+        return self
+
+    @property
+    def cases(self) -> int:
+        """Number of cases per record."""
+        return len(self.azimuth.values()) * len(self.height) * len(self.b_over_h) * len(self.friction)

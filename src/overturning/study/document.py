@@ -1,0 +1,63 @@
+"""The JSON schema and the key table, both made from the configuration model."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from overturning.study.config import Study
+
+_BEGIN = "<!-- keys: made by `overturning study document`, do not edit -->"
+_END = "<!-- end of keys -->"
+
+
+def schema_text() -> str:
+    """The JSON schema of a study file."""
+    schema = Study.model_json_schema()
+    schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
+    return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
+
+
+def key_table() -> str:
+    """The keys of a study file as a Markdown table: key, default, meaning."""
+    schema = Study.model_json_schema()
+    rows = ["| key | default | meaning |", "|---|---|---|"]
+    for key, entry, required in _keys(schema, schema, ""):
+        default = "needed" if required else f"`{json.dumps(entry.get('default'), ensure_ascii=False)}`"
+        rows.append(f"| `{key}` | {default} | {entry.get('description', '')} |")
+    return "\n".join(rows) + "\n"
+
+
+def _resolve(schema: dict[str, Any], entry: dict[str, Any]) -> dict[str, Any]:
+    if "$ref" in entry:
+        return {**schema["$defs"][entry["$ref"].rpartition("/")[2]], **{k: v for k, v in entry.items() if k != "$ref"}}
+    return entry
+
+
+def _keys(schema: dict[str, Any], model: dict[str, Any], prefix: str) -> list[tuple[str, dict[str, Any], bool]]:
+    found = []
+    for name, raw in model.get("properties", {}).items():
+        entry = _resolve(schema, raw)
+        key, required = f"{prefix}{name}", name in model.get("required", [])
+        below = entry.get("additionalProperties")
+        if isinstance(below, dict):
+            found.append((key, {**entry, "default": entry.get("default", {})}, required))
+            found.extend(_keys(schema, _resolve(schema, below), f"{key}.NAME."))
+        elif entry.get("properties"):
+            found.extend(_keys(schema, entry, f"{key}."))
+        else:
+            found.append((key, entry, required))
+    return found
+
+
+def with_key_table(text: str) -> str:
+    """The text of a README with the key table put between its marks."""
+    before, _, rest = text.partition(_BEGIN)
+    _, _, after = rest.partition(_END)
+    return f"{before}{_BEGIN}\n{key_table()}{_END}{after}"
+
+
+def write_documentation(folder: Path) -> None:
+    """Write ``schema.json`` and the key table in ``README.md`` of a folder."""
+    (folder / "schema.json").write_text(schema_text(), encoding="utf-8")
+    readme = folder / "README.md"
+    readme.write_text(with_key_table(readme.read_text(encoding="utf-8")), encoding="utf-8")

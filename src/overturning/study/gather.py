@@ -1,0 +1,164 @@
+"""Gathering: the parts of a sweep into one cube."""
+
+import hashlib
+import json
+from collections.abc import Sequence
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.dem.variables import VARIABLES
+from overturning.errors import ResultError
+from overturning.files import whole
+from overturning.records.record import Record
+from overturning.study.config import Study
+from overturning.study.grid import DIMENSIONS, Grid
+from overturning.study.netcdf import add_coordinates, add_variable
+from overturning.study.sweep import NOMINAL
+
+CONVENTIONS = "CF-1.11"
+_PACKAGES = ("overturning", "numba", "llvmlite", "numpy", "scipy", "obspy", "xarray", "netCDF4")
+
+
+def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path: Path, variant: str = NOMINAL) -> None:
+    """Gather the parts of a sweep into the cube.
+
+    The cube is filled with "missing" first, so that a cell no part holds is seen.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    records : sequence of Record
+        The processed records in the order of the cube.
+    parts : sequence of Path
+        Parts, each with the cells of one record, in any order and of any piece of the grid.
+    path : Path
+        The cube to make.
+    variant : str
+        Name of the contact settings.
+
+    Raises
+    ------
+    ResultError
+        If a part belongs to another study, or a cell is in no part.
+    """
+    from netCDF4 import Dataset
+
+    grid = Grid.of(study)
+    index_of = {record.record_id: index for index, record in enumerate(records)}
+    dimensions = ("record", *DIMENSIONS)
+    digest = hashlib.sha256()
+    with whole(path) as unfinished, Dataset(unfinished, "w", format="NETCDF4") as cube:
+        cube.createDimension("record", len(records))
+        _add_records(cube, records)
+        add_coordinates(cube, grid.coordinates())
+        for variable in VARIABLES:
+            made = add_variable(cube, variable, dimensions, (1, *grid.shape))
+            made.coordinates = "record_id station event fault_normal pulse"
+        filled = np.zeros((len(records), *grid.shape), dtype=bool)
+        for part in parts:
+            _copy_part(part, cube, grid, index_of, variant, filled)
+        if not filled.all():
+            missing = sorted({records[int(index)].record_id for index in np.argwhere(~filled)[:, 0]})
+            raise ResultError(
+                f"{path}: no part holds all cells of {', '.join(missing)}; run the sweep of these records again"
+            )
+        for variable in VARIABLES:
+            digest.update(variable.name.encode())
+            for index in range(len(records)):
+                digest.update(np.ascontiguousarray(cube[variable.name][index]).tobytes())
+        cube.setncatts(_attributes(study, records, variant))
+        cube.content_sha256 = digest.hexdigest()
+
+
+def _copy_part(
+    part: Path, cube: Any, grid: Grid, index_of: dict[str, int], variant: str, filled: NDArray[np.bool_]
+) -> None:
+    from netCDF4 import Dataset
+
+    try:
+        file = Dataset(part)
+    except OSError as error:
+        raise ResultError(f"{part}: cannot be read ({error}); remove it and run again") from None
+    with file:
+        file.set_auto_maskandscale(False)
+        if file.record_id not in index_of or file.variant != variant:
+            raise ResultError(
+                f"{part}: holds record {file.record_id}, variant {file.variant}, which are not in this study"
+            )
+        places = [_places(part, name, file[name][:], getattr(grid, name)) for name in DIMENSIONS]
+        record = index_of[file.record_id]
+        for variable in VARIABLES:
+            cells = cube[variable.name][record]
+            cells[np.ix_(*places)] = file[variable.name][:]
+            cube[variable.name][record] = cells
+        filled[record][np.ix_(*places)] = True
+
+
+def _places(part: Path, name: str, values: NDArray[Any], whole_axis: NDArray[Any]) -> NDArray[np.intp]:
+    places = np.minimum(np.searchsorted(whole_axis, values), whole_axis.size - 1)
+    # Equal, not close: a part of this study was made from the very same numbers.
+    if not np.array_equal(whole_axis[places], values):
+        raise ResultError(f"{part}: its {name} values are not those of the study; remove it and run again")
+    return places
+
+
+def _add_records(cube: Any, records: Sequence[Record]) -> None:
+    number = cube.createVariable("record", "i4", ("record",))
+    number.setncatts({"long_name": "number of the record", "units": "1"})
+    number[:] = np.arange(len(records))
+    for name, long_name, values in (
+        ("record_id", "identifier of the record", [record.record_id for record in records]),
+        ("station", "station of the record", [record.station for record in records]),
+        ("event", "earthquake of the record", [record.event for record in records]),
+    ):
+        text = cube.createVariable(name, str, ("record",))
+        text.long_name = long_name
+        for index, value in enumerate(values):
+            text[index] = value
+    normal = cube.createVariable("fault_normal", "f8", ("record",), fill_value=np.nan)
+    normal.setncatts({"long_name": "azimuth of the fault normal, strike + 90 degrees", "units": "degree"})
+    strikes = [record.fault_strike_deg for record in records]
+    normal[:] = [np.nan if strike is None else (strike + 90.0) % 360.0 for strike in strikes]
+    pulse = cube.createVariable("pulse", "i1", ("record",), fill_value=np.int8(-128))
+    pulse.setncatts(
+        {
+            "long_name": "whether the record has a velocity pulse",
+            "units": "1",
+            "flag_values": np.array([0, 1], dtype=np.int8),
+            "flag_meanings": "no_pulse pulse",
+        }
+    )
+    pulse.set_auto_maskandscale(False)
+    pulse[:] = [-128 if (has := record.extra.get("pulse")) is None else int(has) for record in records]
+
+
+def versions() -> dict[str, str]:
+    """Versions of the packages that the numbers depend on."""
+    return {name: metadata.version(name) for name in _PACKAGES}
+
+
+def _attributes(study: Study, records: Sequence[Record], variant: str) -> dict[str, str]:
+    sources = [
+        {"id": record.record_id, "source": record.source, "sha256": record.sha256, "licence": record.licence}
+        for record in records
+    ]
+    return {
+        "Conventions": CONVENTIONS,
+        "title": study.title or study.name,
+        "institution": "overturning",
+        "source": f"overturning {metadata.version('overturning')}: distinct element simulation of a block on a moving base",
+        "references": "see the documentation of overturning",
+        "comment": "overturned: +1 when the block falls towards the azimuth, -1 towards azimuth + 180 degrees, 0 when it stands",
+        "study": json.dumps(study.model_dump(mode="json"), ensure_ascii=False),
+        "variant": variant,
+        "record_sources": json.dumps(sources, ensure_ascii=False),
+        "record_processing": json.dumps(
+            {r.record_id: list(r.processing) for r in records}, ensure_ascii=False, default=str
+        ),
+        "versions": json.dumps(versions()),
+    }

@@ -1,0 +1,165 @@
+"""From a YAML file to a checked study, and from a wrong key to one line that says what to write instead."""
+
+import difflib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+from pydantic import BaseModel, ValidationError
+
+from overturning.errors import ConfigError
+from overturning.records.catalogue import RecordEntry, read_catalogue
+from overturning.study.config import Study
+
+
+def load_study(path: Path, overrides: Mapping[str, Any] | None = None) -> Study:
+    """Read and check a study file.
+
+    Parameters
+    ----------
+    path : Path
+        YAML file of a study.
+    overrides : mapping, optional
+        Keys that replace those of the file, nested like the file.
+
+    Returns
+    -------
+    Study
+        With every default filled in.
+
+    Raises
+    ------
+    ConfigError
+        If the file cannot be read, or a key or value is wrong; names file, key, value and remedy.
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+        data = yaml.safe_load(text)
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read ({error.strerror}); name a study file with --configfile") from None
+    except UnicodeDecodeError:
+        raise ConfigError(f"{path}: not a UTF-8 text; save it as UTF-8") from None
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        line = f", line {mark.line + 1}" if mark else ""
+        raise ConfigError(f"{path}{line}: not valid YAML ({getattr(error, 'problem', None) or 'unreadable'})") from None
+    if not isinstance(data, dict):
+        raise ConfigError(f"{path}: a study is a mapping of keys to values; see config/README.md")
+    return check_study(_merged(data, overrides or {}), str(path))
+
+
+def _merged(base: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
+    result = dict(base)
+    for key, value in overrides.items():
+        below = result.get(key)
+        result[key] = _merged(below, value) if isinstance(below, dict) and isinstance(value, Mapping) else value
+    return result
+
+
+def check_study(data: Mapping[str, Any], where: str) -> Study:
+    """Check the content of a study file.
+
+    Parameters
+    ----------
+    data : mapping
+        Keys and values as read.
+    where : str
+        Name of the file, for the messages.
+
+    Returns
+    -------
+    Study
+
+    Raises
+    ------
+    ConfigError
+        One line per wrong key.
+    """
+    try:
+        return Study.model_validate(dict(data))
+    except ValidationError as error:
+        raise ConfigError("\n       ".join(dict.fromkeys(_lines(error, where)))) from None
+
+
+def _lines(error: ValidationError, where: str) -> list[str]:
+    lines = []
+    for item in error.errors():
+        # The names of union members and validators that pydantic puts into the location are no keys of the file.
+        steps = [part for part in item["loc"] if isinstance(part, int) or _is_key(str(part))]
+        key = ".".join(str(part) for part in steps) or "the study"
+        match item["type"]:
+            case "extra_forbidden":
+                lines.append(f"{where}: {key}: unknown key{_nearest(steps)}")
+            case "missing":
+                lines.append(f"{where}: {key}: this key is needed")
+            case _:
+                message = item["msg"].removeprefix("Value error, ").replace("Input should be", "it should be")
+                shown = item["input"]
+                value = "" if isinstance(shown, BaseModel | dict) else f" {_short(shown)}"
+                lines.append(f"{where}: {key}:{value} – {message}" if value else f"{where}: {key}: {message}")
+    return lines
+
+
+def _short(value: object) -> str:
+    text = json.dumps(value, ensure_ascii=False, default=str)
+    return text if len(text) <= 60 else text[:57] + "…"
+
+
+def _is_key(part: str) -> bool:
+    return part.replace("_", "").replace("-", "").isalnum() and part not in {"float", "int", "str", "tuple", "literal"}
+
+
+def _nearest(steps: list[int | str]) -> str:
+    model: type[BaseModel] = Study
+    for step in steps[:-1]:
+        annotation = model.model_fields[step].annotation if step in model.model_fields else None
+        if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+            model = annotation
+    fields = sorted(model.model_fields)
+    close = difflib.get_close_matches(str(steps[-1]), fields, n=1, cutoff=0.5)
+    return f"; did you mean {close[0]}?" if close else f"; known here: {', '.join(fields)}"
+
+
+def entries_of(study: Study, where: str, root: Path = Path()) -> dict[str, RecordEntry]:
+    """Rows of the record table that a study uses, in its order.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    where : str
+        Name of the study file, for the messages.
+    root : Path
+        Folder from which the table's path counts.
+
+    Returns
+    -------
+    dict of str to RecordEntry
+
+    Raises
+    ------
+    ConfigError
+        If a record is not in the table.
+    """
+    table = read_catalogue(root / study.records.table)
+    for name in study.records.use:
+        if name not in table:
+            close = difflib.get_close_matches(name, table, n=1, cutoff=0.5)
+            hint = f"did you mean {close[0]}?" if close else "add a row for it"
+            raise ConfigError(f"{where}: records.use: {name!r} is not in {study.records.table}; {hint}")
+    return {name: table[name] for name in study.records.use}
+
+
+def write_study(study: Study, path: Path) -> None:
+    """Write a study with every default filled in, as JSON, only if that changes the file."""
+    text = json.dumps(study.model_dump(mode="json"), indent=1, ensure_ascii=False) + "\n"
+    if not path.is_file() or path.read_text(encoding="utf-8") != text:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+
+
+def read_study(path: Path) -> Study:
+    """Read a filled-in study that `write_study` has written."""
+    return check_study(json.loads(path.read_text(encoding="utf-8")), str(path))

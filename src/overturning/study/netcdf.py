@@ -1,0 +1,41 @@
+"""Dimensions, coordinates and outcome variables in a NetCDF file, written the same way for a part and for the cube."""
+
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.dem.variables import Variable
+
+COORDINATES: Final[dict[str, dict[str, Any]]] = {
+    "azimuth": {"long_name": "azimuth of the vertical plane of motion, clockwise from north", "units": "degree"},
+    "height": {"long_name": "height of the block", "units": "m"},
+    "b_over_h": {"long_name": "slenderness, width over height of the block", "units": "1"},
+    "friction": {"long_name": "friction coefficient between block and base", "units": "1"},
+}
+
+
+def add_coordinates(file: Any, coordinates: dict[str, NDArray[np.generic]]) -> None:
+    """Create the dimensions of a grid with their coordinate variables in an open netCDF4 file."""
+    for name, values in coordinates.items():
+        file.createDimension(name, values.size)
+        variable = file.createVariable(name, values.dtype, (name,))
+        variable.setncatts(COORDINATES[name])
+        variable[:] = values
+
+
+def add_variable(file: Any, variable: Variable, dimensions: tuple[str, ...], chunks: tuple[int, ...]) -> Any:
+    """Create an outcome variable, filled with "missing", in an open netCDF4 file."""
+    made = file.createVariable(
+        variable.name,
+        variable.dtype,
+        dimensions,
+        zlib=True,
+        complevel=1,
+        shuffle=variable.dtype != "i1",
+        chunksizes=chunks,
+        fill_value=variable.fill_value,
+    )
+    made.setncatts(variable.attributes)
+    made.set_auto_maskandscale(False)
+    return made

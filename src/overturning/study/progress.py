@@ -1,0 +1,142 @@
+"""How far a sweep is and how long it has to go: one line on a terminal for all its jobs, quiet lines in a log."""
+
+import json
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from overturning.errors import OverturningError
+
+_SCREEN_INTERVAL = 0.5
+_LOG_INTERVAL = 10.0
+
+
+@contextmanager
+def logged_to(path: Path | None) -> Iterator[Callable[[str], None]]:
+    """Lines, and an error that ends the block, go into a log file besides standard error.
+
+    Parameters
+    ----------
+    path : Path or None
+        The log; None for standard error only.
+
+    Yields
+    ------
+    callable
+        Writes one line to the log.
+    """
+    if path is None:
+        yield lambda line: print(line, file=sys.stderr)
+        return
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("w", encoding="utf-8", buffering=1) as log:
+        try:
+            yield lambda line: print(line, file=log)
+        except OverturningError as error:
+            print(f"error: {error}", file=log)
+            raise
+
+
+class Progress:
+    """Progress of one record's sweep, seen together with those that run beside it.
+
+    Each job keeps its share in a small file beside the parts; the one that writes last draws the line, so that several
+    jobs do not draw over one another. The time to go is read off the share done since the first job of this run began.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the parts.
+    record : str
+        The record of this job.
+    records : int
+        Number of records of the study.
+    say : callable
+        Writes a line to the log.
+    """
+
+    def __init__(self, folder: Path, record: str, records: int, say: Callable[[str], None]) -> None:
+        self._folder = folder / ".progress"
+        self._file = self._folder / record
+        self._record, self._records, self._say = record, records, say
+        self._begin = self._screen = self._log = time.time()
+
+    def __enter__(self) -> Self:
+        self._folder.mkdir(parents=True, exist_ok=True)
+        self._say(f"{self._record}: begins")
+        self._keep(0.0)
+        return self
+
+    def __call__(self, done: int, total: int) -> None:
+        """Take note of the work done so far, in block steps."""
+        now = time.time()
+        share = done / total if total else 1.0
+        if now - self._screen >= _SCREEN_INTERVAL:
+            self._screen = now
+            self._keep(share)
+            self._draw(now)
+        if now - self._log >= _LOG_INTERVAL:
+            self._log = now
+            self._say(
+                f"{self._record}: {share:.0%}, {_clock((now - self._begin) * (1 - share) / max(share, 1e-9))} to go"
+            )
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is None:
+            self._keep(1.0)
+            self._draw(time.time())
+            self._say(f"{self._record}: done in {_clock(time.time() - self._begin)}")
+        else:
+            self._file.unlink(missing_ok=True)
+
+    def _keep(self, share: float) -> None:
+        self._file.write_text(json.dumps({"share": share, "begin": self._begin}), encoding="utf-8")
+
+    def _draw(self, now: float) -> None:
+        if not sys.stderr.isatty():
+            return
+        states = []
+        for file in self._folder.iterdir():
+            with suppress(OSError, ValueError):  # another job is just writing it
+                states.append(json.loads(file.read_text(encoding="utf-8")))
+        print(f"\r\x1b[K{overall(states, self._records, now)}", end="", file=sys.stderr, flush=True)
+
+
+def overall(states: list[dict[str, float]], records: int, now: float) -> str:
+    """One line for a whole sweep.
+
+    Parameters
+    ----------
+    states : list of dict
+        ``share`` done and time ``begin`` of each record that has begun.
+    records : int
+        Number of records.
+    now : float
+        The present time, on the clock of ``begin``.
+
+    Returns
+    -------
+    str
+    """
+    done = sum(state["share"] for state in states) / records
+    # Records of an earlier run, long done, would make the time to go too short: only what began since the oldest
+    # unfinished record began is speed of this run; where none is unfinished, nothing is to go.
+    running = [state["begin"] for state in states if state["share"] < 1]
+    line = f"sweep: {sum(state['share'] >= 1 for state in states)} of {records} records, {done:.0%}"
+    if not running or done >= 1:
+        return line
+    first = min(running)
+    recent = [state for state in states if state["begin"] >= first]
+    speed = sum(state["share"] for state in recent) / records / max(now - first, 1e-3)
+    return f"{line}, {_clock((1 - done) / speed)} to go" if speed > 0 else line
+
+
+def _clock(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes}:{rest:02d}"

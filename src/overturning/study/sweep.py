@@ -1,0 +1,117 @@
+"""The sweep: every case of one record, into one part of the cube."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.dem.contact import Contact
+from overturning.dem.simulate import simulate_arrays
+from overturning.dem.variables import VARIABLES
+from overturning.errors import ConfigError
+from overturning.files import whole
+from overturning.motion.motion import Motion
+from overturning.records.record import Record
+from overturning.study.config import ContactSettings, Study
+from overturning.study.grid import DIMENSIONS, Grid
+from overturning.study.netcdf import add_coordinates, add_variable
+
+NOMINAL = "nominal"
+
+
+def variant_names(study: Study) -> list[str]:
+    """Names of the contact settings of a study, the nominal one first."""
+    return [NOMINAL, *study.variants]
+
+
+def contact_of(study: Study, variant: str) -> Contact:
+    """The contact of a variant.
+
+    Raises
+    ------
+    ConfigError
+        If the study has no such variant.
+    """
+    if variant not in variant_names(study):
+        raise ConfigError(f"{study.name}: no variant {variant!r}; known: {', '.join(variant_names(study))}")
+    settings: ContactSettings = study.contact if variant == NOMINAL else study.variants[variant].contact
+    if settings.damping is not None:
+        return Contact(stiffness=settings.stiffness, stiffness_ratio=settings.stiffness_ratio, damping=settings.damping)
+    ratio = 1.0 if settings.damping_ratio is None else settings.damping_ratio
+    return Contact(stiffness=settings.stiffness, stiffness_ratio=settings.stiffness_ratio, damping_ratio=ratio)
+
+
+def simulation_arguments(study: Study, variant: str = NOMINAL) -> dict[str, Any]:
+    """What a study hands to the simulation beside motion and grid."""
+    given = {} if study.simulation.scheme is None else {"scheme": study.simulation.scheme}
+    return {
+        "density": study.density,
+        "contact": contact_of(study, variant),
+        "time_step": study.simulation.time_step,
+        "leave_out": study.simulation.leave_out,
+        **given,
+    }
+
+
+def motion_of(study: Study, record: Record) -> Motion:
+    """The motion of a record as a study applies it: without the vertical component where the study leaves it out."""
+    up = record.up if study.simulation.vertical else None
+    return Motion(record.north, record.east, up, sampling_interval=record.sampling_interval)
+
+
+def sweep_record(
+    study: Study,
+    record: Record,
+    path: Path,
+    variant: str = NOMINAL,
+    threads: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> int:
+    """Simulate every case of one record and write them as a part of the cube.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    record : Record
+        The processed record.
+    path : Path
+        NetCDF file to make.
+    variant : str
+        Name of the contact settings.
+    threads : int
+        Number of threads.
+    progress : callable, optional
+        Called now and then with the work done and the whole work, in block steps.
+
+    Returns
+    -------
+    int
+        Block steps computed.
+    """
+    grid = Grid.of(study)
+    outcome = simulate_arrays(
+        motion_of(study, record),
+        azimuth_deg=grid.azimuth.astype(np.float64),
+        height=grid.height,
+        b_over_h=grid.b_over_h,
+        friction=grid.friction,
+        threads=threads,
+        progress=progress,
+        **simulation_arguments(study, variant),
+    )
+    write_part(path, grid, outcome, {"record_id": record.record_id, "variant": variant})
+    return int(np.sum(outcome["block_steps"]))
+
+
+def write_part(path: Path, grid: Grid, outcome: dict[str, NDArray[np.generic]], attributes: dict[str, str]) -> None:
+    """Write the outcome on a grid, or on a piece of one, as a part of the cube."""
+    from netCDF4 import Dataset
+
+    with whole(path) as part, Dataset(part, "w", format="NETCDF4") as file:
+        add_coordinates(file, grid.coordinates())
+        for variable in VARIABLES:
+            add_variable(file, variable, DIMENSIONS, grid.shape)[:] = outcome[variable.name]
+        file.setncatts(attributes)

@@ -1,0 +1,49 @@
+"""Run times: into a table of their own, since a cube must be the same each time it is made."""
+
+import csv
+import platform
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from overturning.files import whole
+
+
+@contextmanager
+def timed(path: Path) -> Iterator[dict[str, Any]]:
+    """Measure a block of code and write a table of one row.
+
+    Parameters
+    ----------
+    path : Path
+        CSV file to make.
+
+    Yields
+    ------
+    dict
+        Further columns of the row, to be filled in by the block.
+    """
+    row: dict[str, Any] = {}
+    wall, cpu = time.perf_counter(), time.process_time()
+    yield row
+    row |= {
+        "wall_s": round(time.perf_counter() - wall, 3),
+        "cpu_s": round(time.process_time() - cpu, 3),
+        "processor": _processor(),
+    }
+    with whole(path) as part, part.open("w", encoding="utf-8", newline="") as file:
+        table = csv.DictWriter(file, list(row), lineterminator="\n")
+        table.writeheader()
+        table.writerow(row)
+
+
+def _processor() -> str:
+    try:
+        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    except OSError:
+        pass
+    return platform.processor() or platform.machine()

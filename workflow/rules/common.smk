@@ -1,0 +1,68 @@
+# Reads and checks the study; names of files and settings that the rules share. No science here.
+
+import json
+from pathlib import Path
+
+from snakemake.exceptions import WorkflowError
+
+from overturning.errors import OverturningError
+from overturning.study.load import check_study, entries_of, load_study
+from overturning.study.sources import source_hash
+
+DEFAULT_STUDY = Path("config/near-fault.yaml")
+
+
+def load():
+    """The checked study and the rows of the record table it uses."""
+    given = workflow.config_settings.configfiles
+    where = ", ".join(Path(file).name for file in given) or str(DEFAULT_STUDY)
+    try:
+        # Snakemake has merged the files of --configfile and the keys of --config already.
+        study = (
+            check_study(config, where) if given else load_study(DEFAULT_STUDY, config)
+        )
+        return study, entries_of(study, where)
+    except OverturningError as error:
+        raise WorkflowError(str(error)) from None
+
+
+STUDY, ENTRIES = load()
+SETTINGS = STUDY.model_dump(mode="json")
+RECORDS = list(ENTRIES)
+VARIANTS = ["nominal", *STUDY.variants]
+RESULTS = f"results/{STUDY.name}"
+LOGS = f"{RESULTS}/logs"
+REPORT = f"{RESULTS}/report.html"
+STUDY_FILE = f"{RESULTS}/study.json"
+CUBES = [
+    f"{RESULTS}/cube.nc",
+    *(f"{RESULTS}/cube.{name}.nc" for name in STUDY.variants),
+]
+
+
+wildcard_constraints:
+    record="|".join(map(re.escape, RECORDS)),
+    variant="|".join(map(re.escape, VARIANTS)),
+
+
+def settings(*keys):
+    """The part of the study that a rule depends on: only its change makes the rule run again."""
+    return json.dumps({key: SETTINGS[key] for key in keys}, sort_keys=True)
+
+
+def sources(command):
+    """Hash of the package's sources that a subcommand is made of."""
+    return source_hash(f"overturning.commands.{command}")
+
+
+# The filled-in study, for the jobs to read. Rules take it as ancient(): what concerns them stands in their params.
+rule configure:
+    output:
+        STUDY_FILE,
+    log:
+        f"{LOGS}/configure.log",
+    localrule: True
+    params:
+        study=SETTINGS,
+    script:
+        "../scripts/configure.py"

@@ -1,0 +1,23 @@
+# Everything to one self-contained page that is the same each time it is made.
+
+
+rule report:
+    input:
+        cubes=CUBES,
+        intensity=f"{RESULTS}/intensity.nc",
+        figures=rules.figures.output,
+    output:
+        report(
+            REPORT,
+            caption="../report/report.rst",
+            category="Study",
+            labels={"figure": "report"},
+        ),
+    log:
+        f"{LOGS}/report.log",
+    resources:
+        mem_mb=1000,
+    params:
+        sources=sources("report"),
+    shell:
+        "overturning report --results {RESULTS} --output {output} 2> {log}"

@@ -1,0 +1,18 @@
+# Motion to intensity measures along every azimuth, one job for all records.
+
+
+rule rotate:
+    input:
+        study=ancient(STUDY_FILE),
+        motions=expand(f"{RESULTS}/motion/{{record}}.nc", record=RECORDS),
+    output:
+        f"{RESULTS}/intensity.nc",
+    log:
+        f"{LOGS}/rotate.log",
+    resources:
+        mem_mb=800,
+    params:
+        settings=settings("azimuth"),
+        sources=sources("rotate"),
+    shell:
+        "overturning rotate --study {input.study} --motions {RESULTS}/motion --output {output} 2> {log}"

@@ -1,0 +1,212 @@
+"""From the axes of a sensor to north, east and up: common window, orientation, checks."""
+
+import hashlib
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from typing import Any
+
+from overturning.errors import RecordError
+from overturning.records.component import Component, check_peak
+from overturning.records.direction import direction_cosines
+from overturning.records.record import FloatArray, Record
+
+MAXIMUM_SPREAD = 0.5
+"""Largest difference in start or in length between components of one record, s."""
+
+MINIMUM_SINE = 0.9
+"""Smallest sine of the angle between two horizontal axes that may be turned to north and east."""
+
+
+def iso(moment: datetime | None) -> str | None:
+    """A time as ISO 8601 in UTC, without trailing zeros of the second."""
+    if moment is None:
+        return None
+    text = moment.astimezone(UTC).strftime("%Y-%m-%dT%H:%M:%S.%f")
+    return text.rstrip("0").rstrip(".") + "Z"
+
+
+def to_north_east(
+    first: FloatArray, first_azimuth_deg: float, second: FloatArray, second_azimuth_deg: float, name: str
+) -> tuple[FloatArray, FloatArray]:
+    """Turn two horizontal components to north and east.
+
+    Solves a₁ = n cos φ₁ + e sin φ₁, a₂ = n cos φ₂ + e sin φ₂, so that axes that are not quite at right angles are
+    allowed too.
+
+    Parameters
+    ----------
+    first, second : ndarray, shape (n,)
+        Acceleration along the two axes.
+    first_azimuth_deg, second_azimuth_deg : float
+        Azimuths φ₁, φ₂ of the axes, degrees clockwise from north.
+    name : str
+        What an error names.
+
+    Returns
+    -------
+    north, east : ndarray, shape (n,)
+
+    Raises
+    ------
+    RecordError
+        If the axes are too close to parallel (more than 26° off a right angle).
+    """
+    c1, s1 = direction_cosines(first_azimuth_deg)
+    c2, s2 = direction_cosines(second_azimuth_deg)
+    determinant = round(c1 * s2 - c2 * s1, 12)
+    if abs(determinant) < MINIMUM_SINE:
+        raise RecordError(
+            f"{name}: horizontal axes at {first_azimuth_deg:g} and {second_azimuth_deg:g} degrees; they must be near a right "
+            "angle: give two components of one sensor"
+        )
+    # +0.0 turns a negative zero into zero, so that the stored bytes do not depend on the axes' order.
+    north = (first * s2 - second * s1) / determinant + 0.0
+    east = (second * c1 - first * c2) / determinant + 0.0
+    return north, east
+
+
+def common_window(components: Sequence[Component]) -> list[Component]:
+    """Cut components to the samples that all of them have.
+
+    Starts are rounded to whole samples relative to the latest; less than half a sample of shift remains.
+
+    Raises
+    ------
+    RecordError
+        If the rates differ, or starts or lengths differ by more than 0.5 s.
+    """
+    interval = components[0].sampling_interval
+    for other in components[1:]:
+        if not math.isclose(other.sampling_interval, interval, rel_tol=1e-6):
+            raise RecordError(
+                f"{other.file}: sampling interval {other.sampling_interval:g} s along {other.axis}, {components[0].file} has "
+                f"{interval:g} s; components of one record must share it"
+            )
+    starts = [c.start for c in components]
+    offsets = [0] * len(components)
+    if all(s is not None for s in starts):
+        known = [s for s in starts if s is not None]
+        latest = max(known)
+        spread = (latest - min(known)).total_seconds()
+        if spread > MAXIMUM_SPREAD:
+            raise RecordError(
+                f"{components[0].file}: components start {spread:.2f} s apart (at most {MAXIMUM_SPREAD} s); "
+                "they are not of one record"
+            )
+        offsets = [round((latest - s).total_seconds() / interval) for s in known]
+    lengths = [c.samples.size - o for c, o in zip(components, offsets, strict=True)]
+    spread = (max(c.samples.size for c in components) - min(c.samples.size for c in components)) * interval
+    if spread > MAXIMUM_SPREAD + 0.5 * interval:
+        raise RecordError(
+            f"{components[0].file}: components have {' and '.join(str(c.samples.size) for c in components)} samples, "
+            f"{spread:.2f} s apart (at most {MAXIMUM_SPREAD} s); one of them is cut: get it again"
+        )
+    length = min(lengths)
+    if length < 2:
+        raise RecordError(f"{components[0].file}: components have no common window")
+    cut = []
+    for component, offset in zip(components, offsets, strict=True):
+        start = None if component.start is None else component.start + timedelta(seconds=offset * interval)
+        cut.append(replace(component, samples=component.samples[offset : offset + length], start=start))
+    return cut
+
+
+def assemble(
+    components: Sequence[Component],
+    *,
+    record_id: str,
+    azimuths_deg: Sequence[float] | None = None,
+    correction_deg: float = 0.0,
+    trust_data: bool = False,
+    overrides: dict[str, Any] | None = None,
+) -> Record:
+    """Make one record of the components of one sensor.
+
+    Parameters
+    ----------
+    components : sequence of Component
+        Two horizontal axes and at most one vertical one.
+    record_id : str
+        Name of the record.
+    azimuths_deg : sequence of float, optional
+        Azimuths of the two horizontal axes, in the order of the components, where the file does not state them.
+    correction_deg : float
+        Added to the stated azimuths: sensor misorientation plus magnetic declination, degrees clockwise.
+    trust_data : bool
+        Go on where a header's peak contradicts the data.
+    overrides : dict, optional
+        Fields of the record that are known better than from the files (station, event, licence…).
+
+    Returns
+    -------
+    Record
+
+    Raises
+    ------
+    RecordError
+        If components are missing or doubled, an axis is unknown, rates, starts or lengths differ, or a header's peak
+        contradicts the data.
+    """
+    name = components[0].file if components else record_id
+    differences = {}
+    for component in components:
+        if not trust_data:
+            difference = check_peak(component)
+            if difference is not None:
+                differences[component.axis] = round(difference, 6)
+    vertical = [c for c in components if c.vertical]
+    horizontal = [c for c in components if not c.vertical]
+    if len(horizontal) != 2 or len(vertical) > 1:
+        axes = ", ".join(c.axis for c in components) or "none"
+        raise RecordError(
+            f"{name}: components {axes}; a record has two horizontal components and at most one vertical one: "
+            "give the files of one sensor together"
+        )
+    if azimuths_deg is not None:
+        if len(azimuths_deg) != 2:
+            raise RecordError(f"{name}: {len(azimuths_deg)} azimuths given; two are needed, one per horizontal axis")
+        horizontal = [replace(c, azimuth_deg=float(a)) for c, a in zip(horizontal, azimuths_deg, strict=True)]
+    for component in horizontal:
+        if component.azimuth_deg is None:
+            raise RecordError(
+                f"{component.file}: axis {component.axis!r} says nothing about north; "
+                "give the azimuths of the two axes (azimuths_deg in the record table, --azimuths here)"
+            )
+    window = common_window([*horizontal, *vertical])
+    azimuths = [((c.azimuth_deg or 0.0) + correction_deg) % 360.0 for c in window[:2]]
+    north, east = to_north_east(window[0].samples, azimuths[0], window[1].samples, azimuths[1], name)
+    first = window[0]
+    extra: dict[str, Any] = dict(first.extra) | {"format": first.format, "processed": first.processed}
+    extra["axes"] = [c.axis for c in window]
+    if differences:
+        extra["header_peak_difference"] = differences
+    if trust_data:
+        extra["trusted_data"] = True
+    fields: dict[str, Any] = {
+        "start": iso(first.start),
+        "station": first.station,
+        "event": first.event,
+        "source": " ".join(dict.fromkeys(c.file for c in window)),
+        "sha256": _joint_hash(window),
+        "latitude": first.latitude,
+        "longitude": first.longitude,
+    }
+    fields |= {key: value for key, value in (overrides or {}).items() if value not in (None, "")}
+    return Record(
+        record_id=record_id,
+        north=north,
+        east=east,
+        up=window[2].samples * float(window[2].vertical) + 0.0 if vertical else None,
+        sampling_interval=first.sampling_interval,
+        component_azimuths_deg=tuple(azimuths),
+        extra=extra,
+        **fields,
+    )
+
+
+def _joint_hash(components: Sequence[Component]) -> str:
+    """SHA-256 of one file, or of the joined hashes where a record lies in several."""
+    hashes = list(dict.fromkeys(c.sha256 for c in components))
+    return hashes[0] if len(hashes) == 1 else hashlib.sha256("".join(hashes).encode()).hexdigest()

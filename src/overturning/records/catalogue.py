@@ -1,0 +1,136 @@
+"""The record table: which records there are, where they come from, and what is known about them."""
+
+import csv
+import difflib
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+
+from overturning.errors import ConfigError
+
+
+def _none_if_empty(value: Any) -> Any:
+    return None if value == "" else value
+
+
+def _numbers(value: Any) -> Any:
+    return [part for part in value.replace(",", " ").split() if part] or None if isinstance(value, str) else value
+
+
+class RecordEntry(BaseModel):
+    """One line of the record table."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    id: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$", description="Short name, lower case; names files too.")]
+    format: Annotated[str, Field(description="File format, or `auto` to go by the content; see docs/formats.md.")] = (
+        "auto"
+    )
+    source: Annotated[str, Field(min_length=1, description="Files in the data folder, or `set:id`, or a pulse.")]
+    station: Annotated[str, Field(description="Name of the station; empty: as the file says.")] = ""
+    event: Annotated[
+        str, Field(description="Earthquake with its year; records that share it count as one earthquake.")
+    ] = ""
+    fault_strike_deg: Annotated[
+        float | None,
+        BeforeValidator(_none_if_empty),
+        Field(
+            ge=0,
+            lt=360.001,
+            description="Strike of the fault, degrees clockwise from north; the normal is strike + 90.",
+        ),
+    ] = None
+    pulse: Annotated[
+        bool | None, BeforeValidator(_none_if_empty), Field(description="Whether the record has a velocity pulse.")
+    ] = None
+    orientation_correction_deg: Annotated[
+        float,
+        Field(ge=-360, le=360, description="Added to the file's azimuths: misorientation of the sensor, clockwise."),
+    ] = 0.0
+    magnetic_declination_deg: Annotated[
+        float,
+        Field(
+            ge=-180, le=180, description="Added to azimuths that the file counts from magnetic north; east is positive."
+        ),
+    ] = 0.0
+    azimuths_deg: Annotated[
+        tuple[float, float] | None,
+        BeforeValidator(_numbers),
+        Field(description="Azimuths of the two horizontal axes where the file does not state them, e.g. `0 90`."),
+    ] = None
+    sensor: Annotated[
+        Literal["surface", "borehole"], Field(description="Which sensor of a station that has two (KiK-net).")
+    ] = "surface"
+    trust_data: Annotated[bool, Field(description="Go on where the header's peak contradicts the data.")] = False
+    sha256: Annotated[
+        str,
+        Field(pattern=r"^([0-9a-f]{64})?$", description="Expected SHA-256 of the record's file; empty: not checked."),
+    ] = ""
+    licence: Annotated[str, Field(description="Terms under which the data may be used.")] = ""
+
+    @property
+    def azimuth_correction_deg(self) -> float:
+        """What is added to the file's azimuths, degrees."""
+        return self.orientation_correction_deg + self.magnetic_declination_deg
+
+
+def read_catalogue(path: Path | str) -> dict[str, RecordEntry]:
+    """Read a record table: tab-separated, one header line, empty cells for what is not known.
+
+    Parameters
+    ----------
+    path : path
+        The table. Lines that begin with ``#`` are comments.
+
+    Returns
+    -------
+    dict of str to RecordEntry
+        By id, in the table's order.
+
+    Raises
+    ------
+    ConfigError
+        Naming file, line, column and value: unknown or doubled columns, a doubled id, a value out of bounds.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise ConfigError(f"{path}: no such record table; check `records_table` in the config") from None
+    except (OSError, UnicodeDecodeError) as problem:
+        raise ConfigError(f"{path}: cannot be read as UTF-8 text ({problem})") from None
+    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
+    if not lines:
+        raise ConfigError(
+            f"{path}: the record table is empty; its first line names the columns (id, format, source, …)"
+        )
+    columns = [c.strip() for c in lines[0][1].split("\t")]
+    for column in columns:
+        if column not in RecordEntry.model_fields:
+            near = difflib.get_close_matches(column, RecordEntry.model_fields, 1)
+            hint = f"; did you mean {near[0]!r}?" if near else f"; known are {', '.join(RecordEntry.model_fields)}"
+            raise ConfigError(f"{path} line {lines[0][0]}: unknown column {column!r}{hint}")
+    if len(set(columns)) < len(columns):
+        raise ConfigError(f"{path} line {lines[0][0]}: a column is named twice; columns are {', '.join(columns)}")
+    entries: dict[str, RecordEntry] = {}
+    for number, line in lines[1:]:
+        cells = [c.strip() for c in next(csv.reader([line], delimiter="\t"))]
+        if len(cells) > len(columns):
+            raise ConfigError(
+                f"{path} line {number}: {len(cells)} cells for {len(columns)} columns; columns are set off by tabs"
+            )
+        # An empty cell means the default, except where empty is itself a value.
+        given = {c: v for c, v in zip(columns, cells, strict=False) if v != ""}
+        try:
+            entry = RecordEntry.model_validate(given)
+        except ValidationError as problem:
+            first = problem.errors()[0]
+            column = str(first["loc"][0])
+            raise ConfigError(
+                f"{path} line {number}: column {column}: {given.get(column, '')!r}: {first['msg'].lower()}"
+            ) from None
+        if entry.id in entries:
+            raise ConfigError(f"{path} line {number}: column id: {entry.id!r} stands twice; ids must differ")
+        entries[entry.id] = entry
+    return entries

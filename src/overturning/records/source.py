@@ -1,0 +1,160 @@
+"""Bytes of record files, with bounds: from a file, or from an archive without unpacking it onto the disk."""
+
+import hashlib
+import io
+import tarfile
+import zipfile
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path, PurePosixPath
+from typing import Final
+
+from overturning.errors import MissingDataError, RecordError
+
+MAXIMUM_BYTES: Final = 200_000_000
+"""Largest file, and largest sum of an archive's members, that is read; a day at 200 Hz in text is half of it."""
+
+MAXIMUM_MEMBERS: Final = 20_000
+"""Most members of an archive."""
+
+
+@dataclass(frozen=True)
+class SourceFile:
+    """A record file in memory.
+
+    Attributes
+    ----------
+    name : str
+        Name without folder, or ``archive:member``; what errors name.
+    data : bytes
+        All of it.
+    """
+
+    name: str
+    data: bytes
+
+    @cached_property
+    def sha256(self) -> str:
+        """SHA-256 of the bytes."""
+        return hashlib.sha256(self.data).hexdigest()
+
+    @cached_property
+    def lines(self) -> list[str]:
+        """The lines as text: UTF-8 (a byte-order mark is dropped), else Shift-JIS as Japanese loggers write, else Latin-1."""
+        for encoding in ("utf-8-sig", "shift_jis"):
+            try:
+                return self.data.decode(encoding).splitlines()
+            except UnicodeDecodeError:
+                continue
+        return self.data.decode("latin-1").splitlines()
+
+    @property
+    def suffix(self) -> str:
+        """Last extension, lower case, without the dot."""
+        return PurePosixPath(self.name).suffix.lower().lstrip(".")
+
+
+def is_archive(data: bytes) -> bool:
+    """Whether bytes begin like a zip, gzip or tar file."""
+    return data[:4] == b"PK\x03\x04" or data[:2] == b"\x1f\x8b" or data[257:262] == b"ustar"
+
+
+def read_source(path: Path) -> SourceFile:
+    """Read a file whole.
+
+    Raises
+    ------
+    MissingDataError
+        If there is no such file.
+    RecordError
+        If it is a folder, empty, unreadable or larger than 200 MB.
+    """
+    if not path.exists():
+        raise MissingDataError(f"{path}: no such file; check the name, or the data folder in the config")
+    if not path.is_file():
+        raise RecordError(f"{path}: this is a folder or a device; name the files in it")
+    size = path.stat().st_size
+    if size > MAXIMUM_BYTES:
+        raise RecordError(f"{path}: {size} bytes; record files larger than {MAXIMUM_BYTES} bytes are not read: cut it")
+    try:
+        data = path.read_bytes()
+    except OSError as problem:
+        raise RecordError(f"{path}: cannot be read ({problem.strerror}); check its permissions") from problem
+    if not data:
+        raise RecordError(f"{path}: the file is empty; get it again")
+    return SourceFile(path.name, data)
+
+
+def open_archive(source: SourceFile, *, _depth: int = 0, _budget: list[int] | None = None) -> Iterator[SourceFile]:
+    """Yield the members of a .tar, .tar.gz or .zip file, nested archives (as NIED delivers them) included.
+
+    Nothing is written to the disk, so a member's folder cannot lead out of anything; names that try are refused all the
+    same, as are links and devices. Member sizes are counted while they are unpacked, not believed.
+
+    Raises
+    ------
+    RecordError
+        If the archive is damaged, nested more than twice, holds a link, a device or a name with ``..``, or unpacks to more
+        than 200 MB.
+    """
+    budget = _budget if _budget is not None else [MAXIMUM_BYTES, MAXIMUM_MEMBERS]
+    if _depth > 2:
+        raise RecordError(f"{source.name}: archives nested more than twice; unpack it first")
+    members = _zip_members if source.data[:2] == b"PK" else _tar_members
+    try:
+        for member in members(source, budget):
+            if is_archive(member.data):
+                yield from open_archive(member, _depth=_depth + 1, _budget=budget)
+            else:
+                yield member
+    except (tarfile.TarError, zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError) as problem:
+        raise RecordError(f"{source.name}: the archive is damaged ({problem}); download it again") from problem
+    except RuntimeError as problem:  # zipfile's word for an encrypted member
+        raise RecordError(f"{source.name}: {problem}; unpack it first") from problem
+
+
+def _checked_name(archive: str, name: str) -> str:
+    pure = PurePosixPath(name.replace("\\", "/"))
+    if pure.is_absolute() or ".." in pure.parts or (pure.parts and ":" in pure.parts[0]):
+        raise RecordError(f"{archive}: member {name!r} points out of the archive; unpack by hand what you trust")
+    return pure.name
+
+
+def _spend(archive: str, budget: list[int], stream: io.BufferedIOBase | object, name: str) -> SourceFile:
+    budget[1] -= 1
+    if budget[1] < 0:
+        raise RecordError(f"{archive}: more than {MAXIMUM_MEMBERS} members; unpack by hand the ones you need")
+    data: bytes = stream.read(budget[0] + 1)  # type: ignore[union-attr]
+    budget[0] -= len(data)
+    if budget[0] < 0:
+        raise RecordError(f"{archive}: unpacks to more than {MAXIMUM_BYTES} bytes; unpack by hand the files you need")
+    return SourceFile(name, data)
+
+
+def _zip_members(source: SourceFile, budget: list[int]) -> Iterator[SourceFile]:
+    with zipfile.ZipFile(io.BytesIO(source.data)) as archive:
+        for info in archive.infolist():
+            name = _checked_name(source.name, info.filename)
+            if info.is_dir():
+                continue
+            if (info.external_attr >> 16) & 0o170000 == 0o120000:
+                raise RecordError(f"{source.name}: member {info.filename!r} is a link; put the file itself there")
+            with archive.open(info) as stream:
+                yield _spend(source.name, budget, stream, name)
+
+
+def _tar_members(source: SourceFile, budget: list[int]) -> Iterator[SourceFile]:
+    with tarfile.open(fileobj=io.BytesIO(source.data), mode="r|*") as archive:
+        for info in archive:
+            name = _checked_name(source.name, info.name)
+            if info.isdir():
+                continue
+            if not info.isreg():
+                raise RecordError(
+                    f"{source.name}: member {info.name!r} is a link or a device; put the file itself there"
+                )
+            stream = archive.extractfile(info)
+            if stream is not None:
+                yield _spend(source.name, budget, stream, name)

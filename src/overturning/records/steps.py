@@ -1,0 +1,111 @@
+"""Processing steps as data: what a config may ask for, each with its parameters and bounds."""
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+
+class _Step(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class RemoveMean(_Step):
+    """Subtract the mean: of the pre-event part where its length is given, else of the whole record."""
+
+    step: Literal["remove_mean"] = "remove_mean"
+    first_s: Annotated[
+        float | None, Field(gt=0, description="Length of the pre-event part, s; none: the whole record.")
+    ] = None
+
+
+class Detrend(_Step):
+    """Subtract the least-squares polynomial of the whole record."""
+
+    step: Literal["detrend"] = "detrend"
+    order: Annotated[int, Field(ge=0, le=5, description="Order of the polynomial; 1 is a line.")] = 1
+
+
+class Taper(_Step):
+    """Multiply both ends by half a cosine bell."""
+
+    step: Literal["taper"] = "taper"
+    length_s: Annotated[float, Field(gt=0, description="Length of the bell at each end, s.")]
+
+
+class Highpass(_Step):
+    """Butterworth high-pass filter, forward and backward (zero phase), ends padded with zeros."""
+
+    step: Literal["highpass"] = "highpass"
+    corner_hz: Annotated[
+        float, Field(gt=0, description="Corner frequency; the amplitude there is halved by the two passes.")
+    ]
+    order: Annotated[int, Field(ge=1, le=8, description="Order of each of the two passes.")] = 2
+
+
+class Lowpass(_Step):
+    """Butterworth low-pass filter, forward and backward (zero phase), ends padded with zeros."""
+
+    step: Literal["lowpass"] = "lowpass"
+    corner_hz: Annotated[
+        float, Field(gt=0, description="Corner frequency; the amplitude there is halved by the two passes.")
+    ]
+    order: Annotated[int, Field(ge=1, le=8, description="Order of each of the two passes.")] = 2
+
+
+class Baseline(_Step):
+    """Baseline correction by the named published scheme.
+
+    ``boore-2001``: Boore (2001, BSSA 91, 1199-1211) after Iwan et al. (1985): a line v = v0 + a_f t is fitted to the end of the
+    velocity; a_f is subtracted after t2, and the mean offset that leads to that line between t1 and t2. Without t2 it is
+    the time at which the fitted line is zero, and one step is subtracted from there on (Boore's v0 correction).
+    """
+
+    step: Literal["baseline"] = "baseline"
+    scheme: Annotated[Literal["boore-2001"], Field(description="Name of the scheme.")] = "boore-2001"
+    fit_from_s: Annotated[float, Field(gt=0, description="Where the fit to the end of the velocity begins, s.")]
+    t1_s: Annotated[float | None, Field(ge=0, description="Where the offset of the strong motion begins, s.")] = None
+    t2_s: Annotated[float | None, Field(gt=0, description="Where it ends, s; none: where the fitted line is zero.")] = (
+        None
+    )
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "Baseline":
+        if (self.t1_s is None) != (self.t2_s is None):
+            raise ValueError("t1_s and t2_s: give both or neither")
+        if self.t1_s is not None and self.t2_s is not None and not self.t1_s < self.t2_s <= self.fit_from_s:
+            raise ValueError("t1_s, t2_s, fit_from_s must ascend")
+        return self
+
+
+class Resample(_Step):
+    """Band-limited resampling (polyphase FIR); the ratio of the intervals must be a fraction of small whole numbers."""
+
+    step: Literal["resample"] = "resample"
+    sampling_interval_s: Annotated[float, Field(gt=0, le=1, description="New time between samples, s.")]
+
+
+class Cut(_Step):
+    """Keep the samples from start to end."""
+
+    step: Literal["cut"] = "cut"
+    start_s: Annotated[float, Field(ge=0, description="First sample kept, s after the record's start.")] = 0.0
+    end_s: Annotated[float | None, Field(gt=0, description="Last sample kept, s; none: to the end.")] = None
+
+    @model_validator(mode="after")
+    def _ordered(self) -> "Cut":
+        if self.end_s is not None and self.end_s <= self.start_s:
+            raise ValueError(f"end_s {self.end_s:g} must lie after start_s {self.start_s:g}")
+        return self
+
+
+class Scale(_Step):
+    """Multiply every sample by a factor."""
+
+    step: Literal["scale"] = "scale"
+    factor: Annotated[float, Field(gt=0, description="Factor, without unit.")]
+
+
+Step = Annotated[
+    RemoveMean | Detrend | Taper | Highpass | Lowpass | Baseline | Resample | Cut | Scale, Field(discriminator="step")
+]
+"""Any of the steps, told apart by the key ``step``."""

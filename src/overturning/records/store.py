@@ -1,0 +1,122 @@
+"""``motion.nc``: a record as one NetCDF file, the same bytes each time."""
+
+import json
+import os
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from overturning.errors import ResultError
+from overturning.records.record import Record
+
+DECIMALS = 9
+"""Samples are rounded to 1e-9 m/s²: what follows is then the same on every processor."""
+
+SCHEMA = "overturning motion 1"
+
+_TEXTS = ("record_id", "start", "station", "event", "source", "sha256", "licence")
+_NUMBERS = ("fault_strike_deg", "latitude", "longitude")
+_NAMES = {"north": "ground acceleration towards north", "east": "ground acceleration towards east"}
+
+
+def rounded(record: Record) -> Record:
+    """The record as it will be read back: samples rounded to 1e-9 m/s², without negative zeros."""
+    return replace(
+        record,
+        north=np.round(record.north, DECIMALS) + 0.0,
+        east=np.round(record.east, DECIMALS) + 0.0,
+        up=None if record.up is None else np.round(record.up, DECIMALS) + 0.0,
+    )
+
+
+def write_motion(record: Record, path: Path | str) -> None:
+    """Write a record as NetCDF (CF-1.11), under another name first and then moved into place.
+
+    Parameters
+    ----------
+    record : Record
+    path : path
+        The file to write; its folder must exist.
+    """
+    import netCDF4
+
+    path = Path(path)
+    record = rounded(record)
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        with netCDF4.Dataset(part, "w", format="NETCDF4") as file:
+            file.setncatts(_attributes(record))
+            file.createDimension("time", record.north.size)
+            time = file.createVariable("time", "f8", ("time",), zlib=True, shuffle=True)
+            time.setncatts({"long_name": "time after the start of the record", "units": "s"})
+            time[:] = np.arange(record.north.size) * record.sampling_interval
+            for name in ("north", "east", "up"):
+                samples = getattr(record, name)
+                if samples is None:
+                    continue
+                variable = file.createVariable(name, "f8", ("time",), zlib=True, shuffle=True)
+                variable.setncatts({"long_name": _NAMES.get(name, "upward ground acceleration"), "units": "m s-2"})
+                variable[:] = samples
+        os.replace(part, path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _attributes(record: Record) -> dict[str, Any]:
+    attributes: dict[str, Any] = {
+        "Conventions": "CF-1.11",
+        "title": f"Ground motion {record.record_id}",
+        "schema": SCHEMA,
+        "sampling_interval": record.sampling_interval,
+    }
+    attributes |= {name: getattr(record, name) for name in _TEXTS if getattr(record, name)}
+    attributes |= {name: float(getattr(record, name)) for name in _NUMBERS if getattr(record, name) is not None}
+    if record.component_azimuths_deg:
+        attributes["component_azimuths_deg"] = np.array(record.component_azimuths_deg, dtype=np.float64)
+    attributes["processing"] = json.dumps(list(record.processing), ensure_ascii=False)
+    attributes["extra"] = json.dumps(record.extra, sort_keys=True, ensure_ascii=False)
+    return attributes
+
+
+def read_motion(path: Path | str) -> Record:
+    """Read a ``motion.nc``.
+
+    Raises
+    ------
+    ResultError
+        If it is missing, damaged or not of this kind.
+    """
+    import netCDF4
+
+    path = Path(path)
+    try:
+        with netCDF4.Dataset(path) as file:
+            attributes = {name: file.getncattr(name) for name in file.ncattrs()}
+            if attributes.get("schema") != SCHEMA:
+                raise ResultError(f"{path}: not a {SCHEMA!r} file; remove it and run the study again")
+            samples = {
+                name: np.asarray(file[name][:].filled(np.nan), dtype=np.float64)
+                for name in ("north", "east", "up")
+                if name in file.variables
+            }
+            fields: dict[str, Any] = {name: str(attributes[name]) for name in _TEXTS if name in attributes}
+            fields |= {name: float(attributes[name]) for name in _NUMBERS if name in attributes}
+            azimuths = np.atleast_1d(attributes.get("component_azimuths_deg", ()))
+            return Record(
+                north=samples["north"],
+                east=samples["east"],
+                up=samples.get("up"),
+                sampling_interval=float(attributes["sampling_interval"]),
+                component_azimuths_deg=tuple(float(a) for a in azimuths),
+                processing=tuple(json.loads(attributes["processing"])),
+                extra=json.loads(attributes["extra"]),
+                **fields,
+            )
+    except FileNotFoundError:
+        raise ResultError(f"{path}: no such file; run the study, or the rule that reads records") from None
+    except (OSError, KeyError, IndexError, ValueError, RuntimeError) as problem:
+        if isinstance(problem, ResultError):
+            raise
+        raise ResultError(f"{path}: damaged ({problem}); remove it and run the study again") from problem

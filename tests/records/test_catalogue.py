@@ -1,0 +1,47 @@
+import pytest
+
+from overturning.errors import ConfigError
+from overturning.records.catalogue import read_catalogue
+
+HEAD = "id\tformat\tsource\tstation\tevent\tfault_strike_deg\tpulse\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", ["empty"]),
+        ("id\tformat\tsuorce\nx\tauto\ty\n", ["line 1", "suorce", "did you mean 'source'"]),
+        ("id\tid\n", ["named twice"]),
+        (HEAD + "a\tauto\tx\t\t\t400\t\n", ["line 2", "fault_strike_deg", "400"]),
+        (HEAD + "a\tauto\tx\t\t\t\tmaybe\n", ["line 2", "pulse", "maybe"]),
+        (HEAD + "A b\tauto\tx\t\t\t\t\n", ["line 2", "column id", "A b"]),
+        (HEAD + "a\tauto\tx\na\tauto\ty\n", ["line 3", "twice"]),
+        (HEAD + "a\tauto\tx\t1\t2\t3\ttrue\t8\n", ["line 2", "8 cells"]),
+        (HEAD + "a\tauto\t\n", ["line 2", "source"]),
+    ],
+)
+def test_what_is_wrong_is_named(tmp_path, text, words):
+    path = tmp_path / "records.tsv"
+    path.write_text(text)
+    with pytest.raises(ConfigError) as problem:
+        read_catalogue(path)
+    for word in ["records.tsv", *words]:
+        assert word in str(problem.value)
+
+
+def test_comments_bom_and_empty_cells(tmp_path):
+    path = tmp_path / "records.tsv"
+    path.write_text(
+        "\ufeff# mine\n" + HEAD + "\n# second\na\tauto\tx.V2A\t\t\t\t\nb\tauto\ty\tSt\tEv\t12.5\tfalse\n",
+        encoding="utf-8",
+    )
+    table = read_catalogue(path)
+    assert list(table) == ["a", "b"]
+    assert table["a"].fault_strike_deg is None
+    assert table["a"].pulse is None
+    assert (table["b"].fault_strike_deg, table["b"].pulse) == (12.5, False)
+
+
+def test_a_missing_table_is_named(tmp_path):
+    with pytest.raises(ConfigError, match=r"none\.tsv"):
+        read_catalogue(tmp_path / "none.tsv")

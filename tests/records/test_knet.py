@@ -1,0 +1,150 @@
+import io
+import tarfile
+import zipfile
+from datetime import datetime
+
+import numpy as np
+import pytest
+from record_writers import knet_text, write_knet_set
+
+from overturning.errors import MissingDataError, RecordError
+from overturning.records.catalogue import RecordEntry
+from overturning.records.formats import knet
+from overturning.records.read import read_path, read_record
+from overturning.records.source import SourceFile
+
+GAIN = 2000 / 8388608 * 0.01
+random = np.random.default_rng(20001006)
+NORTH, EAST, UP = (random.integers(-400_000, 400_000, 1000) + 12_345 for _ in range(3))
+
+
+def test_counts_times_gain_once(tmp_path):
+    record = read_path(write_knet_set(tmp_path, "TST0010102031305", NORTH, EAST, UP))
+    np.testing.assert_allclose(record.north, NORTH * GAIN, rtol=1e-12)
+    np.testing.assert_allclose(record.east, EAST * GAIN, rtol=1e-12)
+    np.testing.assert_allclose(record.up, UP * GAIN, rtol=1e-12)
+
+
+def test_start_is_utc_without_the_trigger_delay(tmp_path):
+    record = read_path(write_knet_set(tmp_path, "T", NORTH, EAST, start=datetime(2000, 10, 6, 4, 30, 6)))
+    assert record.start == "2000-10-06T04:30:06Z"
+    assert (record.latitude, record.longitude, record.station) == (35.2289, 133.3904, "TST001")
+
+
+def test_surface_and_borehole_are_told_apart_and_have_their_own_gains(tmp_path):
+    deep = write_knet_set(
+        tmp_path, "TTRH02X", NORTH, EAST, UP, kik=1, station="TTRH02", scale=(3920, 6182761), rate="200Hz"
+    )
+    top = write_knet_set(
+        tmp_path, "TTRH02X", UP, NORTH, EAST, kik=2, station="TTRH02", scale=(7845, 8223790), rate="200Hz"
+    )
+    surface = read_path([*deep, *top])
+    np.testing.assert_allclose(surface.north, UP * 7845 / 8223790 * 0.01, rtol=1e-12)
+    borehole = read_path([*top, *deep], sensor="borehole")
+    np.testing.assert_allclose(borehole.north, NORTH * 3920 / 6182761 * 0.01, rtol=1e-12)
+    assert surface.sampling_interval == 0.005
+    assert surface.station == "TTRH02"
+    with pytest.raises(RecordError, match="borehole"):
+        read_path(top, sensor="borehole")
+
+
+@pytest.mark.parametrize("kind", ["tar.gz", "zip", "nested"])
+def test_reads_straight_from_the_archive(tmp_path, kind):
+    inside = tmp_path / "in"
+    inside.mkdir()
+    files = write_knet_set(inside, "TTRH020010061330", NORTH, EAST, UP, kik=2, station="TTRH02")
+    files += write_knet_set(inside, "SMNH010010061330", UP, UP, UP, kik=2, station="SMNH01")
+    out = tmp_path / "data"
+    out.mkdir()
+    if kind == "zip":
+        with zipfile.ZipFile(out / "event.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+            for file in files:
+                archive.write(file, f"20001006/{file.name}")
+    else:
+        buffer = io.BytesIO()
+        with tarfile.open(fileobj=buffer, mode="w:gz") as archive:
+            for file in files:
+                archive.add(file, f"20001006/{file.name}")
+        if kind == "nested":
+            with tarfile.open(out / "all.tar", "w") as archive:
+                info = tarfile.TarInfo("20001006.kik.tar.gz")
+                info.size = len(buffer.getvalue())
+                archive.addfile(info, io.BytesIO(buffer.getvalue()))
+        else:
+            (out / "20001006.kik.tar.gz").write_bytes(buffer.getvalue())
+    entry = RecordEntry(id="ttrh02", format="kik-net", source="TTRH020010061330", event="Western Tottori 2000")
+    record = read_record(entry, out)
+    np.testing.assert_allclose(record.north, NORTH * GAIN, rtol=1e-12)
+    assert record.station == "TTRH02"
+
+
+def test_missing_files_are_named_with_where_to_get_and_put_them(tmp_path):
+    entry = RecordEntry(id="ttrh02", format="kik-net", source="TTRH020010061330")
+    with pytest.raises(MissingDataError) as problem:
+        read_record(entry, tmp_path / "nied")
+    message = str(problem.value)
+    for word in ("TTRH020010061330.NS2", "EW2", "UD2", "NIED", "kyoshin.bosai.go.jp", str(tmp_path / "nied")):
+        assert word in message
+    assert "\n" not in message
+
+
+def test_one_component_alone_is_refused(tmp_path):
+    north = write_knet_set(tmp_path, "T", NORTH, EAST)[0]
+    with pytest.raises(RecordError, match="two horizontal"):
+        read_path(north)
+
+
+def read_text(text: str, name: str = "T.NS"):
+    return knet.read(SourceFile(name, text.encode("utf-8")))[0]
+
+
+def test_fractional_rate_and_scale_factor_are_kept_whole():
+    """Obspy takes 99.5Hz as 99 and 7845.6(gal) as 7845."""
+    component = read_text(knet_text(NORTH[:199], rate="99.5Hz", scale=("7845.6", 8223790)))
+    assert component.sampling_interval == 1 / 99.5
+    np.testing.assert_allclose(component.samples, NORTH[:199] * 7845.6 / 8223790 * 0.01, rtol=1e-12)
+
+
+def test_blank_magnitude_and_japanese_memo_do_no_harm():
+    text = knet_text(NORTH, magnitude="", memo="補正なし")
+    assert "magnitude" not in read_text(text).extra
+    component = knet.read(SourceFile("T.NS", text.encode("shift_jis")))[0]
+    np.testing.assert_allclose(component.samples, NORTH * GAIN, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("change", "line", "word"),
+    [
+        (lambda t: t[:150], 7, "header"),
+        (lambda t: t.replace("100Hz", "0Hz"), 11, "0 Hz"),
+        (lambda t: t.replace("100Hz", "******"), 11, "not a number"),
+        (lambda t: t.replace("2000(gal)", "2000.5.1(gal)"), 14, "not a number"),
+        (lambda t: t.replace("(gal)/", " "), 14, "scale factor"),
+        (lambda t: t.replace("2001/02/03 13:05:21", "2001/02/33 13:05:21"), 1, "Origin|Record Time"),
+        (lambda t: t.replace("Dir.              N-S", "Dir.              H1"), 13, "direction"),
+        (lambda t: t.replace("Dir.              N-S", "Dir.              E-W"), 13, "swapped"),
+        (lambda t: t[:-300], None, "samples, header promises"),
+        (lambda t: t + t, 143, "whole number"),
+        (lambda t: t.replace(f"{NORTH[16]:>9d}", "      NaN"), 20, "whole number"),
+        (lambda t: t.replace(f"{NORTH[16]:>9d}", " ********"), 20, "whole number"),
+        (lambda t: t.replace(f"{NORTH[16]:>9d}{NORTH[17]:>9d}", f" {NORTH[16]}-{abs(NORTH[17])}"), 20, "whole number"),
+    ],
+)
+def test_what_is_wrong_is_named_with_its_line(change, line, word):
+    text = change(knet_text(NORTH))
+    with pytest.raises(RecordError, match=word) as problem:
+        read_text(text)
+    assert "T.NS" in str(problem.value)
+    if line:
+        assert f"line {line}" in str(problem.value)
+
+
+def test_a_peak_that_contradicts_the_header_is_refused_unless_trusted(tmp_path):
+    paths = write_knet_set(tmp_path, "T", NORTH, EAST)
+    text = paths[0].read_text()
+    peak = next(line for line in text.splitlines() if line.startswith("Max. Acc."))
+    wrong = float(peak.split()[-1]) * 1.006
+    paths[0].write_text(text.replace(peak, f"Max. Acc. (gal)   {wrong:.3f}"))
+    with pytest.raises(RecordError, match=r"T.NS line 15: .*--trust-data"):
+        read_path(paths)
+    assert read_path(paths, trust_data=True).extra["trusted_data"] is True

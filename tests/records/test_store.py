@@ -1,0 +1,90 @@
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from overturning.errors import ResultError
+from overturning.records.record import Record
+from overturning.records.store import read_motion, rounded, write_motion
+
+samples = arrays(np.float64, 40, elements=st.floats(-50, 50))
+texts = st.text(st.characters(blacklist_categories=("Cs", "Cc")), max_size=12)
+
+
+def same(a: Record, b: Record) -> None:
+    for field in dataclasses.fields(Record):
+        left, right = getattr(a, field.name), getattr(b, field.name)
+        if isinstance(left, np.ndarray):
+            np.testing.assert_array_equal(left, right, err_msg=field.name)
+        else:
+            assert left == right, field.name
+
+
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    samples,
+    samples,
+    st.one_of(st.none(), samples),
+    texts,
+    st.floats(0.0005, 0.1),
+    st.one_of(st.none(), st.floats(0, 359)),
+)
+def test_what_is_written_is_read(tmp_path, north, east, up, event, interval, strike):
+    record = Record(
+        "x-1",
+        north,
+        east,
+        up,
+        interval,
+        start="2001-02-03T04:05:06.5Z",
+        event=event,
+        sha256="ab" * 32,
+        fault_strike_deg=strike,
+        latitude=-41.5,
+        component_azimuths_deg=(32.0, 122.0),
+        processing=({"step": "detrend", "order": 1, "effect": {"pga": [1.0, 2.0]}},),
+        extra={"axes": ["N28W", "S62W"], "pulse": True},
+    )
+    write_motion(record, tmp_path / "motion.nc")
+    back = read_motion(tmp_path / "motion.nc")
+    same(rounded(record), back)
+    np.testing.assert_allclose(back.north, north, atol=5.1e-10)
+
+
+def test_same_bytes_each_time_and_no_file_left_behind(tmp_path):
+    record = Record("x", np.sin(np.arange(500.0)), np.cos(np.arange(500.0)), None, 0.01, extra={"b": 1, "a": 2})
+    write_motion(record, tmp_path / "one.nc")
+    write_motion(record, tmp_path / "two.nc")
+    assert (tmp_path / "one.nc").read_bytes() == (tmp_path / "two.nc").read_bytes()
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["one.nc", "two.nc"]
+
+
+def test_damaged_missing_or_foreign_files_are_named(tmp_path):
+    record = Record("x", np.zeros(9), np.zeros(9), None, 0.01)
+    write_motion(record, tmp_path / "motion.nc")
+    whole = (tmp_path / "motion.nc").read_bytes()
+    (tmp_path / "cut.nc").write_bytes(whole[: len(whole) // 2])
+    (tmp_path / "text.nc").write_text("hello")
+    for name in ("cut.nc", "text.nc", "none.nc"):
+        with pytest.raises(ResultError, match=name):
+            read_motion(tmp_path / name)
+
+
+def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
+    import netCDF4
+
+    record = Record("x", np.zeros(9), np.zeros(9), None, 0.01)
+    write_motion(record, tmp_path / "motion.nc")
+    before = (tmp_path / "motion.nc").read_bytes()
+
+    def fail(*args, **kwargs):
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr(netCDF4.Dataset, "createVariable", fail)
+    with pytest.raises(OSError, match="no space"):
+        write_motion(dataclasses.replace(record, station="other"), tmp_path / "motion.nc")
+    assert (tmp_path / "motion.nc").read_bytes() == before
+    assert [p.name for p in tmp_path.iterdir()] == ["motion.nc"]

@@ -1,6 +1,5 @@
 """Intensity measures by azimuth: peaks of acceleration, velocity and displacement."""
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -51,7 +50,7 @@ def peaks_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> dict[str, NDArra
     return found
 
 
-def intensity_by_azimuth(motion: Motion, azimuth_deg: Sequence[float] | NDArray[np.float64]) -> "xarray.Dataset":
+def intensity_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> "xarray.Dataset":
     """Intensity measures along azimuths.
 
     Parameters

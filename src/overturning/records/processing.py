@@ -44,13 +44,14 @@ def default_steps(record: Record) -> tuple[Step, ...]:
     return (RemoveMean(), Taper(length_s=min(2.0, 0.05 * record.duration)), Highpass(corner_hz=0.1, order=2))
 
 
-def process(record: Record, steps: Sequence[Step]) -> Record:
+def process(record: Record, steps: Sequence[Step] | None) -> Record:
     """Apply steps in order.
 
     Parameters
     ----------
     record : Record
-    steps : sequence of Step
+    steps : sequence of Step, or None
+        None: :func:`default_steps` of the record.
 
     Returns
     -------
@@ -63,7 +64,7 @@ def process(record: Record, steps: Sequence[Step]) -> Record:
     RecordError
         If a step does not fit the record (corner above the Nyquist frequency, cut beyond its end…).
     """
-    for step in steps:
+    for step in default_steps(record) if steps is None else steps:
         before = _horizontal_peaks(record)
         north, east = (_apply(step, record.north, record), _apply(step, record.east, record))
         up = None if record.up is None else _apply(step, record.up, record)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.variables import VARIABLES
+from overturning.dem.variables import INT8_MISSING, VARIABLES
 from overturning.errors import ResultError
 from overturning.files import whole
 from overturning.records.record import Record
@@ -54,11 +54,11 @@ def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path:
     digest = hashlib.sha256()
     with whole(path) as unfinished, Dataset(unfinished, "w", format="NETCDF4") as cube:
         cube.createDimension("record", len(records))
-        _add_records(cube, records)
+        _add_records(cube, records, study.simulation.vertical)
         add_coordinates(cube, grid.coordinates())
         for variable in VARIABLES:
             made = add_variable(cube, variable, dimensions, (1, *grid.shape))
-            made.coordinates = "record_id station event fault_normal pulse"
+            made.coordinates = "record_id station event fault_normal pulse vertical"
         filled = np.zeros((len(records), *grid.shape), dtype=bool)
         for part in parts:
             _copy_part(part, cube, grid, index_of, variant, filled)
@@ -107,7 +107,7 @@ def _places(part: Path, name: str, values: NDArray[Any], whole_axis: NDArray[Any
     return places
 
 
-def _add_records(cube: Any, records: Sequence[Record]) -> None:
+def _add_records(cube: Any, records: Sequence[Record], vertical: bool) -> None:
     number = cube.createVariable("record", "i4", ("record",))
     number.setncatts({"long_name": "number of the record", "units": "1"})
     number[:] = np.arange(len(records))
@@ -124,17 +124,26 @@ def _add_records(cube: Any, records: Sequence[Record]) -> None:
     normal.setncatts({"long_name": "azimuth of the fault normal, strike + 90 degrees", "units": "degree"})
     strikes = [record.fault_strike_deg for record in records]
     normal[:] = [np.nan if strike is None else (strike + 90.0) % 360.0 for strike in strikes]
-    pulse = cube.createVariable("pulse", "i1", ("record",), fill_value=np.int8(-128))
-    pulse.setncatts(
-        {
-            "long_name": "whether the record has a velocity pulse",
-            "units": "1",
-            "flag_values": np.array([0, 1], dtype=np.int8),
-            "flag_meanings": "no_pulse pulse",
-        }
-    )
-    pulse.set_auto_maskandscale(False)
-    pulse[:] = [-128 if (has := record.extra.get("pulse")) is None else int(has) for record in records]
+    for name, long_name, meanings, has in (
+        ("pulse", "whether the record has a velocity pulse", "no_pulse pulse", [r.extra.get("pulse") for r in records]),
+        (
+            "vertical",
+            "whether vertical motion was applied",
+            "horizontal_only with_vertical",
+            [vertical and record.up is not None for record in records],
+        ),
+    ):
+        flag = cube.createVariable(name, "i1", ("record",), fill_value=np.int8(INT8_MISSING))
+        flag.setncatts(
+            {
+                "long_name": long_name,
+                "units": "1",
+                "flag_values": np.array([0, 1], dtype=np.int8),
+                "flag_meanings": meanings,
+            }
+        )
+        flag.set_auto_maskandscale(False)
+        flag[:] = [INT8_MISSING if value is None else int(value) for value in has]
 
 
 def versions() -> dict[str, str]:

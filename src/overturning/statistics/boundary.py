@@ -1,0 +1,180 @@
+"""The overturning boundary: where along B/H the probability of falling crosses one half, azimuth by azimuth.
+
+Overturning is not monotonic in B/H: a block may stand between two that fall. So all crossings are given, and the
+*boundary* is the last one, above which nothing falls.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from overturning.errors import ArgumentError
+from overturning.statistics.circular import resultant
+from overturning.statistics.planes import fall_probability, plane_index, plane_weight
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+HALF = 0.5
+
+
+def crossing_values(probability: ArrayLike, b_over_h: ArrayLike, crossings: int) -> NDArray[np.float64]:
+    """All B/H at which the probability crosses one half, by linear interpolation between neighbouring known cells.
+
+    Parameters
+    ----------
+    probability : array_like, shape (..., n)
+        Probability of falling; NaN where not known (neighbours of a gap are joined across it).
+    b_over_h : array_like, shape (n,)
+        Ascending.
+    crossings : int
+        Length of the last dimension of the answer.
+
+    Returns
+    -------
+    ndarray, shape (..., crossings)
+        Ascending, filled up with NaN.
+    """
+    values = np.asarray(probability, dtype=np.float64)
+    slenderness = np.asarray(b_over_h, dtype=np.float64)
+    flat = values.reshape(-1, values.shape[-1])
+    out = np.full((flat.shape[0], crossings), np.nan)
+    for row, line in zip(out, flat, strict=True):
+        known = np.isfinite(line)
+        p, x = line[known] - HALF, slenderness[known]
+        at = np.flatnonzero((p[:-1] >= 0) != (p[1:] >= 0))
+        found = x[at] + (x[at + 1] - x[at]) * p[at] / (p[at] - p[at + 1])
+        found = found[-crossings:]  # of too many, the last ones: they bound what falls
+        row[: found.size] = found
+    return out.reshape(*values.shape[:-1], crossings)
+
+
+def last_known(probability: ArrayLike) -> NDArray[np.float64]:
+    """The last value along the last axis that is not NaN, NaN where all are; shape (…, n) to (…)."""
+    values = np.asarray(probability, dtype=np.float64)
+    at = values.shape[-1] - 1 - np.isfinite(values)[..., ::-1].argmax(axis=-1)
+    return np.asarray(np.take_along_axis(values, at[..., None], axis=-1)[..., 0])
+
+
+def _along_b_over_h(
+    function: Callable[..., NDArray[np.float64]], values: "xr.DataArray", sizes: dict[str, int], *more: "xr.DataArray"
+) -> "xr.DataArray":
+    import xarray as xr
+
+    lazy = values.chunk({"b_over_h": -1}) if values.chunks is not None else values
+    found: xr.DataArray = xr.apply_ufunc(
+        function,
+        lazy,
+        *more,
+        input_core_dims=[["b_over_h"]] * (1 + len(more)),
+        output_core_dims=[list(sizes)],
+        dask="parallelized",
+        dask_gufunc_kwargs={"output_sizes": sizes},
+        output_dtypes=[np.float64],
+    )
+    return found
+
+
+def _crossings(probability: "xr.DataArray", count: int) -> "xr.DataArray":
+    if "b_over_h" not in probability.dims:
+        raise ArgumentError("probability: no dimension b_over_h; a boundary is sought along it")
+    function = partial(crossing_values, crossings=count)
+    return _along_b_over_h(function, probability, {"crossing": count}, probability["b_over_h"].astype("float64"))
+
+
+def boundary(cube: "xr.Dataset", *, crossings: int = 6, ensemble: bool = True) -> "xr.Dataset":
+    """Crossings of probability one half along B/H, and their interval between the ensemble's scrambles.
+
+    Parameters
+    ----------
+    cube : Dataset
+        The cube; for the interval with the ensemble's ``scramble_difference_towards`` and ``_away``.
+    crossings : int
+        Most crossings kept per azimuth.
+    ensemble : bool
+        As in `fall_probability`.
+
+    Returns
+    -------
+    Dataset
+        ``crossing_b_over_h`` (…, crossing), ascending, missing where none; ``boundary`` the last crossing at which falling
+        ends; ``boundary_low`` and ``boundary_high``, the same from each scramble alone (equal to it without ensemble);
+        ``falls_beyond`` where the block still falls at the largest B/H, so that the boundary lies above the grid, and
+        ``stands_throughout`` where it never falls.
+    """
+    import xarray as xr
+
+    p = fall_probability(cube, ensemble=ensemble)
+    falls = p["towards"] + p["away"]
+    sides = [falls, falls]
+    if ensemble and "scramble_difference_towards" in cube:
+        gap = (cube["scramble_difference_towards"] + cube["scramble_difference_away"]).fillna(0.0)
+        sides = [falls + gap / 2, falls - gap / 2]
+    found = _crossings(falls, crossings).assign_attrs(
+        long_name="slenderness at which the probability of falling is one half", units="1"
+    )
+    beyond = _along_b_over_h(last_known, falls, {}) >= HALF
+    edges = [_crossings(side, crossings).max("crossing").where(~beyond) for side in sides]
+    return found.to_dataset(name="crossing_b_over_h").assign(
+        boundary=found.max("crossing").where(~beyond).assign_attrs(long_name="overturning boundary", units="1"),
+        boundary_low=xr.apply_ufunc(np.fmin, *edges, dask="allowed").assign_attrs(
+            long_name="overturning boundary, lower of two scrambles", units="1"
+        ),
+        boundary_high=xr.apply_ufunc(np.fmax, *edges, dask="allowed").assign_attrs(
+            long_name="overturning boundary, upper of two scrambles", units="1"
+        ),
+        falls_beyond=beyond,
+        stands_throughout=(falls.fillna(0.0) < HALF).all("b_over_h"),
+    )
+
+
+def easiest_azimuth(bounds: "xr.Dataset", b_over_h: ArrayLike) -> "xr.Dataset":
+    """The plane in which the block overturns most easily, and how much more easily than in the hardest.
+
+    Parameters
+    ----------
+    bounds : Dataset
+        From `boundary`.
+    b_over_h : array_like
+        The cube's values; where the block never falls the smallest, and where it falls at all the largest, stands for
+        the boundary, which is then only known to lie below or above.
+
+    Returns
+    -------
+    Dataset
+        ``easiest_axis`` (degrees, 0 to 180; the mean axis of the planes that tie; missing where all planes tie or nothing
+        falls), ``highest_boundary``, ``lowest_boundary`` (B/H), ``ratio`` of the two, and ``bounded``: false where one of
+        them is only a bound, so that the ratio is a lower bound.
+    """
+    import xarray as xr
+
+    grid = np.asarray(b_over_h, dtype=np.float64)
+    index = plane_index(bounds["azimuth"].values)
+    planes = bounds[["boundary", "falls_beyond", "stands_throughout"]].isel(azimuth=index).compute()
+    weight = plane_weight(planes["azimuth"].values)
+    edge = planes["boundary"].where(~planes["falls_beyond"], grid.max()).where(~planes["stands_throughout"], grid.min())
+    highest, lowest = edge.max("azimuth"), edge.min("azimuth")
+
+    def axis(line: NDArray[np.float64], standing: NDArray[np.bool_]) -> float:
+        if standing.all() or not np.isfinite(line).any():
+            return np.nan
+        ties = np.abs(line - np.nanmax(line)) < 1e-9
+        return resultant(planes["azimuth"].values[ties], weight[ties], axial=True)[0]
+
+    easiest = xr.apply_ufunc(
+        axis, edge, planes["stands_throughout"], input_core_dims=[["azimuth"], ["azimuth"]], vectorize=True
+    )
+    never = planes["stands_throughout"].all("azimuth")
+    return (
+        easiest.assign_attrs(long_name="axis of easiest overturning", units="degree")
+        .to_dataset(name="easiest_axis")
+        .assign(
+            highest_boundary=highest.where(~never),
+            lowest_boundary=lowest.where(~never),
+            ratio=(highest / lowest).where(~never),
+            bounded=~(planes["falls_beyond"].any("azimuth") | planes["stands_throughout"].any("azimuth")),
+        )
+    )

@@ -1,0 +1,223 @@
+"""Directions and axes: mean, resultant and tests of uniformity, each formula with its source.
+
+A *direction* has a head (a block fell towards 60°); an *axis* has none (60° and 240° are the same). An axis is averaged
+as the direction of twice its angle, halved again (Mardia & Jupp 2000, Directional Statistics, section 1.1 and 9.1).
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from overturning.errors import ArgumentError
+
+FloatArray = NDArray[np.float64]
+
+# Below this resultant length a mean is rounding noise: the vectors cancel and point nowhere.
+NO_DIRECTION = 1e-9
+
+
+def resultant(angle_deg: ArrayLike, weight: ArrayLike | None = None, *, axial: bool = False) -> tuple[float, float]:
+    """Mean direction or axis, and mean resultant length (Mardia & Jupp 2000, eqs 2.2.2 to 2.2.4).
+
+    Parameters
+    ----------
+    angle_deg : array_like, shape (n,)
+        Angles, degrees.
+    weight : array_like, shape (n,), optional
+        Weights, not negative; 1 where not given.
+    axial : bool
+        Average axes (angles doubled) instead of directions.
+
+    Returns
+    -------
+    mean_deg : float
+        In [0, 360) for directions, in [0, 180) for axes; NaN where the vectors cancel.
+    length : float
+        Mean resultant length, 0 to 1; NaN without weight. For axes it is that of the doubled angles.
+    """
+    angle = np.radians(np.asarray(angle_deg, dtype=np.float64)) * (2 if axial else 1)
+    weights = np.ones_like(angle) if weight is None else np.asarray(weight, dtype=np.float64)
+    total = float(weights.sum())
+    if total <= 0:
+        return math.nan, math.nan
+    cosine, sine = float((weights * np.cos(angle)).sum()) / total, float((weights * np.sin(angle)).sum()) / total
+    length = math.hypot(cosine, sine)
+    if length < NO_DIRECTION:
+        return math.nan, 0.0
+    full = 180.0 if axial else 360.0
+    mean = math.degrees(math.atan2(sine, cosine)) / (2 if axial else 1) % full
+    return (0.0 if mean >= full else mean), min(length, 1.0)
+
+
+def wrap_axis(angle_deg: ArrayLike) -> FloatArray:
+    """Difference of two axes brought into (−90°, 90°]."""
+    return -((-np.asarray(angle_deg, dtype=np.float64) + 90.0) % 180.0 - 90.0)
+
+
+@dataclass(frozen=True)
+class TestResult:
+    """A test's statistic with its sample size and p-value.
+
+    Attributes
+    ----------
+    name : str
+        The test.
+    n : int
+        Independent observations.
+    statistic : float
+        The statistic the source tabulates.
+    p_value : float
+        Probability of a statistic at least as extreme if the null hypothesis holds; NaN without observations.
+    """
+
+    __test__ = False  # not a test case, whatever pytest makes of the name
+
+    name: str
+    n: int
+    statistic: float
+    p_value: float
+
+
+def rayleigh_test(angle_deg: ArrayLike, *, axial: bool = False) -> TestResult:
+    """Rayleigh test of uniformity against one preferred direction or axis.
+
+    z = n R̄², p = exp(√(1 + 4n + 4(n² − R²)) − (1 + 2n)) with R = n R̄ (Zar 2010, Biostatistical Analysis, eqs 27.2 and
+    27.4, after Greenwood & Durand 1955).
+
+    Parameters
+    ----------
+    angle_deg : array_like, shape (n,)
+        Independent angles, degrees.
+    axial : bool
+        Test axes (angles doubled).
+
+    Returns
+    -------
+    TestResult
+        With z as statistic.
+    """
+    angle = np.asarray(angle_deg, dtype=np.float64)
+    n = int(angle.size)
+    if n == 0:
+        return TestResult("Rayleigh", 0, math.nan, math.nan)
+    length = resultant(angle, axial=axial)[1]
+    z = n * length**2
+    p_value = math.exp(math.sqrt(1 + 4 * n + 4 * n * (n - z)) - (1 + 2 * n))
+    return TestResult("Rayleigh", n, z, min(p_value, 1.0))
+
+
+def v_test(angle_deg: ArrayLike, expected_deg: float, *, axial: bool = False) -> TestResult:
+    """V test of uniformity against a preferred direction or axis that was stated beforehand.
+
+    u = n R̄ cos(mean − expected) √(2/n), normal (one-sided) for large n (Zar 2010, eqs 27.5 and 27.6; Mardia & Jupp 2000,
+    eq. 6.3.4).
+
+    Parameters
+    ----------
+    angle_deg : array_like, shape (n,)
+        Independent angles, degrees.
+    expected_deg : float
+        Direction or axis stated by the hypothesis, degrees.
+    axial : bool
+        Test axes (angles doubled).
+
+    Returns
+    -------
+    TestResult
+        With u as statistic.
+    """
+    from scipy.special import ndtr
+
+    angle = np.asarray(angle_deg, dtype=np.float64)
+    n = int(angle.size)
+    if n == 0:
+        return TestResult("V", 0, math.nan, math.nan)
+    twice = 2 if axial else 1
+    u = float(np.cos(np.radians(twice * (angle - expected_deg))).sum()) * math.sqrt(2.0 / n)
+    return TestResult("V", n, u, float(ndtr(-u)))
+
+
+def watson_u2_test(uniform: ArrayLike) -> TestResult:
+    """Watson's U² test of fit on the circle.
+
+    U² = Σ (u_i − ū − (2i − 1)/2n + 1/2)² + 1/12n on the ordered u_i (Watson 1961, Biometrika 48); Stephens' (1970, JRSS B 32)
+    U²* = (U² − 0.1/n + 0.1/n²)(1 + 0.8/n) has p = 2 Σ (−1)^(m−1) exp(−2 m² π² U²*) for all n.
+
+    Parameters
+    ----------
+    uniform : array_like, shape (n,)
+        The distribution function of the model at each observed angle, 0 to 1; for uniformity the angle over 360°.
+
+    Returns
+    -------
+    TestResult
+        With U² (not modified) as statistic.
+
+    Raises
+    ------
+    ArgumentError
+        If a value lies outside 0 to 1.
+    """
+    ordered = np.sort(np.asarray(uniform, dtype=np.float64))
+    n = int(ordered.size)
+    if n == 0:
+        return TestResult("Watson U²", 0, math.nan, math.nan)
+    if not (np.isfinite(ordered).all() and ordered[0] >= 0 and ordered[-1] <= 1):
+        raise ArgumentError("uniform: values must lie in 0 to 1; pass the model's distribution function at the angles")
+    rank = (2 * np.arange(1, n + 1) - 1) / (2 * n)
+    statistic = float(((ordered - ordered.mean() - rank + 0.5) ** 2).sum() + 1 / (12 * n))
+    modified = (statistic - 0.1 / n + 0.1 / n**2) * (1 + 0.8 / n)
+    order = np.arange(1, 51)
+    p_value = 2 * float(((-1.0) ** (order - 1) * np.exp(-2 * order**2 * math.pi**2 * max(modified, 0.0))).sum())
+    return TestResult("Watson U²", n, statistic, min(max(p_value, 0.0), 1.0))
+
+
+def _grouped_u2(counts: FloatArray, probability: FloatArray) -> FloatArray:
+    total = counts.sum(axis=-1, keepdims=True)
+    difference = np.cumsum(counts - total * probability, axis=-1)
+    centre = (difference * probability).sum(axis=-1, keepdims=True)
+    return np.asarray((((difference - centre) ** 2) * probability).sum(axis=-1) / total[..., 0])
+
+
+def grouped_watson_test(
+    counts: ArrayLike, probability: ArrayLike, *, simulations: int = 20_000, seed: int = 1
+) -> TestResult:
+    """Watson's U² for counts in sectors, in their order round the circle.
+
+    U²_G = (1/n) Σ_j (S_j − S̄)² p_j with S_j the running sum of observed minus expected and S̄ = Σ S_j p_j (Choulakian,
+    Lockhart & Stephens 1994, Canadian Journal of Statistics 22). The p-value is simulated from the multinomial
+    distribution of the null hypothesis, so small counts and unequal sectors need no table.
+
+    Parameters
+    ----------
+    counts : array_like of int, shape (k,)
+        Observed counts per sector.
+    probability : array_like, shape (k,)
+        Of each sector under the null hypothesis; they sum to 1.
+    simulations, seed : int
+        Number of draws and their seed.
+
+    Returns
+    -------
+    TestResult
+        p is (1 + draws at least as extreme)/(1 + draws).
+
+    Raises
+    ------
+    ArgumentError
+        If shapes differ, or the probabilities are negative or do not sum to 1.
+    """
+    observed, expected = np.asarray(counts, dtype=np.float64), np.asarray(probability, dtype=np.float64)
+    if observed.shape != expected.shape or observed.ndim != 1:
+        raise ArgumentError(f"probability: shape {expected.shape}, counts {observed.shape}; one probability per sector")
+    if (expected < 0).any() or abs(expected.sum() - 1) > 1e-9:
+        raise ArgumentError(f"probability: sums to {expected.sum():.6g}; it must sum to 1 without negative values")
+    n = int(observed.sum())
+    if n == 0:
+        return TestResult("grouped Watson U²", 0, math.nan, math.nan)
+    statistic = float(_grouped_u2(observed, expected))
+    draws = np.random.Generator(np.random.PCG64(seed)).multinomial(n, expected / expected.sum(), size=simulations)
+    extreme = int((_grouped_u2(draws.astype(np.float64), expected) >= statistic * (1 - 1e-12)).sum())
+    return TestResult("grouped Watson U²", n, statistic, (1 + extreme) / (1 + simulations))

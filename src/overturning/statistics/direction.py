@@ -1,0 +1,127 @@
+"""Which way blocks fall: share of planes that overturn, mean fall direction, mean fall axis."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from overturning.statistics.circular import NO_DIRECTION
+from overturning.statistics.planes import by_plane
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+CASE_DIMS = ("height", "b_over_h", "friction")
+
+
+def _angle(
+    cosine: "xr.DataArray", sine: "xr.DataArray", total: "xr.DataArray", full: float
+) -> tuple["xr.DataArray", "xr.DataArray"]:
+    import xarray as xr
+
+    length = (xr.apply_ufunc(np.hypot, cosine, sine, dask="allowed") / total.where(total > 0)).clip(0, 1)
+    turned = xr.apply_ufunc(np.arctan2, sine, cosine, dask="allowed")
+    angle = turned * (full / (2 * np.pi)) % full
+    return angle.where(length > NO_DIRECTION), length
+
+
+def fall_shares(cube: "xr.Dataset", *, over: Sequence[str] = (), ensemble: bool = True) -> "xr.Dataset":
+    """Share of planes that overturn.
+
+    Parameters
+    ----------
+    cube : Dataset
+        The cube.
+    over : sequence of str
+        Dimensions to take together with ``azimuth`` (every case of them counts the same).
+    ensemble : bool
+        As in `fall_probability`.
+
+    Returns
+    -------
+    Dataset
+        ``share_overturned`` (of the planes whose outcome is known; missing where none is) and ``share_missing``.
+    """
+    planes = by_plane(cube, ensemble=ensemble)
+    dims = ("azimuth", *over)
+    known = planes["weight"].where(planes["falls"].notnull(), 0.0)
+    weight = known.sum(dims)
+    cases = int(np.prod([cube.sizes[d] for d in over])) if over else 1
+    share = ((planes["falls"] * planes["weight"]).sum(dims) / weight.where(weight > 0)).assign_attrs(
+        long_name="share of vertical planes in which the block falls", units="1"
+    )
+    missing = (1 - weight / cases).clip(0).assign_attrs(long_name="share of planes without an outcome", units="1")
+    return share.to_dataset(name="share_overturned").assign(share_missing=missing)
+
+
+def fall_vectors(cube: "xr.Dataset", *, over: Sequence[str] = (), ensemble: bool = True) -> "xr.Dataset":
+    """Sums from which mean directions and axes are made; they may be added up further before the angle is taken.
+
+    Parameters
+    ----------
+    cube, over, ensemble
+        As in `fall_shares`.
+
+    Returns
+    -------
+    Dataset
+        ``falls`` (weighted probability of falling), ``direction_cosine``, ``direction_sine`` (of the fall direction) and
+        ``axis_cosine``, ``axis_sine`` (of twice the plane's azimuth).
+    """
+    planes = by_plane(cube, ensemble=ensemble)
+    dims = ("azimuth", *over)
+    angle = np.radians(planes["azimuth"].astype("float64"))
+    weight = planes["weight"]
+    falls, net = planes["falls"] * weight, (planes["towards"] - planes["away"]) * weight
+    return (
+        falls.sum(dims)
+        .to_dataset(name="falls")
+        .assign(
+            direction_cosine=(net * np.cos(angle)).sum(dims),
+            direction_sine=(net * np.sin(angle)).sum(dims),
+            axis_cosine=(falls * np.cos(2 * angle)).sum(dims),
+            axis_sine=(falls * np.sin(2 * angle)).sum(dims),
+        )
+    )
+
+
+def fall_direction(cube: "xr.Dataset", *, over: Sequence[str] = (), ensemble: bool = True) -> "xr.Dataset":
+    """Mean direction towards which blocks fall (Mardia & Jupp 2000, eqs 2.2.2 to 2.2.4), each plane once.
+
+    Parameters
+    ----------
+    cube, over, ensemble
+        As in `fall_shares`.
+
+    Returns
+    -------
+    Dataset
+        ``mean_direction`` (degrees, 0 to 360; missing where nothing fell or the falls cancel) and
+        ``direction_resultant`` (0 to 1; missing where nothing fell).
+    """
+    v = fall_vectors(cube, over=over, ensemble=ensemble)
+    angle, length = _angle(v["direction_cosine"], v["direction_sine"], v["falls"], 360.0)
+    angle.attrs = {"long_name": "mean fall direction", "units": "degree"}
+    length.attrs = {"long_name": "mean resultant length of fall directions", "units": "1"}
+    return angle.to_dataset(name="mean_direction").assign(direction_resultant=length)
+
+
+def fall_axis(cube: "xr.Dataset", *, over: Sequence[str] = (), ensemble: bool = True) -> "xr.Dataset":
+    """Mean axis along which blocks fall, whichever way: angles doubled (Mardia & Jupp 2000, section 9.1).
+
+    Parameters
+    ----------
+    cube, over, ensemble
+        As in `fall_shares`.
+
+    Returns
+    -------
+    Dataset
+        ``mean_axis`` (degrees, 0 to 180; missing where nothing fell or all planes overturn alike) and ``axis_resultant``
+        (0 to 1, of doubled angles; missing where nothing fell).
+    """
+    v = fall_vectors(cube, over=over, ensemble=ensemble)
+    angle, length = _angle(v["axis_cosine"], v["axis_sine"], v["falls"], 180.0)
+    angle.attrs = {"long_name": "mean fall axis", "units": "degree"}
+    length.attrs = {"long_name": "mean resultant length of doubled fall axes", "units": "1"}
+    return angle.to_dataset(name="mean_axis").assign(axis_resultant=length)

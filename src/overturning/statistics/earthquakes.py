@@ -1,0 +1,235 @@
+"""Over earthquakes: the fall axis relative to the fault normal, one vector per earthquake.
+
+Records of one earthquake share its source, so they are averaged first and count as one. Which of the two directions of a
+fault normal is called positive is arbitrary; only axes are compared.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.statistics.circular import NO_DIRECTION, TestResult, rayleigh_test, resultant, v_test, wrap_axis
+from overturning.statistics.direction import CASE_DIMS, fall_vectors
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FEWEST_FOR_AN_INTERVAL = 4
+"""Earthquakes below which a bootstrap interval is not given: resamples of three have ten different values."""
+
+
+def relative_axes(cube: "xr.Dataset", *, over: Sequence[str] = CASE_DIMS, ensemble: bool = True) -> "xr.Dataset":
+    """Mean fall axis of each record, relative to its fault normal.
+
+    Parameters
+    ----------
+    cube : Dataset
+        The cube, with coordinate ``fault_normal(record)`` in degrees.
+    over : sequence of str
+        Dimensions taken together with ``azimuth``.
+    ensemble : bool
+        As in `fall_probability`.
+
+    Returns
+    -------
+    Dataset
+        ``cosine``, ``sine``: mean vector of 2 (fall axis − fault normal), length 0 to 1; missing where nothing fell or
+        the fault normal is not known.
+    """
+    v = fall_vectors(cube, over=over, ensemble=ensemble)
+    total = v["falls"].where(v["falls"] > 0)
+    turn = 2 * np.radians(cube["fault_normal"].astype("float64"))
+    cosine = (v["axis_cosine"] * np.cos(turn) + v["axis_sine"] * np.sin(turn)) / total
+    sine = (v["axis_sine"] * np.cos(turn) - v["axis_cosine"] * np.sin(turn)) / total
+    return cosine.to_dataset(name="cosine").assign(sine=sine)
+
+
+def axes_by_earthquake(cube: "xr.Dataset", *, over: Sequence[str] = CASE_DIMS, ensemble: bool = True) -> "xr.Dataset":
+    """Fall axis relative to the fault normal, per earthquake.
+
+    Parameters
+    ----------
+    cube, over, ensemble
+        As in `relative_axes`; the coordinate ``event(record)`` says what counts as one earthquake.
+
+    Returns
+    -------
+    Dataset
+        Over dimension ``event`` (in the order of first appearance): ``axis`` (degrees in (−90, 90], 0 is the fault
+        normal; missing where nothing fell), ``resultant``, ``cosine``, ``sine`` of the mean of the records' vectors,
+        ``records`` and ``records_with_falls``.
+    """
+    import xarray as xr
+
+    vectors = relative_axes(cube, over=over, ensemble=ensemble).compute()
+    events = [str(name) for name in np.atleast_1d(cube["event"].values)]
+    names = list(dict.fromkeys(events))
+    groups = [vectors.isel(record=[i for i, event in enumerate(events) if event == name]) for name in names]
+    mean = xr.concat([group[["cosine", "sine"]].mean("record") for group in groups], dim="event")
+    counts = xr.concat([group["cosine"].notnull().sum("record") for group in groups], dim="event")
+    length = xr.apply_ufunc(np.hypot, mean["cosine"], mean["sine"])
+    axis = xr.apply_ufunc(wrap_axis, np.degrees(np.arctan2(mean["sine"], mean["cosine"])) / 2)
+    keep = [name for name in ("record", "record_id", "station", "fault_normal", "pulse") if name in mean.coords]
+    result = mean.drop_vars(keep).assign(
+        axis=axis.where(length > NO_DIRECTION).assign_attrs(
+            long_name="mean fall axis relative to the fault normal", units="degree"
+        ),
+        resultant=length.assign_attrs(long_name="mean resultant length of doubled fall axes", units="1"),
+        records=("event", np.array([group.sizes["record"] for group in groups])),
+        records_with_falls=counts,
+    )
+    return result.assign_coords(event=("event", np.array(names, dtype=object).astype(str)))
+
+
+@dataclass(frozen=True)
+class AxisSummary:
+    """How fall axes of several earthquakes lie about their fault normals.
+
+    Attributes
+    ----------
+    earthquakes : int
+        Earthquakes looked at.
+    n : int
+        Those with falls and a known fault normal: the sample size of everything below.
+    mean_axis_deg : float
+        Mean axis relative to the fault normal, (−90, 90]; NaN without falls.
+    mean_axis_half_width_deg : float
+        Half-width of its bootstrap interval (Fisher 1993, section 8.3: symmetric about the mean axis); NaN below
+        `FEWEST_FOR_AN_INTERVAL` earthquakes, 90 where the data do not tell an axis.
+    resultant : float
+        Mean resultant length of the unit vectors of doubled angles.
+    alignment : float
+        Mean cos 2Δ over earthquakes: 1 normal to the fault, −1 parallel, 0 neither.
+    alignment_interval : (float, float)
+        Bootstrap percentile interval of it.
+    closer_to_normal : int
+        Earthquakes whose axis is within 45° of the fault normal.
+    level : float
+        Of the intervals.
+    rayleigh, v : TestResult
+        Uniformity against any axis, and against the fault normal.
+    """
+
+    earthquakes: int
+    n: int
+    mean_axis_deg: float
+    mean_axis_half_width_deg: float
+    resultant: float
+    alignment: float
+    alignment_interval: tuple[float, float]
+    closer_to_normal: int
+    level: float
+    rayleigh: TestResult
+    v: TestResult
+
+
+def _resamples(n: int, draws: int, seed: int) -> NDArray[np.int64]:
+    return np.random.Generator(np.random.PCG64(seed)).integers(0, n, size=(draws, n))
+
+
+def summarise_axes(axes: "xr.Dataset", *, level: float = 0.95, draws: int = 10_000, seed: int = 1) -> AxisSummary:
+    """Mean axis over earthquakes with tests and bootstrap over earthquakes.
+
+    Parameters
+    ----------
+    axes : Dataset
+        From `axes_by_earthquake`, without further dimensions.
+    level : float
+        Of the intervals.
+    draws, seed : int
+        Bootstrap resamples and their seed.
+
+    Returns
+    -------
+    AxisSummary
+        Intervals: percentile for the alignment (Efron & Tibshirani 1993, chapter 13); for the mean axis the quantile of
+        the resamples' distance from it (Fisher 1993, Statistical Analysis of Circular Data, section 8.3.2).
+    """
+    angle = axes["axis"].values[np.isfinite(axes["axis"].values)]
+    n = int(angle.size)
+    mean, length = resultant(angle, axial=True)
+    alignment = float(np.cos(np.radians(2 * angle)).mean()) if n else math.nan
+    half_width, interval = math.nan, (math.nan, math.nan)
+    if n >= FEWEST_FOR_AN_INTERVAL:
+        doubled = np.radians(2 * angle)[_resamples(n, draws, seed)]
+        cosine, sine = np.cos(doubled).mean(axis=1), np.sin(doubled).mean(axis=1)
+        low, high = np.quantile(cosine, [(1 - level) / 2, (1 + level) / 2])
+        interval = (float(low), float(high))
+        distance = np.abs(wrap_axis(np.degrees(np.arctan2(sine, cosine)) / 2 - mean))
+        half_width = float(np.quantile(np.where(np.hypot(cosine, sine) < NO_DIRECTION, 90.0, distance), level))
+    return AxisSummary(
+        earthquakes=int(axes.sizes["event"]),
+        n=n,
+        mean_axis_deg=float(wrap_axis(mean)) if n else math.nan,
+        mean_axis_half_width_deg=half_width,
+        resultant=length,
+        alignment=alignment,
+        alignment_interval=interval,
+        closer_to_normal=int((np.abs(angle) < 45).sum()),
+        level=level,
+        rayleigh=rayleigh_test(angle, axial=True),
+        v=v_test(angle, 0.0, axial=True),
+    )
+
+
+@dataclass(frozen=True)
+class AlignmentDifference:
+    """Alignment (mean cos 2Δ) of one set of earthquakes minus that of another.
+
+    Attributes
+    ----------
+    difference : float
+        First minus second; NaN where one has no falls.
+    interval : (float, float)
+        Bootstrap percentile interval, earthquakes resampled together.
+    n_first, n_second : int
+        Earthquakes with falls in each.
+    """
+
+    difference: float
+    interval: tuple[float, float]
+    n_first: int
+    n_second: int
+
+
+def compare_alignment(
+    first: "xr.Dataset", second: "xr.Dataset", *, level: float = 0.95, draws: int = 10_000, seed: int = 1
+) -> AlignmentDifference:
+    """Compare the alignment with the fault normal of two sets of records, such as pulse records and the control.
+
+    An earthquake may have records in both; it is drawn once for both, so that its own orientation does not count as
+    a difference.
+
+    Parameters
+    ----------
+    first, second : Dataset
+        From `axes_by_earthquake`.
+    level, draws, seed
+        As in `summarise_axes`.
+
+    Returns
+    -------
+    AlignmentDifference
+        The interval is missing where either has fewer than `FEWEST_FOR_AN_INTERVAL` earthquakes.
+    """
+    names = list(dict.fromkeys([*map(str, first["event"].values), *map(str, second["event"].values)]))
+    values = np.full((2, len(names)), np.nan)
+    for row, axes in enumerate((first, second)):
+        for name, angle in zip(map(str, axes["event"].values), axes["axis"].values, strict=True):
+            values[row, names.index(name)] = np.cos(np.radians(2 * angle))
+    n_first, n_second = (int(k) for k in np.isfinite(values).sum(axis=1))
+    if min(n_first, n_second) == 0:
+        return AlignmentDifference(math.nan, (math.nan, math.nan), n_first, n_second)
+    difference = float(np.nanmean(values[0]) - np.nanmean(values[1]))
+    if min(n_first, n_second) < FEWEST_FOR_AN_INTERVAL:
+        return AlignmentDifference(difference, (math.nan, math.nan), n_first, n_second)
+    drawn = values[:, _resamples(len(names), draws, seed)]
+    counts = np.isfinite(drawn).sum(axis=2)
+    usable = (counts > 0).all(axis=0)
+    means = np.nansum(drawn[:, usable], axis=2) / counts[:, usable]
+    low, high = np.quantile(means[0] - means[1], [(1 - level) / 2, (1 + level) / 2])
+    return AlignmentDifference(difference, (float(low), float(high)), n_first, n_second)

@@ -1,0 +1,278 @@
+"""Overturning probability against intensity and shape: a logistic fit with intervals clustered by earthquake."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from overturning.errors import ArgumentError
+from overturning.statistics.planes import by_plane
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = NDArray[np.float64]
+
+PREDICTORS = ("ln PGA/(g B/H)", "ln PGV/PGA", "ln B/H", "ln H")
+"""Predictors of `overturning_fit`: PGA over West's limit, PGV/PGA in s, slenderness, height in m."""
+
+MOST_ITERATIONS = 50
+SEPARATED = 30.0
+"""Linear predictor beyond which a fitted probability is 0 or 1 to 13 digits: the data are separated."""
+
+
+@dataclass(frozen=True)
+class LogisticFit:
+    """A fitted logistic model.
+
+    Attributes
+    ----------
+    names : tuple of str
+        ``intercept`` and the predictors.
+    coefficient, standard_error, low, high : ndarray, shape (k,)
+        Estimates, cluster-robust standard errors and intervals; NaN where not to be had.
+    covariance : ndarray, shape (k, k)
+        Cluster-robust covariance of the estimates.
+    rows, clusters : int
+        Rows that entered and independent clusters (earthquakes) they came from.
+    minimum, maximum : ndarray, shape (k − 1,)
+        Range of each predictor: the fit says nothing outside.
+    level : float
+        Of the intervals.
+    note : str
+        Empty, or why there is no estimate.
+    """
+
+    names: tuple[str, ...]
+    coefficient: FloatArray
+    standard_error: FloatArray
+    low: FloatArray
+    high: FloatArray
+    covariance: FloatArray
+    rows: int
+    clusters: int
+    minimum: FloatArray
+    maximum: FloatArray
+    level: float
+    note: str = ""
+
+    def probability(self, predictors: ArrayLike) -> FloatArray:
+        """Fitted probability; ``predictors`` of shape (…, k − 1) in the order of `names`."""
+        x = np.asarray(predictors, dtype=np.float64)
+        return np.asarray(1 / (1 + np.exp(-(self.coefficient[0] + x @ self.coefficient[1:]))))
+
+
+def _failed(names: tuple[str, ...], rows: int, clusters: int, level: float, x: FloatArray, note: str) -> LogisticFit:
+    nothing = np.full(len(names), np.nan)
+    low, high = (x.min(axis=0), x.max(axis=0)) if rows else (nothing[1:], nothing[1:])
+    return LogisticFit(
+        names=names,
+        coefficient=nothing,
+        standard_error=nothing,
+        low=nothing,
+        high=nothing,
+        covariance=np.full((nothing.size, nothing.size), np.nan),
+        rows=rows,
+        clusters=clusters,
+        minimum=low,
+        maximum=high,
+        level=level,
+        note=note,
+    )
+
+
+def logistic_fit(
+    predictors: ArrayLike,
+    outcome: ArrayLike,
+    cluster: ArrayLike,
+    *,
+    weight: ArrayLike | None = None,
+    names: Sequence[str] = (),
+    level: float = 0.95,
+) -> LogisticFit:
+    """Maximum-likelihood logistic regression with cluster-robust covariance.
+
+    Newton's method (iteratively reweighted least squares: McCullagh & Nelder 1989, Generalized Linear Models, section
+    4.4). Covariance G/(G − 1) H⁻¹ (Σ_g s_g s_gᵀ) H⁻¹ with H the information and s_g the score of cluster g (Liang & Zeger
+    1986, Biometrika 73); intervals from Student's t with G − 1 degrees of freedom (Cameron & Miller 2015, Journal of Human
+    Resources 50), which few clusters need.
+
+    Parameters
+    ----------
+    predictors : array_like, shape (n, k)
+        Without intercept.
+    outcome : array_like, shape (n,)
+        0 and 1, or a share between.
+    cluster : array_like, shape (n,)
+        Which rows belong together.
+    weight : array_like, shape (n,), optional
+        Of each row.
+    names : sequence of str
+        Of the predictors.
+    level : float
+        Of the intervals.
+
+    Returns
+    -------
+    LogisticFit
+        With ``note`` instead of estimates where all outcomes are equal, or where a combination of predictors separates
+        them, so that no finite estimate exists (Albert & Anderson 1984, Biometrika 71).
+
+    Raises
+    ------
+    ArgumentError
+        If shapes do not fit or an outcome lies outside 0 to 1.
+    """
+    x, y = np.asarray(predictors, dtype=np.float64), np.asarray(outcome, dtype=np.float64)
+    if x.ndim != 2 or y.shape != x.shape[:1]:
+        raise ArgumentError(f"outcome: shape {y.shape}, predictors {x.shape}; one outcome per row of predictors")
+    if y.size and not (y.min() >= 0 and y.max() <= 1):
+        raise ArgumentError(f"outcome: {y.min()} to {y.max()}; outcomes are shares between 0 and 1")
+    w = np.ones_like(y) if weight is None else np.asarray(weight, dtype=np.float64)
+    _, member = np.unique(np.asarray(cluster), return_inverse=True)
+    groups = int(member.max()) + 1 if y.size else 0
+    label = ("intercept", *(names or [f"x{i + 1}" for i in range(x.shape[1])]))
+    if y.size == 0 or y.min() == y.max():
+        which = "no outcome is known" if y.size == 0 else ("everything falls" if y[0] else "nothing falls")
+        return _failed(label, int(y.size), groups, level, x, f"no fit: {which}")
+    # Predictors are centred and scaled while iterating, so that the information matrix is well conditioned.
+    centre, scale = x.mean(axis=0), x.std(axis=0)
+    varies = scale > 1e-12 * np.maximum(1.0, np.abs(centre))
+    design = np.column_stack([np.ones_like(y), (x[:, varies] - centre[varies]) / scale[varies]])
+    beta = np.zeros(design.shape[1])
+    for _ in range(MOST_ITERATIONS):
+        linear = np.clip(design @ beta, -700, 700)
+        p = 1 / (1 + np.exp(-linear))
+        information = (design * (w * p * (1 - p))[:, None]).T @ design
+        try:
+            step = np.linalg.solve(information, design.T @ (w * (y - p)))
+        except np.linalg.LinAlgError:
+            return _failed(label, int(y.size), groups, level, x, "no fit: predictors are linearly dependent")
+        beta = beta + step
+        if np.abs(design @ beta).max() > SEPARATED and np.abs(step).max() > 0.1:
+            return _failed(label, int(y.size), groups, level, x, "no fit: predictors separate falls from stands")
+        if np.abs(step).max() < 1e-10:
+            break
+    else:
+        return _failed(label, int(y.size), groups, level, x, "no fit: the iteration does not converge")
+    p = 1 / (1 + np.exp(-(design @ beta)))
+    score = np.zeros((groups, design.shape[1]))
+    np.add.at(score, member, design * (w * (y - p))[:, None])
+    bread = np.linalg.inv((design * (w * p * (1 - p))[:, None]).T @ design)
+    # Back to the predictors' own units; a predictor that does not vary gets no coefficient.
+    back = np.zeros((x.shape[1] + 1, design.shape[1]))
+    back[0, 0] = 1.0
+    back[0, 1:] = -centre[varies] / scale[varies]
+    back[1 + np.flatnonzero(varies), 1 + np.arange(int(varies.sum()))] = 1 / scale[varies]
+    used = np.concatenate(([True], varies))
+    coefficient = np.where(used, back @ beta, np.nan)
+    if groups < 2:
+        covariance = np.full((used.size, used.size), np.nan)
+        note = "no interval: a single earthquake"
+    else:
+        covariance = groups / (groups - 1) * back @ bread @ (score.T @ score) @ bread @ back.T
+        note = ""
+    error = np.where(used, np.sqrt(np.diag(covariance)), np.nan)
+    half = _student_quantile((1 + level) / 2, groups - 1) * error if groups > 1 else error
+    return LogisticFit(
+        names=label,
+        coefficient=coefficient,
+        standard_error=error,
+        low=coefficient - half,
+        high=coefficient + half,
+        covariance=covariance,
+        rows=int(y.size),
+        clusters=groups,
+        minimum=x.min(axis=0),
+        maximum=x.max(axis=0),
+        level=level,
+        note=note,
+    )
+
+
+def _student_quantile(probability: float, freedom: int) -> float:
+    from scipy.special import stdtrit
+
+    return float(stdtrit(freedom, probability))
+
+
+def overturning_rows(
+    cube: "xr.Dataset", intensity: "xr.Dataset", *, ensemble: bool = True
+) -> tuple[FloatArray, FloatArray, NDArray[np.str_], FloatArray]:
+    """Rows of the fit, one per plane and case: predictors, share that falls, earthquake, weight.
+
+    Parameters
+    ----------
+    cube : Dataset
+        The cube; read one record at a time.
+    intensity : Dataset
+        ``pga`` (m/s²) and ``pgv`` (m/s) over ``record`` and ``azimuth``, with every azimuth of the cube.
+    ensemble : bool
+        As in `fall_probability`.
+
+    Returns
+    -------
+    predictors : ndarray, shape (n, 4)
+        As `PREDICTORS`.
+    outcome, event, weight : ndarray, shape (n,)
+        Weights average 1.
+
+    Raises
+    ------
+    ArgumentError
+        If an azimuth of the cube is missing from the intensities.
+    """
+    from overturning.units import STANDARD_GRAVITY
+
+    predictors, outcome, events, weights = [], [], [], []
+    for i in range(cube.sizes["record"]):
+        planes = by_plane(cube.isel(record=i), ensemble=ensemble)
+        where = planes["azimuth"].values
+        try:
+            along = intensity[["pga", "pgv"]].isel(record=i).sel(azimuth=where, method="nearest", tolerance=1e-6)
+        except KeyError as error:
+            raise ArgumentError(
+                "intensity: azimuths of the cube are missing; compute it on the cube's azimuths"
+            ) from error
+        falls = planes["falls"].transpose("azimuth", "height", "b_over_h", "friction")
+        pga, pgv = along["pga"].values, along["pgv"].values
+        shape = falls.shape
+        slender, height = falls["b_over_h"].values.astype(float), falls["height"].values.astype(float)
+        columns = [
+            np.log(pga[:, None, None, None] / (STANDARD_GRAVITY * slender[None, None, :, None])),
+            np.log(pgv / pga)[:, None, None, None],
+            np.log(slender)[None, None, :, None],
+            np.log(height)[None, :, None, None],
+        ]
+        table = np.stack([np.broadcast_to(c, shape).ravel() for c in columns], axis=1)
+        value = falls.values.astype(np.float64).ravel()
+        weight = np.broadcast_to(planes["weight"].values[:, None, None, None] * shape[0], shape).ravel()
+        known = np.isfinite(value)
+        predictors.append(table[known])
+        outcome.append(value[known])
+        weights.append(weight[known])
+        events.append(np.full(int(known.sum()), str(cube["event"].values[i])))
+    if not predictors:
+        return np.empty((0, 4)), np.empty(0), np.empty(0, dtype=str), np.empty(0)
+    return np.concatenate(predictors), np.concatenate(outcome), np.concatenate(events), np.concatenate(weights)
+
+
+def overturning_fit(
+    cube: "xr.Dataset", intensity: "xr.Dataset", *, level: float = 0.95, ensemble: bool = True
+) -> LogisticFit:
+    """Fit the probability of falling on `PREDICTORS`; parameters as in `overturning_rows` and `logistic_fit`."""
+    predictors, outcome, event, weight = overturning_rows(cube, intensity, ensemble=ensemble)
+    return logistic_fit(predictors, outcome, event, weight=weight, names=PREDICTORS, level=level)
+
+
+def describe(fit: LogisticFit) -> list[dict[str, object]]:
+    """Rows of a table: name, estimate, interval, range of the data; None where there is none."""
+    edge = [(math.nan, math.nan), *zip(fit.minimum, fit.maximum, strict=True)]
+    values = zip(fit.names, fit.coefficient, fit.low, fit.high, edge, strict=True)
+    return [
+        {"name": name, "coefficient": c, "low": low, "high": high, "minimum": e[0], "maximum": e[1]}
+        for name, c, low, high, e in values
+    ]

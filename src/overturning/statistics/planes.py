@@ -1,0 +1,116 @@
+"""Planes and probabilities: the cells of a cube counted once per vertical plane.
+
+φ and φ + 180° are one vertical plane and one run of the block, so shares, means and roses take each plane once. The
+azimuths of one record are the same ground motion seen from many sides, not independent samples: nothing in this module
+gives a p-value.
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from overturning.errors import ResultError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FLAG_MISSING = -128
+
+
+def plane_index(azimuth_deg: ArrayLike) -> NDArray[np.intp]:
+    """Positions of one azimuth per plane, in the order of azimuth modulo 180°.
+
+    Parameters
+    ----------
+    azimuth_deg : array_like, shape (n,)
+        Azimuths, degrees.
+
+    Returns
+    -------
+    ndarray of int
+        Of φ and φ + 180° the one below 180° where both are there.
+    """
+    azimuth = np.asarray(azimuth_deg, dtype=np.float64)
+    plane = np.round(azimuth % 180.0, 6) % 180.0
+    order = np.lexsort((azimuth % 360.0, plane))
+    return order[np.concatenate(([True], np.diff(plane[order]) > 0))] if azimuth.size else order
+
+
+def plane_weight(plane_azimuth_deg: ArrayLike) -> NDArray[np.float64]:
+    """Share of the half circle that each plane stands for: half the way to both neighbours (trapezoidal rule).
+
+    A regular grid gets equal weights; azimuths added between its points share the weight of their neighbourhood, so that
+    a study's extra azimuths do not count twice.
+
+    Parameters
+    ----------
+    plane_azimuth_deg : array_like, shape (n,)
+        Ascending azimuths of the planes, modulo 180°.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Sums to 1.
+    """
+    plane = np.round(np.asarray(plane_azimuth_deg, dtype=np.float64) % 180.0, 6)
+    if plane.size == 1:
+        return np.ones(1)
+    gap = np.diff(plane, append=plane[0] + 180.0)
+    return (gap + np.roll(gap, 1)) / 360.0
+
+
+def _flag_probability(cube: "xr.Dataset", sign: int) -> "xr.DataArray":
+    flag = cube["overturned"]
+    known = flag.notnull() & (flag != FLAG_MISSING)
+    return (flag == sign).where(known).astype("float32")
+
+
+def fall_probability(cube: "xr.Dataset", *, ensemble: bool = True) -> "xr.Dataset":
+    """Probability of falling towards φ and towards φ + 180°, cell by cell.
+
+    Parameters
+    ----------
+    cube : Dataset
+        The cube; ``overturned`` as stored or decoded.
+    ensemble : bool
+        Take the ensemble's probabilities where the cube has them, else (and elsewhere) the nominal flag as 0 or 1.
+
+    Returns
+    -------
+    Dataset
+        ``towards``, ``away`` (float32, dimensions of ``overturned``; missing where the outcome is), as lazy as the cube.
+
+    Raises
+    ------
+    ResultError
+        If the dataset has no variable ``overturned``.
+    """
+    if "overturned" not in cube:
+        raise ResultError("the dataset has no variable 'overturned'; it is not a cube of this program")
+    towards, away = _flag_probability(cube, 1), _flag_probability(cube, -1)
+    if ensemble and "probability_towards" in cube:
+        towards = cube["probability_towards"].astype("float32").fillna(towards)
+        away = cube["probability_away"].astype("float32").fillna(away)
+    result = towards.to_dataset(name="towards").assign(away=away)
+    result["towards"].attrs = {"long_name": "probability of falling towards the azimuth", "units": "1"}
+    result["away"].attrs = {"long_name": "probability of falling towards the azimuth + 180°", "units": "1"}
+    return result
+
+
+def by_plane(cube: "xr.Dataset", *, ensemble: bool = True) -> "xr.Dataset":
+    """Fall probabilities with each plane once, and the weight of each plane.
+
+    Returns
+    -------
+    Dataset
+        ``towards``, ``away``, their sum ``falls``, and ``weight(azimuth)`` (sums to 1); ``azimuth`` holds one azimuth per
+        plane.
+    """
+    import xarray as xr
+
+    index = plane_index(cube["azimuth"].values)
+    result = fall_probability(cube, ensemble=ensemble).isel(azimuth=index)
+    weight = plane_weight(cube["azimuth"].values[index])
+    falls = (result["towards"] + result["away"]).assign_attrs(long_name="probability of falling", units="1")
+    return result.assign(falls=falls, weight=xr.DataArray(weight, dims="azimuth"))

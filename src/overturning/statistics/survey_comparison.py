@@ -1,0 +1,200 @@
+"""Predicted against observed fall directions of a survey."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.errors import ArgumentError
+from overturning.statistics.circular import TestResult, grouped_watson_test, resultant, watson_u2_test
+from overturning.statistics.survey import Stone
+from overturning.statistics.survey_prediction import BACKGROUND, SIDES, SitePrediction, knows_face, observed_side
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SurveyComparison:
+    """How a survey agrees with the prediction for its site.
+
+    Attributes
+    ----------
+    fallen, stood : int
+        Stones.
+    mean_direction_deg, resultant : float
+        Of the observed falls.
+    octant_observed, octant_predicted : ndarray, shape (8,)
+        Stones per compass octant, and expected ones.
+    log_likelihood_ratio : float
+        Sum over fallen stones of ln(predicted/uniform); above 0 the prediction is better than "any way".
+    likelihood_ratio_p : float
+        Share of surveys drawn from "any way" with a ratio at least as large.
+    fit_octants, fit_octants_watson : TestResult
+        Chi-square and grouped Watson U² of the octants against the prediction; NaN without falls.
+    fit_exact : TestResult
+        Watson U² of exact azimuths against the prediction; n = 0 where none was given.
+    uniform_octants : TestResult
+        Grouped Watson U² of the octants against uniformity.
+    confusion : ndarray, shape (5, 5), or None
+        Stones of known face and B/H: observed (rows) against most probable (columns), both in the order of `SIDES`.
+    turned_every_way : int
+        Fallen stones without face or B/H, for which stones turned every way were assumed.
+    background : float
+        Share taken to fall any way.
+    """
+
+    fallen: int
+    stood: int
+    mean_direction_deg: float
+    resultant: float
+    octant_observed: FloatArray
+    octant_predicted: FloatArray
+    log_likelihood_ratio: float
+    likelihood_ratio_p: float
+    fit_octants: TestResult
+    fit_octants_watson: TestResult
+    fit_exact: TestResult
+    uniform_octants: TestResult
+    confusion: NDArray[np.int64] | None
+    turned_every_way: int
+    background: float
+
+
+def chi_square_test(counts: FloatArray, probability: FloatArray, *, draws: int = 20_000, seed: int = 1) -> TestResult:
+    """Pearson's chi-square of counts against probabilities, with a p-value simulated from the multinomial distribution.
+
+    Simulated because octants of a survey often hold fewer than the five expected stones that the chi-square
+    distribution needs (Mardia & Jupp 2000, section 6.3.3).
+
+    Parameters
+    ----------
+    counts, probability : ndarray, shape (k,)
+        Observed counts and the probabilities of the null hypothesis.
+    draws, seed : int
+        Simulated tables and their seed.
+
+    Returns
+    -------
+    TestResult
+        With X² as statistic.
+    """
+    n = int(counts.sum())
+    if n == 0:
+        return TestResult("chi-square", 0, math.nan, math.nan)
+    expected = n * probability
+    tables = np.random.Generator(np.random.PCG64(seed)).multinomial(n, probability / probability.sum(), size=draws)
+    statistic = float(((counts - expected) ** 2 / expected).sum())
+    simulated = ((tables - expected) ** 2 / expected).sum(axis=1)
+    extreme = int((simulated >= statistic * (1 - 1e-12)).sum())
+    return TestResult("chi-square", n, statistic, (1 + extreme) / (1 + draws))
+
+
+def _sector(stone: Stone) -> int:
+    return int(((stone.azimuth_deg + 22.5) % 360) // 45)
+
+
+def _side_density(site: SitePrediction, stone: Stone) -> FloatArray:
+    """Fall directions of a stone of known face: one sector of 90° about each of its four normals."""
+    sides = site.sides(stone)[1:]
+    quarter = (((site.azimuth - stone.face_azimuth_deg + 45.0) % 360) // 90).astype(int)
+    mass = np.array([site.share[quarter == i].sum() for i in range(4)])
+    p = sides / sides.sum()
+    return np.asarray(p[quarter] * site.share / mass[quarter])
+
+
+def compare_survey(
+    stones: Sequence[Stone], cube: "xr.Dataset", *, background: float = BACKGROUND, draws: int = 2000, seed: int = 1
+) -> SurveyComparison:
+    """Compare the stones of a survey with the cube of its site.
+
+    Parameters
+    ----------
+    stones : sequence of Stone
+        From `read_survey`.
+    cube : Dataset
+        Cube of one record.
+    background : float
+        Share of stones taken to fall any way.
+    draws, seed : int
+        For the p-value of the likelihood ratio (a parametric bootstrap under "any way": Davison & Hinkley 1997, Bootstrap
+        Methods and their Application, section 4.2).
+
+    Returns
+    -------
+    SurveyComparison
+        The comparison.
+
+    Raises
+    ------
+    ArgumentError
+        If there is no stone.
+    """
+    if not stones:
+        raise ArgumentError("stones: none; a survey needs at least one row")
+    site = SitePrediction(cube, background=background)
+    fallen = [stone for stone in stones if stone.fell for _ in range(stone.count)]
+    densities = {
+        id(stone): _side_density(site, stone) if knows_face(stone) else site.density(stone.b_over_h)
+        for stone in stones
+        if stone.fell
+    }
+    uniform_octant = site.octants(site.share)
+    observed = np.bincount([_sector(stone) for stone in fallen], minlength=8).astype(np.float64)
+    predicted, ratios, tables = np.zeros(8), [], []
+    for stone in fallen:
+        density = densities[id(stone)]
+        octant = site.octants(density)
+        predicted += octant
+        if stone.octant:
+            table, sector, chance = octant / uniform_octant, _sector(stone), uniform_octant
+        else:
+            table, chance = density / site.share, site.share
+            distance = np.abs((site.azimuth - stone.azimuth_deg + 180.0) % 360 - 180.0)
+            sector = int(np.argmin(distance))
+        ratios.append(math.log(table[sector]))
+        tables.append((np.log(table), chance))
+    generator = np.random.Generator(np.random.PCG64(seed))
+    simulated = np.zeros(draws)
+    for table, chance in tables:
+        simulated += table[generator.choice(chance.size, size=draws, p=chance / chance.sum())]
+    total = float(np.sum(ratios)) if ratios else math.nan
+    p_value = (1 + int((simulated >= total - 1e-12).sum())) / (1 + draws) if ratios else math.nan
+    share = predicted / predicted.sum() if fallen else uniform_octant
+    exact = [stone for stone in fallen if not stone.octant]
+    known = [stone for stone in stones if knows_face(stone)]
+    confusion = None
+    if known:
+        confusion = np.zeros((len(SIDES), len(SIDES)), dtype=np.int64)
+        for stone in known:
+            confusion[observed_side(stone), int(np.argmax(site.sides(stone)))] += stone.count
+    mean, length = resultant([stone.azimuth_deg for stone in fallen]) if fallen else (math.nan, math.nan)
+    return SurveyComparison(
+        fallen=len(fallen),
+        stood=sum(stone.count for stone in stones if not stone.fell),
+        mean_direction_deg=mean,
+        resultant=length,
+        octant_observed=observed,
+        octant_predicted=predicted,
+        log_likelihood_ratio=total,
+        likelihood_ratio_p=p_value,
+        fit_octants=chi_square_test(observed, share),
+        fit_octants_watson=grouped_watson_test(observed, share),
+        fit_exact=watson_u2_test([_distribution(site, densities[id(s)], s.azimuth_deg) for s in exact]),
+        uniform_octants=grouped_watson_test(observed, uniform_octant),
+        confusion=confusion,
+        turned_every_way=sum(1 for stone in fallen if not knows_face(stone)),
+        background=background,
+    )
+
+
+def _distribution(site: SitePrediction, density: FloatArray, azimuth_deg: float) -> float:
+    """Distribution function of the predicted fall azimuth, the density even within each sector, from the first border."""
+    edges = np.concatenate([[0.0], np.cumsum(site.share * 360)])
+    below = np.concatenate([[0.0], np.cumsum(density)])
+    return float(min(1.0, np.interp((azimuth_deg - site.start) % 360, edges, below)))

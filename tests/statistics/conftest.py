@@ -1,0 +1,64 @@
+"""Synthetic cubes whose answer is known."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import pytest
+import xarray as xr
+
+Rule = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+
+
+def build_cube(
+    rule: Rule | Sequence[Rule],
+    *,
+    azimuth: Sequence[float] = tuple(range(0, 360, 5)),
+    height: Sequence[float] = (0.6, 1.2),
+    b_over_h: Sequence[float] = (0.1, 0.2, 0.3, 0.4, 0.5),
+    friction: Sequence[float] = (0.33, 1.0),
+    events: Sequence[str] = ("A",),
+    fault_normal: Sequence[float] | float = 60.0,
+    pulse: Sequence[int] | int = 1,
+) -> xr.Dataset:
+    """Cube of flags given by a rule of (azimuth, height, b_over_h, friction) per record."""
+    axes = np.meshgrid(azimuth, height, b_over_h, friction, indexing="ij")
+    rules = [rule] * len(events) if callable(rule) else list(rule)
+    flags = np.stack([one(*axes).astype(np.float32) for one in rules])
+    n = len(events)
+    dims = ("record", "azimuth", "height", "b_over_h", "friction")
+    return xr.Dataset(
+        {"overturned": (dims, flags)},
+        coords={
+            "record": np.arange(n),
+            "azimuth": np.asarray(azimuth, dtype=float),
+            "height": list(height),
+            "b_over_h": list(b_over_h),
+            "friction": list(friction),
+            "record_id": ("record", [f"r{i}" for i in range(n)]),
+            "event": ("record", list(events)),
+            "station": ("record", [f"S{i}" for i in range(n)]),
+            "fault_normal": ("record", np.broadcast_to(np.asarray(fault_normal, float), n).copy()),
+            "pulse": ("record", np.broadcast_to(np.asarray(pulse, np.int8), n).copy()),
+        },
+    )
+
+
+def sector_rule(axis: float, half_width: float, largest: float = 1.0, side: int = 1) -> Rule:
+    """Falls where the plane is within ``half_width`` of ``axis`` and B/H ≤ ``largest``, towards ``axis`` if side is 1."""
+
+    def rule(azimuth: np.ndarray, height: np.ndarray, slender: np.ndarray, friction: np.ndarray) -> np.ndarray:
+        offset = (azimuth - axis + 180) % 360 - 180
+        sign = np.where(np.abs(offset) <= half_width, 1, np.where(np.abs(offset) >= 180 - half_width, -1, 0))
+        return np.where(slender <= largest + 1e-9, side * sign, 0)
+
+    return rule
+
+
+@pytest.fixture
+def make_cube() -> Callable[..., xr.Dataset]:
+    return build_cube
+
+
+@pytest.fixture
+def sector() -> Callable[..., Rule]:
+    return sector_rule

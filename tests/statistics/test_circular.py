@@ -1,0 +1,167 @@
+"""Circular statistics against worked examples of textbooks and an independent library."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from pycircstat2 import hypothesis, load_data
+from scipy.stats import multinomial
+
+from overturning.errors import ArgumentError
+from overturning.statistics.circular import (
+    grouped_watson_test,
+    rayleigh_test,
+    resultant,
+    v_test,
+    watson_u2_test,
+    wrap_axis,
+)
+
+# Mardia & Jupp (2000), Directional Statistics, example 2.1: stops of a roulette wheel.
+ROULETTE = [43, 45, 52, 61, 75, 88, 88, 279, 357]
+# Zar (2010), Biostatistical Analysis, examples 26.4 and 27.1: lean of trees.
+TREES = [45, 55, 81, 96, 110, 117, 132, 154]
+# Zar (2010), example 27.2: bearings of ten animals, 90° expected.
+BEARINGS = [66, 75, 86, 88, 88, 93, 97, 101, 118, 130]
+
+
+def test_mean_across_north() -> None:
+    mean, length = resultant([15, 355])
+    assert mean == pytest.approx(5)
+    assert length == pytest.approx(math.cos(math.radians(10)))
+
+
+def test_mean_of_the_roulette_wheel() -> None:
+    mean, length = resultant(ROULETTE)
+    assert mean == pytest.approx(51, abs=0.5)
+    assert length == pytest.approx(0.711, abs=5e-4)
+
+
+def test_mean_of_leaning_trees() -> None:
+    mean, length = resultant(TREES)
+    assert mean == pytest.approx(99, abs=0.5)
+    assert length == pytest.approx(0.82522, abs=1e-5)
+
+
+def test_axes_have_no_head() -> None:
+    assert resultant([10, 190], axial=True) == pytest.approx((10, 1))
+    assert resultant([170, 10], axial=True)[0] == pytest.approx(0, abs=1e-9)
+    assert resultant([10, 190])[1] == pytest.approx(0, abs=1e-12)
+    assert math.isnan(resultant([10, 190])[0])
+    assert math.isnan(resultant([0, 90], axial=True)[0])
+
+
+def test_weights_are_repetitions() -> None:
+    assert resultant([20, 100], [2, 1]) == pytest.approx(resultant([20, 20, 100]))
+    assert all(math.isnan(v) for v in resultant([], []))
+
+
+def test_difference_of_axes() -> None:
+    assert wrap_axis([0, 90, -90, 91, 180, 270, -1]).tolist() == [0, 90, 90, -89, 0, 90, -1]
+
+
+def test_rayleigh_of_leaning_trees() -> None:
+    result = rayleigh_test(TREES)
+    assert (result.n, result.statistic) == (8, pytest.approx(5.448, abs=1e-3))
+    assert 0.001 < result.p_value < 0.002
+
+
+def test_v_test_of_bearings() -> None:
+    result = v_test(BEARINGS, 90)
+    assert result.statistic / math.sqrt(2 / 10) == pytest.approx(9.498, abs=5e-4)
+    assert result.statistic == pytest.approx(4.248, abs=1e-3)
+    assert result.p_value < 0.0005
+
+
+def test_rayleigh_p_value_is_calibrated() -> None:
+    draws = np.random.default_rng(3).uniform(0, 360, size=(4000, 9))
+    p = np.array([rayleigh_test(row).p_value for row in draws])
+    for level in (0.05, 0.2, 0.5):
+        assert (p < level).mean() == pytest.approx(level, abs=0.02)
+
+
+def test_axial_tests_are_tests_of_doubled_angles() -> None:
+    axes = np.array([5, 20, 170, 182, 12])
+    assert rayleigh_test(axes, axial=True).p_value == pytest.approx(rayleigh_test(2 * axes).p_value)
+    assert v_test(axes, 15, axial=True).statistic == pytest.approx(v_test(2 * axes, 30).statistic)
+
+
+def test_stephens_critical_values() -> None:
+    # Stephens (1970), table 1: modified U² at 10, 5, 2.5 and 1 %.
+    n = 40
+    for critical, level in ((0.152, 0.10), (0.187, 0.05), (0.221, 0.025), (0.267, 0.01)):
+        wanted = critical / (1 + 0.8 / n) + 0.1 / n - 0.1 / n**2
+        # A sample with exactly that U²: points at the centres of n equal parts, all squeezed by a factor.
+        rank = (2 * np.arange(1, n + 1) - 1) / (2 * n) - 0.5
+        squeeze = 1 - math.sqrt((wanted - 1 / (12 * n)) / (rank**2).sum())
+        result = watson_u2_test(0.5 + squeeze * rank)
+        assert result.statistic == pytest.approx(wanted)
+        assert result.p_value == pytest.approx(level, rel=0.05)  # the table has three digits
+
+
+def test_against_pycircstat2() -> None:
+    for name in ("B3", "B7", "B11", "B12"):  # Fisher (1993), appendix B
+        angle = load_data(name, source="fisher")["θ"].to_numpy(dtype=float)
+        radians = np.radians(angle)
+        theirs = hypothesis.rayleigh_test(radians)
+        assert rayleigh_test(angle).p_value == pytest.approx(theirs.pval, rel=1e-9)
+        assert v_test(angle, 70).p_value == pytest.approx(hypothesis.V_test(math.radians(70), radians).pval, rel=1e-6)
+        watson = hypothesis.watson_test(radians, n_simulation=4999)
+        ours = watson_u2_test(angle % 360 / 360)
+        assert ours.statistic == pytest.approx(watson.U2, rel=1e-9)
+        assert ours.p_value == pytest.approx(watson.pval, abs=0.02)
+
+
+def test_watson_of_homing_pigeons() -> None:
+    # Kanji (2006), 100 Statistical Tests, test 96; vanishing directions of thirteen pigeons.
+    angle = np.array([20, 135, 145, 165, 170, 200, 300, 325, 335, 350, 350, 350, 355])
+    result = watson_u2_test(angle / 360)
+    assert result.statistic == pytest.approx(0.1361, abs=5e-5)
+    assert result.p_value > 0.1
+
+
+def test_watson_does_not_depend_on_the_origin() -> None:
+    angle = np.array(ROULETTE, dtype=float)
+    statistics = [watson_u2_test((angle + turn) % 360 / 360).statistic for turn in (0, 77, 200)]
+    assert statistics == pytest.approx([statistics[0]] * 3)
+
+
+def test_watson_refuses_what_is_no_probability() -> None:
+    with pytest.raises(ArgumentError, match="0 to 1"):
+        watson_u2_test([0.2, 1.2])
+
+
+def test_grouped_watson_against_all_tables() -> None:
+    counts, p = np.array([4, 1, 0, 1]), np.array([0.4, 0.3, 0.2, 0.1])
+
+    def u2(table: tuple[int, ...]) -> float:
+        s = np.cumsum(np.array(table) - 6 * p)
+        return float((((s - (s * p).sum()) ** 2) * p).sum() / 6)
+
+    tables = [t for t in itertools.product(range(7), repeat=4) if sum(t) == 6]
+    exact = sum(multinomial.pmf(t, 6, p) for t in tables if u2(t) >= u2(tuple(counts)) - 1e-12)
+    result = grouped_watson_test(counts, p)
+    assert result.statistic == pytest.approx(u2(tuple(counts)))
+    assert result.p_value == pytest.approx(exact, abs=0.01)
+
+
+def test_grouped_watson_knows_order_chi_square_does_not() -> None:
+    even = np.full(8, 1 / 8)
+    together = grouped_watson_test([6, 6, 0, 0, 0, 0, 0, 0], even)
+    apart = grouped_watson_test([6, 0, 0, 0, 6, 0, 0, 0], even)
+    assert together.statistic > 2 * apart.statistic
+    rotated = grouped_watson_test([0, 0, 6, 6, 0, 0, 0, 0], even)
+    assert rotated.statistic == pytest.approx(together.statistic)
+
+
+@pytest.mark.parametrize("probability", [[0.5, 0.6], [1.5, -0.5], [1.0]])
+def test_grouped_watson_refuses(probability: list[float]) -> None:
+    with pytest.raises(ArgumentError):
+        grouped_watson_test([1, 2], probability)
+
+
+def test_nothing_observed() -> None:
+    for result in (rayleigh_test([]), v_test([], 0), watson_u2_test([]), grouped_watson_test([0, 0], [0.5, 0.5])):
+        assert result.n == 0
+        assert math.isnan(result.p_value)

@@ -1,0 +1,145 @@
+"""Two surveys with a known answer: stones drawn from the prediction, and stones that fell any way."""
+
+import math
+
+import numpy as np
+import pytest
+
+from overturning.errors import ArgumentError
+from overturning.statistics.survey import OCTANTS, Stone
+from overturning.statistics.survey_comparison import chi_square_test, compare_survey
+from overturning.statistics.survey_prediction import SIDES, SitePrediction, observed_side
+
+
+@pytest.fixture
+def site(make_cube, sector):
+    return make_cube(sector(60, 30), azimuth=range(0, 360, 2))
+
+
+def fallen(azimuth: float, **more) -> Stone:
+    return Stone(fell=True, azimuth_deg=azimuth % 360, octant=False, **more)
+
+
+def draw(n: int, centre: float, half: float, seed: int) -> list[Stone]:
+    return [fallen(a) for a in np.random.default_rng(seed).uniform(centre - half, centre + half, n)]
+
+
+def test_prediction_of_stones_turned_every_way(site) -> None:
+    prediction = SitePrediction(site, background=0)
+    density = prediction.density()
+    assert density.sum() == pytest.approx(1)
+    inside = np.abs((prediction.azimuth - 60 + 180) % 360 - 180) <= 30
+    assert density[inside].sum() == pytest.approx(1)
+    octants = prediction.octants(density)
+    assert octants.sum() == pytest.approx(1)
+    # 29° to 91° in sectors: 22.5–67.5 is NE, 67.5–112.5 is E.
+    assert octants[OCTANTS.index("NE")] == pytest.approx(38.5 / 62, abs=0.01)
+    assert octants[OCTANTS.index("E")] == pytest.approx(23.5 / 62, abs=0.01)
+
+
+def test_a_survey_drawn_from_the_prediction(site) -> None:
+    comparison = compare_survey(draw(40, 60, 30, seed=1), site)
+    assert comparison.fallen == 40
+    assert comparison.log_likelihood_ratio > 40
+    assert comparison.likelihood_ratio_p < 0.001
+    assert comparison.uniform_octants.p_value < 0.001
+    assert comparison.fit_exact.p_value > 0.05
+    assert comparison.turned_every_way == 40
+    assert comparison.mean_direction_deg == pytest.approx(60, abs=8)
+
+
+def test_a_survey_of_stones_that_fell_any_way(site) -> None:
+    comparison = compare_survey(draw(40, 0, 180, seed=2), site)
+    assert comparison.log_likelihood_ratio < 0
+    assert comparison.likelihood_ratio_p > 0.05
+    assert comparison.uniform_octants.p_value > 0.05
+    assert comparison.fit_exact.p_value < 0.001
+    assert comparison.fit_octants.p_value < 0.001
+    assert comparison.fit_octants_watson.p_value < 0.001
+
+
+def test_p_values_are_calibrated_under_any_way(make_cube, sector) -> None:
+    site = make_cube(sector(60, 30), azimuth=range(0, 360, 10))
+    p = [compare_survey(draw(12, 0, 180, seed=i), site, draws=200).likelihood_ratio_p for i in range(60)]
+    assert np.mean(np.array(p) < 0.2) == pytest.approx(0.2, abs=0.13)
+    assert np.mean(p) == pytest.approx(0.5, abs=0.12)
+
+
+def test_octants_carry_less_than_azimuths(site) -> None:
+    exact = draw(30, 60, 30, seed=3)
+    coarse = [Stone(fell=True, azimuth_deg=45.0 * (((s.azimuth_deg + 22.5) % 360) // 45), octant=True) for s in exact]
+    fine, grouped = compare_survey(exact, site), compare_survey(coarse, site)
+    assert np.array_equal(fine.octant_observed, grouped.octant_observed)
+    assert 0 < grouped.log_likelihood_ratio < fine.log_likelihood_ratio
+    assert grouped.fit_exact.n == 0
+
+
+def test_count_stands_for_like_stones(site) -> None:
+    one = compare_survey([fallen(60), fallen(60), fallen(80)], site)
+    two = compare_survey([fallen(60, count=2), fallen(80)], site)
+    assert one.log_likelihood_ratio == two.log_likelihood_ratio
+    assert one.octant_observed.tolist() == two.octant_observed.tolist()
+
+
+def test_rectangular_stones_fall_over_their_edges(make_cube, sector) -> None:
+    """Falls within 30° of 60°, up to B/H = 0.3 only: a stone that is broad towards 60° stands."""
+    site = make_cube(sector(60, 30, largest=0.3), azimuth=range(0, 360, 2))
+    prediction = SitePrediction(site, background=0)
+    shape = {"fell": False, "azimuth_deg": math.nan, "octant": False}
+    facing = prediction.sides(Stone(**shape, b_over_h=0.2, b_over_h_side=0.5, face_azimuth_deg=60))
+    assert SIDES[int(np.argmax(facing))] == "forwards"
+    assert facing.sum() == pytest.approx(1)
+    broad = prediction.sides(Stone(**shape, b_over_h=0.5, b_over_h_side=0.2, face_azimuth_deg=60))
+    assert broad[0] == pytest.approx(1)
+    turned = prediction.sides(Stone(**shape, b_over_h=0.5, b_over_h_side=0.2, face_azimuth_deg=330))
+    assert SIDES[int(np.argmax(turned))] == "to its right"
+
+
+def test_confusion_matrix(make_cube, sector) -> None:
+    site = make_cube(sector(60, 30, largest=0.3), azimuth=range(0, 360, 2))
+    stones = [
+        Stone(True, 65.0, False, count=3, b_over_h=0.2, b_over_h_side=0.5, face_azimuth_deg=60),
+        Stone(False, math.nan, False, count=2, b_over_h=0.5, face_azimuth_deg=60),
+        Stone(True, 240.0, False, b_over_h=0.2, b_over_h_side=0.5, face_azimuth_deg=60),
+        fallen(60),
+    ]
+    comparison = compare_survey(stones, site)
+    assert comparison.confusion is not None
+    assert comparison.confusion[1, 1] == 3
+    assert comparison.confusion[0, 0] == 2
+    assert comparison.confusion[3, 1] == 1
+    assert comparison.confusion.sum() == 6
+    assert comparison.turned_every_way == 1
+    assert (comparison.fallen, comparison.stood) == (5, 2)
+
+
+@pytest.mark.parametrize(("azimuth", "side"), [(60, 1), (104, 1), (106, 2), (240, 3), (330, 4), (16, 1), (14, 4)])
+def test_observed_side(azimuth: float, side: int) -> None:
+    assert observed_side(fallen(azimuth, face_azimuth_deg=60.0, b_over_h=0.4)) == side
+
+
+def test_nothing_fell_anywhere(make_cube) -> None:
+    site = make_cube(lambda a, *_rest: np.zeros_like(a))
+    comparison = compare_survey([fallen(10), fallen(200)], site)
+    assert comparison.log_likelihood_ratio == pytest.approx(0, abs=1e-9)
+    standing = compare_survey([Stone(False, math.nan, False)], site)
+    assert (standing.fallen, standing.stood) == (0, 1)
+    assert math.isnan(standing.log_likelihood_ratio)
+
+
+def test_chi_square_against_the_distribution() -> None:
+    from scipy.stats import chisquare
+
+    counts, p = np.array([30, 22, 25, 43.0]), np.full(4, 0.25)
+    ours, theirs = chi_square_test(counts, p), chisquare(counts)
+    assert ours.statistic == pytest.approx(theirs.statistic)
+    assert ours.p_value == pytest.approx(theirs.pvalue, abs=0.01)
+
+
+def test_refuses(make_cube, site) -> None:
+    with pytest.raises(ArgumentError, match="none"):
+        compare_survey([], site)
+    with pytest.raises(ArgumentError, match="2 records"):
+        compare_survey([fallen(1)], make_cube(lambda a, *_rest: np.zeros_like(a), events=("A", "B")))
+    with pytest.raises(ArgumentError, match="background"):
+        compare_survey([fallen(1)], site, background=1.0)

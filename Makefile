@@ -21,8 +21,8 @@ $(VENV)/.stamp: requirements.lock pyproject.toml
 
 setup: $(VENV)/.stamp ## make .venv from the hashed lock
 
-run: setup ## run the default study (config/near-fault.yaml)
-	@$(BIN)/snakemake --cores $(CORES)
+run: setup ## run the default study, or another: make run STUDY=config/mine.yaml; goes on after a killed run
+	@$(BIN)/python workflow/scripts/run.py --cores $(CORES) $(if $(STUDY),--configfile $(STUDY))
 
 test: lint ## lint, then all tests
 	$(BIN)/python -m pytest --numprocesses 2 --dist worksteal

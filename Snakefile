@@ -9,7 +9,8 @@ from snakemake.utils import min_version
 min_version("9.0")
 
 
-container: None
+# Used only with --software-deployment-method apptainer; `make setup` in the image gives what the lock pins.
+container: "docker://python:3.12"
 
 
 include: "workflow/rules/common.smk"

@@ -29,6 +29,7 @@ rule figures:
     resources:
         mem_mb=1000,
     params:
+        folder=FIGURES,
         sources=sources("figures"),
     shell:
-        "overturning figures --cube {input.cube} --intensity {input.intensity} --output {FIGURES} 2> {log}"
+        "overturning figures --cube {input.cube} --intensity {input.intensity} --output {params.folder} 2> {log}"

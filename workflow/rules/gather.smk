@@ -23,16 +23,18 @@ rule gather:
     log:
         f"{LOGS}/gather{{suffix}}.log",
     wildcard_constraints:
-        suffix="|".join(["", *(re.escape(f".{name}") for name in STUDY.variants)]),
+        suffix=rf"(?:\.(?:{'|'.join(map(re.escape, STUDY.variants)) or '(?!)'}))?",  # (?!): never
     resources:
         mem_mb=800,
     params:
         study=STUDY.model_dump_json(),
         variant=variant_of,
+        motions=f"{RESULTS}/motion",
+        sweep=f"{RESULTS}/sweep",
         sources=sources("gather"),
     shell:
-        "overturning gather --study {input.study} --variant {params.variant} --motions {RESULTS}/motion"
-        " --parts {RESULTS}/sweep/{params.variant} --output {output} 2> {log}"
+        "overturning gather --study {input.study} --variant {params.variant} --motions {params.motions}"
+        " --parts {params.sweep}/{params.variant} --output {output} 2> {log}"
 
 
 rule timing:

@@ -4,7 +4,7 @@
 def files_of_record(wildcards):
     """Files of a record that the user has put there; none for records that come with a package."""
     try:
-        return record_files(ENTRIES[wildcards.record], Path(STUDY.records.folder))
+        return find_paths(ENTRIES[wildcards.record], Path(STUDY.records.folder))
     except OverturningError as error:
         raise WorkflowError(str(error)) from None
 

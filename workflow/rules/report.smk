@@ -18,6 +18,7 @@ rule report:
     resources:
         mem_mb=1000,
     params:
+        folder=RESULTS,
         sources=sources("report"),
     shell:
-        "overturning report --results {RESULTS} --output {output} 2> {log}"
+        "overturning report --results {params.folder} --output {output} 2> {log}"

@@ -12,7 +12,8 @@ rule rotate:
     resources:
         mem_mb=800,
     params:
+        folder=f"{RESULTS}/motion",
         settings=settings("azimuth"),
         sources=sources("rotate"),
     shell:
-        "overturning rotate --study {input.study} --motions {RESULTS}/motion --output {output} 2> {log}"
+        "overturning rotate --study {input.study} --motions {params.folder} --output {output} 2> {log}"

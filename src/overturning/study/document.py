@@ -4,10 +4,13 @@ import json
 from pathlib import Path
 from typing import Any
 
+from overturning.records.catalogue import RecordEntry
 from overturning.study.config import Study
 
-_BEGIN = "<!-- keys: made by `overturning study document`, do not edit -->"
-_END = "<!-- end of keys -->"
+_MARKS = {
+    "keys": ("<!-- keys: made by `overturning study document`, do not edit -->", "<!-- end of keys -->"),
+    "columns": ("<!-- columns: made by `overturning study document`, do not edit -->", "<!-- end of columns -->"),
+}
 
 
 def schema_text() -> str:
@@ -49,15 +52,25 @@ def _keys(schema: dict[str, Any], model: dict[str, Any], prefix: str) -> list[tu
     return found
 
 
-def with_key_table(text: str) -> str:
-    """The text of a README with the key table put between its marks."""
-    before, _, rest = text.partition(_BEGIN)
-    _, _, after = rest.partition(_END)
-    return f"{before}{_BEGIN}\n{key_table()}{_END}{after}"
+def column_table() -> str:
+    """The columns of the record table as a Markdown table."""
+    rows = ["| column | meaning |", "|---|---|"]
+    for name, entry in RecordEntry.model_json_schema()["properties"].items():
+        rows.append(f"| `{name}` | {entry.get('description', '')} |")
+    return "\n".join(rows) + "\n"
+
+
+def with_tables(text: str) -> str:
+    """The text of a README with the tables put between their marks."""
+    for table, (begin, end) in zip((key_table(), column_table()), _MARKS.values(), strict=True):
+        before, _, rest = text.partition(begin)
+        _, _, after = rest.partition(end)
+        text = f"{before}{begin}\n{table}{end}{after}"
+    return text
 
 
 def write_documentation(folder: Path) -> None:
-    """Write ``schema.json`` and the key table in ``README.md`` of a folder."""
+    """Write ``schema.json`` and the tables in ``README.md`` of a folder."""
     (folder / "schema.json").write_text(schema_text(), encoding="utf-8")
     readme = folder / "README.md"
-    readme.write_text(with_key_table(readme.read_text(encoding="utf-8")), encoding="utf-8")
+    readme.write_text(with_tables(readme.read_text(encoding="utf-8")), encoding="utf-8")

@@ -1,0 +1,116 @@
+from pathlib import Path
+
+import pytest
+from pydantic import ValidationError
+
+from overturning.errors import ConfigError
+from overturning.study.config import AzimuthRange, Range
+from overturning.study.document import schema_text, with_tables
+from overturning.study.load import check_study, entries_of, load_study, read_study, write_study
+
+CONFIG = Path(__file__).parents[2] / "config"
+SMALL = {"name": "small", "records": {"use": ["rinaldi"]}}
+
+
+def message(data: dict) -> str:
+    with pytest.raises(ConfigError) as caught:
+        check_study(data, "mine.yaml")
+    return str(caught.value)
+
+
+def test_range_includes_its_stop_without_rounding_dust() -> None:
+    assert Range(start=0.1, stop=0.6, step=0.05).values() == (
+        0.1,
+        0.15,
+        0.2,
+        0.25,
+        0.3,
+        0.35,
+        0.4,
+        0.45,
+        0.5,
+        0.55,
+        0.6,
+    )
+
+
+def test_azimuths_exclude_the_full_turn_and_take_others_in() -> None:
+    assert AzimuthRange(step=90).values() == (0.0, 90.0, 180.0, 270.0)
+    assert AzimuthRange(step=90, also=(330.0, 360.0, -45.0)).values() == (0.0, 90.0, 180.0, 270.0, 315.0, 330.0)
+
+
+def test_default_study_has_the_cases_that_the_readme_states() -> None:
+    study = load_study(CONFIG / "near-fault.yaml")
+    assert len(study.records.use) * study.cases == 133_056
+
+
+@pytest.mark.parametrize("name", ["near-fault.yaml", "tottori.yaml"])
+def test_shipped_studies_name_records_of_the_table(name: str) -> None:
+    study = load_study(CONFIG / name)
+    assert list(entries_of(study, name, CONFIG.parent)) == list(study.records.use)
+
+
+def test_schema_and_key_table_are_those_of_the_model() -> None:
+    assert (CONFIG / "schema.json").read_text(encoding="utf-8") == schema_text(), "run: overturning study document"
+    readme = (CONFIG / "README.md").read_text(encoding="utf-8")
+    assert readme == with_tables(readme), "run: overturning study document"
+
+
+def test_filled_in_study_reads_back_equal(tmp_path: Path) -> None:
+    study = load_study(CONFIG / "tottori.yaml")
+    write_study(study, tmp_path / "study.json")
+    assert read_study(tmp_path / "study.json") == study
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({"frictoin": [1.0]}, "mine.yaml: frictoin: unknown key; did you mean friction?"),
+        ({"contact": {"dampingratio": 1}}, "mine.yaml: contact.dampingratio: unknown key; did you mean damping_ratio?"),
+        ({"b_over_h": [0.2, 0.0]}, "mine.yaml: b_over_h.1: 0.0 – it should be greater than 0"),
+        ({"b_over_h": {"start": 0.5, "stop": 0.4, "step": 0.1}}, "empty range: stop 0.4 lies below start 0.5"),
+        ({"friction": []}, "mine.yaml: friction: [] – empty list; give at least one value"),
+        ({"friction": [-0.1]}, "mine.yaml: friction.0: -0.1 – it should be greater than or equal to 0"),
+        ({"friction": [0.5, 0.5]}, "a value stands twice"),
+        ({"height": ["60 kg"]}, "mine.yaml: height.0: \"60 kg\" – unit 'kg' does not fit; use m"),
+        ({"contact": {"damping": 3500, "damping_ratio": 1}}, "damping_ratio and damping are both given"),
+        ({"azimuth": {"start": 90, "stop": 90}}, "empty range: stop 90 does not lie above start 90"),
+        ({"name": "Near Fault"}, 'mine.yaml: name: "Near Fault"'),
+        ({"variants": {"nominal": {}}}, "choose another"),
+        ({"records": {"use": ["rinaldi", "rinaldi"]}}, "rinaldi stands twice"),
+        ({"records": {}}, "mine.yaml: records.use: this key is needed"),
+    ],
+)
+def test_wrong_key_or_value_is_one_line_that_says_what_to_write(change: dict, expected: str) -> None:
+    text = message(SMALL | change)
+    assert expected in text
+    assert "\n" not in text
+    assert text.startswith("mine.yaml: ")
+
+
+def test_record_that_is_not_in_the_table() -> None:
+    study = check_study({"name": "small", "records": {"use": ["rinaldy"]}}, "mine.yaml")
+    with pytest.raises(ConfigError, match=r"mine.yaml: records.use: 'rinaldy' is not in .*did you mean rinaldi\?"):
+        entries_of(study, "mine.yaml", CONFIG.parent)
+
+
+def test_unreadable_files(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="cannot be read"):
+        load_study(tmp_path / "none.yaml")
+    for text, expected in (("name: [", "line 1"), ("- 1", "a study is a mapping"), ("name: \udcff", "UTF-8")):
+        path = tmp_path / "bad.yaml"
+        path.write_bytes(text.encode("utf-8", "surrogateescape"))
+        with pytest.raises(ConfigError, match=expected):
+            load_study(path)
+
+
+def test_overrides_go_below_the_key_they_name(tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text("name: mine\nrecords: {use: [rinaldi]}\nazimuth: {step: 10, start: 20}\n", encoding="utf-8")
+    assert load_study(path, {"azimuth": {"step": 30}}).azimuth == AzimuthRange(start=20, step=30)
+
+
+def test_studies_are_frozen() -> None:
+    study = check_study(SMALL, "mine.yaml")
+    with pytest.raises(ValidationError):
+        study.density = 1.0

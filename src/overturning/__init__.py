@@ -1,1 +1,29 @@
 """Which way gravestones fall in an earthquake, and how sure one can be."""
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from overturning.dem.cases import Cases, run_cases
+    from overturning.dem.contact import Contact
+    from overturning.dem.simulate import simulate, trajectory
+    from overturning.motion.motion import Motion
+
+__all__ = ["Cases", "Contact", "Motion", "run_cases", "simulate", "trajectory"]
+
+# Imported when first asked for, so that the command line starts without numba and xarray.
+_MODULES = {
+    "Cases": "overturning.dem.cases",
+    "Contact": "overturning.dem.contact",
+    "Motion": "overturning.motion.motion",
+    "run_cases": "overturning.dem.cases",
+    "simulate": "overturning.dem.simulate",
+    "trajectory": "overturning.dem.simulate",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULES:
+        raise AttributeError(f"module 'overturning' has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(_MODULES[name]), name)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from overturning.dem.contact import Contact
 from overturning.dem.simulate import simulate_arrays
-from overturning.dem.variables import VARIABLES
+from overturning.dem.variables import FLOAT32_MISSING, VARIABLES
 from overturning.errors import ConfigError
 from overturning.files import whole
 from overturning.motion.motion import Motion
@@ -113,5 +113,8 @@ def write_part(path: Path, grid: Grid, outcome: dict[str, NDArray[np.generic]], 
     with whole(path) as part, Dataset(part, "w", format="NETCDF4") as file:
         add_coordinates(file, grid.coordinates())
         for variable in VARIABLES:
-            add_variable(file, variable, DIMENSIONS, grid.shape)[:] = outcome[variable.name]
+            values = outcome[variable.name]
+            if values.dtype.kind == "f":
+                values = np.where(np.isnan(values), FLOAT32_MISSING, values)
+            add_variable(file, variable, DIMENSIONS, grid.shape)[:] = values
         file.setncatts(attributes)

@@ -1,0 +1,104 @@
+"""Where compiled kernels are kept, so that an edited kernel is never answered by a stale one."""
+
+import hashlib
+import os
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+_VARIABLE = "NUMBA_CACHE_DIR"
+
+
+def prefer_full_width() -> None:
+    """Let LLVM use 512-bit vectors where the processor has them; by itself it stops at 256 bits on most of them.
+
+    Has no effect once Numba has compiled something, nor where the user chose a target with ``NUMBA_CPU_NAME`` or
+    ``NUMBA_CPU_FEATURES``. It changes the speed only, never the bits.
+    """
+    import llvmlite.binding as llvm
+    from numba import config as numba_config
+
+    config: Any = numba_config
+
+    if config.CPU_NAME is None and config.CPU_FEATURES is None:
+        features = llvm.get_host_cpu_features()
+        if features.get("avx512f"):
+            config.CPU_FEATURES = f"{features.flatten()},-prefer-256-bit"
+
+
+def sources_digest(folder: Path) -> str:
+    """First 16 hex digits of the SHA-256 over the names and contents of all modules of a folder that hold jitted code."""
+    digest = hashlib.sha256()
+    for path in sorted(folder.rglob("*.py")):
+        content = path.read_bytes()
+        if b"njit" in content:
+            digest.update(path.relative_to(folder).as_posix().encode())
+            digest.update(content)
+    return digest.hexdigest()[:16]
+
+
+def cache_directory() -> Path:
+    """Folder of the compiled kernels of these sources.
+
+    Numba looks only at the file of the function that it loads; a helper that changed in another file goes unnoticed.
+    The folder is therefore named after a hash of every module of the `dem` layer that holds jitted code.
+
+    Returns
+    -------
+    Path
+        Below ``NUMBA_CACHE_DIR`` where it is set, else below the user's cache folder.
+    """
+    base = os.environ.get(_VARIABLE)
+    if base is None:
+        import platformdirs
+
+        base = str(Path(platformdirs.user_cache_dir("overturning")) / "kernels")
+    return Path(base) / f"overturning-{sources_digest(Path(__file__).parent)}"
+
+
+def keep_compiled(dispatcher: Any) -> Any:
+    """Let a jitted function keep its machine code in `cache_directory`; a torn file counts as a miss.
+
+    Parameters
+    ----------
+    dispatcher
+        What ``numba.njit(...)`` without ``cache=True`` returned.
+
+    Returns
+    -------
+    The same dispatcher.
+
+    Notes
+    -----
+    Numba meets a damaged index or code file with an error that never goes away. Here such a file is removed and the
+    kernel compiled again; a folder that cannot be written costs the compilation, not the answer.
+    """
+    try:
+        dispatcher.enable_caching()
+    except RuntimeError:  # no place that Numba thinks writable
+        return dispatcher
+    cache = dispatcher._cache
+    file = cache._cache_file
+    folder = cache_directory()
+    cache._cache_path = str(folder)
+    file._cache_path = str(folder)
+    file._index_path = str(folder / Path(file._index_path).name)
+    file._source_stamp = folder.name  # contents, not the time at which the file was checked out
+    cache._impl.locator.get_cache_path = lambda: str(folder)
+    load, save = cache.load_overload, cache.save_overload
+
+    def load_or_miss(signature: Any, target_context: Any) -> Any:
+        try:
+            return load(signature, target_context)
+        except Exception:  # unpickling a torn file can raise nearly anything
+            for path in folder.glob(f"{Path(file._index_path).stem}.*"):
+                path.unlink(missing_ok=True)
+            return None
+
+    def save_if_possible(signature: Any, data: Any) -> None:
+        with suppress(OSError):
+            save(signature, data)
+
+    cache.load_overload = load_or_miss
+    cache.save_overload = save_if_possible
+    return dispatcher

@@ -1,0 +1,77 @@
+"""What need not be computed: cases that cannot move, and the time before and after they can."""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.motion.motion import Motion
+from overturning.units import STANDARD_GRAVITY
+
+SAFE_SHARE: Final = 0.2
+"""A block at rest is computed from this share of its lower threshold on (docs/method.md: why not from 1)."""
+
+LEAD: Final = 0.1
+"""And from this long before, s."""
+
+FloatArray = NDArray[np.float64]
+
+
+def quiet_windows(
+    motion: Motion, row: NDArray[np.int64], amplitude: FloatArray, ground: FloatArray, threshold: FloatArray
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
+    """First sample to compute, first sample of the final calm, and whether a case never moves.
+
+    A rigid block cannot start to rock before |a| > (g + a_up) B/H, nor to slide before |a| > μ (g + a_up). Between
+    two samples both accelerations are linear in time, so that their ratio is largest at one of the samples.
+
+    Parameters
+    ----------
+    motion : Motion
+        For the vertical component and the sampling interval.
+    row : ndarray of int64, shape (n,)
+        Row of `ground` of each case.
+    amplitude : ndarray, shape (n,)
+        Factor on the motion.
+    ground : ndarray, shape (azimuths, samples)
+        Acceleration along each azimuth, m/s².
+    threshold : ndarray, shape (n,)
+        min(B/H, μ).
+
+    Returns
+    -------
+    first, calm : ndarray of int64, shape (n,)
+        From `calm` on a block at rest stays at rest.
+    never : ndarray of bool, shape (n,)
+        Below both thresholds for the whole record.
+    """
+    count = row.size
+    first, calm = np.zeros(count, np.int64), np.zeros(count, np.int64)
+    never = np.zeros(count, np.bool_)
+    lead = int(np.ceil(LEAD / motion.sampling_interval))
+    samples = ground.shape[1]
+    order = np.lexsort((amplitude, row)) if motion.up is not None else np.argsort(row, kind="stable")
+    if motion.up is None:
+        edges = np.flatnonzero(np.diff(row[order])) + 1
+    else:
+        edges = np.flatnonzero((np.diff(row[order]) != 0) | (np.diff(amplitude[order]) != 0)) + 1
+    for group in np.split(order, edges):
+        if group.size == 0:
+            continue
+        if motion.up is None:
+            # Without vertical motion the ratio is linear in the amplitude.
+            ratio = np.abs(ground[row[group[0]]]) / STANDARD_GRAVITY
+            level = threshold[group] / np.maximum(np.abs(amplitude[group]), 1e-300)
+        else:
+            factor = amplitude[group[0]]
+            weight = STANDARD_GRAVITY + factor * motion.up
+            with np.errstate(divide="ignore", invalid="ignore"):
+                ratio = np.where(weight > 0, np.abs(factor * ground[row[group[0]]]) / weight, np.inf)
+            level = threshold[group]
+        rising = np.maximum.accumulate(ratio)
+        falling = np.maximum.accumulate(ratio[::-1])
+        never[group] = rising[-1] <= level
+        first[group] = np.maximum(np.searchsorted(rising, SAFE_SHARE * level, side="right") - 1 - lead, 0)
+        # One more, since the motion goes on linearly from the last loud sample to the next.
+        calm[group] = np.minimum(samples - np.searchsorted(falling, SAFE_SHARE * level, side="right") + 1, samples)
+    return first, calm, never

@@ -1,0 +1,146 @@
+"""The stable time step, and how many steps a case takes per sample of its record."""
+
+from enum import IntEnum
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.errors import ArgumentError
+
+FloatArray = NDArray[np.float64]
+
+
+class Scheme(IntEnum):
+    """Integration schemes, by the number under which the kernel knows them."""
+
+    CUNDALL = 0
+
+
+DEFAULT_SCHEME: Final = "cundall"
+
+AUTO_FRACTION: Final = {Scheme.CUNDALL: 0.5}
+"""The step of ``time_step="auto"`` as a fraction of the stable one (docs/method.md shows how it was chosen)."""
+
+MOST_STEPS_PER_SAMPLE: Final = 2_000_000
+"""More than this cannot be resolved in any reasonable time."""
+
+
+def scheme_of(name: str) -> Scheme:
+    """The scheme of a name.
+
+    Raises
+    ------
+    ArgumentError
+        If there is none.
+    """
+    try:
+        return Scheme[name.upper()]
+    except (KeyError, AttributeError):
+        known = ", ".join(scheme.name.lower() for scheme in Scheme)
+        raise ArgumentError(f"scheme: {name!r}; known: {known}") from None
+
+
+def highest_eigenvalue(
+    normal: FloatArray, tangential: FloatArray, half_width: FloatArray, half_height: FloatArray
+) -> FloatArray:
+    """Highest eigenvalue of the upright block on both corners, and of the tilted one on one corner.
+
+    Upright, heave has 2 K_n/m; sway and rocking couple. On one corner, mass and inertia of a rectangle seen from the
+    corner give K/m · (1 + 3) where both springs are equal, and no more than 4 max(K_n, K_s)/m for any pair.
+
+    Parameters
+    ----------
+    normal, tangential : ndarray
+        K_n/m and K_s/m, or dashpots per mass.
+    half_width, half_height : ndarray
+        b and h, m.
+
+    Returns
+    -------
+    ndarray
+        ω² in 1/s² (or twice the damping rate for dashpots, 1/s).
+    """
+    per_inertia = 3.0 / (half_width**2 + half_height**2)
+    sway = 2.0 * tangential
+    rock = 2.0 * per_inertia * (tangential * half_height**2 + normal * half_width**2)
+    coupling = 4.0 * per_inertia * (tangential * half_height) ** 2
+    # √((a−b)²/4 + c²) keeps its digits where √(trace² − 4 det) loses them.
+    upright = 0.5 * (sway + rock) + np.sqrt(0.25 * (sway - rock) ** 2 + coupling)
+    return np.maximum(np.maximum(upright, 2.0 * normal), 4.0 * np.maximum(normal, tangential))
+
+
+def stable_step(
+    scheme: Scheme,  # noqa: ARG001
+    normal: FloatArray,
+    tangential: FloatArray,
+    dashpot: FloatArray,
+    half_width: FloatArray,
+    half_height: FloatArray,
+) -> FloatArray:
+    """Largest stable time step, s.
+
+    Cundall's scheme, whose dashpot lags by half a step, needs Δt ≤ (2/ω)(√(1 + ξ_max²) − ξ_max), here written with
+    ω² and c = 2 ξ_max ω as the highest eigenvalues of springs and of dashpots.
+    """
+    square = highest_eigenvalue(normal, tangential, half_width, half_height)
+    rate = highest_eigenvalue(dashpot, dashpot, half_width, half_height)
+    return 4.0 / (np.sqrt(rate**2 + 4.0 * square) + rate)
+
+
+def steps_per_sample(
+    scheme: Scheme, time_step: float | str, stable: FloatArray, sampling_interval: float
+) -> NDArray[np.int64]:
+    """Whole steps per sample, a function of the case and the record's sampling interval alone.
+
+    Parameters
+    ----------
+    scheme : Scheme
+        The integration scheme.
+    time_step : float or str
+        Largest step, s; "auto"; or a fraction of the stable step such as "0.25 stable".
+    stable : ndarray
+        Stable steps, s.
+    sampling_interval : float
+        s.
+
+    Returns
+    -------
+    ndarray of int64
+        Rounded up to a number with at most five binary digits, so that cases with nearly equal steps share a queue.
+
+    Raises
+    ------
+    ArgumentError
+        If the step is above the stable one, or so small that a sample takes millions.
+    """
+    least = float(np.min(stable))
+    if isinstance(time_step, str):
+        step = stable * (AUTO_FRACTION[scheme] if time_step == "auto" else _fraction(time_step))
+    else:
+        if not (np.isfinite(time_step) and time_step > 0):
+            raise ArgumentError(f"time_step: {time_step}; it must be a positive number of seconds, or 'auto'")
+        if time_step > least:
+            raise ArgumentError(f"time_step: {time_step:g} s is not stable; at most {least:.4g} s, or 'auto'")
+        step = np.full_like(stable, time_step)
+    if np.min(step) * MOST_STEPS_PER_SAMPLE < sampling_interval:
+        raise ArgumentError(
+            f"contact: a stable time step of {least:.3g} s would take more than {MOST_STEPS_PER_SAMPLE} steps per "
+            f"sample of {sampling_interval:g} s; choose less damping or a softer contact"
+        )
+    steps = np.ceil(sampling_interval / step * (1.0 - 1e-12)).astype(np.int64)
+    steps = np.maximum(steps, 1)
+    # np.frexp is exact: the exponent of the number, five digits of which are kept.
+    unit = np.int64(1) << np.maximum(np.frexp(steps.astype(np.float64))[1] - 5, 0).astype(np.int64)
+    return (steps + unit - 1) // unit * unit
+
+
+def _fraction(text: str) -> float:
+    number, _, word = text.partition(" ")
+    try:
+        fraction = float(number)
+    except ValueError:
+        fraction = float("nan")
+    if word != "stable" or not 0 < fraction <= 1:
+        raise ArgumentError(f"time_step: {text!r}; give seconds, 'auto', or a fraction such as '0.25 stable'")
+    return fraction

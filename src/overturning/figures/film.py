@@ -1,0 +1,225 @@
+"""A film of a simulation: polygons with poses over time, the motion below them, contact forces on demand.
+
+The form is general: any number of polygons that are free, driven or held. The frame of reference moves with the base.
+"""
+
+import base64
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from overturning.errors import ArgumentError
+
+FloatArray = NDArray[np.float64]
+
+FRAME_INTERVAL = 0.02
+"""Time between frames, s. A block of 0.5 m rocks in seconds; between frames the player interpolates."""
+
+LEAD_IN = 1.0
+"""Quiet time shown before the first movement, s."""
+
+LINGER = 0.6
+"""Time shown after the last block has fallen or come to rest, s."""
+
+
+@dataclass(frozen=True)
+class Body:
+    """A polygon and its way.
+
+    Attributes
+    ----------
+    name : str
+        What it is.
+    vertices : ndarray, shape (n, 2)
+        Relative to its reference point, in its own axes: s to the right, z up, m.
+    position : ndarray, shape (frames, 2)
+        Of the reference point, m; shape (1, 2) where it does not move.
+    rotation : ndarray, shape (frames,)
+        Positive towards +s (clockwise on the screen), rad; shape (1,) where it does not turn.
+    free : bool
+        Free to move, not driven or held.
+    """
+
+    name: str
+    vertices: FloatArray
+    position: FloatArray
+    rotation: FloatArray
+    free: bool = True
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One simulation of a film.
+
+    Attributes
+    ----------
+    title : str
+        Heading, for instance the azimuth.
+    outcome : str
+        Sentence shown once it has come about.
+    outcome_time : float
+        When, s; NaN where it is known only at the end.
+    left, right : str
+        Names of the directions −s and +s.
+    bodies : tuple of Body
+        The polygons, in the order in which they are drawn.
+    acceleration : ndarray, shape (n,)
+        Of the base towards +s, m/s².
+    sampling_interval : float
+        Of the acceleration, s; its first sample is at time 0.
+    force_point, force : ndarray, shape (frames, k, 2), optional
+        Contact points, m, and forces on the free bodies there, in units of the weight; zero where there is no contact.
+    """
+
+    title: str
+    outcome: str
+    outcome_time: float
+    left: str
+    right: str
+    bodies: tuple[Body, ...]
+    acceleration: FloatArray
+    sampling_interval: float
+    force_point: FloatArray | None = None
+    force: FloatArray | None = None
+
+
+@dataclass(frozen=True)
+class Film:
+    """Panels that play in step.
+
+    Attributes
+    ----------
+    title : str
+        Heading.
+    start : float
+        Time of the first frame, s after the record's start.
+    frame_interval : float
+        s.
+    panels : tuple of Panel
+        A panel with fewer frames than another keeps its last one.
+    note : str
+        Line below the film.
+    """
+
+    title: str
+    start: float
+    frame_interval: float
+    panels: tuple[Panel, ...]
+    note: str = ""
+    frames: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        if not self.panels:
+            raise ArgumentError("panels: none; a film needs at least one simulation")
+        if not self.frame_interval > 0:
+            raise ArgumentError(f"frame_interval: {self.frame_interval}; it must be a positive number of seconds")
+        for panel in self.panels:
+            for body in panel.bodies:
+                if not (np.isfinite(body.position).all() and np.isfinite(body.rotation).all()):
+                    raise ArgumentError(f"{panel.title}, {body.name}: a pose is not finite")
+        longest = max(body.position.shape[0] for panel in self.panels for body in panel.bodies)
+        object.__setattr__(self, "frames", int(longest))
+
+    @property
+    def end(self) -> float:
+        """Time of the last frame, s."""
+        return self.start + (self.frames - 1) * self.frame_interval
+
+
+def corners(body: Body, frame: int) -> FloatArray:
+    """Vertices of a body in a frame, shape (n, 2): s' = s₀ + s cos θ + z sin θ, z' = z₀ − s sin θ + z cos θ."""
+    theta = body.rotation[min(frame, body.rotation.size - 1)]
+    place = body.position[min(frame, body.position.shape[0] - 1)]
+    turn = np.array([[np.cos(theta), np.sin(theta)], [-np.sin(theta), np.cos(theta)]])
+    return np.asarray(place + body.vertices @ turn.T)
+
+
+def view(film: Film) -> tuple[float, float, float, float]:
+    """Extent (left, right, bottom, top) in m that holds every free body in every frame, the same for all panels."""
+    boxes = []
+    for panel in film.panels:
+        for body in panel.bodies:
+            if body.free:
+                theta = body.rotation[:, None]
+                s = body.position[:, 0:1] + body.vertices[:, 0] * np.cos(theta) + body.vertices[:, 1] * np.sin(theta)
+                z = body.position[:, 1:2] - body.vertices[:, 0] * np.sin(theta) + body.vertices[:, 1] * np.cos(theta)
+                boxes.append((s.min(), s.max(), z.min(), z.max()))
+    if not boxes:
+        return -1.0, 1.0, -0.5, 1.5
+    left, right, bottom, top = (
+        min(b[0] for b in boxes), max(b[1] for b in boxes), min(b[2] for b in boxes), max(b[3] for b in boxes),
+    )  # fmt: skip
+    margin = 0.12 * max(right - left, top - bottom)
+    return left - margin, right + margin, bottom - 1.5 * margin, top + margin
+
+
+def _packed(values: ArrayLike) -> dict[str, Any]:
+    """Numbers as 16-bit integers with a common scale: 1/32000 of the largest, a fraction of a pixel."""
+    array = np.asarray(values, dtype=np.float64).ravel()
+    largest = float(np.abs(array).max(initial=0.0))
+    scale = float(f"{largest / 32000 or 1.0:.6g}")
+    whole = np.clip(np.rint(array / scale), -32767, 32767).astype("<i2")
+    return {"scale": scale, "data": base64.b64encode(whole.tobytes()).decode("ascii")}
+
+
+def _thinned(acceleration: FloatArray, interval: float, film: Film) -> tuple[FloatArray, float]:
+    """The part of a motion that the film shows, at about 100 samples per second: the extremes of each 0.02 s."""
+    first, last = int(film.start / interval), int(np.ceil(film.end / interval)) + 1
+    piece = np.concatenate([acceleration[first:last], np.zeros(max(0, last - max(first, acceleration.size)))])
+    group = max(1, int(np.floor(0.0201 / interval)))
+    if group <= 2 or piece.size < 2 * group:
+        return piece, interval
+    padded = np.pad(piece, (0, -piece.size % group), mode="edge").reshape(-1, group)
+    places = np.sort(np.stack([padded.argmin(axis=1), padded.argmax(axis=1)], axis=1), axis=1)
+    return np.take_along_axis(padded, places, axis=1).ravel(), interval * group / 2
+
+
+def film_data(film: Film) -> dict[str, Any]:
+    """What the player needs, as plain data for JSON; the same each time.
+
+    Parameters
+    ----------
+    film : Film
+        The film.
+
+    Returns
+    -------
+    dict
+        Poses, motion and forces as base64 of 16-bit integers with a scale.
+    """
+    panels = []
+    for panel in film.panels:
+        motion, interval = _thinned(panel.acceleration, panel.sampling_interval, film)
+        data: dict[str, Any] = {
+            "title": panel.title,
+            "outcome": panel.outcome,
+            "outcomeTime": None if np.isnan(panel.outcome_time) else round(float(panel.outcome_time), 4),
+            "left": panel.left,
+            "right": panel.right,
+            "bodies": [
+                {
+                    "name": body.name,
+                    "free": body.free,
+                    "vertices": [[round(float(s), 5), round(float(z), 5)] for s, z in body.vertices],
+                    "position": _packed(body.position),
+                    "rotation": _packed(body.rotation),
+                }
+                for body in panel.bodies
+            ],
+            "motion": {**_packed(motion / 0.01), "interval": round(interval, 9)},
+        }
+        if panel.force is not None and panel.force_point is not None:
+            data["points"] = panel.force.shape[1]
+            data["forcePoint"], data["force"] = _packed(panel.force_point), _packed(panel.force)
+        panels.append(data)
+    return {
+        "title": film.title,
+        "start": round(film.start, 6),
+        "interval": film.frame_interval,
+        "frames": film.frames,
+        "view": [round(float(edge), 4) for edge in view(film)],
+        "note": film.note,
+        "panels": panels,
+    }

@@ -1,0 +1,41 @@
+"""A film made from closed forms: one block falls towards +s, one stands."""
+
+import math
+
+import numpy as np
+
+from overturning.figures.film import Body, Film, Panel
+
+
+def block(rotation: np.ndarray, width: float = 0.24, height: float = 0.6) -> Body:
+    """A block that turns about its right corner (rotation > 0) or left one."""
+    pivot = np.where(rotation >= 0, width / 2, -width / 2)
+    s = pivot - pivot * np.cos(rotation) + height / 2 * np.sin(rotation)
+    z = pivot * np.sin(rotation) + height / 2 * np.cos(rotation)
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * [width / 2, height / 2]
+    return Body("block", corners, np.stack([s, z], axis=1), rotation)
+
+
+BASE = Body("base", np.array([[-5, -0.3], [5, -0.3], [5, 0], [-5, 0.0]]), np.zeros((1, 2)), np.zeros(1), free=False)
+
+
+def two_panels(duration: float = 4.0, title: str = "Test block", forces: bool = True) -> Film:
+    """The first falls at 2.5 s of ``duration``, the second rocks and stands."""
+    time = np.arange(0, duration + 1e-9, 0.02)
+    falls = np.clip((time - 1.0) / 1.5, 0, 1) ** 3 * math.pi / 2
+    rocks = 0.1 * np.sin(2 * np.pi * time) * np.exp(-time)
+    acceleration = 3 * np.sin(2 * np.pi * np.arange(0, duration, 0.01))
+    panels = []
+    for name, rotation, outcome, at in (
+        ("N60°E", falls, "falls towards N60°E at 2.10 s", 2.1),
+        ("N330°E", rocks, "stands", math.nan),
+    ):
+        force = np.zeros((time.size, 2, 2))
+        force[:, :, 1] = 0.5
+        point = np.zeros((time.size, 2, 2))
+        point[:, 0, 0], point[:, 1, 0] = -0.12, 0.12
+        panels.append(
+            Panel(name, outcome, at, "N240°E", name, (BASE, block(rotation)), acceleration, 0.01,
+                  point if forces else None, force if forces else None)
+        )  # fmt: skip
+    return Film(title, 0.0, 0.02, tuple(panels), note="The frame moves with the base.")

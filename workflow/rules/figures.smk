@@ -29,7 +29,7 @@ rule figures:
     resources:
         mem_mb=1000,
     params:
-        folder=FIGURES,
+        folder=lambda wildcards, output: Path(output.rose).parent,
         sources=sources("figures"),
     shell:
         "overturning figures --cube {input.cube} --intensity {input.intensity} --output {params.folder} 2> {log}"

@@ -1,18 +1,6 @@
 # Parts to one cube per contact setting. Run times go into timing.csv and nowhere else: the cube is the same each time.
 
 
-def variant_of(wildcards):
-    """Name of the contact setting from the suffix of the cube."""
-    return wildcards.suffix.removeprefix(".") or "nominal"
-
-
-def parts_of_cube(wildcards):
-    """Parts of every record."""
-    return expand(
-        f"{RESULTS}/sweep/{variant_of(wildcards)}/{{record}}.nc", record=RECORDS
-    )
-
-
 rule gather:
     input:
         study=ancient(STUDY_FILE),
@@ -29,12 +17,12 @@ rule gather:
     params:
         study=STUDY.model_dump_json(),
         variant=variant_of,
-        motions=f"{RESULTS}/motion",
-        sweep=f"{RESULTS}/sweep",
+        motions=lambda wildcards, input: Path(input.motions[0]).parent,
+        parts=lambda wildcards, input: Path(input.parts[0]).parent,
         sources=sources("gather"),
     shell:
         "overturning gather --study {input.study} --variant {params.variant} --motions {params.motions}"
-        " --parts {params.sweep}/{params.variant} --output {output} 2> {log}"
+        " --parts {params.parts} --output {output} 2> {log}"
 
 
 rule timing:

@@ -1,14 +1,6 @@
 # Record files to processed motion, one job per record.
 
 
-def files_of_record(wildcards):
-    """Files of a record that the user has put there; none for records that come with a package."""
-    try:
-        return find_paths(ENTRIES[wildcards.record], Path(STUDY.records.folder))
-    except OverturningError as error:
-        raise WorkflowError(str(error)) from None
-
-
 rule read:
     input:
         files_of_record,

@@ -18,7 +18,7 @@ rule report:
     resources:
         mem_mb=1000,
     params:
-        folder=RESULTS,
+        folder=lambda wildcards, output: Path(output[0]).parent,
         sources=sources("report"),
     shell:
         "overturning report --results {params.folder} --output {output} 2> {log}"

@@ -12,7 +12,7 @@ rule rotate:
     resources:
         mem_mb=800,
     params:
-        folder=f"{RESULTS}/motion",
+        folder=lambda wildcards, input: Path(input.motions[0]).parent,
         settings=settings("azimuth"),
         sources=sources("rotate"),
     shell:

@@ -2,14 +2,6 @@
 # terminal; the log has a line now and then.
 
 
-def contact_settings(wildcards):
-    """Contact of a variant."""
-    name = wildcards.variant
-    return json.dumps(
-        SETTINGS["contact"] if name == "nominal" else SETTINGS["variants"][name]
-    )
-
-
 rule sweep:
     input:
         study=ancient(STUDY_FILE),

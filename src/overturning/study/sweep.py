@@ -37,10 +37,12 @@ def contact_of(study: Study, variant: str) -> Contact:
     if variant not in variant_names(study):
         raise ConfigError(f"{study.name}: no variant {variant!r}; known: {', '.join(variant_names(study))}")
     settings: ContactSettings = study.contact if variant == NOMINAL else study.variants[variant].contact
-    if settings.damping is not None:
-        return Contact(stiffness=settings.stiffness, stiffness_ratio=settings.stiffness_ratio, damping=settings.damping)
-    ratio = 1.0 if settings.damping_ratio is None else settings.damping_ratio
-    return Contact(stiffness=settings.stiffness, stiffness_ratio=settings.stiffness_ratio, damping_ratio=ratio)
+    return Contact(
+        stiffness=settings.stiffness,
+        stiffness_ratio=settings.stiffness_ratio,
+        damping_ratio=settings.damping_ratio,
+        damping=settings.damping,
+    )
 
 
 def simulation_arguments(study: Study, variant: str = NOMINAL) -> dict[str, Any]:

@@ -4,6 +4,8 @@
 #   snakemake --cores 2 --configfile config/mine.yaml         another one
 #   snakemake --report provenance.html                        how each figure came about
 
+import os
+
 from snakemake.utils import min_version
 
 min_version("9.0")
@@ -37,5 +39,5 @@ rule all:
 
 onsuccess:
     print(f"\nCube and report of the study {STUDY.name!r}:")
-    for made in (*CUBES, REPORT):
+    for made in filter(os.path.exists, (*CUBES, REPORT)):
         print(f"  {made}")

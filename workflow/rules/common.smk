@@ -14,7 +14,7 @@ DEFAULT_STUDY = Path("config/near-fault.yaml")
 
 
 def load():
-    """The checked study and the rows of the record table it uses."""
+    """The checked study, the rows of the record table it uses, and the files of each that the user has put there."""
     given = workflow.config_settings.configfiles
     where = ", ".join(Path(file).name for file in given) or str(DEFAULT_STUDY)
     try:
@@ -22,12 +22,15 @@ def load():
         study = (
             check_study(config, where) if given else load_study(DEFAULT_STUDY, config)
         )
-        return study, entries_of(study, where)
+        entries = entries_of(study, where)
+        folder = Path(study.records.folder)
+        files = {name: find_paths(entry, folder) for name, entry in entries.items()}
+        return study, entries, files
     except OverturningError as error:
         raise WorkflowError(str(error)) from None
 
 
-STUDY, ENTRIES = load()
+STUDY, ENTRIES, FILES = load()
 SETTINGS = STUDY.model_dump(mode="json")
 RECORDS = list(ENTRIES)
 VARIANTS = ["nominal", *STUDY.variants]
@@ -54,14 +57,6 @@ def settings(*keys):
 def sources(command):
     """Hash of the package's sources that a subcommand is made of."""
     return source_hash(f"overturning.commands.{command}")
-
-
-def files_of_record(wildcards):
-    """Files of a record that the user has put there; none for records that come with a package."""
-    try:
-        return find_paths(ENTRIES[wildcards.record], Path(STUDY.records.folder))
-    except OverturningError as error:
-        raise WorkflowError(str(error)) from None
 
 
 def contact_settings(wildcards):

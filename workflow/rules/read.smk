@@ -3,7 +3,7 @@
 
 rule read:
     input:
-        files_of_record,
+        lambda wildcards: FILES[wildcards.record],
         study=ancient(STUDY_FILE),
     output:
         f"{RESULTS}/motion/{{record}}.nc",

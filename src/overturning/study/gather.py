@@ -146,6 +146,15 @@ def _add_records(cube: Any, records: Sequence[Record], vertical: bool) -> None:
         flag[:] = [INT8_MISSING if value is None else int(value) for value in has]
 
 
+def portable(study: Study) -> dict[str, Any]:
+    """The filled-in study without folders of the machine it ran on: absolute paths keep their last part only."""
+    data = study.model_dump(mode="json")
+    for key in ("table", "folder"):
+        path = Path(data["records"][key])
+        data["records"][key] = path.name if path.is_absolute() else path.as_posix()
+    return data
+
+
 def versions() -> dict[str, str]:
     """Versions of the packages that the numbers depend on."""
     return {name: metadata.version(name) for name in _PACKAGES}
@@ -161,9 +170,11 @@ def _attributes(study: Study, records: Sequence[Record], variant: str) -> dict[s
         "title": study.title or study.name,
         "institution": "overturning",
         "source": f"overturning {metadata.version('overturning')}: distinct element simulation of a block on a moving base",
+        # Without a time of day, which would make each run's bytes its own.
+        "history": f"gathered by overturning {metadata.version('overturning')} from one sweep per record",
         "references": "see the documentation of overturning",
         "comment": "overturned: +1 when the block falls towards the azimuth, -1 towards azimuth + 180 degrees, 0 when it stands",
-        "study": json.dumps(study.model_dump(mode="json"), ensure_ascii=False),
+        "study": json.dumps(portable(study), ensure_ascii=False),
         "variant": variant,
         "record_sources": json.dumps(sources, ensure_ascii=False),
         "record_processing": json.dumps(

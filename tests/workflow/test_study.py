@@ -1,0 +1,198 @@
+"""A whole small study: same bytes, resumed after a kill, computed again only where something changed."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from overturning.study.cube import open_cube
+
+from .conftest import SMALL, Checkout
+
+pytestmark = pytest.mark.workflow
+
+
+def bytes_of(results: Path) -> dict[str, bytes]:
+    """Everything made but logs, run times and progress."""
+    return {
+        str(path.relative_to(results)): path.read_bytes()
+        for path in sorted(results.rglob("*"))
+        if path.is_file() and path.suffix not in {".log", ".csv"} and ".progress" not in path.parts
+    }
+
+
+def assert_same(one: dict[str, bytes], other: dict[str, bytes]) -> None:
+    assert one.keys() == other.keys()
+    assert [name for name in one if one[name] != other[name]] == []
+
+
+def test_two_cores_in_another_folder_give_the_same_bytes(finished: Checkout, tmp_path: Path) -> None:
+    other = Checkout(tmp_path / "elsewhere")
+    printed = other.run(cores=2).stdout
+    assert "results/small/cube.nc" in printed
+    assert "results/small/report.html" in printed
+    made = bytes_of(other.results)
+    assert {"cube.nc", "report.html", "intensity.nc", "figures/rose.svg"} <= made.keys()
+    assert_same(bytes_of(finished.results), made)
+
+
+def test_second_run_has_nothing_to_do(finished: Checkout) -> None:
+    done = finished.run()
+    assert "Nothing to be done" in done.stdout + done.stderr
+
+
+def test_report_and_cube_name_no_clock_no_host_no_path(finished: Checkout) -> None:
+    report = (finished.results / "report.html").read_text(encoding="utf-8")
+    with open_cube(finished.results / "cube.nc") as cube:
+        text = report + repr(dict(cube.attrs))
+    for word in (str(finished.folder), os.uname().nodename + " ", time.strftime("%Y-%m-%d"), time.strftime("%H:%M")):
+        assert word not in text, word
+
+
+def test_timing_has_a_row_per_record(finished: Checkout) -> None:
+    lines = (finished.results / "timing.csv").read_text(encoding="utf-8").splitlines()
+    assert lines[0].startswith("record,variant,cases,block_steps,wall_s,cpu_s,processor")
+    assert [line.split(",")[0] for line in lines[1:]] == ["rinaldi", "saticoy", "petrolia"]
+
+
+@pytest.mark.parametrize(
+    ("change", "again"),
+    [
+        ("friction=[0.5]", {"configure", "sweep", "timing", "gather", "figures", "report", "all"}),
+        ("title=Other", {"configure", "gather", "figures", "report", "all"}),
+        (
+            "processing=[{step: remove_mean}]",
+            {"configure", "read", "rotate", "sweep", "timing", "gather", "figures", "report", "all"},
+        ),
+    ],
+)
+def test_change_of_a_key_runs_only_what_depends_on_it(finished: Checkout, change: str, again: set[str]) -> None:
+    assert finished.planned("--config", change) == again
+
+
+@pytest.fixture(scope="module")
+def with_sources(tmp_path_factory: pytest.TempPathFactory, finished: Checkout) -> Checkout:
+    checkout = Checkout(tmp_path_factory.mktemp("sources") / "checkout", own_sources=True)
+    shutil.copytree(finished.folder / "results", checkout.folder / "results")
+    shutil.copytree(finished.folder / ".snakemake", checkout.folder / ".snakemake")
+    return checkout
+
+
+@pytest.mark.parametrize(
+    ("module", "again"),
+    [
+        ("figures/rose.py", {"figures", "report", "all"}),
+        ("dem/kernel.py", {"sweep", "timing", "gather", "figures", "report", "all"}),
+        ("report/page.py", {"report", "all"}),
+    ],
+)
+def test_change_of_a_source_runs_what_depends_on_it(with_sources: Checkout, module: str, again: set[str]) -> None:
+    path = with_sources.folder / "src" / "overturning" / module
+    text = path.read_text(encoding="utf-8")
+    assert with_sources.planned() == set()
+    path.write_text(text + "\n# changed\n", encoding="utf-8")
+    try:
+        assert with_sources.planned() == again
+    finally:
+        path.write_text(text, encoding="utf-8")
+
+
+def test_killed_in_the_sweep_resumes_and_ends_in_the_same_bytes(finished: Checkout, tmp_path: Path) -> None:
+    checkout = Checkout(tmp_path / "checkout")
+    run = subprocess.Popen(
+        checkout.command(cores=1),
+        cwd=checkout.folder,
+        env=checkout.environment,
+        start_new_session=True,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    parts = checkout.results / "sweep" / "nominal"
+    deadline = time.monotonic() + 240
+    while not list(parts.glob("*.nc")):
+        assert run.poll() is None, "the run ended before its first part"
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    os.killpg(run.pid, signal.SIGKILL)
+    run.wait()
+    assert not (checkout.results / "cube.nc").exists()
+    kept = {path: path.stat().st_mtime_ns for path in parts.glob("*.nc")}
+    # The part that Snakemake had not yet taken note of is made again; the motions were complete long before.
+    motions = {path: path.stat().st_mtime_ns for path in (checkout.results / "motion").glob("*.nc")}
+    time.sleep(1.1)
+    done = checkout.run(cores=1)
+    assert "An earlier run was killed" in done.stderr
+    assert {path: path.stat().st_mtime_ns for path in motions} == motions
+    assert sum(path.stat().st_mtime_ns != before for path, before in kept.items()) <= 1
+    assert_same(bytes_of(finished.results), bytes_of(checkout.results))
+
+
+def test_refuses_to_run_beside_another(tmp_path: Path) -> None:
+    checkout = Checkout(tmp_path / "checkout")
+    locks = checkout.folder / ".snakemake" / "locks"
+    locks.mkdir(parents=True)
+    (locks / "0.input.lock").write_text("results/small/cube.nc\n", encoding="utf-8")
+    program = tmp_path / "snakemake"
+    program.write_text("import time\ntime.sleep(60)\n", encoding="utf-8")
+    other = subprocess.Popen([sys.executable, str(program)], cwd=checkout.folder)
+    try:
+        done = checkout.run(check=False)
+    finally:
+        other.kill()
+        other.wait()
+    assert done.returncode != 0
+    assert f"another run works in this folder (process {other.pid})" in done.stderr
+
+
+def test_cube_holds_what_the_config_asked_for(finished: Checkout) -> None:
+    with open_cube(finished.results / "cube.nc", chunks={"record": 1}) as cube:
+        assert cube["overturned"].chunks is not None
+        assert dict(cube.sizes) == {"record": 3, "azimuth": 14, "height": 1, "b_over_h": 2, "friction": 2}
+        assert 32 in cube["azimuth"]
+        overturned = cube.set_index(record="record_id")["overturned"].sel(b_over_h=0.4, friction=1.0, height=0.6).load()
+        # Rinaldi's fault-normal component overturns B/H = 0.4, and at N32E that is all there is.
+        assert abs(float(overturned.sel(record="rinaldi", azimuth=32))) == 1
+        assert np.isfinite(overturned).all()
+
+
+def test_bad_record_is_named_and_leaves_nothing_half_written(tmp_path: Path) -> None:
+    checkout = Checkout(tmp_path / "checkout", SMALL.replace("petrolia", "broken"))
+    table = checkout.folder / "config" / "records.tsv"
+    header = table.read_text(encoding="utf-8").splitlines()[0].split("\t")
+    row = {"id": "broken", "format": "auto", "source": "broken.csv"}
+    with table.open("a", encoding="utf-8") as file:
+        file.write("\t".join(row.get(name, "") for name in header) + "\n")
+    folder = checkout.folder / "resources" / "records"
+    folder.mkdir(parents=True)
+    (folder / "broken.csv").write_text("this is no record\n", encoding="utf-8")
+    done = checkout.run(check=False)
+    assert done.returncode != 0
+    assert "broken.csv" in done.stdout + done.stderr
+    assert "Traceback" not in done.stdout + done.stderr
+    assert sorted(path.name for path in (checkout.results / "motion").iterdir()) == ["rinaldi.nc", "saticoy.nc"]
+    assert not (checkout.results / "cube.nc").exists()
+
+
+def test_missing_files_of_a_user_stop_the_run_at_once(tmp_path: Path) -> None:
+    tottori = (Path(__file__).parents[2] / "config" / "tottori.yaml").read_text(encoding="utf-8")
+    checkout = Checkout(tmp_path / "checkout", tottori)
+    done = checkout.run(check=False)
+    assert done.returncode != 0
+    text = done.stdout + done.stderr
+    for word in ("TTRH020010061330.NS2", "NIED", "resources/records"):
+        assert word in text
+    assert "Traceback" not in text
+    assert not (checkout.folder / "results" / "tottori" / "motion").exists()
+
+
+def test_wrong_key_stops_the_run_with_one_line(tmp_path: Path) -> None:
+    checkout = Checkout(tmp_path / "checkout", SMALL.replace("friction", "frictoin"))
+    done = checkout.run(check=False)
+    assert done.returncode != 0
+    assert "mine.yaml: frictoin: unknown key; did you mean friction?" in done.stdout + done.stderr

@@ -10,7 +10,7 @@ from overturning.dem.variables import Variable
 COORDINATES: Final[dict[str, dict[str, Any]]] = {
     "azimuth": {"long_name": "azimuth of the vertical plane of motion, clockwise from north", "units": "degree"},
     # CF checkers take a coordinate of this name for the standard one; the block's top is at this height above its base.
-    "height": {"standard_name": "height", "long_name": "height of the block", "units": "m"},
+    "height": {"standard_name": "height", "long_name": "height of the block", "units": "m", "positive": "up"},
     "b_over_h": {"long_name": "slenderness, width over height of the block", "units": "1"},
     "friction": {"long_name": "friction coefficient between block and base", "units": "1"},
 }

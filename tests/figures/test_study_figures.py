@@ -1,0 +1,86 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from overturning.figures.intensity import intensity_figure
+from overturning.figures.polar import azimuth_edges, cell_edges, fall_map_figure
+from overturning.figures.rose import rose_figure, sector_shares
+from overturning.figures.style import save, style
+
+
+@pytest.fixture
+def cube() -> xr.Dataset:
+    azimuth = np.arange(0, 360, 30, dtype=np.int16)
+    flags = np.sign(np.round(np.cos(np.radians(azimuth - 30.0)), 3))[None, :, None, None, None] * np.ones(
+        (2, 1, 1, 2, 2)
+    )
+    return xr.Dataset(
+        {"overturned": (("record", "azimuth", "height", "b_over_h", "friction"), flags)},
+        coords={
+            "azimuth": azimuth,
+            "height": [0.6],
+            "b_over_h": [0.2, 0.4],
+            "friction": [0.5, 1.0],
+            "fault_normal": ("record", [30.0, np.nan]),
+            "pulse": ("record", [1.0, np.nan]),
+        },
+    )
+
+
+def test_cells_meet_half_way_and_close_around_the_compass() -> None:
+    np.testing.assert_allclose(cell_edges(np.array([0.1, 0.2, 0.4])), [0.05, 0.15, 0.3, 0.5])
+    edges = np.degrees(azimuth_edges(np.array([0.0, 90.0, 100.0, 270.0])))
+    np.testing.assert_allclose(edges, [-45, 45, 95, 185, 315])
+
+
+def test_sectors_are_centred_on_north_and_shares_sum_to_one() -> None:
+    shares = sector_shares(np.array([352.5, 7.4, 7.5, 180.0]), np.ones(4))
+    assert shares[0] == 0.5
+    assert shares[1] == 0.25
+    assert shares[12] == 0.25
+    assert sector_shares(np.array([10.0]), np.zeros(1)).sum() == 0
+
+
+@pytest.mark.parametrize("kind", ["svg", "png"])
+def test_figures_are_the_same_bytes_each_time(cube: xr.Dataset, tmp_path: Path, kind: str) -> None:
+    intensity = xr.Dataset(
+        {"pga": ("azimuth", np.full(12, 3.0)), "pgv": ("azimuth", np.full(12, 0.2))}, {"azimuth": cube.azimuth}
+    )
+    for folder in ("one", "two"):
+        with style():
+            save(fall_map_figure(cube.isel(record=0), "A <script>"), tmp_path / folder / f"map.{kind}")
+            save(rose_figure(cube), tmp_path / folder / f"rose.{kind}")
+            save(intensity_figure(intensity, 30.0, "A"), tmp_path / folder / f"intensity.{kind}")
+    for path in (tmp_path / "one").iterdir():
+        assert path.read_bytes() == (tmp_path / "two" / path.name).read_bytes(), path.name
+    assert len(list((tmp_path / "one").iterdir())) == 3
+
+
+def test_the_map_shows_the_fall_at_the_azimuth_it_goes_to(cube: xr.Dataset) -> None:
+    import matplotlib.pyplot as plt
+
+    with style():
+        figure = fall_map_figure(cube.isel(record=0), "A")
+        axes = figure.axes[0]
+        kinds = axes.collections[0].get_array().reshape(2, 12)
+        assert axes.get_theta_direction() == -1
+        assert np.degrees(axes.get_theta_offset()) == 90
+        plt.close(figure)
+    # The block falls towards N30E: dark there, pale on the other side, light across.
+    assert kinds[0, 1] == 2
+    assert kinds[0, 7] == 1
+    assert kinds[0, 4] == 0
+
+
+def test_studies_without_falls_without_faults_and_with_one_azimuth_are_drawn(cube: xr.Dataset, tmp_path: Path) -> None:
+    with style():
+        for name, odd in {
+            "none": cube.assign(overturned=cube["overturned"] * 0),
+            "unknown": cube.assign(overturned=cube["overturned"] * np.nan),
+            "single": cube.isel(azimuth=[1], b_over_h=[0]),
+        }.items():
+            save(fall_map_figure(odd.isel(record=1), name), tmp_path / f"{name}.png")
+            save(rose_figure(odd), tmp_path / f"rose-{name}.png")
+    assert len(list(tmp_path.iterdir())) == 6

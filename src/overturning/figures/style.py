@@ -19,6 +19,8 @@ MISSING: Final = "#8a8a8a"
 FAULT: Final = "#0072b2"
 SERIES: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 
+DASHES: Final[tuple[Any, ...]] = ("-", (0, (5, 1.5)), (0, (1, 1.2)), (0, (5, 1, 1, 1)), (0, (3, 3)), (0, (8, 2)))
+
 _SETTINGS: Final[Any] = {
     "font.family": "DejaVu Sans",  # comes with Matplotlib: the same on every machine
     "font.size": 9,
@@ -70,6 +72,13 @@ def save(figure: "Figure", path: Path) -> None:
     with whole(path) as part:
         figure.savefig(part, format=kind, metadata=metadata)
     plt.close(figure)
+
+
+def probability_colours() -> Any:
+    """Colours of a probability from 0 (paper) to 1 (the colour of falls, then darker): lightness falls all the way."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    return LinearSegmentedColormap.from_list("probability", [STANDS, "#f6c9a0", "#e58a4b", FALLS, "#6e2300"])
 
 
 def compass(axes: Any) -> None:

@@ -1,0 +1,98 @@
+"""The overturning boundary by azimuth of the motion, one curve per friction, with its band between scrambles."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from overturning.figures.style import DASHES, SERIES, compass, mark_fault_normal
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+def draw_boundary(axes: Any, bounds: "xr.Dataset", top: float) -> None:
+    """Draw the curves of one height.
+
+    Parameters
+    ----------
+    axes : polar Axes
+        Where to draw.
+    bounds : xarray.Dataset, dimensions azimuth, friction
+        ``boundary``, ``boundary_low``, ``boundary_high``, ``falls_beyond`` of `statistics.boundary.boundary`.
+    top : float
+        Largest B/H of the cube; where the block still falls there, the curve is drawn at it with triangles.
+    """
+    compass(axes)
+    azimuth = np.radians(bounds["azimuth"].to_numpy().astype(np.float64))
+    closed = np.append(azimuth, azimuth[0] + 2 * np.pi)
+
+    def around(values: Any) -> Any:
+        return np.append(values, values[0])
+
+    for index, friction in enumerate(bounds["friction"].to_numpy()):
+        one = bounds.isel(friction=index)
+        beyond = one["falls_beyond"].to_numpy()
+        radius = np.where(beyond, top, one["boundary"].to_numpy())
+        colour = SERIES[index % len(SERIES)]
+        low = np.where(beyond, top, one["boundary_low"].to_numpy())
+        high = np.where(beyond, top, one["boundary_high"].to_numpy())
+        axes.fill_between(closed, around(low), around(high), color=colour, alpha=0.25, linewidth=0)
+        axes.plot(
+            closed, around(radius), color=colour, linestyle=DASHES[index % len(DASHES)], linewidth=1.5,
+            label=f"µ = {friction:g}",
+        )  # fmt: skip
+        # A curve needs two neighbours; an azimuth alone is a point.
+        known = np.isfinite(radius)
+        alone = known & ~np.roll(known, 1) & ~np.roll(known, -1)
+        axes.plot(azimuth[alone], radius[alone], ".", color=colour, markersize=5)
+        axes.plot(azimuth[beyond], np.full(int(beyond.sum()), top), "^", color=colour, markersize=3, clip_on=False)
+    axes.set_ylim(0.0, top * 1.04)
+    ticks = [tick for tick in (0.2, 0.4, 0.6, 0.8, 1.0) if tick <= top] or [round(top, 2)]
+    axes.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
+    axes.set_rlabel_position(112.5)
+    axes.tick_params(axis="y", labelsize=7)
+
+
+def boundary_figure(bounds: "xr.Dataset", top: float, fault_normal_deg: float, title: str) -> "Figure":
+    """Figure of one record: a panel per height.
+
+    Parameters
+    ----------
+    bounds : xarray.Dataset
+        One record of `statistics.boundary.boundary`: azimuth, height, friction.
+    top : float
+        Largest B/H of the cube.
+    fault_normal_deg : float
+        Azimuth of the fault normal, degrees, or NaN.
+    title : str
+        Title of the figure.
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    import matplotlib.pyplot as plt
+
+    loaded = bounds.compute()
+    heights = loaded["height"].to_numpy()
+    figure, panels = plt.subplots(
+        1,
+        heights.size,
+        figsize=(max(3.1 * heights.size, 4.0), 4.1),
+        subplot_kw={"projection": "polar"},
+        squeeze=False,
+        layout="constrained",
+    )
+    for column, height in enumerate(heights):
+        axes = panels[0, column]
+        draw_boundary(axes, loaded.isel(height=column), top)
+        mark_fault_normal(axes, fault_normal_deg, axes.get_ylim()[1])
+        axes.set_title(f"H = {height:g} m", pad=4)
+    lines, names = panels[0, 0].get_legend_handles_labels()
+    if bool(loaded["falls_beyond"].any()):
+        lines.append(plt.Line2D([], [], color="#555555", marker="^", linestyle="none", markersize=4))
+        names.append("falls at every B/H of the study")
+    figure.legend(lines, names, loc="outside lower center", ncols=3, fontsize=8)
+    figure.suptitle(f"{title}\nlargest B/H that falls, by azimuth of the motion", fontsize=10)
+    return figure

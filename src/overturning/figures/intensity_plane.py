@@ -1,0 +1,128 @@
+"""Falls in the plane of PGA and PGV/PGA, beside the classical limits and the fitted probability."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.figures.style import FALLS, INK, SERIES, STANDS
+from overturning.statistics.limits import ishiyama_velocity, west_acceleration
+from overturning.statistics.planes import by_plane
+from overturning.units import GAL, STANDARD_GRAVITY
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from overturning.statistics.logistic import LogisticFit
+
+FloatArray = NDArray[np.float64]
+
+
+def plane_points(
+    cube: "xr.Dataset", intensity: "xr.Dataset", height: float, b_over_h: float, friction: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """PGA (m/s²), PGV/PGA (s) and probability of falling of one block, for every plane of every record, each shape (n,)."""
+    planes = by_plane(cube.sel(height=height, b_over_h=b_over_h, friction=friction, method="nearest")).compute()
+    along = intensity[["pga", "pgv"]].sel(azimuth=planes["azimuth"], method="nearest")
+    falls = planes["falls"].transpose("record", "azimuth").to_numpy().ravel()
+    pga = along["pga"].transpose("record", "azimuth").to_numpy().ravel()
+    pgv = along["pgv"].transpose("record", "azimuth").to_numpy().ravel()
+    known = np.isfinite(falls) & (pga > 0)
+    return pga[known], (pgv / np.where(pga > 0, pga, 1))[known], falls[known]
+
+
+def draw_intensity_plane(
+    axes: Any,
+    points: tuple[FloatArray, FloatArray, FloatArray],
+    height: float,
+    b_over_h: float,
+    fit: "LogisticFit | None" = None,
+) -> None:
+    """Draw one block's plane.
+
+    Parameters
+    ----------
+    axes : Axes
+        Where to draw.
+    points : tuple of ndarray
+        From `plane_points`.
+    height, b_over_h : float
+        H (m) and slenderness of the block, for the limits.
+    fit : LogisticFit, optional
+        From `statistics.logistic.overturning_fit`; its line of probability one half is drawn.
+    """
+    pga, ratio, falls = points
+    axes.set(xscale="log", yscale="log")
+    west, velocity = float(west_acceleration(b_over_h)), float(ishiyama_velocity(height, b_over_h))
+    low_x, high_x = min(pga.min(initial=west), west) / 1.5, max(pga.max(initial=west), west) * 1.5
+    low_y, high_y = ratio.min(initial=0.05) / 1.5, ratio.max(initial=0.2) * 1.5
+    stands = falls < 0.5
+    for chosen, colour, edge, marker, label in (
+        (stands, STANDS, "#555555", "o", "stands"),
+        (~stands, FALLS, FALLS, "D", "falls"),
+    ):
+        axes.scatter(
+            pga[chosen] / GAL, ratio[chosen], s=9, marker=marker, facecolor=colour, edgecolor=edge, linewidth=0.5,
+            label=label, rasterized=True,
+        )  # fmt: skip
+    x = np.geomspace(low_x, high_x, 200)
+    axes.axvline(west / GAL, color=SERIES[0], linewidth=1.4, linestyle=(0, (4, 2)), label="West: a = g B/H")
+    axes.plot(x / GAL, velocity / x, color=INK, linewidth=1.4, linestyle=(0, (1, 1.2)), label="Ishiyama: PGV limit")
+    if fit is not None and not fit.note and abs(fit.coefficient[2]) > 1e-9:
+        # Probability one half: the linear predictor is zero.
+        size, shape = (
+            np.nan_to_num(fit.coefficient[4]) * np.log(height),
+            np.nan_to_num(fit.coefficient[3]) * np.log(b_over_h),
+        )
+        y = np.exp(
+            -(fit.coefficient[0] + fit.coefficient[1] * np.log(x / (STANDARD_GRAVITY * b_over_h)) + shape + size)
+            / fit.coefficient[2]
+        )
+        axes.plot(x / GAL, y, color=SERIES[2], linewidth=1.6, label="fit: probability ½")
+    axes.set(xlim=(low_x / GAL, high_x / GAL), ylim=(low_y, high_y))
+    axes.set_xlabel("PGA, Gal", fontsize=8)
+    axes.set_ylabel("PGV/PGA, s", fontsize=8)
+    axes.tick_params(labelsize=7, which="both")
+    axes.grid(True, which="major")
+    axes.set_title(f"B/H = {b_over_h:g}, H = {height:g} m", fontsize=9)
+
+
+def intensity_plane_figure(
+    cube: "xr.Dataset", intensity: "xr.Dataset", fit: "LogisticFit | None", friction: float
+) -> "Figure":
+    """Figure with up to three slendernesses (columns) and all heights (rows) at one friction.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        The cube.
+    intensity : xarray.Dataset
+        ``pga`` (m/s²), ``pgv`` (m/s) over record and azimuth.
+    fit : LogisticFit or None
+        The fitted probability.
+    friction : float
+        Friction coefficient to show.
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    import matplotlib.pyplot as plt
+
+    slender = cube["b_over_h"].to_numpy()
+    chosen = slender[np.unique(np.linspace(0, slender.size - 1, min(3, slender.size)).round().astype(int))]
+    heights = cube["height"].to_numpy()
+    shown = heights[np.unique([0, heights.size - 1])]
+    figure, panels = plt.subplots(
+        shown.size, chosen.size, figsize=(max(2.7 * chosen.size, 4.2), 2.6 * shown.size + 0.8), squeeze=False,
+        layout="constrained",
+    )  # fmt: skip
+    for row, height in enumerate(shown):
+        for column, b_over_h in enumerate(chosen):
+            points = plane_points(cube, intensity, float(height), float(b_over_h), friction)
+            draw_intensity_plane(panels[row, column], points, float(height), float(b_over_h), fit)
+    lines, names = panels[0, 0].get_legend_handles_labels()
+    figure.legend(lines, names, loc="outside lower center", ncols=3, fontsize=8)
+    figure.suptitle(f"Every plane of every record, µ = {friction:g}", fontsize=10)
+    return figure

@@ -1,0 +1,107 @@
+"""Response of a block along several azimuths: rotation, slip and uplift under the motion (the paper's figure 6)."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from overturning.figures.style import FALLS, SERIES
+from overturning.units import CM, GAL
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+ROWS = (
+    ("base acceleration, Gal", SERIES[0]),
+    ("rotation, °", SERIES[1]),
+    ("slip of the base, cm", SERIES[2]),
+    ("uplift, cm", SERIES[3]),
+)
+
+
+def response_series(path: "xr.Dataset") -> list[Any]:
+    """The four quantities of a trajectory in the units of `ROWS`; uplift is that of the higher of the two lower corners."""
+    half = path.attrs["b_over_h"] * path.attrs["height"] / 2
+    centre = path.attrs["height"] / 2
+    theta = path["rotation"].to_numpy()
+    bottom = path["z"].to_numpy() - centre * np.cos(theta)
+    uplift = bottom + half * np.abs(np.sin(theta))
+    return [
+        path["ground_acceleration"].to_numpy() / GAL,
+        np.degrees(theta),
+        path["base_slip"].to_numpy() / CM,
+        uplift / CM,
+    ]
+
+
+def response_figure(paths: Sequence["xr.Dataset"], title: str) -> "Figure":
+    """Figure with a column per trajectory, all with the same scales.
+
+    Parameters
+    ----------
+    paths : sequence of xarray.Dataset
+        From `dem.simulate.trajectory`.
+    title : str
+        Title of the figure.
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    import matplotlib.pyplot as plt
+
+    figure, grid = plt.subplots(
+        len(ROWS),
+        len(paths),
+        figsize=(max(3.4 * len(paths), 4.4), 6.4),
+        sharex=True,
+        sharey="row",
+        squeeze=False,
+        layout="constrained",
+    )
+    start = min(_first_movement(path) for path in paths)
+    end = max(_last_movement(path) for path in paths)
+    for column, path in enumerate(paths):
+        time = path["time"].to_numpy()
+        alpha = np.degrees(np.arctan(path.attrs["b_over_h"]))
+        fell = path.attrs["overturned"] not in (0, -128)
+        for row, ((label, colour), values) in enumerate(zip(ROWS, response_series(path), strict=True)):
+            axes = grid[row, column]
+            axes.plot(time, values, color=colour, linewidth=0.9)
+            axes.axhline(0, color="#c8c8c8", linewidth=0.5, zorder=0)
+            axes.tick_params(labelsize=7)
+            axes.locator_params(axis="y", nbins=5)
+            if column == 0:
+                axes.set_ylabel(label, fontsize=8)
+            if row == 1:
+                for sign in (1, -1):
+                    axes.axhline(sign * alpha, color=FALLS, linewidth=0.7, linestyle=(0, (4, 2)))
+                axes.annotate(
+                    "α", (0.01, alpha), xycoords=("axes fraction", "data"), va="bottom", fontsize=7, color=FALLS
+                )
+        outcome = "falls" if fell else "stands"
+        grid[0, column].set_title(f"N{path.attrs['azimuth_deg'] % 360:g}°E: {outcome}", fontsize=9)
+        grid[-1, column].set_xlabel("time, s", fontsize=8)
+    grid[0, 0].set_xlim(start, max(end, start + 0.1))
+    figure.align_ylabels(grid[:, 0])
+    figure.suptitle(title, fontsize=10)
+    return figure
+
+
+def _moves(path: "xr.Dataset") -> np.ndarray:
+    alpha = np.arctan(path.attrs["b_over_h"])
+    slip = path["base_slip"].to_numpy()
+    still = np.abs(slip - slip[-1]) < 5e-4
+    return (np.abs(path["rotation"].to_numpy()) > 5e-3 * alpha) | ~still
+
+
+def _first_movement(path: "xr.Dataset") -> float:
+    at = np.flatnonzero(_moves(path))
+    return max(0.0, float(path["time"][at[0]]) - 1.5) if at.size else 0.0
+
+
+def _last_movement(path: "xr.Dataset") -> float:
+    at = np.flatnonzero(_moves(path))
+    last = float(path["time"][-1])
+    return min(last, float(path["time"][at[-1]]) + 1.5) if at.size else last

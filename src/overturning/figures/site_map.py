@@ -1,0 +1,109 @@
+"""Station, epicentre and fault on a plain map with scale and north (the paper's figure 4)."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from overturning.errors import ArgumentError
+from overturning.figures.style import FALLS, FAULT, INK, SERIES
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+EARTH_RADIUS_KM = 6371.0
+"""Mean radius of the Earth, km."""
+
+
+def local_km(latitude: Any, longitude: Any, latitude0: float, longitude0: float) -> tuple[Any, Any]:
+    """East and north of a point, km, on a plane that touches the sphere at the origin (equirectangular).
+
+    Good to about 0.1 % over a hundred kilometres, which is what a plain map needs.
+    """
+    east = np.radians((np.asarray(longitude) - longitude0 + 180.0) % 360.0 - 180.0) * np.cos(np.radians(latitude0))
+    return EARTH_RADIUS_KM * east, EARTH_RADIUS_KM * np.radians(np.asarray(latitude) - latitude0)
+
+
+def _scale_length(extent: float) -> float:
+    target = extent / 4
+    power = 10.0 ** np.floor(np.log10(target))
+    return float(max(step * power for step in (1, 2, 5) if step * power <= target))
+
+
+def draw_site_map(axes: Any, site: "xr.Dataset") -> None:
+    """Draw the map.
+
+    Parameters
+    ----------
+    axes : Axes
+        Where to draw.
+    site : xarray.Dataset
+        ``station_latitude``, ``station_longitude`` (degrees) over dimension ``station`` with its names; optionally
+        ``epicentre_latitude``, ``epicentre_longitude``, ``fault_strike`` (degrees; drawn through the epicentre) and
+        ``fault_length`` (km), scalars, NaN where not known.
+
+    Raises
+    ------
+    ArgumentError
+        If no station has coordinates.
+    """
+
+    def scalar(name: str) -> float:
+        return float(site[name]) if name in site else float("nan")
+
+    latitude, longitude = site["station_latitude"].to_numpy(), site["station_longitude"].to_numpy()
+    known = np.isfinite(latitude) & np.isfinite(longitude)
+    if not known.any():
+        raise ArgumentError("site: no station has coordinates; a map needs latitude and longitude")
+    epicentre = scalar("epicentre_latitude"), scalar("epicentre_longitude")
+    with_epicentre = bool(np.isfinite(epicentre).all())
+    origin = epicentre if with_epicentre else (float(latitude[known].mean()), float(longitude[known].mean()))
+    east, north = local_km(latitude[known], longitude[known], *origin)
+    reach = [np.abs(east).max(), np.abs(north).max(), 5.0]
+    strike, length = scalar("fault_strike"), scalar("fault_length")
+    if with_epicentre:
+        axes.plot(0, 0, "*", color=FALLS, markersize=15, markeredgecolor=INK, label="epicentre", zorder=4)
+        if np.isfinite(strike):
+            half = length / 2 if np.isfinite(length) else 0.8 * max(reach)
+            s, c = np.sin(np.radians(strike)), np.cos(np.radians(strike))
+            kind = "-" if np.isfinite(length) else (0, (4, 2))
+            name = "fault" if np.isfinite(length) else "strike of the fault"
+            axes.plot(
+                [-half * s, half * s], [-half * c, half * c], color=FAULT, linestyle=kind, linewidth=2, label=name
+            )
+            reach.append(half)
+    axes.plot(east, north, "^", color=SERIES[2], markersize=9, markeredgecolor=INK, label="station", zorder=5)
+    for name, x, y in zip(site["station"].to_numpy()[known], east, north, strict=True):
+        axes.annotate(
+            str(name), (x, y), (0, -8), textcoords="offset points", ha="center", va="top", fontsize=8, parse_math=False
+        )
+    extent = 1.35 * max(reach)
+    axes.set(xlim=(-extent, extent), ylim=(-extent, extent), aspect="equal")
+    axes.set_xlabel("east, km", fontsize=8)
+    axes.set_ylabel("north, km", fontsize=8)
+    axes.tick_params(labelsize=7)
+    axes.spines[:].set_visible(True)
+    scale = _scale_length(2 * extent)
+    x0, y0 = -0.92 * extent, -0.9 * extent
+    axes.plot([x0, x0 + scale], [y0, y0], color=INK, linewidth=3, solid_capstyle="butt")
+    axes.annotate(
+        f"{scale:g} km", (x0 + scale / 2, y0), (0, 4), textcoords="offset points", ha="center", va="bottom", fontsize=8
+    )
+    axes.annotate(
+        "N", (0.93, 0.85), (0.93, 0.97), xycoords="axes fraction", ha="center", va="top", fontsize=10,
+    )  # fmt: skip
+    axes.annotate(
+        "", (0.93, 0.91), (0.93, 0.80), xycoords="axes fraction", arrowprops={"arrowstyle": "-|>", "color": INK}
+    )
+
+
+def site_map_figure(site: "xr.Dataset", title: str) -> "Figure":
+    """Figure of the map; parameters as in `draw_site_map`."""
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(4.6, 5.1), layout="constrained")
+    draw_site_map(axes, site)
+    lines, names = axes.get_legend_handles_labels()
+    figure.legend(lines, names, loc="outside lower center", ncols=3, fontsize=8)
+    figure.suptitle(title, fontsize=10)
+    return figure

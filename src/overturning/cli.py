@@ -20,6 +20,7 @@ COMMANDS = {
     "gather": ("gather", "Gather the parts of a sweep into the cube."),
     "figures": ("figures", "Draw the figures of a study."),
     "report": ("report", "Write the report of a study."),
+    "one": ("one", "Simulate one block; print what it does, and make a film of it."),
 }
 
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from overturning.figures.film_of_trajectory import window
 from overturning.figures.style import FALLS, SERIES
 from overturning.units import CM, GAL
 
@@ -60,8 +61,8 @@ def response_figure(paths: Sequence["xr.Dataset"], title: str) -> "Figure":
         squeeze=False,
         layout="constrained",
     )
-    start = min(_first_movement(path) for path in paths)
-    end = max(_last_movement(path) for path in paths)
+    start, end = window(paths)
+    start, end = max(0.0, start - 1.5), end + 1.5
     for column, path in enumerate(paths):
         time = path["time"].to_numpy()
         alpha = np.degrees(np.arctan(path.attrs["b_over_h"]))
@@ -87,21 +88,3 @@ def response_figure(paths: Sequence["xr.Dataset"], title: str) -> "Figure":
     figure.align_ylabels(grid[:, 0])
     figure.suptitle(title, fontsize=10)
     return figure
-
-
-def _moves(path: "xr.Dataset") -> np.ndarray:
-    alpha = np.arctan(path.attrs["b_over_h"])
-    slip = path["base_slip"].to_numpy()
-    still = np.abs(slip - slip[-1]) < 5e-4
-    return (np.abs(path["rotation"].to_numpy()) > 5e-3 * alpha) | ~still
-
-
-def _first_movement(path: "xr.Dataset") -> float:
-    at = np.flatnonzero(_moves(path))
-    return max(0.0, float(path["time"][at[0]]) - 1.5) if at.size else 0.0
-
-
-def _last_movement(path: "xr.Dataset") -> float:
-    at = np.flatnonzero(_moves(path))
-    last = float(path["time"][-1])
-    return min(last, float(path["time"][at[-1]]) + 1.5) if at.size else last

@@ -1,0 +1,115 @@
+"""`overturning one`: one block under one record, along one azimuth or several, and the film of it."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+if TYPE_CHECKING:
+    from overturning.records.record import Record
+
+app = typer.Typer(rich_markup_mode=None)
+
+
+@app.command()
+def one(
+    record: Annotated[str, typer.Option(help="id in the record table, or a record file")],
+    azimuth: Annotated[list[float], typer.Option(help="degrees clockwise from north; may be given several times")],
+    b_over_h: Annotated[float, typer.Option(help="slenderness B/H")] = 0.4,
+    height: Annotated[float, typer.Option(help="height H, m")] = 0.6,
+    friction: Annotated[float, typer.Option(help="friction coefficient µ")] = 1.0,
+    density: Annotated[float, typer.Option(help="density, kg/m³")] = 2650.0,
+    damping_ratio: Annotated[float | None, typer.Option(help="damping ratio of the contact (default 1)")] = None,
+    damping: Annotated[float | None, typer.Option(help="dashpot per corner instead of the ratio, N·s/m")] = None,
+    stiffness: Annotated[
+        float | None, typer.Option(help="normal stiffness per corner, N/m (default: automatic)")
+    ] = None,
+    amplitude: Annotated[float, typer.Option(help="factor on the motion")] = 1.0,
+    vertical: Annotated[bool, typer.Option(help="apply the vertical motion where the record has one")] = True,
+    table: Annotated[Path, typer.Option(help="record table")] = Path("config/records.tsv"),
+    folder: Annotated[Path, typer.Option(help="folder of the record files")] = Path("resources/records"),
+    animate: Annotated[
+        Path | None, typer.Option(help="film to write: .html (one self-contained page), .gif or .mp4")
+    ] = None,
+    response: Annotated[
+        Path | None, typer.Option(help="figure of rotation, slip and uplift against time: .svg or .png")
+    ] = None,
+) -> None:
+    """Simulate one block, print what it does, and make a film or a figure of it."""
+    from overturning.dem.contact import Contact
+    from overturning.dem.simulate import trajectory
+    from overturning.errors import ArgumentError
+    from overturning.motion.motion import Motion
+
+    for file, kinds in ((animate, {".html", ".gif", ".mp4"}), (response, {".svg", ".png"})):
+        if file is not None and file.suffix.lower() not in kinds:
+            raise ArgumentError(f"{file.name}: unknown kind of file; end it in {', '.join(sorted(kinds))}")
+    if damping is not None and damping_ratio is not None:
+        raise ArgumentError("--damping and --damping-ratio are both given; keep one")
+    found = _record(record, table, folder)
+    motion = Motion(found.north, found.east, found.up if vertical else None, sampling_interval=found.sampling_interval)
+    springs: float | Literal["auto"] = "auto" if stiffness is None else stiffness
+    contact = (
+        Contact(stiffness=springs, damping_ratio=1.0 if damping_ratio is None else damping_ratio)
+        if damping is None
+        else Contact(stiffness=springs, damping=damping)
+    )
+    paths = [
+        trajectory(
+            motion, azimuth_deg=angle, height=height, b_over_h=b_over_h, friction=friction, density=density,
+            contact=contact, amplitude=amplitude,
+        )
+        for angle in azimuth
+    ]  # fmt: skip
+    from overturning.figures.film_of_trajectory import compass_name, film_of, outcome
+
+    place = ", ".join(part for part in (found.station or found.record_id, found.event) if part)
+    title = f"{place}: B/H = {b_over_h:g}, H = {height:g} m, µ = {friction:g}"
+    print(title)
+    for path in paths:
+        slip = (
+            f"; slipped {100 * float(path['base_slip'][-1]):.1f} cm by the end" if path.attrs["overturned"] == 0 else ""
+        )
+        print(f"  motion along {compass_name(path.attrs['azimuth_deg'])}: {outcome(path)}{slip}")
+    if animate is not None:
+        accelerations = [amplitude * motion.along(angle) for angle in azimuth]
+        note = "The frame moves with the base." + (
+            f" The motion is {amplitude:g} times the record." if amplitude != 1 else ""
+        )
+        film = film_of(paths, accelerations, motion.sampling_interval, title, note=note)
+        if animate.suffix.lower() == ".html":
+            from overturning.figures.film_page import write_film_page
+
+            write_film_page(film, animate)
+        else:
+            from overturning.figures.film_movie import write_film_movie
+
+            write_film_movie(film, animate)
+        print(f"film: {animate}")
+    if response is not None:
+        from overturning.figures.response import response_figure
+        from overturning.figures.style import save, style
+
+        with style():
+            save(response_figure(paths, title), response)
+        print(f"figure: {response}")
+
+
+def _record(name: str, table: Path, folder: Path) -> "Record":
+    """A record of the table, or of a file; processed as a study would by default."""
+    import difflib
+
+    from overturning.errors import ConfigError
+    from overturning.records.catalogue import read_catalogue
+    from overturning.records.processing import process
+    from overturning.records.read import read_path, read_record
+    from overturning.records.store import rounded
+
+    if Path(name).is_file():
+        return rounded(process(read_path(Path(name)), None))
+    entries = read_catalogue(table)
+    if name not in entries:
+        near = difflib.get_close_matches(name, entries, n=1)
+        hint = f"did you mean {near[0]!r}?" if near else f"ids: {', '.join(list(entries)[:8])} …"
+        raise ConfigError(f"{table}: no record {name!r}, nor a file of that name; {hint}")
+    return rounded(process(read_record(entries[name], folder), None))

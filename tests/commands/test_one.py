@@ -1,0 +1,53 @@
+"""`overturning one`."""
+
+from pathlib import Path
+
+import pytest
+
+from overturning.cli import main
+
+TABLE = str(Path(__file__).parents[2] / "config/records.tsv")
+
+
+def run(*arguments: str) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main(["one", "--table", TABLE, *arguments])
+    if stop.value.code:
+        raise AssertionError(f"exit status {stop.value.code}")
+
+
+def test_the_pair_of_a_near_fault_record(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    page, figure = tmp_path / "fall.html", tmp_path / "response.png"
+    run("--record", "rinaldi", "--azimuth", "32", "--azimuth", "122", "--animate", str(page), "--response", str(figure))
+    text = capsys.readouterr().out
+    assert "motion along N32°E: falls towards N212°E" in text
+    assert "motion along N122°E: stands" in text
+    assert page.stat().st_size < 300_000
+    first = page.read_bytes()
+    run("--record", "rinaldi", "--azimuth", "32", "--azimuth", "122", "--animate", str(page))
+    assert page.read_bytes() == first
+    assert figure.read_bytes().startswith(b"\x89PNG")
+
+
+def test_damping_in_absolute_terms(capsys: pytest.CaptureFixture[str]) -> None:
+    run("--record", "rinaldi", "--azimuth", "32", "--damping", "35000")
+    assert "N32°E" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--record", "rinaldo", "--azimuth", "1"), "did you mean 'rinaldi'?"),
+        (("--record", "rinaldi", "--azimuth", "1", "--animate", "fall.avi"), "end it in"),
+        (("--record", "rinaldi", "--azimuth", "1", "--damping", "3", "--damping-ratio", "1"), "keep one"),
+        (("--record", "rinaldi", "--azimuth", "1", "--b-over-h", "-1"), "b_over_h"),
+        (("--record", "rinaldi", "--azimuth", "nan"), "azimuth"),
+    ],
+)
+def test_errors(arguments: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main(["one", "--table", TABLE, *arguments])
+    assert stop.value.code == 1
+    error = capsys.readouterr().err
+    assert message in error
+    assert "Traceback" not in error

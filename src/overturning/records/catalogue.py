@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from overturning.errors import ConfigError
+from overturning.records.options import Unit
 
 
 def _none_if_empty(value: Any) -> Any:
@@ -58,6 +59,19 @@ class RecordEntry(BaseModel):
         tuple[float, float] | None,
         BeforeValidator(_numbers),
         Field(description="Azimuths of the two horizontal axes where the file does not state them, e.g. `0 90`."),
+    ] = None
+    unit: Annotated[
+        Unit | None,
+        BeforeValidator(_none_if_empty),
+        Field(description="Unit of the samples where the format leaves it open (SAC)."),
+    ] = None
+    columns: Annotated[
+        str, Field(description="Columns of a CSV file: `time:s north:gal east:gal up:gal`; `skip` passes one over.")
+    ] = ""
+    sampling_interval_s: Annotated[
+        float | None,
+        BeforeValidator(_none_if_empty),
+        Field(gt=0, le=1, description="Of a CSV file without a time column, s."),
     ] = None
     sensor: Annotated[
         Literal["surface", "borehole"], Field(description="Which sensor of a station that has two (KiK-net).")

@@ -6,21 +6,53 @@ from typing import Final
 
 from overturning.errors import RecordError
 from overturning.records.component import Component
-from overturning.records.formats import knet
+from overturning.records.formats import cosmos, csmip, csv_columns, esm, geonet, knet, miniseed, peer, sac, smc
+from overturning.records.options import ReadOptions
 from overturning.records.source import SourceFile
+
+Reader = Callable[[SourceFile, ReadOptions], list[Component]]
 
 
 @dataclass(frozen=True)
 class Format:
-    """A file format: how to recognise it and how to read it."""
+    """A file format.
+
+    Attributes
+    ----------
+    name : str
+        As the record table writes it.
+    title : str
+        As a person calls it.
+    detect : callable
+        Whether a file has this format.
+    read : callable
+        Its components.
+    """
 
     name: str
     title: str
     detect: Callable[[SourceFile], bool]
-    read: Callable[[SourceFile], list[Component]]
+    read: Reader
 
 
-FORMATS: Final = (Format(knet.NAME, "K-NET / KiK-net ASCII", knet.detect, knet.read),)
+def _plain(read: Callable[[SourceFile], list[Component]]) -> Reader:
+    """A reader of files that say all about themselves."""
+    return lambda source, _options: read(source)
+
+
+FORMATS: Final = (
+    Format(knet.NAME, "K-NET / KiK-net ASCII", knet.detect, _plain(knet.read)),
+    Format(geonet.NAME, "GeoNet V1A / V2A", geonet.detect, _plain(geonet.read)),
+    Format(cosmos.NAME, "COSMOS V1 / V2", cosmos.detect, _plain(cosmos.read)),
+    Format(csmip.NAME, "CSMIP / CGS V1, V2, RAW", csmip.detect, _plain(csmip.read)),
+    Format(smc.NAME, "USGS SMC", smc.detect, _plain(smc.read)),
+    Format(peer.NAME, "PEER AT2", peer.detect, _plain(peer.read)),
+    Format(esm.NAME, "ESM / DYNA ASCII", esm.detect, _plain(esm.read)),
+    Format(miniseed.NAME, "MiniSEED with StationXML", miniseed.detect, miniseed.read),
+    Format(sac.NAME, "SAC", sac.detect, sac.read),
+    # Never by content: columns of numbers say nothing about themselves.
+    Format(csv_columns.NAME, "columns as declared", lambda _source: False, csv_columns.read),
+)
 """In the order in which they are tried; the first that recognises a file reads it."""
 
 
@@ -35,9 +67,12 @@ def detect_format(source: SourceFile) -> Format:
     for form in FORMATS:
         if form.detect(source):
             return form
-    beginning = source.data[:200].lstrip()[:1]
-    hint = "it is a web page, not data: " if beginning == b"<" else ""
+    head = source.data[:400].lstrip(b"\xef\xbb\xbf \r\n\t").lower()
+    if head.startswith((b"<!doctype html", b"<html", b"<?xml", b"<")):
+        raise RecordError(
+            f"{source.name}: a web page or XML, not a record; sign in where you downloaded it, and get it again"
+        )
     raise RecordError(
-        f"{source.name}: {hint}the format is not recognised; known are {', '.join(f.name for f in FORMATS)} "
-        "(docs/formats.md): convert it, or get it again"
+        f"{source.name}: the format is not recognised; known are {', '.join(f.name for f in FORMATS)} (docs/formats.md); "
+        "declare columns to read it as csv, or get it again"
     )

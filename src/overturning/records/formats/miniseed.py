@@ -1,0 +1,40 @@
+"""MiniSEED with StationXML, through obspy: counts alone are no acceleration."""
+
+import io
+from typing import Final
+
+from overturning.errors import RecordError
+from overturning.records.component import Component
+from overturning.records.formats.stationxml import components_of, read_inventory
+from overturning.records.options import ReadOptions
+from overturning.records.source import SourceFile
+
+NAME: Final = "miniseed"
+
+
+def detect(source: SourceFile) -> bool:
+    """Whether a file begins like MiniSEED: a record number of six digits and a quality letter."""
+    head = source.data[:8]
+    return len(head) == 8 and head[:6].isdigit() and head[6:7] in b"DRQM" and head[7:8] in b" \x00"
+
+
+def read(source: SourceFile, options: ReadOptions) -> list[Component]:
+    """Read all channels.
+
+    Raises
+    ------
+    RecordError
+        If it is damaged, has gaps, or there is no StationXML for it.
+    """
+    import obspy
+
+    try:
+        stream = obspy.read(io.BytesIO(source.data), format="MSEED")
+    except Exception as problem:  # libmseed's errors come as several kinds
+        raise RecordError(f"{source.name}: damaged MiniSEED ({problem}); get it again") from problem
+    inventory = read_inventory(options.metadata)
+    if inventory is None:
+        raise RecordError(
+            f"{source.name}: MiniSEED holds counts without gain or orientation; give the station's StationXML with it"
+        )
+    return components_of(stream, inventory, source, NAME)

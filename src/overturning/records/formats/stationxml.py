@@ -1,0 +1,148 @@
+"""StationXML beside MiniSEED and SAC: gain or response, orientation, coordinates, through obspy."""
+
+import io
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+
+from overturning.errors import RecordError
+from overturning.records.component import Component
+from overturning.records.source import SourceFile
+
+_ACCELERATION: Final = {"M/S**2", "M/S2", "M/S^2", "M/(S**2)", "M/SEC**2"}
+
+
+def detect(source: SourceFile) -> bool:
+    """Whether a file is StationXML."""
+    return b"FDSNStationXML" in source.data[:2000]
+
+
+def read_inventory(files: Sequence[SourceFile]) -> Any:
+    """All StationXML files as one inventory; None without files.
+
+    Raises
+    ------
+    RecordError
+        If one is damaged.
+    """
+    import obspy
+
+    inventory = None
+    for file in files:
+        try:
+            one = obspy.read_inventory(io.BytesIO(file.data), format="STATIONXML")
+        except Exception as problem:  # lxml and obspy raise many kinds; each means that the file is damaged
+            raise RecordError(f"{file.name}: damaged StationXML ({problem}); get it again") from problem
+        inventory = one if inventory is None else inventory + one
+    return inventory
+
+
+def components_of(stream: Any, inventory: Any, source: SourceFile, form: str) -> list[Component]:
+    """Counts to m/s² with the inventory's gain (accelerometers) or response (velocity sensors).
+
+    Raises
+    ------
+    RecordError
+        If a trace has a gap or is not in the inventory.
+    """
+    return [_component(trace, inventory, source, form) for trace in without_gaps(stream, source)]
+
+
+def without_gaps(stream: Any, source: SourceFile) -> Any:
+    """One trace per channel.
+
+    Raises
+    ------
+    RecordError
+        If a channel has a gap or overlapping data that differs.
+    """
+    try:
+        stream.merge(method=-1)
+    except Exception as problem:
+        raise RecordError(
+            f"{source.name}: pieces of a channel do not fit together ({problem}); get it again"
+        ) from problem
+    seen: set[str] = set()
+    for trace in stream:
+        if trace.id in seen:
+            raise RecordError(
+                f"{source.name}: channel {trace.id} has a gap or an overlap; cut the file to one side of it"
+            )
+        seen.add(trace.id)
+        if trace.stats.npts < 2:
+            raise RecordError(f"{source.name}: channel {trace.id} has {trace.stats.npts} samples; get the file again")
+    return stream
+
+
+def _component(trace: Any, inventory: Any, source: SourceFile, form: str) -> Component:
+    name = source.name
+    moment = trace.stats.starttime
+    try:
+        response = inventory.get_response(trace.id, moment)
+        place = inventory.get_channel_metadata(trace.id, moment)
+        unit = (response.instrument_sensitivity.input_units or "").upper()
+        gain = float(response.instrument_sensitivity.value)
+    except Exception as problem:  # obspy raises bare Exception
+        raise RecordError(
+            f"{name}: channel {trace.id} at {moment} is not in the StationXML given ({problem}); get it with "
+            "level=response for that channel and time"
+        ) from problem
+    if not np.isfinite(gain) or gain <= 0:
+        raise RecordError(f"{name}: channel {trace.id} has a gain of {gain}; correct the StationXML")
+    counts = np.asarray(trace.data, dtype=np.float64)
+    if unit in _ACCELERATION:
+        samples, how = counts / gain, "gain"
+    else:
+        samples, how = _deconvolved(trace, inventory, name), "response"
+    azimuth, vertical = _orientation(place)
+    return Component(
+        samples=samples,
+        sampling_interval=float(trace.stats.delta),
+        axis=trace.stats.channel,
+        azimuth_deg=azimuth,
+        vertical=vertical,
+        file=name,
+        sha256=source.sha256,
+        format=form,
+        start=moment.datetime.replace(tzinfo=_utc()),
+        station=trace.stats.station,
+        latitude=place["latitude"],
+        longitude=place["longitude"],
+        extra={"removed": how, "network": trace.stats.network},
+    )
+
+
+def _deconvolved(trace: Any, inventory: Any, name: str) -> np.ndarray:
+    """Acceleration from a velocity sensor: response removed between 0.02 Hz and 0.8 of the Nyquist frequency."""
+    nyquist = 0.5 * trace.stats.sampling_rate
+    copy = trace.copy()
+    copy.data = np.asarray(copy.data, dtype=np.float64)
+    try:
+        copy.remove_response(
+            inventory,
+            output="ACC",
+            pre_filt=(0.01, 0.02, 0.8 * nyquist, 0.95 * nyquist),
+            water_level=60,
+            zero_mean=True,
+        )
+    except Exception as problem:
+        raise RecordError(
+            f"{name}: response of {trace.id} cannot be removed ({problem}); get level=response"
+        ) from problem
+    return np.asarray(copy.data, dtype=np.float64)
+
+
+def _orientation(place: dict[str, Any]) -> tuple[float | None, int]:
+    azimuth, dip = place.get("azimuth"), place.get("dip")
+    if dip is not None and abs(abs(dip) - 90.0) < 1.0:
+        return None, 1 if dip < 0 else -1
+    if azimuth is None or dip is None or abs(dip) > 1.0:
+        return None, 0
+    return float(azimuth) % 360.0, 0
+
+
+def _utc() -> Any:
+    from datetime import UTC
+
+    return UTC

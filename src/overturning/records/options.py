@@ -1,0 +1,45 @@
+"""What a reader may need to be told because the file does not say it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, Literal, get_args
+
+from overturning.records.source import SourceFile
+from overturning.units import GAL, STANDARD_GRAVITY
+
+Unit = Literal["m/s2", "cm/s2", "gal", "mm/s2", "nm/s2", "g", "mg"]
+
+UNITS: Final[dict[str, float]] = {
+    "m/s2": 1.0,
+    "cm/s2": GAL,
+    "gal": GAL,
+    "mm/s2": 1e-3,
+    "nm/s2": 1e-9,
+    "g": STANDARD_GRAVITY,
+    "mg": 1e-3 * STANDARD_GRAVITY,
+}
+"""Units of acceleration that may be declared, in m/s²."""
+
+assert set(UNITS) == set(get_args(Unit))
+
+
+@dataclass(frozen=True)
+class ReadOptions:
+    """Declarations of the record table or the command line.
+
+    Attributes
+    ----------
+    unit : str or None
+        Unit of the samples, a key of ``UNITS``, where the format leaves it open (SAC).
+    columns : str
+        Columns of a CSV file: ``time:s north:gal east:gal up:gal``.
+    sampling_interval_s : float or None
+        Of a CSV file without a time column.
+    metadata : sequence of SourceFile
+        StationXML files that go with MiniSEED or SAC files.
+    """
+
+    unit: str | None = None
+    columns: str = ""
+    sampling_interval_s: float | None = None
+    metadata: Sequence[SourceFile] = ()

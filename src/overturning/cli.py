@@ -14,6 +14,7 @@ from overturning.errors import OverturningError
 # of the subcommand that runs is imported.
 COMMANDS = {
     "study": ("study", "Check a study's configuration; write the schema and the key table."),
+    "records": ("records", "Say what record files are, or why they are refused; fetch records."),
     "read": ("read", "Read one record of the table into motion.nc."),
     "rotate": ("rotate", "Intensity measures per azimuth of all records into intensity.nc."),
     "sweep": ("sweep", "Simulate every case of one record."),

@@ -89,7 +89,9 @@ def test_missing_files_are_named_with_where_to_get_and_put_them(tmp_path):
 
 
 def test_one_component_alone_is_refused(tmp_path):
-    north = write_knet_set(tmp_path, "T", NORTH, EAST)[0]
+    north, east = write_knet_set(tmp_path, "T", NORTH, EAST)
+    assert read_path(north).north.size == NORTH.size  # its sister lies beside it
+    east.unlink()
     with pytest.raises(RecordError, match="two horizontal"):
         read_path(north)
 

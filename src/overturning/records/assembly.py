@@ -67,7 +67,7 @@ def to_north_east(
     return north, east
 
 
-def common_window(components: Sequence[Component]) -> list[Component]:
+def common_window(components: Sequence[Component], *, trust_data: bool = False) -> list[Component]:
     """Cut components to the samples that all of them have.
 
     Starts are rounded to whole samples relative to the latest; less than half a sample of shift remains.
@@ -75,7 +75,7 @@ def common_window(components: Sequence[Component]) -> list[Component]:
     Raises
     ------
     RecordError
-        If the rates differ, or starts or lengths differ by more than 0.5 s.
+        If the rates differ, or starts or lengths differ by more than 0.5 s (lengths only where ``trust_data`` is not set).
     """
     interval = components[0].sampling_interval
     for other in components[1:]:
@@ -98,10 +98,10 @@ def common_window(components: Sequence[Component]) -> list[Component]:
         offsets = [round((latest - s).total_seconds() / interval) for s in known]
     lengths = [c.samples.size - o for c, o in zip(components, offsets, strict=True)]
     spread = (max(c.samples.size for c in components) - min(c.samples.size for c in components)) * interval
-    if spread > MAXIMUM_SPREAD + 0.5 * interval:
+    if spread > MAXIMUM_SPREAD + 0.5 * interval and not trust_data:
         raise RecordError(
             f"{components[0].file}: components have {' and '.join(str(c.samples.size) for c in components)} samples, "
-            f"{spread:.2f} s apart (at most {MAXIMUM_SPREAD} s); one of them is cut: get it again"
+            f"{spread:.2f} s apart (at most {MAXIMUM_SPREAD} s); get the file again, or say --trust-data to keep the common part"
         )
     length = min(lengths)
     if length < 2:
@@ -135,7 +135,7 @@ def assemble(
     correction_deg : float
         Added to the stated azimuths: sensor misorientation plus magnetic declination, degrees clockwise.
     trust_data : bool
-        Go on where a header's peak contradicts the data.
+        Go on where a header's peak contradicts the data, or components are unlike long.
     overrides : dict, optional
         Fields of the record that are known better than from the files (station, event, licence…).
 
@@ -174,7 +174,7 @@ def assemble(
                 f"{component.file}: axis {component.axis!r} says nothing about north; "
                 "give the azimuths of the two axes (azimuths_deg in the record table, --azimuths here)"
             )
-    window = common_window([*horizontal, *vertical])
+    window = common_window([*horizontal, *vertical], trust_data=trust_data)
     azimuths = [((c.azimuth_deg or 0.0) + correction_deg) % 360.0 for c in window[:2]]
     north, east = to_north_east(window[0].samples, azimuths[0], window[1].samples, azimuths[1], name)
     first = window[0]

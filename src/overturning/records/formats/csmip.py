@@ -210,6 +210,6 @@ def _start(text: list[str], name: str, at: int) -> datetime | None:
 
 def _event(text: list[str]) -> str:
     for line in text[1:12]:
-        if match := re.match(r"\s*R(?:e?co?rd) of (.*?)(?:\s{2,}|\(|$)", line, re.IGNORECASE):
-            return match[1].strip()
+        if match := re.match(r"\s*R(?:e?co?rd) of (.*?)(?:\s{3,}|\(|$)", line, re.IGNORECASE):
+            return " ".join(match[1].split())
     return ""

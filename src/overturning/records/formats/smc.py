@@ -83,8 +83,8 @@ def read(source: SourceFile) -> list[Component]:
             sha256=source.sha256,
             format=NAME,
             start=_start(whole, name),
-            station=lines[2].strip() or str(whole[29]),
-            event=" ".join(lines[3][24:].split()),
+            station=_station(lines[5]) or lines[2].strip(),
+            event=re.sub(r"^\s*\d+\s+\d+\s+\d+\s+\d*\s*", "", lines[3]).strip(),
             latitude=float(real[10]) if real[10] != null else None,
             longitude=float(real[11]) if real[11] != null else None,
             # Seven digits in the header, five in the data: half a unit of the data's last digit is what may differ.
@@ -93,6 +93,11 @@ def read(source: SourceFile) -> list[Component]:
             extra={"magnitude": float(real[5])} if real[5] != null else {},
         )
     ]
+
+
+def _station(line: str) -> str:
+    match = re.search(r"station\s*=\s*(.*?)\s*component=", line)
+    return match[1].rstrip(" ,") if match else ""
 
 
 def _start(whole: np.ndarray, file: str) -> datetime | None:

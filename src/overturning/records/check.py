@@ -1,0 +1,144 @@
+"""Say of files what they are: records that can be read, with what was found and compared, or the reason why not."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from overturning.errors import OverturningError
+from overturning.records.assembly import assemble
+from overturning.records.component import Component
+from overturning.records.grouping import group_components
+from overturning.records.integration import peaks
+from overturning.records.options import ReadOptions
+from overturning.records.read import read_files
+from overturning.records.record import Record
+from overturning.records.source import SourceFile, read_source
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What was found of one record.
+
+    Attributes
+    ----------
+    files : tuple of str
+        The files that it lies in.
+    components : tuple of Component
+        Its axes; empty where the file cannot be read.
+    record : Record or None
+        The record, where it can be read.
+    reason : str
+        Why not, otherwise.
+    """
+
+    files: tuple[str, ...]
+    components: tuple[Component, ...] = ()
+    record: Record | None = None
+    reason: str = ""
+
+
+def check_paths(
+    paths: Iterable[Path],
+    *,
+    options: ReadOptions | None = None,
+    azimuths_deg: Sequence[float] | None = None,
+    trust_data: bool = False,
+) -> list[Finding]:
+    """Read files and folders, sort their components into records, and check each.
+
+    Parameters
+    ----------
+    paths : iterable of Path
+        Files; of a folder, the files in it.
+    options : ReadOptions, optional
+        What the files do not say about themselves.
+    azimuths_deg : sequence of float, optional
+        Azimuths of the two horizontal axes where the files do not state them.
+    trust_data : bool
+        Go on where a header's peak contradicts the data.
+
+    Returns
+    -------
+    list of Finding
+        Files that cannot be read first, then records in the order of their files.
+    """
+    sources, findings = _sources(paths)
+    options = options or ReadOptions()
+    from overturning.records.formats import stationxml
+
+    metadata = tuple(s for s in sources if stationxml.detect(s))
+    options = replace(options, metadata=(*options.metadata, *metadata))
+    components: list[Component] = []
+    for source in sources:
+        if source in metadata:
+            continue
+        try:
+            components += read_files([source], None, options)
+        except OverturningError as problem:
+            findings.append(Finding((source.name,), reason=str(problem)))
+    for group in group_components(components):
+        files = tuple(dict.fromkeys(c.file for c in group))
+        name = Path(files[0]).name.split(".")[0].lower()
+        try:
+            record = assemble(group, record_id=name, azimuths_deg=azimuths_deg, trust_data=trust_data)
+        except OverturningError as problem:
+            findings.append(Finding(files, tuple(group), reason=str(problem)))
+        else:
+            findings.append(Finding(files, tuple(group), record))
+    return findings
+
+
+def _sources(paths: Iterable[Path]) -> tuple[list[SourceFile], list[Finding]]:
+    sources, findings = [], []
+    for path in paths:
+        members = sorted(p for p in path.iterdir() if p.is_file()) if path.is_dir() else [path]
+        if not members:
+            findings.append(Finding((path.name,), reason=f"{path}: an empty folder"))
+        for member in members:
+            try:
+                sources.append(read_source(member))
+            except OverturningError as problem:
+                findings.append(Finding((member.name,), reason=str(problem)))
+    return sources, findings
+
+
+def describe(finding: Finding) -> str:
+    """A finding as a few lines of text."""
+    head = ", ".join(finding.files)
+    record = finding.record
+    if record is None:
+        axes = "".join(f"\n  {_axis(c)}" for c in finding.components)
+        return f"{head}\n  refused: {finding.reason}{axes}"
+    pga, pgv, pgd = (
+        max(pair)
+        for pair in zip(
+            peaks(record.north, record.sampling_interval), peaks(record.east, record.sampling_interval), strict=True
+        )
+    )
+    place = "" if record.latitude is None else f" ({record.latitude:.4f}, {record.longitude:.4f})"
+    what = [x for x in (record.station + place, record.event, record.start or "start not stated") if x.strip()]
+    kind = "processed by its agency" if record.extra.get("processed") else "raw"
+    lines = [
+        head,
+        f"  {record.extra['format']}, {kind}: {'; '.join(what)}",
+        f"  {record.north.size} samples every {record.sampling_interval:g} s, "
+        f"{'with' if record.up is not None else 'without'} vertical component",
+        *(f"  {_axis(c)}" for c in finding.components),
+        f"  north and east: PGA {pga * 100:.1f} Gal, PGV {pgv * 100:.1f} cm/s, PGD {pgd * 100:.1f} cm as the file is",
+    ]
+    return "\n".join(lines)
+
+
+def _axis(component: Component) -> str:
+    sense = {1: "up", -1: "down", 0: "direction unknown"}[component.vertical]
+    direction = f"azimuth {component.azimuth_deg:g}" if component.azimuth_deg is not None else sense
+    samples = component.samples
+    peak = component.peak
+    text = f"{component.axis}: {direction}, {samples.size} samples, peak "
+    centred = samples - samples.mean() if peak is not None and peak.after_mean else samples
+    found = float(abs(centred).max())
+    text += f"{found * 100:.4g} Gal"
+    if peak is None:
+        return text + ", header states none"
+    difference = abs(found - peak.value) / peak.value if peak.value else 0.0
+    return text + f", header {peak.value * 100:.4g} Gal ({difference * 100:.2f} % apart)"

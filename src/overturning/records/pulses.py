@@ -1,0 +1,279 @@
+"""Synthetic ground motions, each exact in closed form, usable like recorded ones.
+
+A pulse is one line: a shape and its parameters, ``sine amplitude_gal=300 period_s=1 azimuth_deg=60``. The samples are those
+of the formula, not of an integration, so any sampling interval gives points of the same curve.
+"""
+
+import hashlib
+import math
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+
+from overturning.errors import ConfigError
+from overturning.records.direction import direction_cosines
+from overturning.records.record import Record
+from overturning.units import GAL
+
+FloatArray = NDArray[np.float64]
+
+
+class _Pulse(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    amplitude_gal: Annotated[float, Field(gt=0, le=1e5, description="Largest factor of the formula, Gal.")]
+    azimuth_deg: Annotated[
+        float, Field(ge=-360, le=360, description="Direction of the motion, clockwise from north.")
+    ] = 0.0
+    sampling_interval_s: Annotated[float, Field(ge=1e-5, le=0.1, description="Time between samples, s.")] = 0.005
+    before_s: Annotated[float, Field(ge=0, le=1000, description="Rest before the pulse, s.")] = 1.0
+    after_s: Annotated[float, Field(ge=0, le=1000, description="Rest after the pulse, s.")] = 1.0
+
+    @property
+    def length(self) -> float:
+        """Duration of the pulse itself, s."""
+        raise NotImplementedError
+
+    def acceleration(self, time: FloatArray) -> FloatArray:
+        """Acceleration within the pulse, m/s², at times counted from its start."""
+        raise NotImplementedError
+
+
+class Sine(_Pulse):
+    """a = A sin(2πt/T) over whole or half cycles."""
+
+    shape: Literal["sine"] = "sine"
+    period_s: Annotated[float, Field(gt=0, le=1000, description="Period T, s.")]
+    cycles: Annotated[float, Field(gt=0, le=1000, description="Number of cycles.")] = 1.0
+
+    @property
+    def length(self) -> float:
+        """T times the number of cycles, s."""
+        return self.period_s * self.cycles
+
+    def acceleration(self, time: FloatArray) -> FloatArray:
+        """See the class."""
+        return self.amplitude_gal * GAL * np.sin(2.0 * np.pi * time / self.period_s)
+
+
+class Cosine(_Pulse):
+    """a = A cos(2πt/T) over whole or half cycles."""
+
+    shape: Literal["cosine"] = "cosine"
+    period_s: Annotated[float, Field(gt=0, le=1000, description="Period T, s.")]
+    cycles: Annotated[float, Field(gt=0, le=1000, description="Number of cycles.")] = 1.0
+
+    @property
+    def length(self) -> float:
+        """T times the number of cycles, s."""
+        return self.period_s * self.cycles
+
+    def acceleration(self, time: FloatArray) -> FloatArray:
+        """See the class."""
+        return self.amplitude_gal * GAL * np.cos(2.0 * np.pi * time / self.period_s)
+
+
+class Ricker(_Pulse):
+    """a = A (1 − 2x²) exp(−x²), x = π (t − t₀)/T, the second derivative of a Gaussian (Ricker 1943); cut at |t − t₀| = 1.6 T."""
+
+    shape: Literal["ricker"] = "ricker"
+    period_s: Annotated[
+        float, Field(gt=0, le=1000, description="Inverse of the frequency with the largest amplitude, s.")
+    ]
+
+    @property
+    def length(self) -> float:
+        """3.2 T, s: beyond it the pulse is below 1e-9 of its amplitude."""
+        return 3.2 * self.period_s
+
+    def acceleration(self, time: FloatArray) -> FloatArray:
+        """See the class."""
+        x = np.pi * (time - 0.5 * self.length) / self.period_s
+        return self.amplitude_gal * GAL * (1.0 - 2.0 * x**2) * np.exp(-(x**2))
+
+
+class MavroeidisPapageorgiou(_Pulse):
+    """Near-fault pulse of Mavroeidis & Papageorgiou (2003, BSSA 93, 1099-1131), equation 3.
+
+    The velocity is v = V/2 [1 + cos(2πf(t − t₀)/γ)] cos(2πf(t − t₀) + ν) for |t − t₀| ≤ γ/(2f), with f = 1/T. The amplitude
+    given is that of V ω: the acceleration is its derivative, and V = A T/(2π).
+    """
+
+    shape: Literal["mavroeidis-papageorgiou"] = "mavroeidis-papageorgiou"
+    period_s: Annotated[float, Field(gt=0, le=1000, description="Prevailing period T, s.")]
+    gamma: Annotated[float, Field(gt=1, le=100, description="Oscillatory character γ.")] = 1.5
+    phase_deg: Annotated[float, Field(ge=-360, le=360, description="Phase ν, degrees.")] = 0.0
+
+    @property
+    def length(self) -> float:
+        """γ T, s."""
+        return self.gamma * self.period_s
+
+    def _terms(self, time: FloatArray) -> tuple[FloatArray, FloatArray]:
+        phase = 2.0 * np.pi * (time - 0.5 * self.length) / self.period_s
+        return phase / self.gamma, phase + math.radians(self.phase_deg)
+
+    def velocity(self, time: FloatArray) -> FloatArray:
+        """Velocity within the pulse, m/s."""
+        slow, fast = self._terms(time)
+        peak = self.amplitude_gal * GAL * self.period_s / (2.0 * np.pi)
+        return 0.5 * peak * (1.0 + np.cos(slow)) * np.cos(fast)
+
+    def acceleration(self, time: FloatArray) -> FloatArray:
+        """See the class."""
+        slow, fast = self._terms(time)
+        bracket = np.sin(slow) * np.cos(fast) / self.gamma + (1.0 + np.cos(slow)) * np.sin(fast)
+        return -0.5 * self.amplitude_gal * GAL * bracket
+
+
+class Constant(_Pulse):
+    """a = A for a given time: the base accelerates steadily towards the azimuth."""
+
+    shape: Literal["constant"] = "constant"
+    duration_s: Annotated[float, Field(gt=0, le=1000, description="How long, s.")]
+
+    @property
+    def length(self) -> float:
+        """The duration, s."""
+        return self.duration_s
+
+    def acceleration(self, time: FloatArray) -> FloatArray:
+        """See the class."""
+        return np.full_like(time, self.amplitude_gal * GAL)
+
+
+class Noise(_Pulse):
+    """A burst of band-limited white noise under a cosine bell.
+
+    a = A/N^½ sin²(πt/D) Σ_k √2 cos(2πf_k t + φ_k), with f_k = k/D from low to high, N of them: each frequency has the same
+    amplitude, and the phases φ_k come from the seed by SHA-256, so that the burst is the same with every version of every
+    library. A is the root mean square without the bell.
+    """
+
+    shape: Literal["noise"] = "noise"
+    duration_s: Annotated[float, Field(gt=0, le=300, description="Length D of the burst, s.")]
+    low_hz: Annotated[float, Field(gt=0, le=1000, description="Lowest frequency, Hz.")] = 0.1
+    high_hz: Annotated[float, Field(gt=0, le=1000, description="Highest frequency, Hz.")] = 20.0
+    seed: Annotated[int, Field(ge=0, description="Another seed, another burst.")] = 0
+
+    @property
+    def length(self) -> float:
+        """The duration, s."""
+        return self.duration_s
+
+    def acceleration(self, time: FloatArray) -> FloatArray:
+        """See the class."""
+        first = max(1, math.ceil(self.low_hz * self.duration_s))
+        numbers = range(first, math.floor(self.high_hz * self.duration_s) + 1)
+        if not numbers:
+            raise ConfigError(
+                f"noise: no frequency between {self.low_hz:g} and {self.high_hz:g} Hz in {self.duration_s:g} s"
+            )
+        total = np.zeros_like(time)
+        for k in numbers:
+            digest = hashlib.sha256(f"{self.seed}:{k}".encode()).digest()
+            phase = 2.0 * np.pi * int.from_bytes(digest[:8]) / 2.0**64
+            total += np.cos(2.0 * np.pi * k * time / self.duration_s + phase)
+        bell = np.sin(np.pi * time / self.duration_s) ** 2
+        return self.amplitude_gal * GAL * math.sqrt(2.0 / len(numbers)) * bell * total
+
+
+Pulse = Annotated[Sine | Cosine | Ricker | MavroeidisPapageorgiou | Constant | Noise, Field(discriminator="shape")]
+"""Any of the pulses, told apart by the key ``shape``."""
+
+_ADAPTER: TypeAdapter[Pulse] = TypeAdapter(Pulse)
+SHAPES = ("sine", "cosine", "ricker", "mavroeidis-papageorgiou", "constant", "noise")
+
+
+@dataclass(frozen=True)
+class _Words:
+    text: str
+
+    def parsed(self) -> dict[str, str]:
+        shape, *rest = self.text.split() or [""]
+        values = {"shape": shape}
+        for word in rest:
+            key, equals, value = word.partition("=")
+            if not equals or key in values:
+                raise ConfigError(f"pulse {self.text!r}: {word!r}; write each parameter once, as key=value")
+            values[key] = value
+        return values
+
+
+def parse_pulse(text: str) -> Pulse:
+    """A pulse from its line.
+
+    Parameters
+    ----------
+    text : str
+        Shape and parameters: ``sine amplitude_gal=300 period_s=1 azimuth_deg=60``.
+
+    Raises
+    ------
+    ConfigError
+        Naming the wrong word, its value and the bound.
+    """
+    values = _Words(text).parsed()
+    try:
+        return _ADAPTER.validate_python(values)
+    except ValidationError as problem:
+        first = problem.errors()[0]
+        key = str(first["loc"][-1]) if first["loc"] else "shape"
+        if first["type"].startswith("union_tag"):
+            raise ConfigError(f"pulse {text!r}: shape {values['shape']!r}; known are {', '.join(SHAPES)}") from None
+        given = f" {values[key]!r}" if key in values else ""
+        raise ConfigError(f"pulse {text!r}: {key}{given}: {first['msg'].lower()}") from None
+
+
+def pulse_record(pulse: Pulse, record_id: str = "pulse") -> Record:
+    """A pulse as a record: rest, pulse, rest; horizontal, towards the pulse's azimuth.
+
+    Parameters
+    ----------
+    pulse : Pulse
+    record_id : str
+        Name of the record.
+
+    Returns
+    -------
+    Record
+        With no vertical component; ``extra`` marks it as processed, so that nothing filters it.
+
+    Raises
+    ------
+    ConfigError
+        If the pulse has fewer than ten samples: the interval is too coarse for it.
+    """
+    interval = pulse.sampling_interval_s
+    if pulse.length < 10 * interval:
+        raise ConfigError(
+            f"record {record_id}: the pulse lasts {pulse.length:g} s; it needs at least ten samples: sampling_interval_s ≤ "
+            f"{pulse.length / 10:g}"
+        )
+    count = math.floor((pulse.before_s + pulse.length + pulse.after_s) / interval + 1e-9) + 1
+    time = np.arange(count) * interval - pulse.before_s
+    # A sample that misses an end of the pulse by rounding belongs to it.
+    inside = (time >= -1e-9 * interval) & (time <= pulse.length + 1e-9 * interval)
+    along = np.zeros(count)
+    along[inside] = pulse.acceleration(np.clip(time[inside], 0.0, pulse.length))
+    cosine, sine = direction_cosines(pulse.azimuth_deg)
+    line = " ".join(
+        [pulse.shape]
+        + [f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in pulse.model_dump(exclude={"shape"}).items()]
+    )
+    return Record(
+        record_id=record_id,
+        north=along * cosine + 0.0,
+        east=along * sine + 0.0,
+        up=None,
+        sampling_interval=interval,
+        source=f"synthetic {line}",
+        sha256=hashlib.sha256(line.encode()).hexdigest(),
+        licence="synthetic",
+        event=f"{pulse.shape} pulse",
+        component_azimuths_deg=(pulse.azimuth_deg % 360.0, (pulse.azimuth_deg + 90.0) % 360.0),
+        extra={"format": "synthetic", "processed": True},
+    )

@@ -1,0 +1,132 @@
+"""Pulses against calculus: each against an independent integral or derivative of its formula."""
+
+import math
+
+import numpy as np
+import pytest
+
+from overturning.errors import ConfigError
+from overturning.motion.motion import Motion
+from overturning.records.catalogue import RecordEntry
+from overturning.records.pulses import parse_pulse, pulse_record
+from overturning.records.read import read_record
+from overturning.study.load import check_study, entries_of
+
+
+def along(line: str):
+    pulse = parse_pulse(line)
+    record = pulse_record(pulse)
+    time = np.arange(record.north.size) * record.sampling_interval - pulse.before_s
+    return time, Motion.of(record).along(pulse.azimuth_deg), pulse
+
+
+def test_one_line_is_a_record(tmp_path):
+    entry = RecordEntry(
+        id="sine", format="synthetic", source="sine amplitude_gal=300 period_s=1 azimuth_deg=60", event="made"
+    )
+    record = read_record(entry, tmp_path)
+    motion = Motion.of(record)
+    assert np.abs(motion.along(60)).max() == pytest.approx(3.0, rel=1e-12)
+    assert np.abs(motion.along(150)).max() < 1e-12
+    assert (record.record_id, record.event, record.up) == ("sine", "made", None)
+    assert read_record(entry, tmp_path).sha256 == record.sha256
+
+
+def test_a_pulse_in_the_config_is_one_line():
+    study = check_study(
+        {"name": "x", "records": {"pulses": {"paper-sine": "sine amplitude_gal=300 period_s=1"}}}, "x.yaml"
+    )
+    assert study.records.use == ("paper-sine",)
+    assert entries_of(study, "x.yaml")["paper-sine"].format == "synthetic"
+    both = check_study(
+        {"name": "x", "records": {"use": ["rinaldi"], "pulses": {"r": "ricker amplitude_gal=1 period_s=1"}}}, "x"
+    )
+    assert list(entries_of(both, "x")) == ["rinaldi", "r"]
+    with pytest.raises(ConfigError, match=r"x\.yaml: records\.pulses: 'rinaldi' is also in"):
+        entries_of(
+            check_study({"name": "x", "records": {"pulses": {"rinaldi": "sine amplitude_gal=1 period_s=1"}}}, ""),
+            "x.yaml",
+        )
+
+
+def test_sine_and_cosine():
+    time, a, _ = along("sine amplitude_gal=100 period_s=0.8 sampling_interval_s=0.01 before_s=0.5 azimuth_deg=350")
+    for t, value in zip(time, a, strict=True):
+        expected = math.sin(2 * math.pi * t / 0.8) if -1e-9 < t < 0.8 + 1e-9 else 0.0
+        assert value == pytest.approx(expected, abs=1e-11)
+    time, a, _ = along("cosine amplitude_gal=100 period_s=1 cycles=2")
+    assert a[np.abs(time).argmin()] == pytest.approx(1.0)
+    assert np.count_nonzero(np.abs(a) > 1e-9) == pytest.approx(401, abs=5)
+
+
+def test_ricker_is_the_second_derivative_of_a_gaussian():
+    time, a, pulse = along("ricker amplitude_gal=100 period_s=1 sampling_interval_s=0.001")
+    middle = 0.5 * pulse.length
+    gauss = np.exp(-((np.pi * (time - middle)) ** 2))
+    second = -np.gradient(np.gradient(gauss, 0.001), 0.001) / (2 * np.pi**2)
+    np.testing.assert_allclose(a[2:-2], second[2:-2], atol=2e-5)
+    assert abs(a.sum() * 0.001) < 1e-8
+    assert a.max() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("gamma", "phase"), [(1.5, 0), (2.2, 90), (3.0, 217)])
+def test_mavroeidis_papageorgiou_acceleration_is_the_derivative_of_its_velocity(gamma, phase):
+    time, a, pulse = along(
+        f"mavroeidis-papageorgiou amplitude_gal=100 period_s=1.3 gamma={gamma} phase_deg={phase} sampling_interval_s=0.0005"
+    )
+    inside = (time > 0.01) & (time < pulse.length - 0.01)
+    moment = time[inside]
+    h = 1e-5
+    derivative = (pulse.velocity(moment + h) - pulse.velocity(moment - h)) / (2 * h)
+    np.testing.assert_allclose(a[inside], derivative, atol=1e-8)
+    assert abs(pulse.velocity(np.array([0.0, pulse.length]))).max() < 1e-12
+    # Peak velocity of the symmetric pulse: V at its middle.
+    if phase == 0:
+        assert np.abs(pulse.velocity(time)).max() == pytest.approx(1.3 / (2 * np.pi), rel=1e-6)
+
+
+def test_constant_acceleration():
+    time, a, _ = along("constant amplitude_gal=50 duration_s=2 sampling_interval_s=0.01")
+    np.testing.assert_array_equal(a != 0, (time > -1e-6) & (time < 2 + 1e-6))
+    assert set(np.round(a, 12)) == {0.0, 0.5}
+
+
+def test_noise_has_a_flat_spectrum_in_its_band_and_none_outside():
+    pulse = parse_pulse(
+        "noise amplitude_gal=100 duration_s=40 low_hz=1 high_hz=10 seed=3 sampling_interval_s=0.01 before_s=0 after_s=0"
+    )
+    time = np.arange(4000) * 0.01
+    a = pulse.acceleration(time) / np.maximum(np.sin(np.pi * time / 40) ** 2, 1e-12)
+    spectrum = np.abs(np.fft.rfft(np.where(time > 0, a, a[1])))
+    frequency = np.fft.rfftfreq(4000, 0.01)
+    band = (frequency >= 1) & (frequency <= 10)
+    inside = spectrum[band]
+    assert inside.std() / inside.mean() < 0.01
+    assert spectrum[~band].max() < 0.02 * inside.mean()
+    assert math.sqrt(np.mean(a[1:] ** 2)) == pytest.approx(1.0, rel=0.01)
+    other = parse_pulse("noise amplitude_gal=100 duration_s=40 low_hz=1 high_hz=10 seed=4")
+    assert np.abs(np.corrcoef(pulse.acceleration(time), other.acceleration(time))[0, 1]) < 0.2
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("", ["shape ''"]),
+        ("sinus amplitude_gal=1 period_s=1", ["'sinus'", "sine"]),
+        ("sine period_s=1", ["amplitude_gal"]),
+        ("sine amplitude_gal=1 period_s=0", ["period_s '0'", "greater than 0"]),
+        ("sine amplitude_gal=1 period_s=1 periods=2", ["periods"]),
+        ("sine amplitude_gal=1 period_s", ["key=value"]),
+        ("sine amplitude_gal=x period_s=1", ["amplitude_gal 'x'"]),
+    ],
+)
+def test_what_is_wrong_is_named(line, words):
+    with pytest.raises(ConfigError) as problem:
+        parse_pulse(line)
+    for word in words:
+        assert word in str(problem.value)
+
+
+def test_too_coarse_a_sampling_is_refused():
+    with pytest.raises(ConfigError, match="ten samples"):
+        pulse_record(parse_pulse("sine amplitude_gal=1 period_s=0.05 sampling_interval_s=0.01"))

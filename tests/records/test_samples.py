@@ -1,0 +1,64 @@
+"""Real files, where the environment has them: read to the figures of their own headers and of their README."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from overturning.errors import RecordError
+from overturning.motion.motion import Motion
+from overturning.records.check import check_paths, describe
+from overturning.records.read import read_path
+
+ROOT = Path(__file__).parents[2]
+SAMPLES = Path(os.environ.get("OVERTURNING_SAMPLE_RECORDS", ROOT.parent / "shared" / "records"))
+pytestmark = pytest.mark.skipif(not SAMPLES.is_dir(), reason=f"no folder of sample records ({SAMPLES})")
+
+
+def test_geonet_te_mara():
+    """Kaikoura 2016, WTMC: axes N28W and S62W, 974 and 797 Gal."""
+    record = read_path(SAMPLES / "20161113_110259_WTMC_20.V2A")
+    motion = Motion.of(record)
+    assert np.abs(motion.along(332)).max() * 100 == pytest.approx(973.31, abs=0.01)
+    assert np.abs(motion.along(242)).max() * 100 == pytest.approx(796.64, abs=0.01)
+    assert np.abs(motion.along(62)).max() * 100 == pytest.approx(796.64, abs=0.01)
+    # the signed peak of N28W is −9733.1 mm/s² at 44.88 s: the sense is kept
+    assert motion.along(332)[round(44.88 / 0.02)] * 1000 == pytest.approx(-9733.1, abs=0.05)
+
+
+def test_geonet_raw_and_processed_agree():
+    raw = read_path(SAMPLES / "20161113_110313_THZ_20.V1A")
+    done = read_path(SAMPLES / "20161113_110313_THZ_20.V2A")
+    assert np.abs(raw.east).max() * 100 == pytest.approx(39.97, abs=0.01)
+    assert np.abs(done.east).max() * 100 == pytest.approx(35.78, abs=0.01)
+    coarse = raw.east[::4][: done.east.size]
+    assert np.corrcoef(coarse, done.east)[0, 1] > 0.97
+
+
+def test_smc_three_files_make_one_record():
+    record = read_path(SAMPLES / "0111a.smc")
+    assert record.up is not None
+    assert np.abs(record.north).max() * 100 == pytest.approx(104.41, abs=0.01)
+    assert np.abs(record.east).max() * 100 == pytest.approx(70.44, abs=0.01)
+
+
+def test_csmip_channels_of_unlike_length_need_trust():
+    with pytest.raises(RecordError, match=r"31932 and 32080 and 32190 samples, 2\.58 s apart"):
+        read_path(SAMPLES / "CICLC.v1")
+    record = read_path(SAMPLES / "CICLC.v1", trust_data=True)
+    # the numbers of the files' own headers, .3442498 and .5107992 g
+    assert np.abs(record.east).max() / 9.80665 == pytest.approx(0.3442498, rel=1e-5)
+    assert np.abs(record.north).max() / 9.80665 == pytest.approx(0.5107992, rel=1e-5)
+
+
+def test_check_says_of_every_file_what_it_is():
+    files = sorted(p for p in SAMPLES.iterdir() if p.is_file())
+    findings = check_paths(files)
+    named = {name for finding in findings for name in finding.files}
+    assert named == {p.name for p in files}
+    for finding in findings:
+        assert (finding.record is None) == bool(finding.reason)
+        assert finding.files[0] in describe(finding)
+    read = {name for f in findings if f.record for name in f.files}
+    assert {"0111a.smc", "0111b.smc", "0111c.smc", "20161113_110259_WTMC_20.V2A"} <= read

@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-import numpy as np
-
 from overturning.figures.intensity import intensity_figure
 from overturning.figures.polar import fall_map_figure
 from overturning.figures.rose import rose_figure
@@ -23,12 +21,15 @@ def draw_study(cube_path: Path, intensity_path: Path, folder: Path) -> None:
     """
     import xarray as xr
 
+    # A dask chunk is a record: no more than one is in memory.
     with open_cube(cube_path, chunks={"record": 1}) as cube, xr.open_dataset(intensity_path) as intensity, style():
         for index, name in enumerate(cube["record_id"].to_numpy()):
-            one = cube.isel(record=index)
+            one = cube.isel(record=index).load()
             station, event = str(one["station"].item()), str(one["event"].item())
             title = f"{station}, {event}" if event else station
-            save(fall_map_figure(one.load(), title), folder / "polar" / f"{name}.svg")
-            normal = float(one["fault_normal"]) if "fault_normal" in one else np.nan
-            save(intensity_figure(intensity.isel(record=index), normal, title), folder / "intensity" / f"{name}.svg")
+            save(fall_map_figure(one, title), folder / "polar" / f"{name}.svg")
+            save(
+                intensity_figure(intensity.isel(record=index), float(one["fault_normal"]), title),
+                folder / "intensity" / f"{name}.svg",
+            )
         save(rose_figure(cube), folder / "rose.svg")

@@ -62,15 +62,16 @@ def records_table(cube: "xr.Dataset", intensity: "xr.Dataset") -> list[dict[str,
     """One row per record: names, largest intensities with their azimuths, share of cases that overturn."""
     shares = overturns(cube).mean(["azimuth", "height", "b_over_h", "friction"]).compute().to_numpy()
     azimuth = intensity["azimuth"].to_numpy()
+    names = cube[["station", "event", "pulse", "fault_normal"]].load()
     rows = []
     for index, source in enumerate(sources_of_records(cube)):
         measures = intensity.isel(record=index)
         row = {
             "id": source["id"],
-            "station": str(cube["station"][index].item()),
-            "event": str(cube["event"][index].item()),
-            "pulse": {1.0: "yes", 0.0: "no"}.get(float(cube["pulse"][index]), "–"),
-            "fault_normal": float(cube["fault_normal"][index]),
+            "station": str(names["station"][index].item()),
+            "event": str(names["event"][index].item()),
+            "pulse": {1.0: "yes", 0.0: "no"}.get(float(names["pulse"][index]), "–"),
+            "fault_normal": float(names["fault_normal"][index]),
             "overturned": float(shares[index]),
             **{key: source[key] for key in ("source", "sha256", "licence")},
         }

@@ -83,7 +83,12 @@ def fixed(values, width: int, decimals: int, per_line: int, form: str = "f") -> 
 
 
 def geonet_text(
-    components: dict, interval: float, *, corrected: bool = True, start=datetime(2016, 11, 13, 11, 2, 19)
+    components: dict,
+    interval: float,
+    *,
+    corrected: bool = True,
+    start=datetime(2016, 11, 13, 11, 2, 19),
+    prepended: int = 0,
 ) -> str:
     """GeoNet V2A or V1A; ``components`` maps axis (N28W) to (bearing, samples in mm/s²)."""
     text = ""
@@ -115,6 +120,7 @@ def geonet_text(
         whole[8:10] = start.year, start.month
         whole[18:20] = start.day, start.hour
         whole[27] = bearing
+        whole[31] = prepended
         whole[33:36] = n, n if corrected else 0, n if corrected else 0
         whole[38:40] = start.minute, start.second * 1000
         real = [0.0] * 60

@@ -84,6 +84,12 @@ def test_geonet_with_odd_axes(tmp_path, corrected):
     assert record.component_azimuths_deg == (332.0, 242.0)
 
 
+def test_geonet_counts_samples_put_before_the_buffer(tmp_path):
+    path = tmp_path / "x.V2A"
+    path.write_text(geonet_text({"N00E": (0, A), "N90E": (90, B)}, 0.02, prepended=250))
+    assert read_path(path).start == "2016-11-13T11:02:14Z"
+
+
 def test_csmip_volume_1_and_2(tmp_path):
     a, b, c = A / 1000, B / 1000, C / 1000
     path = tmp_path / "x.v1"

@@ -93,7 +93,8 @@ def _block(source: SourceFile, lines: list[str], at: int) -> tuple[Component, in
         file=name,
         sha256=source.sha256,
         format=NAME,
-        start=_start(whole, name, at),
+        # Corrected files have samples prepended (5 s as a rule) before the start of the buffer.
+        start=_start(whole, name, at) - timedelta(seconds=float(whole[31]) * interval),
         station=site[1] if site else "",
         event=" ".join(text[6].split()),
         latitude=latitude,

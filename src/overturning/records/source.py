@@ -41,14 +41,21 @@ class SourceFile:
         return hashlib.sha256(self.data).hexdigest()
 
     @cached_property
-    def lines(self) -> list[str]:
-        """The lines as text: UTF-8 (a byte-order mark is dropped), else Shift-JIS as Japanese loggers write, else Latin-1."""
+    def text(self) -> str:
+        """The text: UTF-8 (a byte-order mark is dropped), else Shift-JIS as Japanese loggers write, else Latin-1."""
         for encoding in ("utf-8-sig", "shift_jis"):
             try:
-                return self.data.decode(encoding).splitlines()
+                return self.data.decode(encoding)
             except UnicodeDecodeError:
                 continue
-        return self.data.decode("latin-1").splitlines()
+        return self.data.decode("latin-1")
+
+    @cached_property
+    def lines(self) -> list[str]:
+        """The lines, whichever line ends they have; a DOS end-of-file mark and padding zeros at the end are dropped."""
+        text = self.text.rstrip("\x1a\x00")
+        # Not str.splitlines, which also breaks at form feeds and other marks that a text field may hold.
+        return text.replace("\r\n", "\n").replace("\r", "\n").removesuffix("\n").split("\n")
 
     @property
     def suffix(self) -> str:

@@ -98,6 +98,10 @@ def _rows(source: SourceFile, width: int) -> tuple[np.ndarray, int]:
             raise RecordError(f"{source.name} line {index}: {len(cells)} columns, {width} are declared; correct either")
         values.append([number(cell, source.name, index, "a cell") for cell in cells])
         first_line = first_line or index
+    if source.data[-1:] not in (b"\n", b"\r"):
+        raise RecordError(
+            f"{source.name} line {len(source.lines)}: the last line has no line end, so its last number may be cut; add one if it is whole"
+        )
     if len(values) < 2:
         raise RecordError(f"{source.name}: {len(values)} rows of numbers; a record needs at least 2")
     return np.array(values, dtype=np.float64), first_line

@@ -7,7 +7,7 @@ from typing import Final
 from overturning.errors import RecordError
 from overturning.records.axes import channel_axis
 from overturning.records.component import Component, StatedPeak
-from overturning.records.formats.numbers import column, number, resolution
+from overturning.records.formats.numbers import check_last_number, column, number, resolution
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
@@ -54,6 +54,7 @@ def read(source: SourceFile) -> list[Component]:
     if kind[1] != "ACCELERATION":
         raise RecordError(f"{name} line {kind[0]}: {kind[1]}; only ACCELERATION is read: get that file")
     samples = column(lines[first:], name, first + 1)
+    check_last_number(source.text[-200:], name, len(lines))
     if samples.size != int(value("NDATA")):
         raise RecordError(
             f"{name} line {header['NDATA'][0]}: header promises {text('NDATA')} samples, the file has {samples.size}; "

@@ -191,18 +191,31 @@ def _time(header: dict[str, str], key: str, file: str) -> datetime:
 def _counts(source: SourceFile) -> np.ndarray:
     lines = source.lines[len(KEYS) :]
     try:
-        if re.search(r"[^\s\d+-]", "".join(lines)):
+        if re.search(r"[^\s0-9+-]", "".join(lines)):
             raise ValueError
         counts = np.array(" ".join(lines).split(), dtype=np.int64)
     except (ValueError, OverflowError):
         for index, line in enumerate(lines):
             for word in line.split():
-                if not re.fullmatch(r"[+-]?\d{1,15}", word):
+                if not re.fullmatch(r"[+-]?[0-9]{1,15}", word):
                     raise RecordError(
                         f"{source.name} line {index + len(KEYS) + 1}: sample {word!r} is not a whole number; get the file again"
                     ) from None
         raise
+    _check_alignment(source, lines)
     return counts
+
+
+def _check_alignment(source: SourceFile, lines: list[str]) -> None:
+    """Counts are set flush right: the last one of a cut file ends before its column does."""
+    full = [line.rstrip() for line in lines if line.strip()]
+    if len(full) < 2 or source.text[-1:] in "\r\n":
+        return
+    ends = [m.end() for m in re.finditer(r"\S+", full[-2])]
+    last = [m.end() for m in re.finditer(r"\S+", full[-1])]
+    if last != ends[: len(last)]:
+        number_of = len(lines) + len(KEYS)
+        raise RecordError(f"{source.name} line {number_of}: the last sample is cut; get the file again")
 
 
 def _through_obspy(source: SourceFile, header: dict[str, str], counts: np.ndarray) -> np.ndarray:

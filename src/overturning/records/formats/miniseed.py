@@ -28,6 +28,10 @@ def read(source: SourceFile, options: ReadOptions) -> list[Component]:
     """
     import obspy
 
+    if len(source.data) % 128:
+        raise RecordError(
+            f"{source.name}: {len(source.data)} bytes are no whole number of MiniSEED records; it is cut: get it again"
+        )
     try:
         stream = obspy.read(io.BytesIO(source.data), format="MSEED")
     except Exception as problem:  # libmseed's errors come as several kinds

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from overturning.errors import RecordError
 
-FLOAT = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?"
+FLOAT = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eEdD][+-]?[0-9]+)?"
 _NUMBER = re.compile(rf"\s*({FLOAT})\s*")
 
 
@@ -69,6 +69,30 @@ def column(lines: Sequence[str], file: str, first_line: int) -> NDArray[np.float
 _ALLOWED = set("0123456789+-.eE")
 
 
+def check_last_number(text: str, file: str, line: int) -> None:
+    """Refuse a last number that was cut off: fewer decimals than the one before it, and no line end behind it.
+
+    Parameters
+    ----------
+    text : str
+        The end of the file, at least two numbers.
+    file : str
+    line : int
+        Number of the last line.
+
+    Raises
+    ------
+    RecordError
+    """
+    if text[-1:] in "\r\n":
+        return
+    words = text.split()[-2:]
+    if len(words) == 2 and len(words[0].lstrip("+-")) != len(words[1].lstrip("+-")):
+        before, last = (w.partition(".")[2] for w in words)
+        if len(before) != len(last):
+            raise RecordError(f"{file} line {line}: the last number, {words[1]!r}, is cut; get the file again")
+
+
 def fixed_columns(
     lines: Sequence[str], file: str, first_line: int, *, width: int, per_line: int, count: int
 ) -> NDArray[np.float64]:
@@ -106,9 +130,20 @@ def fixed_columns(
         in_line = min(per_line, count - index * per_line)
         cells = [line[k * width : (k + 1) * width] for k in range(in_line)]
         rest = line[in_line * width :].strip()
-        if rest or any(set(cell.strip()) - _ALLOWED for cell in cells) or not all(cell.strip() for cell in cells):
+        # Numbers are set flush right, so a line that is shorter than its columns has lost the end of its last number.
+        if (
+            rest
+            or len(line) < in_line * width
+            or any(set(cell.strip()) - _ALLOWED for cell in cells)
+            or not all(cell.strip() for cell in cells)
+        ):
             for cell in cells:
                 number(cell, file, first_line + index, "a sample")
+            if not rest:
+                raise RecordError(
+                    f"{file} line {first_line + index}: {len(line)} characters where {in_line} columns of {width} belong; the line is "
+                    "cut: get the file again"
+                )
             raise RecordError(
                 f"{file} line {first_line + index}: {rest!r} after the last of {in_line} columns of {width} characters; "
                 "the columns have moved: get the file again"

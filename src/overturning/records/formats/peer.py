@@ -10,7 +10,7 @@ from typing import Final
 from overturning.errors import RecordError
 from overturning.records.axes import parse_axis
 from overturning.records.component import Component
-from overturning.records.formats.numbers import FLOAT, column, number
+from overturning.records.formats.numbers import FLOAT, check_last_number, column, number
 from overturning.records.source import SourceFile
 from overturning.units import STANDARD_GRAVITY
 
@@ -47,6 +47,7 @@ def read(source: SourceFile) -> list[Component]:
         raise RecordError(f"{name} line 4: {lines[3].strip()[:60]!r} states no NPTS and DT; correct it")
     count, interval = int(match[1]), number(match[2], name, 4, "DT")
     samples = column(lines[4:], name, 5)
+    check_last_number(source.text[-200:], name, len(lines))
     if samples.size != count:
         raise RecordError(
             f"{name}: {samples.size} samples, line 4 promises {count}; the file is cut or joined: get it again"

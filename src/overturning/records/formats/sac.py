@@ -41,6 +41,10 @@ def read(source: SourceFile, options: ReadOptions) -> list[Component]:
     """
     import obspy
 
+    # obspy divides by the interval before anybody can look at it.
+    intervals = [struct.unpack(f"{order}f", source.data[:4])[0] for order in "<>"]
+    if not any(1e-6 < interval < 1e3 for interval in intervals):
+        raise RecordError(f"{source.name}: sampling interval {intervals[0]:g} s in the header; get the file again")
     try:
         stream = obspy.read(io.BytesIO(source.data), format="SAC", checksize=True)
     except Exception as problem:  # struct, obspy and numpy each raise their own

@@ -1,0 +1,155 @@
+"""Archives that want to do harm: each is refused, in bounded time and memory, and nothing is written anywhere."""
+
+import io
+import os
+import subprocess
+import sys
+import tarfile
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from record_writers import knet_text
+
+from overturning.errors import RecordError
+from overturning.records.read import read_path
+from overturning.records.source import SourceFile, open_archive
+
+COUNTS = np.arange(-100, 100) * 1000
+NS, EW = knet_text(COUNTS).encode(), knet_text(COUNTS[::-1], direction="E-W").encode()
+
+
+def tar_of(members: dict[str, bytes], extra: list[tarfile.TarInfo] = (), mode: str = "w:gz") -> bytes:  # type: ignore[assignment]
+    buffer = io.BytesIO()
+    with tarfile.open(fileobj=buffer, mode=mode) as archive:
+        for name, data in members.items():
+            info = tarfile.TarInfo(name)
+            info.size = len(data)
+            archive.addfile(info, io.BytesIO(data))
+        for info in extra:
+            archive.addfile(info)
+    return buffer.getvalue()
+
+
+def zip_of(members: dict[str, bytes]) -> bytes:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in members.items():
+            archive.writestr(name, data)
+    return buffer.getvalue()
+
+
+def link(kind: bytes, name: str = "T.NS", target: str = "/etc/passwd") -> tarfile.TarInfo:
+    info = tarfile.TarInfo(name)
+    info.type, info.linkname = kind, target
+    return info
+
+
+def zip_link() -> bytes:
+    info = zipfile.ZipInfo("T.NS")
+    info.external_attr = 0o120777 << 16
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        archive.writestr(info, "/etc/passwd")
+    return buffer.getvalue()
+
+
+def encrypted_zip() -> bytes:
+    data = bytearray(zip_of({"T.NS": NS}))
+    data[6] |= 1
+    central = data.index(b"PK\x01\x02")
+    data[central + 8] |= 1
+    return bytes(data)
+
+
+WHOLE = {"T.NS": NS, "T.EW": EW}
+HARMFUL = {
+    "tar out of the folder": (tar_of({"../T.NS": NS, "T.EW": EW}), "points out"),
+    "tar absolute": (tar_of({"/tmp/T.NS": NS, "T.EW": EW}), "points out"),
+    "zip out of the folder": (zip_of({"a/../../T.NS": NS}), "points out"),
+    "zip with backslashes": (zip_of({"..\\T.NS": NS}), "points out"),
+    "zip on a drive": (zip_of({"C:\\T.NS": NS}), "points out"),
+    "tar with a symbolic link": (tar_of(WHOLE, [link(tarfile.SYMTYPE)]), "link"),
+    "tar with a hard link": (tar_of(WHOLE, [link(tarfile.LNKTYPE, "x", "T.NS")]), "link"),
+    "tar with a device": (tar_of(WHOLE, [link(tarfile.CHRTYPE)]), "device"),
+    "tar with a pipe": (tar_of(WHOLE, [link(tarfile.FIFOTYPE)]), "device"),
+    "zip with a link": (zip_link(), "link"),
+    "encrypted zip": (encrypted_zip(), "encrypted"),
+    "cut tar.gz": (tar_of(WHOLE)[:-200], "damaged"),
+    "cut zip": (zip_of(WHOLE)[:-50], "damaged"),
+    "gzip of rubbish": (b"\x1f\x8b\x08\x00" + b"rubbish" * 20, "damaged"),
+    "zip of rubbish": (b"PK\x03\x04" + b"rubbish" * 20, "damaged"),
+    "too deep": (
+        tar_of({"a.tar": tar_of({"b.tar": tar_of({"c.tar": tar_of(WHOLE, mode="w")}, mode="w")}, mode="w")}),
+        "nested",
+    ),
+    "empty tar": (tar_of({}, mode="w"), "two horizontal|empty|components none"),
+    "only a letter": (zip_of({"readme.txt": b"Dear user,"}), "not recognised"),
+}
+
+
+@pytest.mark.parametrize("name", HARMFUL)
+def test_harmful_archives_are_refused(tmp_path, name):
+    data, word = HARMFUL[name]
+    path = tmp_path / "in" / "archive.bin"
+    path.parent.mkdir()
+    path.write_bytes(data)
+    with pytest.raises(RecordError, match=word):
+        read_path(path)
+    assert sorted(p.name for p in tmp_path.rglob("*")) == ["archive.bin", "in"]
+
+
+def test_a_whole_archive_is_read(tmp_path):
+    for name, data in (("a.tar.gz", tar_of(WHOLE)), ("a.tar", tar_of(WHOLE, mode="w")), ("a.zip", zip_of(WHOLE))):
+        (tmp_path / name).write_bytes(data)
+        assert read_path(tmp_path / name).north.size == 200
+
+
+def bomb(kind: str) -> bytes:
+    """Far more bytes, or files, than anybody needs."""
+    zeros = b"\0" * 10_000_000
+    buffer = io.BytesIO()
+    if kind == "zip":
+        with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive, archive.open("T.NS", "w") as member:
+            for _ in range(60):
+                member.write(zeros)
+        return buffer.getvalue()
+    if kind == "many":
+        with zipfile.ZipFile(buffer, "w") as archive:
+            for number in range(25_000):
+                archive.writestr(f"{number}.NS", b"x")
+        return buffer.getvalue()
+    return tar_of({"T.NS": b"\0" * 300_000_000})
+
+
+@pytest.mark.parametrize("kind", ["zip", "tar", "many"])
+def test_bombs_stay_within_a_gigabyte_and_ten_seconds(tmp_path, kind):
+    path = tmp_path / "bomb.zip"
+    path.write_bytes(bomb(kind))
+    code = (
+        "import resource, signal, sys\n"
+        "from overturning.records.read import read_path\n"
+        "import overturning.records.detect, obspy\n"
+        "signal.alarm(10)\n"
+        "now = int(open('/proc/self/statm').read().split()[0]) * resource.getpagesize()\n"
+        "resource.setrlimit(resource.RLIMIT_AS, (now + 1_000_000_000,) * 2)\n"
+        "from overturning.errors import RecordError\n"
+        "try:\n    read_path(sys.argv[1])\n"
+        "except RecordError as problem:\n    print('refused', problem)\n"
+    )
+    if not Path("/proc/self/statm").exists():
+        reason = "no /proc to set a bound from"
+        (pytest.fail if "OVERTURNING_NO_SKIP" in os.environ else pytest.skip)(reason)
+    done = subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[-500:]
+    assert done.stdout.startswith("refused"), done.stdout
+
+
+def test_sizes_are_counted_and_not_believed():
+    """A zip whose directory says ten bytes and whose member holds more is cut off by zipfile's own check or by ours."""
+    data = bytearray(zip_of({"T.NS": b"\0" * 1000}))
+    central = data.index(b"PK\x01\x02")
+    data[central + 24 : central + 28] = (10).to_bytes(4, "little")
+    with pytest.raises(RecordError):
+        list(open_archive(SourceFile("x.zip", bytes(data))))

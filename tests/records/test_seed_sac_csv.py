@@ -1,0 +1,130 @@
+import numpy as np
+import pytest
+from seed_writers import START, trace, write_inventory, write_mseed, write_sac
+
+from overturning.errors import RecordError
+from overturning.records.catalogue import RecordEntry
+from overturning.records.options import ReadOptions
+from overturning.records.read import read_path, read_record
+
+random = np.random.default_rng(11)
+N, E, Z = (random.integers(-400_000, 400_000, 500) for _ in range(3))
+CHANNELS = {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0), "HNZ": (0.0, -90.0)}
+
+
+def test_miniseed_with_its_stationxml_beside_it(tmp_path):
+    write_inventory(tmp_path / "XX.TST1.xml", CHANNELS)
+    path = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z})
+    record = read_path(path)
+    np.testing.assert_allclose(record.north, N / 400_000, rtol=1e-12)
+    np.testing.assert_allclose(record.east, E / 400_000, rtol=1e-12)
+    np.testing.assert_allclose(record.up, Z / 400_000, rtol=1e-12)
+    assert record.start == "2001-02-03T04:05:06.5Z"
+    assert (record.station, record.latitude) == ("TST1", 35.2)
+
+
+def test_orientation_comes_from_the_stationxml(tmp_path):
+    write_inventory(tmp_path / "s.xml", {"HN1": (60.0, 0.0), "HN2": (150.0, 0.0), "HNZ": (0.0, 90.0)})
+    record = read_path([write_mseed(tmp_path / "x.mseed", {"HN1": N, "HN2": E, "HNZ": Z}), tmp_path / "s.xml"])
+    c, s = np.cos(np.radians(60)), np.sin(np.radians(60))
+    np.testing.assert_allclose(record.north, (N * c - E * s) / 400_000, atol=1e-9)
+    np.testing.assert_allclose(record.east, (N * s + E * c) / 400_000, atol=1e-9)
+    np.testing.assert_allclose(record.up, -Z / 400_000, rtol=1e-12)  # dip +90 points down
+
+
+def test_miniseed_alone_says_what_it_needs(tmp_path):
+    with pytest.raises(RecordError, match="StationXML"):
+        read_path(write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E}))
+
+
+def test_a_channel_that_the_stationxml_does_not_have_is_named(tmp_path):
+    write_inventory(tmp_path / "s.xml", {"HNN": (0.0, 0.0)})
+    with pytest.raises(RecordError, match=r"XX\.TST1\.\.HNE"):
+        read_path(write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E}))
+
+
+def test_gaps_are_refused(tmp_path):
+    import obspy
+
+    write_inventory(tmp_path / "s.xml", CHANNELS)
+    pieces = [trace(N[:200].astype(np.int32), "HNN"), trace(N[300:].astype(np.int32), "HNN", start=START + 3.0)]
+    stream = obspy.Stream([*pieces, trace(E.astype(np.int32), "HNE")])
+    stream.write(str(tmp_path / "x.mseed"), format="MSEED")
+    with pytest.raises(RecordError, match="gap"):
+        read_path(tmp_path / "x.mseed")
+
+
+def test_a_velocity_sensor_is_deconvolved(tmp_path):
+    """A 1-Hz sine of velocity V gives an acceleration of 2πV in the middle of the record."""
+    time = np.arange(4000) / 100
+    counts = np.round(1e6 * np.sin(2 * np.pi * time)).astype(np.int32)
+    write_inventory(tmp_path / "s.xml", {"HHN": (0.0, 0.0), "HHE": (90.0, 0.0)}, gain=1e7, unit="M/S")
+    record = read_path(write_mseed(tmp_path / "x.mseed", {"HHN": counts, "HHE": counts // 2}))
+    middle = record.north[1500:2500]
+    assert np.abs(middle).max() == pytest.approx(0.1 * 2 * np.pi, rel=0.01)
+    np.testing.assert_allclose(middle, 0.1 * 2 * np.pi * np.cos(2 * np.pi * time[1500:2500]), atol=0.01)
+
+
+def test_sac_needs_a_unit_and_takes_orientation_from_its_header(tmp_path):
+    paths = [
+        write_sac(tmp_path / "T.HN1.sac", N / 1e5, "HN1", 332.0, 90.0),
+        write_sac(tmp_path / "T.HN2.sac", E / 1e5, "HN2", 62.0, 90.0),
+        write_sac(tmp_path / "T.HNZ.sac", Z / 1e5, "HNZ", 0.0, 0.0),
+    ]
+    with pytest.raises(RecordError, match="unit"):
+        read_path(paths)
+    record = read_path(paths, options=ReadOptions(unit="gal"))
+    c, s = np.cos(np.radians(332)), np.sin(np.radians(332))
+    np.testing.assert_allclose(record.north, (N * c - E * s) / 1e7, atol=1e-7)
+    np.testing.assert_allclose(record.up, Z / 1e7, atol=1e-8)
+    assert record.start == "2001-02-03T04:05:06.5Z"
+    entry = RecordEntry(id="t", source="T.HN1.sac T.HN2.sac T.HNZ.sac", unit="g")
+    np.testing.assert_allclose(read_record(entry, tmp_path).up, Z / 1e5 * 9.80665, atol=1e-5)
+
+
+def test_sac_whose_peak_contradicts_its_header_is_refused(tmp_path):
+    path = write_sac(tmp_path / "a.sac", N / 1e5, "HNN", 0.0, 90.0)
+    other = write_sac(tmp_path / "b.sac", E / 1e5, "HNE", 90.0, 90.0)
+    data = bytearray(path.read_bytes())
+    data[632:] = (np.frombuffer(bytes(data[632:]), "<f4") * 2).astype("<f4").tobytes()
+    path.write_bytes(bytes(data))
+    with pytest.raises(RecordError, match="states a peak"):
+        read_path([path, other], options=ReadOptions(unit="gal"))
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t", "  "])
+def test_columns_as_declared(tmp_path, separator):
+    path = tmp_path / "x.csv"
+    rows = [separator.join(f"{v:g}" for v in row) for row in zip(np.arange(500) * 0.01, E, N, -Z, strict=True)]
+    path.write_text("# mine\n" + separator.join(["t", "a_e", "a_n", "down"]) + "\n" + "\n".join(rows) + "\n")
+    entry = RecordEntry(id="x", format="csv", source="x.csv", columns="time:s east:mm/s2 north:mm/s2 down:mm/s2")
+    record = read_record(entry, tmp_path)
+    np.testing.assert_allclose(record.north, [float(f"{v:g}") / 1000 for v in N], rtol=1e-12)
+    np.testing.assert_allclose(record.up, [float(f"{v:g}") / 1000 for v in Z], rtol=1e-12)
+    assert record.sampling_interval == 0.01
+
+
+@pytest.mark.parametrize(
+    ("text", "columns", "interval", "words"),
+    [
+        ("1,2\n3,4\n", "", None, ["format is not recognised"]),
+        ("1,2\n3,4\n", "north:gal east", None, ["'east'"]),
+        ("1,2\n3,4\n", "north:gal east:feet", None, ["'east:feet'"]),
+        ("1,2\n3,4\n", "north:gal east:gal", None, ["sampling_interval_s"]),
+        ("1,2\n3\n", "north:gal east:gal", 0.01, ["line 2", "1 columns"]),
+        ("1,2\n3,nan\n", "north:gal east:gal", 0.01, ["line 2", "nan"]),
+        ("1,2\n3,\n", "north:gal east:gal", 0.01, ["line 2", "''"]),
+        ("n,e\nx,y\n1,2\n", "north:gal east:gal", 0.01, ["line 2", "'x'"]),
+        ("0,1,2\n1,3,4\n3,5,6\n", "time:s north:gal east:gal", None, ["line 2", "evenly"]),
+        ("0,1,2\n0,3,4\n0,5,6\n", "time:s north:gal east:gal", None, ["evenly"]),
+        ("0,1,2\n.1,3,4\n.2,5,6\n", "time:s north:gal east:gal", 0.2, ["0.1 s apart", "0.2"]),
+        ("0,5;1,5\n0,6;1,6\n", "north:gal east:gal", 0.01, ["line 1", "'0,5'"]),
+    ],
+)
+def test_columns_that_do_not_hold_what_is_declared(tmp_path, text, columns, interval, words):
+    path = tmp_path / "x.csv"
+    path.write_text(text)
+    with pytest.raises(RecordError) as problem:
+        read_path(path, options=ReadOptions(columns=columns, sampling_interval_s=interval))
+    for word in ["x.csv", *words]:
+        assert word in str(problem.value)

@@ -16,7 +16,6 @@ container: "docker://python:3.12"
 
 
 include: "workflow/rules/common.smk"
-include: "workflow/rules/configure.smk"
 include: "workflow/rules/read.smk"
 include: "workflow/rules/rotate.smk"
 include: "workflow/rules/sweep.smk"

@@ -6,7 +6,7 @@ from pydantic import ValidationError
 from overturning.errors import ConfigError
 from overturning.study.config import AzimuthRange, Range
 from overturning.study.document import schema_text, with_tables
-from overturning.study.load import check_study, entries_of, load_study, read_study, write_study
+from overturning.study.load import check_study, entries_of, load_study, study_from
 
 CONFIG = Path(__file__).parents[2] / "config"
 SMALL = {"name": "small", "records": {"use": ["rinaldi"]}}
@@ -56,10 +56,12 @@ def test_schema_and_key_table_are_those_of_the_model() -> None:
     assert readme == with_tables(readme), "run: overturning study document"
 
 
-def test_filled_in_study_reads_back_equal(tmp_path: Path) -> None:
+def test_filled_in_study_reads_back_equal() -> None:
     study = load_study(CONFIG / "tottori.yaml")
-    write_study(study, tmp_path / "study.json")
-    assert read_study(tmp_path / "study.json") == study
+    assert study_from(study.model_dump_json()) == study
+    assert study_from(str(CONFIG / "tottori.yaml")) == study
+    with pytest.raises(ConfigError, match="not valid JSON"):
+        study_from("{name:")
 
 
 @pytest.mark.parametrize(

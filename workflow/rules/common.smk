@@ -37,7 +37,6 @@ VARIANTS = ["nominal", *STUDY.variants]
 RESULTS = f"results/{STUDY.name}"
 LOGS = f"{RESULTS}/logs"
 REPORT = f"{RESULTS}/report.html"
-STUDY_FILE = f"{RESULTS}/study.json"
 CUBES = [
     f"{RESULTS}/cube.nc",
     *(f"{RESULTS}/cube.{name}.nc" for name in STUDY.variants),
@@ -49,22 +48,16 @@ wildcard_constraints:
     variant="|".join(map(re.escape, VARIANTS)),
 
 
-def settings(*keys):
-    """The part of the study that one step depends on; only its change makes that step run again."""
-    return json.dumps({key: SETTINGS[key] for key in keys}, sort_keys=True)
+def settings(*keys, use=RECORDS):
+    """The part of the study that one step depends on, as a study: what is not in it cannot change that step's result."""
+    records = SETTINGS["records"] | {"use": list(use)}
+    part = {key: SETTINGS[key] for key in keys}
+    return json.dumps({"name": STUDY.name, "records": records, **part})
 
 
 def sources(command):
     """Hash of the package's sources that a subcommand is made of."""
     return source_hash(f"overturning.commands.{command}")
-
-
-def contact_settings(wildcards):
-    """Contact of a variant."""
-    name = wildcards.variant
-    return json.dumps(
-        SETTINGS["contact"] if name == "nominal" else SETTINGS["variants"][name]
-    )
 
 
 def variant_of(wildcards):

@@ -3,7 +3,6 @@
 
 rule gather:
     input:
-        study=ancient(STUDY_FILE),
         motions=expand(f"{RESULTS}/motion/{{record}}.nc", record=RECORDS),
         parts=parts_of_cube,
     output:
@@ -15,13 +14,13 @@ rule gather:
     resources:
         mem_mb=800,
     params:
-        study=STUDY.model_dump_json(),
+        study=settings(*SETTINGS),
         variant=variant_of,
         motions=lambda wildcards, input: Path(input.motions[0]).parent,
         parts=lambda wildcards, input: Path(input.parts[0]).parent,
         sources=sources("gather"),
     shell:
-        "overturning gather --study {input.study} --variant {params.variant} --motions {params.motions}"
+        "overturning gather --study {params.study:q} --variant {params.variant} --motions {params.motions}"
         " --parts {params.parts} --output {output} 2> {log}"
 
 

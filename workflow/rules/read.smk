@@ -4,7 +4,6 @@
 rule read:
     input:
         lambda wildcards: FILES[wildcards.record],
-        study=ancient(STUDY_FILE),
     output:
         f"{RESULTS}/motion/{{record}}.nc",
     log:
@@ -12,8 +11,8 @@ rule read:
     resources:
         mem_mb=500,
     params:
-        settings=settings("processing"),
+        study=lambda wildcards: settings("processing", use=[wildcards.record]),
         entry=lambda wildcards: ENTRIES[wildcards.record].model_dump_json(),
         sources=sources("read"),
     shell:
-        "overturning read --study {input.study} --record {wildcards.record} --output {output} 2> {log}"
+        "overturning read --study {params.study:q} --record {wildcards.record} --output {output} 2> {log}"

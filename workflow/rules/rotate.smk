@@ -3,7 +3,6 @@
 
 rule rotate:
     input:
-        study=ancient(STUDY_FILE),
         motions=expand(f"{RESULTS}/motion/{{record}}.nc", record=RECORDS),
     output:
         f"{RESULTS}/intensity.nc",
@@ -13,7 +12,7 @@ rule rotate:
         mem_mb=800,
     params:
         folder=lambda wildcards, input: Path(input.motions[0]).parent,
-        settings=settings("azimuth"),
+        study=settings("azimuth"),
         sources=sources("rotate"),
     shell:
-        "overturning rotate --study {input.study} --motions {params.folder} --output {output} 2> {log}"
+        "overturning rotate --study {params.study:q} --motions {params.folder} --output {output} 2> {log}"

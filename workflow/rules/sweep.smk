@@ -4,7 +4,6 @@
 
 rule sweep:
     input:
-        study=ancient(STUDY_FILE),
         motion=f"{RESULTS}/motion/{{record}}.nc",
     output:
         part=f"{RESULTS}/sweep/{{variant}}/{{record}}.nc",
@@ -14,12 +13,15 @@ rule sweep:
     threads: 1
     resources:
         mem_mb=800,
+        # Only for the progress line; unlike a parameter it does not make a sweep run again when a record is added.
+        records=len(RECORDS),
     params:
-        settings=settings(
-            "azimuth", "height", "b_over_h", "friction", "density", "simulation"
+        study=lambda wildcards: settings(
+            *("azimuth", "height", "b_over_h", "friction", "density"),
+            *("contact", "simulation", "variants"),
+            use=[wildcards.record],
         ),
-        contact=contact_settings,
         sources=sources("sweep"),
     shell:
-        "overturning sweep --study {input.study} --variant {wildcards.variant} --motion {input.motion}"
-        " --output {output.part} --timing {output.timing} --threads {threads} --log {log}"
+        "overturning sweep --study {params.study:q} --variant {wildcards.variant} --motion {input.motion}"
+        " --output {output.part} --timing {output.timing} --threads {threads} --records {resources.records} --log {log}"

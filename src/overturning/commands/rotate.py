@@ -10,14 +10,14 @@ app = typer.Typer(rich_markup_mode=None)
 
 @app.command()
 def rotate(
-    study: Annotated[Path, typer.Option(help="filled-in study (study.json)")],
+    study: Annotated[str, typer.Option(help="study file, or its content as JSON")],
     motions: Annotated[Path, typer.Option(help="folder of the motions")],
     output: Annotated[Path, typer.Option(help="NetCDF file to make")],
 ) -> None:
     """Write the intensity measures of all records along every azimuth."""
     from overturning.records.store import read_motion
     from overturning.study.intensity import write_intensity
-    from overturning.study.load import read_study
+    from overturning.study.load import study_from
 
-    settings = read_study(study)
+    settings = study_from(study)
     write_intensity(settings, [read_motion(motions / f"{name}.nc") for name in settings.records.use], output)

@@ -160,14 +160,28 @@ def entries_of(study: Study, where: str, root: Path = Path()) -> dict[str, Recor
     return {name: table[name] for name in study.records.use}
 
 
-def write_study(study: Study, path: Path) -> None:
-    """Write a study with every default filled in, as JSON, only if that changes the file."""
-    text = json.dumps(study.model_dump(mode="json"), indent=1, ensure_ascii=False) + "\n"
-    if not path.is_file() or path.read_text(encoding="utf-8") != text:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
+def study_from(text: str) -> Study:
+    """A study from the name of its file, or from its content as JSON.
 
+    Parameters
+    ----------
+    text : str
+        Path of a YAML file, or a JSON object.
 
-def read_study(path: Path) -> Study:
-    """Read a filled-in study that `write_study` has written."""
-    return check_study(json.loads(path.read_text(encoding="utf-8")), str(path))
+    Returns
+    -------
+    Study
+
+    Raises
+    ------
+    ConfigError
+        As `load_study`.
+    """
+    if not text.lstrip().startswith("{"):
+        return load_study(Path(text))
+    try:
+        return check_study(json.loads(text), "--study")
+    except json.JSONDecodeError as error:
+        raise ConfigError(
+            f"--study: not valid JSON ({error.msg} at character {error.pos}); give a file or its content"
+        ) from None

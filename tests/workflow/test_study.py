@@ -15,7 +15,8 @@ from overturning.study.cube import open_cube
 
 from .conftest import SMALL, Checkout
 
-pytestmark = pytest.mark.workflow
+# One process for all: they share a finished study.
+pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("workflow")]
 
 
 def bytes_of(results: Path) -> dict[str, bytes]:

@@ -18,6 +18,7 @@ COMMANDS = {
     "read": ("read", "Read one record of the table into motion.nc."),
     "rotate": ("rotate", "Intensity measures per azimuth of all records into intensity.nc."),
     "sweep": ("sweep", "Simulate every case of one record."),
+    "members": ("members", "Draw the members of a study's ensemble."),
     "gather": ("gather", "Gather the parts of a sweep into the cube."),
     "figures": ("figures", "Draw the figures of a study."),
     "report": ("report", "Write the report of a study."),

@@ -32,6 +32,7 @@ def study() -> Study:
             "azimuth": {"step": 45},
             "b_over_h": [0.2, 0.4, 0.6],
             "friction": [0.5, 1.0],
+            "ensemble": {"members": 0},
         },
         "test",
     )

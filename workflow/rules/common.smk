@@ -37,6 +37,7 @@ VARIANTS = ["nominal", *STUDY.variants]
 RESULTS = f"results/{STUDY.name}"
 LOGS = f"{RESULTS}/logs"
 REPORT = f"{RESULTS}/report.html"
+MEMBERS = f"{RESULTS}/members.csv"
 CUBES = [
     f"{RESULTS}/cube.nc",
     *(f"{RESULTS}/cube.{name}.nc" for name in STUDY.variants),

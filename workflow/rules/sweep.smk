@@ -2,9 +2,22 @@
 # terminal; the log has a line now and then.
 
 
+rule members:
+    output:
+        MEMBERS,
+    log:
+        f"{LOGS}/members.log",
+    params:
+        study=settings("ensemble"),
+        sources=sources("members"),
+    shell:
+        "overturning members --study {params.study:q} --output {output} 2> {log}"
+
+
 rule sweep:
     input:
         motion=f"{RESULTS}/motion/{{record}}.nc",
+        members=[MEMBERS] if STUDY.ensemble.members else [],
     output:
         part=f"{RESULTS}/sweep/{{variant}}/{{record}}.nc",
         timing=f"{RESULTS}/sweep/{{variant}}/{{record}}.csv",
@@ -18,10 +31,12 @@ rule sweep:
     params:
         study=lambda wildcards: settings(
             *("azimuth", "height", "b_over_h", "friction", "density"),
-            *("contact", "simulation", "variants"),
+            *("contact", "simulation", "variants", "ensemble"),
             use=[wildcards.record],
         ),
         sources=sources("sweep"),
+        members=f"--members {MEMBERS}" if STUDY.ensemble.members else "",
     shell:
         "overturning sweep --study {params.study:q} --variant {wildcards.variant} --motion {input.motion}"
-        " --output {output.part} --timing {output.timing} --threads {threads} --records {resources.records} --log {log}"
+        " --output {output.part} --timing {output.timing} --threads {threads} --records {resources.records}"
+        " {params.members} --log {log}"

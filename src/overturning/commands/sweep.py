@@ -18,12 +18,14 @@ def sweep(
     records: Annotated[
         int, typer.Option(min=1, help="number of records of the whole study, for the progress line")
     ] = 1,
+    members: Annotated[Path | None, typer.Option(help="members of the ensemble (CSV)")] = None,
     threads: Annotated[int, typer.Option(min=1, help="number of threads")] = 1,
     log: Annotated[Path | None, typer.Option(help="file for progress lines and errors")] = None,
 ) -> None:
     """Simulate every case of one record."""
     from overturning.records.store import read_motion
     from overturning.study.load import study_from
+    from overturning.study.members import read_members
     from overturning.study.progress import Progress, logged_to
     from overturning.study.sweep import sweep_record
     from overturning.study.timing import timed
@@ -36,4 +38,5 @@ def sweep(
             timed(timing) as row,
         ):
             row.update(record=record.record_id, variant=variant, cases=settings.cases)
-            row["block_steps"] = sweep_record(settings, record, output, variant, threads, progress)
+            drawn = read_members(members) if members else None
+            row["block_steps"] = sweep_record(settings, record, output, variant, threads, progress, drawn)

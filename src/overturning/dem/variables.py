@@ -10,6 +10,9 @@ from overturning.dem.status import Status
 INT8_MISSING: Final = -128
 """Fill value of int8 variables."""
 
+INT16_MISSING: Final = -32768
+"""Fill value of int16 variables."""
+
 FLOAT32_MISSING: Final = np.float32(9.969209968386869e36)
 """Fill value of float32 variables: netCDF's own default."""
 
@@ -35,7 +38,7 @@ class Variable:
     @property
     def fill_value(self) -> Any:
         """What stands where nothing was found."""
-        return np.int8(INT8_MISSING) if self.dtype == "i1" else FLOAT32_MISSING
+        return {"i1": np.int8(INT8_MISSING), "i2": np.int16(INT16_MISSING)}.get(self.dtype, FLOAT32_MISSING)
 
 
 VARIABLES: Final = (

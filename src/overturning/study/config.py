@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from overturning.records.steps import Step
-from overturning.study.quantity import Damping, Degree, Density, Metre, Second, Stiffness
+from overturning.study.quantity import Damping, Degree, Density, Metre, Radian, Second, Stiffness
 from overturning.units import GRANITE_DENSITY
 
 _MAX_VALUES = 100_000
@@ -151,6 +151,29 @@ class Variant(_Model):
     contact: ContactSettings = Field(default=ContactSettings(), description="contact of this variant")
 
 
+class Ensemble(_Model):
+    """Each case run again in a neighbourhood: uniform half-widths, scrambled Sobol points."""
+
+    members: int = Field(default=16, ge=0, le=4096, description="runs per case, even (two scrambles); 0 leaves it out")
+    where: Literal["boundary", "everywhere"] = Field(
+        default="boundary", description="cells within two B/H steps of a change of flag, or all cells"
+    )
+    amplitude: float = Field(default=0.02, ge=0, lt=1, description="half-width of the motion's amplitude, share")
+    b_over_h: float = Field(default=0.01, ge=0, lt=1, description="half-width of B/H, share")
+    friction: float = Field(default=0.05, ge=0, lt=1, description="half-width of the friction coefficient, share")
+    damping: float = Field(default=0.2, ge=0, lt=1, description="half-width of the contact's damping, share")
+    azimuth: Degree = Field(default=2.0, ge=0, le=90, description="half-width of the sensor's azimuth, degrees")
+    initial_tilt: Radian = Field(default=0.0, ge=0, lt=1.5, description="half-width of the tilt at the start, rad")
+    seed: int = Field(default=1, ge=0, description="seed of the scrambles")
+
+    @field_validator("members")
+    @classmethod
+    def _even(cls, members: int) -> int:
+        if members % 2:
+            raise ValueError("an even number is needed: half of the members belong to each of two scrambles")
+        return members
+
+
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]*$")]
 Slenderness = Annotated[float, Field(gt=0, le=10)]
 Height = Annotated[Metre, Field(gt=0, le=100)]
@@ -185,6 +208,9 @@ class Study(_Model):
         default=ContactSettings(), description="springs, dashpots and slider at each corner"
     )
     simulation: Simulation = Field(default=Simulation(), description="how the cases are computed")
+    ensemble: Ensemble = Field(
+        default=Ensemble(), description="each case run again in a neighbourhood, to see how far its answer holds"
+    )
     variants: dict[Name, Variant] = Field(
         default={}, description="further contact settings by name, each with a cube of its own"
     )

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.variables import INT8_MISSING, VARIABLES
+from overturning.dem.variables import INT8_MISSING, Variable
 from overturning.errors import ResultError
 from overturning.files import whole
 from overturning.records.record import Record
 from overturning.study.config import Study
 from overturning.study.grid import DIMENSIONS, Grid
 from overturning.study.netcdf import add_coordinates, add_variable
-from overturning.study.sweep import NOMINAL
+from overturning.study.sweep import NOMINAL, variables_of
 
 CONVENTIONS = "CF-1.11"
 _PACKAGES = ("overturning", "numba", "llvmlite", "numpy", "scipy", "obspy", "xarray", "netCDF4")
@@ -48,7 +48,7 @@ def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path:
     """
     from netCDF4 import Dataset
 
-    grid = Grid.of(study)
+    grid, variables = Grid.of(study), variables_of(study)
     index_of = {record.record_id: index for index, record in enumerate(records)}
     dimensions = ("record", *DIMENSIONS)
     digest = hashlib.sha256()
@@ -56,18 +56,18 @@ def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path:
         cube.createDimension("record", len(records))
         _add_records(cube, records, study.simulation.vertical)
         add_coordinates(cube, grid.coordinates())
-        for variable in VARIABLES:
+        for variable in variables:
             made = add_variable(cube, variable, dimensions, (1, *grid.shape))
             made.coordinates = "record_id station event fault_normal pulse vertical"
         filled = np.zeros((len(records), *grid.shape), dtype=bool)
         for part in parts:
-            _copy_part(part, cube, grid, index_of, variant, filled)
+            _copy_part(part, cube, grid, index_of, variant, filled, variables)
         if not filled.all():
             missing = sorted({records[int(index)].record_id for index in np.argwhere(~filled)[:, 0]})
             raise ResultError(
                 f"{path}: no part holds all cells of {', '.join(missing)}; run the sweep of these records again"
             )
-        for variable in VARIABLES:
+        for variable in variables:
             digest.update(variable.name.encode())
             for index in range(len(records)):
                 digest.update(np.ascontiguousarray(cube[variable.name][index]).tobytes())
@@ -76,7 +76,13 @@ def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path:
 
 
 def _copy_part(
-    part: Path, cube: Any, grid: Grid, index_of: dict[str, int], variant: str, filled: NDArray[np.bool_]
+    part: Path,
+    cube: Any,
+    grid: Grid,
+    index_of: dict[str, int],
+    variant: str,
+    filled: NDArray[np.bool_],
+    variables: tuple[Variable, ...],
 ) -> None:
     from netCDF4 import Dataset
 
@@ -90,9 +96,12 @@ def _copy_part(
             raise ResultError(
                 f"{part}: holds record {file.record_id}, variant {file.variant}, which are not in this study"
             )
+        absent = [variable.name for variable in variables if variable.name not in file.variables]
+        if absent:
+            raise ResultError(f"{part}: has no {absent[0]}; it was made by another version: remove it and run again")
         places = [_places(part, name, file[name][:], getattr(grid, name)) for name in DIMENSIONS]
         record = index_of[file.record_id]
-        for variable in VARIABLES:
+        for variable in variables:
             cells = cube[variable.name][record]
             cells[np.ix_(*places)] = file[variable.name][:]
             cube[variable.name][record] = cells

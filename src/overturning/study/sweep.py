@@ -9,16 +9,21 @@ from numpy.typing import NDArray
 
 from overturning.dem.contact import Contact
 from overturning.dem.simulate import simulate_arrays
-from overturning.dem.variables import FLOAT32_MISSING, VARIABLES
+from overturning.dem.variables import FLOAT32_MISSING, VARIABLES, Variable
 from overturning.errors import ConfigError
 from overturning.files import whole
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.study.config import ContactSettings, Study
+from overturning.study.ensemble import ENSEMBLE_VARIABLES, run_ensemble
 from overturning.study.grid import DIMENSIONS, Grid
+from overturning.study.members import Members, draw_members
 from overturning.study.netcdf import add_coordinates, add_variable
 
 NOMINAL = "nominal"
+
+NOMINAL_SHARE = 0.15
+"""Share of a sweep's work that the nominal run has beside a usual ensemble; only for the progress line."""
 
 
 def variant_names(study: Study) -> list[str]:
@@ -57,6 +62,11 @@ def simulation_arguments(study: Study, variant: str = NOMINAL) -> dict[str, Any]
     }
 
 
+def variables_of(study: Study) -> tuple[Variable, ...]:
+    """The variables of a study's cube: those of the outcome, and of the ensemble where there is one."""
+    return (*VARIABLES, *ENSEMBLE_VARIABLES) if study.ensemble.members else VARIABLES
+
+
 def motion_of(study: Study, record: Record) -> Motion:
     """The motion of a record as a study applies it: without the vertical component where the study leaves it out."""
     up = record.up if study.simulation.vertical else None
@@ -70,6 +80,7 @@ def sweep_record(
     variant: str = NOMINAL,
     threads: int = 1,
     progress: Callable[[int, int], None] | None = None,
+    members: Members | None = None,
 ) -> int:
     """Simulate every case of one record and write them as a part of the cube.
 
@@ -87,34 +98,72 @@ def sweep_record(
         Number of threads.
     progress : callable, optional
         Called now and then with the work done and the whole work, in block steps.
+    members : Members, optional
+        Of the ensemble; drawn from the study where not given.
 
     Returns
     -------
     int
         Block steps computed.
     """
-    grid = Grid.of(study)
+    grid, motion, arguments = Grid.of(study), motion_of(study, record), simulation_arguments(study, variant)
+    with_ensemble = study.ensemble.members > 0
+    first = 1.0 if not with_ensemble else NOMINAL_SHARE
     outcome = simulate_arrays(
-        motion_of(study, record),
+        motion,
         azimuth_deg=grid.azimuth.astype(np.float64),
         height=grid.height,
         b_over_h=grid.b_over_h,
         friction=grid.friction,
         threads=threads,
-        progress=progress,
-        **simulation_arguments(study, variant),
+        progress=_part_of(progress, 0.0, first),
+        **arguments,
     )
-    write_part(path, grid, outcome, {"record_id": record.record_id, "variant": variant})
-    return int(np.sum(outcome["block_steps"]))
+    block_steps = int(np.sum(outcome["block_steps"]))
+    if with_ensemble:
+        spread, more = run_ensemble(
+            motion,
+            grid,
+            outcome["overturned"],
+            outcome["mirrored"],
+            members or draw_members(study.ensemble),
+            everywhere=study.ensemble.where == "everywhere",
+            threads=threads,
+            progress=_part_of(progress, first, 1.0),
+            **arguments,
+        )
+        outcome |= spread
+        block_steps += more
+    write_part(path, grid, outcome, {"record_id": record.record_id, "variant": variant}, variables_of(study))
+    return block_steps
 
 
-def write_part(path: Path, grid: Grid, outcome: dict[str, NDArray[np.generic]], attributes: dict[str, str]) -> None:
+def _part_of(
+    progress: Callable[[int, int], None] | None, begin: float, end: float
+) -> Callable[[int, int], None] | None:
+    """Progress of one phase as progress of the whole, in millionths."""
+    if progress is None:
+        return None
+
+    def report(done: int, total: int) -> None:
+        progress(int(1e6 * (begin + (end - begin) * (done / total if total else 1.0))), 1_000_000)
+
+    return report
+
+
+def write_part(
+    path: Path,
+    grid: Grid,
+    outcome: dict[str, NDArray[np.generic]],
+    attributes: dict[str, str],
+    variables: tuple[Variable, ...] = VARIABLES,
+) -> None:
     """Write the outcome on a grid, or on a piece of one, as a part of the cube."""
     from netCDF4 import Dataset
 
     with whole(path) as part, Dataset(part, "w", format="NETCDF4") as file:
         add_coordinates(file, grid.coordinates())
-        for variable in VARIABLES:
+        for variable in variables:
             values = outcome[variable.name]
             if values.dtype.kind == "f":
                 values = np.where(np.isnan(values), FLOAT32_MISSING, values)

@@ -3,7 +3,8 @@
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from overturning.dem.cases import Cases, run_cases
+    from overturning.dem.blocks import Cases
+    from overturning.dem.cases import run_cases
     from overturning.dem.contact import Contact
     from overturning.dem.simulate import simulate, trajectory
     from overturning.motion.motion import Motion
@@ -12,7 +13,7 @@ __all__ = ["Cases", "Contact", "Motion", "run_cases", "simulate", "trajectory"]
 
 # Imported when first asked for, so that the command line starts without numba and xarray.
 _MODULES = {
-    "Cases": "overturning.dem.cases",
+    "Cases": "overturning.dem.blocks",
     "Contact": "overturning.dem.contact",
     "Motion": "overturning.motion.motion",
     "run_cases": "overturning.dem.cases",

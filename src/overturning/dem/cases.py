@@ -2,16 +2,17 @@
 
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from overturning.dem.contact import Contact, check_precision
-from overturning.dem.quiet import quiet_windows
+from overturning.dem.blocks import Cases
+from overturning.dem.contact import Contact
+from overturning.dem.plan import plan
 from overturning.dem.status import Status
-from overturning.dem.time_step import DEFAULT_SCHEME, Scheme, scheme_of, stable_step, steps_per_sample
+from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
@@ -19,12 +20,6 @@ from overturning.units import GRANITE_DENSITY, STANDARD_GRAVITY
 
 FloatArray = NDArray[np.float64]
 Progress = Callable[[int, int], None]
-
-MOST_CASES: Final = 50_000_000
-"""Cases of one call; more would not fit into the memory of an ordinary machine."""
-
-BYTES_PER_CASE: Final = 300
-"""Inputs, plan and results together."""
 
 QUEUE: Final = 4096
 """Cases per call of the kernel: long enough to keep the columns full, short enough for the memory to stay flat."""
@@ -37,81 +32,6 @@ ENERGY_BOUND: Final = 1e-2
 
 BUDGET: Final = 500_000_000
 """Block steps of one case."""
-
-AFTERMATH: Final = 20.0
-"""Time after the record, in 1/p, at which a block that may still fall is undecided."""
-
-
-@dataclass(frozen=True)
-class Cases:
-    """Blocks to run, one row per case.
-
-    Parameters
-    ----------
-    azimuth_deg : array_like
-        Azimuth of the vertical plane, degrees clockwise from north.
-    height : array_like
-        H, m.
-    b_over_h : array_like
-        B/H.
-    friction : array_like
-        μ.
-    amplitude : array_like
-        Factor on the whole motion.
-    damping_factor : array_like
-        Factor on the contact's dashpots.
-    initial_tilt : array_like
-        θ at the start of the record, rad, at rest on one corner; towards the azimuth where positive.
-
-    Raises
-    ------
-    ArgumentError
-        If lengths differ or a value is outside its bounds.
-    """
-
-    azimuth_deg: ArrayLike
-    height: ArrayLike
-    b_over_h: ArrayLike
-    friction: ArrayLike
-    amplitude: ArrayLike = 1.0
-    damping_factor: ArrayLike = 1.0
-    initial_tilt: ArrayLike = 0.0
-
-    def __post_init__(self) -> None:
-        given = {item.name: np.asarray(getattr(self, item.name), dtype=np.float64) for item in fields(self)}
-        for name, values in given.items():
-            if values.ndim > 1:
-                raise ArgumentError(f"{name}: shape {values.shape}; give one row with a value per case")
-        try:
-            arrays = np.broadcast_arrays(*(np.atleast_1d(values) for values in given.values()))
-        except ValueError:
-            sizes = ", ".join(f"{name} {values.size}" for name, values in given.items())
-            raise ArgumentError(f"cases: lengths differ ({sizes}); give one value per case, or one for all") from None
-        for name, values in zip(given, arrays, strict=True):
-            object.__setattr__(self, name, values)
-            lowest, strict = _BOUNDS.get(name, (-np.inf, False))
-            wrong = ~np.isfinite(values) | (values < lowest) | (strict & (values == lowest))
-            if wrong.any():
-                bound = "" if lowest == -np.inf else f" and {'above' if strict else 'at least'} {lowest:g}"
-                raise ArgumentError(f"{name}: {values[wrong][0]}; it must be finite{bound}")
-        check_count(self.size)
-        tilt = np.tan(np.abs(np.minimum(np.abs(np.asarray(self.initial_tilt)), 1.57)))
-        if (tilt >= np.asarray(self.b_over_h)).any():
-            raise ArgumentError("initial_tilt: the block would fall by itself; it must stay below arctan(B/H)")
-
-    @property
-    def size(self) -> int:
-        """Number of cases."""
-        return int(np.asarray(self.azimuth_deg).size)
-
-
-_BOUNDS: Final = {
-    "height": (0.0, True),
-    "b_over_h": (0.0, True),
-    "friction": (0.0, False),
-    "amplitude": (0.0, False),
-    "damping_factor": (0.0, False),
-}
 
 
 @dataclass(frozen=True)
@@ -147,112 +67,6 @@ class CaseResults:
     peak_penetration: NDArray[np.float32]
     energy_error: NDArray[np.float32]
     block_steps: NDArray[np.int64]
-
-
-def check_count(count: int) -> None:
-    """Refuse more cases than one call can hold.
-
-    Raises
-    ------
-    ArgumentError
-        With the memory they would take.
-    """
-    if count == 0:
-        raise ArgumentError("cases: none; give at least one azimuth, height, B/H and friction")
-    if count > MOST_CASES:
-        raise ArgumentError(
-            f"cases: {count} at once would take {count * BYTES_PER_CASE / 2**30:.0f} GiB; "
-            f"ask for at most {MOST_CASES} per call"
-        )
-
-
-@dataclass(frozen=True)
-class Plan:
-    """How each case is to be computed: functions of the case and its record alone."""
-
-    scheme: Scheme
-    cases: Cases
-    row: NDArray[np.int64]
-    ground: FloatArray
-    upward: FloatArray
-    steps: NDArray[np.int64]
-    first: NDArray[np.int64]
-    calm: FloatArray
-    never: NDArray[np.bool_]
-    after: FloatArray
-    normal: FloatArray
-    tangential: FloatArray
-    dashpot: FloatArray
-
-    def table(self, chosen: NDArray[np.int64]) -> FloatArray:
-        """Rows of the kernel's case table."""
-        from overturning.dem import kernel as k
-
-        cases = self.cases
-        height, ratio = np.asarray(cases.height)[chosen], np.asarray(cases.b_over_h)[chosen]
-        tilt = np.asarray(cases.initial_tilt)[chosen]
-        table = np.zeros((chosen.size, k.PARAMETERS))
-        table[:, k.P_WIDTH], table[:, k.P_HEIGHT] = ratio * height, height
-        table[:, k.P_STIFFNESS], table[:, k.P_TANGENTIAL] = self.normal[chosen], self.tangential[chosen]
-        table[:, k.P_DASHPOT] = self.dashpot[chosen]
-        table[:, k.P_FRICTION] = np.asarray(cases.friction)[chosen]
-        table[:, k.P_ALPHA] = _rounded(np.arctan, ratio)
-        table[:, k.P_AMPLITUDE] = np.asarray(cases.amplitude)[chosen]
-        table[:, k.P_TILT] = tilt
-        table[:, k.P_TILT_COS], table[:, k.P_TILT_SIN] = _rounded(np.cos, tilt), _rounded(np.sin, tilt)
-        table[:, k.P_FIRST], table[:, k.P_CALM] = self.first[chosen], self.calm[chosen]
-        table[:, k.P_AFTER] = self.after[chosen]
-        return table
-
-
-def _rounded(function: np.ufunc, values: FloatArray) -> FloatArray:
-    # libm and SIMD versions of these differ in the last digit between processors; rounding hides it.
-    distinct, where = np.unique(values, return_inverse=True)
-    return np.round(function(distinct), 12)[where]
-
-
-def plan(
-    motion: Motion,
-    cases: Cases,
-    *,
-    density: float,
-    contact: Contact,
-    scheme: str,
-    time_step: float | str,
-    leave_out: bool,
-) -> Plan:
-    """Check the arguments and work out what each case needs."""
-    if not (np.isfinite(density) and density > 0):
-        raise ArgumentError(f"density: {density}; it must be finite and above 0 kg/m³")
-    method = scheme_of(scheme)
-    height, ratio = np.asarray(cases.height), np.asarray(cases.b_over_h)
-    width, friction = ratio * height, np.asarray(cases.friction)
-    normal, tangential, dashpot = contact.specific(width, height, density)
-    dashpot = dashpot * np.asarray(cases.damping_factor)
-    azimuths, row = np.unique(np.asarray(cases.azimuth_deg), return_inverse=True)
-    ground = np.zeros((azimuths.size, motion.samples + 3))
-    for index, azimuth in enumerate(azimuths):
-        ground[index, : motion.samples] = motion.along(float(azimuth))
-    check_precision(normal, height, 0.0)
-    stable = stable_step(method, normal, tangential, dashpot, 0.5 * width, 0.5 * height)
-    steps = steps_per_sample(method, time_step, stable, motion.sampling_interval)
-    samples = motion.samples
-    # 20/p with p = √(3g/4R).
-    period = np.sqrt(np.sqrt(width**2 + height**2) / (1.5 * STANDARD_GRAVITY))
-    after = samples + np.ceil(AFTERMATH * period / motion.sampling_interval)
-    if leave_out:
-        first, quiet, never = quiet_windows(
-            motion, row, np.asarray(cases.amplitude), ground[:, :samples], np.minimum(ratio, friction)
-        )
-        tilted = np.asarray(cases.initial_tilt) != 0
-        first[tilted], never[tilted] = 0, False
-        calm = quiet.astype(np.float64)
-    else:
-        first, calm, never = np.zeros(cases.size, np.int64), np.full(cases.size, np.inf), np.zeros(cases.size, np.bool_)
-    upward = np.zeros(0) if motion.up is None else np.concatenate([motion.up, np.zeros(3)])
-    return Plan(
-        method, cases, row, ground, upward, steps, first, calm, never, after, normal, tangential, dashpot
-    )  # fmt: skip
 
 
 def run_cases(

@@ -24,8 +24,17 @@ prefer_full_width()
 COLUMNS: Final = 64
 """Blocks side by side; at 64 the latency of one column's chain of operations is hidden."""
 
-TICKS: Final = 8
-"""A step in which a contact opens or closes is done again in this many."""
+TICKS: Final = 32
+"""A step in which a contact opens or closes is done again in this many ticks,"""
+
+EARLY_TICKS: Final = 64.0
+"""so many of them one by one,"""
+
+LATE_TICKS: Final = 4
+"""then so many at a time,"""
+
+SETTLING: Final = 8.0
+"""until this time has passed, in 1/ω of the highest mode: the contact's transient is over."""
 
 # One row of COLUMNS numbers each: constants of the case,
 (HALF_WIDTH, HALF_HEIGHT, INERTIA, STIFFNESS, TANGENTIAL, COMPLIANCE, DASHPOT, FRICTION, ALPHA, STEP) = (
@@ -38,15 +47,17 @@ TICKS: Final = 8
 # ground acceleration: value, slope and change of slope over the ticks of this sample and the next,
 (TICK, BASE, SLOPE, BEND, UP_BASE, UP_SLOPE, UP_BEND, FINE) = (i * COLUMNS for i in range(27, 35))
 # what is booked on the way.
-(PEAK_ANGLE, LAST_UPRIGHT, PEAK_SLIP, PEAK_DEPTH, WORK, LOST) = (i * COLUMNS for i in range(35, 41))
-# and what is looked at once per sample only.
-(AMPLITUDE, SAMPLE, UPRIGHT_UNTIL, ENERGY, BARRIER, CALM, AFTER) = (i * COLUMNS for i in range(41, 48))
-ROWS: Final = 48
+(PEAK_ANGLE, LAST_UPRIGHT, PEAK_SLIP, PEAK_DEPTH, WORK, LOST, POWER, LOSS) = (i * COLUMNS for i in range(35, 43))
+# what is looked at once per sample only,
+(AMPLITUDE, SAMPLE, UPRIGHT_UNTIL, ENERGY, BARRIER, CALM, AFTER) = (i * COLUMNS for i in range(43, 50))
+# and 1/(1 + β), 1/(1 + 2β) with β = h Δt/2m of the three lengths of a step.
+(ONE_WHOLE, TWO_WHOLE, ONE_LATE, TWO_LATE, ONE_EARLY, TWO_EARLY, WINDOW) = (i * COLUMNS for i in range(50, 57))
+ROWS: Final = 57
 
 # Columns of the case table that `run_queue` takes.
 (P_WIDTH, P_HEIGHT, P_STIFFNESS, P_TANGENTIAL, P_DASHPOT, P_FRICTION, P_ALPHA, P_AMPLITUDE) = range(8)
-(P_TILT_COS, P_TILT_SIN, P_TILT, P_FIRST, P_CALM, P_AFTER) = range(8, 14)
-PARAMETERS: Final = 14
+(P_TILT_COS, P_TILT_SIN, P_TILT, P_FIRST, P_CALM, P_AFTER, P_WINDOW) = range(8, 15)
+PARAMETERS: Final = 15
 
 # Columns of its results.
 (R_STATUS, R_SIDE, R_TIME, R_ANGLE, R_SLIP, R_RESIDUAL, R_DEPTH, R_ENERGY, R_STEPS) = range(9)
@@ -151,6 +162,173 @@ def advance_cundall(state: Any, columns: int, steps: int, gravity: float) -> Non
 
 
 @njit(**_options)
+def advance_centred(state: Any, columns: int, steps: int, gravity: float) -> None:
+    """Velocity Verlet with the dashpots taken at the same instant as the springs; fine steps where contacts change."""
+    ticks = float(steps * TICKS)
+    for _ in range(steps):
+        for j in range(columns):
+            b, h, inertia = state[HALF_WIDTH + j], state[HALF_HEIGHT + j], state[INERTIA + j]
+            k, ks, mu, dash = state[STIFFNESS + j], state[TANGENTIAL + j], state[FRICTION + j], state[DASHPOT + j]
+            x, z, c, s = state[X + j], state[Z + j], state[COS + j], state[SIN + j]
+            fine, old_tick, old_angle = state[FINE + j], state[TICK + j], state[ANGLE + j]
+            ovx, ovz, ovw = state[VX + j], state[VZ + j], state[VW + j]
+            oax, oaz, oaw = state[AX + j], state[AZ + j], state[AW + j]
+            oxl, oul, oxr, our = state[OLD_XL + j], state[OLD_UL + j], state[OLD_XR + j], state[OLD_UR + j]
+            gl, gr = state[SPRING_L + j], state[SPRING_R + j]
+            peak, peak_slip, peak_depth = state[PEAK_ANGLE + j], state[PEAK_SLIP + j], state[PEAK_DEPTH + j]
+            alpha, last, compliance = state[ALPHA + j], state[LAST_UPRIGHT + j], state[COMPLIANCE + j]
+            old_work, old_lost = state[WORK + j], state[LOST + j]
+            old_power, old_loss = state[POWER + j], state[LOSS + j]
+            one_w, one_l, one_e = state[ONE_WHOLE + j], state[ONE_LATE + j], state[ONE_EARLY + j]
+            two_w, two_l, two_e = state[TWO_WHOLE + j], state[TWO_LATE + j], state[TWO_EARLY + j]
+            window = state[WINDOW + j]
+            late, early = fine > 0.0, fine > window - EARLY_TICKS
+            length = 1.0 * LATE_TICKS if late else 1.0 * TICKS
+            length = 1.0 if early else length
+            dt = state[STEP + j] * (length * (1.0 / TICKS))
+            tick = old_tick + length
+            half = 0.5 * dt
+            # Half a kick, then drift.
+            vx, vz, vw = ovx + half * oax, ovz + half * oaz, ovw + half * oaw
+            turn = dt * vw
+            square = turn * turn
+            sine = turn * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)))
+            versine = square * (0.5 - square * (1.0 / 24.0))
+            nc, ns = c - (c * versine + s * sine), s - (s * versine - c * sine)
+            nx, nz, angle = x + dt * vx, z + dt * vz, old_angle + turn
+            past = tick - ticks
+            past = past if past > 0.0 else 0.0
+            ground = (state[BASE + j] + state[SLOPE + j] * tick) + state[BEND + j] * past
+            up = (state[UP_BASE + j] + state[UP_SLOPE + j] * tick) + state[UP_BEND + j] * past
+            weight = gravity + up
+            # Corners from the centre, their penetrations and tangential springs.
+            rxl, rzl = -(b * nc) - h * ns, b * ns - h * nc
+            rxr, rzr = b * nc - h * ns, -(b * ns) - h * nc
+            xl, ul, xr, ur = nx + rxl, -(nz + rzl), nx + rxr, -(nz + rzr)
+            in_l, in_r = ul > 0.0, ur > 0.0
+            was_l, was_r = oul > 0.0, our > 0.0
+            changed = (in_l != was_l) | (in_r != was_r)
+            again = changed & (not early)
+            tl, tr = gl + (xl - oxl), gr + (xr - oxr)
+            tl, tr = (tl if was_l else 0.0), (tr if was_r else 0.0)
+            # Which corners press and which stick, from velocities extrapolated with the last acceleration.
+            px, pz, pw = vx + half * oax, vz + half * oaz, vw + half * oaw
+            kl, kr = k * ul, k * ur
+            nl, nr = kl - dash * (pz - rxl * pw), kr - dash * (pz - rxr * pw)
+            on_l, on_r = in_l & (nl > 0.0), in_r & (nr > 0.0)
+            hl, hr = -(ks * tl), -(ks * tr)
+            fl, fr = hl - dash * (px + rzl * pw), hr - dash * (px + rzr * pw)
+            stick_l, stick_r = abs(fl) <= mu * nl, abs(fr) <= mu * nr
+            # Solve for the velocities with the dashpots of those corners at the new instant; a slipping corner
+            # carries its direction times μ times its normal force.
+            beta = half * dash
+            against = -mu
+            sl, sr = (mu if fl > 0.0 else against), (mu if fr > 0.0 else against)
+            bl, br = (beta if on_l else 0.0), (beta if on_r else 0.0)
+            tbl, tbr = (bl if stick_l else 0.0), (br if stick_r else 0.0)
+            ql, qr = sl * bl, sr * br
+            ql, qr = (0.0 if stick_l else ql), (0.0 if stick_r else qr)
+            kl, kr = (kl if on_l else 0.0), (kr if on_r else 0.0)
+            ml, mr = sl * kl, sr * kr
+            hl, hr = (hl if stick_l else ml), (hr if stick_r else mr)
+            hl, hr = (hl if on_l else 0.0), (hr if on_r else 0.0)
+            one, two = (one_l if late else one_w), (two_l if late else two_w)
+            one, two = (one_e if early else one), (two_e if early else two)
+            iz = one if on_l | on_r else 1.0
+            iz = two if on_l & on_r else iz
+            rough_l, rough_r = on_l & stick_l, on_r & stick_r
+            ix = one if rough_l | rough_r else 1.0
+            ix = two if rough_l & rough_r else ix
+            hx = vx + half * ((hl + hr) - ground)
+            hz = vz + half * ((kl + kr) - weight)
+            hw = vw + half * (inertia * ((rzl * hl - rxl * kl) + (rzr * hr - rxr * kr)))
+            a12 = ql + qr
+            lever = tbl * rzl + tbr * rzr
+            a13 = lever - (ql * rxl + qr * rxr)
+            a23 = -(bl * rxl + br * rxr)
+            a32 = inertia * (a23 + (ql * rzl + qr * rzr))
+            left = (tbl * rzl) * rzl + (bl * rxl - ql * rzl) * rxl
+            right = (tbr * rzr) * rzr + (br * rxr - qr * rzr) * rxr
+            a33 = 1.0 + inertia * (left + right)
+            p = (inertia * lever) * ix
+            q = (a32 - p * a12) * iz
+            # One division for this and for the share of the step that a new contact lasted.
+            new_l, new_r = in_l & (not was_l), in_r & (not was_r)
+            gone_l, gone_r = ul - oul, ur - our
+            gone_l, gone_r = (gone_l if new_l else 1.0), (gone_r if new_r else 1.0)
+            pair = gone_l * gone_r
+            determinant = (a33 - p * a13) - q * a23
+            inverse = 1.0 / (determinant * pair)
+            pw = ((hw - p * hx) - q * hz) * (inverse * pair)
+            inverse = inverse * determinant
+            share_l, share_r = (ul * (inverse * gone_r) - 0.5) * dt, (ur * (inverse * gone_l) - 0.5) * dt
+            share_l, share_r = (share_l if new_l else 0.0), (share_r if new_r else 0.0)
+            pz = (hz - a23 * pw) * iz
+            px = ((hx - a12 * pz) - a13 * pw) * ix
+            # The forces at those velocities, within their limits.
+            uxl, uzl = px + rzl * pw, pz - rxl * pw
+            uxr, uzr = px + rzr * pw, pz - rxr * pw
+            nl, nr = k * ul - dash * uzl, k * ur - dash * uzr
+            nl = nl if in_l & (nl > 0.0) else 0.0
+            nr = nr if in_r & (nr > 0.0) else 0.0
+            ml, mr = mu * nl, mu * nr
+            fl, fr = -(ks * tl) - dash * uxl, -(ks * tr) - dash * uxr
+            fl, fr = (ml if fl > ml else fl), (mr if fr > mr else fr)
+            ml, mr = -ml, -mr
+            fl, fr = (ml if fl < ml else fl), (mr if fr < mr else fr)
+            dl, dr = ml * compliance, mr * compliance
+            el, er = -dl, -dr
+            sl, sr = (el if tl > el else tl), (er if tr > er else tr)
+            sl, sr = (dl if sl < dl else sl), (dr if sr < dr else sr)
+            ax = (fl + fr) - ground
+            az = (nl + nr) - weight
+            spin_l, spin_r = inertia * (rzl * fl - rxl * nl), inertia * (rzr * fr - rxr * nr)
+            aw = spin_l + spin_r
+            vx = (vx + half * ax) + (share_l * fl + share_r * fr)
+            vz = (vz + half * az) + (share_l * nl + share_r * nr)
+            vw = (vw + half * aw) + (share_l * spin_l + share_r * spin_r)
+            # Books: work of the shaking, loss in dashpots and sliders, springs let go.
+            pl, pr = (ul if in_l else 0.0), (ur if in_r else 0.0)
+            power = -(ground * vx + up * vz)
+            loss_l = (k * pl - nl) * uzl - (fl + ks * sl) * uxl
+            loss_r = (k * pr - nr) * uzr - (fr + ks * sr) * uxr
+            loss = loss_l + loss_r
+            kept_l, kept_r = (el if gl > el else gl), (er if gr > er else gr)
+            kept_l, kept_r = (dl if kept_l < dl else kept_l), (dr if kept_r < dr else kept_r)
+            slid_l, slid_r = (kept_l - sl) + (tl - gl), (kept_r - sr) + (tr - gr)
+            slid_l, slid_r = slid_l * (0.5 * (kept_l + sl)), slid_r * (0.5 * (kept_r + sr))
+            slid_l, slid_r = (slid_l if tl != sl else 0.0), (slid_r if tr != sr else 0.0)
+            ol, or_ = (oul if was_l else 0.0), (our if was_r else 0.0)
+            ol, or_ = (0.0 if in_l else ol), (0.0 if in_r else or_)
+            let_go = k * (ol * ol + or_ * or_) + ks * ((gl * gl - kept_l * kept_l) + (gr * gr - kept_r * kept_r))
+            let_go = 0.5 * let_go + ks * (slid_l + slid_r)
+            work = old_work + half * (old_power + power)
+            lost = old_lost + (half * (old_loss + loss) + ((share_l * loss_l + share_r * loss_r) + let_go))
+            # A whole step in which a contact changes is not taken; fine ones follow.
+            fine = fine - length
+            fine = window if changed else fine
+            state[FINE + j] = fine
+            if not again:
+                size = abs(angle)
+                slip = abs(nx - h * ns)
+                depth = ul if ul > ur else ur
+                state[PEAK_ANGLE + j] = size if size > peak else peak
+                state[PEAK_SLIP + j] = slip if slip > peak_slip else peak_slip
+                state[PEAK_DEPTH + j] = depth if depth > peak_depth else peak_depth
+                state[LAST_UPRIGHT + j] = tick if size < alpha else last
+                state[TICK + j] = tick
+                state[X + j], state[Z + j], state[ANGLE + j] = nx, nz, angle
+                state[COS + j], state[SIN + j] = nc, ns
+                state[VX + j], state[VZ + j], state[VW + j] = vx, vz, vw
+                state[AX + j], state[AZ + j], state[AW + j] = ax, az, aw
+                state[SPRING_L + j], state[SPRING_R + j] = sl, sr
+                state[OLD_XL + j], state[OLD_UL + j] = xl, ul
+                state[OLD_XR + j], state[OLD_UR + j] = xr, ur
+                state[WORK + j], state[LOST + j] = work, lost
+                state[POWER + j], state[LOSS + j] = power, loss
+
+
+@njit(**_options)
 def start(state: Any, j: int, case: Any, interval: float, steps: int, gravity: float) -> None:
     """Put a case into column j: at static equilibrium on both corners, or tilted on one."""
     for row in range(ROWS):
@@ -164,6 +342,13 @@ def start(state: Any, j: int, case: Any, interval: float, steps: int, gravity: f
     state[COMPLIANCE + j] = 1.0 / ks if ks > 0.0 else 0.0
     state[DASHPOT + j], state[FRICTION + j] = case[P_DASHPOT], case[P_FRICTION]
     state[ALPHA + j], state[STEP + j] = case[P_ALPHA], interval / steps
+    beta = 0.5 * case[P_DASHPOT] * (interval / steps)
+    state[ONE_WHOLE + j], state[TWO_WHOLE + j] = 1.0 / (1.0 + beta), 1.0 / (1.0 + 2.0 * beta)
+    late, early = beta * LATE_TICKS / TICKS, beta / TICKS
+    state[ONE_LATE + j], state[TWO_LATE + j] = 1.0 / (1.0 + late), 1.0 / (1.0 + 2.0 * late)
+    state[ONE_EARLY + j], state[TWO_EARLY + j] = 1.0 / (1.0 + early), 1.0 / (1.0 + 2.0 * early)
+    state[WINDOW + j] = case[P_WINDOW]
+    state[FINE + j] = case[P_WINDOW]
     tilted = s != 0.0
     depth = gravity / k if tilted else 0.5 * gravity / k
     state[Z + j] = (b * abs(s) + h * c) - depth
@@ -172,6 +357,10 @@ def start(state: Any, j: int, case: Any, interval: float, steps: int, gravity: f
     x, z = state[X + j], state[Z + j]
     state[OLD_XL + j], state[OLD_UL + j] = x + (-(b * c) - h * s), -(z + (b * s - h * c))
     state[OLD_XR + j], state[OLD_UR + j] = x + (b * c - h * s), -(z + (-(b * s) - h * c))
+    ul, ur = max(state[OLD_UL + j], 0.0), max(state[OLD_UR + j], 0.0)
+    state[AZ + j] = k * (ul + ur) - gravity
+    lever_l, lever_r = b * c + h * s, h * s - b * c
+    state[AW + j] = state[INERTIA + j] * k * (lever_l * ul + lever_r * ur)
     state[PEAK_ANGLE + j] = abs(case[P_TILT])
     state[LAST_UPRIGHT + j] = -1.0
     state[AMPLITUDE + j], state[SAMPLE + j] = case[P_AMPLITUDE], case[P_FIRST]
@@ -369,6 +558,8 @@ def run_queue(
             noted += 1
         if scheme == 0:
             advance_cundall(state, columns, steps, gravity)
+        else:
+            advance_centred(state, columns, steps, gravity)
         counter[0] += active * steps
         j = 0
         while j < active:

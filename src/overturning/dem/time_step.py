@@ -15,11 +15,19 @@ class Scheme(IntEnum):
     """Integration schemes, by the number under which the kernel knows them."""
 
     CUNDALL = 0
+    CENTRED = 1
 
 
-DEFAULT_SCHEME: Final = "cundall"
+HEAVY_DAMPING: Final = 4.0
+"""Above this damping ratio of the highest mode the centred scheme's step shrinks in proportion to its inverse: the step
+itself would stay stable, but which corners press and slip is guessed from a velocity that the dashpots change too much."""
 
-AUTO_FRACTION: Final = {Scheme.CUNDALL: 0.5}
+LIGHT_DAMPING: Final = 0.25
+"""Below this damping ratio of the highest mode corners bounce, and the automatic step is halved."""
+
+DEFAULT_SCHEME: Final = "centred"
+
+AUTO_FRACTION: Final = {Scheme.CUNDALL: 0.5, Scheme.CENTRED: 0.5}
 """The step of ``time_step="auto"`` as a fraction of the stable one (docs/method.md shows how it was chosen)."""
 
 MOST_STEPS_PER_SAMPLE: Final = 2_000_000
@@ -70,26 +78,29 @@ def highest_eigenvalue(
     return np.maximum(np.maximum(upright, 2.0 * normal), 4.0 * np.maximum(normal, tangential))
 
 
-def stable_step(
-    scheme: Scheme,  # noqa: ARG001
-    normal: FloatArray,
-    tangential: FloatArray,
-    dashpot: FloatArray,
-    half_width: FloatArray,
-    half_height: FloatArray,
-) -> FloatArray:
+def stable_step(scheme: Scheme, square: FloatArray, rate: FloatArray) -> FloatArray:
     """Largest stable time step, s.
 
-    Cundall's scheme, whose dashpot lags by half a step, needs Δt ≤ (2/ω)(√(1 + ξ_max²) − ξ_max), here written with
-    ω² and c = 2 ξ_max ω as the highest eigenvalues of springs and of dashpots.
+    Cundall's scheme, whose dashpot lags by half a step, needs Δt ≤ (2/ω)(√(1 + ξ_max²) − ξ_max). The centred scheme
+    takes the dashpots implicitly and needs Δt ≤ 2/ω, less where ξ_max is above `HEAVY_DAMPING`.
+
+    Parameters
+    ----------
+    scheme : Scheme
+        The integration scheme.
+    square : ndarray
+        ω² of the highest mode, 1/s².
+    rate : ndarray
+        2 ξ_max ω of the highest mode, 1/s.
     """
-    square = highest_eigenvalue(normal, tangential, half_width, half_height)
-    rate = highest_eigenvalue(dashpot, dashpot, half_width, half_height)
+    if scheme == Scheme.CENTRED:
+        damping = 0.5 * rate / np.sqrt(square)
+        return 2.0 / np.sqrt(square) * np.minimum(1.0, HEAVY_DAMPING / np.maximum(damping, HEAVY_DAMPING))
     return 4.0 / (np.sqrt(rate**2 + 4.0 * square) + rate)
 
 
 def steps_per_sample(
-    scheme: Scheme, time_step: float | str, stable: FloatArray, sampling_interval: float
+    scheme: Scheme, time_step: float | str, square: FloatArray, rate: FloatArray, sampling_interval: float
 ) -> NDArray[np.int64]:
     """Whole steps per sample, a function of the case and the record's sampling interval alone.
 
@@ -99,8 +110,8 @@ def steps_per_sample(
         The integration scheme.
     time_step : float or str
         Largest step, s; "auto"; or a fraction of the stable step such as "0.25 stable".
-    stable : ndarray
-        Stable steps, s.
+    square, rate : ndarray
+        As for `stable_step`.
     sampling_interval : float
         s.
 
@@ -114,9 +125,13 @@ def steps_per_sample(
     ArgumentError
         If the step is above the stable one, or so small that a sample takes millions.
     """
+    stable = stable_step(scheme, square, rate)
     least = float(np.min(stable))
-    if isinstance(time_step, str):
-        step = stable * (AUTO_FRACTION[scheme] if time_step == "auto" else _fraction(time_step))
+    if time_step == "auto":
+        light = rate < 2.0 * LIGHT_DAMPING * np.sqrt(square)
+        step = stable * AUTO_FRACTION[scheme] * np.where(light, 0.5, 1.0)
+    elif isinstance(time_step, str):
+        step = stable * _fraction(time_step)
     else:
         if not (np.isfinite(time_step) and time_step > 0):
             raise ArgumentError(f"time_step: {time_step}; it must be a positive number of seconds, or 'auto'")
@@ -125,8 +140,8 @@ def steps_per_sample(
         step = np.full_like(stable, time_step)
     if np.min(step) * MOST_STEPS_PER_SAMPLE < sampling_interval:
         raise ArgumentError(
-            f"contact: a stable time step of {least:.3g} s would take more than {MOST_STEPS_PER_SAMPLE} steps per "
-            f"sample of {sampling_interval:g} s; choose less damping or a softer contact"
+            f"contact: a time step of {np.min(step):.3g} s would take more than {MOST_STEPS_PER_SAMPLE} steps per "
+            f"sample of {sampling_interval:g} s; choose less damping, a softer contact or a larger step"
         )
     steps = np.ceil(sampling_interval / step * (1.0 - 1e-12)).astype(np.int64)
     steps = np.maximum(steps, 1)

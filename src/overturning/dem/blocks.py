@@ -1,0 +1,104 @@
+"""The blocks of many cases, checked."""
+
+from dataclasses import dataclass, fields
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from overturning.errors import ArgumentError
+
+MOST_CASES: Final = 50_000_000
+"""Cases of one call; more would not fit into the memory of an ordinary machine."""
+
+BYTES_PER_CASE: Final = 300
+"""Inputs, plan and results together."""
+
+
+@dataclass(frozen=True)
+class Cases:
+    """Blocks to run, one row per case.
+
+    Parameters
+    ----------
+    azimuth_deg : array_like
+        Azimuth of the vertical plane, degrees clockwise from north.
+    height : array_like
+        H, m.
+    b_over_h : array_like
+        B/H.
+    friction : array_like
+        μ.
+    amplitude : array_like
+        Factor on the whole motion.
+    damping_factor : array_like
+        Factor on the contact's dashpots.
+    initial_tilt : array_like
+        θ at the start of the record, rad, at rest on one corner; towards the azimuth where positive.
+
+    Raises
+    ------
+    ArgumentError
+        If lengths differ or a value is outside its bounds.
+    """
+
+    azimuth_deg: ArrayLike
+    height: ArrayLike
+    b_over_h: ArrayLike
+    friction: ArrayLike
+    amplitude: ArrayLike = 1.0
+    damping_factor: ArrayLike = 1.0
+    initial_tilt: ArrayLike = 0.0
+
+    def __post_init__(self) -> None:
+        given = {item.name: np.asarray(getattr(self, item.name), dtype=np.float64) for item in fields(self)}
+        for name, values in given.items():
+            if values.ndim > 1:
+                raise ArgumentError(f"{name}: shape {values.shape}; give one row with a value per case")
+        try:
+            arrays = np.broadcast_arrays(*(np.atleast_1d(values) for values in given.values()))
+        except ValueError:
+            sizes = ", ".join(f"{name} {values.size}" for name, values in given.items())
+            raise ArgumentError(f"cases: lengths differ ({sizes}); give one value per case, or one for all") from None
+        for name, values in zip(given, arrays, strict=True):
+            object.__setattr__(self, name, values)
+            lowest, strict = _BOUNDS.get(name, (-np.inf, False))
+            wrong = ~np.isfinite(values) | (values < lowest) | (strict & (values == lowest))
+            if wrong.any():
+                bound = "" if lowest == -np.inf else f" and {'above' if strict else 'at least'} {lowest:g}"
+                raise ArgumentError(f"{name}: {values[wrong][0]}; it must be finite{bound}")
+        check_count(self.size)
+        tilt = np.tan(np.abs(np.minimum(np.abs(np.asarray(self.initial_tilt)), 1.57)))
+        if (tilt >= np.asarray(self.b_over_h)).any():
+            raise ArgumentError("initial_tilt: the block would fall by itself; it must stay below arctan(B/H)")
+
+    @property
+    def size(self) -> int:
+        """Number of cases."""
+        return int(np.asarray(self.azimuth_deg).size)
+
+
+_BOUNDS: Final = {
+    "height": (0.0, True),
+    "b_over_h": (0.0, True),
+    "friction": (0.0, False),
+    "amplitude": (0.0, False),
+    "damping_factor": (0.0, False),
+}
+
+
+def check_count(count: int) -> None:
+    """Refuse more cases than one call can hold.
+
+    Raises
+    ------
+    ArgumentError
+        With the memory they would take.
+    """
+    if count == 0:
+        raise ArgumentError("cases: none; give at least one azimuth, height, B/H and friction")
+    if count > MOST_CASES:
+        raise ArgumentError(
+            f"cases: {count} at once would take {count * BYTES_PER_CASE / 2**30:.0f} GiB; "
+            f"ask for at most {MOST_CASES} per call"
+        )

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from overturning.report.published import compare_findings, compare_peaks, summary
 from overturning.statistics.falls import overturns
 from overturning.statistics.fault import GroupComparison, compare_group, shares_by_direction
 from overturning.study.cube import sources_of_records, study_of
@@ -120,7 +121,11 @@ def content(results: Path) -> dict[str, Any]:
         groups = groups_of(shares)
         fallen = float(overturns(cube).mean().compute())
         records = records_table(cube, intensity)
+        findings = compare_findings(study, results)
         return {
+            "peaks": compare_peaks(study, intensity),
+            "findings": findings,
+            "findings_summary": summary(findings),
             "title": study.title or study.name,
             "question": study.question,
             "answer": answer(groups, fallen),

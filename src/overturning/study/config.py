@@ -174,6 +174,19 @@ class Ensemble(_Model):
         return members
 
 
+class Published(_Model):
+    """What a publication states of one component, to compare the study with."""
+
+    record: str = Field(description="id of the record")
+    azimuth: Degree = Field(description="azimuth of the component, one of the study's, degrees clockwise from north")
+    label: str = Field(default="", description="name of the component, for instance N60E")
+    pga_gal: float | None = Field(default=None, gt=0, description="peak ground acceleration, Gal")
+    pgv_cm_s: float | None = Field(default=None, gt=0, description="peak ground velocity, cm/s")
+    pgd_cm: float | None = Field(default=None, gt=0, description="peak ground displacement, cm")
+    b_over_h: float = Field(gt=0, description="slenderness of the block whose outcome is stated, one of the study's")
+    overturns: bool = Field(description="whether the block overturns")
+
+
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]*$")]
 Slenderness = Annotated[float, Field(gt=0, le=10)]
 Height = Annotated[Metre, Field(gt=0, le=100)]
@@ -214,6 +227,9 @@ class Study(_Model):
     variants: dict[Name, Variant] = Field(
         default={}, description="further contact settings by name, each with a cube of its own"
     )
+    published: tuple[Published, ...] = Field(
+        default=(), description="published values; the report compares the study with them"
+    )
 
     @field_validator("b_over_h", "height", "friction", mode="before")
     @classmethod
@@ -231,6 +247,17 @@ class Study(_Model):
     def _nominal_is_taken(self) -> Self:
         if "nominal" in self.variants:
             raise ValueError("variants: the name nominal is that of the study's own contact; choose another")
+        return self
+
+    @model_validator(mode="after")
+    def _published_is_computed(self) -> Self:
+        for row in self.published:
+            if row.record not in self.records.use:
+                raise ValueError(f"published: record {row.record!r} is not in records.use")
+            if row.azimuth not in self.azimuth.values():
+                raise ValueError(f"published: azimuth {row.azimuth:g} is not computed; add it to azimuth.also")
+            if row.b_over_h not in self.b_over_h:
+                raise ValueError(f"published: B/H {row.b_over_h:g} is not computed; add it to b_over_h")
         return self
 
     @property

@@ -1,0 +1,1 @@
+"""The distinct element method for scenes of any convex polygons."""

@@ -1,0 +1,260 @@
+"""Many cases of a scene under one motion: planned, shared out to threads, collected in their own order."""
+
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.dem.cases import AFTERMATH, BUDGET, ENERGY_BOUND, QUEUE, Cases, Progress
+from overturning.dem.polygon.prepare import Prepared, kernel_column, kernel_rules, kernel_shapes, prepare
+from overturning.dem.polygon.scene import Scene
+from overturning.dem.quiet import quiet_windows
+from overturning.dem.status import Status
+from overturning.dem.time_step import Scheme, steps_per_sample
+from overturning.dem.variables import INT8_MISSING
+from overturning.errors import ArgumentError
+from overturning.motion.motion import Motion
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SceneResults:
+    """What came of each case.
+
+    Attributes
+    ----------
+    overturned, overturning_time, peak_rotation, peak_slip, residual_slip : ndarray, shape (n, free elements)
+        As in `overturning.dem.cases.CaseResults`, of each free element; α is that of the element alone on what it
+        stands on, slip is relative to it.
+    status : ndarray of int8, shape (n,)
+        A `Status`.
+    peak_penetration, energy_error : ndarray of float32, shape (n,)
+        Of the whole scene; m, and the residual over the larger of input and the least energy to overturn an element.
+    block_steps : ndarray of int64, shape (n,)
+        Steps computed, times free elements.
+    """
+
+    overturned: NDArray[np.int8]
+    status: NDArray[np.int8]
+    overturning_time: NDArray[np.float32]
+    peak_rotation: NDArray[np.float32]
+    peak_slip: NDArray[np.float32]
+    residual_slip: NDArray[np.float32]
+    peak_penetration: NDArray[np.float32]
+    energy_error: NDArray[np.float32]
+    block_steps: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class ScenePlan:
+    """How each case of a scene is to be computed: functions of the case and its record alone."""
+
+    variants: list[Prepared]
+    variant: NDArray[np.int64]
+    row: NDArray[np.int64]
+    ground: FloatArray
+    upward: FloatArray
+    steps: NDArray[np.int64]
+    table: FloatArray
+    never: NDArray[np.bool_]
+    layout: NDArray[np.int64]
+    sizes: NDArray[np.int64]
+    shapes: FloatArray
+    initial: FloatArray
+    rules: FloatArray
+    limits: FloatArray
+
+    @property
+    def gravity(self) -> float:
+        """Acceleration of gravity, m/s²."""
+        return self.variants[0].scene.gravity
+
+    def run(
+        self, motion: Motion, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: FloatArray
+    ) -> tuple[FloatArray, FloatArray, int]:
+        """Run cases with the same number of steps per sample; results per case, per element, rows of the path."""
+        from overturning.dem.polygon import kernel as k
+
+        out = np.zeros((chosen.size, k.RESULTS))
+        each = np.zeros((chosen.size, self.sizes.size, k.ELEMENT_RESULTS))
+        noted = k.run_queue(
+            np.arange(chosen.size), np.ascontiguousarray(self.table[chosen]), self.row[chosen], self.variant[chosen],
+            self.initial, self.layout, self.sizes, self.shapes, self.rules, self.limits, self.ground, self.upward,
+            motion.samples, motion.sampling_interval, int(self.steps[chosen[0]]), self.gravity, BUDGET, counter, path,
+            out, each,
+        )  # fmt: skip
+        return out, each, int(noted)
+
+
+def plan_scene(
+    scene: Scene, motion: Motion, cases: Cases, *, time_step: float | str = "auto", leave_out: bool = True
+) -> ScenePlan:
+    """Check the arguments and work out what each case needs."""
+    from overturning.dem.polygon import kernel as k
+
+    if np.asarray(cases.initial_tilt).any():
+        raise ArgumentError("initial_tilt: a scene starts at rest; rotate an element in the scene file instead")
+    keys = np.stack([np.asarray(cases.height), np.asarray(cases.b_over_h), np.asarray(cases.damping_factor)], axis=1)
+    distinct, variant = np.unique(keys, axis=0, return_inverse=True)
+    variant = variant.reshape(-1)
+    variants = [prepare(scene, float(height), float(ratio)) for height, ratio, _ in distinct]
+    if len({tuple(item.pairs) for item in variants}) != 1:
+        raise ArgumentError(f"scene {scene.name}: different elements can meet at different sizes; sweep them apart")
+    azimuths, row = np.unique(np.asarray(cases.azimuth_deg), return_inverse=True)
+    ground = np.zeros((azimuths.size, motion.samples + 3))
+    for index, azimuth in enumerate(azimuths):
+        ground[index, : motion.samples] = motion.along(float(azimuth))
+    stable = np.array([_stable(item, factor) for item, (_, _, factor) in zip(variants, distinct, strict=True)])
+    steps = steps_per_sample(Scheme.CUNDALL, time_step, stable, motion.sampling_interval)[variant]
+    samples = motion.samples
+    radius = np.array([item.radius for item in variants])[variant]
+    # 20/p with p = √(3g/4R).
+    period = np.sqrt(radius / (0.75 * scene.gravity))
+    after = samples + np.ceil(AFTERMATH * period / motion.sampling_interval)
+    table = np.zeros((cases.size, k.PARAMETERS))
+    table[:, k.P_AMPLITUDE], table[:, k.P_FRICTION] = cases.amplitude, cases.friction
+    table[:, k.P_DAMPING], table[:, k.P_AFTER] = cases.damping_factor, after
+    never = np.zeros(cases.size, np.bool_)
+    table[:, k.P_CALM] = np.inf
+    if leave_out:
+        rocking = np.array([item.threshold for item in variants])[variant]
+        friction = np.array([item.fixed_friction for item in variants])[variant]
+        swept = np.array([item.swept_friction for item in variants])[variant]
+        friction = np.where(swept, np.minimum(friction, np.asarray(cases.friction)), friction)
+        first, calm, never = quiet_windows(
+            motion, row, np.asarray(cases.amplitude), ground[:, :samples], np.minimum(rocking, friction)
+        )
+        moving = np.minimum(rocking, friction) <= 0
+        first[moving], never[moving] = 0, False
+        table[:, k.P_FIRST], table[:, k.P_CALM] = first, np.where(moving, np.inf, calm)
+    upward = np.zeros(0) if motion.up is None else np.concatenate([motion.up, np.zeros(3)])
+    shaped = [kernel_shapes(item) for item in variants]
+    ruled = [kernel_rules(item) for item in variants]
+    return ScenePlan(
+        variants, variant, row, ground, upward, steps, table, never,
+        np.array(variants[0].pairs, dtype=np.int64).reshape(-1, 2), shaped[0][0],
+        np.stack([shapes for _, shapes in shaped]), np.stack([kernel_column(item) for item in variants]),
+        np.stack([rules for rules, _ in ruled]), np.stack([limits for _, limits in ruled]),
+    )  # fmt: skip
+
+
+def _stable(prepared: Prepared, damping_factor: float) -> float:
+    if damping_factor == 1.0:
+        return prepared.stable
+    from dataclasses import replace
+
+    from overturning.dem.polygon.statics import stable_step
+
+    return stable_step(
+        prepared.placed, prepared.pairs, replace(prepared.laws, dashpot=prepared.laws.dashpot * damping_factor)
+    )
+
+
+def run_scene_cases(
+    scene: Scene,
+    motion: Motion,
+    cases: Cases,
+    *,
+    time_step: float | str = "auto",
+    leave_out: bool = True,
+    threads: int = 1,
+    progress: Progress | None = None,
+) -> SceneResults:
+    """Run cases of a scene under one motion with the general kernel.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    motion : Motion
+        The ground's.
+    cases : Cases
+        `height` and `b_over_h` are those of the scene's reference element, `friction` that of every contact law
+        without one.
+    time_step : float or str
+        Largest step, s; "auto"; or a fraction of the stable step such as "0.25 stable".
+    leave_out : bool
+        Leave out cases below the thresholds of rocking and sliding, and the time before and after anything can move.
+    threads : int
+        The bits do not depend on it.
+    progress : callable, optional
+        Called now and then with the element steps done and those expected.
+
+    Returns
+    -------
+    SceneResults
+        In the order of the cases.
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is outside its bounds, or the time step is not stable.
+    """
+    from overturning.dem.polygon import kernel as k
+
+    if threads < 1:
+        raise ArgumentError(f"threads: {threads}; at least 1")
+    how = plan_scene(scene, motion, cases, time_step=time_step, leave_out=leave_out)
+    free = how.variants[0].free
+    results = _empty(cases.size, free.size)
+    counter = np.zeros(1, np.int64)
+    moving = np.flatnonzero(~how.never)
+    length = how.steps[moving] * np.maximum(motion.samples - how.table[moving, k.P_FIRST], 1).astype(np.int64)
+    order = moving[np.lexsort((-length, how.steps[moving]))]
+    total = int(length.sum()) * free.size
+
+    def run(chosen: NDArray[np.int64]) -> None:
+        out, each, _ = how.run(motion, chosen, counter, np.zeros((0, 2 + 6 * how.sizes.size)))
+        _store(results, chosen, out, each[:, free])
+
+    with ThreadPoolExecutor(max_workers=threads) as pool:
+        waiting = {pool.submit(run, chosen) for chosen in _queues(order, how.steps)}
+        while waiting:
+            finished, waiting = wait(waiting, timeout=0.2 if progress else None, return_when=FIRST_COMPLETED)
+            for future in finished:
+                future.result()
+            if progress:
+                progress(min(int(counter[0]), total), total)
+    if progress:
+        progress(total, total)
+    return results
+
+
+def _queues(order: NDArray[np.int64], steps: NDArray[np.int64]) -> list[NDArray[np.int64]]:
+    queues = []
+    for group in np.split(order, np.flatnonzero(np.diff(steps[order])) + 1):
+        if group.size:
+            parts = max(-(-group.size // QUEUE), min(2, group.size // 64))
+            queues += [group[part::parts] for part in range(parts)]
+    return queues
+
+
+def _empty(count: int, elements: int) -> SceneResults:
+    shape = (count, elements)
+    return SceneResults(
+        np.zeros(shape, np.int8), np.full(count, Status.AT_REST, np.int8), np.full(shape, np.nan, np.float32),
+        np.zeros(shape, np.float32), np.zeros(shape, np.float32), np.zeros(shape, np.float32),
+        np.zeros(count, np.float32), np.zeros(count, np.float32), np.zeros(count, np.int64),
+    )  # fmt: skip
+
+
+def _store(results: SceneResults, chosen: NDArray[Any], out: FloatArray, each: FloatArray) -> None:
+    from overturning.dem.polygon import kernel as k
+
+    status = out[:, k.R_STATUS].astype(np.int8)
+    with np.errstate(invalid="ignore", over="ignore"):
+        unbalanced = (status == Status.SIMULATED) & ~(out[:, k.R_ENERGY] <= ENERGY_BOUND)
+        status[unbalanced] = Status.UNSTABLE
+        answered = (status == Status.SIMULATED)[:, None]
+        results.status[chosen] = status
+        results.overturned[chosen] = np.where(answered, each[:, :, k.E_SIDE], INT8_MISSING).astype(np.int8)
+        results.overturning_time[chosen] = np.where(answered, each[:, :, k.E_TIME], np.nan)
+        results.peak_rotation[chosen] = each[:, :, k.E_ANGLE]
+        results.peak_slip[chosen] = each[:, :, k.E_SLIP]
+        results.residual_slip[chosen] = each[:, :, k.E_RESIDUAL]
+        results.peak_penetration[chosen] = out[:, k.R_DEPTH]
+        results.energy_error[chosen] = out[:, k.R_ENERGY]
+    results.block_steps[chosen] = out[:, k.R_STEPS].astype(np.int64) * each.shape[1]

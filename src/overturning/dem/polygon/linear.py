@@ -1,0 +1,84 @@
+"""Small dense linear algebra with the same bits everywhere: LAPACK's depend on the processor, and so would step counts."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+def solve(matrix: FloatArray, right: FloatArray) -> FloatArray | None:
+    """Solve a symmetric positive definite system by elimination with the largest remaining pivot on the diagonal.
+
+    Parameters
+    ----------
+    matrix : ndarray, shape (n, n)
+        Symmetric.
+    right : ndarray, shape (n,)
+        Right-hand side.
+
+    Returns
+    -------
+    ndarray, shape (n,), or None
+        None where the matrix is singular to 1e-12 of its largest diagonal: the structure can move without force.
+    """
+    a, b = matrix.copy(), right.copy()
+    n = b.size
+    largest = float(np.max(np.diag(a))) if n else 0.0
+    order: list[int] = []
+    left = list(range(n))
+    while left:
+        pivot = max(left, key=lambda k: float(a[k, k]))
+        if not a[pivot, pivot] > 1e-12 * largest:
+            return None
+        left.remove(pivot)
+        for k in left:
+            factor = a[k, pivot] / a[pivot, pivot]
+            a[k] = a[k] - factor * a[pivot]
+            b[k] = b[k] - factor * b[pivot]
+        order.append(pivot)
+    x = np.zeros(n)
+    for position in range(n - 1, -1, -1):
+        k = order[position]
+        total = b[k]
+        for other in order[position + 1 :]:
+            total = total - a[k, other] * x[other]
+        x[k] = total / a[k, k]
+    return x
+
+
+def highest_eigenvalue(matrix: FloatArray) -> float:
+    """Largest eigenvalue of a symmetric matrix by Jacobi rotations.
+
+    Parameters
+    ----------
+    matrix : ndarray, shape (n, n)
+        Symmetric.
+
+    Returns
+    -------
+    float
+        To about 1e-12 of itself.
+    """
+    a = matrix.copy()
+    n = len(a)
+    scale = float(np.max(np.abs(a))) if n else 0.0
+    for _ in range(60):
+        worst = 0.0
+        for i in range(n):
+            for k in range(i + 1, n):
+                if abs(a[i, k]) <= 1e-14 * scale:
+                    continue
+                worst = max(worst, abs(float(a[i, k])))
+                ratio = float(a[k, k] - a[i, i]) / (2.0 * float(a[i, k]))
+                t = math.copysign(1.0, ratio) / (abs(ratio) + math.sqrt(ratio * ratio + 1.0))
+                c = 1.0 / math.sqrt(t * t + 1.0)
+                s = t * c
+                row_i, row_k = a[i].copy(), a[k].copy()
+                a[i], a[k] = c * row_i - s * row_k, s * row_i + c * row_k
+                column_i, column_k = a[:, i].copy(), a[:, k].copy()
+                a[:, i], a[:, k] = c * column_i - s * column_k, s * column_i + c * column_k
+        if worst == 0.0:
+            break
+    return float(np.max(np.diag(a))) if n else 0.0

@@ -1,0 +1,315 @@
+"""The functions users call: a grid of cases of a scene, and the paths of its elements in one case."""
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from overturning.dem.cases import Cases, Progress, check_count
+from overturning.dem.contact import Contact
+from overturning.dem.polygon.cases import plan_scene, run_scene_cases
+from overturning.dem.polygon.geometry import place
+from overturning.dem.polygon.prepare import prepare
+from overturning.dem.polygon.scene import Scene
+from overturning.dem.simulate import opposite_azimuths, simulate_arrays
+from overturning.dem.status import Status
+from overturning.dem.variables import INT8_MISSING, VARIABLES
+from overturning.errors import ArgumentError
+from overturning.motion.motion import Motion
+from overturning.units import STANDARD_GRAVITY
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FloatArray = NDArray[np.float64]
+
+PER_ELEMENT: Final = ("overturned", "overturning_time", "peak_rotation", "peak_slip", "residual_slip")
+"""Variables that have the dimension `element` where a scene has more than one free element."""
+
+_ODD: Final = ("overturned", "residual_slip")
+SCHEME: Final = "cundall"
+
+
+def native_size(scene: Scene) -> tuple[float, float]:
+    """Height (m) and B/H of a scene's reference element as the file gives it."""
+    shape = next(item.shape for item in place(scene) if item.element.name == scene.reference_name)
+    return shape.height, shape.width / shape.height
+
+
+def is_block(scene: Scene) -> bool:
+    """Whether a scene is one upright free rectangle in the middle of a driven one: the fast kernel's scene."""
+    if len(scene.elements) != 2 or scene.gravity != STANDARD_GRAVITY:
+        return False
+    ground, block = scene.elements
+    return (
+        ground.kind == "driven"
+        and block.kind == "free"
+        and ground.vertices is None
+        and block.vertices is None
+        and ground.rotation_deg == block.rotation_deg == 0
+        and block.fallen_rotation_deg == 90
+        and block.fallen_drop is None
+        and block.at[0] == ground.at[0]
+        and (ground.width or 0) > 20 * max(block.width or 0, block.height or 0)
+    )
+
+
+def block_contact(scene: Scene) -> Contact:
+    """The contact of a two-rectangle scene as the fast kernel takes it."""
+    ground, block = scene.elements
+    law = scene.law(ground, block)
+    return Contact(
+        stiffness=law.stiffness,
+        stiffness_ratio=law.stiffness_ratio,
+        damping_ratio=law.damping_ratio,
+        damping=law.damping,
+        static_penetration=law.static_penetration,
+    )
+
+
+def simulate_scene_arrays(
+    scene: Scene,
+    motion: Motion,
+    *,
+    azimuth_deg: ArrayLike,
+    height: ArrayLike | None = None,
+    b_over_h: ArrayLike | None = None,
+    friction: ArrayLike = 1.0,
+    scheme: str | None = None,
+    time_step: float | str = "auto",
+    leave_out: bool = True,
+    threads: int = 1,
+    progress: Progress | None = None,
+    general: bool = False,
+) -> dict[str, NDArray[Any]]:
+    """Simulate every combination of azimuth, size, slenderness and friction of a scene under one motion.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    motion : Motion
+        The ground's.
+    azimuth_deg : array_like, shape (a,)
+        Degrees clockwise from north.
+    height, b_over_h : array_like, shape (h,), (b,), optional
+        Height (m) and slenderness of the reference element; the scene's own where not given. All lengths scale with
+        the height; the slenderness changes the reference element's width alone.
+    friction : array_like, shape (f,)
+        µ of every contact law without one.
+    scheme : str, optional
+        Integration scheme; the general kernel has "cundall".
+    time_step, leave_out, threads, progress
+        As in `overturning.dem.simulate.simulate_arrays`.
+    general : bool
+        Take the general kernel where the fast one would do.
+
+    Returns
+    -------
+    dict of ndarray, shape (a, h, b, f) or (a, h, b, f, elements)
+        The cube's variables by name and ``block_steps``. The last dimension, the free elements in the scene's order,
+        is there for `PER_ELEMENT` where the scene has more than one.
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is outside its bounds, or the time step is not stable.
+    """
+    own_height, own_ratio = native_size(scene)
+    axes = [
+        _axis("azimuth_deg", azimuth_deg),
+        _axis("height", own_height if height is None else height),
+        _axis("b_over_h", own_ratio if b_over_h is None else b_over_h),
+        _axis("friction", friction),
+    ]
+    if is_block(scene) and not general:
+        law = scene.law(*scene.elements)
+        given = {} if scheme is None else {"scheme": scheme}
+        arrays = simulate_arrays(
+            motion, azimuth_deg=axes[0], height=axes[1], b_over_h=axes[2],
+            friction=axes[3] if law.friction is None else [law.friction],
+            density=scene.materials[scene.elements[1].material].density, contact=block_contact(scene),
+            time_step=time_step, leave_out=leave_out, threads=threads, progress=progress, **given,
+        )  # fmt: skip
+        whole = tuple(axis.size for axis in axes)
+        return {name: np.broadcast_to(values, whole).copy() for name, values in arrays.items()}
+    if scheme not in (None, SCHEME):
+        raise ArgumentError(f"scheme: {scheme!r}; scenes of polygons have {SCHEME!r} only")
+    check_count(int(np.prod([float(axis.size) for axis in axes])))
+    symmetric = all(prepare(scene, h, b).symmetric for h in axes[1].tolist() for b in axes[2].tolist())
+    opposite = opposite_azimuths(axes[0]) if leave_out and symmetric else np.full(axes[0].size, -1, np.int64)
+    computed = np.flatnonzero(opposite < 0)
+    grid = np.meshgrid(axes[0][computed], *axes[1:], indexing="ij")
+    found = run_scene_cases(
+        scene, motion, Cases(*(values.ravel() for values in grid)), time_step=time_step, leave_out=leave_out,
+        threads=threads, progress=progress,
+    )  # fmt: skip
+    place_of = np.searchsorted(computed, np.where(opposite < 0, np.arange(opposite.size), opposite))
+    shape = (computed.size, *(axis.size for axis in axes[1:]))
+    mirrored = opposite >= 0
+    arrays = {}
+    for name in (*(variable.name for variable in VARIABLES if variable.name != "mirrored"), "block_steps"):
+        values = getattr(found, name)
+        values = values.reshape(*shape, *values.shape[1:])[place_of]
+        if name in _ODD:
+            turned = values[mirrored]
+            stays = (turned == 0) | (turned == INT8_MISSING if name == "overturned" else False)
+            values[mirrored] = np.where(stays, turned, -turned)
+        elif name == "block_steps":
+            values[mirrored] = 0
+        if name in PER_ELEMENT and len(scene.free) == 1:
+            values = values[..., 0]
+        arrays[name] = values
+    arrays["mirrored"] = np.broadcast_to(mirrored[:, None, None, None], arrays["status"].shape).astype(np.int8)
+    return arrays
+
+
+def simulate_scene(
+    scene: Scene,
+    motion: Motion,
+    *,
+    azimuth_deg: ArrayLike,
+    height: ArrayLike | None = None,
+    b_over_h: ArrayLike | None = None,
+    friction: ArrayLike = 1.0,
+    **options: Any,
+) -> "xr.Dataset":
+    """The same as `simulate_scene_arrays`, as a dataset with named coordinates.
+
+    Returns
+    -------
+    xarray.Dataset
+        The cube's variables over `azimuth`, `height`, `b_over_h`, `friction` and, for those of `PER_ELEMENT` where
+        there is more than one free element, `element`.
+    """
+    import xarray as xr
+
+    own_height, own_ratio = native_size(scene)
+    axes = {
+        "azimuth": (azimuth_deg, "degree", "azimuth, clockwise from north"),
+        "height": (own_height if height is None else height, "m", "height of the reference element"),
+        "b_over_h": (own_ratio if b_over_h is None else b_over_h, "1", "slenderness B/H of the reference element"),
+        "friction": (friction, "1", "friction coefficient"),
+    }
+    arrays = simulate_scene_arrays(
+        scene, motion, azimuth_deg=azimuth_deg, height=height, b_over_h=b_over_h, friction=friction, **options
+    )
+    many = len(scene.free) > 1
+    coordinates: dict[str, Any] = {
+        name: (name, _axis(name, values), {"units": units, "long_name": text})
+        for name, (values, units, text) in axes.items()
+    }
+    if many:
+        coordinates["element"] = ("element", list(scene.free))
+    return xr.Dataset(
+        {
+            variable.name: (
+                (*axes, "element") if many and variable.name in PER_ELEMENT else tuple(axes),
+                arrays[variable.name],
+                dict(variable.attributes),
+            )
+            for variable in VARIABLES
+        },
+        coordinates,
+        {"scene": scene.name},
+    )
+
+
+def scene_trajectory(
+    scene: Scene,
+    motion: Motion,
+    *,
+    azimuth_deg: float,
+    height: float | None = None,
+    b_over_h: float | None = None,
+    friction: float = 1.0,
+    time_step: float | str = "auto",
+    leave_out: bool = True,
+    amplitude: float = 1.0,
+) -> "xr.Dataset":
+    """The paths of all elements in one case, bit-equal to its cell of a sweep by the general kernel.
+
+    Parameters
+    ----------
+    scene, motion, azimuth_deg, height, b_over_h, friction, time_step, leave_out
+        As in `simulate_scene_arrays`, one value each.
+    amplitude : float
+        Factor on the motion.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `time` (the record's samples, and on until the case ends) and `element` (all of them): `x`, `z` (centre,
+        m), `rotation` (rad, positive towards the azimuth), `velocity_x`, `velocity_z` (m/s), `angular_velocity`
+        (rad/s), in the frame of the base; `ground_acceleration` over `time` (m/s²); `vertices` (element, vertex, xz;
+        about the centre, NaN beyond an element's last), `kind` and `sample` (0 before the first computed one).
+        The attributes hold the cell's outcome, per free element where it is so.
+    """
+    import xarray as xr
+
+    from overturning.dem.polygon import kernel as k
+
+    own_height, own_ratio = native_size(scene)
+    size, ratio = (own_height if height is None else height), (own_ratio if b_over_h is None else b_over_h)
+    case = Cases([azimuth_deg], [size], [ratio], [friction], [amplitude])
+    how = plan_scene(scene, motion, case, time_step=time_step, leave_out=leave_out)
+    prepared = how.variants[0]
+    count = len(prepared.placed)
+    first, last = int(how.table[0, k.P_FIRST]), int(how.table[0, k.P_AFTER])
+    path = np.zeros((last - first + 3, 2 + 6 * count))
+    noted, out, each = 0, np.full((1, k.RESULTS), float(Status.AT_REST)), np.zeros((1, count, k.ELEMENT_RESULTS))
+    if not how.never[0]:
+        out, each, noted = how.run(motion, np.zeros(1, np.int64), np.zeros(1, np.int64), path)
+    quiet = np.zeros((first if noted else motion.samples, 2 + 6 * count))
+    quiet[:, k.T_TIME] = np.arange(len(quiet)) * motion.sampling_interval
+    quiet[:, k.T_GROUND] = how.ground[0, : len(quiet)] * amplitude
+    for index, item in enumerate(prepared.placed):
+        rest = np.array([item.x, item.z, 0.0]) + prepared.displacement[index]
+        quiet[:, 2 + 6 * index : 5 + 6 * index] = rest
+    path = np.concatenate([quiet, path[:noted]])
+    poses = path[:, 2:].reshape(len(path), count, 6)
+    most = max(len(item.shape.vertices) for item in prepared.placed)
+    vertices = np.full((count, most, 2), np.nan)
+    for index, item in enumerate(prepared.placed):
+        vertices[index, : len(item.shape.vertices)] = item.shape.vertices
+    names = {
+        "x": (k.T_X, "m", "centre towards the azimuth, in the frame of the base"),
+        "z": (k.T_Z, "m", "height of the centre"),
+        "rotation": (k.T_ANGLE, "rad", "rotation, positive towards the azimuth"),
+        "velocity_x": (k.T_VX, "m s-1", "velocity towards the azimuth, relative to the base"),
+        "velocity_z": (k.T_VZ, "m s-1", "upward velocity"),
+        "angular_velocity": (k.T_VW, "rad s-1", "angular velocity"),
+    }
+    free = prepared.free
+    variables: dict[str, Any] = {
+        name: (("time", "element"), poses[:, :, column], {"units": units, "long_name": text})
+        for name, (column, units, text) in names.items()
+    }
+    variables["ground_acceleration"] = (
+        "time", path[:, k.T_GROUND], {"units": "m s-2", "long_name": "acceleration of the base towards the azimuth"},
+    )  # fmt: skip
+    variables["vertices"] = (
+        ("element", "vertex", "xz"), vertices, {"units": "m", "long_name": "vertices about the centre, counter-clockwise"},
+    )  # fmt: skip
+    variables["kind"] = ("element", [item.element.kind for item in prepared.placed])
+    return xr.Dataset(
+        variables,
+        {
+            "time": ("time", path[:, k.T_TIME], {"units": "s", "long_name": "time after the record's start"}),
+            "element": ("element", [item.element.name for item in prepared.placed]),
+        },
+        {
+            "scene": scene.name, "status": int(out[0, k.R_STATUS]), "free": list(scene.free),
+            "overturned": each[0, free, k.E_SIDE].astype(int).tolist(),
+            "overturning_time": each[0, free, k.E_TIME].tolist(),
+            "peak_rotation": each[0, free, k.E_ANGLE].tolist(),
+            "azimuth_deg": azimuth_deg, "height": size, "b_over_h": ratio, "friction": friction,
+        },
+    )  # fmt: skip
+
+
+def _axis(name: str, values: ArrayLike) -> FloatArray:
+    axis = np.atleast_1d(np.asarray(values, dtype=np.float64))
+    if axis.ndim != 1 or axis.size == 0:
+        raise ArgumentError(f"{name}: shape {axis.shape}; give a row of at least one value")
+    return axis

@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.cases import AFTERMATH, BUDGET, ENERGY_BOUND, QUEUE, Cases, Progress
+from overturning.dem.blocks import Cases
+from overturning.dem.cases import BUDGET, ENERGY_BOUND, QUEUE, Progress
+from overturning.dem.plan import AFTERMATH
 from overturning.dem.polygon.prepare import Prepared, kernel_column, kernel_rules, kernel_shapes, prepare
 from overturning.dem.polygon.scene import Scene
 from overturning.dem.quiet import quiet_windows
@@ -107,8 +109,9 @@ def plan_scene(
     ground = np.zeros((azimuths.size, motion.samples + 3))
     for index, azimuth in enumerate(azimuths):
         ground[index, : motion.samples] = motion.along(float(azimuth))
-    stable = np.array([_stable(item, factor) for item, (_, _, factor) in zip(variants, distinct, strict=True)])
-    steps = steps_per_sample(Scheme.CUNDALL, time_step, stable, motion.sampling_interval)[variant]
+    square = np.array([item.square for item in variants])
+    rate = np.array([item.rate for item in variants]) * distinct[:, 2]
+    steps = steps_per_sample(Scheme.CUNDALL, time_step, square, rate, motion.sampling_interval)[variant]
     samples = motion.samples
     radius = np.array([item.radius for item in variants])[variant]
     # 20/p with p = √(3g/4R).
@@ -139,18 +142,6 @@ def plan_scene(
         np.stack([shapes for _, shapes in shaped]), np.stack([kernel_column(item) for item in variants]),
         np.stack([rules for rules, _ in ruled]), np.stack([limits for _, limits in ruled]),
     )  # fmt: skip
-
-
-def _stable(prepared: Prepared, damping_factor: float) -> float:
-    if damping_factor == 1.0:
-        return prepared.stable
-    from dataclasses import replace
-
-    from overturning.dem.polygon.statics import stable_step
-
-    return stable_step(
-        prepared.placed, prepared.pairs, replace(prepared.laws, dashpot=prepared.laws.dashpot * damping_factor)
-    )
 
 
 def run_scene_cases(

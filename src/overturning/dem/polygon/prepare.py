@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from overturning.dem.cases import DEEPEST
 from overturning.dem.polygon.geometry import End, Placed, common_stretch, pairs_of, place
 from overturning.dem.polygon.scene import Scene
-from overturning.dem.polygon.statics import Laws, contact_laws, rest, stable_step
+from overturning.dem.polygon.statics import Laws, contact_laws, highest_modes, rest
 
 FloatArray = NDArray[np.float64]
 
@@ -35,8 +35,8 @@ class Prepared:
         Loaded ends at rest and the stretch of their tangential springs, m.
     at_rest : bool
         Whether the scene rests by itself.
-    stable : float
-        Stable time step, s.
+    square, rate : float
+        Largest eigenvalues of springs (1/s²) and dashpots (1/s).
     threshold : float
         Horizontal acceleration over g below which nothing can start to rock; 0 where it is not known.
     fixed_friction : float
@@ -62,7 +62,8 @@ class Prepared:
     displacement: FloatArray
     springs: list[tuple[int, int, float]]
     at_rest: bool
-    stable: float
+    square: float
+    rate: float
     threshold: float
     fixed_friction: float
     swept_friction: bool
@@ -121,7 +122,7 @@ def prepare(scene: Scene, height: float | None = None, b_over_h: float | None = 
         displacement,
         springs,
         found is not None,
-        stable_step(placed, pairs, laws),
+        *highest_modes(placed, pairs, laws),
         threshold,
         min((mu for mu in frictions if mu >= 0), default=np.inf),
         any(mu < 0 for mu in frictions),

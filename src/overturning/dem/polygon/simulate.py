@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from overturning.dem.cases import Cases, Progress, check_count
+from overturning.dem.blocks import Cases, check_count
+from overturning.dem.cases import Progress
 from overturning.dem.contact import Contact
 from overturning.dem.polygon.cases import plan_scene, run_scene_cases
 from overturning.dem.polygon.geometry import place

@@ -1,31 +1,48 @@
-"""Intensity measures by azimuth: peaks of acceleration, velocity and displacement."""
+"""Intensity measures by azimuth, and of the whole record."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from overturning.errors import ArgumentError
-from overturning.motion.direction import direction_cosines
 from overturning.motion.motion import Motion
+from overturning.motion.rotation import checked_azimuths, cosines_of, largest_along
 from overturning.records.integration import integrate
+from overturning.records.record import Record
 
 if TYPE_CHECKING:
     import xarray
 
-MEASURES = {
+FloatArray = NDArray[np.float64]
+
+PEAKS = {
     "pga": ("m s-2", "peak ground acceleration"),
     "pgv": ("m s-1", "peak ground velocity"),
     "pgd": ("m", "peak ground displacement"),
 }
-"""Unit and long name of each measure."""
+"""Unit and long name of the measures that need no oscillator."""
+
+OTHERS = {
+    "arias": ("m s-1", "Arias intensity"),
+    "cav": ("m s-1", "cumulative absolute velocity"),
+    "duration": ("s", "significant duration, 5 to 95 % of the Arias intensity"),
+    "si20": ("m s-1", "spectrum intensity, damping ratio 0.20"),
+    "si05": ("m s-1", "spectrum intensity, damping ratio 0.05"),
+    "predominant_period": ("s", "period of the largest pseudo-acceleration, damping ratio 0.05"),
+}
+
+MEASURES = PEAKS | OTHERS
+"""Unit and long name of every measure by azimuth."""
+
+PREDOMINANT_PERIODS = np.geomspace(0.04, 4.0, 81)
+"""Periods among which the predominant one is sought, s: 6 % apart."""
 
 
-def peaks_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> dict[str, NDArray[np.float64]]:
+def peaks_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> dict[str, FloatArray]:
     """PGA, PGV and PGD along azimuths, without xarray.
 
     Velocity and displacement come from the trapezoidal rule, starting from rest; integration and rotation commute, so each
-    component is integrated once and no rotated motion outlives its azimuth.
+    component is integrated once.
 
     Parameters
     ----------
@@ -38,16 +55,32 @@ def peaks_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> dict[str, NDArra
     dict of str to ndarray, shape (m,)
         ``pga`` in m/s², ``pgv`` in m/s, ``pgd`` in m.
     """
-    azimuths = checked_azimuths(azimuth_deg)
+    cosines = cosines_of(checked_azimuths(azimuth_deg))
     acceleration = np.stack([motion.north, motion.east])
     velocity = integrate(acceleration, motion.sampling_interval)
     displacement = integrate(velocity, motion.sampling_interval)
-    found = {name: np.empty(azimuths.size) for name in MEASURES}
-    for row, azimuth in enumerate(azimuths):
-        cosines = np.array(direction_cosines(float(azimuth)))
-        for name, pair in zip(MEASURES, (acceleration, velocity, displacement), strict=True):
-            found[name][row] = np.abs(cosines @ pair).max()
-    return found
+    series = zip(PEAKS, (acceleration, velocity, displacement), strict=True)
+    return {name: largest_along(pair, cosines) for name, pair in series}
+
+
+def measures_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> dict[str, FloatArray]:
+    """Every measure of ``MEASURES`` along azimuths, without xarray; see its functions for the definitions.
+
+    The measures of φ and φ + 180° are the same, so half a turn is computed.
+    """
+    from overturning.motion.cumulative import arias_intensity, cumulative_absolute_velocity, significant_duration
+    from overturning.motion.spectra import spectra_by_azimuth, spectrum_intensity
+
+    half, back = np.unique(np.round(checked_azimuths(azimuth_deg) % 180.0, 9), return_inverse=True)
+    found = peaks_by_azimuth(motion, half)
+    found["arias"] = arias_intensity(motion, half)
+    found["cav"] = cumulative_absolute_velocity(motion, half)
+    found["duration"] = significant_duration(motion, half)
+    found["si20"] = spectrum_intensity(motion, half, damping=0.20)
+    found["si05"] = spectrum_intensity(motion, half, damping=0.05)
+    spectra = spectra_by_azimuth(motion, PREDOMINANT_PERIODS, half, points_per_period=24)["acceleration"]
+    found["predominant_period"] = PREDOMINANT_PERIODS[spectra.argmax(axis=0)]
+    return {name: values[back] for name, values in found.items()}
 
 
 def intensity_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> "xarray.Dataset":
@@ -62,28 +95,41 @@ def intensity_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> "xarray.Data
     Returns
     -------
     xarray.Dataset
-        Dimension ``azimuth`` (degrees); variables ``pga`` (m/s²), ``pgv`` (m/s), ``pgd`` (m).
+        Dimension ``azimuth`` (degrees); the variables of ``MEASURES``, with their units.
     """
     import xarray as xr
 
     azimuths = checked_azimuths(azimuth_deg)
     variables = {
         name: ("azimuth", values, {"units": MEASURES[name][0], "long_name": MEASURES[name][1]})
-        for name, values in peaks_by_azimuth(motion, azimuths).items()
+        for name, values in measures_by_azimuth(motion, azimuths).items()
     }
     coordinate = ("azimuth", azimuths, {"units": "degree", "long_name": "azimuth of the motion, clockwise from north"})
     return xr.Dataset(variables, {"azimuth": coordinate})
 
 
-def checked_azimuths(azimuth_deg: ArrayLike) -> NDArray[np.float64]:
-    """Azimuths as a one-dimensional array.
+def record_measures(record: Record) -> dict[str, Any]:
+    """Measures of a whole record, and what processing did to its peaks.
 
-    Raises
-    ------
-    ArgumentError
-        If there are none, or one is not finite.
+    Returns
+    -------
+    dict
+        ``jma_intensity`` (None without a vertical component); ``pga_rotd``, ``pgv_rotd`` (lists of RotD00, 50, 100, m/s² and
+        m/s); ``pga_unprocessed``, ``pgv_unprocessed``, ``pgd_unprocessed`` and ``pga_processed`` … (largest of north and
+        east, SI): the peaks before the first and after the last processing step, None for a record left alone.
     """
-    azimuths = np.atleast_1d(np.asarray(azimuth_deg, dtype=np.float64))
-    if azimuths.ndim != 1 or azimuths.size == 0 or not np.isfinite(azimuths).all():
-        raise ArgumentError("azimuth_deg: give one or more finite numbers of degrees, in one row")
-    return azimuths
+    from overturning.motion.jma_intensity import instrumental_intensity
+    from overturning.motion.spectra import ROTD_AZIMUTHS
+
+    motion = Motion.of(record)
+    peaks = peaks_by_azimuth(motion, ROTD_AZIMUTHS)
+    found: dict[str, Any] = {
+        "jma_intensity": None if motion.up is None else instrumental_intensity(motion),
+        "pga_rotd": np.percentile(peaks["pga"], [0, 50, 100]).tolist(),
+        "pgv_rotd": np.percentile(peaks["pgv"], [0, 50, 100]).tolist(),
+    }
+    for name in PEAKS:
+        effects = [step["effect"][name] for step in record.processing]
+        found[f"{name}_unprocessed"] = effects[0][0] if effects else None
+        found[f"{name}_processed"] = effects[-1][1] if effects else None
+    return found

@@ -69,13 +69,24 @@ def process(record: Record, steps: Sequence[Step] | None) -> Record:
         north, east = (_apply(step, record.north, record), _apply(step, record.east, record))
         up = None if record.up is None else _apply(step, record.up, record)
         interval = step.sampling_interval_s if isinstance(step, Resample) else record.sampling_interval
-        start = _later(record.start, step.start_s) if isinstance(step, Cut) else record.start
+        start = _later(record.start, _shift(step, record.sampling_interval))
         record = replace(record, north=north, east=east, up=up, sampling_interval=interval, start=start)
         after = _horizontal_peaks(record)
         effect = {name: [b, a] for name, b, a in zip(("pga", "pgv", "pgd"), before, after, strict=True)}
         entry: dict[str, Any] = step.model_dump(mode="json") | {"effect": effect}
         record = replace(record, processing=(*record.processing, entry))
     return record
+
+
+def _shift(step: Step, interval: float) -> float:
+    """How much later the record starts after a step, s."""
+    match step:
+        case Cut():
+            return round(step.start_s / interval) * interval
+        case Highpass():
+            return -_pad(step, interval) * interval
+        case _:
+            return 0.0
 
 
 def _horizontal_peaks(record: Record) -> tuple[float, float, float]:
@@ -157,10 +168,17 @@ def _butterworth(samples: FloatArray, step: Highpass | Lowpass, record: Record) 
             f"record {record.record_id}: {step.step}.corner_hz {step.corner_hz:g}; it must lie below the Nyquist frequency {nyquist:g} Hz"
         )
     sections = butter(step.order, step.corner_hz, btype=step.step, fs=1.0 / record.sampling_interval, output="sos")
-    # Zeros of 1.5 n / f_c seconds at each end let the filter ring out (Converse & Brady 1992, BAP).
-    pad = math.ceil(1.5 * step.order / step.corner_hz / record.sampling_interval)
-    padded = np.concatenate([np.zeros(pad), samples, np.zeros(pad)])
-    return np.ascontiguousarray(sosfiltfilt(sections, padded, padtype=None)[pad : pad + samples.size], dtype=np.float64)
+    pad = _pad(step, record.sampling_interval)
+    filtered = sosfiltfilt(sections, np.pad(samples, pad), padtype=None)
+    # A zero-phase high-pass filter acts before the first sample too. Stripped of its pads its output would integrate to a
+    # velocity that drifts (Boore, Sisi & Akkar 2012, BSSA 102, 751-760), so they stay.
+    kept = filtered if isinstance(step, Highpass) else filtered[pad : pad + samples.size]
+    return np.ascontiguousarray(kept, dtype=np.float64)
+
+
+def _pad(step: Highpass | Lowpass, interval: float) -> int:
+    """Zeros at each end in which the filter rings out: 1.5 n / f_c seconds (Converse & Brady 1992, BAP)."""
+    return math.ceil(1.5 * step.order / step.corner_hz / interval)
 
 
 def _boore_2001(samples: FloatArray, step: Baseline, record: Record) -> FloatArray:

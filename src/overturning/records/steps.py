@@ -33,7 +33,11 @@ class Taper(_Step):
 
 
 class Highpass(_Step):
-    """Butterworth high-pass filter, forward and backward (zero phase), ends padded with zeros."""
+    """Butterworth high-pass filter, forward and backward (zero phase).
+
+    Zeros are put before and behind the record, 1.5 n/f_c seconds each, and stay: the filter acts there too, and without them
+    the velocity would drift. The record's start moves accordingly.
+    """
 
     step: Literal["highpass"] = "highpass"
     corner_hz: Annotated[
@@ -43,7 +47,7 @@ class Highpass(_Step):
 
 
 class Lowpass(_Step):
-    """Butterworth low-pass filter, forward and backward (zero phase), ends padded with zeros."""
+    """Butterworth low-pass filter, forward and backward (zero phase); the record keeps its length."""
 
     step: Literal["lowpass"] = "lowpass"
     corner_hz: Annotated[

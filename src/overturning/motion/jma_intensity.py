@@ -1,0 +1,63 @@
+"""JMA instrumental seismic intensity, from three components (JMA notice of 1996)."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.errors import ArgumentError
+from overturning.motion.motion import Motion
+from overturning.units import GAL
+
+DURATION = 0.3
+"""The filtered acceleration is exceeded for this long in all, s."""
+
+
+def amplitude(frequency: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The three filters of the notice: period effect (f^-½), high cut, low cut; 0 at f = 0."""
+    x = frequency / 10.0
+    high_cut = (
+        1.0 + 0.694 * x**2 + 0.241 * x**4 + 0.0557 * x**6 + 0.009664 * x**8 + 0.00134 * x**10 + 0.000155 * x**12
+    ) ** -0.5
+    low_cut = np.sqrt(1.0 - np.exp(-((frequency / 0.5) ** 3)))
+    period_effect = np.zeros_like(frequency)
+    np.divide(1.0, np.sqrt(frequency), out=period_effect, where=frequency > 0)
+    return period_effect * high_cut * low_cut
+
+
+def instrumental_intensity(motion: Motion) -> float:
+    """JMA instrumental intensity I = 2 log₁₀ a₀ + 0.94, a₀ in Gal, before it is rounded for publication.
+
+    a₀ is the largest level that the vector sum of the filtered components reaches or exceeds for 0.3 s in all.
+
+    Parameters
+    ----------
+    motion : Motion
+        With a vertical component: the measure is defined for three.
+
+    Returns
+    -------
+    float
+        −inf for no motion at all.
+
+    Raises
+    ------
+    ArgumentError
+        If there is no vertical component, or the motion is shorter than 0.3 s.
+    """
+    if motion.up is None:
+        raise ArgumentError("motion: no vertical component; the JMA intensity needs three components")
+    count = math.ceil(DURATION / motion.sampling_interval - 1e-9)
+    if motion.samples < count:
+        raise ArgumentError(f"motion: {motion.duration:g} s; the JMA intensity needs at least {DURATION} s")
+    components = np.stack([motion.north, motion.east, motion.up]) / GAL
+    spectrum = np.fft.rfft(components, axis=1)
+    spectrum *= amplitude(np.asarray(np.fft.rfftfreq(motion.samples, motion.sampling_interval), dtype=np.float64))
+    filtered = np.fft.irfft(spectrum, motion.samples, axis=1)
+    level = np.partition(np.sqrt((filtered**2).sum(axis=0)), -count)[-count]
+    return 2.0 * math.log10(level) + 0.94 if level > 0 else -math.inf
+
+
+def reported_intensity(intensity: float) -> float:
+    """The value as JMA publishes it: rounded to two decimals, then cut to one."""
+    return math.floor(math.floor(intensity * 100.0 + 0.5) / 10.0 + 1e-9) / 10.0

@@ -1,0 +1,172 @@
+"""Each step against a known answer: ramps, steps, single sines."""
+
+import math
+
+import numpy as np
+import pytest
+from pydantic import TypeAdapter, ValidationError
+
+from overturning.errors import RecordError
+from overturning.records.integration import integrate
+from overturning.records.processing import Step, default_steps, process
+from overturning.records.record import Record
+from overturning.records.steps import (
+    Baseline,
+    Cut,
+    Detrend,
+    Highpass,
+    Lowpass,
+    RemoveMean,
+    Resample,
+    Scale,
+    Taper,
+)
+
+DT = 0.01
+TIME = np.arange(6000) * DT
+
+
+def record(north, east=None, interval=DT) -> Record:
+    return Record(
+        "r", north, np.zeros_like(north) if east is None else east, None, interval, start="2001-02-03T04:05:06Z"
+    )
+
+
+def sine(frequency: float) -> np.ndarray:
+    return np.sin(2 * np.pi * frequency * TIME) * np.sin(np.pi * TIME / TIME[-1]) ** 2
+
+
+def test_remove_mean_of_the_whole_and_of_the_pre_event_part():
+    north = np.concatenate([np.full(1000, 0.3), np.full(1000, 2.3)])
+    np.testing.assert_allclose(process(record(north), [RemoveMean()]).north, north - 1.3, atol=1e-12)
+    np.testing.assert_allclose(process(record(north), [RemoveMean(first_s=10)]).north, north - 0.3, atol=1e-12)
+
+
+@pytest.mark.parametrize("order", [0, 1, 2, 3])
+def test_detrend_removes_its_polynomial_and_nothing_of_the_next_order(order):
+    polynomial = sum((k + 1) * (TIME / 60) ** k for k in range(order + 1))
+    np.testing.assert_allclose(process(record(polynomial), [Detrend(order=order)]).north, 0, atol=1e-10)
+    left = process(record((TIME / 60) ** (order + 1)), [Detrend(order=order)]).north
+    assert np.abs(left).max() > 1e-3
+
+
+def test_taper_is_half_a_cosine_bell():
+    done = process(record(np.ones(6000)), [Taper(length_s=2)]).north
+    assert done[0] == 0
+    assert done[100] == pytest.approx(0.5)
+    assert (done[200:-200] == 1).all()
+    np.testing.assert_allclose(done, done[::-1], atol=1e-15)
+
+
+@pytest.mark.parametrize("order", [1, 2, 4])
+@pytest.mark.parametrize("frequency", [0.25, 0.5, 1.0, 2.0])
+def test_filters_pass_a_sine_with_the_square_of_butterworth_s_gain_and_no_shift(order, frequency):
+    """|H|² = 1/(1 + (f/f_c)^2n) after two passes; a half at the corner."""
+    ratio = frequency / 0.5
+    for step, gain in (
+        (Lowpass(corner_hz=0.5, order=order), 1 / (1 + ratio ** (2 * order))),
+        (Highpass(corner_hz=0.5, order=order), 1 / (1 + ratio ** (-2 * order))),
+    ):
+        done = process(record(sine(frequency)), [step])
+        pad = (done.north.size - 6000) // 2
+        middle = slice(pad + 2000, pad + 4000)
+        np.testing.assert_allclose(done.north[middle], gain * sine(frequency)[2000:4000], atol=0.03)
+
+
+def test_a_high_pass_filter_leaves_no_drift_and_says_where_it_starts():
+    """An offset and a ramp in acceleration: 18 m of displacement without the filter, millimetres with it."""
+    done = process(record(sine(1.0) + 0.01), [Highpass(corner_hz=0.2, order=2)])
+    velocity = integrate(done.north, DT)
+    displacement = integrate(velocity, DT)
+    assert abs(velocity[-1]) < 1e-4
+    assert abs(displacement[-1]) < 2e-3
+    assert done.start == "2001-02-03T04:04:51Z"  # 1.5 · 2 / 0.2 = 15 s earlier
+    assert done.processing[0]["effect"]["pgd"][0] > 10 * done.processing[0]["effect"]["pgd"][1]
+
+
+def test_boore_2001_takes_away_the_offsets_that_were_put_in():
+    """Offsets of 0.05 m/s² from 20 to 25 s and of 0.002 afterwards: the scheme's own model, so it finds them."""
+    motion = sine(2.0)
+    offset = np.where((TIME >= 20) & (TIME < 25), 0.05, 0.0) + np.where(TIME >= 25, 0.002, 0.0)
+    done = process(record(motion + offset), [Baseline(fit_from_s=55, t1_s=20, t2_s=25)]).north
+    np.testing.assert_allclose(done, motion, atol=2e-4)
+    single = np.where(TIME >= 20, 0.01, 0.0)
+    done = process(record(motion + single), [Baseline(fit_from_s=55)]).north
+    wrong = np.abs(done - motion) > 1e-4
+    assert wrong.sum() <= 10  # the time of the step is found within 0.1 s
+    assert abs(integrate(integrate(done, DT), DT)[-1]) < 0.05 * abs(integrate(integrate(motion + single, DT), DT)[-1])
+
+
+@pytest.mark.parametrize("interval", [0.005, 0.02, 0.008])
+def test_resampling_keeps_a_sine_and_drops_what_the_new_rate_cannot_hold(interval):
+    done = process(record(sine(2.0)), [Resample(sampling_interval_s=interval)])
+    time = np.arange(done.north.size) * interval
+    expected = np.sin(2 * np.pi * 2 * time) * np.sin(np.pi * time / TIME[-1]) ** 2
+    np.testing.assert_allclose(done.north[200:-200], expected[200:-200], atol=2e-3)
+    assert done.sampling_interval == interval
+    if interval > DT:
+        high = process(record(sine(0.8 / (2 * DT))), [Resample(sampling_interval_s=interval)]).north
+        assert np.abs(high).max() < 0.05 or 0.5 / interval > 0.8 / (2 * DT)
+
+
+def test_cut_keeps_the_samples_and_moves_the_start():
+    done = process(record(TIME.copy()), [Cut(start_s=1.5, end_s=3)])
+    np.testing.assert_array_equal(done.north, TIME[150:301])
+    assert done.start == "2001-02-03T04:05:07.5Z"
+
+
+def test_steps_come_in_order_and_are_written_down():
+    done = process(record(np.full(6000, 2.0)), [Scale(factor=3), RemoveMean()])
+    assert [s["step"] for s in done.processing] == ["scale", "remove_mean"]
+    assert done.processing[0]["factor"] == 3
+    assert done.processing[0]["effect"]["pga"] == [2.0, 6.0]
+    assert done.processing[1]["effect"]["pga"] == [6.0, 0.0]
+    twice = process(done, [Scale(factor=1)])
+    assert len(twice.processing) == 3
+
+
+def test_processed_files_are_left_alone_and_raw_ones_are_not():
+    raw = record(sine(1.0) + 1.0)
+    assert [s.step for s in default_steps(raw)] == ["remove_mean", "taper", "highpass"]
+    assert np.abs(process(raw, None).north).max() < 1.1
+    agency = Record("r", raw.north, raw.east, None, DT, extra={"processed": True})
+    assert process(agency, None) is agency
+
+
+@pytest.mark.parametrize(
+    ("step", "words"),
+    [
+        (Lowpass(corner_hz=50), ["lowpass.corner_hz", "50 Hz"]),
+        (Taper(length_s=40), ["taper.length_s", "half"]),
+        (Cut(start_s=70), ["cut", "59.99"]),
+        (Cut(end_s=61), ["cut", "59.99"]),
+        (RemoveMean(first_s=100), ["remove_mean.first_s"]),
+        (Resample(sampling_interval_s=math.e / 300), ["resample.sampling_interval_s"]),
+        (Baseline(fit_from_s=59.95), ["baseline.fit_from_s"]),
+    ],
+)
+def test_a_step_that_does_not_fit_the_record_is_named(step, words):
+    with pytest.raises(RecordError) as problem:
+        process(record(TIME.copy()), [step])
+    for word in ["record r", *words]:
+        assert word in str(problem.value)
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        {"step": "bandpass"},
+        {"step": "highpass"},
+        {"step": "highpass", "corner_hz": 0},
+        {"step": "highpass", "corner": 1},
+        {"step": "baseline", "fit_from_s": 10, "t1_s": 5},
+        {"step": "baseline", "fit_from_s": 10, "t1_s": 7, "t2_s": 5},
+        {"step": "baseline", "scheme": "mine", "fit_from_s": 10},
+        {"step": "cut", "start_s": 5, "end_s": 4},
+        {"step": "taper", "length_s": -1},
+        {"step": "detrend", "order": 9},
+    ],
+)
+def test_senseless_steps_are_refused_by_the_config(data):
+    with pytest.raises(ValidationError):
+        TypeAdapter(Step).validate_python(data)

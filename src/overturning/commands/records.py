@@ -49,3 +49,51 @@ def check(
     typer.echo(f"{read} read, {len(findings) - read} refused")
     if read < len(findings):
         raise typer.Exit(1)
+
+
+fetch = typer.Typer(rich_markup_mode=None, no_args_is_help=True, help="Fetch records into a folder, checked and whole.")
+app.add_typer(fetch, name="fetch")
+
+Folder = Annotated[Path, typer.Option(help="where files go; what is there already is not fetched again")]
+RESOURCES = Path("resources/records")
+
+
+@fetch.command()
+def url(
+    address: Annotated[str, typer.Argument(help="http or https, without credentials")],
+    sha256: Annotated[str, typer.Option(help="SHA-256 of the file")],
+    folder: Folder = RESOURCES,
+    name: Annotated[str, typer.Option(help="file name; default: as the address ends")] = "",
+    timeout: Annotated[float, typer.Option(help="longest silence of the server, s")] = 30.0,
+) -> None:
+    """Fetch a file by address and hash.
+
+    Credentials come from OVERTURNING_FETCH_USER and OVERTURNING_FETCH_PASSWORD in the environment.
+    """
+    from overturning.records.download import fetch_url
+
+    typer.echo(fetch_url(address, sha256, folder, name=name or None, timeout=timeout))
+
+
+@fetch.command()
+def fdsn(
+    server: Annotated[str, typer.Argument(help="address of FDSN services, or a name that obspy knows")],
+    network: Annotated[str, typer.Option(help="network code")],
+    station: Annotated[str, typer.Option(help="station code")],
+    channel: Annotated[str, typer.Option(help="channel codes; HN? is an accelerometer's three")] = "HN?",
+    location: Annotated[str, typer.Option(help="location code")] = "*",
+    start: Annotated[str, typer.Option(help="start of the window, UTC: 2016-11-13T11:02:00")] = "",
+    end: Annotated[str, typer.Option(help="end of the window, UTC")] = "",
+    event: Annotated[str, typer.Option(help="event id of the server instead of a window")] = "",
+    before: Annotated[float, typer.Option(help="seconds before the event's origin")] = 30.0,
+    after: Annotated[float, typer.Option(help="seconds after it")] = 270.0,
+    folder: Folder = RESOURCES,
+    timeout: Annotated[float, typer.Option(help="longest wait for an answer, s")] = 60.0,
+) -> None:
+    """Fetch waveforms and StationXML from FDSN web services, then say what they are."""
+    from overturning.records.check import check_paths, describe
+    from overturning.records.fdsn import Request, fetch_fdsn
+
+    request = Request(server, network, station, location, channel, start, end, event, before, after)
+    for finding in check_paths(fetch_fdsn(request, folder, timeout=timeout)):
+        typer.echo(describe(finding))

@@ -1,0 +1,364 @@
+"""Fetching from a small server on the loopback address that also fails, stalls and lies."""
+
+import hashlib
+import io
+import threading
+from collections.abc import Iterator
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from urllib.parse import parse_qs, urlsplit
+
+import numpy as np
+import obspy
+import pytest
+from seed_writers import START, trace, write_inventory
+
+from overturning.errors import ArgumentError, MissingDataError, RecordError
+from overturning.records import download
+from overturning.records.download import fetch_url
+from overturning.records.fdsn import Request, fetch_fdsn
+from overturning.records.read import read_path
+
+BODY = bytes(range(256)) * 2000
+HASH = hashlib.sha256(BODY).hexdigest()
+COUNTS = [np.arange(-500, 500, dtype=np.int32) * k for k in (1, 2, 3)]
+
+
+def mseed() -> bytes:
+    stream = obspy.Stream([trace(c, code) for c, code in zip(COUNTS, ("HNN", "HNE", "HNZ"), strict=True)])
+    buffer = io.BytesIO()
+    stream.write(buffer, format="MSEED")
+    return buffer.getvalue()
+
+
+WADL = (
+    '<application xmlns="http://wadl.dev.java.net/2009/02"><resources base="{}"><resource path="query">'
+    '<method name="GET" id="query"><request>{}</request></method></resource></resources></application>'
+)
+PARAMETERS = {
+    "dataselect": "network station location channel starttime endtime",
+    "station": "network station location channel starttime endtime level minlatitude maxlatitude minlongitude maxlongitude",
+    "event": "eventid starttime endtime minlatitude maxlatitude minlongitude maxlongitude mindepth maxdepth minmagnitude maxmagnitude orderby",
+}
+
+
+class Server(ThreadingHTTPServer):
+    daemon_threads = True
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(("127.0.0.1", 0), Handler)
+        self.seen: list[tuple[str, str]] = []
+        self.mode: dict[str, list[str]] = {}
+        self.files = {
+            "dataselect": mseed(),
+            "station": write_inventory(
+                folder / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0), "HNZ": (0.0, -90.0)}
+            ).read_bytes(),
+        }
+        event = obspy.core.event.Event(origins=[obspy.core.event.Origin(time=START + 2)])
+        buffer = io.BytesIO()
+        obspy.core.event.Catalog([event]).write(buffer, format="QUAKEML")
+        self.files["event"] = buffer.getvalue()
+        self.released = threading.Event()
+
+    @property
+    def address(self) -> str:
+        return f"http://127.0.0.1:{self.server_address[1]}"
+
+    def next_mode(self, what: str) -> str:
+        modes = self.mode.get(what, [])
+        return modes.pop(0) if modes else "good"
+
+
+class Handler(BaseHTTPRequestHandler):
+    server: Server
+    protocol_version = "HTTP/1.1"
+
+    def log_message(self, *args: object) -> None:
+        pass
+
+    def do_GET(self) -> None:
+        parts = urlsplit(self.path)
+        self.server.seen.append((parts.path, self.headers.get("Range", "")))
+        if not parts.path.startswith("/fdsnws/"):
+            self.answer(self.server.next_mode("file"), BODY)
+            return
+        _, _, service, _, method = parts.path.split("/")
+        if method == "application.wadl":
+            names = PARAMETERS[service].split()
+            self.send(
+                200,
+                WADL.format(
+                    service, "".join(f'<param name="{n}" style="query" type="xs:string"/>' for n in names)
+                ).encode(),
+            )
+        elif method == "query":
+            assert parse_qs(parts.query)
+            self.answer(self.server.next_mode(service), self.server.files[service])
+        else:
+            self.send(200, b"<Catalogs></Catalogs>" if method == "catalogs" else b"<Contributors></Contributors>")
+
+    def answer(self, mode: str, body: bytes) -> None:
+        first = 0
+        if mode != "no ranges" and (wanted := self.headers.get("Range")):
+            first = int(wanted.removeprefix("bytes=").removesuffix("-"))
+        match mode:
+            case "good" | "no ranges":
+                self.send(
+                    206 if first else 200,
+                    body[first:],
+                    {"Content-Range": f"bytes {first}-{len(body) - 1}/{len(body)}"} if first else {},
+                )
+            case "503" | "500" | "404" | "401" | "403" | "204" | "400":
+                self.send(int(mode), b"" if mode == "204" else b"trouble")
+            case "cut" | "stall":
+                self.send_response(206 if first else 200)
+                self.send_header("Content-Length", str(len(body) - first))
+                if first:
+                    self.send_header("Content-Range", f"bytes {first}-{len(body) - 1}/{len(body)}")
+                self.end_headers()
+                self.wfile.write(body[first : first + (len(body) - first) // 2])
+                self.wfile.flush()
+                if mode == "stall":
+                    self.server.released.wait(5)
+                self.close_connection = True
+            case "cut without length":
+                self.send_response(200)
+                self.send_header("Connection", "close")
+                self.end_headers()
+                self.wfile.write(body[: len(body) // 2 - 7])
+                self.close_connection = True
+            case "page":
+                self.send(200, b"<!DOCTYPE html><html>Please sign in</html>")
+            case "lie":
+                self.send(200, body[::-1])
+            case "empty":
+                self.send(200, b"")
+
+    def send(self, status: int, body: bytes, headers: dict[str, str] | None = None) -> None:
+        self.send_response(status)
+        if status != 204:
+            self.send_header("Content-Length", str(len(body)))
+        for name, value in (headers or {}).items():
+            self.send_header(name, value)
+        self.end_headers()
+        self.wfile.write(body)
+
+
+@pytest.fixture
+def server(tmp_path: Path) -> Iterator[Server]:
+    (tmp_path / "server").mkdir()
+    one = Server(tmp_path / "server")
+    thread = threading.Thread(target=one.serve_forever, kwargs={"poll_interval": 0.02}, daemon=True)
+    thread.start()
+    yield one
+    one.released.set()
+    one.shutdown()
+    one.server_close()
+    thread.join(5)
+
+
+def get(server: Server, folder: Path, **more):
+    options = {"timeout": 0.4, "wait": 0.01} | more
+    return fetch_url(f"{server.address}/a/x.bin", HASH, folder, **options)
+
+
+def files(folder: Path) -> list[str]:
+    return sorted(p.name for p in folder.iterdir()) if folder.exists() else []
+
+
+def test_a_file_comes_whole_and_only_once(server, tmp_path):
+    folder = tmp_path / "got"
+    path = get(server, folder)
+    assert path.read_bytes() == BODY
+    assert get(server, folder) == path
+    assert len(server.seen) == 1
+    assert files(folder) == ["x.bin"]
+
+
+@pytest.mark.parametrize("trouble", ["503", "500", "cut", "stall"])
+def test_trouble_on_the_way_is_met_by_another_try(server, tmp_path, trouble):
+    server.mode["file"] = [trouble, trouble]
+    assert get(server, tmp_path / "got").read_bytes() == BODY
+    assert len(server.seen) == 3
+
+
+def test_what_has_come_is_not_asked_for_again(server, tmp_path):
+    server.mode["file"] = ["cut", "cut"]
+    get(server, tmp_path / "got")
+    begins = [int(r.removeprefix("bytes=").removesuffix("-") or 0) for _, r in server.seen]
+    # Up to a block of what had come may be lost with the connection.
+    assert begins[0] == 0 < len(BODY) // 2 - download.BLOCK <= begins[1] < begins[2]
+
+
+def test_a_later_run_continues_where_an_earlier_one_gave_up(server, tmp_path):
+    server.mode["file"] = ["cut"]
+    with pytest.raises(RecordError, match="continued next time"):
+        get(server, tmp_path / "got", tries=1)
+    assert files(tmp_path / "got") == [".x.bin.part"]
+    assert get(server, tmp_path / "got").read_bytes() == BODY
+    assert server.seen[-1][1] not in ("", "bytes=0-")
+    assert files(tmp_path / "got") == ["x.bin"]
+
+
+def test_a_server_without_ranges_starts_over(server, tmp_path):
+    server.mode["file"] = ["cut", "no ranges"]
+    assert get(server, tmp_path / "got").read_bytes() == BODY
+
+
+def test_the_wrong_hash_is_refused_and_nothing_kept(server, tmp_path):
+    server.mode["file"] = ["lie"]
+    with pytest.raises(RecordError, match="another SHA-256"):
+        get(server, tmp_path / "got")
+    assert files(tmp_path / "got") == []
+
+
+def test_a_cut_without_a_length_is_found_by_the_hash(server, tmp_path):
+    server.mode["file"] = ["cut without length"]
+    with pytest.raises(RecordError, match="another SHA-256"):
+        get(server, tmp_path / "got")
+    assert files(tmp_path / "got") == []
+
+
+def test_a_page_instead_of_data_is_called_one(server, tmp_path):
+    server.mode["file"] = ["page"]
+    with pytest.raises(RecordError, match="web page"):
+        get(server, tmp_path / "got")
+    assert files(tmp_path / "got") == []
+
+
+def test_a_changed_file_is_fetched_again(server, tmp_path):
+    path = get(server, tmp_path / "got")
+    path.write_bytes(b"spoilt")
+    assert get(server, tmp_path / "got").read_bytes() == BODY
+
+
+@pytest.mark.parametrize(
+    ("status", "kind"), [("404", RecordError), ("401", MissingDataError), ("403", MissingDataError)]
+)
+def test_a_final_answer_is_not_asked_for_twice(server, tmp_path, status, kind):
+    server.mode["file"] = [status] * 5
+    with pytest.raises(kind, match=status):
+        get(server, tmp_path / "got")
+    assert len(server.seen) == 1
+
+
+def test_a_dead_server_is_given_up_on(tmp_path):
+    with pytest.raises(RecordError, match=r"127\.0\.0\.1/x\.bin: not to be had in 2 tries"):
+        fetch_url("http://127.0.0.1:19/x.bin", HASH, tmp_path, tries=2, timeout=0.5, wait=0.01)
+
+
+def test_credentials_come_from_the_environment_and_are_never_shown(server, tmp_path, monkeypatch, caplog, capsys):
+    monkeypatch.setenv(download.USER, "somebody")
+    monkeypatch.setenv(download.PASSWORD, "s3cret-w0rd")
+    with caplog.at_level("DEBUG"):
+        get(server, tmp_path / "got")
+        server.mode["file"] = ["401"]
+        with pytest.raises(MissingDataError) as problem:
+            fetch_url(f"{server.address}/y.bin?token=abc123", HASH, tmp_path / "got", wait=0.01)
+    shown = str(problem.value) + caplog.text + "".join(capsys.readouterr())
+    shown += "".join(p.read_text("latin-1") for p in (tmp_path / "got").iterdir())
+    assert "s3cret-w0rd" not in shown
+    assert "token=abc123" not in str(problem.value)
+    with pytest.raises(ArgumentError, match="credentials"):
+        fetch_url("https://me:pw@example.org/x.bin", HASH, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("url", "sha", "name", "word"),
+    [
+        ("ftp://example.org/x", HASH, None, "http"),
+        ("x.bin", HASH, None, "http"),
+        ("http://127.0.0.1/x", "abc", None, "64"),
+        ("http://127.0.0.1/", HASH, None, "plain file name"),
+        ("http://127.0.0.1/x", HASH, "../x", "plain file name"),
+    ],
+)
+def test_unusable_arguments_are_named(tmp_path, url, sha, name, word):
+    with pytest.raises(ArgumentError, match=word):
+        fetch_url(url, sha, tmp_path, name=name)
+
+
+def test_nied_is_said_to_need_an_account(tmp_path):
+    with pytest.raises(MissingDataError, match="registered users"):
+        fetch_url("https://www.kyoshin.bosai.go.jp/x.tar.gz", HASH, tmp_path)
+
+
+def request(server: Server, **more) -> Request:
+    window = {} if "event_id" in more else {"start": str(START), "end": str(START + 10)}
+    return Request(server.address, "XX", "TST1", **(window | more))
+
+
+def ask(server: Server, folder: Path, **more):
+    return fetch_fdsn(request(server, **more), folder, tries=3, timeout=0.6, wait=0.01)
+
+
+def test_fdsn_waveforms_and_metadata_make_a_record(server, tmp_path):
+    folder = tmp_path / "got"
+    paths = ask(server, folder)
+    assert files(folder) == ["XX.TST1.20010203T040506.10s.mseed", "XX.TST1.20010203T040506.10s.xml"]
+    record = read_path(paths)
+    np.testing.assert_allclose(record.north, COUNTS[0] / 400_000)
+    np.testing.assert_allclose(record.up, COUNTS[2] / 400_000)
+    asked = len([p for p, _ in server.seen if p.endswith("query")])
+    ask(server, folder)
+    assert len([p for p, _ in server.seen if p.endswith("query")]) == asked == 2
+
+
+def test_fdsn_window_around_an_event(server, tmp_path):
+    paths = ask(server, tmp_path / "got", event_id="abc", before_s=2, after_s=8)
+    assert read_path(paths).start == "2001-02-03T04:05:06.5Z"
+
+
+@pytest.mark.parametrize("service", ["dataselect", "station"])
+@pytest.mark.parametrize("trouble", ["503", "cut", "stall", "page", "empty", "lie", "cut without length"])
+def test_fdsn_trouble_is_met_by_another_try_and_nothing_half_is_kept(server, tmp_path, service, trouble):
+    server.mode[service] = [trouble]
+    np.testing.assert_allclose(read_path(ask(server, tmp_path / "got")).north, COUNTS[0] / 400_000)
+    server.mode[service] = [trouble] * 3
+    with pytest.raises((RecordError, MissingDataError), match=r"XX\.TST1"):
+        ask(server, tmp_path / "other")
+    left = files(tmp_path / "other")
+    assert left == ([] if service == "station" else [n for n in left if n.endswith(".xml")])
+
+
+@pytest.mark.parametrize(
+    ("status", "kind", "word"),
+    [
+        ("204", MissingDataError, "no such data"),
+        ("404", MissingDataError, "no such data"),
+        ("401", MissingDataError, "account"),
+        ("403", MissingDataError, "account"),
+        ("400", ArgumentError, "does not understand"),
+    ],
+)
+def test_fdsn_final_answers(server, tmp_path, status, kind, word):
+    server.mode["station"] = [status] * 3
+    with pytest.raises(kind, match=word):
+        ask(server, tmp_path / "got")
+    assert len([p for p, _ in server.seen if p.endswith("station/1/query")]) == 1
+
+
+def test_fdsn_server_that_is_none(tmp_path):
+    with pytest.raises(RecordError, match="not to be had"):
+        fetch_fdsn(
+            Request("http://127.0.0.1:19", "XX", "TST1", start="2001-01-01", end="2001-01-02"),
+            tmp_path,
+            tries=1,
+            timeout=1,
+        )
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"network": "X X"},
+        {"start": "2001-01-01"},
+        {"start": "a", "end": "b", "event_id": "c"},
+        {},
+        {"server": "http://me@host", "start": "a", "end": "b"},
+    ],
+)
+def test_fdsn_requests_that_make_no_sense(fields):
+    with pytest.raises(ArgumentError):
+        Request(**({"server": "http://127.0.0.1", "network": "XX", "station": "TST1"} | fields))

@@ -1,0 +1,52 @@
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from overturning.records.processing import process
+from overturning.records.pulses import parse_pulse, pulse_record
+from overturning.records.record import Record
+from overturning.records.steps import Highpass
+from overturning.study.intensity import write_intensity
+from overturning.study.load import check_study
+
+
+@pytest.fixture(scope="module")
+def table(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
+    folder = tmp_path_factory.mktemp("intensity")
+    study = check_study({"name": "x", "records": {"use": ["sine", "three"]}, "azimuth": {"step": 30}}, "x.yaml")
+    sine = pulse_record(parse_pulse("sine amplitude_gal=300 period_s=1 azimuth_deg=60"), "sine")
+    three = Record("three", sine.north, sine.east, 0.5 * sine.north, sine.sampling_interval)
+    records = [sine, process(three, [Highpass(corner_hz=0.2)])]
+    for name in ("one.nc", "two.nc"):
+        write_intensity(study, records, folder / name)
+    assert (folder / "one.nc").read_bytes() == (folder / "two.nc").read_bytes()
+    return xr.open_dataset(folder / "one.nc")
+
+
+def test_measures_by_azimuth_and_of_whole_records(table: xr.Dataset) -> None:
+    assert float(table.pga.isel(record=0).sel(azimuth=60)) == pytest.approx(3.0)
+    assert float(table.pga.isel(record=0).sel(azimuth=150)) < 1e-12
+    np.testing.assert_allclose(table.pga_rotd.isel(record=0), [0, 3 / np.sqrt(2), 3], atol=0.03)
+    assert table.psa_rotd.sizes == {"record": 2, "percentile": 3, "period": 61}
+    assert np.isnan(table.jma_intensity[0])
+    assert 4.5 < float(table.jma_intensity[1]) < 6.5
+    assert table.record_id.values.tolist() == ["sine", "three"]
+
+
+def test_the_file_tells_what_processing_did(table: xr.Dataset) -> None:
+    assert np.isnan(table.pgd_processed[0])
+    # one cycle of a sine from rest leaves a drift of A T²/2π per period, which the filter takes away
+    assert float(table.pgd_processed[1]) < 0.7 * float(table.pgd_unprocessed[1])
+
+
+def test_the_file_passes_the_checker_of_its_convention(table: xr.Dataset) -> None:
+    program = Path(sys.executable).with_name("compliance-checker")
+    path = table.encoding["source"]
+    done = subprocess.run(
+        [program, "--test", "cf:1.11", "--criteria", "lenient", path], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout[-1500:]

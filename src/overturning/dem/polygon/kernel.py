@@ -768,15 +768,12 @@ def run_queue(
         if active == 0:
             return noted
         columns = (active + 7) // 8 * 8
-        # Columns that never held a case repeat one, so that nothing undefined is computed beside the others.
+        # Columns that never held a case repeat the first, so that nothing undefined is computed beside the others.
         filled = max(filled, active)
         while filled < columns:
-            c = queue[0]
-            row[filled], variant[filled] = row_of_case[c], variant_of_case[c]
-            start(
-                state, filled, cases[c], initial[variant[filled]], layout, sizes, shapes[variant[filled]], interval,
-                steps, gravity,
-            )  # fmt: skip
+            row[filled], variant[filled] = row[0], variant[0]
+            for r in range(rows):
+                state[r * COLUMNS + filled] = state[r * COLUMNS]
             filled += 1
         next_sample(state, columns, elements, row, ground, upward, steps)
         if noted < path.shape[0]:

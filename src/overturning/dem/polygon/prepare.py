@@ -130,7 +130,7 @@ def prepare(scene: Scene, height: float | None = None, b_over_h: float | None = 
         barrier,
         support,
         base,
-        0.5 * float(np.hypot(top - low, wide)),
+        0.5 * float(np.sqrt((top - low) ** 2 + wide**2)),
     )
 
 

@@ -138,7 +138,8 @@ def contact_laws(scene: Scene, placed: list[Placed], pairs: list[tuple[int, int]
         points.setdefault(index, []).append(end.point)
     for index, ends in points.items():
         if len(ends) == 2:
-            width[index] = np.hypot(ends[0][0] - ends[1][0], ends[0][1] - ends[1][1])
+            # np.hypot is libm's, whose last digit depends on the processor.
+            width[index] = np.sqrt((ends[0][0] - ends[1][0]) ** 2 + (ends[0][1] - ends[1][1]) ** 2)
     normal, tangential, dashpot, friction = (np.zeros(len(pairs)) for _ in range(4))
     for index, (i, j) in enumerate(pairs):
         a, b = placed[i], placed[j]

@@ -1,0 +1,69 @@
+"""Scenes that the tests build in place, and runs of them from any initial state."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from overturning.dem.blocks import Cases
+from overturning.dem.polygon import kernel as k
+from overturning.dem.polygon.cases import ScenePlan, plan_scene
+from overturning.dem.polygon.scene import Scene, check_scene, load_scene
+from overturning.dem.polygon.simulate import native_size
+from overturning.motion.motion import Motion
+
+ROOT = Path(__file__).parents[2]
+GROUND = {"name": "ground", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]}
+SHIPPED = ("gravestone", "three-tier", "against-a-wall", "boulder")
+
+
+def shipped(name: str) -> Scene:
+    return load_scene(name, ROOT)
+
+
+def scene(*elements: dict[str, Any], **keys: Any) -> Scene:
+    """A scene of the given elements; those before the first driven one stand on the ground that is added."""
+    given = list(elements)
+    if not any(element.get("kind") == "driven" for element in given):
+        given.insert(0, GROUND)
+    return check_scene({"name": "test", "elements": given, **keys})
+
+
+def block(name: str, width: float, height: float, on: str = "ground", x: float = 0.0, **keys: Any) -> dict[str, Any]:
+    return {"name": name, "width": width, "height": height, "stands_on": on, "at": [x, 0], **keys}
+
+
+def still(duration: float, interval: float = 0.01) -> Motion:
+    zero = np.zeros(round(duration / interval) + 1)
+    return Motion(zero, zero, sampling_interval=interval)
+
+
+def shaken(acceleration: Any, interval: float = 0.01) -> Motion:
+    """Motion towards north."""
+    values = np.asarray(acceleration, dtype=np.float64)
+    return Motion(values, 0 * values, sampling_interval=interval)
+
+
+def one_case(made: Scene, motion: Motion, friction: float = 1.0, **options: Any) -> ScenePlan:
+    height, ratio = native_size(made)
+    return plan_scene(made, motion, Cases([0.0], [height], [ratio], [friction]), leave_out=False, **options)
+
+
+def run(how: ScenePlan, motion: Motion, more: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Result of the case, of its elements, times and poses with velocities, shape (samples, elements, 6)."""
+    path = np.zeros((motion.samples + more, 2 + 6 * how.sizes.size))
+    out, each, noted = how.run(motion, np.zeros(1, np.int64), np.zeros(1, np.int64), path)
+    return out[0], each[0], path[:noted, 0], path[:noted, 2:].reshape(noted, -1, 6)
+
+
+def put(how: ScenePlan, element: int, **values: float) -> None:
+    """Set x, z, angle, vx, vz or vw of an element at the start; it touches nothing there."""
+    rows = {"x": k.X, "z": k.Z, "vx": k.VX, "vz": k.VZ, "vw": k.VW}
+    for name, value in values.items():
+        at = k.OWN + element * k.BODY
+        if name == "angle":
+            how.initial[0, at + k.ANGLE // k.COLUMNS] = value
+            how.initial[0, at + k.COS // k.COLUMNS] = np.cos(value)
+            how.initial[0, at + k.SIN // k.COLUMNS] = np.sin(value)
+        else:
+            how.initial[0, at + rows[name] // k.COLUMNS] = value

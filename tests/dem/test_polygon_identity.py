@@ -1,0 +1,148 @@
+"""The same bits whatever runs beside a case, on however many threads and for whichever instruction set."""
+
+import hashlib
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from overturning.dem.blocks import Cases
+from overturning.dem.polygon.cases import SceneResults, run_scene_cases
+from overturning.dem.polygon.scene import Scene
+from overturning.dem.polygon.simulate import native_size, scene_trajectory, simulate_scene, simulate_scene_arrays
+from overturning.motion.motion import Motion
+from tests.dem.polygon_scenes import ROOT, block, scene, shaken, shipped
+
+FIELDS = SceneResults.__dataclass_fields__
+
+
+def _motion() -> Motion:
+    time = np.arange(0, 4, 0.01)
+    rng = np.random.default_rng(7)
+    noise = np.convolve(rng.normal(size=(time.size)), np.ones(12) / 12, "same")
+    # Rounded as in motion.nc: the sine's last digit is the processor's.
+    north, east = 9 * np.sin(5 * time) + 8 * noise, 6 * np.cos(4 * time) - 7 * noise[::-1]
+    return Motion(np.round(north, 9), np.round(east, 9), sampling_interval=0.01)
+
+
+def _cases(made: Scene, count: int = 90) -> Cases:
+    height, ratio = native_size(made)
+    rng = np.random.default_rng(3)
+    return Cases(
+        rng.integers(0, 360, count).astype(float), height * rng.choice([1.0, 2.0], count),
+        ratio * rng.choice([0.8, 1.0], count), rng.choice([0.3, 0.8, 3.0], count),
+    )  # fmt: skip
+
+
+def digest() -> str:
+    """Hash of every result of a few scenes; run by the tests below in other processes."""
+    made = hashlib.sha256()
+    for name in ("three-tier", "boulder"):
+        found = run_scene_cases(shipped(name), _motion(), _cases(shipped(name)))
+        for field in FIELDS:
+            made.update(np.ascontiguousarray(getattr(found, field)).tobytes())
+    return made.hexdigest()
+
+
+@pytest.mark.parametrize("name", ["three-tier", "against-a-wall", "boulder"])
+def test_threads_order_and_company_change_no_bit(name: str) -> None:
+    made, motion = shipped(name), _motion()
+    cases = _cases(made)
+    nominal = run_scene_cases(made, motion, cases)
+    assert (nominal.overturned != 0).any()
+    order = np.random.default_rng(1).permutation(cases.size)[:50]
+    mixed = Cases(
+        *(np.asarray(getattr(cases, key))[order] for key in ("azimuth_deg", "height", "b_over_h", "friction"))
+    )
+    threads = run_scene_cases(made, motion, cases, threads=2)
+    shuffled = run_scene_cases(made, motion, mixed)
+    for field in FIELDS:
+        np.testing.assert_array_equal(getattr(threads, field), getattr(nominal, field))
+        np.testing.assert_array_equal(getattr(shuffled, field), getattr(nominal, field)[order])
+
+
+@pytest.mark.parametrize("target", ["x86-64", "haswell"])
+def test_instruction_sets_change_no_bit(target: str) -> None:
+    """SSE2 and AVX2 code against that of this processor, in another process that also runs without the fastest libm."""
+    import llvmlite.binding as llvm
+
+    if not llvm.get_host_cpu_features().get("avx2"):
+        if os.environ.get("OVERTURNING_NO_SKIP"):
+            pytest.fail("this processor has no AVX2")
+        pytest.skip("this processor has no AVX2")
+    environment = {
+        **os.environ,
+        "NUMBA_CPU_NAME": target,
+        "NUMBA_CPU_FEATURES": "",
+        "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-AVX2",
+        "PYTHONPATH": str(ROOT),
+    }
+    code = "from tests.dem.test_polygon_identity import digest; print(digest())"
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=ROOT, env=environment, capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == digest()
+
+
+def test_symmetric_scenes_are_mirrored_exactly() -> None:
+    made, motion = shipped("three-tier"), _motion()
+    azimuths = [20.0, 75.0, 130.0, 200.0, 255.0, 310.0]
+    both = simulate_scene_arrays(made, motion, azimuth_deg=azimuths, friction=[0.4, 1.0], leave_out=False)
+    half = simulate_scene_arrays(made, motion, azimuth_deg=azimuths, friction=[0.4, 1.0])
+    assert (both["overturned"] != 0).any()
+    assert not both["mirrored"].any()
+    assert half["mirrored"][3:].all()
+    for name in ("overturned", "peak_rotation", "peak_slip", "residual_slip", "overturning_time"):
+        sign = -1 if name in ("overturned", "residual_slip") else 1
+        np.testing.assert_array_equal(both[name][3:], sign * both[name][:3])
+    np.testing.assert_array_equal(half["overturned"], both["overturned"])
+
+
+def test_lopsided_scenes_are_not_mirrored() -> None:
+    arrays = simulate_scene_arrays(shipped("boulder"), _motion(), azimuth_deg=[20.0, 200.0], friction=[1.0])
+    assert not arrays["mirrored"].any()
+    assert arrays["overturning_time"][0] != arrays["overturning_time"][1]
+
+
+def test_leaving_out_changes_no_flag_and_no_side() -> None:
+    """Half of the cases below the thresholds, quiet before and after: what is left out is what cannot move."""
+    made = shipped("three-tier")
+    time = np.arange(0, 12, 0.01)
+    strong = np.where((time > 4) & (time < 7), 1.0, 0.02) * np.sin(6 * time)
+    for level in (2.0, 4.5, 9.0):
+        motion = shaken(level * strong)
+        kept = simulate_scene_arrays(made, motion, azimuth_deg=range(0, 180, 15), friction=[0.3, 1.0], leave_out=False)
+        left = simulate_scene_arrays(made, motion, azimuth_deg=range(0, 180, 15), friction=[0.3, 1.0])
+        np.testing.assert_array_equal(left["overturned"], kept["overturned"])
+        assert left["block_steps"].sum() < 0.9 * kept["block_steps"].sum()
+
+
+def test_a_trajectory_is_the_cell_of_the_sweep() -> None:
+    made, motion = shipped("three-tier"), _motion()
+    sweep = simulate_scene(made, motion, azimuth_deg=[30.0, 120.0], friction=[0.8])
+    path = scene_trajectory(made, motion, azimuth_deg=120.0, friction=0.8)
+    cell = sweep.isel(azimuth=1, height=0, b_over_h=0, friction=0)
+    assert list(sweep["element"].values) == ["lower-base", "upper-base", "shaft"]
+    assert list(path["element"].values) == ["ground", *sweep["element"].values]
+    assert path.attrs["overturned"] == cell["overturned"].values.tolist()
+    np.testing.assert_array_equal(np.float32(path.attrs["peak_rotation"]), cell["peak_rotation"].values)
+    rotation = path["rotation"].sel(element="shaft").to_numpy()
+    assert min(np.abs(rotation).max(), 0.5 * np.pi) / np.arctan(0.242 / 0.636) == pytest.approx(
+        cell["peak_rotation"].values[2], rel=2e-2
+    )
+
+
+def test_what_a_scene_does_not_have_is_refused() -> None:
+    made, motion = scene(block("stone", 0.3, 0.6), block("cap", 0.2, 0.1, "stone")), _motion()
+    from overturning.errors import ArgumentError
+
+    with pytest.raises(ArgumentError, match="scheme: 'centred'"):
+        simulate_scene_arrays(made, motion, azimuth_deg=[0], scheme="centred")
+    with pytest.raises(ArgumentError, match="threads: 0"):
+        simulate_scene_arrays(made, motion, azimuth_deg=[0], threads=0)
+    with pytest.raises(ArgumentError, match="not stable; at most"):
+        simulate_scene_arrays(made, motion, azimuth_deg=[0], time_step=0.005)
+    with pytest.raises(ArgumentError, match="rotate an element"):
+        run_scene_cases(made, motion, Cases([0.0], [0.6], [0.5], [1.0], initial_tilt=0.1))

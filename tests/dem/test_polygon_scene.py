@@ -1,0 +1,113 @@
+"""Scene files: the shipped ones, and what is refused with element and remedy."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from overturning.dem.contact import Contact
+from overturning.dem.polygon.geometry import nearest_faces, place
+from overturning.dem.polygon.prepare import prepare
+from overturning.dem.polygon.scene import check_scene, load_scene
+from overturning.dem.polygon.simulate import block_contact, is_block
+from overturning.errors import ConfigError
+from tests.dem.polygon_scenes import GROUND, SHIPPED, block, scene, shipped
+
+LOW = {"name": "low", "width": 1.0, "height": 0.5, "stands_on": "ground"}
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_shipped_scenes_rest_and_are_left_out_below_their_threshold(name: str) -> None:
+    prepared = prepare(shipped(name))
+    assert prepared.at_rest
+    assert prepared.threshold > 0.25
+
+
+def test_only_symmetric_scenes_are_mirrored() -> None:
+    assert [prepare(shipped(name)).symmetric for name in SHIPPED] == [True, True, False, False]
+
+
+def test_only_the_gravestone_takes_the_fast_kernel() -> None:
+    assert [is_block(shipped(name)) for name in SHIPPED] == [True, False, False, False]
+
+
+def test_automatic_contact_of_a_block_is_that_of_the_fast_kernel() -> None:
+    made = shipped("gravestone")
+    prepared = prepare(made, height=1.2, b_over_h=0.3)
+    stone = prepared.placed[1]
+    normal, tangential, dashpot = block_contact(made).specific(0.36, 1.2, 2650.0)
+    assert block_contact(made) == Contact()
+    assert prepared.laws.normal[0] / stone.mass == pytest.approx(float(normal), rel=1e-12)
+    assert prepared.laws.tangential[0] / stone.mass == pytest.approx(float(tangential), rel=1e-12)
+    assert prepared.laws.dashpot[0] / stone.mass == pytest.approx(float(dashpot), rel=1e-12)
+
+
+def test_each_contact_of_a_stack_carries_what_stands_on_it() -> None:
+    prepared = prepare(shipped("three-tier"))
+    weight = [item.mass * 9.80665 for item in prepared.placed[1:]]
+    carried = dict(zip(prepared.pairs, prepared.laws.carried, strict=True))
+    assert carried[(1, 0)] == pytest.approx(sum(weight), rel=1e-9)
+    assert carried[(2, 1)] == pytest.approx(sum(weight[1:]), rel=1e-9)
+    assert carried[(3, 2)] == pytest.approx(weight[2], rel=1e-9)
+
+
+def test_slenderness_and_height_change_what_they_should() -> None:
+    made = shipped("three-tier")
+    base, thin = place(made), place(made, height=2 * 0.636, b_over_h=0.2)
+    assert thin[3].shape.width == pytest.approx(0.2 * 2 * 0.636)
+    assert thin[2].shape.width == pytest.approx(2 * base[2].shape.width)
+    assert thin[3].points[:, 1].min() == pytest.approx(2 * base[3].points[:, 1].min())
+
+
+def test_nearest_faces_of_a_turned_block_are_the_most_opposed_ones() -> None:
+    """Below 45° the lower side lies nearest to the ground, above it the next side; ties go to the lower index."""
+    for angle, face in ((0.0, 0), (30.0, 0), (44.9, 0), (45.1, 1), (80.0, 1)):
+        made = scene(GROUND, {**LOW, "rotation_deg": angle, "at": [0, 1e-9]}, block("on", 0.1, 0.1, x=5))
+        placed = place(made)
+        found = nearest_faces(placed[1], placed[0])
+        assert found[:2] == (face, 2), angle
+        assert found[2] == pytest.approx(1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"elements": [GROUND, {**LOW, "at": [0, -0.1]}]}, "element low: overlaps ground by 0.1 m"),
+        ({"elements": [GROUND, {**LOW, "at": [0, 0.2]}]}, "element low: hangs in the air.*stands_on"),
+        ({"elements": [GROUND, LOW, {**LOW, "name": "up", "at": [3, 2]}]}, "element up: hangs in the air"),
+        ({"elements": [LOW | {"stands_on": None}, {**LOW, "name": "up", "stands_on": "low"}]}, "no element is driven.*kind: driven"),
+        ({"elements": [GROUND, {**GROUND, "name": "wall", "at": [30, 0]}]}, "no element is free"),
+        ({"elements": [GROUND, LOW, LOW]}, "element low stands twice"),
+        ({"elements": [GROUND, {**LOW, "stands_on": "grund"}]}, "stands_on 'grund' is not an element"),
+        ({"elements": [GROUND, {**LOW, "material": "jade"}]}, "no material 'jade'; known: stone"),
+        ({"elements": [GROUND, {**LOW, "vertices": [[0, 0], [1, 0], [0, 1]]}]}, "either width and height, or vertices"),
+        ({"elements": [GROUND, {"name": "p", "vertices": [[0, 0], [0, 1], [1, 0]]}]}, "element p: the polygon runs clockwise"),
+        ({"elements": [GROUND, {**LOW, "hight": 2}]}, "elements.low.hight: unknown key"),
+        ({"elements": [GROUND, {**LOW, "width": -1}]}, "elements.low.width: .*greater than 0"),
+        ({"reference": "shaft"}, "reference: no element 'shaft'; known: ground, low"),
+        ({"contacts": [{"between": ["stone", "wood"]}]}, "contacts: no material 'wood'"),
+        ({"contacts": [{"between": ["stone", "stone"], "damping": 1, "damping_ratio": 1}]}, "both given; keep one"),
+    ],
+)  # fmt: skip
+def test_refused(change: dict[str, object], said: str) -> None:
+    with pytest.raises(ConfigError, match=said):
+        check_scene({"name": "test", "elements": [GROUND, LOW], **change}, "scene.yaml")
+
+
+def test_unreadable_files_are_named(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"no file.*known: none"):
+        load_scene("gone", tmp_path)
+    (tmp_path / "bad.yaml").write_text("elements: [", encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"bad.yaml: not valid YAML"):
+        load_scene("bad.yaml", tmp_path)
+    (tmp_path / "list.yaml").write_text("- 1", encoding="utf-8")
+    with pytest.raises(ConfigError, match="a mapping"):
+        load_scene("list.yaml", tmp_path)
+
+
+def test_mirror_images_of_the_elements_have_mirrored_springs() -> None:
+    prepared = prepare(shipped("boulder"))
+    assert np.isfinite(prepared.laws.normal).all()
+    assert prepared.critical[1] == pytest.approx(
+        np.arctan2(0.2 - (prepared.placed[1].x - 0.02), prepared.placed[1].z), rel=1e-9
+    )

@@ -1,0 +1,175 @@
+"""Scenes at rest, stacks at the limit of their overhang, blocks on slopes, and uplift from statics."""
+
+import numpy as np
+import pytest
+
+from overturning.dem.polygon import kernel as k
+from overturning.dem.polygon.prepare import Prepared, prepare
+from overturning.dem.polygon.simulate import simulate_scene_arrays
+from tests.dem.polygon_scenes import SHIPPED, block, one_case, run, scene, shaken, shipped, still
+
+GRAVITY = 9.80665
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_rests_for_a_minute_without_creep(name: str) -> None:
+    motion = still(60)
+    _, _, _, poses = run(one_case(shipped(name), motion, friction=0.5), motion)
+    assert len(poses) == motion.samples
+    assert np.abs(poses - poses[0]).max() <= 1e-8
+
+
+def test_a_tower_of_ten_blocks_stands() -> None:
+    made = scene(*(block(f"b{n}", 0.4 + 0.01 * (n % 3), 0.2, "ground" if n == 0 else f"b{n - 1}") for n in range(10)))
+    motion = still(5)
+    out, each, _, poses = run(one_case(made, motion), motion)
+    assert out[k.R_STATUS] == 0
+    assert np.abs(poses - poses[0]).max() <= 1e-8
+    assert (each[:, k.E_SIDE] == 0).all()
+
+
+@pytest.mark.parametrize("blocks", [2, 4, 6])
+@pytest.mark.parametrize("share", [0.98, 1.02])
+def test_harmonic_overhang(blocks: int, share: float) -> None:
+    """The k-th block from the top may overhang the one below by B/2k: a little less stands, a little more falls."""
+    table = {"name": "table", "kind": "driven", "width": 2, "height": 1, "at": [-1, -1]}
+    made = scene(table, *_harmonic(blocks, share))
+    motion = still(6)
+    _, _, _, poses = run(one_case(made, motion), motion)
+    fell = np.abs(poses[-1, 1:, 2]).max() > 0.05
+    assert fell == (share > 1)
+    assert prepare(made).at_rest == (share < 1)
+    if share < 1:
+        # It settles by less than its contacts' own sag, since statics are solved for small rotations, and stays.
+        assert np.abs(poses - poses[0]).max() < 2e-5
+        assert np.abs(poses[-1] - poses[300]).max() <= 1e-8
+
+
+def _harmonic(blocks: int, share: float) -> list[dict[str, object]]:
+    made = []
+    for n in range(blocks):  # from the bottom; the table's edge is at x = 0, its centre at −1
+        overhang = share * 1.0 / (2 * (blocks - n))
+        x = 1.0 - 0.5 + overhang if n == 0 else overhang
+        made.append(block(f"b{n}", 1.0, 0.2, "table" if n == 0 else f"b{n - 1}", x=x))
+    return made
+
+
+def _on_slope(tangent: float, width: float, height: float) -> dict[str, object]:
+    slope = {"name": "slope", "kind": "driven", "vertices": [[-5, 0], [5, 0], [5, 10 * tangent]]}
+    stone = {
+        "name": "stone", "width": width, "height": height, "at": [0, 5 * tangent],
+        "rotation_deg": -float(np.degrees(np.arctan(tangent))),
+    }  # fmt: skip
+    return scene(slope, stone)
+
+
+@pytest.mark.parametrize("friction", [0.297, 0.303, 0.2])
+def test_a_block_slips_on_a_slope_at_its_friction_angle(friction: float) -> None:
+    motion = still(2)
+    _, _, time, poses = run(one_case(_on_slope(0.3, 0.5, 0.5), motion, friction), motion)
+    way = np.hypot(poses[:, 1, 0] - poses[0, 1, 0], poses[:, 1, 1] - poses[0, 1, 1])
+    if friction > 0.3:
+        # The corner with less weight slips by a part of the static sag (1e-5 m) and hands its load to the other.
+        assert way.max() < 3e-6
+        assert np.ptp(way[100:]) <= 1e-9
+    else:
+        angle = np.arctan(0.3)
+        exact = GRAVITY * (np.sin(angle) - friction * np.cos(angle))
+        speed = np.hypot(poses[:, 1, 3], poses[:, 1, 4])
+        assert (speed[-1] - speed[50]) / (time[-1] - time[50]) == pytest.approx(exact, rel=1e-3)
+        assert poses[-1, 1, 0] < poses[0, 1, 0]
+
+
+@pytest.mark.parametrize("slenderness", [0.297, 0.303])
+def test_a_block_tips_on_a_slope_at_its_slenderness(slenderness: float) -> None:
+    motion = still(6)
+    _, _, _, poses = run(one_case(_on_slope(0.3, slenderness, 1.0), motion, 2.0), motion)
+    if slenderness > 0.3:
+        assert np.abs(poses[-1, 1] - poses[0, 1]).max() < 5e-6
+        assert np.abs(poses[-1, 1] - poses[300, 1]).max() <= 1e-8
+    else:
+        assert poses[-1, 1, 2] < -0.3
+
+
+TALL_TOP = (block("lower", 0.6, 0.6), block("upper", 0.2, 1.0, "lower"))
+SLIM = (block("lower", 0.3, 0.9), block("upper", 0.28, 0.3, "lower"))
+
+
+@pytest.mark.parametrize(("elements", "moves"), [(TALL_TOP, "upper"), (SLIM, "both")])
+def test_stacks_of_two_lift_off_where_statics_say(elements: tuple[dict[str, object], ...], moves: str) -> None:
+    """The upper block alone at g b₂/h₂, or both as one body where their common centre's resultant leaves the base."""
+    made = scene(*elements)
+    prepared = prepare(made)
+    lower, upper = prepared.placed[1:]
+    alone = upper.shape.width / upper.shape.height
+    mass = lower.mass + upper.mass
+    together = 0.5 * lower.shape.width / ((lower.mass * lower.z + upper.mass * upper.z) / mass)
+    threshold = min(alone, together)
+    assert (alone < together) == (moves == "upper")
+    assert prepared.threshold == pytest.approx(threshold, rel=1e-9)
+    rate = 1.2 * threshold * GRAVITY / 3.0
+    ramp = shaken(-rate * np.linspace(0, 3, 301))
+    _, _, time, poses = run(one_case(made, ramp, 5.0), ramp)
+    gaps = {
+        name: np.array([_lowest_gap(prepared, pose, index) for pose in poses])
+        for name, index in (("lower", 1), ("upper", 2))
+    }
+    first = {name: rate * time[np.flatnonzero(gap > 0)[0]] if (gap > 0).any() else np.inf for name, gap in gaps.items()}
+    index = "upper" if moves == "upper" else "lower"
+    # One sample of the ramp is 0.4 % of the threshold.
+    assert first[index] == pytest.approx(threshold * GRAVITY, rel=6e-3)
+    assert first["lower" if index == "upper" else "upper"] > 1.02 * first[index]
+
+
+def _lowest_gap(prepared: Prepared, pose: np.ndarray, index: int) -> float:
+    """Gap of the higher one of a block's lower corners from the upper face of the block below."""
+    item, below = prepared.placed[index], prepared.placed[index - 1]
+    gaps = []
+    for side in (-0.5, 0.5):
+        p, q = side * item.shape.width, -0.5 * item.shape.height
+        c, s = np.cos(pose[index, 2]), np.sin(pose[index, 2])
+        dx = pose[index, 0] + c * p + s * q - pose[index - 1, 0]
+        dz = pose[index, 1] - s * p + c * q - pose[index - 1, 1]
+        c, s = np.cos(pose[index - 1, 2]), np.sin(pose[index - 1, 2])
+        gaps.append(s * dx + c * dz - 0.5 * below.shape.height)
+    return max(gaps)
+
+
+def test_stacks_of_two_rock_in_the_four_patterns_of_the_literature() -> None:
+    """Both the same way, both opposite ways, both as one body, the upper alone (Psycharis 1990; Spanos et al. 2001)."""
+    seen = set()
+    for elements in (TALL_TOP, SLIM):
+        made = scene(*elements)
+        level = prepare(made).threshold * GRAVITY
+        for period in (0.5, 1.0, 2.0):
+            time = np.arange(0, 6, 0.01)
+            pulse = shaken(np.where(time < period, -1.6 * level * np.sin(2 * np.pi * time / period), 0.0))
+            _, _, _, poses = run(one_case(made, pulse, 5.0), pulse)
+            lower, relative = poses[:, 1, 2], poses[:, 2, 2] - poses[:, 1, 2]
+            up, turned = np.abs(lower) > 2e-3, np.abs(relative) > 2e-3
+            seen |= {"one body"} if (up & ~turned).any() else set()
+            seen |= {"upper alone"} if (~up & (np.abs(lower) < 1e-4) & turned).any() else set()
+            seen |= {"same way"} if (up & turned & (lower * relative > 0)).any() else set()
+            seen |= {"opposite ways"} if (up & turned & (lower * relative < 0)).any() else set()
+    assert seen == {"one body", "upper alone", "same way", "opposite ways"}
+
+
+def test_a_wall_stops_the_fall_and_the_block_leans_as_geometry_says() -> None:
+    wall = {"name": "wall", "kind": "driven", "width": 0.3, "height": 2, "at": [0.42 + 0.15, 0]}
+    ground = {"name": "ground", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]}
+    made = scene(ground, wall, block("stone", 0.24, 0.6))
+    time = np.arange(0, 10, 0.01)
+    pulse = shaken(np.where(time < 0.6, -6.0 * np.sin(np.pi * time / 0.6), 0.0))
+    out, each, _, poses = run(one_case(made, pulse, 3.0), pulse, more=3000)
+    x, _, angle = poses[-1, 2, :3]
+    pivot = x + np.cos(angle) * 0.12 - np.sin(angle) * 0.3
+    assert out[k.R_STATUS] == 0
+    assert each[2, k.E_SIDE] == 0
+    assert np.abs(poses[-1, 2, 3:]).max() < 1e-3
+    # Its upper corner touches the wall: H sin θ spans the way from the pivot.
+    assert angle == pytest.approx(np.arcsin((0.42 - pivot) / 0.6), abs=1e-4)
+    assert angle > np.arctan(0.4)
+    # Without the wall the same pulse overturns it.
+    free = scene(block("stone", 0.24, 0.6))
+    alone = simulate_scene_arrays(free, pulse, azimuth_deg=[0], friction=[3.0], general=True, leave_out=False)
+    assert alone["overturned"].item() == 1

@@ -7,14 +7,15 @@ rule figures:
     input:
         cube=f"{RESULTS}/cube.nc",
         intensity=f"{RESULTS}/intensity.nc",
+        motions=expand(f"{RESULTS}/motion/{{record}}.nc", record=RECORDS),
     output:
         polar=report(
-            expand(f"{FIGURES}/polar/{{record}}.svg", record=RECORDS),
+            expand(f"{FIGURES}/polar/{{record}}.png", record=RECORDS),
             caption="../report/polar.rst",
             category="Overturning by azimuth",
         ),
         intensity=report(
-            expand(f"{FIGURES}/intensity/{{record}}.svg", record=RECORDS),
+            expand(f"{FIGURES}/intensity/{{record}}.png", record=RECORDS),
             caption="../report/intensity.rst",
             category="Intensity by azimuth",
         ),
@@ -24,12 +25,27 @@ rule figures:
             category="Study",
             labels={"figure": "rose of fall azimuths"},
         ),
+        axes=report(
+            f"{FIGURES}/axes.svg",
+            caption="../report/axes.rst",
+            category="Study",
+            labels={"figure": "fall axes by earthquake"},
+        ),
+        plane=report(
+            f"{FIGURES}/plane.svg",
+            caption="../report/plane.rst",
+            category="Study",
+            labels={"figure": "PGA and PGV/PGA"},
+        ),
+        telling=directory(f"{FIGURES}/telling"),
     log:
         f"{LOGS}/figures.log",
     resources:
         mem_mb=1000,
     params:
         folder=lambda wildcards, output: Path(output.rose).parent,
+        motions=lambda wildcards, input: Path(input.motions[0]).parent,
         sources=sources("figures"),
     shell:
-        "overturning figures --cube {input.cube} --intensity {input.intensity} --output {params.folder} 2> {log}"
+        "overturning figures --cube {input.cube} --intensity {input.intensity} --motions {params.motions}"
+        " --output {params.folder} 2> {log}"

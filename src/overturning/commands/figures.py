@@ -12,9 +12,10 @@ app = typer.Typer(rich_markup_mode=None)
 def figures(
     cube: Annotated[Path, typer.Option(help="the cube (NetCDF)")],
     intensity: Annotated[Path, typer.Option(help="intensity measures by azimuth (NetCDF)")],
+    motions: Annotated[Path, typer.Option(help="folder of the processed motions")],
     output: Annotated[Path, typer.Option(help="folder for the figures")],
 ) -> None:
     """Draw the figures of a study."""
     from overturning.figures.study import draw_study
 
-    draw_study(cube, intensity, output)
+    draw_study(cube, intensity, motions, output)

@@ -37,7 +37,10 @@ def draw_boundary(axes: Any, bounds: "xr.Dataset", top: float) -> None:
         colour = SERIES[index % len(SERIES)]
         low = np.where(beyond, top, one["boundary_low"].to_numpy())
         high = np.where(beyond, top, one["boundary_high"].to_numpy())
-        axes.fill_between(closed, around(low), around(high), color=colour, alpha=0.25, linewidth=0)
+        if np.isfinite(low).any():
+            # Where a band is not known it has no width; a gap would leave the layout without a size.
+            low, high = np.nan_to_num(low, nan=0.0), np.where(np.isnan(low), 0.0, high)
+            axes.fill_between(closed, around(low), around(high), color=colour, alpha=0.25, linewidth=0)
         axes.plot(
             closed, around(radius), color=colour, linestyle=DASHES[index % len(DASHES)], linewidth=1.5,
             label=f"µ = {friction:g}",
@@ -45,8 +48,10 @@ def draw_boundary(axes: Any, bounds: "xr.Dataset", top: float) -> None:
         # A curve needs two neighbours; an azimuth alone is a point.
         known = np.isfinite(radius)
         alone = known & ~np.roll(known, 1) & ~np.roll(known, -1)
-        axes.plot(azimuth[alone], radius[alone], ".", color=colour, markersize=5)
-        axes.plot(azimuth[beyond], np.full(int(beyond.sum()), top), "^", color=colour, markersize=3, clip_on=False)
+        if alone.any():
+            axes.plot(azimuth[alone], radius[alone], ".", color=colour, markersize=5)
+        if beyond.any():
+            axes.plot(azimuth[beyond], np.full(int(beyond.sum()), top), "^", color=colour, markersize=3)
     axes.set_ylim(0.0, top * 1.04)
     ticks = [tick for tick in (0.2, 0.4, 0.6, 0.8, 1.0) if tick <= top] or [round(top, 2)]
     axes.set_yticks(ticks, [f"{tick:g}" for tick in ticks])

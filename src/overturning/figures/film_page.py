@@ -23,9 +23,9 @@ def player_style() -> str:
     return _template("player.css")
 
 
-def film_json(film: Film) -> str:
-    """The film's data as JSON that cannot end the script element it stands in, whatever a record is called."""
-    text = json.dumps(film_data(film), separators=(",", ":"), ensure_ascii=False)
+def embedded_json(data: Any) -> str:
+    """Data as JSON that cannot end the script element it stands in, whatever a record is called."""
+    text = json.dumps(data, separators=(",", ":"), ensure_ascii=False)
     for character, escaped in (("<", "\\u003c"), (">", "\\u003e"), ("&", "\\u0026"), ("\u2028", "\\u2028"), ("\u2029", "\\u2029")):  # fmt: skip
         text = text.replace(character, escaped)
     return text
@@ -48,7 +48,7 @@ def film_page(film: Film) -> str:
     from markupsafe import Markup
 
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, keep_trailing_newline=True)
-    parts: dict[str, Any] = {"css": player_style(), "js": player_script(), "data": film_json(film)}
+    parts: dict[str, Any] = {"css": player_style(), "js": player_script(), "data": embedded_json(film_data(film))}
     page = environment.from_string(_template("film.html.j2"))
     return page.render(film=film, **{name: Markup(text) for name, text in parts.items()})
 

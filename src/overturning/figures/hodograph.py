@@ -37,7 +37,7 @@ def draw_hodograph(axes: Any, north: FloatArray, east: FloatArray, label: str, f
             [-largest * s, largest * s], [-largest * c, largest * c], color=FAULT, linestyle=(0, (4, 2)), linewidth=1.0,
             label="fault normal", zorder=1,
         )  # fmt: skip
-    axes.plot(east, north, color=SERIES[2], linewidth=0.6)
+    axes.plot(east, north, color=SERIES[2], linewidth=0.6, rasterized=True)
     if size > 0:
         at = int(np.hypot(north, east).argmax())
         axes.plot(east[at], north[at], "o", color=FALLS, markersize=4, label="peak")
@@ -52,10 +52,8 @@ def draw_hodograph(axes: Any, north: FloatArray, east: FloatArray, label: str, f
     axes.tick_params(labelsize=7)
     axes.set_xlabel("east", fontsize=8)
     axes.set_ylabel("north", fontsize=8)
-    axes.annotate(
-        "N", (0.93, 0.97), (0.93, 0.80), xycoords="axes fraction", ha="center", va="top", fontsize=8,
-        arrowprops={"arrowstyle": "<-", "color": INK, "linewidth": 0.8},
-    )  # fmt: skip
+    arrow = {"arrowstyle": "-|>", "color": INK, "linewidth": 0.8}
+    axes.annotate("N", (0.93, 0.99), (0.93, 0.84), xycoords="axes fraction", ha="center", fontsize=8, arrowprops=arrow)
 
 
 def hodograph_figure(motion: "xr.Dataset", fault_normal_deg: float, title: str) -> "Figure":

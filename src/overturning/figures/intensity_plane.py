@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.figures.style import FALLS, INK, SERIES, STANDS
+from overturning.statistics.direction import fall_shares
 from overturning.statistics.limits import ishiyama_velocity, west_acceleration
 from overturning.statistics.planes import by_plane
 from overturning.units import GAL, STANDARD_GRAVITY
@@ -52,6 +53,8 @@ def draw_intensity_plane(
     fit : LogisticFit, optional
         From `statistics.logistic.overturning_fit`; its line of probability one half is drawn.
     """
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
     pga, ratio, falls = points
     axes.set(xscale="log", yscale="log")
     west, velocity = float(west_acceleration(b_over_h)), float(ishiyama_velocity(height, b_over_h))
@@ -81,6 +84,10 @@ def draw_intensity_plane(
         )
         axes.plot(x / GAL, y, color=SERIES[2], linewidth=1.6, label="fit: probability ½")
     axes.set(xlim=(low_x / GAL, high_x / GAL), ylim=(low_y, high_y))
+    for axis, steps in ((axes.xaxis, (1, 2, 5)), (axes.yaxis, (1, 2, 5))):
+        axis.set_major_locator(LogLocator(subs=steps))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_formatter(NullFormatter())
     axes.set_xlabel("PGA, Gal", fontsize=8)
     axes.set_ylabel("PGV/PGA, s", fontsize=8)
     axes.tick_params(labelsize=7, which="both")
@@ -111,7 +118,10 @@ def intensity_plane_figure(
     import matplotlib.pyplot as plt
 
     slender = cube["b_over_h"].to_numpy()
-    chosen = slender[np.unique(np.linspace(0, slender.size - 1, min(3, slender.size)).round().astype(int))]
+    one_friction = cube.sel(friction=[friction], method="nearest")
+    share = fall_shares(one_friction, over=("record", "height", "friction"))["share_overturned"].compute().to_numpy()
+    # The slendernesses whose outcome is most divided tell most.
+    chosen = np.sort(slender[np.argsort(-np.nan_to_num(share * (1 - share)), kind="stable")[:3]])
     heights = cube["height"].to_numpy()
     shown = heights[np.unique([0, heights.size - 1])]
     figure, panels = plt.subplots(

@@ -1,35 +1,71 @@
 """All figures of a study."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+import numpy as np
+
+from overturning.figures.axes_by_earthquake import axes_figure
 from overturning.figures.intensity import intensity_figure
+from overturning.figures.intensity_plane import intensity_plane_figure
 from overturning.figures.polar import fall_map_figure
+from overturning.figures.probability import probability_map_figure
 from overturning.figures.rose import rose_figure
 from overturning.figures.style import save, style
+from overturning.statistics.earthquakes import axes_by_earthquake, summarise_axes
+from overturning.statistics.groups import record_groups
+from overturning.statistics.logistic import overturning_fit
 from overturning.study.cube import open_cube
 
+if TYPE_CHECKING:
+    import xarray as xr
 
-def draw_study(cube_path: Path, intensity_path: Path, folder: Path) -> None:
+
+PALETTE = 64
+"""Colours of the pictures of which there is one per record."""
+
+
+def draw_study(cube_path: Path, intensity_path: Path, motions: Path, folder: Path) -> None:
     """Draw the figures of a study.
 
     Parameters
     ----------
     cube_path, intensity_path : Path
         The cube and the intensity measures, NetCDF.
+    motions : Path
+        Folder of the processed motions, for the telling cases.
     folder : Path
-        Receives ``polar/ID.svg`` and ``intensity/ID.svg`` for each record, and ``rose.svg``.
+        Receives ``polar/ID.png`` and ``intensity/ID.png`` for each record (the polar map shows probabilities where the
+        cube has an ensemble, flags otherwise), ``rose.svg``, ``axes.svg``, ``plane.svg``, and ``telling/``.
     """
     import xarray as xr
 
+    from overturning.figures.telling import draw_telling_cases
+
     # A dask chunk is a record: no more than one is in memory.
     with open_cube(cube_path, chunks={"record": 1}) as cube, xr.open_dataset(intensity_path) as intensity, style():
+        polar_figure = probability_map_figure if "probability_towards" in cube else fall_map_figure
         for index, name in enumerate(cube["record_id"].to_numpy()):
             one = cube.isel(record=index).load()
             station, event = str(one["station"].item()), str(one["event"].item())
             title = f"{station}, {event}" if event else station
-            save(fall_map_figure(one, title), folder / "polar" / f"{name}.svg")
+            save(polar_figure(one, title), folder / "polar" / f"{name}.png", PALETTE)
             save(
                 intensity_figure(intensity.isel(record=index), float(one["fault_normal"]), title),
-                folder / "intensity" / f"{name}.svg",
+                folder / "intensity" / f"{name}.png",
+                PALETTE,
             )
         save(rose_figure(cube), folder / "rose.svg")
+        _draw_axes(cube, folder)
+        fit = overturning_fit(cube, intensity)
+        friction = float(cube["friction"].max())
+        save(intensity_plane_figure(cube, intensity, fit, friction), folder / "plane.svg")
+        draw_telling_cases(cube, motions, folder / "telling")
+
+
+def _draw_axes(cube: "xr.Dataset", folder: Path) -> None:
+    groups = {
+        name: axes_by_earthquake(cube.isel(record=np.flatnonzero(members)))
+        for name, members in record_groups(cube).items()
+    }
+    save(axes_figure(groups, {name: summarise_axes(axes) for name, axes in groups.items()}), folder / "axes.svg")

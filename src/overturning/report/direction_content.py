@@ -1,0 +1,166 @@
+"""Direction and its uncertainty as plain data for the report."""
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from overturning.report.sentences import answer, interval, signed
+from overturning.statistics.boundary import boundary, easiest_azimuth
+from overturning.statistics.circular import wrap_axis
+from overturning.statistics.direction import fall_axis, fall_direction
+from overturning.statistics.earthquakes import (
+    AxisSummary,
+    axes_by_earthquake,
+    compare_alignment,
+    relative_axes,
+    summarise_axes,
+)
+from overturning.statistics.groups import record_groups
+from overturning.statistics.logistic import describe, overturning_fit
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def direction_content(cube: "xr.Dataset", intensity: "xr.Dataset", fallen: float) -> dict[str, Any]:
+    """Answer, axes by earthquake, by shape, fit and ensemble; read one record at a time.
+
+    Parameters
+    ----------
+    cube, intensity : Dataset
+        The cube and the intensity measures.
+    fallen : float
+        Share of all cases that overturn.
+
+    Returns
+    -------
+    dict
+        Plain data for the templates.
+    """
+    members = record_groups(cube)
+    axes = {name: axes_by_earthquake(cube.isel(record=np.flatnonzero(chosen))) for name, chosen in members.items()}
+    summaries = {name: summarise_axes(one) for name, one in axes.items()}
+    difference = compare_alignment(*axes.values()) if len(axes) == 2 else None
+    return {
+        "answer": answer(summaries, difference, fallen, undirected=fallen >= 1.0),
+        "summaries": [_summary_row(name, summary) for name, summary in summaries.items()],
+        "by_shape": _by_shape(cube, members),
+        "fit": _fit(cube, intensity),
+        "ensemble": _ensemble(cube),
+    }
+
+
+def _angle(value: float) -> str:
+    return "–" if math.isnan(value) else f"{signed(value)}°"
+
+
+def _summary_row(name: str, s: AxisSummary) -> dict[str, str]:
+    known = not math.isnan(s.alignment_interval[0])
+    return {
+        "name": name,
+        "earthquakes": str(s.earthquakes),
+        "n": str(s.n),
+        "axis": _angle(s.mean_axis_deg),
+        "half_width": "–" if math.isnan(s.mean_axis_half_width_deg) else f"± {s.mean_axis_half_width_deg:.0f}°",
+        "alignment": "–" if s.n == 0 else signed(s.alignment, 2),
+        "alignment_interval": interval(*s.alignment_interval) if known else "–",
+        "closer": f"{s.closer_to_normal} of {s.n}",
+        "rayleigh": "–" if s.n == 0 else f"{s.rayleigh.p_value:.2g}",
+        "v": "–" if s.n == 0 else f"{s.v.p_value:.2g}",
+    }
+
+
+def _by_shape(cube: "xr.Dataset", members: dict[str, Any]) -> list[dict[str, Any]]:
+    """Alignment for each B/H and friction, heights taken together."""
+    vectors = relative_axes(cube, over=("height",)).compute()
+    coordinates = {name: cube[name].compute() for name in ("event", "pulse")}
+    events = np.array([str(name) for name in coordinates["event"].values])
+    rows = []
+    for b_over_h in cube["b_over_h"].to_numpy():
+        for friction in cube["friction"].to_numpy():
+            one = vectors.sel(b_over_h=b_over_h, friction=friction)
+            row: dict[str, Any] = {"b_over_h": float(b_over_h), "friction": float(friction), "groups": []}
+            for chosen in members.values():
+                cosines = []
+                for event in dict.fromkeys(events[chosen]):
+                    these = chosen & (events == event)
+                    pair = [one[name].to_numpy()[these] for name in ("cosine", "sine")]
+                    if np.isfinite(pair[0]).any():
+                        c, s = (float(np.nanmean(values)) for values in pair)
+                        if math.hypot(c, s) > 1e-9:
+                            cosines.append(c / math.hypot(c, s))
+                row["groups"].append((len(cosines), signed(float(np.mean(cosines)), 2) if cosines else "–"))
+            rows.append(row)
+    return rows
+
+
+def _fit(cube: "xr.Dataset", intensity: "xr.Dataset") -> dict[str, Any]:
+    fit = overturning_fit(cube, intensity)
+    rows = []
+    for entry in describe(fit):
+        numbers = {name: float(entry[name]) for name in ("coefficient", "low", "high", "minimum", "maximum")}  # type: ignore[arg-type]
+        rows.append(
+            {
+                "name": entry["name"],
+                "coefficient": "–" if math.isnan(numbers["coefficient"]) else signed(numbers["coefficient"], 2),
+                "interval": "–" if math.isnan(numbers["low"]) else interval(numbers["low"], numbers["high"]),
+                "range": "–" if math.isnan(numbers["minimum"]) else interval(numbers["minimum"], numbers["maximum"]),
+            }
+        )
+    return {"rows": rows, "note": fit.note, "cases": fit.rows, "earthquakes": fit.clusters}
+
+
+def _ensemble(cube: "xr.Dataset") -> dict[str, Any] | None:
+    if "probability_towards" not in cube:
+        return None
+    half = cube.isel(azimuth=np.flatnonzero(cube["azimuth"].to_numpy() < 180))
+    towards, away = half["probability_towards"], half["probability_away"]
+    run = towards.notnull()
+    falls = towards + away
+    divided = (falls > 0) & (falls < 1)
+    other_side = (np.minimum(towards, away) > 0) & (falls > 0.5)
+    gap = abs(half["scramble_difference_towards"] + half["scramble_difference_away"])
+    count = int(run.sum().compute())
+    if count == 0:
+        return {"run": "0", "members": "0"}
+    return {
+        "run": f"{count / int(run.size):.0%}",
+        "members": f"{float(half['members'].max().compute()):.0f}",
+        "divided": f"{float(divided.sum().compute()) / count:.1%}",
+        "other_side": f"{float(other_side.sum().compute()) / count:.1%}",
+        "scrambles": f"{float(gap.where(divided).mean().compute()):.2f}" if bool(divided.any()) else "–",
+    }
+
+
+def record_directions(cube: "xr.Dataset") -> list[dict[str, str]]:
+    """Per record: mean fall direction and axis over all its cases, and the azimuth of easiest overturning.
+
+    The last is for the lowest block at the highest friction.
+    """
+    over = ("height", "b_over_h", "friction")
+    direction, axis = fall_direction(cube, over=over).compute(), fall_axis(cube, over=over).compute()
+    one = cube.isel(height=[0], friction=[cube.sizes["friction"] - 1])
+    easiest = easiest_azimuth(boundary(one), cube["b_over_h"]).isel(height=0, friction=0)
+    normals = cube["fault_normal"].to_numpy()
+    rows = []
+    for index in range(cube.sizes["record"]):
+        best, ratio = float(easiest["easiest_axis"][index]), float(easiest["ratio"][index])
+        bound = "" if bool(easiest["bounded"][index]) else "≥ "
+        apart = abs(float(wrap_axis(best - normals[index]))) if np.isfinite(normals[index]) else math.nan
+        rows.append(
+            {
+                "direction": _angle(float(direction["mean_direction"][index])),
+                "direction_resultant": _number(float(direction["direction_resultant"][index])),
+                "axis": _angle(float(axis["mean_axis"][index])),
+                "axis_resultant": _number(float(axis["axis_resultant"][index])),
+                "easiest": _angle(best),
+                "easiest_from_normal": _angle(apart),
+                "ratio": "–" if math.isnan(ratio) else f"{bound}{ratio:.2f}",
+            }
+        )
+    return rows
+
+
+def _number(value: float) -> str:
+    return "–" if math.isnan(value) else f"{value:.2f}"

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import typer
-from typer.core import TyperCommand, TyperGroup
+from typer.core import TyperGroup
 
 from overturning.errors import OverturningError
 
@@ -33,13 +33,15 @@ class _LazyGroup(TyperGroup):
     def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ARG002
         if cmd_name not in COMMANDS:
             return None
-        name, line = COMMANDS[cmd_name]
-        if set(sys.argv[1:2]) <= {"--help"}:  # the overview needs no subcommand's module
-            return TyperCommand(cmd_name, help=line, rich_markup_mode=None)
-        module = importlib.import_module(f"overturning.commands.{name}")
+        module = importlib.import_module(f"overturning.commands.{COMMANDS[cmd_name][0]}")
         command = typer.main.get_command(module.app)
         command.name = cmd_name
         return command
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:  # noqa: ARG002
+        # From the table above: the overview needs no subcommand's module.
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, line) for name, (_, line) in COMMANDS.items()])
 
 
 app = typer.Typer(

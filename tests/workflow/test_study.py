@@ -15,8 +15,8 @@ from overturning.study.cube import open_cube
 
 from .conftest import SMALL, Checkout
 
-# One process for all: they share a finished study.
-pytestmark = [pytest.mark.workflow, pytest.mark.xdist_group("workflow")]
+# make test keeps the tests of a file in one process: these share a finished study.
+pytestmark = pytest.mark.workflow
 
 
 def bytes_of(results: Path) -> dict[str, bytes]:

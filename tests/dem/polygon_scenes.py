@@ -8,8 +8,8 @@ import numpy as np
 from overturning.dem.blocks import Cases
 from overturning.dem.polygon import kernel as k
 from overturning.dem.polygon.cases import ScenePlan, plan_scene
+from overturning.dem.polygon.geometry import native_size
 from overturning.dem.polygon.scene import Scene, check_scene, load_scene
-from overturning.dem.polygon.simulate import native_size
 from overturning.motion.motion import Motion
 
 ROOT = Path(__file__).parents[2]

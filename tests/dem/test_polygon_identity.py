@@ -10,8 +10,9 @@ import pytest
 
 from overturning.dem.blocks import Cases
 from overturning.dem.polygon.cases import SceneResults, run_scene_cases
+from overturning.dem.polygon.geometry import native_size
 from overturning.dem.polygon.scene import Scene
-from overturning.dem.polygon.simulate import native_size, scene_trajectory, simulate_scene, simulate_scene_arrays
+from overturning.dem.polygon.simulate import scene_trajectory, simulate_scene, simulate_scene_arrays
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import ROOT, block, scene, shaken, shipped
 

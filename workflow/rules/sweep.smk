@@ -30,7 +30,7 @@ rule sweep:
         records=len(RECORDS),
     params:
         study=lambda wildcards: settings(
-            *("azimuth", "height", "b_over_h", "friction", "density"),
+            *("scene", "azimuth", "height", "b_over_h", "friction", "density"),
             *("contact", "simulation", "variants", "ensemble"),
             use=[wildcards.record],
         ),

@@ -17,6 +17,10 @@ FLOAT32_MISSING: Final = np.float32(9.969209968386869e36)
 """Fill value of float32 variables: netCDF's own default."""
 
 
+PER_ELEMENT: Final = ("overturned", "overturning_time", "peak_rotation", "peak_slip", "residual_slip")
+"""Variables that have the dimension `element` where a scene has more than one free element."""
+
+
 @dataclass(frozen=True)
 class Variable:
     """One variable of the outcome.

@@ -3,8 +3,9 @@
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
 
+from overturning.dem.polygon.scene import Scene, load_scene
 from overturning.records.steps import Step
 from overturning.study.quantity import Damping, Degree, Density, Metre, Radian, Second, Stiffness
 from overturning.units import GRANITE_DENSITY
@@ -145,9 +146,21 @@ class Simulation(_Model):
         return step
 
 
-class Variant(_Model):
-    """A second setting of the contact, computed beside the nominal one into a cube of its own."""
+def _scene_of(given: Any) -> Any:
+    # A name or path is read at once, so that a filled-in study holds the whole scene.
+    return load_scene(given) if isinstance(given, str) else given
 
+
+SceneChoice = Annotated[Scene, BeforeValidator(_scene_of, json_schema_input_type=str | Scene)]
+
+
+class Variant(_Model):
+    """A second setting, computed beside the nominal one into a cube of its own: of the contact, or of the scene."""
+
+    scene: SceneChoice | None = Field(
+        default=None,
+        description="scene of this variant, scaled like the study's; B/H applies where its reference element has the same name",
+    )
     contact: ContactSettings = Field(default=ContactSettings(), description="contact of this variant")
 
 
@@ -204,6 +217,10 @@ class Study(_Model):
         default=None,
         description="processing steps in order; not given: by kind of file (processed files are left alone)",
     )
+    scene: SceneChoice | None = Field(
+        default=None,
+        description="scene of polygons: name of a file in config/scenes, a path, or the scene itself; not given: one block",
+    )
     azimuth: AzimuthRange = Field(
         default=AzimuthRange(), description="azimuths of the motion, degrees clockwise from north"
     )
@@ -230,6 +247,40 @@ class Study(_Model):
     published: tuple[Published, ...] = Field(
         default=(), description="published values; the report compares the study with them"
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _as_the_scene_has_it(cls, data: Any) -> Any:
+        if not isinstance(data, dict) or data.get("scene") is None:
+            return data
+        from overturning.dem.polygon.geometry import native_size
+
+        filled = dict(data)
+        filled["scene"] = Scene.model_validate(_scene_of(data["scene"]))
+        height, b_over_h = native_size(filled["scene"])
+        filled.setdefault("height", [round(height, 10)])
+        filled.setdefault("b_over_h", [round(b_over_h, 10)])
+        filled.setdefault("ensemble", {"members": 0})
+        return filled
+
+    @model_validator(mode="after")
+    def _scene_has_its_own_contact(self) -> Self:
+        if self.scene is None:
+            named = [name for name, variant in self.variants.items() if variant.scene is not None]
+            if named:
+                raise ValueError(f"variants.{named[0]}.scene: only a study with a scene can have another one beside it")
+            return self
+        contacts = {"": self.contact} | {
+            f"variants.{name}.": variant.contact for name, variant in self.variants.items()
+        }
+        for where, contact in contacts.items():
+            if contact != ContactSettings():
+                raise ValueError(f"{where}contact: the scene has contact laws of its own; set them in the scene file")
+        if self.density != GRANITE_DENSITY:
+            raise ValueError("density: the scene's materials have it; set it in the scene file")
+        if self.ensemble.members:
+            raise ValueError("ensemble.members: scenes are computed without an ensemble; leave it out or set it to 0")
+        return self
 
     @field_validator("b_over_h", "height", "friction", mode="before")
     @classmethod

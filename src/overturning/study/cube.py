@@ -7,12 +7,15 @@ from typing import TYPE_CHECKING, Any
 from overturning.errors import ResultError
 from overturning.study.config import Study
 from overturning.study.load import check_study
+from overturning.study.scenes import scene_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def open_cube(path: Path, chunks: dict[str, int] | str | None = None) -> "xr.Dataset":
+def open_cube(
+    path: Path, chunks: dict[str, int] | str | None = None, element: str | None = "reference"
+) -> "xr.Dataset":
     """Open a cube in xarray.
 
     Parameters
@@ -21,6 +24,9 @@ def open_cube(path: Path, chunks: dict[str, int] | str | None = None) -> "xr.Dat
         The cube.
     chunks : dict or "auto", optional
         Sizes of dask chunks, ``{"record": 1}`` for the chunks of the file; not given: no dask.
+    element : str, optional
+        Of a scene with several free elements: the name of one, "reference" for the scene's reference element, None for
+        all. The dimension is there in the last case only, with the names as its coordinate.
 
     Returns
     -------
@@ -42,7 +48,19 @@ def open_cube(path: Path, chunks: dict[str, int] | str | None = None) -> "xr.Dat
         raise ResultError(f"{path}: cannot be opened ({error}); run the study again") from None
     if "overturned" not in cube or "content_sha256" not in cube.attrs:
         raise ResultError(f"{path}: not a cube of this package, or an unfinished one; run the study again")
-    return cube
+    if "element" not in cube.dims:
+        return cube
+    cube = cube.assign_coords(element=cube["element_name"].to_numpy().astype(str)).drop_vars("element_name")
+    if element is None:
+        return cube
+    if element == "reference":
+        scene = scene_of(study_of(cube), cube.attrs["variant"])
+        assert scene is not None  # only scenes have elements
+        element = scene.reference_name if scene.reference_name in scene.free else scene.free[-1]
+    if element not in cube["element"].to_numpy():
+        names = ", ".join(cube["element"].to_numpy().tolist())
+        raise ResultError(f"{path}: no element {element!r}; known: {names}")
+    return cube.sel(element=element)
 
 
 def study_of(cube: "xr.Dataset") -> Study:

@@ -16,8 +16,9 @@ from overturning.files import whole
 from overturning.records.record import Record
 from overturning.study.config import Study
 from overturning.study.grid import DIMENSIONS, Grid
-from overturning.study.netcdf import add_coordinates, add_variable
-from overturning.study.sweep import NOMINAL, variables_of
+from overturning.study.netcdf import add_coordinates, add_elements, add_variable
+from overturning.study.scenes import NOMINAL
+from overturning.study.sweep import variables_of
 
 CONVENTIONS = "CF-1.11"
 _PACKAGES = ("overturning", "numba", "llvmlite", "numpy", "scipy", "obspy", "xarray", "netCDF4")
@@ -48,17 +49,19 @@ def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path:
     """
     from netCDF4 import Dataset
 
-    grid, variables = Grid.of(study), variables_of(study)
+    grid, variables = Grid.of(study, variant), variables_of(study)
     index_of = {record.record_id: index for index, record in enumerate(records)}
-    dimensions = ("record", *DIMENSIONS)
     digest = hashlib.sha256()
     with whole(path) as unfinished, Dataset(unfinished, "w", format="NETCDF4") as cube:
         cube.createDimension("record", len(records))
         _add_records(cube, records, study.simulation.vertical)
         add_coordinates(cube, grid.coordinates())
+        add_elements(cube, grid.element)
         for variable in variables:
-            made = add_variable(cube, variable, dimensions, (1, *grid.shape))
-            made.coordinates = "record_id station event fault_normal pulse vertical"
+            dimensions = ("record", *grid.dimensions(variable.name))
+            made = add_variable(cube, variable, dimensions, (1, *grid.shape_of(variable.name)))
+            names = " element_name" if "element" in dimensions else ""
+            made.coordinates = f"record_id station event fault_normal pulse vertical{names}"
         filled = np.zeros((len(records), *grid.shape), dtype=bool)
         for part in parts:
             _copy_part(part, cube, grid, index_of, variant, filled, variables)
@@ -99,6 +102,8 @@ def _copy_part(
         absent = [variable.name for variable in variables if variable.name not in file.variables]
         if absent:
             raise ResultError(f"{part}: has no {absent[0]}; it was made by another version: remove it and run again")
+        if len(grid.element) != (file.dimensions["element"].size if "element" in file.dimensions else 0):
+            raise ResultError(f"{part}: its elements are not those of the scene; remove it and run again")
         places = [_places(part, name, file[name][:], getattr(grid, name)) for name in DIMENSIONS]
         record = index_of[file.record_id]
         for variable in variables:

@@ -5,7 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.dem.variables import PER_ELEMENT
 from overturning.study.config import Study
+from overturning.study.scenes import NOMINAL, scene_of
 
 DIMENSIONS = ("azimuth", "height", "b_over_h", "friction")
 
@@ -24,16 +26,20 @@ class Grid:
         Slenderness.
     friction : ndarray, shape (n_friction,)
         Friction coefficient.
+    element : tuple of str
+        Names of the free elements of a scene that has more than one; empty otherwise.
     """
 
     azimuth: NDArray[np.generic]
     height: NDArray[np.float64]
     b_over_h: NDArray[np.float64]
     friction: NDArray[np.float64]
+    element: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, study: Study) -> "Grid":
-        """The grid of a study."""
+    def of(cls, study: Study, variant: str = NOMINAL) -> "Grid":
+        """The grid of a study, or of one of its variants."""
+        scene = scene_of(study, variant)
         azimuth = np.array(study.azimuth.values(), dtype=np.float64)
         whole = np.array_equal(azimuth, np.round(azimuth))
         return cls(
@@ -41,12 +47,21 @@ class Grid:
             np.array(study.height, dtype=np.float64),
             np.array(study.b_over_h, dtype=np.float64),
             np.array(study.friction, dtype=np.float64),
+            scene.free if scene is not None and len(scene.free) > 1 else (),
         )
 
     @property
     def shape(self) -> tuple[int, int, int, int]:
         """Numbers of azimuths, heights, slendernesses and frictions."""
         return (self.azimuth.size, self.height.size, self.b_over_h.size, self.friction.size)
+
+    def dimensions(self, variable: str) -> tuple[str, ...]:
+        """Dimensions of a variable of the outcome, without that of the records."""
+        return (*DIMENSIONS, "element") if self.element and variable in PER_ELEMENT else DIMENSIONS
+
+    def shape_of(self, variable: str) -> tuple[int, ...]:
+        """Sizes of those dimensions."""
+        return (*self.shape, len(self.element)) if len(self.dimensions(variable)) > len(DIMENSIONS) else self.shape
 
     @property
     def size(self) -> int:

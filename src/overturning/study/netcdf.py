@@ -25,6 +25,20 @@ def add_coordinates(file: Any, coordinates: dict[str, NDArray[np.generic]]) -> N
         variable[:] = values
 
 
+def add_elements(file: Any, names: tuple[str, ...]) -> None:
+    """Create the dimension of a scene's free elements, where there is one: numbers, and their names beside them."""
+    if not names:
+        return
+    file.createDimension("element", len(names))
+    number = file.createVariable("element", "i4", ("element",))
+    number.setncatts({"long_name": "number of the free element of the scene", "units": "1"})
+    number[:] = np.arange(len(names))
+    text = file.createVariable("element_name", str, ("element",))
+    text.long_name = "name of the free element of the scene"
+    for index, name in enumerate(names):
+        text[index] = name
+
+
 def add_variable(file: Any, variable: Variable, dimensions: tuple[str, ...], chunks: tuple[int, ...]) -> Any:
     """Create an outcome variable, filled with "missing", in an open netCDF4 file."""
     made = file.createVariable(

@@ -16,11 +16,11 @@ from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.study.config import ContactSettings, Study
 from overturning.study.ensemble import ENSEMBLE_VARIABLES, run_ensemble
-from overturning.study.grid import DIMENSIONS, Grid
+from overturning.study.grid import Grid
 from overturning.study.members import Members, draw_members
-from overturning.study.netcdf import add_coordinates, add_variable
-
-NOMINAL = "nominal"
+from overturning.study.netcdf import add_coordinates, add_elements, add_variable
+from overturning.study.scene_sweep import simulate_study_scene
+from overturning.study.scenes import NOMINAL, scene_of
 
 NOMINAL_SHARE = 0.15
 """Share of a sweep's work that the nominal run has beside a usual ensemble; only for the progress line."""
@@ -106,7 +106,14 @@ def sweep_record(
     int
         Block steps computed.
     """
-    grid, motion, arguments = Grid.of(study), motion_of(study, record), simulation_arguments(study, variant)
+    grid, motion = Grid.of(study, variant), motion_of(study, record)
+    attributes = {"record_id": record.record_id, "variant": variant}
+    if scene_of(study, variant) is not None:
+        azimuth = grid.azimuth.astype(np.float64)
+        outcome = simulate_study_scene(study, variant, motion, azimuth, threads, _part_of(progress, 0.0, 1.0))
+        write_part(path, grid, outcome, attributes, variables_of(study))
+        return int(np.sum(outcome["block_steps"]))
+    arguments = simulation_arguments(study, variant)
     with_ensemble = study.ensemble.members > 0
     first = 1.0 if not with_ensemble else NOMINAL_SHARE
     outcome = simulate_arrays(
@@ -134,7 +141,7 @@ def sweep_record(
         )
         outcome |= spread
         block_steps += more
-    write_part(path, grid, outcome, {"record_id": record.record_id, "variant": variant}, variables_of(study))
+    write_part(path, grid, outcome, attributes, variables_of(study))
     return block_steps
 
 
@@ -163,9 +170,11 @@ def write_part(
 
     with whole(path) as part, Dataset(part, "w", format="NETCDF4") as file:
         add_coordinates(file, grid.coordinates())
+        add_elements(file, grid.element)
         for variable in variables:
             values = outcome[variable.name]
             if values.dtype.kind == "f":
                 values = np.where(np.isnan(values), FLOAT32_MISSING, values)
-            add_variable(file, variable, DIMENSIONS, grid.shape)[:] = values
+            dimensions = grid.dimensions(variable.name)
+            add_variable(file, variable, dimensions, grid.shape_of(variable.name))[:] = values
         file.setncatts(attributes)

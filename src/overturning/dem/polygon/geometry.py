@@ -123,6 +123,12 @@ def place(scene: Scene, height: float | None = None, b_over_h: float | None = No
     return placed
 
 
+def native_size(scene: Scene) -> tuple[float, float]:
+    """Height (m) and B/H of a scene's reference element as the file gives it."""
+    shape = next(item.shape for item in place(scene) if item.element.name == scene.reference_name)
+    return shape.height, shape.width / shape.height
+
+
 def _vertices(element: Element) -> FloatArray:
     if element.vertices is not None:
         points = np.array(element.vertices, dtype=np.float64)

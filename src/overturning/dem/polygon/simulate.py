@@ -9,12 +9,12 @@ from overturning.dem.blocks import Cases, check_count
 from overturning.dem.cases import Progress
 from overturning.dem.contact import Contact
 from overturning.dem.polygon.cases import plan_scene, run_scene_cases
-from overturning.dem.polygon.geometry import place
+from overturning.dem.polygon.geometry import native_size
 from overturning.dem.polygon.prepare import prepare
 from overturning.dem.polygon.scene import Scene
 from overturning.dem.simulate import opposite_azimuths, simulate_arrays
 from overturning.dem.status import Status
-from overturning.dem.variables import INT8_MISSING, VARIABLES
+from overturning.dem.variables import INT8_MISSING, PER_ELEMENT, VARIABLES
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
@@ -24,17 +24,8 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float64]
 
-PER_ELEMENT: Final = ("overturned", "overturning_time", "peak_rotation", "peak_slip", "residual_slip")
-"""Variables that have the dimension `element` where a scene has more than one free element."""
-
 _ODD: Final = ("overturned", "residual_slip")
 SCHEME: Final = "cundall"
-
-
-def native_size(scene: Scene) -> tuple[float, float]:
-    """Height (m) and B/H of a scene's reference element as the file gives it."""
-    shape = next(item.shape for item in place(scene) if item.element.name == scene.reference_name)
-    return shape.height, shape.width / shape.height
 
 
 def is_block(scene: Scene) -> bool:

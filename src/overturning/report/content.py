@@ -8,6 +8,7 @@ import numpy as np
 
 from overturning.report.direction_content import direction_content, record_directions
 from overturning.report.published import compare_findings, compare_peaks, summary
+from overturning.report.scene_content import scene_content
 from overturning.statistics.falls import overturns
 from overturning.statistics.fault import GroupComparison, compare_group, shares_by_direction
 from overturning.statistics.groups import record_groups
@@ -132,6 +133,7 @@ def content(results: Path) -> dict[str, Any]:
             "peaks": compare_peaks(study, intensity),
             "findings": findings,
             "findings_summary": summary(findings),
+            "scene": scene_content(study, results),
             "title": study.title or study.name,
             "question": study.question,
             **direction_content(cube, intensity, fallen),

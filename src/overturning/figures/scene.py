@@ -1,0 +1,97 @@
+"""Drawings of scenes, and roses of where their elements fall."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from overturning.dem.polygon.geometry import place
+from overturning.dem.polygon.scene import Scene
+from overturning.figures.rose import draw_rose, sector_shares
+from overturning.figures.style import INK, SERIES
+from overturning.statistics.falls import falls_towards
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+def draw_scene(axes: Any, scene: Scene, height: float | None = None, b_over_h: float | None = None) -> None:
+    """Draw a scene to scale: free elements with their names, driven ones in grey, held ones hatched."""
+    placed = place(scene, height, b_over_h)
+    free = [item for item in placed if not item.fixed]
+    low = min(float(item.points[:, 1].min()) for item in free)
+    high = max(float(item.points[:, 1].max()) for item in free)
+    reach = max(float(np.abs(item.points[:, 0]).max()) for item in free) + 0.35 * (high - low)
+    for item in placed:
+        fixed = item.fixed
+        axes.fill(
+            *item.points.T,
+            facecolor="#d9d9d6" if fixed else "#f4ead9",
+            edgecolor=INK,
+            linewidth=0.8,
+            hatch="//" if item.element.kind == "held" else None,
+        )
+        if not fixed:
+            axes.plot(item.x, item.z, marker="+", color=SERIES[0], markersize=5)
+            axes.annotate(
+                item.element.name, (float(item.points[:, 0].max()), item.z), (4, 0), textcoords="offset points",
+                va="center", fontsize=7.5,
+            )  # fmt: skip
+    axes.set_xlim(-reach, reach)
+    axes.set_ylim(low - 0.12 * (high - low), high + 0.06 * (high - low))
+    axes.set_aspect("equal")
+    axes.set_xlabel("m")
+    axes.spines["left"].set_visible(False)
+    axes.set_yticks([])
+    axes.set_title(scene.title or scene.name)
+
+
+def scenes_figure(scenes: Sequence[Scene]) -> "Figure":
+    """Scenes side by side, each to its own scale.
+
+    Parameters
+    ----------
+    scenes : sequence of Scene
+        At least one.
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    import matplotlib.pyplot as plt
+
+    figure, panels = plt.subplots(1, len(scenes), figsize=(2.7 * len(scenes), 3.4), squeeze=False, layout="constrained")
+    for axes, scene in zip(panels[0], scenes, strict=True):
+        draw_scene(axes, scene)
+    return figure
+
+
+def element_roses_figure(cubes: Mapping[str, "xr.Dataset"]) -> "Figure":
+    """Roses of fall azimuths, one for each name.
+
+    Parameters
+    ----------
+    cubes : mapping of str to xarray.Dataset
+        Cubes of a single element each.
+
+    Returns
+    -------
+    matplotlib Figure
+    """
+    import matplotlib.pyplot as plt
+
+    columns = min(len(cubes), 3)
+    rows = -(-len(cubes) // columns)
+    figure, panels = plt.subplots(
+        rows, columns, figsize=(3.0 * columns, 3.3 * rows), subplot_kw={"projection": "polar"}, squeeze=False,
+        layout="constrained",
+    )  # fmt: skip
+    for axes in panels.ravel()[len(cubes) :]:
+        axes.remove()
+    for axes, (name, cube) in zip(panels.ravel(), cubes.items(), strict=False):
+        falls = falls_towards(cube).sum(["record", "height", "b_over_h", "friction"]).compute()
+        counts = falls.to_numpy().astype(np.float64)
+        draw_rose(axes, sector_shares(falls["azimuth"].to_numpy().astype(np.float64), counts))
+        axes.set_title(f"{name}: {counts.sum():.0f} falls", pad=4)
+    return figure

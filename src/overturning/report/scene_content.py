@@ -1,0 +1,92 @@
+"""What the report says of a scene: its drawing, how often and which way each element falls, stack against monolith."""
+
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from overturning.statistics.elements import StoneComparison, compare_stones, falls_by_element
+from overturning.study.config import Study
+from overturning.study.scenes import NOMINAL, scene_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+def sentence(found: StoneComparison) -> str:
+    """One comparison as a sentence."""
+    text = (
+        f"Of {found.cases} cases the {found.name} falls in {found.both + found.only_this} and the {found.other} in "
+        f"{found.both + found.only_other}; in {found.only_this} only the {found.name} falls, in {found.only_other} only "
+        f"the {found.other}."
+    )
+    if found.both:
+        text += (
+            f" Where both fall ({found.both}), they go to the same side in {found.same_side / found.both:.0%}, and the "
+            f"{found.name} falls first in {found.earlier / found.both:.0%}."
+        )
+    elif found.only_this and not found.only_other:
+        text += f" So the {found.name} falls first in every case in which anything falls."
+    return text
+
+
+def scene_content(study: Study, results: Path) -> dict[str, Any] | None:
+    """Drawing, table and comparisons of a study's scenes.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    results : Path
+        Folder of its results, with a cube for each variant.
+
+    Returns
+    -------
+    dict or None
+        None for a study of a single block without a scene. ``drawing`` and ``roses`` are SVG elements; ``elements`` are
+        rows of `ElementFalls` by scene, ``comparisons`` sentences.
+    """
+    if study.scene is None:
+        return None
+    from overturning.figures.scene import element_roses_figure, scenes_figure
+    from overturning.figures.style import style
+    from overturning.study.cube import open_cube
+
+    names = [NOMINAL, *study.variants]
+    scenes = {name: scene for name in names if (scene := scene_of(study, name)) is not None}
+    cubes = {
+        name: open_cube(results / ("cube.nc" if name == NOMINAL else f"cube.{name}.nc"), element=None) for name in names
+    }
+    try:
+        stones: dict[str, xr.Dataset] = {}
+        tables = []
+        for name, cube in cubes.items():
+            label = scenes[name].title or scenes[name].name
+            rows = falls_by_element(cube)
+            if "element" not in cube.dims:
+                rows = [type(row)(scenes[name].free[0], *list(vars(row).values())[1:]) for row in rows]
+            tables += [(label, row) for row in rows]
+        for name, cube in cubes.items():
+            several = "element" in cube.dims
+            reference = scenes[name].reference_name
+            title = f"{reference} of the {scenes[name].name} scene" if several else scenes[name].name
+            stones[title] = cube.sel(element=reference) if several else cube
+        first, *others = stones.items()
+        comparisons = [sentence(compare_stones(*first, *other)) for other in others]
+        with style():
+            drawing = _svg(scenes_figure(list(scenes.values())), "scene-drawing")
+            roses = _svg(element_roses_figure(stones), "scene-roses")
+    finally:
+        for cube in cubes.values():
+            cube.close()
+    return {"drawing": drawing, "roses": roses, "elements": tables, "comparisons": comparisons}
+
+
+def _svg(figure: "Figure", name: str) -> str:
+    from overturning.figures.style import save
+    from overturning.report.page import inline_svg
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "figure" / f"{name}.svg"
+        save(figure, path)
+        return inline_svg(path)

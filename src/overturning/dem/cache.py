@@ -37,11 +37,16 @@ def sources_digest(folder: Path) -> str:
     return digest.hexdigest()[:16]
 
 
-def cache_directory() -> Path:
+def cache_directory(sources: Path | None = None) -> Path:
     """Folder of the compiled kernels of these sources.
 
     Numba looks only at the file of the function that it loads; a helper that changed in another file goes unnoticed.
-    The folder is therefore named after a hash of every module of the `dem` layer that holds jitted code.
+    The folder is therefore named after a hash of every module of the layer that holds jitted code.
+
+    Parameters
+    ----------
+    sources : Path, optional
+        Folder of the layer; `dem` where not given.
 
     Returns
     -------
@@ -53,7 +58,7 @@ def cache_directory() -> Path:
         import platformdirs
 
         base = str(Path(platformdirs.user_cache_dir("overturning")) / "kernels")
-    return Path(base) / f"overturning-{sources_digest(Path(__file__).parent)}"
+    return Path(base) / f"overturning-{sources_digest(sources or Path(__file__).parent)}"
 
 
 def keep_compiled(dispatcher: Any) -> Any:
@@ -79,7 +84,7 @@ def keep_compiled(dispatcher: Any) -> Any:
         return dispatcher
     cache = dispatcher._cache
     file = cache._cache_file
-    folder = cache_directory()
+    folder = cache_directory(Path(dispatcher.py_func.__code__.co_filename).parent)
     cache._cache_path = str(folder)
     file._cache_path = str(folder)
     file._index_path = str(folder / Path(file._index_path).name)

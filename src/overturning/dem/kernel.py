@@ -434,7 +434,7 @@ def verdict(state: Any, j: int, lag: float, ticks: float, end: float, gravity: f
         if kinetic < REST_ENERGY * gravity * state[HALF_WIDTH + j]:
             return 0
     if sample >= end:
-        if now < state[BARRIER + j]:
+        if now < state[BARRIER + j] and abs(state[ANGLE + j]) < state[ALPHA + j]:
             # It can no longer fall; let it slide to the end (v²/2μg ahead) unless nothing would stop it.
             slide = vx - state[HALF_HEIGHT + j] * c * state[VW + j]
             if slide * slide < 2e-6 * gravity * state[FRICTION + j] or state[FRICTION + j] == 0.0:

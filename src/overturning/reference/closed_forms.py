@@ -1,0 +1,112 @@
+"""Closed forms of the rigid block (Housner 1963) and of a damped spring, to hold the kernel against.
+
+Angles in rad, positive towards +s as in docs/method.md; α = arctan(B/H), R half the diagonal, p² = 3g/4R.
+"""
+
+import math
+
+from overturning.units import STANDARD_GRAVITY
+
+
+def frequency_parameter(height: float, b_over_h: float) -> float:
+    """P = √(3g/4R), 1/s (Housner 1963, eq. 3)."""
+    radius = 0.5 * height * math.sqrt(1.0 + b_over_h**2)
+    return math.sqrt(0.75 * STANDARD_GRAVITY / radius)
+
+
+def restitution(b_over_h: float) -> float:
+    """Ratio of angular velocities after and before an impact, 1 − 1.5 sin²α (Housner 1963, eq. 9)."""
+    return 1.0 - 1.5 * b_over_h**2 / (1.0 + b_over_h**2)
+
+
+def uplift_acceleration(b_over_h: float, upward: float = 0.0) -> float:
+    """Horizontal acceleration at which a rigid block begins to rock, (g + a_up) B/H, m/s²."""
+    return (STANDARD_GRAVITY + upward) * b_over_h
+
+
+def slip_acceleration(friction: float, upward: float = 0.0) -> float:
+    """Horizontal acceleration at which a rigid block begins to slide as a whole, μ (g + a_up), m/s²."""
+    return (STANDARD_GRAVITY + upward) * friction
+
+
+def quarter_period(height: float, b_over_h: float, tilt: float) -> float:
+    """Time from rest at a tilt to the first impact, s, without the small-angle approximation.
+
+    From the energy integral θ̇² = 2p² (cos(α − θ₀) − cos(α − θ)), with θ = θ₀ (1 − u²) to take the singularity out;
+    integrated by Gauss and Legendre with 200 points.
+
+    Raises
+    ------
+    ValueError
+        If the tilt is not between 0 and α.
+    """
+    import numpy as np
+
+    alpha = math.atan(b_over_h)
+    if not 0 < tilt < alpha:
+        raise ValueError(f"tilt: {tilt}; it must lie between 0 and α = {alpha:.6g}")
+    nodes, weights = np.polynomial.legendre.leggauss(200)
+    u = 0.5 * (nodes + 1.0)
+    angle = tilt * (1.0 - u**2)
+    # cos a − cos b as a product keeps its digits near u = 0.
+    half_sum = alpha - 0.5 * (angle + tilt)
+    half_difference = 0.5 * (tilt - angle)
+    drop = 2.0 * np.sin(half_sum) * np.sin(half_difference)
+    rate = frequency_parameter(height, b_over_h) * np.sqrt(2.0 * drop)
+    return float(np.sum(0.5 * weights * 2.0 * tilt * u / rate))
+
+
+def next_amplitude(b_over_h: float, tilt: float) -> float:
+    """Amplitude after the next impact of free rocking, rad (energy times the square of the restitution)."""
+    alpha = math.atan(b_over_h)
+    lost = restitution(b_over_h) ** 2 * (math.cos(alpha - tilt) - math.cos(alpha))
+    return alpha - math.acos(math.cos(alpha) + lost)
+
+
+def bounce(speed: float, square: float, rate: float, gravity: float = STANDARD_GRAVITY) -> tuple[float, float]:
+    """A mass that meets a spring and dashpot which cannot pull.
+
+    Penetration U from U(0) = 0, U̇(0) = speed: Ü = g − ω² U − 2c U̇ as long as ω² U + 2c U̇ > 0.
+
+    Parameters
+    ----------
+    speed : float
+        Downward velocity at touch, m/s.
+    square : float
+        ω² = K/m, 1/s².
+    rate : float
+        2c = h/m, 1/s; below 2ω.
+    gravity : float
+        m/s².
+
+    Returns
+    -------
+    time, velocity : float
+        From touch until the force is zero again, s, and the upward velocity then, m/s.
+
+    Raises
+    ------
+    ValueError
+        If the contact is not underdamped.
+    """
+    from scipy.optimize import brentq
+
+    c = 0.5 * rate
+    if square <= c * c:
+        raise ValueError("rate: the contact must be underdamped")
+    omega = math.sqrt(square - c * c)
+    rest = gravity / square
+
+    def state(t: float) -> tuple[float, float]:
+        a, b = -rest, (speed - c * rest) / omega
+        decay = math.exp(-c * t)
+        depth = rest + decay * (a * math.cos(omega * t) + b * math.sin(omega * t))
+        rate_of_depth = decay * ((b * omega - c * a) * math.cos(omega * t) - (a * omega + c * b) * math.sin(omega * t))
+        return depth, rate_of_depth
+
+    def force(t: float) -> float:
+        depth, velocity = state(t)
+        return square * depth + rate * velocity
+
+    end = float(brentq(force, 0.5 * math.pi / omega * 0.2, 1.2 * math.pi / omega, xtol=1e-15))
+    return end, -state(end)[1]

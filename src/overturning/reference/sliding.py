@@ -1,0 +1,107 @@
+"""The exact sliding block: a mass on a moving base, held by friction alone (Newmark 1965).
+
+The acceleration of the base is linear between samples; so is, while the block slides one way, its relative
+acceleration. Velocity and displacement are the integrals of that line, and the instants at which sliding starts or
+stops are roots of a linear or quadratic polynomial: no step, no tolerance.
+"""
+
+import itertools
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from overturning.units import STANDARD_GRAVITY
+
+FloatArray = NDArray[np.float64]
+
+
+def slide(acceleration: ArrayLike, sampling_interval: float, friction: float) -> tuple[float, float]:
+    """Slip of a rigid mass on a base that shakes horizontally.
+
+    Parameters
+    ----------
+    acceleration : array_like, shape (n,)
+        Of the base towards +s, m/s²; linear between the samples. After them the base moves steadily.
+    sampling_interval : float
+        s.
+    friction : float
+        μ above 0.
+
+    Returns
+    -------
+    peak, residual : float
+        Largest magnitude of the displacement relative to the base, and the last displacement, positive towards +s, m.
+
+    Raises
+    ------
+    ValueError
+        If μ is not above 0: without friction the block never stops.
+    """
+    if not friction > 0:
+        raise ValueError(f"friction: {friction}; it must be above 0")
+    limit = friction * STANDARD_GRAVITY
+    samples = np.asarray(acceleration, dtype=np.float64)
+    base = np.concatenate([samples, [0.0]])
+    displacement = velocity = peak = 0.0
+    for left, right in itertools.pairwise(base):
+        displacement, velocity, highest = _interval(displacement, velocity, left, right, sampling_interval, limit)
+        peak = max(peak, highest)
+    # The base rests: the block comes to a stand under its friction.
+    displacement += math.copysign(velocity**2 / (2.0 * limit), velocity) if velocity else 0.0
+    return max(peak, abs(displacement)), displacement
+
+
+def _interval(
+    displacement: float, velocity: float, left: float, right: float, length: float, limit: float
+) -> tuple[float, float, float]:
+    """Displacement and velocity after one sampling interval, and the largest displacement in it."""
+    slope = (right - left) / length
+    t, peak = 0.0, abs(displacement)
+    while t < length:
+        ground = left + slope * t
+        if velocity == 0.0:
+            if abs(ground) <= limit:
+                start = _first_root(ground, slope, limit)
+                if t + start >= length:
+                    break
+                t += start
+                ground = math.copysign(limit, slope)
+            direction = -math.copysign(1.0, ground)
+        else:
+            direction = math.copysign(1.0, velocity)
+        # Relative acceleration −a(t) − direction · μg; the velocity is a parabola.
+        first, second = -ground - direction * limit, -slope
+        rest = length - t
+        stop = _stop(velocity, first, second, rest)
+        displacement += velocity * stop + first * stop**2 / 2.0 + second * stop**3 / 6.0
+        velocity += first * stop + second * stop**2 / 2.0
+        peak = max(peak, abs(displacement))
+        t += stop
+        if stop < rest:
+            velocity = 0.0
+    return displacement, velocity, peak
+
+
+def _first_root(ground: float, slope: float, limit: float) -> float:
+    """Time until abs(ground + slope t) passes the limit."""
+    if slope == 0.0:
+        return math.inf
+    return max((math.copysign(limit, slope) - ground) / slope, 0.0)
+
+
+def _stop(velocity: float, first: float, second: float, rest: float) -> float:
+    """First positive time at which velocity + first t + second t²/2 is zero, at most `rest`."""
+    if velocity == 0.0:
+        # Sliding has just begun; the velocity returns to zero at −2 first/second.
+        roots = [-2.0 * first / second] if second else []
+    else:
+        discriminant = first**2 - 2.0 * second * velocity
+        if discriminant < 0:
+            return rest
+        q = -(first + math.copysign(math.sqrt(discriminant), first))
+        roots = [2.0 * velocity / q] if q else []
+        if second:
+            roots.append(q / second)
+    later = [root for root in roots if root > 1e-15]
+    return min([rest, *later])

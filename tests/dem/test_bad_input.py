@@ -1,0 +1,108 @@
+"""Each bad argument is refused by name, value and bound; bad cases are marked and have no flag."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from overturning.dem.blocks import Cases
+from overturning.dem.cases import run_cases
+from overturning.dem.contact import Contact
+from overturning.dem.simulate import simulate_arrays
+from overturning.dem.status import Status
+from overturning.errors import ArgumentError
+from overturning.motion.motion import Motion
+
+WAVE = 4.0 * np.sin(np.arange(200) * 0.1)
+MOTION = Motion(WAVE, 0.3 * WAVE, sampling_interval=0.01)
+GRID: dict[str, Any] = {"azimuth_deg": [0.0], "height": [0.6], "b_over_h": [0.3], "friction": [1.0]}
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"azimuth_deg": []}, ["azimuth_deg", "at least one"]),
+        ({"azimuth_deg": [np.nan]}, ["azimuth_deg", "nan"]),
+        ({"b_over_h": [0.0]}, ["b_over_h", "above 0"]),
+        ({"b_over_h": [-0.2]}, ["b_over_h", "-0.2", "above 0"]),
+        ({"height": [0.0]}, ["height", "above 0"]),
+        ({"height": [np.inf]}, ["height", "inf"]),
+        ({"friction": [-0.1]}, ["friction", "-0.1", "at least 0"]),
+        ({"density": 0.0}, ["density", "above 0"]),
+        ({"scheme": "euler"}, ["scheme", "euler", "centred"]),
+        ({"time_step": 0.01}, ["time_step", "0.01", "at most"]),
+        ({"time_step": -1.0}, ["time_step", "positive"]),
+        ({"time_step": "2 stable"}, ["time_step", "2 stable"]),
+        ({"time_step": 1e-12}, ["time step", "steps"]),
+        ({"threads": 0}, ["threads", "at least 1"]),
+        ({"contact": Contact(damping=1e15), "scheme": "cundall"}, ["damping", "steps"]),
+        ({"contact": Contact(stiffness=1e18)}, ["stiffness", "penetration", "below"]),
+    ],
+)
+def test_bad_arguments_are_refused(change: dict[str, Any], words: list[str]) -> None:
+    with pytest.raises(ArgumentError) as refusal:
+        simulate_arrays(MOTION, **{**GRID, **change})
+    for word in words:
+        assert word in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        ({"stiffness": -1.0}, "stiffness"),
+        ({"stiffness": "soft"}, "soft"),
+        ({"stiffness_ratio": np.nan}, "stiffness_ratio"),
+        ({"damping": -3500.0}, "damping"),
+        ({"damping": 1.0, "damping_ratio": 1.0}, "both"),
+    ],
+)
+def test_bad_contacts_are_refused(arguments: dict[str, Any], word: str) -> None:
+    with pytest.raises(ValueError, match=word):
+        Contact(**arguments)
+
+
+def test_the_refused_step_names_one_that_works() -> None:
+    with pytest.raises(ValueError, match="at most") as refusal:
+        simulate_arrays(MOTION, **GRID, time_step=0.01)
+    largest = float(str(refusal.value).split("at most ")[1].split(" s")[0])
+    found = simulate_arrays(MOTION, **GRID, time_step=0.99 * largest)
+    assert (found["block_steps"] > 0).all()
+
+
+def test_more_cases_than_memory_are_refused_with_the_memory_they_would_take() -> None:
+    with pytest.raises(ValueError, match="GiB"):
+        simulate_arrays(
+            MOTION,
+            azimuth_deg=np.arange(1000.0),
+            height=np.ones(1000),
+            b_over_h=np.full(100, 0.3),
+            friction=np.ones(10),
+        )
+
+
+def test_lengths_that_differ_and_a_tilt_beyond_balance_are_refused() -> None:
+    with pytest.raises(ValueError, match="lengths differ"):
+        Cases([0.0, 1.0], [0.6, 0.6, 0.6], 0.3, 1.0)
+    with pytest.raises(ValueError, match="initial_tilt"):
+        Cases(0.0, 0.6, 0.3, 1.0, initial_tilt=0.4)
+
+
+def test_a_case_that_loses_its_balance_of_energy_has_no_flag() -> None:
+    # Springs so soft that the block sinks in by a tenth of its width bounce far outside the contact law's range.
+    soft = run_cases(
+        Motion(WAVE, WAVE, sampling_interval=0.01), Cases(0.0, 0.6, [0.1, 0.2, 0.3], 1.0),
+        contact=Contact(static_penetration=0.1), time_step="1 stable",
+    )  # fmt: skip
+    marked = soft.status == Status.UNSTABLE
+    assert marked.any()
+    assert (soft.overturned[marked] == -128).all()
+    assert np.isnan(soft.overturning_time[marked]).all()
+
+
+def test_a_case_over_its_budget_is_marked(monkeypatch: pytest.MonkeyPatch) -> None:
+    from overturning.dem import cases
+
+    monkeypatch.setattr(cases, "BUDGET", 500)
+    found = run_cases(MOTION, Cases(0.0, 0.6, 0.3, 1.0))
+    assert found.status.tolist() == [Status.OVER_BUDGET]
+    assert found.overturned.tolist() == [-128]

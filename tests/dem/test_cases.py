@@ -1,0 +1,96 @@
+"""What `run_cases` promises: amplitudes, tilts, progress, threads, free flight, the cache."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from overturning.dem.blocks import Cases
+from overturning.dem.cache import cache_directory, sources_digest
+from overturning.dem.cases import run_cases
+from overturning.motion.motion import Motion
+
+T = np.arange(400) * 0.01
+WAVE = np.sin(2 * np.pi * T / 0.9) * (T < 1.8)
+
+
+def test_amplitude_is_a_factor_on_the_motion() -> None:
+    once = run_cases(Motion(4.0 * WAVE, 0 * T, 1.0 * WAVE, sampling_interval=0.01), Cases(0.0, 0.6, [0.2, 0.3], 0.5))
+    half = Motion(2.0 * WAVE, 0 * T, 0.5 * WAVE, sampling_interval=0.01)
+    twice = run_cases(half, Cases(0.0, 0.6, [0.2, 0.3], 0.5, amplitude=2.0))
+    assert once.peak_rotation.max() > 0.05
+    np.testing.assert_array_equal(once.peak_rotation, twice.peak_rotation)
+    np.testing.assert_array_equal(once.overturned, twice.overturned)
+
+
+def test_damping_factor_changes_the_contact() -> None:
+    motion = Motion(4.0 * WAVE, 0 * T, sampling_interval=0.01)
+    found = run_cases(motion, Cases(0.0, 0.6, 0.39, 1.0, damping_factor=[1.0, 0.05]))
+    assert found.peak_rotation[0] != found.peak_rotation[1]
+
+
+def test_initial_tilt_has_a_side() -> None:
+    still = Motion(0 * T, 0 * T, sampling_interval=0.01)
+    found = run_cases(still, Cases(0.0, 0.6, 0.3, 1.0, initial_tilt=[0.1, -0.1]))
+    np.testing.assert_allclose(found.peak_rotation, 0.1 / np.arctan(0.3), rtol=1e-6)
+    assert found.residual_slip[0] == -found.residual_slip[1]
+
+
+def test_a_block_is_in_free_flight_while_the_ground_falls_faster_than_it() -> None:
+    up = np.where(T < 0.3, -1.5 * 9.80665, 0.0)
+    found = run_cases(Motion(0 * T, 0 * T, up, sampling_interval=0.01), Cases(0.0, 0.6, 0.8, 1.0))
+    assert found.status.tolist() == [0]
+    assert found.overturned.tolist() == [0]
+    assert found.energy_error[0] < 1e-2
+
+
+def test_progress_counts_block_steps_up_to_the_whole() -> None:
+    calls: list[tuple[int, int]] = []
+    found = run_cases(
+        Motion(4.0 * WAVE, 0 * T, sampling_interval=0.01), Cases(0.0, 0.6, np.linspace(0.1, 0.5, 50), 0.5),
+        progress=lambda done, total: calls.append((done, total)),
+    )  # fmt: skip
+    assert calls[-1][0] == calls[-1][1] > 0
+    assert [done for done, _ in calls] == sorted(done for done, _ in calls)
+    assert found.block_steps.sum() > 0
+
+
+def test_a_torn_cache_file_is_a_miss(tmp_path: Path) -> None:
+    program = (
+        "import numpy as np; from overturning import Motion, Cases, run_cases\n"
+        "w = 4 * np.sin(np.arange(200) * 0.1)\n"
+        "print(run_cases(Motion(w, 0 * w, sampling_interval=0.01), Cases(0, 0.6, 0.3, 1.0)).peak_rotation[0])"
+    )
+
+    def run() -> str:
+        import os
+
+        environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+        done = subprocess.run(
+            [sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    first = run()
+    files = sorted(tmp_path.rglob("*.nb*"))
+    assert files, "the kernel was not cached"
+    for path in files:
+        path.write_bytes(path.read_bytes()[:100])
+    assert run() == first
+    assert any(path.stat().st_size > 100 for path in tmp_path.rglob("*.nbc"))
+
+
+def test_the_cache_folder_is_named_after_the_kernels_sources(tmp_path: Path) -> None:
+    (tmp_path / "a.py").write_text("from numba import njit")
+    before = sources_digest(tmp_path)
+    (tmp_path / "a.py").write_text("from numba import njit, prange")
+    assert sources_digest(tmp_path) != before
+    assert cache_directory().name.startswith("overturning-")
+
+
+def test_a_sweep_imports_nothing_expensive() -> None:
+    program = "import sys; import overturning.dem.simulate, overturning.dem.kernel; print([m for m in ('xarray', 'pandas', 'scipy.signal', 'scipy.optimize', 'matplotlib') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

@@ -1,0 +1,160 @@
+"""The kernel against closed forms: signs, thresholds, free rocking, sliding, bouncing."""
+
+import numpy as np
+import pytest
+
+from overturning.dem.blocks import Cases
+from overturning.dem.cases import run_cases
+from overturning.dem.contact import Contact
+from overturning.dem.simulate import trajectory
+from overturning.motion.motion import Motion
+from overturning.reference.closed_forms import (
+    bounce,
+    next_amplitude,
+    quarter_period,
+    slip_acceleration,
+    uplift_acceleration,
+)
+from overturning.reference.sliding import slide
+from overturning.units import STANDARD_GRAVITY
+
+QUIET = np.zeros(400)
+STILL = Motion(QUIET, QUIET, sampling_interval=0.005)
+
+
+def ramp(height: float, seconds: float, upward: float = 0.0) -> Motion:
+    """North acceleration that rises steadily to a height, m/s², after a second in which the upward one sets in."""
+    t = np.arange(int((seconds + 1.0) / 0.005) + 1) * 0.005
+    up = upward * np.minimum(t, 1.0)
+    north = height * np.clip((t - 1.0) / seconds, 0.0, 1.0)
+    return Motion(north, 0 * north, up, sampling_interval=0.005)
+
+
+def test_a_base_that_accelerates_steadily_towards_s_throws_the_block_towards_minus_s() -> None:
+    steady = Motion(np.full(400, 4.0), QUIET, sampling_interval=0.005)
+    found = run_cases(steady, Cases([0.0, 180.0, 90.0], 0.6, 0.2, 1.0))
+    assert found.overturned.tolist() == [-1, 1, 0]
+
+
+def test_at_rest_nothing_moves_for_a_minute() -> None:
+    minute = np.zeros(6001)
+    path = trajectory(
+        Motion(minute, minute, sampling_interval=0.01),
+        azimuth_deg=0, height=0.6, b_over_h=0.4, friction=0.6, leave_out=False,
+    )  # fmt: skip
+    assert float(path.time[-1]) >= 59.9
+    for name in ("x", "z", "rotation"):
+        assert float(np.abs(path[name] - path[name][0]).max()) <= 1e-9
+
+
+@pytest.mark.parametrize("upward", [0.0, -0.3 * STANDARD_GRAVITY, 0.2 * STANDARD_GRAVITY])
+@pytest.mark.parametrize("b_over_h", [0.1, 0.25, 0.5])
+def test_uplift_begins_at_the_threshold(b_over_h: float, upward: float) -> None:
+    threshold = uplift_acceleration(b_over_h, upward)
+    path = trajectory(
+        ramp(1.2 * threshold, 4.0, upward), azimuth_deg=0, height=0.6, b_over_h=b_over_h, friction=10.0,
+        leave_out=False, contact=Contact(static_penetration=2e-6),
+    )  # fmt: skip
+    # The corner towards +s is the one that comes off, when its penetration is gone.
+    left = int(np.argmax(path.penetration_right.values <= 0.0))
+    assert left > 0
+    assert float(path.ground_acceleration[left]) == pytest.approx(threshold, rel=1e-3)
+
+
+@pytest.mark.parametrize("upward", [0.0, -0.3 * STANDARD_GRAVITY])
+@pytest.mark.parametrize("friction", [0.1, 0.3])
+def test_both_corners_slip_at_the_threshold(friction: float, upward: float) -> None:
+    threshold = slip_acceleration(friction, upward)
+    path = trajectory(
+        ramp(1.1 * threshold, 8.0, upward), azimuth_deg=0, height=0.3, b_over_h=2.0, friction=friction,
+        leave_out=False, contact=Contact(static_penetration=2e-6),
+    )  # fmt: skip
+    # Sliding is seen from its speed: beyond the threshold it is the integral of the excess of a ramp.
+    time, speed = path.time.values, -path.velocity_x.values
+    late = speed > 0.02
+    start = time[late] - np.sqrt(2.0 * speed[late] / (1.1 * threshold / 8.0))
+    onset = np.interp(np.median(start), time, path.ground_acceleration.values)
+    assert onset == pytest.approx(threshold, rel=1e-3)
+
+
+def test_upward_acceleration_shifts_thresholds() -> None:
+    # 15 % above the threshold with a_up = −0.3 g, 15 % below without.
+    level = 0.85 * uplift_acceleration(0.2)
+    light, heavy = ramp(level, 1.5, -0.3 * STANDARD_GRAVITY), ramp(level, 1.5)
+    assert run_cases(light, Cases(0.0, 0.6, 0.2, 10.0)).peak_rotation[0] > 1e-2
+    assert run_cases(heavy, Cases(0.0, 0.6, 0.2, 10.0)).peak_rotation[0] == 0.0
+
+
+@pytest.mark.parametrize(("b_over_h", "amplitude"), [(0.1, 5e-3), (0.2, 5e-3), (0.3, 5e-3), (0.4, 1e-2), (0.5, 2e-2)])
+def test_free_rocking(b_over_h: float, amplitude: float) -> None:
+    height, tilt = 1.0, 0.5 * float(np.arctan(b_over_h))
+    fine = Motion(np.zeros(1500), np.zeros(1500), sampling_interval=0.001)
+    path = trajectory(
+        fine, azimuth_deg=0, height=height, b_over_h=b_over_h, friction=10.0, initial_tilt=tilt, leave_out=False
+    )
+    angle, time = path.rotation.values, path.time.values
+    crossing = int(np.argmax(angle < 0.0))
+    share = angle[crossing - 1] / (angle[crossing - 1] - angle[crossing])
+    quarter = time[crossing - 1] + share * (time[crossing] - time[crossing - 1])
+    assert quarter == pytest.approx(quarter_period(height, b_over_h, tilt), rel=5e-3)
+    following = -angle[crossing : crossing + int(2.2 * quarter / 0.001)].min()
+    assert following == pytest.approx(next_amplitude(b_over_h, tilt), rel=amplitude)
+
+
+@pytest.mark.parametrize("b_over_h", [0.1, 0.3, 0.5])
+def test_energy_in_free_rocking_never_rises(b_over_h: float) -> None:
+    height, tilt = 1.0, 0.5 * float(np.arctan(b_over_h))
+    fine = Motion(np.zeros(3000), np.zeros(3000), sampling_interval=0.001)
+    path = trajectory(
+        fine, azimuth_deg=0, height=height, b_over_h=b_over_h, friction=10.0, initial_tilt=tilt, leave_out=False
+    )
+    inertia = height**2 * (1.0 + b_over_h**2) / 12.0
+    stiffness = STANDARD_GRAVITY / (2.0 * 2e-5 * b_over_h * height)
+    depths = np.maximum(np.stack([path.penetration_left, path.penetration_right]), 0.0)
+    energy = (
+        0.5 * (path.velocity_x**2 + path.velocity_z**2 + inertia * path.angular_velocity**2).values
+        + STANDARD_GRAVITY * (path.z.values - 0.5 * height)
+        + 0.5 * stiffness * (depths**2).sum(axis=0)
+    )
+    risen = energy - np.minimum.accumulate(energy)
+    assert risen.max() <= 2e-4 * energy[0]
+
+
+@pytest.mark.parametrize("friction", [0.05, 0.15, 0.25])
+@pytest.mark.parametrize("period", [0.3, 1.0, 2.0])
+def test_sliding_under_a_pulse(friction: float, period: float) -> None:
+    t = np.arange(600) * 0.005
+    pulse = 5.0 * np.sin(2 * np.pi * t / period) * (t < period)
+    found = run_cases(Motion(pulse, 0 * pulse, sampling_interval=0.005), Cases(0.0, 0.3, 2.0, friction))
+    peak, residual = slide(pulse, 0.005, friction)
+    assert found.overturned[0] == 0
+    assert found.peak_slip[0] == pytest.approx(peak, rel=1e-2)
+    assert found.residual_slip[0] == pytest.approx(residual, abs=2e-2 * peak)
+
+
+def test_a_drop_follows_the_exact_bounce_of_a_damped_spring() -> None:
+    # Half a second of a_up = −1.2 g lifts the block at 0.2 g off its base; then it falls freely.
+    interval, lifted = 0.001, 0.2 * STANDARD_GRAVITY
+    t = np.arange(2500) * interval
+    up = np.where(t < 0.2, -STANDARD_GRAVITY - lifted, 0.0)
+    contact = Contact(stiffness=2e6, damping_ratio=0.1)
+    path = trajectory(
+        Motion(0 * t, 0 * t, up, sampling_interval=interval),
+        azimuth_deg=0, height=0.6, b_over_h=1.0, friction=0.5, contact=contact, leave_out=False,
+        time_step="0.02 stable",
+    )  # fmt: skip
+    height, time = path.z.values, path.time.values
+    # Free flight: the last sample before touch gives the speed at touch by energy.
+    touch = int(np.argmax((time > 0.3) & (path.penetration_left.values > 0))) - 1
+    gap, fall = -path.penetration_left.values[touch], -path.velocity_z.values[touch]
+    speed = float(np.sqrt(fall**2 + 2 * STANDARD_GRAVITY * gap))
+    normal, _, dashpot = contact.specific(0.6, 0.6, 2650.0)
+    duration, rebound = bounce(speed, 2.0 * float(normal), 2.0 * float(dashpot))
+    start = time[touch] + (speed - fall) / STANDARD_GRAVITY
+    # After the rebound it flies again: its highest point is that of the rebound speed.
+    away = (time > start + duration + 0.005) & (time < start + duration + 1.5 * rebound / STANDARD_GRAVITY)
+    top = height[away].max()
+    depth_at_release = float(dashpot) * rebound / float(normal)
+    expected = 0.3 - depth_at_release + rebound**2 / (2.0 * STANDARD_GRAVITY)
+    rest = 0.3
+    assert top - rest == pytest.approx(expected - rest, rel=5e-3)

@@ -1,0 +1,125 @@
+"""The same bits for any number of threads, grouping, order and instruction set."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from overturning.dem import cases as cases_module
+from overturning.dem.blocks import Cases
+from overturning.dem.cases import run_cases
+from overturning.dem.simulate import simulate_arrays, trajectory
+from tests.dem.near_field import near_field
+
+NAMES = (
+    "overturned", "status", "overturning_time", "peak_rotation", "peak_slip", "residual_slip", "peak_penetration",
+    "energy_error", "block_steps",
+)  # fmt: skip
+ROOT = Path(__file__).parents[2]
+
+
+def equal(left: object, right: object, rows: np.ndarray | None = None) -> None:
+    for name in NAMES:
+        a, b = getattr(left, name), getattr(right, name)
+        np.testing.assert_array_equal(a if rows is None else a[rows], b, err_msg=name)
+
+
+@pytest.fixture(scope="module")
+def cases() -> Cases:
+    axes = ([0.0, 40.0, 77.7, 150.0], [0.6, 1.2], np.arange(0.1, 0.61, 0.1), [0.33, 1.0])
+    return Cases(*(values.ravel() for values in np.meshgrid(*axes, indexing="ij")))
+
+
+def subset(cases: Cases, rows: np.ndarray) -> Cases:
+    return Cases(cases.azimuth_deg[rows], cases.height[rows], cases.b_over_h[rows], cases.friction[rows])
+
+
+def test_threads_order_and_subset_change_no_bit(cases: Cases, monkeypatch: pytest.MonkeyPatch) -> None:
+    motion, _, _ = near_field(10)
+    whole = run_cases(motion, cases)
+    equal(whole, run_cases(motion, cases, threads=2))
+    order = np.random.default_rng(1).permutation(cases.size)
+    equal(whole, run_cases(motion, subset(cases, order)), order)
+    some = order[:17]
+    equal(whole, run_cases(motion, subset(cases, some)), some)
+    monkeypatch.setattr(cases_module, "QUEUE", 3)
+    equal(whole, run_cases(motion, cases))
+
+
+def test_a_trajectory_is_bit_equal_to_its_cell() -> None:
+    motion, _, _ = near_field(10)
+    cell = {"azimuth_deg": 32.0, "height": 0.6, "b_over_h": 0.35, "friction": 0.58}
+    found = simulate_arrays(motion, **{name: [value] for name, value in cell.items()})
+    path = trajectory(motion, **cell)
+    assert path.attrs["peak_rotation"] == found["peak_rotation"].item()
+    assert path.attrs["overturned"] == found["overturned"].item()
+    assert path.attrs["block_steps"] == found["block_steps"].item()
+    largest = np.abs(path.rotation.values).max() / np.arctan(0.35)
+    assert (
+        0.9 * path.attrs["peak_rotation"]
+        < largest
+        <= max(path.attrs["peak_rotation"], 0.5 * np.pi / np.arctan(0.35)) * 1.2
+    )
+
+
+@pytest.mark.parametrize("vertical", [False, True])
+def test_mirrored_half_is_exact(vertical: bool) -> None:
+    motion, _, _ = near_field(7)
+    if vertical:
+        motion = type(motion)(motion.north, motion.east, 0.4 * motion.north, sampling_interval=motion.sampling_interval)
+    grid = {"height": [0.6], "b_over_h": [0.1, 0.25, 0.4], "friction": [0.33, 1.0]}
+    azimuths = np.arange(0.0, 360.0, 15.0)
+    mirrored = simulate_arrays(motion, azimuth_deg=azimuths, **grid)
+    every = {}
+    for azimuth in azimuths:
+        for name, values in simulate_arrays(motion, azimuth_deg=[azimuth], **grid).items():
+            every.setdefault(name, []).append(values)
+    assert mirrored["mirrored"].any()
+    assert (mirrored["overturned"] != 0).any()
+    for name in NAMES[:-1]:
+        np.testing.assert_array_equal(mirrored[name], np.concatenate(every[name]), err_msg=name)
+
+
+def test_same_bits_for_each_instruction_set(tmp_path: Path) -> None:
+    import platform
+
+    if platform.machine() not in ("x86_64", "AMD64"):
+        if os.environ.get("OVERTURNING_NO_SKIP"):
+            pytest.fail("not an x86-64 processor")
+        pytest.skip("instruction sets of x86-64 only")
+    import llvmlite.binding as llvm
+
+    motion, _, _ = near_field(10)
+    part = slice(100, 500)
+    np.savez(
+        tmp_path / "motion.npz", north=motion.north[part], east=motion.east[part], interval=motion.sampling_interval
+    )
+    has = llvm.get_host_cpu_features()
+    targets = {"host": {}, "sse2": {"NUMBA_CPU_NAME": "x86-64", "NUMBA_CPU_FEATURES": "+sse2"}}
+    targets["without fma"] = {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-AVX2", **targets["sse2"]}
+    if has.get("avx2"):
+        targets["avx2"] = {"NUMBA_CPU_NAME": "haswell", "NUMBA_CPU_FEATURES": ""}
+    if has.get("avx512f"):
+        targets["avx512"] = {"NUMBA_CPU_NAME": "skylake-avx512", "NUMBA_CPU_FEATURES": "-prefer-256-bit"}
+    hashes = {}
+    for name, variables in targets.items():
+        environment = {**os.environ, **variables, "NUMBA_CACHE_DIR": str(tmp_path / name.replace(" ", "-"))}
+        command = [sys.executable, "-m", "tests.dem.bits", str(tmp_path / "motion.npz"), "1"]
+        done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        hashes[name] = done.stdout.strip()
+    assert len(set(hashes.values())) == 1, hashes
+
+
+def test_the_compiled_kernel_contains_no_fused_multiply_add() -> None:
+    from overturning.dem import kernel
+
+    state = np.zeros(kernel.ROWS * kernel.COLUMNS)
+    for advance in (kernel.advance_centred, kernel.advance_cundall):
+        advance(state, 8, 1, 9.8)
+        for assembly in advance.inspect_asm().values():
+            assert "vfmadd" not in assembly
+            assert "vfnmadd" not in assembly

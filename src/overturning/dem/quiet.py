@@ -11,7 +11,7 @@ from overturning.units import STANDARD_GRAVITY
 SAFE_SHARE: Final = 0.2
 """A block at rest is computed from this share of its lower threshold on (docs/method.md: why not from 1)."""
 
-LEAD: Final = 0.1
+LEAD: Final = 1.0
 """And from this long before, s."""
 
 FloatArray = NDArray[np.float64]

@@ -1,0 +1,102 @@
+"""The curve from which the default scheme and step were read: error and cost over the step, on the default study.
+
+33,264 cases of 28 real records (every tenth azimuth of half a turn, all B/H, heights and frictions) against the centred
+scheme at an eighth of its stable step. Run it with ``python -m benchmarks.default_step``; it takes some minutes.
+"""
+
+import csv
+import time
+
+import numpy as np
+
+from benchmarks.study_records import ROOT, half_grid, near_fault
+from overturning.dem.cases import CaseResults, run_cases
+
+AZIMUTHS = 18
+REFERENCE = ("centred", "0.125 stable")
+RUNS = [("centred", fraction) for fraction in (0.25, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)]
+RUNS += [("cundall", fraction) for fraction in (0.25, 0.5, 0.9)]
+
+
+def agreeing_neighbours(flags: np.ndarray) -> np.ndarray:
+    """Cells whose neighbours in azimuth and B/H have the same flag in the reference."""
+    after = np.roll(flags, -1, axis=0)
+    after[-1] = -flags[0]  # half a turn further the sides are exchanged
+    before = np.roll(flags, 1, axis=0)
+    before[0] = -flags[-1]
+    agree = (after == flags) & (before == flags)
+    agree[:, :, 1:] &= flags[:, :, :-1] == flags[:, :, 1:]
+    agree[:, :, :-1] &= flags[:, :, 1:] == flags[:, :, :-1]
+    return agree
+
+
+def boundary(flags: np.ndarray, ratios: np.ndarray) -> np.ndarray:
+    """B/H below which the block falls, from the number of falling cells along B/H."""
+    return ratios[0] + (flags != 0).sum(axis=2) * (ratios[1] - ratios[0])
+
+
+def main() -> None:
+    """Measure, print and write benchmarks/results/default-step.csv."""
+    cases, motions = half_grid(AZIMUTHS), near_fault()
+    ratios = np.unique(cases.b_over_h)
+    shape = (AZIMUTHS, 2, ratios.size, 3)
+
+    def run(scheme: str, step: str) -> tuple[dict[str, CaseResults], float]:
+        start = time.process_time()
+        return {n: run_cases(m, cases, scheme=scheme, time_step=step) for n, m in motions.items()}, (
+            time.process_time() - start
+        )
+
+    reference, _ = run(*REFERENCE)
+    rows = []
+    for scheme, fraction in RUNS:
+        found, seconds = run(scheme, f"{fraction} stable")
+        cells = flags = sides = firm_cells = firm_flags = firm_sides = marked = steps = 0
+        rotation, shift, energy = [], [], []
+        for name, fine in reference.items():
+            coarse = found[name]
+            known = (coarse.overturned > -128) & (fine.overturned > -128)
+            wrong_flag = ((coarse.overturned != 0) != (fine.overturned != 0)) & known
+            wrong_side = (coarse.overturned != fine.overturned) & known
+            firm = agreeing_neighbours(fine.overturned.reshape(shape)).ravel() & known
+            cells, flags, sides = cells + known.sum(), flags + wrong_flag.sum(), sides + wrong_side.sum()
+            firm_cells, firm_flags = firm_cells + firm.sum(), firm_flags + (wrong_flag & firm).sum()
+            firm_sides += (wrong_side & firm).sum()
+            marked += (coarse.status > 1).sum()
+            steps += coarse.block_steps.sum()
+            stands = known & (coarse.overturned == 0) & (fine.overturned == 0) & (fine.peak_rotation > 0.05)
+            rotation.append(np.abs(coarse.peak_rotation - fine.peak_rotation)[stands])
+            edges = [boundary(r.overturned.reshape(shape), ratios) for r in (coarse, fine)]
+            moving = edges[1] > ratios[0]
+            shift.append((np.abs(edges[0] - edges[1]) / edges[1])[moving])
+            energy.append(coarse.energy_error[coarse.status == 0])
+        error = np.concatenate(rotation)
+        rows.append(
+            {
+                "scheme": scheme,
+                "fraction_of_stable_step": fraction,
+                "cases": int(cells),
+                "processor_seconds": round(seconds, 2),
+                "million_block_steps": round(steps / 1e6, 1),
+                "wrong_flags_percent": round(100 * flags / cells, 3),
+                "wrong_sides_percent": round(100 * sides / cells, 3),
+                "wrong_flags_where_neighbours_agree_percent": round(100 * firm_flags / firm_cells, 3),
+                "wrong_sides_where_neighbours_agree_percent": round(100 * firm_sides / firm_cells, 3),
+                "median_error_of_peak_rotation": float(f"{np.median(error):.3g}"),
+                "90th_percentile": float(f"{np.quantile(error, 0.9):.3g}"),
+                "mean_shift_of_boundary_percent": round(100 * float(np.concatenate(shift).mean()), 3),
+                "marked": int(marked),
+                "largest_energy_error": float(f"{max(e.max() for e in energy):.3g}"),
+            }
+        )
+        print(rows[-1], flush=True)
+    path = ROOT / "benchmarks" / "results" / "default-step.csv"
+    path.parent.mkdir(exist_ok=True)
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, rows[0])
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+if __name__ == "__main__":
+    main()

@@ -4,7 +4,10 @@ Each is either refused with an error that names the file and what to do, or read
 Nothing else: no other exception, and never other numbers.
 """
 
+import random as dice
 import re
+import resource
+import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -14,9 +17,11 @@ from record_writers import cosmos_text, csmip_text, esm_text, geonet_text, knet_
 from seed_writers import write_inventory, write_mseed, write_sac
 
 from overturning.errors import OverturningError, RecordError
+from overturning.records.assembly import assemble
 from overturning.records.options import ReadOptions
-from overturning.records.read import read_path
+from overturning.records.read import read_files, read_path
 from overturning.records.record import Record
+from overturning.records.source import SourceFile
 
 random = np.random.default_rng(5)
 A, B = (np.round(random.normal(0, 50, 203), 1) for _ in range(2))
@@ -209,6 +214,29 @@ CORPUS = [
 ]
 
 
+@pytest.fixture(autouse=True)
+def bounded() -> Iterator[None]:
+    """No file may take more than 10 s or 1 GB: an alarm and a limit on the address space stand guard where the system has them."""
+    if not hasattr(signal, "SIGALRM") or not Path("/proc/self/statm").exists():
+        yield
+        return
+
+    def ring(_signal: int, _frame: object) -> None:
+        raise AssertionError("ten seconds for one file")
+
+    now = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    soft, hard = resource.getrlimit(resource.RLIMIT_AS)
+    before = signal.signal(signal.SIGALRM, ring)
+    signal.alarm(10)
+    resource.setrlimit(resource.RLIMIT_AS, (now + 1_000_000_000, hard))
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+        resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
+
+
 def test_the_corpus_is_large_enough():
     assert len(CORPUS) + len(BINARY) >= 200
 
@@ -252,6 +280,36 @@ def attempt(paths: list[Path]) -> tuple[Record | None, str]:
         return read_path(paths, options=OPTIONS), ""
     except OverturningError as problem:
         return None, str(problem)
+
+
+@pytest.mark.parametrize("form", WHOLE)
+def test_random_damage_ends_in_a_named_error_or_a_record(form):
+    """Bytes changed, lost, added and moved: whatever comes, no other exception."""
+    throw = dice.Random(form)
+    letters = b"0123456789 .-+EeNaf*\n\r\t,:/()=|#\x00\xff\x80ABCD"
+    texts = {name: text.encode() for name, text in WHOLE[form][0].items()}
+    spoilt = next(iter(texts))
+    for _ in range(60):
+        data = bytearray(texts[spoilt])
+        for _ in range(throw.choice([1, 1, 2, 5, 20])):
+            at = throw.randrange(min(len(data), throw.choice([3500, len(data)])))
+            match throw.randrange(4):
+                case 0:
+                    data[at] = throw.choice(letters)
+                case 1:
+                    del data[at : at + throw.choice([1, 3, 10, 80])]
+                case 2:
+                    data[at:at] = bytes(throw.choice(letters) for _ in range(throw.choice([1, 2, 8])))
+                case _:
+                    start = throw.randrange(len(data))
+                    data[at:at] = data[start : start + throw.choice([10, 80, 400])]
+        sources = [SourceFile(name, bytes(data) if name == spoilt else text) for name, text in texts.items()]
+        try:
+            assemble(read_files(sources, None, OPTIONS), record_id="x")
+        except OverturningError as problem:
+            message = str(problem)
+            if not any(name in message for name in texts):
+                pytest.fail(message)
 
 
 def binary_files(folder: Path, form: str) -> tuple[Path, Path]:

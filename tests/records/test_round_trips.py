@@ -6,10 +6,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from record_writers import cosmos_text, csmip_text, esm_text, geonet_text, knet_text, peer_text, smc_text
+from seed_writers import write_inventory, write_mseed, write_sac
 
 from overturning.motion.motion import Motion
 from overturning.records.assembly import assemble
-from overturning.records.formats import cosmos, csmip, csv_columns, esm, geonet, knet, peer, smc
+from overturning.records.formats import cosmos, csmip, csv_columns, esm, geonet, knet, miniseed, peer, sac, smc
 from overturning.records.options import ReadOptions
 from overturning.records.source import SourceFile
 
@@ -109,3 +110,27 @@ def test_turning_there_and_back(pair, azimuth, left_handed, correction):
     motion = Motion.of(record)
     np.testing.assert_allclose(motion.along(azimuth + correction), pair[0] / 100 * G, atol=1e-8)
     np.testing.assert_allclose(motion.along(second + correction), pair[1] / 100 * G, atol=1e-8)
+
+
+@quick
+@given(
+    lengths.flatmap(lambda n: arrays(np.int32, n, elements=st.integers(-(2**28), 2**28))),
+    st.sampled_from([50.0, 100.0, 200.0]),
+)
+def test_miniseed(tmp_path_factory, counts, rate):
+    folder = tmp_path_factory.mktemp("mseed")
+    metadata = write_inventory(folder / "s.xml", {"HNN": (0.0, 0.0)})
+    path = write_mseed(folder / "x.mseed", {"HNN": counts}, rate=rate)
+    sources = [SourceFile(p.name, p.read_bytes()) for p in (path, metadata)]
+    component = miniseed.read(sources[0], ReadOptions(metadata=sources[1:]))[0]
+    np.testing.assert_allclose(component.samples, counts / 400_000, rtol=1e-14)
+    assert component.sampling_interval == pytest.approx(1 / rate)
+
+
+@quick
+@given(lengths.flatmap(lambda n: arrays(np.float32, n, elements=st.floats(-1e4, 1e4, width=32))), st.floats(0, 359))
+def test_sac(tmp_path_factory, samples, azimuth):
+    path = write_sac(tmp_path_factory.mktemp("sac") / "x.sac", samples, "HN1", azimuth, 90.0)
+    component = sac.read(SourceFile("x.sac", path.read_bytes()), ReadOptions(unit="gal"))[0]
+    np.testing.assert_array_equal(component.samples, samples.astype(np.float64) * 0.01)
+    assert component.azimuth_deg == pytest.approx(azimuth, rel=1e-6)

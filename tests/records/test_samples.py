@@ -9,8 +9,12 @@ import pytest
 
 from overturning.errors import RecordError
 from overturning.motion.motion import Motion
+from overturning.motion.spectra import spectrum_intensity
+from overturning.records.catalogue import RecordEntry
 from overturning.records.check import check_paths, describe
-from overturning.records.read import read_path
+from overturning.records.processing import process
+from overturning.records.read import read_path, read_record
+from overturning.records.steps import RemoveMean
 
 ROOT = Path(__file__).parents[2]
 SAMPLES = Path(os.environ.get("OVERTURNING_SAMPLE_RECORDS", ROOT.parent / "shared" / "records"))
@@ -66,3 +70,14 @@ def test_check_says_of_every_file_what_it_is():
         assert finding.files[0] in describe(finding)
     read = {name for f in findings if f.record for name in f.files}
     assert {"0111a.smc", "0111b.smc", "0111c.smc", "20161113_110259_WTMC_20.V2A"} <= read
+
+
+PAPER = [p for folder in (SAMPLES, ROOT / "resources" / "records") for p in folder.glob("TTRH020010061330*")]
+
+if PAPER:
+
+    def test_the_published_spectrum_intensity_of_ttrh02():
+        """KiK-net TTRH02, 2000-10-06, surface, NS: SI (h = 0.2) 113 cm/s. NIED's files are the user's own; none is here."""
+        entry = RecordEntry(id="ttrh02", format="kik-net", source="TTRH020010061330")
+        record = process(read_record(entry, PAPER[0].parent), [RemoveMean()])
+        assert spectrum_intensity(Motion.of(record), [0])[0] * 100 == pytest.approx(113, abs=1)

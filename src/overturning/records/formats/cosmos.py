@@ -12,7 +12,7 @@ from typing import Final
 from overturning.errors import RecordError
 from overturning.records.axes import channel_axis, parse_axis
 from overturning.records.component import Component, StatedPeak
-from overturning.records.formats.numbers import fixed_columns
+from overturning.records.formats.numbers import fixed_columns, fixed_integers
 from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY
 
@@ -70,7 +70,7 @@ def _channel(source: SourceFile, lines: list[str], at: int) -> tuple[Component, 
     ints_at = at + (int(stated_lines[1]) if stated_lines else 13)
     text = lines[at:ints_at]
     count, per_line, width, reals_at = _set(lines, ints_at, name, "integers")
-    whole = fixed_columns(lines[ints_at + 1 :], name, ints_at + 2, width=width, per_line=per_line, count=count)
+    whole = fixed_integers(lines[ints_at + 1 :], name, ints_at + 2, width=width, per_line=per_line, count=count)
     count, per_line, width, comments_at = _set(lines, reals_at, name, "reals")
     real = fixed_columns(lines[reals_at + 1 :], name, reals_at + 2, width=width, per_line=per_line, count=count)
     if whole.size < 100 or real.size < 100:

@@ -15,7 +15,7 @@ import numpy as np
 from overturning.errors import RecordError
 from overturning.records.axes import parse_axis
 from overturning.records.component import Component, StatedPeak
-from overturning.records.formats.numbers import FLOAT, fixed_columns, number, resolution
+from overturning.records.formats.numbers import FLOAT, fixed_columns, fixed_integers, number, resolution
 from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY
 
@@ -84,7 +84,7 @@ def _channel(source: SourceFile, block: list[str], at: int, volume: int) -> Comp
     channel = _find(text, r"^\s*(?:.*\s)?CHAN\s*(\d+):\s*([^\s,]+)", name, at, "no line CHAN with the axis")
     axis = channel[0][2]
     azimuth, vertical = parse_axis(axis)
-    whole = fixed_columns(
+    whole = fixed_integers(
         block[text_lines : text_lines + 7], name, at + text_lines + 1, width=5, per_line=16, count=100
     )
     if azimuth is not None and 0 < whole[26] <= 360 and abs((whole[26] - azimuth + 180) % 360 - 180) > 1:

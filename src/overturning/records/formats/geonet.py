@@ -12,7 +12,7 @@ from typing import Final
 from overturning.errors import RecordError
 from overturning.records.axes import agree, parse_axis
 from overturning.records.component import Component, StatedPeak
-from overturning.records.formats.numbers import FLOAT, fixed_columns, number, resolution
+from overturning.records.formats.numbers import FLOAT, fixed_columns, fixed_integers, number, resolution
 from overturning.records.source import SourceFile
 
 NAME: Final = "geonet"
@@ -56,7 +56,7 @@ def _block(source: SourceFile, lines: list[str], at: int) -> tuple[Component, in
     if len(lines) < at + HEADER_LINES:
         raise RecordError(f"{name} line {len(lines)}: the file ends in the header of a component; get it again")
     text = lines[at : at + TEXT_LINES]
-    whole = fixed_columns(lines[at + 16 : at + 20], name, at + 17, width=8, per_line=10, count=40)
+    whole = fixed_integers(lines[at + 16 : at + 20], name, at + 17, width=8, per_line=10, count=40)
     real = fixed_columns(lines[at + 20 : at + 26], name, at + 21, width=8, per_line=10, count=60)
     count = int(whole[33])
     stated = _search(text, 9, r"Number of points\s+(\d+)", name, at)

@@ -191,7 +191,7 @@ def _time(header: dict[str, str], key: str, file: str) -> datetime:
 def _counts(source: SourceFile) -> np.ndarray:
     lines = source.lines[len(KEYS) :]
     try:
-        if re.search(r"[^\s0-9+-]", "".join(lines)):
+        if re.search(r"[^ \t0-9+-]", "".join(lines)):
             raise ValueError
         counts = np.array(" ".join(lines).split(), dtype=np.int64)
     except (ValueError, OverflowError):
@@ -227,6 +227,7 @@ def _through_obspy(source: SourceFile, header: dict[str, str], counts: np.ndarra
 
     plain = header | {"Memo.": "", "Lat.": "0", "Long.": "0", "Depth. (km)": "0", "Mag.": "0", "Last Correction": ""}
     plain |= {"Sampling Freq(Hz)": "100Hz", "Scale Factor": "1(gal)/1", "Station Height(m)": "0"}
+    plain |= {"Station Lat.": "0", "Station Long.": "0", "Duration Time(s)": "0", "Max. Acc. (gal)": "0"}
     plain |= {"Last Correction": header["Record Time"], "Origin Time": header["Record Time"]}
     text = "\n".join(f"{key:<18}{plain[key]}" for key in KEYS) + "\n"
     text += "\n".join(source.lines[len(KEYS) :]) + "\n"

@@ -155,3 +155,21 @@ def fixed_columns(
         for index, word in enumerate(words):
             number(word, file, first_line + index // per_line, "a sample")
         raise
+
+
+def fixed_integers(
+    lines: Sequence[str], file: str, first_line: int, *, width: int, per_line: int, count: int
+) -> NDArray[np.int64]:
+    """Whole numbers in columns of fixed width (FORTRAN ``10I8``); see :func:`fixed_columns`.
+
+    Raises
+    ------
+    RecordError
+        Also if a number is not whole or has more than nine digits.
+    """
+    values = fixed_columns(lines, file, first_line, width=width, per_line=per_line, count=count)
+    wrong = np.flatnonzero((np.abs(values) >= 1e9) | (values != np.round(values)))
+    if wrong.size:
+        line = first_line + int(wrong[0]) // per_line
+        raise RecordError(f"{file} line {line}: {values[wrong[0]]:g} where a whole number belongs; get the file again")
+    return values.astype(np.int64)

@@ -13,7 +13,7 @@ import numpy as np
 from overturning.errors import RecordError
 from overturning.records.axes import agree, parse_axis
 from overturning.records.component import Component, StatedPeak
-from overturning.records.formats.numbers import fixed_columns
+from overturning.records.formats.numbers import fixed_columns, fixed_integers
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
@@ -44,7 +44,7 @@ def read(source: SourceFile) -> list[Component]:
         raise RecordError(f"{name} line 1: {kind!r}; only accelerograms are read (kinds 1 and 2): get that file")
     if len(lines) < TEXT_LINES + 16:
         raise RecordError(f"{name} line {len(lines)}: the file ends in the header; get it again")
-    whole = fixed_columns(lines[11:17], name, 12, width=10, per_line=8, count=48).astype(np.int64)
+    whole = fixed_integers(lines[11:17], name, 12, width=10, per_line=8, count=48)
     real = fixed_columns(lines[17:27], name, 18, width=15, per_line=5, count=50)
     null = real[0]
     comments, count = int(whole[15]), int(whole[16])

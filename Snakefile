@@ -20,6 +20,7 @@ include: "workflow/rules/read.smk"
 include: "workflow/rules/rotate.smk"
 include: "workflow/rules/sweep.smk"
 include: "workflow/rules/gather.smk"
+include: "workflow/rules/verify.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/report.smk"
 

@@ -15,6 +15,7 @@ LAYERS = [
     "dem",
     "reference",
     "study",
+    "verification",
     "statistics",
     "figures",
     "report",

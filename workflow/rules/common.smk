@@ -9,6 +9,7 @@ from overturning.errors import OverturningError
 from overturning.records.read import find_paths
 from overturning.study.load import check_study, entries_of, load_study
 from overturning.study.sources import source_hash
+from overturning.verification.study import is_verified
 
 DEFAULT_STUDY = Path("config/near-fault.yaml")
 
@@ -42,6 +43,11 @@ CUBES = [
     f"{RESULTS}/cube.nc",
     *(f"{RESULTS}/cube.{name}.nc" for name in STUDY.variants),
 ]
+
+
+VERIFIED = is_verified(STUDY)
+VERIFICATION = f"{RESULTS}/verification.json"
+VERIFICATION_TIMING = f"{RESULTS}/verification.csv"
 
 
 wildcard_constraints:

@@ -31,6 +31,7 @@ rule timing:
             variant=VARIANTS,
             record=RECORDS,
         ),
+        [VERIFICATION_TIMING] if VERIFIED else [],
     output:
         f"{RESULTS}/timing.csv",
     log:

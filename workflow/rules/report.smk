@@ -6,6 +6,7 @@ rule report:
         cubes=CUBES,
         intensity=f"{RESULTS}/intensity.nc",
         figures=rules.figures.output,
+        verification=[VERIFICATION] if VERIFIED else [],
     output:
         report(
             REPORT,

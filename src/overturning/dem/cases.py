@@ -78,6 +78,7 @@ def run_cases(
     scheme: str = DEFAULT_SCHEME,
     time_step: float | str = "auto",
     leave_out: bool = True,
+    refinement: int = 1,
     threads: int = 1,
     progress: Progress | None = None,
 ) -> CaseResults:
@@ -99,6 +100,8 @@ def run_cases(
         Largest step, s; "auto"; or a fraction of the stable step such as "0.25 stable".
     leave_out : bool
         Leave out what changes no flag: cases below both thresholds, the time before and after they can move.
+    refinement : int
+        Each step is divided into so many; for verification.
     threads : int
         Threads to share the cases among; the bits do not depend on it.
     progress : callable, optional
@@ -116,11 +119,12 @@ def run_cases(
     """
     from overturning.dem import kernel as k
 
-    if threads < 1:
-        raise ArgumentError(f"threads: {threads}; at least 1")
+    for name, number in (("threads", threads), ("refinement", refinement)):
+        if number < 1:
+            raise ArgumentError(f"{name}: {number}; at least 1")
     how = plan(
         motion, cases, density=density, contact=contact or Contact(), scheme=scheme, time_step=time_step,
-        leave_out=leave_out,
+        leave_out=leave_out, refinement=refinement,
     )  # fmt: skip
     results = _empty(cases.size)
     counter = np.zeros(1, np.int64)

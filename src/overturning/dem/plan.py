@@ -86,6 +86,7 @@ def plan(
     scheme: str,
     time_step: float | str,
     leave_out: bool,
+    refinement: int = 1,
 ) -> Plan:
     """Check the arguments and work out what each case needs."""
     if not (np.isfinite(density) and density > 0):
@@ -102,7 +103,7 @@ def plan(
     check_precision(normal, height, 0.0)
     square = highest_eigenvalue(normal, tangential, 0.5 * width, 0.5 * height)
     rate = highest_eigenvalue(dashpot, dashpot, 0.5 * width, 0.5 * height)
-    steps = steps_per_sample(method, time_step, square, rate, motion.sampling_interval)
+    steps = steps_per_sample(method, time_step, square, rate, motion.sampling_interval) * refinement
     samples = motion.samples
     # 20/p with p = √(3g/4R).
     period = np.sqrt(np.sqrt(width**2 + height**2) / (1.5 * STANDARD_GRAVITY))

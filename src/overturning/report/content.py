@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from overturning.report.direction_content import direction_content, record_directions
+from overturning.report.own_error import own_error
 from overturning.report.published import compare_findings, compare_peaks, summary
 from overturning.report.scene_content import scene_content
 from overturning.statistics.falls import overturns
@@ -134,6 +135,7 @@ def content(results: Path) -> dict[str, Any]:
             "findings": findings,
             "findings_summary": summary(findings),
             "scene": scene_content(study, results),
+            "own_error": own_error(study, results),
             "title": study.title or study.name,
             "question": study.question,
             **direction_content(cube, intensity, fallen),

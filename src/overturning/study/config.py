@@ -3,7 +3,16 @@
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Tag,
+    field_validator,
+    model_validator,
+)
 
 from overturning.dem.polygon.scene import Scene, load_scene
 from overturning.records.steps import Step
@@ -187,6 +196,19 @@ class Ensemble(_Model):
         return members
 
 
+class Verification(_Model):
+    """A random part of the study run again more exactly, to see how far its answers hang on the computation."""
+
+    share: float = Field(
+        default=0.02,
+        gt=0,
+        le=1,
+        description="share of the study's cases that is run again; `verification: none` leaves it out",
+    )
+    at_least: int = Field(default=200, ge=1, description="number of cases at least, or all of a smaller study")
+    seed: int = Field(default=1, ge=0, description="seed of the choice")
+
+
 class Published(_Model):
     """What a publication states of one component, to compare the study with."""
 
@@ -198,6 +220,11 @@ class Published(_Model):
     pgd_cm: float | None = Field(default=None, gt=0, description="peak ground displacement, cm")
     b_over_h: float = Field(gt=0, description="slenderness of the block whose outcome is stated, one of the study's")
     overturns: bool = Field(description="whether the block overturns")
+
+
+def _none_or_settings(value: Any) -> str:
+    # Told apart beforehand, so that a wrong key is one message and not one per form.
+    return "literal" if isinstance(value, str) else "settings of verification"
 
 
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]*$")]
@@ -241,6 +268,10 @@ class Study(_Model):
     ensemble: Ensemble = Field(
         default=Ensemble(), description="each case run again in a neighbourhood, to see how far its answer holds"
     )
+    verification: Annotated[
+        Annotated[Literal["none"], Tag("literal")] | Annotated[Verification, Tag("settings of verification")],
+        Discriminator(_none_or_settings),
+    ] = Field(default=Verification(), description="`none`, or which part of the study is run again more exactly")
     variants: dict[Name, Variant] = Field(
         default={}, description="further contact settings by name, each with a cube of its own"
     )

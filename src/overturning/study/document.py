@@ -33,6 +33,10 @@ def key_table() -> str:
 def _resolve(schema: dict[str, Any], entry: dict[str, Any]) -> dict[str, Any]:
     if "$ref" in entry:
         return {**schema["$defs"][entry["$ref"].rpartition("/")[2]], **{k: v for k, v in entry.items() if k != "$ref"}}
+    for form in entry.get("oneOf", ()):  # a word or settings: the keys are those of the settings
+        if "$ref" in form:
+            model = schema["$defs"][form["$ref"].rpartition("/")[2]]
+            return {**model, **{key: value for key, value in entry.items() if key != "oneOf"}}
     return entry
 
 

@@ -4,7 +4,7 @@ import difflib
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import yaml
 from pydantic import BaseModel, ValidationError
@@ -112,12 +112,18 @@ def _is_key(part: str) -> bool:
     return part.replace("_", "").replace("-", "").isalnum() and part not in {"float", "int", "str", "tuple", "literal"}
 
 
+def _forms(annotation: Any) -> list[Any]:
+    """Members of a union such as a word or settings, without the marks that tell them apart."""
+    return [get_args(form)[0] if get_args(form) else form for form in get_args(annotation)]
+
+
 def _nearest(steps: list[int | str]) -> str:
     model: type[BaseModel] = Study
     for step in steps[:-1]:
         annotation = model.model_fields[step].annotation if step in model.model_fields else None
-        if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-            model = annotation
+        for form in (annotation, *_forms(annotation)):
+            if isinstance(form, type) and issubclass(form, BaseModel):
+                model = form
     fields = sorted(model.model_fields)
     close = difflib.get_close_matches(str(steps[-1]), fields, n=1, cutoff=0.5)
     return f"; did you mean {close[0]}?" if close else f"; known here: {', '.join(fields)}"

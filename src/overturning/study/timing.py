@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from overturning.errors import ResultError
 from overturning.files import whole
 
 
@@ -37,6 +38,21 @@ def timed(path: Path) -> Iterator[dict[str, Any]]:
         table = csv.DictWriter(file, list(row), lineterminator="\n")
         table.writeheader()
         table.writerow(row)
+
+
+def block_steps_of(path: Path) -> int:
+    """Block steps in a table that `timed` wrote; the one column that is the same for every run.
+
+    Raises
+    ------
+    ResultError
+        If the file is no such table.
+    """
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            return sum(int(row["block_steps"]) for row in csv.DictReader(file))
+    except (OSError, KeyError, ValueError):
+        raise ResultError(f"{path}: no table of run times; remove it and run again") from None
 
 
 def _processor() -> str:

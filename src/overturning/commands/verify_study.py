@@ -1,0 +1,47 @@
+"""`overturning verify-study`: a random part of a study again, with finer steps and with stiffer springs."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(rich_markup_mode=None)
+
+
+@app.command()
+def verify_study(
+    study: Annotated[str, typer.Option(help="study file, or its content as JSON")],
+    motions: Annotated[Path, typer.Option(help="folder of the motions")],
+    cube: Annotated[Path, typer.Option(help="the study's cube (NetCDF)")],
+    sweep: Annotated[Path, typer.Option(help="folder of the sweep's tables, one per record (CSV)")],
+    output: Annotated[Path, typer.Option(help="outcome to make (JSON)")],
+    timing: Annotated[Path, typer.Option(help="table of run times to make (CSV)")],
+    threads: Annotated[int, typer.Option(min=1, help="number of threads")] = 1,
+    log: Annotated[Path | None, typer.Option(help="file for progress lines and errors")] = None,
+) -> None:
+    """Run a part of a study again, with finer steps and with stiffer springs."""
+    from overturning.errors import ConfigError
+    from overturning.records.store import read_motion
+    from overturning.study.load import study_from
+    from overturning.study.progress import logged_to
+    from overturning.study.timing import block_steps_of, timed
+    from overturning.verification.study import read_cells, repeat_cells, write_verification
+
+    with logged_to(log) as say, timed(timing) as row:
+        settings = study_from(study)
+        names = settings.records.use
+        if isinstance(settings.verification, str):
+            raise ConfigError(f"{settings.name}: verification: none; leave the key out to verify the study")
+        cells = read_cells(cube, settings.verification)
+        done = sum(block_steps_of(sweep / f"{name}.csv") for name in names)
+        row.update(record="all", variant="verification", cases=2 * sum(len(part.index) for part in cells))
+        found = repeat_cells(
+            settings,
+            [read_motion(motions / f"{name}.nc") for name in names],
+            cells,
+            done,
+            threads,
+            lambda part, all_parts: say(f"verification: {part} of {all_parts} records"),
+        )
+        row["block_steps"] = sum(found[kind].get("block_steps", 0) for kind in ("finer", "stiffer"))
+        write_verification(found, output)

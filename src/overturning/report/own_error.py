@@ -1,0 +1,94 @@
+"""What the report says of its own error: a part of the study, run again more exactly."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from overturning.study.config import Study
+from overturning.verification.intervals import wilson
+from overturning.verification.study import KINDS, WARN_ABOVE, is_verified, read_verification
+
+_NAMES: Final = {"finer": "steps {finer_by} times finer", "stiffer": "springs {stiffer_by:g} times stiffer"}
+
+
+@dataclass(frozen=True)
+class Repetition:
+    """One row of the report's table.
+
+    Attributes
+    ----------
+    name : str
+        What was changed.
+    refused : str
+        Why it could not be computed; empty where it could.
+    rows : tuple of (str, int, int, float, float, float)
+        What may change, changed, compared, share and its 95 % interval.
+    unanswered : int
+        Cases without an answer in the study or in the repetition.
+    block_steps : int
+        Work.
+    cost : float
+        Work over that of the study.
+    warns : bool
+        Whether more flags changed than the report accepts silently.
+    """
+
+    name: str
+    refused: str = ""
+    rows: tuple[tuple[str, int, int, float, float, float], ...] = ()
+    unanswered: int = 0
+    block_steps: int = 0
+    cost: float = float("nan")
+    warns: bool = False
+
+
+def own_error(study: Study, results: Path) -> dict[str, Any] | None:
+    """What the template shows, or None where the study leaves the verification out.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    results : Path
+        Folder of its results.
+
+    Raises
+    ------
+    ResultError
+        If the outcome is missing.
+    """
+    if not is_verified(study):
+        return None
+    found = read_verification(results / "verification.json")
+    repetitions = [_repetition(found, kind) for kind in KINDS]
+    return {
+        "chosen": found["chosen"],
+        "at_rest": found["at_rest"],
+        "cells": found["cells"],
+        "seed": found["seed"],
+        "warn_above": WARN_ABOVE,
+        "repetitions": repetitions,
+        "warns": [row.name for row in repetitions if row.warns],
+        "study_block_steps": found["study_block_steps"],
+    }
+
+
+def _repetition(found: dict[str, Any], kind: str) -> Repetition:
+    name, part = _NAMES[kind].format(**found), found[kind]
+    if "refused" in part:
+        return Repetition(name, part["refused"])
+    rows = []
+    for what, changed, compared in (
+        ("falls or stands", part["flags"], part["cases"]),
+        ("side, where it falls", part["sides"], part["fallen"]),
+    ):
+        share = changed / compared if compared else float("nan")
+        rows.append((what, changed, compared, share, *wilson(changed, compared)))
+    return Repetition(
+        name,
+        rows=tuple(rows),
+        unanswered=part["unanswered"],
+        block_steps=part["block_steps"],
+        cost=part["block_steps"] / found["study_block_steps"] if found["study_block_steps"] else float("nan"),
+        warns=part["flags"] > WARN_ABOVE * part["cases"],
+    )

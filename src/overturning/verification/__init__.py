@@ -1,0 +1,1 @@
+"""How exact the answers are, what they cost, and where they end."""

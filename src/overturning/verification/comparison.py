@@ -1,0 +1,57 @@
+"""Two answers to the same cases, counted."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.dem.variables import INT8_MISSING
+
+
+@dataclass(frozen=True)
+class Counts:
+    """How far the answers to the same cases differ.
+
+    Attributes
+    ----------
+    cases : int
+        Cases with an answer in both.
+    flags : int
+        Of these, cases that fall in one answer and stand in the other.
+    fallen : int
+        Cases that fall in both.
+    sides : int
+        Of these, cases that fall to the other side.
+    unanswered : int
+        Cases without an answer in one or both.
+    """
+
+    cases: int = 0
+    flags: int = 0
+    fallen: int = 0
+    sides: int = 0
+    unanswered: int = 0
+
+    def __add__(self, other: "Counts") -> "Counts":
+        names = self.__dataclass_fields__
+        return Counts(**{name: getattr(self, name) + getattr(other, name) for name in names})
+
+
+def compare(first: NDArray[np.int8], second: NDArray[np.int8]) -> Counts:
+    """Count how far two arrays of `overturned` differ.
+
+    Parameters
+    ----------
+    first, second : ndarray of int8, shape (n,)
+        +1, −1, 0, or −128 where there is no answer.
+    """
+    known = (first != INT8_MISSING) & (second != INT8_MISSING)
+    fell, fell_too = first != 0, second != 0
+    both = known & fell & fell_too
+    return Counts(
+        cases=int(known.sum()),
+        flags=int((known & (fell != fell_too)).sum()),
+        fallen=int(both.sum()),
+        sides=int((both & (first != second)).sum()),
+        unanswered=int((~known).sum()),
+    )

@@ -1,0 +1,27 @@
+# Part of the study again, with finer steps and stiffer springs: how far its answers hang on the computation.
+
+
+rule verification:
+    input:
+        motions=expand(f"{RESULTS}/motion/{{record}}.nc", record=RECORDS),
+        cube=f"{RESULTS}/cube.nc",
+        timing=expand(f"{RESULTS}/sweep/nominal/{{record}}.csv", record=RECORDS),
+    output:
+        outcome=VERIFICATION,
+        timing=VERIFICATION_TIMING,
+    log:
+        f"{LOGS}/verification.log",
+    threads: 2
+    resources:
+        mem_mb=800,
+    params:
+        study=settings(
+            *("azimuth", "height", "b_over_h", "friction", "density"),
+            *("contact", "simulation", "verification"),
+        ),
+        motions=lambda wildcards, input: Path(input.motions[0]).parent,
+        sweep=lambda wildcards, input: Path(input.timing[0]).parent,
+        sources=sources("verify_study"),
+    shell:
+        "overturning verify-study --study {params.study:q} --motions {params.motions} --cube {input.cube}"
+        " --sweep {params.sweep} --output {output.outcome} --timing {output.timing} --threads {threads} --log {log}"

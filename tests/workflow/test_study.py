@@ -59,18 +59,19 @@ def test_report_and_cube_name_no_clock_no_host_no_path(finished: Checkout) -> No
 def test_timing_has_a_row_per_record(finished: Checkout) -> None:
     lines = (finished.results / "timing.csv").read_text(encoding="utf-8").splitlines()
     assert lines[0].startswith("record,variant,cases,block_steps,wall_s,cpu_s,processor")
-    assert [line.split(",")[0] for line in lines[1:]] == ["rinaldi", "saticoy", "petrolia"]
+    assert [line.split(",")[0] for line in lines[1:]] == ["rinaldi", "saticoy", "petrolia", "all"]
 
 
 @pytest.mark.parametrize(
     ("change", "again"),
     [
-        ("friction=[0.5]", {"sweep", "timing", "gather", "figures", "report", "all"}),
-        ("title=Other", {"gather", "figures", "report", "all"}),
+        ("friction=[0.5]", {"sweep", "timing", "gather", "verification", "figures", "report", "all"}),
+        ("title=Other", {"gather", "verification", "timing", "figures", "report", "all"}),
         (
             "processing=[{step: remove_mean}]",
-            {"read", "rotate", "sweep", "timing", "gather", "figures", "report", "all"},
+            {"read", "rotate", "sweep", "timing", "gather", "verification", "figures", "report", "all"},
         ),
+        ("verification=none", {"gather", "timing", "figures", "report", "all"}),
     ],
 )
 def test_change_of_a_key_runs_only_what_depends_on_it(finished: Checkout, change: str, again: set[str]) -> None:
@@ -89,7 +90,7 @@ def with_sources(tmp_path_factory: pytest.TempPathFactory, finished: Checkout) -
     ("module", "again"),
     [
         ("figures/rose.py", {"figures", "report", "all"}),
-        ("dem/kernel.py", {"sweep", "timing", "gather", "figures", "report", "all"}),
+        ("dem/kernel.py", {"sweep", "timing", "gather", "verification", "figures", "report", "all"}),
         ("report/page.py", {"report", "all"}),
     ],
 )

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from overturning.dem.blocks import Cases
 from overturning.dem.contact import Contact
-from overturning.dem.plan import plan
+from overturning.dem.plan import DEEPEST, plan
 from overturning.dem.status import Status
 from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.dem.variables import INT8_MISSING
@@ -23,9 +23,6 @@ Progress = Callable[[int, int], None]
 
 QUEUE: Final = 4096
 """Cases per call of the kernel: long enough to keep the columns full, short enough for the memory to stay flat."""
-
-DEEPEST: Final = 0.2
-"""Penetration, in half the smaller side, beyond which the contact law no longer holds."""
 
 ENERGY_BOUND: Final = 1e-2
 """Largest `energy_error` of a simulated case; beyond it work and energy do not balance and the flag is missing."""
@@ -79,6 +76,7 @@ def run_cases(
     time_step: float | str = "auto",
     leave_out: bool = True,
     refinement: int = 1,
+    budget: int = BUDGET,
     threads: int = 1,
     progress: Progress | None = None,
 ) -> CaseResults:
@@ -102,6 +100,8 @@ def run_cases(
         Leave out what changes no flag: cases below both thresholds, the time before and after they can move.
     refinement : int
         Each step is divided into so many; for verification.
+    budget : int
+        Block steps of one case, beyond which it is given up and marked `over_budget`.
     threads : int
         Threads to share the cases among; the bits do not depend on it.
     progress : callable, optional
@@ -119,7 +119,7 @@ def run_cases(
     """
     from overturning.dem import kernel as k
 
-    for name, number in (("threads", threads), ("refinement", refinement)):
+    for name, number in (("threads", threads), ("refinement", refinement), ("budget", budget)):
         if number < 1:
             raise ArgumentError(f"{name}: {number}; at least 1")
     how = plan(
@@ -138,7 +138,7 @@ def run_cases(
         out = np.empty((chosen.size, k.RESULTS))
         k.run_queue(
             int(how.scheme), np.arange(chosen.size), how.table(chosen), how.row[chosen], how.ground, how.upward,
-            motion.samples, motion.sampling_interval, int(how.steps[chosen[0]]), STANDARD_GRAVITY, DEEPEST, BUDGET,
+            motion.samples, motion.sampling_interval, int(how.steps[chosen[0]]), STANDARD_GRAVITY, DEEPEST, budget,
             counter, np.zeros((0, k.TRAJECTORY)), out,
         )  # fmt: skip
         _store(results, chosen, out)

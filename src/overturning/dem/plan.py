@@ -19,6 +19,9 @@ FloatArray = NDArray[np.float64]
 MOST_FINE_STEPS: Final = 128
 """Whole steps after a change of contact that are taken finely, at most: with smaller steps it is not needed."""
 
+DEEPEST: Final = 0.2
+"""Penetration, in half the smaller side, beyond which the contact law no longer holds."""
+
 AFTERMATH: Final = 20.0
 """Time after the record, in 1/p, at which a block that may still fall is undecided."""
 
@@ -115,6 +118,8 @@ def plan(
         tilted = np.asarray(cases.initial_tilt) != 0
         first[tilted], never[tilted] = 0, False
         calm = quiet.astype(np.float64)
+        # A block whose weight alone presses it in too far has no answer: the kernel is to find and mark it.
+        never &= STANDARD_GRAVITY / (2.0 * normal) <= DEEPEST * 0.5 * np.minimum(width, height)
     else:
         first, calm, never = np.zeros(cases.size, np.int64), np.full(cases.size, np.inf), np.zeros(cases.size, np.bool_)
     upward = np.zeros(0) if motion.up is None else np.concatenate([motion.up, np.zeros(3)])

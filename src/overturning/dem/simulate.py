@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from overturning.dem.blocks import Cases, check_count
-from overturning.dem.cases import BUDGET, DEEPEST, Progress, run_cases
+from overturning.dem.cases import BUDGET, Progress, run_cases
 from overturning.dem.contact import Contact
-from overturning.dem.plan import plan
+from overturning.dem.plan import DEEPEST, plan
 from overturning.dem.status import Status
 from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.dem.variables import INT8_MISSING, VARIABLES

@@ -23,6 +23,8 @@ COMMANDS = {
     "figures": ("figures", "Draw the figures of a study."),
     "verify-study": ("verify_study", "Run a random part of a study again, with finer steps and with stiffer springs."),
     "report": ("report", "Write the report of a study."),
+    "survey": ("survey", "Compare a survey of fallen stones with the cube of its site."),
+    "recheck": ("recheck", "Compute a random sample of a cube's cells again and compare bit for bit."),
     "one": ("one", "Simulate one block; print what it does, and make a film of it."),
 }
 

@@ -38,6 +38,7 @@ VARIANTS = ["nominal", *STUDY.variants]
 RESULTS = f"results/{STUDY.name}"
 LOGS = f"{RESULTS}/logs"
 REPORT = f"{RESULTS}/report.html"
+PAPER = f"{RESULTS}/report.pdf"
 MEMBERS = f"{RESULTS}/members.csv"
 CUBES = [
     f"{RESULTS}/cube.nc",

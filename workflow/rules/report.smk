@@ -8,7 +8,8 @@ rule report:
         figures=rules.figures.output,
         verification=[VERIFICATION] if VERIFIED else [],
     output:
-        report(
+        pdf=PAPER,
+        page=report(
             REPORT,
             caption="../report/report.rst",
             category="Study",
@@ -22,4 +23,4 @@ rule report:
         folder=lambda wildcards, output: Path(output[0]).parent,
         sources=sources("report"),
     shell:
-        "overturning report --results {params.folder} --output {output} 2> {log}"
+        "overturning report --results {params.folder} --output {output.page} --pdf {output.pdf} 2> {log}"

@@ -12,8 +12,9 @@ app = typer.Typer(rich_markup_mode=None)
 def report(
     results: Annotated[Path, typer.Option(help="folder of the study's results")],
     output: Annotated[Path, typer.Option(help="page to make (HTML)")],
+    pdf: Annotated[Path | None, typer.Option(help="the same on paper (PDF)")] = None,
 ) -> None:
     """Write the report of a study."""
     from overturning.report.page import write_report
 
-    write_report(results, output)
+    write_report(results, output, pdf)

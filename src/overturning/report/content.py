@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from overturning.report import words
 from overturning.report.direction_content import direction_content, record_directions
 from overturning.report.own_error import own_error
 from overturning.report.published import compare_findings, compare_peaks, summary
@@ -130,6 +131,10 @@ def content(results: Path) -> dict[str, Any]:
         ]
         telling = json.loads((results / "figures" / "telling" / "telling.json").read_text(encoding="utf-8"))
         findings = compare_findings(study, results)
+        with_vertical = int((cube["vertical"] == 1).sum().compute())
+        cases, computed = int(cube["overturned"].size), int((cube["mirrored"] == 0).sum().compute())
+        missing, earthquakes = missing_outcomes(cube), len({row["event"] for row in records})
+        direction = direction_content(cube, intensity, fallen)
         return {
             "peaks": compare_peaks(study, intensity),
             "findings": findings,
@@ -138,18 +143,24 @@ def content(results: Path) -> dict[str, Any]:
             "own_error": own_error(study, results),
             "title": study.title or study.name,
             "question": study.question,
-            **direction_content(cube, intensity, fallen),
+            **direction,
+            "counted": words.counted(len(records), earthquakes, with_vertical),
+            "group_note": words.group_note(cases, computed, fallen, missing),
+            "ensemble_text": words.ensemble_text(direction["ensemble"]),
+            "fit_note": words.fit_note(direction["fit"]),
+            "limits": words.limits(len(records), earthquakes, with_vertical, len(groups) > 1),
+            "words": words,
             "telling": telling,
             "verification": verification(cube),
             "citations": citations(records, json.loads(cube.attrs["versions"])),
             "groups": groups,
             "fallen": fallen,
-            "cases": int(cube["overturned"].size),
-            "computed": int((cube["mirrored"] == 0).sum().compute()),
-            "missing": missing_outcomes(cube),
+            "cases": cases,
+            "computed": computed,
+            "missing": missing,
             "records": records,
-            "earthquakes": len({row["event"] for row in records}),
-            "with_vertical": int((cube["vertical"] == 1).sum().compute()),
+            "earthquakes": earthquakes,
+            "with_vertical": with_vertical,
             "study": study.model_dump(mode="json"),
             "study_text": json.dumps(study.model_dump(mode="json"), indent=1, ensure_ascii=False),
             "versions": json.loads(cube.attrs["versions"]),

@@ -10,7 +10,7 @@ from overturning.errors import ResultError
 from overturning.files import whole
 
 
-def write_report(results: Path, path: Path) -> None:
+def write_report(results: Path, path: Path, pdf: Path | None = None) -> None:
     """Write the report of a study.
 
     Parameters
@@ -19,6 +19,8 @@ def write_report(results: Path, path: Path) -> None:
         Folder of the study's results: cube, intensities and figures.
     path : Path
         The page to make.
+    pdf : Path, optional
+        The same on paper.
 
     Raises
     ------
@@ -30,6 +32,7 @@ def write_report(results: Path, path: Path) -> None:
 
     from overturning.figures.film_page import embedded_json, player_script, player_style
     from overturning.report.content import content
+    from overturning.report.paper import write_paper
 
     data = content(results)
     environment = jinja2.Environment(
@@ -51,6 +54,8 @@ def write_report(results: Path, path: Path) -> None:
     )
     with whole(path) as part:
         part.write_text(page, encoding="utf-8")
+    if pdf is not None:
+        write_paper(data, results / "figures", pdf)
 
 
 def inline_figure(path: Path, text: str) -> str:

@@ -20,7 +20,7 @@ def verdict(summary: AxisSummary) -> str:
     """What the interval of the alignment says, in a few words."""
     low, high = summary.alignment_interval
     if math.isnan(low):
-        return f"{summary.n} earthquakes are too few for an interval"
+        return f"{summary.n} {'earthquake is' if summary.n == 1 else 'earthquakes are'} too few for an interval"
     if low > 0:
         return "falls lie closer to the fault normal than to the fault"
     if high < 0:

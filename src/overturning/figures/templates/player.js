@@ -1,5 +1,5 @@
-// Plays a film of polygons on canvases. No library, no network. Each film sits in an element with class "film" that
-// holds a <script type="application/json"> with its data.
+// Plays films of polygons on canvases. No library, no network. Each film sits in an element with class "film", its data as
+// JSON in a script element within.
 "use strict";
 (function () {
   const INK = "#222222", STONE = "#c9c4ba", EDGE = "#222222", BASE = "#8a8a86", FORCE = "#c44a00", LINE = "#0072b2";

@@ -1,0 +1,41 @@
+"""Observed and predicted falls of a survey by compass octant."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from overturning.figures.style import FALLS, INK, compass
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from overturning.statistics.survey_comparison import SurveyComparison
+
+
+def draw_survey(axes: Any, comparison: "SurveyComparison") -> None:
+    """Draw stones per octant as sectors, and the expected ones as an outline; the radius is the square root of the count."""
+    compass(axes)
+    width = np.pi / 4
+    centres = np.arange(8) * width
+    axes.bar(centres, np.sqrt(comparison.octant_observed), width=0.92 * width, color=FALLS, label="observed", zorder=2)
+    axes.bar(
+        centres, np.sqrt(comparison.octant_predicted), width=width, fill=False, edgecolor=INK, linewidth=1.4,
+        linestyle=(0, (3, 1.5)), label="predicted", zorder=3,
+    )  # fmt: skip
+    top = max(1.0, float(np.sqrt(np.maximum(comparison.octant_observed, comparison.octant_predicted).max())))
+    counts = [n for n in (1, 2, 5, 10, 20, 50, 100, 200, 500) if 0.3 * top < np.sqrt(n) <= top * 1.05] or [1]
+    axes.set_ylim(0, top * 1.08)
+    axes.set_yticks(np.sqrt(counts), [str(n) for n in counts])
+    axes.set_rlabel_position(112.5)
+    axes.tick_params(axis="y", labelsize=7)
+
+
+def survey_figure(comparison: "SurveyComparison", title: str) -> "Figure":
+    """Figure of a survey; parameters as in `draw_survey`."""
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(4.2, 4.6), subplot_kw={"projection": "polar"}, layout="constrained")
+    draw_survey(axes, comparison)
+    figure.legend(loc="outside lower center", ncols=2, fontsize=8)
+    figure.suptitle(f"{title}\nfallen stones by octant", fontsize=10)
+    return figure

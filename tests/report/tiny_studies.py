@@ -1,0 +1,53 @@
+"""Whole results folders of tiny studies, made without the workflow."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from overturning.figures.study import draw_study
+from overturning.records.record import Record
+from overturning.records.store import read_motion, write_motion
+from overturning.study.gather import gather
+from overturning.study.intensity import write_intensity
+from overturning.study.load import check_study
+from overturning.study.sweep import sweep_record
+
+
+def pulse_record(name: str, towards_deg: float, peak: float, **more: Any) -> Record:
+    """One sine cycle of 0.8 s along an azimuth, with a little noise across it."""
+    time = np.arange(0, 5, 0.01)
+    cycle = np.where((time > 1) & (time < 1.8), np.sin(2 * np.pi * (time - 1) / 0.8), 0.0)
+    noise = 0.02 * np.random.default_rng(7).normal(size=time.size)
+    angle = np.radians(towards_deg)
+    north, east = cycle * np.cos(angle) - noise * np.sin(angle), cycle * np.sin(angle) + noise * np.cos(angle)
+    given = {"station": name, "event": f"event of {name}", "source": "synthetic", "sha256": "0" * 64, "licence": "none"}
+    return Record(name, peak * north, peak * east, None, 0.01, **(given | more))
+
+
+def make_results(folder: Path, records: list[Record], **study: Any) -> Path:
+    """The results folder of a study of these records."""
+    data = {
+        "name": "tiny",
+        "title": "Tiny",
+        "question": "Which way?",
+        "records": {"use": [record.record_id for record in records]},
+        "azimuth": {"step": 30},
+        "b_over_h": [0.2, 0.3, 0.4],
+        "height": [0.6],
+        "friction": [1.0],
+        "ensemble": {"members": 4},
+    }
+    settings = check_study(data | study, "test")
+    (folder / "motion").mkdir(parents=True, exist_ok=True)
+    for record in records:
+        write_motion(record, folder / "motion" / f"{record.record_id}.nc")
+    kept = [read_motion(folder / "motion" / f"{record.record_id}.nc") for record in records]
+    parts = []
+    for record in kept:
+        parts.append(folder / "sweep" / f"{record.record_id}.nc")
+        sweep_record(settings, record, parts[-1])
+    gather(settings, kept, parts, folder / "cube.nc")
+    write_intensity(settings, kept, folder / "intensity.nc")
+    draw_study(folder / "cube.nc", folder / "intensity.nc", folder / "motion", folder / "figures")
+    return folder

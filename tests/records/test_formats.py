@@ -106,6 +106,18 @@ def test_csmip_volume_1_and_2(tmp_path):
     assert read_path(path).extra["processed"] is True
 
 
+def test_csmip_volume_2_of_the_eighties(tmp_path):
+    """Capitals, CMS/SEC/SEC, and a data line without unit and format: the unit is that of the stated peak."""
+    text = csmip_text({"90 Deg": (90, A), "360 Deg": (360, B)}, 100, volume=2).upper()
+    text = text.replace("CM/SEC/SEC", "CMS/SEC/SEC").replace(", IN CM/SEC2. (8F10.4)", ".")
+    path = tmp_path / "x.V2"
+    path.write_text(text)
+    check(read_path(path), B * 0.01, A * 0.01)
+    path.write_text(text.replace("CMS/SEC/SEC", "FURLONGS"))
+    with pytest.raises(RecordError, match="unit 'missing'"):
+        read_path(path)
+
+
 def test_csmip_raw_with_pairs_of_time_and_acceleration(tmp_path):
     a, b = np.round(A / 100, 3), np.round(B / 100, 3)
     path = tmp_path / "x.RAW"

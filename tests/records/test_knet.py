@@ -150,3 +150,36 @@ def test_a_peak_that_contradicts_the_header_is_refused_unless_trusted(tmp_path):
     with pytest.raises(RecordError, match=r"T.NS line 15: .*--trust-data"):
         read_path(paths)
     assert read_path(paths, trust_data=True).extra["trusted_data"] is True
+
+
+def test_an_archive_of_many_stations_asks_which(tmp_path):
+    path = tmp_path / "event.zip"
+    with zipfile.ZipFile(path, "w") as archive:
+        for station in ("TST001", "TST002"):
+            for file in write_knet_set(tmp_path, f"{station}0102031305", NORTH, EAST, UP, station=station):
+                archive.write(file, file.name)
+                file.unlink()
+    with pytest.raises(RecordError, match=r"event\.zip: 2 records \(TST001, TST002\)"):
+        read_path(path)
+    entry = RecordEntry(id="two", format="kik-net", source="TST0020102031305")
+    assert read_record(entry, tmp_path).station == "TST002"
+
+
+def test_corrections_of_the_table_turn_the_sensor(tmp_path):
+    """A sensor whose north points to N7W where magnetic north is 5° east of true: its azimuths are −2 and 88."""
+    write_knet_set(tmp_path, "T", NORTH, EAST)
+    plain = read_record(RecordEntry(id="t", format="kik-net", source="T"), tmp_path)
+    entry = RecordEntry(id="t", format="kik-net", source="T", orientation_correction_deg=-7, magnetic_declination_deg=5)
+    turned = read_record(entry, tmp_path)
+    assert set(turned.component_azimuths_deg) == {358.0, 88.0}
+    c, s = np.cos(np.radians(-2)), np.sin(np.radians(-2))
+    np.testing.assert_allclose(turned.north, plain.north * c - plain.east * s, atol=1e-9)
+    np.testing.assert_allclose(turned.east, plain.north * s + plain.east * c, atol=1e-9)
+
+
+def test_the_table_s_hash_is_compared(tmp_path):
+    write_knet_set(tmp_path, "T", NORTH, EAST)
+    right = read_record(RecordEntry(id="t", format="kik-net", source="T"), tmp_path).sha256
+    assert read_record(RecordEntry(id="t", format="kik-net", source="T", sha256=right), tmp_path).sha256 == right
+    with pytest.raises(RecordError, match="the record table says 0000"):
+        read_record(RecordEntry(id="t", format="kik-net", source="T", sha256="0" * 64), tmp_path)

@@ -223,7 +223,7 @@ def select_sensor(components: Sequence[Component], sensor: Sensor) -> list[Compo
     return chosen
 
 
-def _with_sisters(path: Path, options: ReadOptions | None) -> list[Component]:
+def _with_sisters(path: Path, options: ReadOptions | None, sensor: Sensor) -> list[Component]:
     """Components of a file and, where it holds only one, of the files beside it that belong to the same record."""
     from overturning.records.grouping import group_components, sisters
 
@@ -232,6 +232,12 @@ def _with_sisters(path: Path, options: ReadOptions | None) -> list[Component]:
     options = replace(options or ReadOptions(), metadata=(*(options or ReadOptions()).metadata, *metadata))
     components = read_files([first], None, options)
     if len(components) > 1:
+        records = group_components(select_sensor(components, sensor))
+        if is_archive(first.data) and len(records) > 1:
+            stations = ", ".join(sorted({group[0].station or group[0].file for group in records})[:10])
+            raise RecordError(
+                f"{first.name}: {len(records)} records ({stations}); name the one you want by the stem of its files in the record table"
+            )
         return components
     for other in sisters(path)[1:]:
         try:
@@ -274,7 +280,7 @@ def read_path(
     """
     paths = [Path(path)] if isinstance(path, str | Path) else [Path(p) for p in path]
     if len(paths) == 1:
-        components = _with_sisters(paths[0], options)
+        components = _with_sisters(paths[0], options, sensor)
     else:
         components = read_files([read_source(p) for p in paths], None, options)
     components = select_sensor(components, sensor)

@@ -26,14 +26,18 @@ _UNITS: Final = {
     "g/10": 0.1 * STANDARD_GRAVITY,
     "cm/sec2": GAL,
     "cm/sec/sec": GAL,
+    "cms/sec/sec": GAL,
     "cm/s2": GAL,
     "gal": GAL,
 }
 _END: Final = re.compile(r"^\s*(/&|-{3,}\s*END OF DATA|END OF DATA)", re.IGNORECASE)
 _DATA_LINE: Final = re.compile(r"^\s*(\d+)\s+(?:points of\s+)?accel", re.IGNORECASE)
-_UNIT: Final = re.compile(
-    r"\bin\s+(?:units of\s+)?(g/10|g|cm/sec/sec|cm/sec2|cm/s2|gal|\S+?)[.,;]?(?:\s|$|\()", re.IGNORECASE
-)
+_UNIT: Final = re.compile(r"\bin\s+(?:units of\s+)?(g/10|\S+?)[.,;]?(?:\s|$|\()", re.IGNORECASE)
+_PEAK: Final = {
+    1: rf"MAX\s*=\s*({FLOAT})\s*(g\b)",
+    2: rf"PEAK ACCELERATION\s*=\s*({FLOAT})\s*(g\b|cms?/sec/sec|cm/sec2|cm/s2|gal)",
+}
+"""The line that states the peak and its unit, by volume."""
 
 
 def detect(source: SourceFile) -> bool:
@@ -96,7 +100,7 @@ def _channel(source: SourceFile, block: list[str], at: int, volume: int) -> Comp
     if data_at is None:
         samples, interval = _pairs(block, text, text_lines, name, at)
     else:
-        samples, interval = _evenly(block, data_at, name, at)
+        samples, interval = _evenly(block, data_at, _unit(block[data_at], text, volume), name, at)
     place = _find(text, rf"({FLOAT})\s*([NS]),?\s*({FLOAT})\s*([EW])", name, at, None)
     latitude = longitude = None
     if place:
@@ -131,7 +135,15 @@ def _find(text: list[str], pattern: str, name: str, at: int, missing: str | None
     raise RecordError(f"{name} line {at + 1}: {missing} in the channel's header; get the file again")
 
 
-def _evenly(block: list[str], data_at: int, name: str, at: int) -> tuple[np.ndarray, float]:
+def _unit(line: str, text: list[str], volume: int) -> str:
+    """Unit in the data line; where old files leave it out, that of the stated peak; empty where neither says it."""
+    if match := _UNIT.search(line):
+        return match[1].lower()
+    peak = _find(text, _PEAK[volume], "", 0, None)
+    return peak[0][2].lower() if peak else ""
+
+
+def _evenly(block: list[str], data_at: int, unit: str, name: str, at: int) -> tuple[np.ndarray, float]:
     line = block[data_at]
     where = f"{name} line {at + data_at + 1}"
     count = int(_DATA_LINE.match(line)[1])  # type: ignore[index]
@@ -143,9 +155,8 @@ def _evenly(block: list[str], data_at: int, name: str, at: int) -> tuple[np.ndar
         interval = number(by_interval[1], name, at + data_at + 1, "interval")
     else:
         raise RecordError(f"{where}: no rate or interval in {line.strip()!r}; get the file again")
-    unit = _UNIT.search(line)
-    if unit is None or unit[1].lower() not in _UNITS:
-        raise RecordError(f"{where}: unit {unit[1] if unit else 'missing'!r}; known are {', '.join(_UNITS)}")
+    if unit not in _UNITS:
+        raise RecordError(f"{where}: unit {unit or 'missing'!r}; known are {', '.join(_UNITS)}")
     form = re.search(r"\((\d+)[FE](\d+)\.\d+\)", line, re.IGNORECASE)
     per_line, width = (int(form[1]), int(form[2])) if form else (8, 10)
     first = data_at + 1
@@ -163,7 +174,7 @@ def _evenly(block: list[str], data_at: int, name: str, at: int) -> tuple[np.ndar
         raise RecordError(
             f"{name} line {at + after + 1}: samples after the last of {count}; the header's count is wrong"
         )
-    return samples * _UNITS[unit[1].lower()], interval
+    return samples * _UNITS[unit], interval
 
 
 def _pairs(block: list[str], text: list[str], text_lines: int, name: str, at: int) -> tuple[np.ndarray, float]:
@@ -184,8 +195,7 @@ def _pairs(block: list[str], text: list[str], text_lines: int, name: str, at: in
 
 
 def _peak(text: list[str], volume: int, name: str, at: int) -> StatedPeak | None:
-    pattern = r"MAX\s*=\s*" if volume == 1 else r"PEAK ACCELERATION\s*=\s*"
-    found = _find(text, rf"{pattern}({FLOAT})\s*(g\b|cm/sec/sec|cm/sec2|cm/s2|gal)", name, at, None)
+    found = _find(text, _PEAK[volume], name, at, None)
     if not found:
         return None
     match, index = found

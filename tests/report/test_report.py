@@ -131,12 +131,18 @@ def test_everything_falls(results) -> None:
     assert "there is no axis along which blocks fall more easily" in page
 
 
+def test_an_unknown_fault(results) -> None:
+    folder = results([pulse_record("only", 60, 6.0)], ensemble={"members": 0})
+    page, _ = report_of(folder)
+    assert "no fault normal is known" in page
+
+
 def test_one_azimuth(results) -> None:
     folder = results(
         [pulse_record("only", 60, 6.0)], azimuth={"start": 60, "stop": 61, "step": 10}, ensemble={"members": 0}
     )
     page, _ = report_of(folder)
-    assert "no fault normal is known" in page
+    assert "with a single plane of motion nothing is said about direction" in page
 
 
 def test_recheck(hostile: Path, tmp_path: Path) -> None:

@@ -37,6 +37,7 @@ def make_results(folder: Path, records: list[Record], **study: Any) -> Path:
         "height": [0.6],
         "friction": [1.0],
         "ensemble": {"members": 4},
+        "verification": "none",
     }
     settings = check_study(data | study, "test")
     (folder / "motion").mkdir(parents=True, exist_ok=True)

@@ -18,6 +18,7 @@ from overturning.statistics.earthquakes import (
 )
 from overturning.statistics.groups import record_groups
 from overturning.statistics.logistic import describe, overturning_fit
+from overturning.statistics.planes import plane_index
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,7 +44,7 @@ def direction_content(cube: "xr.Dataset", intensity: "xr.Dataset", fallen: float
     summaries = {name: summarise_axes(one) for name, one in axes.items()}
     difference = compare_alignment(*axes.values()) if len(axes) == 2 else None
     return {
-        "answer": answer(summaries, difference, fallen, undirected=fallen >= 1.0),
+        "answer": answer(summaries, difference, fallen, planes=plane_index(cube["azimuth"].values).size),
         "summaries": [_summary_row(name, summary) for name, summary in summaries.items()],
         "by_shape": _by_shape(cube, members),
         "fit": _fit(cube, intensity),

@@ -96,6 +96,7 @@ def paper_data(data: dict[str, Any]) -> dict[str, Any]:
         "records": [{"id": row["id"], "heading": _heading(row)} for row in data["records"]],
         "method": words.METHOD,
         "limits": data["limits"],
+        **_own_error(data["own_error"]),
         "verification": [list(pair) for pair in data["verification"]],
         "citations": data["citations"],
         "sources": [
@@ -106,6 +107,29 @@ def paper_data(data: dict[str, Any]) -> dict[str, Any]:
         "versions": ", ".join(f"{name} {version}" for name, version in data["versions"].items()),
         "content_sha256": data["content_sha256"],
     }  # fmt: skip
+
+
+def _own_error(found: dict[str, Any] | None) -> dict[str, Any]:
+    """How many flags and sides change when cells are run again finer and stiffer; empty where the study leaves it out."""
+    if found is None:
+        return {"own_error_text": "", "own_error_rows": []}
+    rows = []
+    for repetition in found["repetitions"]:
+        if repetition.refused:
+            rows.append([repetition.name, f"not possible: {repetition.refused}", "", "", "", ""])
+        for what, changed, compared, share, low, high in repetition.rows:
+            known = [f"{100 * share:.2f} %", f"{100 * low:.2f} to {100 * high:.2f} %"] if compared else ["–", "–"]
+            rows.append([repetition.name, what, str(changed), str(compared), *known])
+    warning = (
+        f"Warning: with {' and with '.join(found['warns'])} more than {100 * found['warn_above']:.0f} % of the flags change. "
+        if found["warns"]
+        else ""
+    )
+    text = (
+        f"{warning}{found['chosen']} of the {found['cells']} cases, drawn at random, were run again; {found['at_rest']} of them "
+        "lie below the thresholds of rocking and sliding and cannot change."
+    )
+    return {"own_error_text": text, "own_error_rows": rows}
 
 
 def _heading(row: dict[str, Any]) -> str:

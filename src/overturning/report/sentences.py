@@ -63,7 +63,7 @@ def pulse_sentence(difference: AlignmentDifference) -> str:
 
 
 def answer(
-    summaries: dict[str, AxisSummary], difference: AlignmentDifference | None, fallen: float, undirected: bool
+    summaries: dict[str, AxisSummary], difference: AlignmentDifference | None, fallen: float, planes: int
 ) -> list[str]:
     """The answer: a few sentences with numbers and their uncertainty.
 
@@ -75,8 +75,8 @@ def answer(
         Pulse records against control, where a study has both.
     fallen : float
         Share of all cases that overturn, NaN where none was found.
-    undirected : bool
-        Whether every plane of every case overturned, so that there is no axis.
+    planes : int
+        Vertical planes of the study: one plane tells nothing about direction.
 
     Returns
     -------
@@ -86,7 +86,9 @@ def answer(
         return ["No outcome was found, so nothing can be said; see the causes below."]
     if fallen <= 0:
         return ["No block overturned in any direction, so these records say nothing about the direction of falls."]
-    if undirected:
+    if planes == 1:
+        return [f"{fallen:.0%} of the cases overturn; with a single plane of motion nothing is said about direction."]
+    if fallen >= 1:
         return ["Every block overturned in every plane: there is no axis along which blocks fall more easily."]
     if all(summary.n == 0 for summary in summaries.values()):
         return [

@@ -159,8 +159,10 @@ def test_an_archive_of_many_stations_asks_which(tmp_path):
             for file in write_knet_set(tmp_path, f"{station}0102031305", NORTH, EAST, UP, station=station):
                 archive.write(file, file.name)
                 file.unlink()
-    with pytest.raises(RecordError, match=r"event\.zip: 2 records \(TST001, TST002\)"):
+    with pytest.raises(RecordError, match=r"2 records \(TST001, TST002\)"):
         read_path(path)
+    with pytest.raises(RecordError, match="2 records"):
+        read_record(RecordEntry(id="all", source="event.zip"), tmp_path)
     entry = RecordEntry(id="two", format="kik-net", source="TST0020102031305")
     assert read_record(entry, tmp_path).station == "TST002"
 

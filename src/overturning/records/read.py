@@ -89,7 +89,8 @@ def _components_of(entry: RecordEntry, data_dir: Path) -> list[Component]:
         )
     files = find_files(entry, data_dir)
     options = ReadOptions(entry.unit, entry.columns, entry.sampling_interval_s)
-    return select_sensor(read_files(files, None if entry.format == "auto" else entry.format, options), entry.sensor)
+    components = read_files(files, None if entry.format == "auto" else entry.format, options)
+    return _of_one_record(select_sensor(components, entry.sensor))
 
 
 def find_paths(entry: RecordEntry, data_dir: Path) -> list[Path]:
@@ -223,7 +224,20 @@ def select_sensor(components: Sequence[Component], sensor: Sensor) -> list[Compo
     return chosen
 
 
-def _with_sisters(path: Path, options: ReadOptions | None, sensor: Sensor) -> list[Component]:
+def _of_one_record(components: list[Component]) -> list[Component]:
+    """The components, unless they are of several records, as those of an archive with many stations are."""
+    from overturning.records.grouping import group_components
+
+    records = group_components(components) if len(components) > 3 else [components]
+    if len(records) > 1:
+        stations = ", ".join(sorted({group[0].station or group[0].file for group in records})[:10])
+        raise RecordError(
+            f"{components[0].file}: {len(records)} records ({stations}); name one by the stem of its files in the record table"
+        )
+    return components
+
+
+def _with_sisters(path: Path, options: ReadOptions | None) -> list[Component]:
     """Components of a file and, where it holds only one, of the files beside it that belong to the same record."""
     from overturning.records.grouping import group_components, sisters
 
@@ -232,12 +246,6 @@ def _with_sisters(path: Path, options: ReadOptions | None, sensor: Sensor) -> li
     options = replace(options or ReadOptions(), metadata=(*(options or ReadOptions()).metadata, *metadata))
     components = read_files([first], None, options)
     if len(components) > 1:
-        records = group_components(select_sensor(components, sensor))
-        if is_archive(first.data) and len(records) > 1:
-            stations = ", ".join(sorted({group[0].station or group[0].file for group in records})[:10])
-            raise RecordError(
-                f"{first.name}: {len(records)} records ({stations}); name the one you want by the stem of its files in the record table"
-            )
         return components
     for other in sisters(path)[1:]:
         try:
@@ -280,10 +288,10 @@ def read_path(
     """
     paths = [Path(path)] if isinstance(path, str | Path) else [Path(p) for p in path]
     if len(paths) == 1:
-        components = _with_sisters(paths[0], options, sensor)
+        components = _with_sisters(paths[0], options)
     else:
         components = read_files([read_source(p) for p in paths], None, options)
-    components = select_sensor(components, sensor)
+    components = _of_one_record(select_sensor(components, sensor))
     return assemble(
         components,
         record_id=record_id or paths[0].name.split(".")[0].lower(),

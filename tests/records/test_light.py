@@ -1,0 +1,37 @@
+"""A reading job per record starts many times: what it does not need it does not import."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
+HEAVY = {"xarray", "pandas", "scipy", "matplotlib", "numba", "dask", "snakemake"}
+READ = f"""
+from pathlib import Path
+from overturning.records.catalogue import read_catalogue
+from overturning.records.processing import process
+from overturning.records.read import read_record
+from overturning.records.store import read_motion, write_motion
+record = process(read_record(read_catalogue({str(TABLE)!r})["rinaldi"], Path()), None)
+"""
+STORE = """
+import tempfile
+with tempfile.TemporaryDirectory() as folder:
+    write_motion(record, Path(folder) / "motion.nc")
+    read_motion(Path(folder) / "motion.nc")
+"""
+
+
+@pytest.mark.parametrize(
+    ("code", "also"), [(READ, {"obspy", "netCDF4"}), (READ + STORE, {"obspy"})], ids=["read", "store"]
+)
+def test_reading_imports_nothing_heavy(code, also):
+    done = subprocess.run(
+        [sys.executable, "-c", code + "\nimport sys\nprint(*sorted({m.split('.')[0] for m in sys.modules}))"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert not (HEAVY | also) & set(done.stdout.split())

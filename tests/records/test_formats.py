@@ -16,7 +16,8 @@ from record_writers import (
 
 from overturning.errors import RecordError
 from overturning.records.axes import channel_axis, parse_axis
-from overturning.records.read import read_path
+from overturning.records.catalogue import RecordEntry
+from overturning.records.read import read_path, read_record
 
 G = 9.80665
 random = np.random.default_rng(7)
@@ -205,6 +206,17 @@ def test_axes_that_do_not_say_where_north_is_are_refused_unless_given(tmp_path, 
     with pytest.raises(RecordError, match=f"{word}.*says nothing about north.*azimuths"):
         read_path(paths)
     check(read_path(paths, azimuths_deg=(60, 330)), *turned(A * G, 60, B * G, 330), rtol=1e-6)
+
+
+@pytest.mark.parametrize("axis", ["V", "VER", "Vert"])
+def test_a_vertical_axis_of_unknown_sense_is_refused_unless_declared(tmp_path, axis):
+    for name, samples, word in (("1", A, "0"), ("2", B, "90"), ("3", C, axis)):
+        (tmp_path / f"x{name}.AT2").write_text(peer_text(samples, 0.01, word))
+    with pytest.raises(RecordError, match="whether up or down"):
+        read_path(tmp_path / "x1.AT2")
+    for sense, up in (("up", C * G), ("down", -C * G), ("none", None)):
+        entry = RecordEntry(id="x", source="x1.AT2 x2.AT2 x3.AT2", vertical_sense=sense)
+        check(read_record(entry, tmp_path), A * G, B * G, up, rtol=1e-6)
 
 
 def test_a_fault_normal_pulse_keeps_its_sense(tmp_path):

@@ -1,7 +1,7 @@
 """`overturning records`: say what record files are, and fetch new ones."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, get_args
 
 import typer
 
@@ -17,6 +17,10 @@ def check(
     azimuths: Annotated[
         str, typer.Option(help="azimuths of the two horizontal axes where the files do not state them: 0,90")
     ] = "",
+    vertical_sense: Annotated[
+        str,
+        typer.Option(help="up, down or none (leave out), for a vertical axis that does not say which way it points"),
+    ] = "",
     unit: Annotated[
         str, typer.Option(help="unit of the samples where the format leaves it open (SAC): m/s2, gal, g…")
     ] = "",
@@ -28,9 +32,13 @@ def check(
     Exit status 1 if anything was refused.
     """
     from overturning.errors import ArgumentError
+    from overturning.records.assembly import VerticalSense
     from overturning.records.check import check_paths, describe
     from overturning.records.options import UNITS, ReadOptions
 
+    sense: VerticalSense | None = next((word for word in get_args(VerticalSense) if word == vertical_sense), None)
+    if vertical_sense and sense is None:
+        raise ArgumentError(f"--vertical-sense: {vertical_sense!r}; known are {', '.join(get_args(VerticalSense))}")
     if unit and unit not in UNITS:
         raise ArgumentError(f"--unit: {unit!r}; known are {', '.join(UNITS)}")
     try:
@@ -42,6 +50,7 @@ def check(
         options=ReadOptions(unit or None, columns, interval),
         azimuths_deg=pair,
         trust_data=trust_data,
+        vertical_sense=sense,
     )
     for finding in findings:
         typer.echo(describe(finding))

@@ -5,15 +5,18 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
-from typing import Any
+from typing import Any, Literal
 
 from overturning.errors import RecordError
+from overturning.records.axes import is_vertical_of_unknown_sense
 from overturning.records.component import Component, check_peak
 from overturning.records.direction import direction_cosines
 from overturning.records.record import FloatArray, Record
 
 MAXIMUM_SPREAD = 0.5
 """Largest difference in start or in length between components of one record, s."""
+
+VerticalSense = Literal["up", "down", "none"]
 
 MINIMUM_SINE = 0.9
 """Smallest sine of the angle between two horizontal axes that may be turned to north and east."""
@@ -120,6 +123,7 @@ def assemble(
     azimuths_deg: Sequence[float] | None = None,
     correction_deg: float = 0.0,
     trust_data: bool = False,
+    vertical_sense: VerticalSense | None = None,
     overrides: dict[str, Any] | None = None,
 ) -> Record:
     """Make one record of the components of one sensor.
@@ -136,6 +140,8 @@ def assemble(
         Added to the stated azimuths: sensor misorientation plus magnetic declination, degrees clockwise.
     trust_data : bool
         Go on where a header's peak contradicts the data, or components are unlike long.
+    vertical_sense : {"up", "down", "none"}, optional
+        Which way a vertical axis points that does not say so itself; ``none`` leaves it out.
     overrides : dict, optional
         Fields of the record that are known better than from the files (station, event, licence…).
 
@@ -150,6 +156,7 @@ def assemble(
         contradicts the data.
     """
     name = components[0].file if components else record_id
+    components = _with_sense(components, vertical_sense)
     differences = {}
     for component in components:
         if not trust_data:
@@ -204,6 +211,24 @@ def assemble(
         extra=extra,
         **fields,
     )
+
+
+def _with_sense(components: Sequence[Component], sense: VerticalSense | None) -> list[Component]:
+    """Give vertical axes of unknown sense the declared one."""
+    found = []
+    for component in components:
+        unknown = (
+            component.azimuth_deg is None and not component.vertical and is_vertical_of_unknown_sense(component.axis)
+        )
+        if unknown and sense is None:
+            raise RecordError(
+                f"{component.file}: axis {component.axis!r} is vertical, but the file does not say whether up or down; declare it "
+                "(vertical_sense in the record table, --vertical-sense here: up, down, or none to leave it out)"
+            )
+        if unknown and sense == "none":
+            continue
+        found.append(replace(component, vertical=1 if sense == "up" else -1) if unknown else component)
+    return found
 
 
 def _joint_hash(components: Sequence[Component]) -> str:

@@ -50,6 +50,12 @@ def parse_axis(text: str) -> tuple[float | None, int]:
     return None, 0
 
 
+def is_vertical_of_unknown_sense(text: str) -> bool:
+    """Whether an axis is vertical but nobody says which way up it is: ``V``, ``VER``, ``Vert``, COSMOS code 402."""
+    word = text.strip().upper().rpartition(":")[2].strip().rstrip(".")
+    return word in {"V", "VER", "VRT", "VERT", "VERTICAL", "402"}
+
+
 def channel_axis(code: str) -> tuple[float | None, int]:
     """Azimuth and vertical sense of a SEED channel code by its last letter: Z up, N and E within 5° of north and east."""
     return {"Z": (None, 1), "N": (0.0, 0), "E": (90.0, 0)}.get(code[-1:].upper(), (None, 0))

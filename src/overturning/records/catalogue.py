@@ -73,6 +73,11 @@ class RecordEntry(BaseModel):
         BeforeValidator(_none_if_empty),
         Field(gt=0, le=1, description="Of a CSV file without a time column, s."),
     ] = None
+    vertical_sense: Annotated[
+        Literal["up", "down", "none"] | None,
+        BeforeValidator(_none_if_empty),
+        Field(description="Which way a vertical axis points that does not say so (`Vert`); `none` leaves it out."),
+    ] = None
     sensor: Annotated[
         Literal["surface", "borehole"], Field(description="Which sensor of a station that has two (KiK-net).")
     ] = "surface"

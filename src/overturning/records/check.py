@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from overturning.errors import OverturningError
-from overturning.records.assembly import assemble
+from overturning.records.assembly import VerticalSense, assemble
 from overturning.records.component import Component
 from overturning.records.grouping import group_components
 from overturning.records.integration import peaks
@@ -43,6 +43,7 @@ def check_paths(
     options: ReadOptions | None = None,
     azimuths_deg: Sequence[float] | None = None,
     trust_data: bool = False,
+    vertical_sense: VerticalSense | None = None,
 ) -> list[Finding]:
     """Read files and folders, sort their components into records, and check each.
 
@@ -56,6 +57,8 @@ def check_paths(
         Azimuths of the two horizontal axes where the files do not state them.
     trust_data : bool
         Go on where a header's peak contradicts the data.
+    vertical_sense : {"up", "down", "none"}, optional
+        Which way a vertical axis points that does not say so itself.
 
     Returns
     -------
@@ -80,7 +83,9 @@ def check_paths(
         files = tuple(dict.fromkeys(c.file for c in group))
         name = Path(files[0]).name.split(".")[0].lower()
         try:
-            record = assemble(group, record_id=name, azimuths_deg=azimuths_deg, trust_data=trust_data)
+            record = assemble(
+                group, record_id=name, azimuths_deg=azimuths_deg, trust_data=trust_data, vertical_sense=vertical_sense
+            )
         except OverturningError as problem:
             findings.append(Finding(files, tuple(group), reason=str(problem)))
         else:

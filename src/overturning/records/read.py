@@ -48,6 +48,7 @@ def read_record(entry: RecordEntry, data_dir: Path | str) -> Record:
         azimuths_deg=entry.azimuths_deg,
         correction_deg=entry.azimuth_correction_deg,
         trust_data=entry.trust_data,
+        vertical_sense=entry.vertical_sense,
         overrides={
             "station": entry.station,
             "event": entry.event,

@@ -9,6 +9,7 @@ import time
 
 import numpy as np
 
+from benchmarks.bench import insert
 from benchmarks.study_records import ROOT, half_grid, near_fault
 from overturning.dem.cases import CaseResults, run_cases
 
@@ -96,6 +97,22 @@ def main() -> None:
         writer = csv.DictWriter(file, rows[0])
         writer.writeheader()
         writer.writerows(rows)
+    shown = {
+        "scheme": "scheme",
+        "fraction_of_stable_step": "step",
+        "processor_seconds": "processor time, s",
+        "wrong_flags_where_neighbours_agree_percent": "wrong flags, neighbours agree, %",
+        "wrong_sides_where_neighbours_agree_percent": "wrong sides, neighbours agree, %",
+        "wrong_flags_percent": "wrong flags, all, %",
+        "wrong_sides_percent": "wrong sides, all, %",
+        "median_error_of_peak_rotation": "median error of peak rotation",
+        "mean_shift_of_boundary_percent": "shift of the boundary, %",
+        "marked": "marked",
+        "largest_energy_error": "largest energy error",
+    }
+    lines = ["| " + " | ".join(shown.values()) + " |", "|---" * len(shown) + "|"]
+    lines += ["| " + " | ".join(str(row[key]) for key in shown) + " |" for row in rows]
+    insert(ROOT / "docs" / "method.md", "default-step", "\n".join(lines))
 
 
 if __name__ == "__main__":

@@ -285,3 +285,16 @@ def test_record_measures_tell_what_processing_did(rinaldi):
 def test_senseless_periods_are_refused(periods):
     with pytest.raises(ArgumentError, match="period_s"):
         rotd(Motion([0, 1], [0, 1], sampling_interval=0.01), periods)
+
+
+def test_no_rotated_motion_is_held():
+    """360 rotated motions of 300 s would be 86 MB each of acceleration, velocity and displacement; the work needs a fraction of one."""
+    import tracemalloc
+
+    motion = Motion(*np.random.default_rng(2).normal(size=(2, 30_000)), sampling_interval=0.01)
+    measures_by_azimuth(motion, [0.0])
+    tracemalloc.start()
+    measures_by_azimuth(motion, np.arange(360))
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 40e6

@@ -1,7 +1,9 @@
 import io
+import os
 import tarfile
 import zipfile
-from datetime import datetime
+from datetime import UTC, datetime
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,9 +11,10 @@ from record_writers import knet_text, write_knet_set
 
 from overturning.errors import MissingDataError, RecordError
 from overturning.records.catalogue import RecordEntry
+from overturning.records.component import check_peak
 from overturning.records.formats import knet
 from overturning.records.read import read_path, read_record
-from overturning.records.source import SourceFile
+from overturning.records.source import SourceFile, read_source
 
 GAIN = 2000 / 8388608 * 0.01
 random = np.random.default_rng(20001006)
@@ -185,3 +188,19 @@ def test_the_table_s_hash_is_compared(tmp_path):
     assert read_record(RecordEntry(id="t", format="kik-net", source="T", sha256=right), tmp_path).sha256 == right
     with pytest.raises(RecordError, match="the record table says 0000"):
         read_record(RecordEntry(id="t", format="kik-net", source="T", sha256="0" * 64), tmp_path)
+
+
+def test_a_real_file_agrees_with_its_own_header():
+    """Obspy brings one K-NET file for its own tests; it is read from there, for NIED's files may not be redistributed."""
+    import obspy
+
+    path = Path(obspy.__file__).parent / "io" / "nied" / "tests" / "data" / "test.knet"
+    if not path.exists():
+        (pytest.fail if "OVERTURNING_NO_SKIP" in os.environ else pytest.skip)("this obspy comes without its test data")
+    component = knet.read(read_source(path))[0]
+    trace = obspy.read(str(path), format="KNET")[0]
+    np.testing.assert_allclose(component.samples, trace.data * trace.stats.calib, rtol=1e-12)
+    assert component.start == trace.stats.starttime.datetime.replace(tzinfo=UTC)
+    difference = check_peak(component)
+    assert difference is not None
+    assert difference < 0.001

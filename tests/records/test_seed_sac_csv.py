@@ -14,6 +14,7 @@ CHANNELS = {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0), "HNZ": (0.0, -90.0)}
 
 def test_miniseed_with_its_stationxml_beside_it(tmp_path):
     write_inventory(tmp_path / "XX.TST1.xml", CHANNELS)
+    (tmp_path / "other.xml").write_text("<notes>not about stations</notes>")
     path = write_mseed(tmp_path / "x.mseed", {"HNN": N, "HNE": E, "HNZ": Z})
     record = read_path(path)
     np.testing.assert_allclose(record.north, N / 400_000, rtol=1e-12)

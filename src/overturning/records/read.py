@@ -240,10 +240,12 @@ def _of_one_record(components: list[Component]) -> list[Component]:
 
 def _with_sisters(path: Path, options: ReadOptions | None) -> list[Component]:
     """Components of a file and, where it holds only one, of the files beside it that belong to the same record."""
+    from overturning.records.formats import stationxml
     from overturning.records.grouping import group_components, sisters
 
     first = read_source(path)
-    metadata = tuple(read_source(p) for p in path.parent.glob("*.xml")) if not is_archive(first.data) else ()
+    beside = () if is_archive(first.data) else sorted(path.parent.glob("*.xml"))
+    metadata = tuple(source for source in map(read_source, beside) if stationxml.detect(source))
     options = replace(options or ReadOptions(), metadata=(*(options or ReadOptions()).metadata, *metadata))
     components = read_files([first], None, options)
     if len(components) > 1:

@@ -1,0 +1,106 @@
+"""Scenes in a study: defaults, refusals, and a cube with elements from sweep to report tables."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from overturning.errors import ConfigError, ResultError
+from overturning.records.record import Record
+from overturning.statistics.elements import compare_stones, falls_by_element
+from overturning.study.config import Study
+from overturning.study.cube import open_cube
+from overturning.study.gather import gather
+from overturning.study.load import check_study
+from overturning.study.sweep import sweep_record
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(autouse=True)
+def _in_the_project(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)  # scenes are named from the project's folder
+
+
+def _study(**keys: Any) -> Study:
+    return check_study({"name": "stack", "records": {"use": ["pulse"]}, "scene": "three-tier", **keys}, "study.yaml")
+
+
+def _record() -> Record:
+    time = np.arange(0, 5, 0.01)
+    pulse = np.where(time < 1.6, 9.0 * np.sin(2 * np.pi * time / 0.8), 0.0)
+    return Record(
+        north=np.round(pulse, 9), east=np.round(0.2 * pulse, 9), up=None, sampling_interval=0.01, record_id="pulse",
+        station="S", event="E", source="made", licence="none", sha256="0" * 64,
+    )  # fmt: skip
+
+
+def test_sizes_are_the_scenes_own_where_none_is_given() -> None:
+    study = _study()
+    assert study.height == (0.636,)
+    assert study.b_over_h == pytest.approx((0.242 / 0.636,), abs=1e-9)
+    assert study.ensemble.members == 0
+    assert Study.model_validate(study.model_dump(mode="json")) == study
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ({"scene": "three-teir"}, "no file.*known: .*three-tier"),
+        ({"contact": {"damping_ratio": 0.5}}, "contact: the scene has contact laws of its own"),
+        ({"density": 2000}, "density: the scene's materials have it"),
+        ({"ensemble": {"members": 4}}, "ensemble.members: scenes are computed without"),
+        ({"scene": None, "variants": {"one": {"scene": "monolith"}}}, "only a study with a scene"),
+    ],
+)
+def test_refused(keys: dict[str, Any], said: str) -> None:
+    with pytest.raises(ConfigError, match=said):
+        _study(**keys)
+
+
+def test_a_cube_with_elements(tmp_path: Path) -> None:
+    study = _study(
+        variants={"monolith": {"scene": "monolith"}, "alone": {"scene": "shaft-alone"}},
+        azimuth={"start": 0, "stop": 360, "step": 60}, b_over_h=[0.2, 0.25], friction=[0.5, 0.9],
+    )  # fmt: skip
+    for variant in ("nominal", *study.variants):
+        sweep_record(study, _record(), tmp_path / f"{variant}.part.nc", variant)
+        gather(study, [_record()], [tmp_path / f"{variant}.part.nc"], tmp_path / f"{variant}.nc", variant)
+    with open_cube(tmp_path / "nominal.nc", element=None) as cube:
+        assert cube["overturned"].dims == ("record", "azimuth", "height", "b_over_h", "friction", "element")
+        assert cube["status"].dims == ("record", "azimuth", "height", "b_over_h", "friction")
+        rows = {row.name: row for row in falls_by_element(cube)}
+        assert list(rows) == ["lower-base", "upper-base", "shaft"]
+        assert rows["shaft"].falls == int((cube["overturned"].sel(element="shaft") != 0).sum()) > 0
+        assert rows["shaft"].first == rows["shaft"].falls
+        assert rows["lower-base"].falls == 0
+    with open_cube(tmp_path / "nominal.nc") as shaft, open_cube(tmp_path / "alone.nc") as alone:
+        assert str(shaft["element"].item()) == "shaft"
+        assert shaft["overturned"].dims == alone["overturned"].dims
+        found = compare_stones("shaft", shaft, "alone", alone)
+        assert found.both + found.only_this + found.only_other + found.neither == found.cases == 24
+        assert found.same_side <= found.both
+        # Turned by 180° a symmetric scene falls the other way.
+        sides = shaft["overturned"].to_numpy()
+        np.testing.assert_array_equal(sides[:, 3:], -sides[:, :3])
+    with open_cube(tmp_path / "monolith.nc") as monolith:
+        # Its own shape is not that of the swept shaft, so its outcome is the same for each B/H.
+        values = monolith["peak_rotation"].to_numpy()
+        np.testing.assert_array_equal(values[:, :, :, 0], values[:, :, :, 1])
+    with pytest.raises(ResultError, match="no element 'roof'; known: lower-base"):
+        open_cube(tmp_path / "nominal.nc", element="roof")
+
+
+def test_comparisons_count_what_they_say() -> None:
+    import xarray as xr
+
+    def cube(sides: list[float], times: list[float]) -> xr.Dataset:
+        return xr.Dataset({"overturned": ("case", sides), "overturning_time": ("case", times)})
+
+    nan = float("nan")
+    this = cube([1, -1, 0, 1, nan, 1], [2.0, 3.0, nan, 1.0, nan, 4.0])
+    other = cube([1, 1, 0, 0, 1, 1], [2.5, 2.0, nan, nan, 1.0, 3.0])
+    found = compare_stones("a", this, "b", other)
+    assert (found.cases, found.both, found.only_this, found.only_other, found.neither) == (5, 3, 1, 0, 1)
+    assert (found.same_side, found.earlier) == (2, 1)

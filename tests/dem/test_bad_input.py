@@ -99,10 +99,7 @@ def test_a_case_that_loses_its_balance_of_energy_has_no_flag() -> None:
     assert np.isnan(soft.overturning_time[marked]).all()
 
 
-def test_a_case_over_its_budget_is_marked(monkeypatch: pytest.MonkeyPatch) -> None:
-    from overturning.dem import cases
-
-    monkeypatch.setattr(cases, "BUDGET", 500)
-    found = run_cases(MOTION, Cases(0.0, 0.6, 0.3, 1.0))
+def test_a_case_over_its_budget_is_marked() -> None:
+    found = run_cases(MOTION, Cases(0.0, 0.6, 0.3, 1.0), budget=500)
     assert found.status.tolist() == [Status.OVER_BUDGET]
     assert found.overturned.tolist() == [-128]

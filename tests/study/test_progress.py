@@ -26,13 +26,13 @@ def test_finished_sweep_has_nothing_to_go() -> None:
 
 
 def test_log_gets_quiet_lines_and_the_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    with (
-        pytest.raises(ArgumentError),
-        logged_to(tmp_path / "logs" / "one.log") as say,
-        Progress(tmp_path / "parts", "one", 3, say) as progress,
-    ):
-        progress(1, 2)
-        raise ArgumentError("height: -1 m; it must be above 0")
+    def job() -> None:
+        with logged_to(tmp_path / "logs" / "one.log") as say, Progress(tmp_path / "parts", "one", 3, say) as progress:
+            progress(1, 2)
+            raise ArgumentError("height: -1 m; it must be above 0")
+
+    with pytest.raises(ArgumentError):
+        job()
     lines = (tmp_path / "logs" / "one.log").read_text(encoding="utf-8").splitlines()
     assert lines == ["one: begins", "error: height: -1 m; it must be above 0"]
     assert capsys.readouterr().err == ""  # not a terminal: nothing is drawn

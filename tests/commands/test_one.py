@@ -34,6 +34,21 @@ def test_damping_in_absolute_terms(capsys: pytest.CaptureFixture[str]) -> None:
     assert "N32°E" in capsys.readouterr().out
 
 
+def test_a_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.chdir(Path(TABLE).parents[1])
+    page, figure = tmp_path / "fall.html", tmp_path / "response.svg"
+    given = ("--record", "rinaldi", "--azimuth", "32", "--azimuth", "122", "--scene", "three-tier")
+    run(*given, "--animate", str(page), "--response", str(figure))
+    text = capsys.readouterr().out
+    assert "A shaft on two bases" in text
+    assert "motion along N32°E: shaft falls towards N212°E" in text
+    assert "motion along N122°E: everything stands" in text
+    film = page.read_text(encoding="utf-8")
+    assert all(name in film for name in ("lower-base", "upper-base", "shaft"))
+    assert page.stat().st_size < 300_000
+    assert figure.read_text(encoding="utf-8").startswith("<?xml")
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -42,9 +57,17 @@ def test_damping_in_absolute_terms(capsys: pytest.CaptureFixture[str]) -> None:
         (("--record", "rinaldi", "--azimuth", "1", "--damping", "3", "--damping-ratio", "1"), "keep one"),
         (("--record", "rinaldi", "--azimuth", "1", "--b-over-h", "-1"), "b_over_h"),
         (("--record", "rinaldi", "--azimuth", "nan"), "azimuth"),
+        (("--record", "rinaldi", "--azimuth", "1", "--scene", "gone"), "scene gone: no file"),
+        (
+            ("--record", "rinaldi", "--azimuth", "1", "--scene", "boulder", "--damping", "3"),
+            "set them in the scene file",
+        ),
     ],
 )
-def test_errors(arguments: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_errors(
+    arguments: tuple[str, ...], message: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(Path(TABLE).parents[1])
     with pytest.raises(SystemExit) as stop:
         main(["one", "--table", TABLE, *arguments])
     assert stop.value.code == 1

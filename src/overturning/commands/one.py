@@ -1,11 +1,12 @@
-"""`overturning one`: one block under one record, along one azimuth or several, and the film of it."""
+"""`overturning one`: one block, or one scene, under one record, along one azimuth or several, and the film of it."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 if TYPE_CHECKING:
+    from overturning.dem.contact import Contact
     from overturning.records.record import Record
 
 app = typer.Typer(rich_markup_mode=None)
@@ -15,14 +16,18 @@ app = typer.Typer(rich_markup_mode=None)
 def one(
     record: Annotated[str, typer.Option(help="id in the record table, or a record file")],
     azimuth: Annotated[list[float], typer.Option(help="degrees clockwise from north; may be given several times")],
-    b_over_h: Annotated[float, typer.Option(help="slenderness B/H")] = 0.4,
-    height: Annotated[float, typer.Option(help="height H, m")] = 0.6,
+    b_over_h: Annotated[float | None, typer.Option(help="slenderness B/H (default 0.4, or the scene's)")] = None,
+    height: Annotated[float | None, typer.Option(help="height H, m (default 0.6, or the scene's)")] = None,
     friction: Annotated[float, typer.Option(help="friction coefficient µ")] = 1.0,
-    density: Annotated[float, typer.Option(help="density, kg/m³")] = 2650.0,
+    density: Annotated[float | None, typer.Option(help="density, kg/m³ (default 2650)")] = None,
     damping_ratio: Annotated[float | None, typer.Option(help="damping ratio of the contact (default 1)")] = None,
     damping: Annotated[float | None, typer.Option(help="dashpot per corner instead of the ratio, N·s/m")] = None,
     stiffness: Annotated[
         float | None, typer.Option(help="normal stiffness per corner, N/m (default: automatic)")
+    ] = None,
+    scene: Annotated[
+        str | None,
+        typer.Option(help="scene of config/scenes, or a scene file; height and B/H are its reference element's"),
     ] = None,
     amplitude: Annotated[float, typer.Option(help="factor on the motion")] = 1.0,
     vertical: Annotated[bool, typer.Option(help="apply the vertical motion where the record has one")] = True,
@@ -35,10 +40,13 @@ def one(
         Path | None, typer.Option(help="figure of rotation, slip and uplift against time: .svg or .png")
     ] = None,
 ) -> None:
-    """Simulate one block, print what it does, and make a film or a figure of it."""
-    from overturning.dem.contact import Contact
+    """Simulate one block or scene, print what it does, and make a film or a figure of it."""
+    from overturning.dem.polygon.scene import load_scene
+    from overturning.dem.polygon.simulate import scene_trajectory
     from overturning.dem.simulate import trajectory
     from overturning.errors import ArgumentError
+    from overturning.figures.film_of_scene import element_path, film_of_scene, scene_outcome
+    from overturning.figures.film_of_trajectory import compass_name, film_of, outcome
     from overturning.motion.motion import Motion
 
     for file, kinds in ((animate, {".html", ".gif", ".mp4"}), (response, {".svg", ".png"})):
@@ -48,35 +56,36 @@ def one(
         raise ArgumentError("--damping and --damping-ratio are both given; keep one")
     found = _record(record, table, folder)
     motion = Motion(found.north, found.east, found.up if vertical else None, sampling_interval=found.sampling_interval)
-    springs: float | Literal["auto"] = "auto" if stiffness is None else stiffness
-    contact = (
-        Contact(stiffness=springs, damping_ratio=1.0 if damping_ratio is None else damping_ratio)
-        if damping is None
-        else Contact(stiffness=springs, damping=damping)
-    )
-    paths = [
-        trajectory(
-            motion, azimuth_deg=angle, height=height, b_over_h=b_over_h, friction=friction, density=density,
-            contact=contact, amplitude=amplitude,
-        )
-        for angle in azimuth
-    ]  # fmt: skip
-    from overturning.figures.film_of_trajectory import compass_name, film_of, outcome
-
     place = ", ".join(part for part in (found.station or found.record_id, found.event) if part)
-    title = f"{place}: B/H = {b_over_h:g}, H = {height:g} m, µ = {friction:g}"
+    if scene is None:
+        b_over_h, height = 0.4 if b_over_h is None else b_over_h, 0.6 if height is None else height
+        contact = _contact(stiffness, damping_ratio, damping)
+        block: dict[str, Any] = {"density": 2650.0 if density is None else density, "contact": contact}
+        block |= {"height": height, "b_over_h": b_over_h, "friction": friction, "amplitude": amplitude}
+        moved = paths = [trajectory(motion, azimuth_deg=angle, **block) for angle in azimuth]
+        title = f"{place}: B/H = {b_over_h:g}, H = {height:g} m, µ = {friction:g}"
+    else:
+        if any(value is not None for value in (density, stiffness, damping_ratio, damping)):
+            raise ArgumentError("--scene has density, stiffness and damping of its own; set them in the scene file")
+        stones = load_scene(scene)
+        sizes: dict[str, Any] = {"height": height, "b_over_h": b_over_h, "friction": friction, "amplitude": amplitude}
+        moved = [scene_trajectory(stones, motion, azimuth_deg=angle, **sizes) for angle in azimuth]
+        paths = [element_path(path, stones.reference_name) for path in moved]
+        title = f"{place}: {stones.title or stones.name}, µ = {friction:g}"
     print(title)
-    for path in paths:
-        slip = (
-            f"; slipped {100 * float(path['base_slip'][-1]):.1f} cm by the end" if path.attrs["overturned"] == 0 else ""
-        )
-        print(f"  motion along {compass_name(path.attrs['azimuth_deg'])}: {outcome(path)}{slip}")
+    for whole, path in zip(moved, paths, strict=True):
+        said = outcome(path) if scene is None else scene_outcome(whole)
+        if path.attrs["overturned"] == 0:
+            name = "" if scene is None else f" ({stones.reference_name})"
+            said += f"; slipped {100 * float(path['base_slip'][-1]):.1f} cm by the end{name}"
+        print(f"  motion along {compass_name(path.attrs['azimuth_deg'])}: {said}")
     if animate is not None:
         accelerations = [amplitude * motion.along(angle) for angle in azimuth]
         note = "The frame moves with the base." + (
             f" The motion is {amplitude:g} times the record." if amplitude != 1 else ""
         )
-        film = film_of(paths, accelerations, motion.sampling_interval, title, note=note)
+        make = film_of if scene is None else film_of_scene
+        film = make(moved, accelerations, motion.sampling_interval, title, note=note)
         if animate.suffix.lower() == ".html":
             from overturning.figures.film_page import write_film_page
 
@@ -93,6 +102,15 @@ def one(
         with style():
             save(response_figure(paths, title), response)
         print(f"figure: {response}")
+
+
+def _contact(stiffness: float | None, damping_ratio: float | None, damping: float | None) -> "Contact":
+    from overturning.dem.contact import Contact
+
+    springs: float | Literal["auto"] = "auto" if stiffness is None else stiffness
+    if damping is not None:
+        return Contact(stiffness=springs, damping=damping)
+    return Contact(stiffness=springs, damping_ratio=1.0 if damping_ratio is None else damping_ratio)
 
 
 def _record(name: str, table: Path, folder: Path) -> "Record":

@@ -1,0 +1,212 @@
+"""The further figures: the same bytes each time, nothing cut at three sizes, curves closed, sense of direction right."""
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+from overturning.dem.simulate import trajectory
+from overturning.errors import ArgumentError
+from overturning.figures.axes_by_earthquake import axes_figure
+from overturning.figures.boundary import boundary_figure
+from overturning.figures.hodograph import hodograph_figure
+from overturning.figures.intensity_plane import intensity_plane_figure, plane_points
+from overturning.figures.probability import probability_map_figure
+from overturning.figures.response import response_figure
+from overturning.figures.site_map import local_km, site_map_figure
+from overturning.figures.spectra import spectra_figure
+from overturning.figures.style import save, style
+from overturning.figures.survey_rose import survey_figure
+from overturning.figures.telling import spectra
+from overturning.motion.motion import Motion
+from overturning.statistics.boundary import boundary
+from overturning.statistics.earthquakes import axes_by_earthquake, summarise_axes
+from overturning.statistics.logistic import overturning_fit
+from overturning.statistics.survey import Stone
+from overturning.statistics.survey_comparison import compare_survey
+
+AZIMUTH = np.arange(0, 360, 15)
+
+
+def cube() -> xr.Dataset:
+    """Five records that fall within 50° of 40°, the slender ones more; with an ensemble at one B/H."""
+    slender = np.array([0.2, 0.3, 0.4])
+    offset = (AZIMUTH - 40 + 180) % 360 - 180
+    sign = np.where(np.abs(offset) < 90, 1, -1)
+    falls = np.abs(np.cos(np.radians(offset)))[:, None] > slender[None, :] * 1.9
+    one = (sign[:, None] * falls).astype(np.float32)
+    flags = np.broadcast_to(one[None, :, None, :, None], (5, AZIMUTH.size, 2, 3, 2)).copy()
+    towards = np.where(flags > 0, 0.9, 0.05).astype(np.float32)
+    towards[:, :, :, 0] = np.nan
+    dims = ("record", "azimuth", "height", "b_over_h", "friction")
+    return xr.Dataset(
+        {
+            "overturned": (dims, flags),
+            "probability_towards": (dims, towards),
+            "probability_away": (dims, np.roll(towards, 12, axis=1)),
+            "scramble_difference_towards": (dims, np.where(np.isnan(towards), np.nan, 0.1)),
+            "scramble_difference_away": (dims, np.where(np.isnan(towards), np.nan, 0.0)),
+        },
+        coords={
+            "azimuth": AZIMUTH,
+            "height": [0.6, 1.2],
+            "b_over_h": slender,
+            "friction": [0.5, 1.0],
+            "event": ("record", [f"E {i}" for i in range(5)]),
+            "fault_normal": ("record", [30.0, 40.0, 60.0, 45.0, 20.0]),
+            "pulse": ("record", np.ones(5)),
+        },
+    )
+
+
+def motion() -> Motion:
+    time = np.arange(0, 6, 0.01)
+    pulse = np.where((time > 2) & (time < 3), 7.0 * np.sin(2 * np.pi * (time - 2)), 0.02 * np.sin(40 * time))
+    return Motion(pulse, 0.5 * np.roll(pulse, 15), sampling_interval=0.01)
+
+
+def intensity() -> xr.Dataset:
+    pga = 3 + 2 * np.cos(np.radians(AZIMUTH - 40)) ** 2 + np.arange(5)[:, None]
+    coordinates = {"azimuth": AZIMUTH}
+    return xr.Dataset(
+        {"pga": (("record", "azimuth"), pga), "pgv": (("record", "azimuth"), 0.1 * pga**1.2)}, coordinates
+    )
+
+
+def hodograph() -> Figure:
+    time = np.linspace(0, 6, 400)
+    names = [f"{what}_{way}" for what in ("acceleration", "velocity", "displacement") for way in ("north", "east")]
+    data = {name: ("time", np.sin((i + 2) * time) * np.exp(-0.3 * time)) for i, name in enumerate(names)}
+    return hodograph_figure(xr.Dataset(data), 60.0, "A long station name with $ and _, an earthquake")
+
+
+def axes() -> Figure:
+    found = axes_by_earthquake(cube())
+    return axes_figure({"all records": found}, {"all records": summarise_axes(found)})
+
+
+def site() -> Figure:
+    data = xr.Dataset(
+        {
+            "station_latitude": ("station", [35.23, 35.3]),
+            "station_longitude": ("station", [133.39, 133.2]),
+            "epicentre_latitude": 35.27,
+            "epicentre_longitude": 133.35,
+            "fault_strike": 150.0,
+        },
+        coords={"station": ["TTRH02", "S$1"]},
+    )
+    return site_map_figure(data, "Western Tottori")
+
+
+def responses() -> Figure:
+    return response_figure(paths(), "A block")
+
+
+@cache
+def paths() -> list[xr.Dataset]:
+    block = {"height": 0.6, "b_over_h": 0.3, "friction": 1.0}
+    return [trajectory(motion(), azimuth_deg=a, **block) for a in (0, 120)]
+
+
+@cache
+def spectra_of_motion() -> tuple[xr.DataArray, xr.DataArray]:
+    return spectra(motion(), [0.0, 60.0])
+
+
+def survey() -> Figure:
+    stones = [Stone(True, float(a), False) for a in (20, 40, 41, 60, 200)]
+    return survey_figure(compare_survey(stones, cube().isel(record=[0])), "survey.csv, E 0")
+
+
+FIGURES: dict[str, Callable[[], Figure]] = {
+    "probability": lambda: probability_map_figure(cube().isel(record=0), "Station, earthquake"),
+    "boundary": lambda: boundary_figure(boundary(cube().isel(record=0)), 0.4, 30.0, "Station, earthquake"),
+    "plane": lambda: intensity_plane_figure(cube(), intensity(), overturning_fit(cube(), intensity()), 1.0),
+    "hodograph": hodograph,
+    "axes": axes,
+    "map": site,
+    "response": responses,
+    "spectra": lambda: spectra_figure(*spectra_of_motion(), "Station"),
+    "survey": survey,
+}
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_the_same_bytes_each_time(name: str, tmp_path: Path) -> None:
+    for folder in ("one", "two"):
+        for kind, colours in (("svg", 0), ("png", 32)):
+            with style():
+                save(FIGURES[name](), tmp_path / folder / f"{name}-{colours}.{kind}", colours)
+    files = sorted((tmp_path / "one").iterdir())
+    assert len(files) == 2
+    for path in files:
+        assert path.read_bytes() == (tmp_path / "two" / path.name).read_bytes(), path.name
+
+
+@pytest.mark.parametrize("factor", [0.85, 1.0, 1.6])
+@pytest.mark.parametrize("name", FIGURES)
+def test_nothing_is_cut(name: str, factor: float) -> None:
+    with style():
+        figure = FIGURES[name]()
+        width, height = figure.get_size_inches()
+        figure.set_size_inches(width * factor, height * factor)
+        figure.canvas.draw()
+        box = figure.get_tightbbox()
+        plt.close(figure)
+    margin = 0.02
+    assert box.x0 >= -margin
+    assert box.y0 >= -margin
+    assert box.x1 <= width * factor + margin
+    assert box.y1 <= height * factor + margin
+
+
+def test_boundary_curves_close() -> None:
+    with style():
+        figure = boundary_figure(boundary(cube().isel(record=0)), 0.4, 30.0, "A")
+        lines = [line for line in figure.axes[0].get_lines() if line.get_label().startswith("µ")]
+        assert len(lines) == 2
+        for line in lines:
+            x, y = line.get_data()
+            assert x[-1] - x[0] == pytest.approx(2 * np.pi)
+            assert y[-1] == pytest.approx(y[0], nan_ok=True)
+        plt.close(figure)
+
+
+def test_the_probability_stands_at_the_azimuth_of_the_fall() -> None:
+    with style():
+        figure = probability_map_figure(cube().isel(record=0), "A")
+        mesh = figure.axes[0].collections[0]
+        values = mesh.get_array().reshape(3, AZIMUTH.size)
+        assert int(AZIMUTH[np.argmax(values[2])]) in range(91)  # 0.9 towards the north-east, 0.05 elsewhere
+        assert values[2, list(AZIMUTH).index(225)] == pytest.approx(0.05)
+        assert figure.axes[0].get_theta_direction() == -1
+        plt.close(figure)
+
+
+def test_a_kilometre_north_and_east() -> None:
+    east, north = local_km(36.0, 135.0 + 1.0, 35.0, 135.0)
+    assert north == pytest.approx(111.19, abs=0.01)
+    assert east == pytest.approx(111.19 * np.cos(np.radians(35)), abs=0.01)
+    assert local_km(0, -179.9, 0, 179.9)[0] == pytest.approx(0.2 * 111.19, abs=0.01)
+
+
+def test_a_map_needs_coordinates() -> None:
+    data = xr.Dataset(
+        {"station_latitude": ("station", [np.nan]), "station_longitude": ("station", [1.0])}, {"station": ["A"]}
+    )
+    with style(), pytest.raises(ArgumentError, match="coordinates"):
+        site_map_figure(data, "A")
+    plt.close("all")
+
+
+def test_points_of_the_plane() -> None:
+    pga, ratio, falls = plane_points(cube(), intensity(), 0.6, 0.3, 1.0)
+    assert pga.size == 5 * 12
+    assert ratio == pytest.approx(0.1 * pga**0.2)
+    assert 0 < falls.mean() < 1

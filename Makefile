@@ -37,6 +37,7 @@ lint: setup ## ruff, mypy, snakefmt, snakemake --lint
 bench: setup ## how fast the kernel is, against scalar code and other engines (installs the group `peers`)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "pymunk>=6.9"
 	$(BIN)/python -m benchmarks.bench
+	$(BIN)/python -m benchmarks.scenes
 
 format: setup
 	$(BIN)/ruff check --fix .

@@ -8,6 +8,7 @@ import pytest
 
 from overturning.errors import ConfigError, ResultError
 from overturning.records.record import Record
+from overturning.report.scene_content import scene_content
 from overturning.statistics.elements import compare_stones, falls_by_element
 from overturning.study.config import Study
 from overturning.study.cube import open_cube
@@ -88,6 +89,17 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
         # Its own shape is not that of the swept shaft, so its outcome is the same for each B/H.
         values = monolith["peak_rotation"].to_numpy()
         np.testing.assert_array_equal(values[:, :, :, 0], values[:, :, :, 1])
+    (tmp_path / "nominal.nc").rename(tmp_path / "cube.nc")
+    for variant in study.variants:
+        (tmp_path / f"{variant}.nc").rename(tmp_path / f"cube.{variant}.nc")
+    shown = scene_content(study, tmp_path)
+    assert shown is not None
+    assert repr(shown) == repr(scene_content(study, tmp_path))  # the same bytes each time
+    assert [row.name for _, row in shown["elements"]] == ["lower-base", "upper-base", "shaft", "monolith", "shaft"]
+    assert len(shown["comparisons"]) == 2
+    assert f"Of 24 cases the shaft of the three-tier scene falls in {rows['shaft'].falls}" in shown["comparisons"][0]
+    assert all(name in shown["drawing"] for name in ("upper-base", "monolith"))
+    (tmp_path / "cube.nc").rename(tmp_path / "nominal.nc")
     with pytest.raises(ResultError, match="no element 'roof'; known: lower-base"):
         open_cube(tmp_path / "nominal.nc", element="roof")
 

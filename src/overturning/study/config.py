@@ -273,7 +273,7 @@ class Study(_Model):
         Discriminator(_none_or_settings),
     ] = Field(default=Verification(), description="`none`, or which part of the study is run again more exactly")
     variants: dict[Name, Variant] = Field(
-        default={}, description="further contact settings by name, each with a cube of its own"
+        default={}, description="further settings of contact or scene by name, each with a cube of its own"
     )
     published: tuple[Published, ...] = Field(
         default=(), description="published values; the report compares the study with them"

@@ -28,7 +28,8 @@ def box2d(acceleration: np.ndarray, interval: float, height: float, b_over_h: fl
     world = b2World(gravity=(0.0, -GRAVITY * SCALE), doSleep=False)
     world.CreateStaticBody(shapes=b2EdgeShape(vertices=[(-1000, 0), (1000, 0)])).fixtures[0].friction = friction
     half = (0.5 * height * b_over_h * SCALE, 0.5 * height * SCALE)
-    body = world.CreateDynamicBody(position=(0.0, half[1]))
+    # Without this the block falls asleep before the shaking begins, whatever the world's doSleep says.
+    body = world.CreateDynamicBody(position=(0.0, half[1]), allowSleep=False)
     body.CreateFixture(shape=b2PolygonShape(box=half), density=1.0, friction=friction, restitution=0.0)
     for ground in resample(acceleration, interval):
         world.gravity = (-ground * SCALE, -GRAVITY * SCALE)

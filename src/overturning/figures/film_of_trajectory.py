@@ -64,11 +64,18 @@ def window(paths: Sequence["xr.Dataset"]) -> tuple[float, float]:
     return max(0.0, peak - 3.0), min(float(path["time"][-1]), peak + 3.0)
 
 
-def contact_forces(path: "xr.Dataset") -> tuple[FloatArray, FloatArray]:
+def contact_forces(path: "xr.Dataset", upward_acceleration: FloatArray | float = 0.0) -> tuple[FloatArray, FloatArray]:
     """Places of the two lower corners and the forces there on the block, in weights, averaged over a sample.
 
     The resultant follows from the motion, F = m(ü + ü_base) + m g; it is shared between the corners in proportion to their
     penetration, which is what equal springs do.
+
+    Parameters
+    ----------
+    path : xarray.Dataset
+        From `dem.simulate.trajectory`.
+    upward_acceleration : ndarray, shape (n,), or float
+        Of the base at the times of the path, m/s².
 
     Returns
     -------
@@ -85,7 +92,7 @@ def contact_forces(path: "xr.Dataset") -> tuple[FloatArray, FloatArray]:
         point[:, corner, 0] = x + s * cosine + up * sine
         point[:, corner, 1] = z - s * sine + up * cosine
     along = np.gradient(path["velocity_x"].to_numpy(), time) + path["ground_acceleration"].to_numpy()
-    upward = np.gradient(path["velocity_z"].to_numpy(), time) + STANDARD_GRAVITY
+    upward = np.gradient(path["velocity_z"].to_numpy(), time) + STANDARD_GRAVITY + upward_acceleration
     depth = np.stack([path["penetration_left"].to_numpy(), path["penetration_right"].to_numpy()], axis=1).clip(0.0)
     total = depth.sum(axis=1, keepdims=True)
     share = np.divide(depth, total, out=np.zeros_like(depth), where=total > 0)
@@ -102,6 +109,7 @@ def film_of(
     *,
     headings: Sequence[str] | None = None,
     note: str = "",
+    upward: FloatArray | None = None,
 ) -> Film:
     """A film of trajectories in step.
 
@@ -119,6 +127,8 @@ def film_of(
         One per trajectory; the azimuth where not given.
     note : str
         Line below the film.
+    upward : ndarray, optional
+        The base's upward acceleration, m/s², from time 0; at rest where not given.
 
     Returns
     -------
@@ -144,7 +154,8 @@ def film_of(
         x, z, theta = (np.interp(time, clock, path[name].to_numpy()) for name in ("x", "z", "rotation"))
         width, height = path.attrs["b_over_h"] * path.attrs["height"], path.attrs["height"]
         corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * np.array([width, height]) / 2
-        point, force = contact_forces(path)
+        up = 0.0 if upward is None else np.interp(clock, np.arange(upward.size) * sampling_interval, upward, right=0.0)
+        point, force = contact_forces(path, up)
         last = int(np.searchsorted(time, clock[-1]))
         force = np.stack([np.interp(time, clock, column) for column in force.reshape(clock.size, 4).T], axis=1)
         force[last + 1 :] = 0.0  # the simulation ends at 90°, where the block hits the ground

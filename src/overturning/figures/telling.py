@@ -74,7 +74,7 @@ def _draw(cube: "xr.Dataset", case: TellingCase, motions: Path, folder: Path, nu
     ]
     film = (film_of if study.scene is None else film_of_scene)(
         moved or paths, [factor * motion.along(angle) for angle, factor in panels], motion.sampling_interval, title,
-        headings=headings, note="The frame moves with the base.",
+        headings=headings, note="The frame moves with the base.", upward=motion.up,
     )  # fmt: skip
     normal = float(one["fault_normal"])
     save(response_figure(paths, title), folder / f"{number}-response.svg")

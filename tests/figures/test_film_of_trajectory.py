@@ -69,6 +69,13 @@ def test_forces_at_rest_carry_the_weight(motion: Motion) -> None:
     assert force[rocking, lifted] == pytest.approx([0, 0])
 
 
+def test_upward_acceleration_adds_to_the_weight(motion: Motion) -> None:
+    pushed = Motion(0 * motion.north, 0 * motion.east, np.full(motion.samples, 3.0), sampling_interval=0.01)
+    path = trajectory(pushed, azimuth_deg=0, leave_out=False, **BLOCK)
+    force = contact_forces(path, np.full(path.sizes["time"], 3.0))[1]
+    assert force[100].sum(axis=0) == pytest.approx([0, 1 + 3.0 / 9.80665], abs=2e-3)
+
+
 def test_no_trajectory() -> None:
     with pytest.raises(ArgumentError, match="at least one"):
         film_of([], [], 0.01, "none")

@@ -85,7 +85,10 @@ def one(
             f" The motion is {amplitude:g} times the record." if amplitude != 1 else ""
         )
         make = film_of if scene is None else film_of_scene
-        film = make(moved, accelerations, motion.sampling_interval, title, note=note)
+        up: dict[str, Any] = {}
+        if scene is None and motion.up is not None:
+            up = {"upward": amplitude * motion.up}
+        film = make(moved, accelerations, motion.sampling_interval, title, note=note, **up)
         if animate.suffix.lower() == ".html":
             from overturning.figures.film_page import write_film_page
 

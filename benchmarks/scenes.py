@@ -14,6 +14,7 @@ import platform
 import sys
 import time
 from collections.abc import Callable, Iterator
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -219,6 +220,19 @@ def available() -> dict[str, Callable[..., list[int]]]:
     return found
 
 
+MARKS = ("<!-- figures: made by `python -m benchmarks.scenes`, do not edit -->", "<!-- end of figures -->")
+
+
+def write_table(rows: list[Row], page: Path) -> None:
+    """Put the figures as a table between their marks in a page."""
+    text = page.read_text(encoding="utf-8")
+    before, _, rest = text.partition(MARKS[0])
+    _, _, after = rest.partition(MARKS[1])
+    lines = ["| figure | value | target |", "|---|---|---|"]
+    lines += [f"| {name} | {value:.4g} {unit} | {bound} |" for name, value, unit, bound in rows]
+    page.write_text(f"{before}{MARKS[0]}\n\n" + "\n".join(lines) + f"\n\n{MARKS[1]}{after}", encoding="utf-8")
+
+
 def main() -> None:
     """Measure, print the table and write it."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -229,10 +243,13 @@ def main() -> None:
     with arguments.output.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(("figure", "value", "unit", "target"))
-        for name, value, unit, bound in (*throughput(), *against_peers(arguments.peer_cases)):
+        rows = []
+        for name, value, unit, bound in chain(throughput(), against_peers(arguments.peer_cases)):
+            rows.append((name, value, unit, bound))
             print(f"{name:62s} {value:10.4g} {unit:10s} {bound}", flush=True)
             writer.writerow((name, f"{value:.4g}", unit, bound))
         writer.writerow(("machine", platform.machine(), "", ""))
+    write_table(rows, ROOT / "docs" / "scenes.md")
 
 
 if __name__ == "__main__":

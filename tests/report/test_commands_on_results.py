@@ -1,0 +1,52 @@
+"""`overturning recheck` and `overturning survey` on a finished study."""
+
+from pathlib import Path
+
+import pytest
+
+from overturning.cli import main
+
+
+def run(*arguments: str) -> int:
+    with pytest.raises(SystemExit) as stop:
+        main(list(arguments))
+    return int(stop.value.code or 0)
+
+
+def test_recheck(hostile: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("recheck", str(hostile / "cube.nc"), "--cells", "10") == 0
+    assert "10 of " in (text := capsys.readouterr().out)
+    assert "all the same, bit for bit" in text
+
+
+def test_recheck_without_motions(hostile: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("recheck", str(hostile / "cube.nc"), "--motions", str(tmp_path)) == 1
+    assert "--motions" in capsys.readouterr().err
+
+
+def test_survey(hostile: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    stones, figure = tmp_path / "stones.csv", tmp_path / "survey.svg"
+    stones.write_text(
+        "fell,azimuth_deg,octant,count,b_over_h,face_azimuth_deg\nyes,60,,2,,\nyes,,SW,3,,\nno,,,1,0.4,60\nyes,240,,1,0.2,60\n"
+    )
+    assert (
+        run("survey", str(stones), "--cube", str(hostile / "cube.nc"), "--record", "one", "--figure", str(figure)) == 0
+    )
+    text = capsys.readouterr().out
+    assert "6 stones fell, 1 stood" in text
+    assert "5 stones have no face azimuth or B/H: for them stones turned every way were assumed" in text
+    assert "observed (rows) against most probable (columns)" in text
+    assert figure.read_text(encoding="utf-8").startswith("<?xml")
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [((), "--record"), (("--record", "three"), "no record 'three'"), (("--figure", "a.pdf"), "end it in")],
+)
+def test_survey_errors(
+    hostile: Path, tmp_path: Path, more: tuple[str, ...], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    stones = tmp_path / "stones.csv"
+    stones.write_text("octant\nN\n")
+    assert run("survey", str(stones), "--cube", str(hostile / "cube.nc"), *more) == 1
+    assert message in capsys.readouterr().err

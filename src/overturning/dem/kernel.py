@@ -413,6 +413,16 @@ def next_sample(state: Any, columns: int, row: Any, ground: Any, upward: Any, ti
 
 
 @njit(**_options)
+def rise(state: Any, j: int, gravity: float) -> float:
+    """Energy that takes a block at rest to its largest rotation so far, or over, per mass; by series, without libm."""
+    peak = min(state[PEAK_ANGLE + j], state[ALPHA + j])
+    square = peak * peak
+    sine = peak * (1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0)))
+    versine = square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0 * (1.0 - square / 56.0)))
+    return float(gravity * (state[HALF_WIDTH + j] * sine - state[HALF_HEIGHT + j] * versine))
+
+
+@njit(**_options)
 def verdict(state: Any, j: int, lag: float, ticks: float, end: float, gravity: float, deepest: float) -> int:
     """Status of a column at the end of a sample: -1 to go on, else a `Status`."""
     c, s, vx = state[COS + j], state[SIN + j], state[VX + j]
@@ -435,7 +445,11 @@ def verdict(state: Any, j: int, lag: float, ticks: float, end: float, gravity: f
             return 0
     if sample >= end:
         if now < state[BARRIER + j] and abs(state[ANGLE + j]) < state[ALPHA + j]:
-            # It can no longer fall; let it slide to the end (v²/2μg ahead) unless nothing would stop it.
+            # It can no longer fall, but while its energy reaches higher than it has been, its largest rotation is to come.
+            # On one corner the weight has pressed the spring in, which lies g²/2k below the rigid block.
+            if now + 0.5 * gravity * gravity / state[STIFFNESS + j] > rise(state, j, gravity):
+                return 0 if sample >= state[AFTER + j] else -1
+            # Let it slide to the end (v²/2μg ahead) unless nothing would stop it.
             slide = vx - state[HALF_HEIGHT + j] * c * state[VW + j]
             if slide * slide < 2e-6 * gravity * state[FRICTION + j] or state[FRICTION + j] == 0.0:
                 return 0

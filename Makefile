@@ -39,6 +39,10 @@ bench: setup ## how fast the kernel is, against scalar code and other engines (i
 	$(BIN)/python -m benchmarks.bench
 	$(BIN)/python -m benchmarks.scenes
 
+verify: setup ## error against run time, map of stability; puts the figures into docs/validation.md
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "mujoco>=3.2" "pymunk>=6.9" || echo "without other engines"
+	$(BIN)/snakemake --cores $(CORES) verify
+
 format: setup
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .

@@ -25,3 +25,74 @@ rule verification:
     shell:
         "overturning verify-study --study {params.study:q} --motions {params.motions} --cube {input.cube}"
         " --sweep {params.sweep} --output {output.outcome} --timing {output.timing} --threads {threads} --log {log}"
+
+
+# The kernel itself, whatever the study: `make verify`.
+
+CHECKS = "results/verification"
+
+
+rule work_precision:
+    output:
+        table=f"{CHECKS}/{{part}}.nc",
+        csv=f"{CHECKS}/{{part}}.csv",
+    log:
+        f"{CHECKS}/logs/{{part}}.log",
+    wildcard_constraints:
+        part="rocking|sliding|rigid|energy",
+    resources:
+        mem_mb=800,
+    params:
+        sources=sources("verify"),
+    shell:
+        "overturning verify work-precision --part {wildcards.part} --output {output.table} --log {log}"
+
+
+rule peers:
+    output:
+        table=f"{CHECKS}/peers.nc",
+        csv=f"{CHECKS}/peers.csv",
+    log:
+        f"{CHECKS}/logs/peers.log",
+    resources:
+        mem_mb=800,
+    params:
+        sources=sources("verify"),
+    shell:
+        "python -m benchmarks.verification_peers --output {output.table} > {log} 2>&1"
+
+
+rule stability:
+    output:
+        table=f"{CHECKS}/stability.nc",
+        csv=f"{CHECKS}/stability.csv",
+    log:
+        f"{CHECKS}/logs/stability.log",
+    threads: 2
+    resources:
+        mem_mb=1500,
+    params:
+        sources=sources("verify"),
+    shell:
+        "overturning verify stability --output {output.table} --threads {threads} --log {log}"
+
+
+rule verify:
+    input:
+        expand(
+            f"{CHECKS}/{{part}}.nc",
+            part=["rocking", "sliding", "rigid", "energy", "peers", "stability"],
+        ),
+        page="docs/validation.md",
+    output:
+        f"{CHECKS}/orders.json",
+    log:
+        f"{CHECKS}/logs/page.log",
+    resources:
+        mem_mb=1000,
+    params:
+        results=lambda wildcards, output: Path(output[0]).parent,
+        docs=lambda wildcards, input: Path(input.page).parent,
+        sources=sources("verify"),
+    shell:
+        "overturning verify page --results {params.results} --docs {params.docs} --output {output} 2> {log}"

@@ -1,0 +1,90 @@
+"""`overturning verify`: error against run time, the map of stability, and the page about both."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(rich_markup_mode=None, no_args_is_help=True, help="Verify the kernel itself.")
+
+Log = Annotated[Path | None, typer.Option(help="file for progress lines and errors")]
+Threads = Annotated[int, typer.Option(min=1, help="number of threads")]
+
+
+@app.callback()
+def _root() -> None:
+    pass
+
+
+@app.command()
+def stability(
+    output: Annotated[Path, typer.Option(help="map to make (NetCDF, CSV beside it)")],
+    count: Annotated[int, typer.Option(min=2, help="cases of the space-filling sample")] = 20_480,
+    special: Annotated[int, typer.Option(min=1, help="cases of each motion made to do harm")] = 64,
+    seed: Annotated[int, typer.Option(min=0, help="seed of the sample")] = 1,
+    threads: Threads = 1,
+    log: Log = None,
+) -> None:
+    """Run stiff and extreme cases and check how each ends."""
+    from overturning.study.progress import logged_to
+    from overturning.verification.stability import BUDGET, MEANINGS, columns_of, run_map
+    from overturning.verification.stability_cases import space_filling, special_cases
+    from overturning.verification.table import write_table
+
+    with logged_to(log) as say:
+        cases = [*space_filling(count, seed), *special_cases(special, seed)]
+        found = run_map(cases, threads=threads, progress=lambda done, total: say(f"stability: {done} of {total}"))
+        about = {"space_filling": count, "special": special, "seed": seed, "budget": BUDGET}
+        write_table(columns_of(cases, found), output, meanings=MEANINGS, attributes=about, dimension="case")
+
+
+@app.command()
+def work_precision(
+    part: Annotated[str, typer.Option(help="sliding, rocking, rigid or energy")],
+    output: Annotated[Path, typer.Option(help="table to make (NetCDF, CSV beside it)")],
+    log: Log = None,
+) -> None:
+    """Set the error of schemes, time steps and stiffnesses against their run time."""
+    from overturning.errors import ArgumentError
+    from overturning.study.progress import logged_to
+    from overturning.verification.table import write_table
+    from overturning.verification.work_precision import MEANINGS, PARTS, columns_of
+
+    with logged_to(log) as say:
+        if part not in PARTS:
+            raise ArgumentError(f"part: {part!r}; known: {', '.join(PARTS)}")
+        write_table(columns_of(PARTS[part](say)), output, meanings=MEANINGS)
+
+
+@app.command()
+def page(
+    results: Annotated[Path, typer.Option(help="folder of the tables")],
+    docs: Annotated[Path, typer.Option(help="folder of validation.md")],
+    output: Annotated[Path, typer.Option(help="orders of convergence to write (JSON)")],
+) -> None:
+    """Draw the diagrams and put the measured figures into docs/validation.md."""
+    import json
+
+    from overturning.figures.stability_map import draw_map, draw_shares
+    from overturning.figures.work_precision import draw_against_finer_steps, draw_against_rigid_solutions
+    from overturning.files import whole
+    from overturning.verification import page as pages
+    from overturning.verification.table import read_table
+
+    rows = pages.joined({name: results / f"{name}.nc" for name in ("rocking", "sliding", "rigid", "energy", "peers")})
+    map_rows, about = read_table(results / "stability.nc")
+    for folder in (results, docs / "images"):
+        draw_against_finer_steps(rows, folder / "work-precision-steps.svg")
+        draw_against_rigid_solutions(rows, folder / "work-precision-rigid.svg")
+        draw_map(map_rows, folder / "stability-map.svg")
+        draw_shares(map_rows, folder / "stability-shares.svg")
+    found = pages.orders(rows)
+    bodies = {
+        "steps": pages.steps_table(rows),
+        "rigid": pages.rigid_table(rows),
+        "orders": pages.orders_table(found),
+        "stability": pages.stability_table(map_rows, about),
+    }
+    pages.write_page(docs / "validation.md", bodies)
+    with whole(output) as part:
+        part.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")

@@ -1,0 +1,100 @@
+"""Where, over the dimensionless groups, an extreme case has an answer and where it is marked or refused."""
+
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.figures.style import save, style
+from overturning.verification.stability import Ending
+
+Columns = dict[str, NDArray[Any]]
+
+_KINDS: Final = (
+    ("right", (Ending.RIGHT,), "#9ecae1"),
+    ("at rest", (Ending.AT_REST,), "#e6e6e3"),
+    ("undecided", (Ending.UNDECIDED,), "#009e73"),
+    ("unstable", (Ending.UNSTABLE, Ending.FAILED), "#d55e00"),
+    ("over budget", (Ending.OVER_BUDGET,), "#cc79a7"),
+    ("refused", (Ending.REFUSED,), "#222222"),
+    ("silent", (Ending.SILENT,), "#ff0000"),
+)
+_LABELS: Final = {
+    "penetration_ratio": "δ/B",
+    "damping": "ξ",
+    "step_ratio": "Δt / Δt stable",
+    "acceleration_ratio": "a / (g·B/H)",
+    "friction_ratio": "µ·H/B",
+}
+_LIMITS: Final = {
+    "penetration_ratio": (1e-12, 1e4),
+    "damping": (1e-4, 1e3),
+    "step_ratio": (1e-3, 1.0),
+    "acceleration_ratio": (1e-4, 1e3),
+    "friction_ratio": (1e-3, 1e3),
+}
+_PAIRS: Final = (
+    ("penetration_ratio", "damping"),
+    ("penetration_ratio", "step_ratio"),
+    ("penetration_ratio", "acceleration_ratio"),
+    ("friction_ratio", "acceleration_ratio"),
+)
+_BINS: Final = 24
+
+
+def draw_map(rows: Columns, path: Path) -> None:
+    """Draw every case as a point over four pairs of groups; what lies outside a panel stands at its edge."""
+    import matplotlib.pyplot as plt
+
+    with style():
+        figure, axes = plt.subplots(2, 2, figsize=(8.2, 7.6), layout="constrained")
+        for axis, (across, up) in zip(axes.ravel(), _PAIRS, strict=True):
+            for name, endings, colour in _KINDS:
+                chosen = np.isin(rows["ending"], endings)
+                if chosen.any():
+                    x, y = (np.clip(rows[group][chosen], *_LIMITS[group]) for group in (across, up))
+                    axis.plot(
+                        x, y, linestyle="none", marker="o", markersize=1.6, markeredgewidth=0, color=colour,
+                        label=name, rasterized=True,
+                    )  # fmt: skip
+            axis.set_xscale("log")
+            axis.set_yscale("log")
+            axis.set_xlim(*_LIMITS[across])
+            axis.set_ylim(*_LIMITS[up])
+            axis.set_xlabel(_LABELS[across])
+            axis.set_ylabel(_LABELS[up])
+        handles, labels = axes[0, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=6, markerscale=5)
+        save(figure, path)
+
+
+def draw_shares(rows: Columns, path: Path) -> None:
+    """Draw, along each group, the share of cases that end in each way."""
+    import matplotlib.pyplot as plt
+
+    with style():
+        figure, axes = plt.subplots(2, 3, figsize=(9.0, 5.2), layout="constrained", sharey=True)
+        for axis, group in zip(axes.ravel(), _LABELS, strict=False):
+            low, high = _LIMITS[group]
+            edges = np.geomspace(low, high, _BINS + 1)
+            place = np.digitize(np.clip(rows[group], low, high * (1 - 1e-9)), edges) - 1
+            total = np.bincount(place, minlength=_BINS)
+            bottom = np.zeros(_BINS)
+            for name, endings, colour in _KINDS:
+                counted = np.bincount(place[np.isin(rows["ending"], endings)], minlength=_BINS)
+                # Fewer than ten cases say nothing about a share.
+                share = np.where(total >= 10, counted / np.maximum(total, 1), 0.0)
+                if counted.any():
+                    axis.bar(edges[:-1], share, np.diff(edges), bottom, align="edge", color=colour, label=name)
+                bottom = bottom + share
+            axis.set_xscale("log")
+            axis.set_xlim(low, high)
+            axis.set_ylim(0, 1)
+            axis.set_xlabel(_LABELS[group])
+        for axis in axes[:, 0]:
+            axis.set_ylabel("share of cases")
+        axes[1, 2].axis("off")
+        handles, labels = axes[0, 0].get_legend_handles_labels()
+        axes[1, 2].legend(handles, labels, loc="center")
+        save(figure, path)

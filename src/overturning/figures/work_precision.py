@@ -1,0 +1,144 @@
+"""Error against run time, log-log, one line per method, the default setting marked."""
+
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.figures.style import DASHES, INK, SERIES, save, style
+
+Columns = dict[str, NDArray[Any]]
+
+_LOOK: Final = {
+    name: (SERIES[index], DASHES[index], marker)
+    for index, (name, marker) in enumerate(
+        zip(("centred", "cundall", "stiffness", "Box2D", "pymunk", "MuJoCo"), "osD^vP", strict=True)
+    )
+}
+_LABELS: Final = {
+    "wrong_flags": "wrong flags, share",
+    "wrong_sides": "wrong sides, share",
+    "rotation_error": "peak rotation,\nmedian error / α",
+    "boundary_shift": "overturning boundary,\nmedian shift / (B/H)",
+    "slip_error": "peak slip,\nlargest error, share",
+    "energy_error": "work and energy,\nmean residual",
+}
+_COUNTED: Final = {"wrong_flags": "cases", "wrong_sides": "fallen"}
+
+
+def draw_against_finer_steps(rows: Columns, path: Path) -> None:
+    """Draw the error of both schemes over time steps, on real records with and without sliding.
+
+    Parameters
+    ----------
+    rows : dict of ndarray
+        Columns of the table of `overturning.verification.work_precision`.
+    path : Path
+        SVG or PNG file to make.
+    """
+    import matplotlib.pyplot as plt
+
+    measures = ("wrong_flags", "wrong_sides", "rotation_error", "boundary_shift")
+    with style():
+        figure, axes = plt.subplots(len(measures), 2, figsize=(7.2, 9.2), sharex="col", squeeze=False)
+        for column, kind in enumerate(("rocking", "sliding")):
+            chosen = (rows["cases_of"] == f"records, {kind}") & (rows["against"] == "finer step")
+            for axis, measure in zip(axes[:, column], measures, strict=True):
+                for method in ("centred", "cundall"):
+                    _line(axis, rows, chosen & (rows["method"] == method), "seconds_per_case", measure, method)
+                _finish(axis, measure, first=column == 0)
+            friction = {"rocking": "µ = 1 and 10", "sliding": "µ = 0.33 and 0.58"}[kind]
+            axes[0, column].set_title(f"six records, {friction}")
+            axes[-1, column].set_xlabel("processor time per case, s")
+        _legend(figure, axes[0, 0])
+        save(figure, path)
+
+
+def draw_against_rigid_solutions(rows: Columns, path: Path) -> None:
+    """Draw the error of kernel and rigid-body engines against the rigid block's rocking and sliding."""
+    import matplotlib.pyplot as plt
+
+    from overturning.dem.contact import STATIC_PENETRATION
+
+    own = np.isclose(rows["penetration_ratio"], STATIC_PENETRATION)
+    pulses, slides = rows["cases_of"] == "sine pulses", rows["cases_of"] == "sliding blocks"
+    engine = np.isnan(rows["penetration_ratio"])
+    default_step = rows["step_fraction"] == rows["step_fraction"][rows["default"] == 1][0]
+    stiffness = pulses & ~engine & (rows["method"] == "centred") & default_step
+    energy = rows["against"] == "energy balance"
+    with style():
+        figure, axes = plt.subplots(2, 2, figsize=(7.6, 6.8), layout="constrained")
+        top, right, slip, balance = axes.ravel()
+        for method in ("centred", "cundall"):
+            mine = rows["method"] == method
+            _line(top, rows, pulses & mine & own, "seconds_per_case", "wrong_flags", method)
+            _line(right, rows, pulses & mine & own, "seconds_per_case", "rotation_error", method)
+            _line(slip, rows, slides & mine, "seconds_per_case", "slip_error", method)
+            _line(balance, rows, energy & mine, "step_fraction", "energy_error", method)
+        _line(top, rows, stiffness, "seconds_per_case", "wrong_flags", "stiffness")
+        _line(right, rows, stiffness, "seconds_per_case", "rotation_error", "stiffness", label_penetration=True)
+        for method in ("Box2D", "pymunk", "MuJoCo"):
+            _line(top, rows, pulses & (rows["method"] == method), "seconds_per_case", "wrong_flags", method)
+        for axis, measure, title in (
+            (top, "wrong_flags", "sine pulses, rigid rocking"),
+            (right, "rotation_error", "sine pulses, rigid rocking"),
+            (slip, "slip_error", "sliding blocks, exact sliding"),
+            (balance, "energy_error", "six records"),
+        ):
+            _finish(axis, measure, first=True)
+            axis.set_title(title)
+            axis.set_xlabel("Δt / Δt stable" if axis is balance else "processor time per case, s")
+        handles, labels = top.get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=3)
+        save(figure, path)
+
+
+def _line(
+    axis: Any,
+    rows: Columns,
+    chosen: NDArray[np.bool_],
+    across: str,
+    measure: str,
+    method: str,
+    label_penetration: bool = False,
+) -> None:
+    if not chosen.any():
+        return
+    colour, dash, marker = _LOOK[method]
+    order = np.argsort(rows[across][chosen])
+    x, y = rows[across][chosen][order], rows[measure][chosen][order].astype(float)
+    default = rows["default"][chosen][order] == 1
+    none = np.zeros(y.size, bool)
+    if measure in _COUNTED:
+        total = rows[_COUNTED[measure]][chosen][order]
+        none = y == 0
+        # A logarithm has no zero: no wrong case is drawn, hollow, at half a case.
+        y = np.where(none, 0.5, y) / np.maximum(total, 1)
+    good = np.isfinite(y)
+    label = f"{method}, δ/B 2e-3 to 2e-6" if method == "stiffness" else method
+    axis.plot(x[good], y[good], color=colour, linestyle=dash, linewidth=1.3, label=label)
+    for filled, part in ((True, good & ~none), (False, good & none)):
+        axis.plot(
+            x[part], y[part], color=colour, linestyle="none", marker=marker, markersize=4.5,
+            markerfacecolor=colour if filled else "white",
+        )  # fmt: skip
+    mine = default & good
+    axis.plot(x[mine], y[mine], linestyle="none", marker="o", markersize=11, markerfacecolor="none", color=INK)
+    if label_penetration:
+        for left, top, delta in zip(x, y, rows["penetration_ratio"][chosen][order], strict=True):
+            axis.annotate(f"{delta:.0e}", (left, top), xytext=(4, 5), textcoords="offset points", fontsize=7)
+
+
+def _finish(axis: Any, measure: str, first: bool) -> None:
+    axis.set_xscale("log")
+    axis.set_yscale("log")
+    axis.grid(True, which="major")
+    if first:
+        axis.set_ylabel(_LABELS[measure])
+
+
+def _legend(figure: Any, axis: Any) -> None:
+    handles, labels = axis.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="lower center", ncols=2, bbox_to_anchor=(0.5, 0.0))
+    figure.subplots_adjust(left=0.13, right=0.98, top=0.96, bottom=0.1, hspace=0.12, wspace=0.2)

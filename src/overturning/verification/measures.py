@@ -1,0 +1,156 @@
+"""Measures of error: counts of flags and sides, and two that are continuous, on which an order can be measured."""
+
+import itertools
+from collections.abc import Callable, Sequence
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.dem.blocks import Cases
+from overturning.dem.cases import CaseResults, run_cases
+from overturning.dem.variables import INT8_MISSING
+from overturning.verification.comparison import Counts, compare
+from overturning.verification.work_precision_cases import Group
+
+FloatArray = NDArray[np.float64]
+Runner = Callable[[Group], tuple[NDArray[np.int8], FloatArray]]
+
+HALVINGS: Final = 9
+"""Of the bracket of an overturning boundary: it is then known to 2e-5 of B/H."""
+
+BRACKET: Final = 0.005
+"""Half the bracket's width, as a share of B/H, in which a method's boundary is looked for."""
+
+ROCKS: Final = 0.05
+"""A block that stands counts for the error of peak rotation if it rocked to this share of the critical angle."""
+
+
+def kernel(**arguments: Any) -> Runner:
+    """The kernel with some settings, as a function of a group: flags and peak rotations."""
+
+    def run(group: Group) -> tuple[NDArray[np.int8], FloatArray]:
+        found: CaseResults = run_cases(group.motion, group.cases, **arguments)
+        return found.overturned, found.peak_rotation.astype(np.float64)
+
+    return run
+
+
+def answers(groups: Sequence[Group], run: Runner) -> tuple[NDArray[np.int8], FloatArray]:
+    """Flags and peak rotations of all groups in a row."""
+    parts = [run(group) for group in groups]
+    return np.concatenate([flags for flags, _ in parts]), np.concatenate([peaks for _, peaks in parts])
+
+
+def rotation_error(
+    flags: NDArray[np.int8], peaks: FloatArray, right_flags: NDArray[np.int8], right_peaks: FloatArray
+) -> float:
+    """Median error of peak rotation, as a share of the critical angle, where the block rocks and stands in both."""
+    both = (flags == 0) & (right_flags == 0) & (right_peaks > ROCKS)
+    return float(np.median(np.abs(peaks - right_peaks)[both])) if both.any() else float("nan")
+
+
+def counts(flags: NDArray[np.int8], right_flags: NDArray[np.int8]) -> Counts:
+    """Wrong flags and sides."""
+    return compare(right_flags, flags)
+
+
+def boundaries(
+    groups: Sequence[Group], flags: NDArray[np.int8], most: int
+) -> list[tuple[int, dict[str, float], float]]:
+    """Where, along B/H, a falling block has a standing neighbour.
+
+    Parameters
+    ----------
+    groups : sequence of Group
+        Whose cases differ in B/H and agree in the rest.
+    flags : ndarray of int8
+        Of all groups in a row.
+    most : int
+        Boundaries of one group.
+
+    Returns
+    -------
+    list of (int, dict, float)
+        Group, the falling case, and the B/H of its standing neighbour.
+    """
+    found: list[tuple[int, dict[str, float], float]] = []
+    begin = 0
+    for number, group in enumerate(groups):
+        names = ("azimuth_deg", "height", "friction", "b_over_h")
+        rows = np.stack([np.asarray(getattr(group.cases, name)) for name in names], axis=1)
+        mine = flags[begin : begin + len(rows)]
+        begin += len(rows)
+        order = np.lexsort((rows[:, 3], rows[:, 2], rows[:, 1], rows[:, 0]))
+        here = 0
+        for falls, stands in itertools.pairwise(order):
+            same = np.array_equal(rows[falls, :3], rows[stands, :3])
+            if same and mine[stands] == 0 and mine[falls] not in (0, INT8_MISSING) and here < most:
+                found.append((number, dict(zip(names, rows[falls].tolist(), strict=True)), float(rows[stands, 3])))
+                here += 1
+    return found
+
+
+def bisect(
+    groups: Sequence[Group],
+    where: Sequence[tuple[int, dict[str, float], float]],
+    run: Runner,
+    low: FloatArray,
+    high: FloatArray,
+    halvings: int = HALVINGS,
+) -> FloatArray:
+    """B/H between a falling and a standing block at which the flag changes, by bisection; all boundaries together.
+
+    Parameters
+    ----------
+    groups, where
+        As given to and by `boundaries`.
+    run : callable
+        The method.
+    low, high : ndarray
+        B/H that fall and that stand; NaN comes back where they do not.
+    halvings : int
+        Of the brackets.
+    """
+    low, high = low.copy(), high.copy()
+    good = _falls(groups, where, run, low) & ~_falls(groups, where, run, high)
+    for _ in range(halvings):
+        middle = 0.5 * (low + high)
+        fell = _falls(groups, where, run, middle)
+        low, high = np.where(fell, middle, low), np.where(fell, high, middle)
+    return np.where(good, 0.5 * (low + high), np.nan)
+
+
+def _falls(
+    groups: Sequence[Group], where: Sequence[tuple[int, dict[str, float], float]], run: Runner, b_over_h: FloatArray
+) -> NDArray[np.bool_]:
+    fell = np.zeros(len(where), bool)
+    for number, group in enumerate(groups):
+        rows = [row for row, place in enumerate(where) if place[0] == number]
+        if rows:
+            axes = {
+                name: np.array([where[row][1][name] for row in rows]) for name in ("azimuth_deg", "height", "friction")
+            }
+            fell[rows] = run(Group(group.motion, Cases(b_over_h=b_over_h[rows], **axes)))[0] != 0
+    return fell
+
+
+def boundary_shift(
+    groups: Sequence[Group], where: Sequence[tuple[int, dict[str, float], float]], run: Runner, right: FloatArray
+) -> float:
+    """Median shift of the overturning boundary as a share of B/H; a boundary out of reach counts as the bracket's half."""
+    usable = np.isfinite(right)
+    if not usable.any():
+        return float("nan")
+    chosen = [place for place, use in zip(where, usable, strict=True) if use]
+    exact = right[usable]
+    found = bisect(groups, chosen, run, exact * (1 - BRACKET), exact * (1 + BRACKET))
+    return float(np.median(np.where(np.isnan(found), BRACKET, np.abs(found / exact - 1.0))))
+
+
+def order(steps: FloatArray, errors: FloatArray) -> float:
+    """Order of convergence: slope of the line through log error over log step (least squares)."""
+    good = (errors > 0) & np.isfinite(errors)
+    if good.sum() < 2:
+        return float("nan")
+    return float(np.polyfit(np.log(steps[good]), np.log(errors[good]), 1)[0])

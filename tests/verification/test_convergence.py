@@ -1,0 +1,75 @@
+"""Order of convergence, measured on continuous errors, and errors against rigid solutions."""
+
+import numpy as np
+import pytest
+
+from overturning.dem.blocks import Cases
+from overturning.dem.cases import run_cases
+from overturning.verification.measures import answers, bisect, boundaries, kernel, order, rotation_error
+from overturning.verification.work_precision import rocking, settings
+from overturning.verification.work_precision_cases import Group, pulse_groups
+
+STEPS = np.array([0.5, 0.25, 0.125])
+
+
+def decaying_sine() -> Group:
+    """Blocks that rock, and some that slide, under one strong motion of 3 s."""
+    time = np.arange(300) * 0.01
+    north = 5.0 * np.sin(2 * np.pi * time / 0.8) * np.exp(-time)
+    from overturning.motion.motion import Motion
+
+    motion = Motion(north, 0 * north, sampling_interval=0.01)
+    height, ratio, friction = (
+        values.ravel() for values in np.meshgrid([0.6, 1.0], np.linspace(0.2, 0.4, 12), [0.45, 1.0], indexing="ij")
+    )
+    return Group(motion, Cases(0.0, height, ratio, friction))
+
+
+def test_order_is_that_of_a_known_line() -> None:
+    assert order(STEPS, 3.0 * STEPS**2) == pytest.approx(2.0)
+    assert np.isnan(order(STEPS, np.zeros(3)))
+
+
+@pytest.mark.parametrize(("scheme", "least"), [("centred", 1.0), ("cundall", 0.9)])
+def test_peak_rotation_converges(scheme: str, least: float) -> None:
+    groups = [decaying_sine()]
+    right = answers(groups, kernel(**settings("centred", 0.01)))
+    errors = [rotation_error(*answers(groups, kernel(**settings(scheme, step))), *right) for step in STEPS]
+    assert errors[0] > errors[-1] > 0
+    assert order(STEPS, np.array(errors)) >= least
+
+
+@pytest.mark.parametrize("scheme", ["centred", "cundall"])
+def test_energy_balance_converges(scheme: str) -> None:
+    group, steps = decaying_sine(), np.array([*STEPS, 0.0625])
+    residual = [np.mean(run_cases(group.motion, group.cases, **settings(scheme, step)).energy_error) for step in steps]
+    assert order(steps, np.array(residual)) >= 0.9
+
+
+def test_boundary_lies_between_its_cases_and_the_flag_changes_there() -> None:
+    group = decaying_sine()
+    group = group.taken(np.arange(0, group.cases.size, 2))
+    run = kernel()
+    where = boundaries([group], run(group)[0], 3)
+    assert where
+    low, high = np.array([place[1]["b_over_h"] for place in where]), np.array([place[2] for place in where])
+    found = bisect([group], where, run, low, high)
+    assert (low < found).all()
+    assert (found < high).all()
+    for factor, falls in ((0.9995, True), (1.0005, False)):
+        cases = Cases(b_over_h=found * factor, **{
+            name: [place[1][name] for place in where] for name in ("azimuth_deg", "height", "friction")
+        })  # fmt: skip
+        assert ((run_cases(group.motion, cases).overturned != 0) == falls).all()
+
+
+def test_rigid_limit_error_falls_with_the_static_penetration() -> None:
+    groups = pulse_groups(periods=3, blocks=12)
+    flags = np.concatenate([rocking(group)[0] for group in groups])
+    peaks = np.concatenate([rocking(group)[1] for group in groups])
+    errors = [
+        rotation_error(*answers(groups, kernel(**settings("centred", 0.5, delta))), flags, peaks)
+        for delta in (2e-4, 2e-5)
+    ]
+    assert errors[1] < 0.5 * errors[0]
+    assert errors[1] < 0.01

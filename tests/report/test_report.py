@@ -135,6 +135,8 @@ def test_an_unknown_fault(results) -> None:
     folder = results([pulse_record("only", 60, 6.0)], ensemble={"members": 0})
     page, _ = report_of(folder)
     assert "no fault normal is known" in page
+    assert "only: mean fall direction " in page  # of the station of that name
+    assert "fall axis relative to the fault normal" not in page
 
 
 def test_one_azimuth(results) -> None:

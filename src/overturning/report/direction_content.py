@@ -24,6 +24,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+MOST_RECORDS_IN_WORDS = 5
+"""Records whose directions still stand in sentences; of more the table tells."""
+
+
 def direction_content(cube: "xr.Dataset", intensity: "xr.Dataset", fallen: float) -> dict[str, Any]:
     """Answer, axes by earthquake, by shape, fit and ensemble; read one record at a time.
 
@@ -43,13 +47,34 @@ def direction_content(cube: "xr.Dataset", intensity: "xr.Dataset", fallen: float
     axes = {name: axes_by_earthquake(cube.isel(record=np.flatnonzero(chosen))) for name, chosen in members.items()}
     summaries = {name: summarise_axes(one) for name, one in axes.items()}
     difference = compare_alignment(*axes.values()) if len(axes) == 2 else None
+    planes = int(plane_index(cube["azimuth"].values).size)
+    sentences = answer(summaries, difference, fallen, planes=planes)
+    unknown_faults = all(summary.n == 0 for summary in summaries.values())
+    if unknown_faults and fallen > 0 and planes > 1 and cube.sizes["record"] <= MOST_RECORDS_IN_WORDS:
+        sentences += _directions_in_words(cube)
     return {
-        "answer": answer(summaries, difference, fallen, planes=plane_index(cube["azimuth"].values).size),
+        "answer": sentences,
+        "has_axes": not unknown_faults,
         "summaries": [_summary_row(name, summary) for name, summary in summaries.items()],
         "by_shape": _by_shape(cube, members),
         "fit": _fit(cube, intensity),
         "ensemble": _ensemble(cube),
     }
+
+
+def _directions_in_words(cube: "xr.Dataset") -> list[str]:
+    """Mean fall direction and axis of each record; there is no fault to compare them with."""
+    sentences = []
+    names = [str(name) for name in cube["station"].to_numpy()]
+    for name, row in zip(names, record_directions(cube), strict=True):
+        if row["direction"] == "–" and row["axis"] == "–":
+            continue
+        sentences.append(
+            f"{name}: mean fall direction {row['direction']} (resultant {row['direction_resultant']}), mean fall axis "
+            f"{row['axis']} (resultant {row['axis_resultant']}), over all blocks, each plane once; a resultant near 0 means "
+            "falls to nearly every side."
+        )
+    return sentences
 
 
 def _angle(value: float) -> str:

@@ -85,7 +85,7 @@ def inline_figure(path: Path, text: str) -> str:
     if not path.is_file():
         raise ResultError(f"{path}: no such figure; run the figures of the study first")
     data = base64.b64encode(path.read_bytes()).decode("ascii")
-    return f'<img alt="{escape(text)}" loading="lazy" src="data:image/png;base64,{data}">'
+    return f'<img alt="{escape(text)}" src="data:image/png;base64,{data}">'
 
 
 def inline_svg(path: Path) -> str:

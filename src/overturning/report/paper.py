@@ -44,6 +44,7 @@ def paper_data(data: dict[str, Any]) -> dict[str, Any]:
         "question": data["question"],
         "answer": data["answer"],
         "counted": data["counted"],
+        "has_axes": data["has_axes"],
         "axes_caption": words.AXES_CAPTION,
         "summary_heads": ["records", "earth-quakes", "with falls", "mean axis from normal", "interval", "align-ment",
                           "interval", "closer to normal", "Rayleigh p", "V test p"],

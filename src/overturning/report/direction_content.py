@@ -77,8 +77,11 @@ def _directions_in_words(cube: "xr.Dataset") -> list[str]:
     return sentences
 
 
-def _angle(value: float) -> str:
-    return "–" if math.isnan(value) else f"{signed(value)}°"
+def _angle(value: float, full: int = 0) -> str:
+    """Whole degrees; with ``full`` brought into 0 to below it, so that 359.6° is 0° and not 360°."""
+    if math.isnan(value):
+        return "–"
+    return f"{signed(round(value) % full if full else round(value))}°"
 
 
 def _summary_row(name: str, s: AxisSummary) -> dict[str, str]:
@@ -176,11 +179,11 @@ def record_directions(cube: "xr.Dataset") -> list[dict[str, str]]:
         apart = abs(float(wrap_axis(best - normals[index]))) if np.isfinite(normals[index]) else math.nan
         rows.append(
             {
-                "direction": _angle(float(direction["mean_direction"][index])),
+                "direction": _angle(float(direction["mean_direction"][index]), 360),
                 "direction_resultant": _number(float(direction["direction_resultant"][index])),
-                "axis": _angle(float(axis["mean_axis"][index])),
+                "axis": _angle(float(axis["mean_axis"][index]), 180),
                 "axis_resultant": _number(float(axis["axis_resultant"][index])),
-                "easiest": _angle(best),
+                "easiest": _angle(best, 180),
                 "easiest_from_normal": _angle(apart),
                 "ratio": "–" if math.isnan(ratio) else f"{bound}{ratio:.2f}",
             }

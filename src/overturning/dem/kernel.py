@@ -1,6 +1,7 @@
 """Gravestones side by side: up to 64 blocks on one moving base, a column each.
 
-All jitted code of the kernel is in this file (see `overturning.dem.cache`). The mechanics, the schemes and the order
+All jitted code of the kernel is in this file, which is why it is longer than others (see `overturning.dem.cache`).
+The mechanics, the schemes and the order
 of the operations are derived in docs/method.md. What matters for speed and for equal bits:
 
 - the state is one local float64 array; quantity ``Q`` of column ``j`` is ``state[Q + j]``, so that the loops over the

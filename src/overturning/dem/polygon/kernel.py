@@ -613,11 +613,28 @@ def verdict(state: Any, j: int, layout: Any, elements: int, rules: Any, limits: 
         return 0
     if sample >= end:
         total = energy(state, j, layout, elements, gravity)
-        if fallen == 0 and not slid and total - state[ENERGY + j] < 0.5 * limits[LEAST_BARRIER]:
+        spare = total - state[ENERGY + j]
+        safe = fallen == 0 and not slid and spare < 0.5 * limits[LEAST_BARRIER]
+        # Nothing can fall then; the largest rotations are known once what is left cannot reach them again.
+        if safe and not may_rise(state, j, elements, rules, spare):
             return 0
         if sample >= state[AFTER + j]:
             return 0 if moving < 1e-4 * limits[LEAST_BARRIER] else 2
     return -1
+
+
+@njit(**_options)
+def may_rise(state: Any, j: int, elements: int, rules: Any, spare: float) -> bool:
+    """Whether an energy could turn an element that has rocked farther than it has been: E/E_max = 1 − (1 − θ/α)²."""
+    for e in range(elements):
+        at = (OWN + e * BODY) * COLUMNS + j
+        reached = state[at + PEAK_ANGLE] / state[at + CRITICAL]
+        if rules[e, IS_FREE] == 0.0 or reached < 1e-3:
+            continue
+        share = min(max(spare / rules[e, BARRIER], 0.0), 1.0)
+        if 1.0 - np.sqrt(1.0 - share) > reached:
+            return True
+    return False
 
 
 @njit(**_options)

@@ -78,11 +78,13 @@ def draw_shares(rows: Columns, path: Path) -> None:
         for axis, group in zip(axes.ravel(), _LABELS, strict=False):
             low, high = _LIMITS[group]
             edges = np.geomspace(low, high, _BINS + 1)
-            place = np.digitize(np.clip(rows[group], low, high * (1 - 1e-9)), edges) - 1
+            # A refused case may have no step.
+            known = np.isfinite(rows[group])
+            place = np.digitize(np.clip(rows[group][known], low, high * (1 - 1e-9)), edges) - 1
             total = np.bincount(place, minlength=_BINS)
             bottom = np.zeros(_BINS)
             for name, endings, colour in _KINDS:
-                counted = np.bincount(place[np.isin(rows["ending"], endings)], minlength=_BINS)
+                counted = np.bincount(place[np.isin(rows["ending"][known], endings)], minlength=_BINS)
                 # Fewer than ten cases say nothing about a share.
                 share = np.where(total >= 10, counted / np.maximum(total, 1), 0.0)
                 if counted.any():

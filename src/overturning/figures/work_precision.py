@@ -131,11 +131,27 @@ def _line(
 
 
 def _finish(axis: Any, measure: str, first: bool) -> None:
+    from matplotlib.ticker import NullFormatter
+
     axis.set_xscale("log")
     axis.set_yscale("log")
+    # Whole decades, so that every axis has at least two labelled ticks.
+    axis.set_xlim(*_decades(axis, 0))
+    axis.set_ylim(*_decades(axis, 1))
+    axis.xaxis.set_minor_formatter(NullFormatter())
+    axis.yaxis.set_minor_formatter(NullFormatter())
     axis.grid(True, which="major")
     if first:
         axis.set_ylabel(_LABELS[measure])
+
+
+def _decades(axis: Any, which: int) -> tuple[float, float]:
+    values = np.concatenate([np.asarray(line.get_data()[which], float) for line in axis.lines] or [np.ones(1)])
+    values = values[np.isfinite(values) & (values > 0)]
+    if values.size == 0:
+        return 0.1, 1.0
+    low, high = np.floor(np.log10(values.min() * 0.9)), np.ceil(np.log10(values.max() * 1.1))
+    return 10.0**low, 10.0 ** max(high, low + 1)
 
 
 def _legend(figure: Any, axis: Any) -> None:

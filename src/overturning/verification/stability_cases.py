@@ -90,7 +90,7 @@ def space_filling(count: int, seed: int) -> list[StabilityCase]:
 
     sobol = qmc.Sobol(d=13, scramble=True, rng=np.random.Generator(np.random.PCG64(seed)))
     u = np.clip(sobol.random_base2(max(int(np.ceil(np.log2(count))), 1))[:count], 0.0, 1.0 - 1e-12).T
-    damping = np.where(u[1] < 0.05, 0.0, _logarithmic((u[1] - 0.05) / 0.95, 1e-3, 20.0))
+    damping = np.where(u[1] < 0.05, 0.0, _logarithmic(np.clip((u[1] - 0.05) / 0.85, 0.0, 1.0), 1e-3, 20.0))
     columns = {
         "stiffness": _logarithmic(u[0], 1e4, 1e13),
         "damping_ratio": np.where(u[1] > 0.9, np.nan, damping),

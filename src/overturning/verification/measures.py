@@ -136,16 +136,30 @@ def _falls(
 
 
 def boundary_shift(
-    groups: Sequence[Group], where: Sequence[tuple[int, dict[str, float], float]], run: Runner, right: FloatArray
+    groups: Sequence[Group],
+    where: Sequence[tuple[int, dict[str, float], float]],
+    run: Runner,
+    near: FloatArray,
+    right: FloatArray,
 ) -> float:
-    """Median shift of the overturning boundary as a share of B/H; a boundary out of reach counts as the bracket's half."""
+    """Median shift of the overturning boundary as a share of B/H; a boundary out of reach counts as the bracket's half.
+
+    Parameters
+    ----------
+    groups, where, run
+        As for `bisect`.
+    near : ndarray
+        Middles of the brackets, the same for the method and for the reference: where the flag changes more than once
+        within a bracket, both then look for the same change.
+    right : ndarray
+        The reference's boundaries; NaN where it has none in the bracket.
+    """
     usable = np.isfinite(right)
     if not usable.any():
         return float("nan")
     chosen = [place for place, use in zip(where, usable, strict=True) if use]
-    exact = right[usable]
-    found = bisect(groups, chosen, run, exact * (1 - BRACKET), exact * (1 + BRACKET))
-    return float(np.median(np.where(np.isnan(found), BRACKET, np.abs(found / exact - 1.0))))
+    found = bisect(groups, chosen, run, near[usable] * (1 - BRACKET), near[usable] * (1 + BRACKET))
+    return float(np.median(np.where(np.isnan(found), BRACKET, np.abs(found / right[usable] - 1.0))))
 
 
 def order(steps: FloatArray, errors: FloatArray) -> float:

@@ -160,7 +160,7 @@ def against_finer_steps(kind: str, say: Say, azimuths: int = 2, most: int = 2) -
             flags, peaks, spent = measured(chosen, arguments)
             numbers = errors(flags, peaks, truth)
             if not thin:
-                numbers["boundary_shift"] = boundary_shift(groups, where, run, exact)
+                numbers["boundary_shift"] = boundary_shift(groups, where, run, near, exact)
             rows.append(
                 row(
                     f"records, {kind}", scheme, "finer step", step_fraction=fraction, penetration_ratio=STATIC_PENETRATION,

@@ -25,7 +25,7 @@ run: setup ## run the default study, or another: make run STUDY=config/mine.yaml
 	@$(BIN)/python workflow/scripts/run.py --cores $(CORES) $(if $(STUDY),--configfile $(STUDY))
 
 test: lint ## lint, then all tests
-	$(BIN)/python -m pytest --numprocesses 2 --dist loadfile
+	$(BIN)/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder
 
 lint: setup ## ruff, mypy, snakefmt, snakemake --lint
 	$(BIN)/ruff check .

@@ -48,7 +48,7 @@ def draw_against_finer_steps(rows: Columns, path: Path) -> None:
                 for method in ("centred", "cundall"):
                     _line(axis, rows, chosen & (rows["method"] == method), "seconds_per_case", measure, method)
                 _finish(axis, measure, first=column == 0)
-            limits = np.array([axis.get_xlim() for axis in axes[:, column]])  # shared: the widest holds for all
+            limits = np.array([_decades(axis, 0) for axis in axes[:, column]])  # shared: the widest holds for all
             axes[0, column].set_xlim(limits[:, 0].min(), limits[:, 1].max())
             friction = {"rocking": "µ = 1 and 10", "sliding": "µ = 0.33 and 0.58"}[kind]
             axes[0, column].set_title(f"six records, {friction}")

@@ -87,4 +87,5 @@ def page(
     }
     pages.write_page(docs / "validation.md", bodies)
     with whole(output) as part:
-        part.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+        known = {name: None if value != value else value for name, value in found.items()}
+        part.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.figures.style import DASHES, INK, SERIES, save, style
+from overturning.verification.measures import RESOLUTION
 
 Columns = dict[str, NDArray[Any]]
 
@@ -117,6 +118,9 @@ def _line(
         none = y == 0
         # A logarithm has no zero: no wrong case is drawn, hollow, at half a case.
         y = np.where(none, 0.5, y) / np.maximum(total, 1)
+    if measure == "boundary_shift":
+        none = y == 0
+        y = np.where(none, 0.5 * RESOLUTION, y)
     good = np.isfinite(y)
     label = f"{method}, δ/B 2e-3 to 2e-6" if method == "stiffness" else method
     axis.plot(x[good], y[good], color=colour, linestyle=dash, linewidth=1.3, label=label)

@@ -22,6 +22,9 @@ HALVINGS: Final = 9
 BRACKET: Final = 0.005
 """Half the bracket's width, as a share of B/H, in which a method's boundary is looked for."""
 
+RESOLUTION: Final = 2 * BRACKET / 2**HALVINGS
+"""Width of the last bracket, as a share of B/H: a smaller shift is not seen and comes out as 0."""
+
 ROCKS: Final = 0.05
 """A block that stands counts for the error of peak rotation if it rocked to this share of the critical angle."""
 

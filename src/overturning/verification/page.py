@@ -11,7 +11,7 @@ import numpy as np
 from overturning.errors import ResultError
 from overturning.files import whole
 from overturning.verification.intervals import wilson
-from overturning.verification.measures import order
+from overturning.verification.measures import RESOLUTION, order
 from overturning.verification.stability import Ending
 from overturning.verification.stability_cases import SPECIAL
 from overturning.verification.table import Columns, read_table
@@ -82,6 +82,8 @@ def _share(count: float, total: float) -> str:
 def _number(value: float, percent: bool = False) -> str:
     if not np.isfinite(value):
         return "–"
+    if percent and value == 0:
+        return f"< {100 * RESOLUTION:.2g} %"
     return f"{100 * value:.2g} %" if percent else f"{value:.2g}"
 
 
@@ -127,7 +129,10 @@ def rigid_table(rows: Columns) -> str:
 def orders_table(found: Mapping[str, float]) -> str:
     """Orders of convergence as Markdown."""
     lines = ["| measure | order |", "|---|---|"]
-    lines += [f"| {name.replace('_', ' ')} | {value:.2f} |" for name, value in found.items()]
+    lines += [
+        f"| {name.replace('_', ' ')} | {f'{value:.2f}' if np.isfinite(value) else 'shifts below what bisection resolves'} |"
+        for name, value in found.items()
+    ]
     return "\n".join(lines)
 
 
@@ -145,7 +150,7 @@ def stability_table(rows: Columns, about: Mapping[str, Any]) -> str:
     lines += [
         "",
         f"{len(right)} cases in all, at most {about['budget']:.3g} block steps each. The largest residual of work and energy among the "
-        f"{int(right.sum())} right ones is {np.max(rows['energy_error'][right]):.2g}, its median "
+        f"{int(right.sum())} right ones is {np.max(rows['energy_error'][right]):.4f}, its median "
         f"{np.median(rows['energy_error'][right]):.2g}. Refused: {refusals or 'none'}. Silent: "
         f"{int((rows['ending'] == Ending.SILENT).sum())}.",
         "",

@@ -40,6 +40,7 @@ rule figures:
         telling=directory(f"{FIGURES}/telling"),
     log:
         f"{LOGS}/figures.log",
+    threads: 2
     resources:
         mem_mb=1000,
     params:
@@ -48,4 +49,4 @@ rule figures:
         sources=sources("figures"),
     shell:
         "overturning figures --cube {input.cube} --intensity {input.intensity} --motions {params.motions}"
-        " --output {params.folder} 2> {log}"
+        " --output {params.folder} --threads {threads} 2> {log}"

@@ -14,8 +14,9 @@ def figures(
     intensity: Annotated[Path, typer.Option(help="intensity measures by azimuth (NetCDF)")],
     motions: Annotated[Path, typer.Option(help="folder of the processed motions")],
     output: Annotated[Path, typer.Option(help="folder for the figures")],
+    threads: Annotated[int, typer.Option(min=1, help="number of processes that draw")] = 1,
 ) -> None:
     """Draw the figures of a study."""
     from overturning.figures.study import draw_study
 
-    draw_study(cube, intensity, motions, output)
+    draw_study(cube, intensity, motions, output, threads)

@@ -1,5 +1,7 @@
 """All figures of a study."""
 
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,7 +27,7 @@ PALETTE = 64
 """Colours of the pictures of which there is one per record."""
 
 
-def draw_study(cube_path: Path, intensity_path: Path, motions: Path, folder: Path) -> None:
+def draw_study(cube_path: Path, intensity_path: Path, motions: Path, folder: Path, threads: int = 1) -> None:
     """Draw the figures of a study.
 
     Parameters
@@ -37,24 +39,44 @@ def draw_study(cube_path: Path, intensity_path: Path, motions: Path, folder: Pat
     folder : Path
         Receives ``polar/ID.png`` and ``intensity/ID.png`` for each record (the polar map shows probabilities where the
         cube has an ensemble, flags otherwise), ``rose.svg``, ``axes.svg``, ``plane.svg``, and ``telling/``.
+    threads : int
+        Number of processes that draw: Matplotlib draws one figure at a time. The files are the same for any number.
     """
+    with open_cube(cube_path) as cube:
+        count = cube.sizes["record"]
+    tasks = [
+        partial(_draw_whole, cube_path, intensity_path, motions, folder),
+        *(partial(_draw_record, cube_path, intensity_path, folder, index) for index in range(count)),
+    ]
+    if threads == 1:
+        for task in tasks:
+            task()
+        return
+    with ProcessPoolExecutor(threads) as pool:
+        for drawn in [pool.submit(task) for task in tasks]:
+            drawn.result()
+
+
+def _draw_record(cube_path: Path, intensity_path: Path, folder: Path, index: int) -> None:
+    import xarray as xr
+
+    # A dask chunk is a record: no more than one is in memory.
+    with open_cube(cube_path, chunks={"record": 1}) as cube, xr.open_dataset(intensity_path) as intensity, style():
+        one = cube.isel(record=index).load()
+        name, station, event = (str(one[key].item()) for key in ("record_id", "station", "event"))
+        title = f"{station}, {event}" if event else station
+        polar_figure = probability_map_figure if "probability_towards" in cube else fall_map_figure
+        save(polar_figure(one, title), folder / "polar" / f"{name}.png", PALETTE)
+        around = intensity_figure(intensity.isel(record=index), float(one["fault_normal"]), title)
+        save(around, folder / "intensity" / f"{name}.png", PALETTE)
+
+
+def _draw_whole(cube_path: Path, intensity_path: Path, motions: Path, folder: Path) -> None:
     import xarray as xr
 
     from overturning.figures.telling import draw_telling_cases
 
-    # A dask chunk is a record: no more than one is in memory.
     with open_cube(cube_path, chunks={"record": 1}) as cube, xr.open_dataset(intensity_path) as intensity, style():
-        polar_figure = probability_map_figure if "probability_towards" in cube else fall_map_figure
-        for index, name in enumerate(cube["record_id"].to_numpy()):
-            one = cube.isel(record=index).load()
-            station, event = str(one["station"].item()), str(one["event"].item())
-            title = f"{station}, {event}" if event else station
-            save(polar_figure(one, title), folder / "polar" / f"{name}.png", PALETTE)
-            save(
-                intensity_figure(intensity.isel(record=index), float(one["fault_normal"]), title),
-                folder / "intensity" / f"{name}.png",
-                PALETTE,
-            )
         save(rose_figure(cube), folder / "rose.svg")
         _draw_axes(cube, folder)
         fit = overturning_fit(cube, intensity)

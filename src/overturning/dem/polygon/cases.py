@@ -75,7 +75,12 @@ class ScenePlan:
         return self.variants[0].scene.gravity
 
     def run(
-        self, motion: Motion, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: FloatArray
+        self,
+        motion: Motion,
+        chosen: NDArray[np.int64],
+        counter: NDArray[np.int64],
+        path: FloatArray,
+        budget: int = BUDGET,
     ) -> tuple[FloatArray, FloatArray, int]:
         """Run cases with the same number of steps per sample; results per case, per element, rows of the path."""
         from overturning.dem.polygon import kernel as k
@@ -85,14 +90,20 @@ class ScenePlan:
         noted = k.run_queue(
             np.arange(chosen.size), np.ascontiguousarray(self.table[chosen]), self.row[chosen], self.variant[chosen],
             self.initial, self.layout, self.sizes, self.shapes, self.rules, self.limits, self.ground, self.upward,
-            motion.samples, motion.sampling_interval, int(self.steps[chosen[0]]), self.gravity, BUDGET, counter, path,
+            motion.samples, motion.sampling_interval, int(self.steps[chosen[0]]), self.gravity, budget, counter, path,
             out, each,
         )  # fmt: skip
         return out, each, int(noted)
 
 
 def plan_scene(
-    scene: Scene, motion: Motion, cases: Cases, *, time_step: float | str = "auto", leave_out: bool = True
+    scene: Scene,
+    motion: Motion,
+    cases: Cases,
+    *,
+    time_step: float | str = "auto",
+    leave_out: bool = True,
+    refinement: int = 1,
 ) -> ScenePlan:
     """Check the arguments and work out what each case needs."""
     from overturning.dem.polygon import kernel as k
@@ -111,7 +122,7 @@ def plan_scene(
         ground[index, : motion.samples] = motion.along(float(azimuth))
     square = np.array([item.square for item in variants])
     rate = np.array([item.rate for item in variants]) * distinct[:, 2]
-    steps = steps_per_sample(Scheme.CUNDALL, time_step, square, rate, motion.sampling_interval)[variant]
+    steps = steps_per_sample(Scheme.CUNDALL, time_step, square, rate, motion.sampling_interval)[variant] * refinement
     samples = motion.samples
     radius = np.array([item.radius for item in variants])[variant]
     # 20/p with p = √(3g/4R).
@@ -151,6 +162,8 @@ def run_scene_cases(
     *,
     time_step: float | str = "auto",
     leave_out: bool = True,
+    refinement: int = 1,
+    budget: int = BUDGET,
     threads: int = 1,
     progress: Progress | None = None,
 ) -> SceneResults:
@@ -169,6 +182,10 @@ def run_scene_cases(
         Largest step, s; "auto"; or a fraction of the stable step such as "0.25 stable".
     leave_out : bool
         Leave out cases below the thresholds of rocking and sliding, and the time before and after anything can move.
+    refinement : int
+        Each step is divided into so many; for verification.
+    budget : int
+        Steps of one case, beyond which it is given up and marked `over_budget`.
     threads : int
         The bits do not depend on it.
     progress : callable, optional
@@ -186,9 +203,10 @@ def run_scene_cases(
     """
     from overturning.dem.polygon import kernel as k
 
-    if threads < 1:
-        raise ArgumentError(f"threads: {threads}; at least 1")
-    how = plan_scene(scene, motion, cases, time_step=time_step, leave_out=leave_out)
+    for name, number in (("threads", threads), ("refinement", refinement), ("budget", budget)):
+        if number < 1:
+            raise ArgumentError(f"{name}: {number}; at least 1")
+    how = plan_scene(scene, motion, cases, time_step=time_step, leave_out=leave_out, refinement=refinement)
     free = how.variants[0].free
     results = _empty(cases.size, free.size)
     counter = np.zeros(1, np.int64)
@@ -198,7 +216,7 @@ def run_scene_cases(
     total = int(length.sum()) * free.size
 
     def run(chosen: NDArray[np.int64]) -> None:
-        out, each, _ = how.run(motion, chosen, counter, np.zeros((0, 2 + 6 * how.sizes.size)))
+        out, each, _ = how.run(motion, chosen, counter, np.zeros((0, 2 + 6 * how.sizes.size)), budget)
         _store(results, chosen, out, each[:, free])
 
     with ThreadPoolExecutor(max_workers=threads) as pool:

@@ -18,6 +18,8 @@ HEAD = "id\tformat\tsource\tstation\tevent\tfault_strike_deg\tpulse\n"
         (HEAD + "a\tauto\tx\na\tauto\ty\n", ["line 3", "twice"]),
         (HEAD + "a\tauto\tx\t1\t2\t3\ttrue\t8\n", ["line 2", "8 cells"]),
         (HEAD + "a\tauto\t\n", ["line 2", "source"]),
+        ("id\tsource\tstation_latitude_deg\na\tx\t35\n", ["line 2", "station_longitude_deg", "both"]),
+        ("id\tsource\tepicentre_latitude_deg\na\tx\t95\n", ["line 2", "epicentre_latitude_deg", "95"]),
     ],
 )
 def test_what_is_wrong_is_named(tmp_path, text, words):

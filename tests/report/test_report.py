@@ -114,6 +114,31 @@ def test_one_record(results) -> None:
     assert "1 earthquake is too few for an interval" in answer_of(folder)
 
 
+def test_a_map_where_coordinates_are_known(results) -> None:
+    place = {"event": "Tottori", "fault_strike_deg": 330.0}
+    epicentre = {"event_latitude": 35.275, "event_longitude": 133.35}
+    records = [
+        pulse_record("near", 60, 6.0, latitude=35.275, longitude=133.46, extra=epicentre, **place),
+        pulse_record("far", 60, 6.0, latitude=35.725, longitude=133.35, **place),
+        pulse_record("alone", 60, 6.0, latitude=10.0, longitude=20.0),  # one point is no map
+    ]
+    folder = results(records, ensemble={"members": 0})
+    page, _ = report_of(folder)
+    # A degree of latitude is 111.2 km; of longitude cos 35.275° of that.
+    assert (
+        "near: 10 km from the epicentre, in the direction 90°. far: 50 km from the epicentre, in the direction 0°."
+        in page
+    )
+    assert [path.name for path in (folder / "figures" / "maps").iterdir()] == ["1.svg"]
+    assert 'aria-label="map: Tottori"' in page
+
+
+def test_no_map_and_no_gap_without_coordinates(hostile: Path) -> None:
+    page, _ = report_of(hostile)
+    assert "epicentre" not in page
+    assert "map: " not in page
+
+
 def test_no_falls(results) -> None:
     folder = results([pulse_record("weak", 60, 0.1, fault_strike_deg=330.0)])
     page, _ = report_of(folder)

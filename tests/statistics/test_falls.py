@@ -2,7 +2,6 @@ import numpy as np
 import xarray as xr
 
 from overturning.statistics.falls import falls_towards, overturns
-from overturning.statistics.fault import axial_distance, compare_group, shares_by_direction
 
 
 def cube(azimuth: list[int], overturned: list[float]) -> xr.Dataset:
@@ -31,41 +30,3 @@ def test_missing_outcomes_stay_missing() -> None:
 def test_lazy_cubes_stay_lazy() -> None:
     lazy = falls_towards(cube([0, 90, 180, 270], [1, 0, -1, 0]).chunk({"azimuth": 2}))
     assert lazy.chunks is not None
-
-
-def test_axial_distance_does_not_tell_opposites_apart() -> None:
-    np.testing.assert_allclose(axial_distance(np.array([10.0, 190.0, 100.0, 355.0]), 10.0), [0, 0, 90, 15])
-
-
-def records() -> xr.Dataset:
-    azimuth = np.arange(0, 360, 10, dtype=np.int16)
-    # Two records of one earthquake whose planes near N30E overturn, one of another that overturns near N120E.
-    near = axial_distance(azimuth.astype(float), 30.0) <= 20
-    along = axial_distance(azimuth.astype(float), 120.0) <= 20
-    flags = np.stack([near, np.zeros_like(near), along]).astype(float)
-    return xr.Dataset(
-        {"overturned": (("record", "azimuth", "height", "b_over_h", "friction"), flags[:, :, None, None, None])},
-        coords={
-            "azimuth": azimuth,
-            "fault_normal": ("record", [30.0, 30.0, 30.0]),
-            "event": ("record", ["one", "one", "other"]),
-            "pulse": ("record", [1.0, 1.0, 1.0]),
-        },
-    )
-
-
-def test_earthquakes_are_counted_and_their_records_averaged_first() -> None:
-    shares = shares_by_direction(records())
-    np.testing.assert_allclose(shares["normal"], [1.0, 0.0, 0.0])
-    np.testing.assert_allclose(shares["parallel"], [0.0, 0.0, 1.0])
-    group = compare_group(shares, "all")
-    assert (group.records, group.earthquakes, group.falling) == (3, 2, 2)
-    assert (group.more_normal, group.more_parallel) == (1, 1)
-    assert (group.normal, group.parallel) == (0.25, 0.5)
-
-
-def test_unknown_faults_take_no_part() -> None:
-    unknown = records().assign_coords(fault_normal=("record", [np.nan, np.nan, np.nan]))
-    group = compare_group(shares_by_direction(unknown), "all")
-    assert group.falling == 0
-    assert np.isnan(group.normal)

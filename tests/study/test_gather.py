@@ -43,7 +43,17 @@ def records() -> list[Record]:
     samples = np.zeros(10)
     return [
         Record(
-            "first", samples, samples, None, 0.01, station="A", event="E", fault_strike_deg=30.0, extra={"pulse": True}
+            "first",
+            samples,
+            samples,
+            None,
+            0.01,
+            station="A",
+            event="E",
+            fault_strike_deg=30.0,
+            latitude=35.2,
+            longitude=133.4,
+            extra={"pulse": True, "event_latitude": 35.3, "event_longitude": 133.3},
         ),
         Record("second", samples, samples, samples, 0.01, station="<script>", event="E"),
     ]
@@ -86,6 +96,11 @@ def test_every_cell_is_in_its_place(
         assert cube["vertical"].values.tolist() == [0, 1]
         assert cube["pulse"].values[0] == 1
         assert np.isnan(cube["pulse"].values[1])
+        assert cube["station_latitude"].values.tolist()[0] == 35.2
+        assert cube["station_longitude"].values.tolist()[0] == 133.4
+        assert cube["epicentre_latitude"].values.tolist()[0] == 35.3
+        assert cube["epicentre_longitude"].values.tolist()[0] == 133.3
+        assert np.isnan([cube[name].values[1] for name in cube.coords if "itude" in name]).all()
         assert study_of(cube) == study
 
 

@@ -46,4 +46,7 @@ def test_published_values_are_compared_for_every_size_and_contact(tmp_path: Path
     assert (
         "With the paper-damping contact the published outcomes are found for H = 0.4, 0.95, 1.5 m (3 of 3)." in report
     )
+    # The map of station and epicentre, as the files' headers have them.
+    assert (results / "figures" / "maps" / "1.svg").is_file()
+    assert "TTRH02 Hino (KiK-net, surface): 6 km from the epicentre, in the direction 144°." in report
     assert "differs" in report  # nothing moves across, where the paper has 580.6 Gal

@@ -38,6 +38,7 @@ rule figures:
             labels={"figure": "PGA and PGV/PGA"},
         ),
         telling=directory(f"{FIGURES}/telling"),
+        maps=directory(f"{FIGURES}/maps"),  # empty where no record has coordinates
     log:
         f"{LOGS}/figures.log",
     threads: 2

@@ -6,6 +6,7 @@ import numpy as np
 
 from overturning.errors import ArgumentError
 from overturning.figures.style import FALLS, FAULT, INK, SERIES
+from overturning.statistics.circular import resultant
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,6 +23,54 @@ def local_km(latitude: Any, longitude: Any, latitude0: float, longitude0: float)
     """
     east = np.radians((np.asarray(longitude) - longitude0 + 180.0) % 360.0 - 180.0) * np.cos(np.radians(latitude0))
     return EARTH_RADIUS_KM * east, EARTH_RADIUS_KM * np.radians(np.asarray(latitude) - latitude0)
+
+
+def sites_by_earthquake(cube: "xr.Dataset") -> "dict[str, xr.Dataset]":
+    """What can be put on a map, by earthquake: those with an epicentre and a station, or with two stations.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        The cube, or its coordinates.
+
+    Returns
+    -------
+    dict of xarray.Dataset
+        By name of the earthquake in the order of the cube, each as `draw_site_map` takes it. The strike is the mean axis
+        of those that the records state; the epicentre the first that is known.
+    """
+    import xarray as xr
+
+    names = ("station_latitude", "station_longitude", "epicentre_latitude", "epicentre_longitude", "fault_normal")
+    table = {name: cube[name].to_numpy().astype(np.float64) for name in names}
+    events, stations = (cube[name].to_numpy().astype(str) for name in ("event", "station"))
+    sites = {}
+    for event in dict.fromkeys(events.tolist()):
+        rows = events == event
+        placed = rows & np.isfinite(table["station_latitude"])
+        epicentres = np.flatnonzero(rows & np.isfinite(table["epicentre_latitude"]))
+        if placed.sum() < (1 if epicentres.size else 2):
+            continue
+        strikes = table["fault_normal"][rows & np.isfinite(table["fault_normal"])] - 90.0
+        site = {name: ("station", table[name][placed]) for name in names[:2]}
+        scalars = {name: table[name][epicentres[0]] for name in names[2:4]} if epicentres.size else {}
+        scalars["fault_strike"] = resultant(strikes, axial=True)[0]
+        sites[event] = xr.Dataset({**site, **scalars}, coords={"station": stations[placed]})
+    return sites
+
+
+def distances(site: "xr.Dataset") -> list[str]:
+    """How far and in which direction each station lies from the epicentre, a sentence each; none without an epicentre."""
+    if "epicentre_latitude" not in site:
+        return []
+    east, north = local_km(
+        site["station_latitude"].to_numpy(), site["station_longitude"].to_numpy(),
+        float(site["epicentre_latitude"]), float(site["epicentre_longitude"]),
+    )  # fmt: skip
+    return [
+        f"{name}: {np.hypot(x, y):.0f} km from the epicentre, in the direction {np.degrees(np.arctan2(x, y)) % 360:.0f}°."
+        for name, x, y in zip(site["station"].to_numpy(), east, north, strict=True)
+    ]
 
 
 def _scale_length(extent: float) -> float:
@@ -75,8 +124,9 @@ def draw_site_map(axes: Any, site: "xr.Dataset") -> None:
     axes.plot(east, north, "^", color=SERIES[2], markersize=9, markeredgecolor=INK, label="station", zorder=5)
     for name, x, y in zip(site["station"].to_numpy()[known], east, north, strict=True):
         axes.annotate(
-            str(name), (x, y), (0, -8), textcoords="offset points", ha="center", va="top", fontsize=8, parse_math=False
-        )
+            str(name), (x, y), (0, -8), textcoords="offset points", ha="center", va="top", fontsize=8, parse_math=False,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5}, zorder=6,
+        )  # fmt: skip
     extent = 1.35 * max(reach)
     axes.set(xlim=(-extent, extent), ylim=(-extent, extent), aspect="equal")
     axes.set_xlabel("east, km", fontsize=8)

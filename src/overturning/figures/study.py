@@ -13,6 +13,7 @@ from overturning.figures.intensity_plane import intensity_plane_figure
 from overturning.figures.polar import fall_map_figure
 from overturning.figures.probability import probability_map_figure
 from overturning.figures.rose import rose_figure
+from overturning.figures.site_map import site_map_figure, sites_by_earthquake
 from overturning.figures.style import save, style
 from overturning.statistics.earthquakes import axes_by_earthquake, summarise_axes
 from overturning.statistics.groups import record_groups
@@ -38,7 +39,8 @@ def draw_study(cube_path: Path, intensity_path: Path, motions: Path, folder: Pat
         Folder of the processed motions, for the telling cases.
     folder : Path
         Receives ``polar/ID.png`` and ``intensity/ID.png`` for each record (the polar map shows probabilities where the
-        cube has an ensemble, flags otherwise), ``rose.svg``, ``axes.svg``, ``plane.svg``, and ``telling/``.
+        cube has an ensemble, flags otherwise), ``rose.svg``, ``axes.svg``, ``plane.svg``, ``telling/``, and ``maps/`` (empty where no
+        record has coordinates).
     threads : int
         Number of processes that draw: Matplotlib draws one figure at a time. The files are the same for any number.
     """
@@ -79,10 +81,20 @@ def _draw_whole(cube_path: Path, intensity_path: Path, motions: Path, folder: Pa
     with open_cube(cube_path, chunks={"record": 1}) as cube, xr.open_dataset(intensity_path) as intensity, style():
         save(rose_figure(cube), folder / "rose.svg")
         _draw_axes(cube, folder)
+        _draw_maps(cube, folder / "maps")
         fit = overturning_fit(cube, intensity)
         friction = float(cube["friction"].max())
         save(intensity_plane_figure(cube, intensity, fit, friction), folder / "plane.svg")
         draw_telling_cases(cube, motions, folder / "telling")
+
+
+def _draw_maps(cube: "xr.Dataset", folder: Path) -> None:
+    # Files of an earlier study would be taken for maps of this one.
+    for old in folder.glob("*.svg"):
+        old.unlink()
+    folder.mkdir(parents=True, exist_ok=True)
+    for number, (event, site) in enumerate(sites_by_earthquake(cube).items(), 1):
+        save(site_map_figure(site, event), folder / f"{number}.svg")
 
 
 def _draw_axes(cube: "xr.Dataset", folder: Path) -> None:

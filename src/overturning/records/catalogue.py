@@ -19,6 +19,10 @@ def _numbers(value: Any) -> Any:
     return [part for part in value.replace(",", " ").split() if part] or None if isinstance(value, str) else value
 
 
+_Latitude = Annotated[float | None, BeforeValidator(_none_if_empty), Field(ge=-90, le=90, allow_inf_nan=False)]
+_Longitude = Annotated[float | None, BeforeValidator(_none_if_empty), Field(ge=-180, le=180, allow_inf_nan=False)]
+
+
 class RecordEntry(BaseModel):
     """One line of the record table."""
 
@@ -45,6 +49,14 @@ class RecordEntry(BaseModel):
     pulse: Annotated[
         bool | None, BeforeValidator(_none_if_empty), Field(description="Whether the record has a velocity pulse.")
     ] = None
+    station_latitude_deg: Annotated[
+        _Latitude, Field(description="Of the station, north positive, for the map; empty: as the file says.")
+    ] = None
+    station_longitude_deg: Annotated[_Longitude, Field(description="Of the station, east positive.")] = None
+    epicentre_latitude_deg: Annotated[
+        _Latitude, Field(description="Of the epicentre, north positive; empty: as the file says.")
+    ] = None
+    epicentre_longitude_deg: Annotated[_Longitude, Field(description="Of the epicentre, east positive.")] = None
     orientation_correction_deg: Annotated[
         float,
         Field(ge=-360, le=360, description="Added to the file's azimuths: misorientation of the sensor, clockwise."),
@@ -149,6 +161,13 @@ def read_catalogue(path: Path | str) -> dict[str, RecordEntry]:
             raise ConfigError(
                 f"{path} line {number}: column {column}: {given.get(column, '')!r}: {first['msg'].lower()}"
             ) from None
+        for place in ("station", "epicentre"):
+            pair = [f"{place}_{name}_deg" for name in ("latitude", "longitude")]
+            empty = [column for column in pair if getattr(entry, column) is None]
+            if len(empty) == 1:
+                raise ConfigError(
+                    f"{path} line {number}: column {empty[0]}: empty; give both {pair[0]} and {pair[1]}, or neither"
+                )
         if entry.id in entries:
             raise ConfigError(f"{path} line {number}: column id: {entry.id!r} stands twice; ids must differ")
         entries[entry.id] = entry

@@ -55,6 +55,8 @@ def read_record(entry: RecordEntry, data_dir: Path | str) -> Record:
             "licence": entry.licence,
             "fault_strike_deg": entry.fault_strike_deg,
             "source": f"{entry.format} {entry.source}",
+            "latitude": entry.station_latitude_deg,
+            "longitude": entry.station_longitude_deg,
         },
     )
     if entry.sha256 and entry.sha256 != record.sha256:
@@ -62,9 +64,12 @@ def read_record(entry: RecordEntry, data_dir: Path | str) -> Record:
             f"record {entry.id}: {entry.source} has SHA-256 {record.sha256}, the record table says {entry.sha256}; "
             "get the file again, or correct the table"
         )
-    if entry.pulse is not None:
-        record = replace(record, extra=record.extra | {"pulse": entry.pulse})
-    return record
+    known = {
+        "pulse": entry.pulse,
+        "event_latitude": entry.epicentre_latitude_deg,
+        "event_longitude": entry.epicentre_longitude_deg,
+    }
+    return replace(record, extra=record.extra | {name: value for name, value in known.items() if value is not None})
 
 
 def _pulse(entry: RecordEntry) -> Record:

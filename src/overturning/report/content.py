@@ -12,19 +12,12 @@ from overturning.report.own_error import own_error
 from overturning.report.published import compare_findings, compare_peaks, summary
 from overturning.report.scene_content import scene_content
 from overturning.statistics.falls import overturns
-from overturning.statistics.fault import GroupComparison, compare_group, shares_by_direction
 from overturning.statistics.groups import record_groups
 from overturning.study.cube import sources_of_records, study_of
 from overturning.units import CM, GAL
 
 if TYPE_CHECKING:
     import xarray as xr
-
-
-def groups_of(shares: "xr.Dataset") -> list[GroupComparison]:
-    """Pulse records against the control where a study has both, otherwise all records."""
-    groups = record_groups(shares)
-    return [compare_group(shares.isel(record=np.flatnonzero(members)), name) for name, members in groups.items()]
 
 
 def records_table(cube: "xr.Dataset", intensity: "xr.Dataset") -> list[dict[str, Any]]:
@@ -50,6 +43,16 @@ def records_table(cube: "xr.Dataset", intensity: "xr.Dataset") -> list[dict[str,
             row[f"{name}_azimuth"] = float(azimuth[int(values.argmax())] % 180)
         rows.append(row)
     return rows
+
+
+def maps(cube: "xr.Dataset") -> list[dict[str, str]]:
+    """File, earthquake and distances of each map that the study's figures have."""
+    from overturning.figures.site_map import distances, sites_by_earthquake
+
+    return [
+        {"file": f"maps/{number}.svg", "event": event, "note": " ".join(distances(site))}
+        for number, (event, site) in enumerate(sites_by_earthquake(cube).items(), 1)
+    ]
 
 
 def missing_outcomes(cube: "xr.Dataset") -> dict[str, int]:
@@ -123,8 +126,6 @@ def content(results: Path) -> dict[str, Any]:
         xr.open_dataset(results / "intensity.nc") as intensity,
     ):
         study = study_of(cube)
-        shares = shares_by_direction(cube)
-        groups = groups_of(shares)
         fallen = float(overturns(cube).mean().compute())
         records = [
             {**row, **more} for row, more in zip(records_table(cube, intensity), record_directions(cube), strict=True)
@@ -145,20 +146,20 @@ def content(results: Path) -> dict[str, Any]:
             "question": study.question,
             **direction,
             "counted": words.counted(len(records), earthquakes, with_vertical),
-            "group_note": words.group_note(cases, computed, fallen, missing),
+            "case_note": words.case_note(cases, computed, fallen, missing),
             "ensemble_text": words.ensemble_text(direction["ensemble"]),
             "fit_note": words.fit_note(direction["fit"]),
-            "limits": words.limits(len(records), earthquakes, with_vertical, len(groups) > 1),
+            "limits": words.limits(len(records), earthquakes, with_vertical, len(record_groups(cube)) > 1),
             "words": words,
             "telling": telling,
             "verification": verification(cube),
             "citations": citations(records, json.loads(cube.attrs["versions"])),
-            "groups": groups,
             "fallen": fallen,
             "cases": cases,
             "computed": computed,
             "missing": missing,
             "records": records,
+            "maps": maps(cube),
             "earthquakes": earthquakes,
             "with_vertical": with_vertical,
             "study": study.model_dump(mode="json"),

@@ -50,14 +50,7 @@ def paper_data(data: dict[str, Any]) -> dict[str, Any]:
                           "interval", "closer to normal", "Rayleigh p", "V test p"],
         "summary_rows": [[row[key] for key in keys] for row in summaries],
         "summary_note": words.SUMMARY_NOTE,
-        "group_heads": ["records", "records", "earth-quakes", "near the normal", "near the fault", "with falls",
-                        "more along the normal", "more along the fault"],
-        "group_rows": [
-            [g.name, str(g.records), str(g.earthquakes), _percent(g.normal), _percent(g.parallel), str(g.falling),
-             str(g.more_normal), str(g.more_parallel)]
-            for g in data["groups"]
-        ],
-        "group_note": data["group_note"],
+        "case_note": data["case_note"],
         "findings_summary": data["findings_summary"] if data["findings"] else "",
         "peak_heads": ["component", "quantity", "published", "found", "difference", "expected within", ""],
         "peak_rows": [
@@ -73,6 +66,7 @@ def paper_data(data: dict[str, Any]) -> dict[str, Any]:
              "holds" if f.holds else "does not hold"]
             for f in data["findings"]
         ],
+        "scene": _scene(data["scene"]),
         "telling": [{key: case[key] for key in ("title", "block", "outcomes", "rule")} for case in data["telling"]],
         "rose_caption": words.ROSE_CAPTION,
         "shape_heads": ["B/H", "µ", *(text for name in names for text in (f"earthquakes, {name}", f"alignment, {name}"))],
@@ -94,6 +88,8 @@ def paper_data(data: dict[str, Any]) -> dict[str, Any]:
             for row in data["records"]
         ],
         "record_note": words.RECORD_NOTE,
+        "maps": data["maps"],
+        "map_caption": words.MAP_CAPTION,
         "records": [{"id": row["id"], "heading": _heading(row)} for row in data["records"]],
         "method": words.METHOD,
         "limits": data["limits"],
@@ -131,6 +127,27 @@ def _own_error(found: dict[str, Any] | None) -> dict[str, Any]:
         "lie below the thresholds of rocking and sliding and cannot change."
     )
     return {"own_error_text": text, "own_error_rows": rows}
+
+
+def _scene(found: dict[str, Any] | None) -> dict[str, Any] | None:
+    """Drawing, comparisons and falls by element of a scene; none for a single block."""
+    if found is None:
+        return None
+    rows = [
+        [label, row.name, str(row.cases), str(row.falls), _percent(row.share), str(row.first),
+         "–" if row.median_time != row.median_time else f"{row.median_time:.2f}"]
+        for label, row in found["elements"]
+    ]  # fmt: skip
+    return {
+        "drawing": found["drawing"],
+        "roses": found["roses"],
+        "drawing_caption": words.SCENE_CAPTION,
+        "comparisons": found["comparisons"],
+        "heads": list(words.SCENE_HEADS),
+        "rows": rows,
+        "note": words.SCENE_NOTE,
+        "roses_caption": words.SCENE_ROSES_CAPTION,
+    }
 
 
 def _heading(row: dict[str, Any]) -> str:

@@ -23,6 +23,17 @@ RECORD_NOTE = (
     "at the highest friction overturns up to the largest B/H, and how many times the smallest of all azimuths that is."
 )
 
+SCENE_CAPTION = "To scale; crosses are centres of mass, grey moves with the record."
+SCENE_HEADS = ("scene", "element", "cases", "falls", "share", "falls first in", "median time, s")
+SCENE_NOTE = (
+    "A fall is a rotation of 90°, or what the scene file sets. Cases without an outcome are not counted. Elsewhere in this "
+    "report “the block” is the reference element of the study's own scene."
+)
+SCENE_ROSES_CAPTION = "Azimuths towards which each stone falls, over all cases."
+MAP_CAPTION = (
+    "Stations and epicentres as the records or the record table state them; the strike is drawn through the epicentre."
+)
+
 
 def _s(count: int) -> str:
     return "" if count == 1 else "s"
@@ -42,15 +53,13 @@ def counted(records: int, earthquakes: int, with_vertical: int) -> str:
     return text
 
 
-def group_note(cases: int, computed: int, fallen: float, missing: dict[str, int]) -> str:
-    """What the shares near the fault normal are, and of how many cases."""
-    share = "–" if fallen != fallen else f"{fallen:.0%}"
+def case_note(cases: int, computed: int, fallen: float, missing: dict[str, int]) -> str:
+    """Of how many cases the report speaks, and how many have no outcome."""
+    share = "" if fallen != fallen else f" {fallen:.0%} of them overturn."
     absent = ", ".join(f"{number} {name.replace('_', ' ')}" for name, number in missing.items())
     return (
-        "Share of the cases (height × B/H × friction) that overturn in planes of motion within 22.5° of the fault normal and "
-        "within 22.5° of the fault; mean over earthquakes, the records of one earthquake averaged first. Of all "
-        f"{cases} cases of the study {share} overturn; {computed} were computed, the others are their mirror images. "
-        + (f"Not found: {absent}." if absent else "No outcome is missing.")
+        f"The study has {cases} cases (record × azimuth × height × B/H × friction); {computed} were computed, the others are "
+        f"their mirror images.{share} " + (f"Without an outcome: {absent}." if absent else "No outcome is missing.")
     )
 
 

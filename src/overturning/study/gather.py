@@ -21,6 +21,12 @@ from overturning.study.scenes import NOMINAL
 from overturning.study.sweep import variables_of
 
 CONVENTIONS = "CF-1.11"
+RECORD_COORDINATES = (
+    *("record_id", "station", "event", "fault_normal", "pulse", "vertical"),
+    *("station_latitude", "station_longitude", "epicentre_latitude", "epicentre_longitude"),
+)
+"""Auxiliary coordinates of the dimension record."""
+
 _PACKAGES = ("overturning", "numba", "llvmlite", "numpy", "scipy", "obspy", "xarray", "netCDF4")
 
 
@@ -61,7 +67,7 @@ def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path:
             dimensions = ("record", *grid.dimensions(variable.name))
             made = add_variable(cube, variable, dimensions, (1, *grid.shape_of(variable.name)))
             names = " element_name" if "element" in dimensions else ""
-            made.coordinates = f"record_id station event fault_normal pulse vertical{names}"
+            made.coordinates = f"{' '.join(RECORD_COORDINATES)}{names}"
         filled = np.zeros((len(records), *grid.shape), dtype=bool)
         for part in parts:
             _copy_part(part, cube, grid, index_of, variant, filled, variables)
@@ -138,6 +144,7 @@ def _add_records(cube: Any, records: Sequence[Record], vertical: bool) -> None:
     normal.setncatts({"long_name": "azimuth of the fault normal, strike + 90 degrees", "units": "degree"})
     strikes = [record.fault_strike_deg for record in records]
     normal[:] = [np.nan if strike is None else (strike + 90.0) % 360.0 for strike in strikes]
+    _add_places(cube, records)
     for name, long_name, meanings, has in (
         ("pulse", "whether the record has a velocity pulse", "no_pulse pulse", [r.extra.get("pulse") for r in records]),
         (
@@ -158,6 +165,19 @@ def _add_records(cube: Any, records: Sequence[Record], vertical: bool) -> None:
         )
         flag.set_auto_maskandscale(False)
         flag[:] = [INT8_MISSING if value is None else int(value) for value in has]
+
+
+def _add_places(cube: Any, records: Sequence[Record]) -> None:
+    """Where stations and epicentres lie, degrees; missing where neither the file nor the record table says it."""
+    for where, pairs in (
+        ("station", [(record.latitude, record.longitude) for record in records]),
+        ("epicentre", [(r.extra.get("event_latitude"), r.extra.get("event_longitude")) for r in records]),
+    ):
+        for index, (name, unit) in enumerate((("latitude", "degrees_north"), ("longitude", "degrees_east"))):
+            place = cube.createVariable(f"{where}_{name}", "f8", ("record",), fill_value=np.nan)
+            place.setncatts({"standard_name": name, "long_name": f"{name} of the {where}", "units": unit})
+            # Half a place is none.
+            place[:] = [np.nan if None in pair else float(pair[index]) for pair in pairs]  # type: ignore[arg-type]
 
 
 def portable(study: Study) -> dict[str, Any]:

@@ -25,23 +25,24 @@ def verify_study(
     from overturning.study.load import study_from
     from overturning.study.progress import logged_to
     from overturning.study.timing import block_steps_of, timed
-    from overturning.verification.study import read_cells, repeat_cells, write_verification
+    from overturning.verification.choice import read_sample
+    from overturning.verification.study import repeat_sample, write_verification
 
     with logged_to(log) as say, timed(timing) as row:
         settings = study_from(study)
         names = settings.records.use
         if isinstance(settings.verification, str):
             raise ConfigError(f"{settings.name}: verification: none; leave the key out to verify the study")
-        cells = read_cells(cube, settings.verification)
+        sample = read_sample(cube, settings.verification)
         done = sum(block_steps_of(sweep / f"{name}.csv") for name in names)
-        row.update(record="all", variant="verification", cases=2 * sum(len(part.index) for part in cells))
-        found = repeat_cells(
+        found = repeat_sample(
             settings,
             [read_motion(motions / f"{name}.nc") for name in names],
-            cells,
+            sample,
             done,
             threads,
-            lambda part, all_parts: say(f"verification: {part} of {all_parts} records"),
+            lambda part, most: say(f"verification: {part} of at most {most} cases"),
         )
+        row.update(record="all", variant="verification", cases=2 * found["chosen"])
         row["block_steps"] = sum(found[kind].get("block_steps", 0) for kind in ("finer", "stiffer"))
         write_verification(found, output)

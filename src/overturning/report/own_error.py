@@ -62,9 +62,7 @@ def own_error(study: Study, results: Path) -> dict[str, Any] | None:
     found = read_verification(results / "verification.json")
     repetitions = [_repetition(found, kind) for kind in KINDS]
     return {
-        "chosen": found["chosen"],
-        "at_rest": found["at_rest"],
-        "cells": found["cells"],
+        "text": _text(found),
         "seed": found["seed"],
         "warn_above": WARN_ABOVE,
         "repetitions": repetitions,
@@ -73,22 +71,47 @@ def own_error(study: Study, results: Path) -> dict[str, Any] | None:
     }
 
 
+def _text(found: dict[str, Any]) -> str:
+    """How many cases were run again, and why no more."""
+    chosen, wanted = found["chosen"], found["wanted"]
+    allowed = "the study itself" if found["cost"] == 1 else f"{found['cost']:g} times the study itself"
+    short = f"the {wanted} that were asked for would have taken more block steps than {allowed}"
+    if chosen == 0:
+        return (
+            f"No case was run again: {short} (verification.cost). So this report cannot say how exact its answers are."
+        )
+    why = f" ({short}; verification.cost sets this bound)" if chosen < wanted else ""
+    text = (
+        f"{chosen} of the {found['cells']} cases, drawn at random, were run again{why}; {found['at_rest']} of them lie below the "
+        "thresholds of rocking and sliding and cannot change."
+    )
+    if len(_outcomes(found)) > 1:
+        text += " Each element of the scene is counted by itself."
+    return text
+
+
+def _outcomes(found: dict[str, Any]) -> list[dict[str, Any]]:
+    return next((found[kind]["outcomes"] for kind in KINDS if "outcomes" in found[kind]), [])
+
+
 def _repetition(found: dict[str, Any], kind: str) -> Repetition:
     name, part = _NAMES[kind].format(**found), found[kind]
     if "refused" in part:
         return Repetition(name, part["refused"])
     rows = []
-    for what, changed, compared in (
-        ("falls or stands", part["flags"], part["cases"]),
-        ("side, where it falls", part["sides"], part["fallen"]),
-    ):
-        share = changed / compared if compared else float("nan")
-        rows.append((what, changed, compared, share, *wilson(changed, compared)))
+    for outcome in part["outcomes"]:
+        whose = f"{outcome['element']} " if outcome["element"] else ""
+        for what, changed, compared in (
+            (f"{whose}falls or stands", outcome["flags"], outcome["cases"]),
+            (f"{whose}side, where it falls", outcome["sides"], outcome["fallen"]),
+        ):
+            share = changed / compared if compared else float("nan")
+            rows.append((what, changed, compared, share, *wilson(changed, compared)))
     return Repetition(
         name,
         rows=tuple(rows),
-        unanswered=part["unanswered"],
+        unanswered=max(outcome["unanswered"] for outcome in part["outcomes"]),
         block_steps=part["block_steps"],
         cost=part["block_steps"] / found["study_block_steps"] if found["study_block_steps"] else float("nan"),
-        warns=part["flags"] > WARN_ABOVE * part["cases"],
+        warns=any(outcome["flags"] > WARN_ABOVE * outcome["cases"] for outcome in part["outcomes"]),
     )

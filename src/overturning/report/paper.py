@@ -122,11 +122,7 @@ def _own_error(found: dict[str, Any] | None) -> dict[str, Any]:
         if found["warns"]
         else ""
     )
-    text = (
-        f"{warning}{found['chosen']} of the {found['cells']} cases, drawn at random, were run again; {found['at_rest']} of them "
-        "lie below the thresholds of rocking and sliding and cannot change."
-    )
-    return {"own_error_text": text, "own_error_rows": rows}
+    return {"own_error_text": warning + found["text"], "own_error_rows": rows}
 
 
 def _scene(found: dict[str, Any] | None) -> dict[str, Any] | None:

@@ -206,6 +206,11 @@ class Verification(_Model):
         description="share of the study's cases that is run again; `verification: none` leaves it out",
     )
     at_least: int = Field(default=200, ge=1, description="number of cases at least, or all of a smaller study")
+    cost: float = Field(
+        default=1.0,
+        gt=0,
+        description="block steps of both repetitions, at most, as a share of the study's own: a small study has fewer cases run again",
+    )
     seed: int = Field(default=1, ge=0, description="seed of the choice")
 
 

@@ -1,0 +1,101 @@
+"""Which cases of a study are run again, and the study's answers to them."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.errors import ResultError
+from overturning.study.config import Verification
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Cases in the random order in which they are run again, with the study's answers.
+
+    Attributes
+    ----------
+    record : ndarray of int64, shape (n,)
+        Position of the record.
+    index : ndarray of int64, shape (n, 4)
+        Positions along azimuth, height, B/H and friction.
+    overturned : ndarray of int8, shape (n, elements)
+        The study's flags; one column for a block.
+    status : ndarray of int8, shape (n,)
+        How they were found.
+    computed : int
+        Cases of the study that were not mirrored.
+    """
+
+    record: NDArray[np.int64]
+    index: NDArray[np.int64]
+    overturned: NDArray[np.int8]
+    status: NDArray[np.int8]
+    computed: int
+
+    @property
+    def size(self) -> int:
+        """Number of cases."""
+        return len(self.record)
+
+
+def choose(
+    settings: Verification, records: int, computed: NDArray[np.bool_]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Choose cells of a study at random, each at most once.
+
+    Mirrored cells are not chosen: they would be the same computation again.
+
+    Parameters
+    ----------
+    settings : Verification
+        Share, least number and seed.
+    records : int
+        Number of records.
+    computed : ndarray of bool, shape (a, h, b, f)
+        Cells that are computed, the same for every record.
+
+    Returns
+    -------
+    record : ndarray of int64, shape (n,)
+        Record of each chosen cell, in random order: any first part of the choice is a random choice too.
+    index : ndarray of int64, shape (n, 4)
+        The cell.
+    """
+    cells = np.argwhere(computed)
+    total = records * len(cells)
+    wanted = min(total, max(settings.at_least, round(settings.share * records * computed.size)))
+    generator = np.random.Generator(np.random.PCG64(settings.seed))
+    chosen = generator.permutation(total)[:wanted]
+    return chosen // len(cells), cells[chosen % len(cells)]
+
+
+def read_sample(cube: Path, settings: Verification) -> Sample:
+    """Choose cells of a cube and read the study's answers to them.
+
+    Raises
+    ------
+    ResultError
+        If the cube cannot be read.
+    """
+    from netCDF4 import Dataset
+
+    try:
+        file = Dataset(cube)
+    except OSError as error:
+        raise ResultError(f"{cube}: cannot be opened ({error}); run the study again") from None
+    with file:
+        file.set_auto_maskandscale(False)
+        records = file.dimensions["record"].size
+        computed = file["mirrored"][0] == 0
+        record, index = choose(settings, records, computed)
+        flags = file["overturned"]
+        elements = flags.shape[-1] if "element" in flags.dimensions else 1
+        overturned, status = np.zeros((record.size, elements), np.int8), np.zeros(record.size, np.int8)
+        for number in range(records):
+            rows = np.flatnonzero(record == number)
+            where = tuple(index[rows].T)
+            overturned[rows] = flags[number][where].reshape(rows.size, elements)
+            status[rows] = file["status"][number][where]
+    return Sample(record, index, overturned, status, records * int(computed.sum()))

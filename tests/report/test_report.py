@@ -80,15 +80,17 @@ def test_in_a_browser(hostile: Path, tmp_path: Path) -> None:
         films = page.evaluate("document.querySelectorAll('.film[data-ready=true]').length")
         assert films == len(content(hostile)["telling"]) >= 1
         # A click on a heading sorts, another one turns the order.
-        column = "[...document.querySelectorAll('#records tbody tr')].map(r => r.cells[0].textContent)"
+        column = "[...document.querySelectorAll('#peaks tbody tr')].map(r => r.cells[0].textContent)"
         assert page.evaluate(column) == ["one", "two"]
-        page.click("#records th")
-        page.click("#records th")
+        page.click("#peaks th")
+        page.click("#peaks th")
         assert page.evaluate(column) == ["two", "one"]
-        page.click("#records th:nth-child(6)")
+        page.click("#peaks th:nth-child(6)")
         assert page.evaluate(column) == ["two", "one"]  # by PGA, as numbers
         assert page.complaints == []
         # On a phone nothing is wider than the screen but what scrolls by itself.
+        page.evaluate("document.querySelectorAll('details').forEach(d => d.open = true)")
+        page.evaluate("document.querySelectorAll('td').forEach(d => d.append(' and some more'))")
         page.call("Emulation.setDeviceMetricsOverride", width=390, height=800, deviceScaleFactor=1, mobile=True)
         assert page.evaluate("document.documentElement.scrollWidth") <= 390
 
@@ -101,16 +103,18 @@ def test_a_fall_normal_to_the_fault_is_said(results) -> None:
     folder = results(records, azimuth={"step": 20}, ensemble={"members": 0})
     report_of(folder)
     text = answer_of(folder)
-    assert "5 earthquakes with falls" in text
+    assert text.startswith("Blocks fall on average ")
+    assert " ± " in text.split(":")[0]
+    assert "(5 earthquakes)" in text
     assert "falls lie closer to the fault normal than to the fault" in text
-    assert "5 of 5 closer to the normal" in text
+    assert "5 of 5 earthquakes lie closer to the normal" in text
 
 
 def test_one_record(results) -> None:
     folder = results([pulse_record("only", 60, 6.0, fault_strike_deg=330.0)])
     page, _ = report_of(folder)
     assert "1 record of 1 earthquake." in page
-    assert "1 earthquake with falls" in answer_of(folder)
+    assert "from the fault normal (1 earthquake): " in answer_of(folder)
     assert "1 earthquake is too few for an interval" in answer_of(folder)
 
 

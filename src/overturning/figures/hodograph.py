@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.figures.style import FALLS, FAULT, INK, SERIES
+from overturning.figures.style import FALLS, FAULT, INK, SERIES, short
 from overturning.units import CM, GAL
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def draw_hodograph(axes: Any, north: FloatArray, east: FloatArray, label: str, f
         at = int(np.hypot(north, east).argmax())
         axes.plot(east[at], north[at], "o", color=FALLS, markersize=4, label="peak")
         toward = np.degrees(np.arctan2(east[at], north[at])) % 360
-        axes.set_title(f"{label}\n{size:.3g} towards {toward:.0f}°", fontsize=9)
+        axes.set_title(f"{label}\n{short(size)} towards {toward:.0f}°", fontsize=9)
     else:
         axes.set_title(label, fontsize=9)
     axes.set(xlim=(-largest, largest), ylim=(-largest, largest), aspect="equal")

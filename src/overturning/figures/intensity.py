@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from overturning.figures.style import SERIES, compass, mark_fault_normal
+from overturning.figures.style import SERIES, compass, mark_fault_normal, short
 from overturning.units import CM, GAL
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def intensity_figure(intensity: "xr.Dataset", fault_normal_deg: float, title: st
         axes.yaxis.set_major_locator(plt.MaxNLocator(4))
         axes.tick_params(axis="y", labelsize=7)
         mark_fault_normal(axes, fault_normal_deg, top)
-        axes.set_title(f"{label}\nlargest {values.max():.4g} at N{around[order][values.argmax()] % 180:g}°E", pad=4)
+        axes.set_title(f"{label}\nlargest {short(values.max())} at N{around[order][values.argmax()] % 180:g}°E", pad=4)
     if np.isfinite(fault_normal_deg):
         lines, names = panels[0].get_legend_handles_labels()
         figure.legend(lines, names, loc="outside lower center", fontsize=8)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from overturning.figures.film_of_trajectory import window
+from overturning.figures.film_of_trajectory import compass_name, window
 from overturning.figures.style import FALLS, SERIES
 from overturning.units import CM, GAL
 
@@ -36,7 +36,7 @@ def response_series(path: "xr.Dataset") -> list[Any]:
     ]
 
 
-def response_figure(paths: Sequence["xr.Dataset"], title: str) -> "Figure":
+def response_figure(paths: Sequence["xr.Dataset"], title: str, headings: Sequence[str] = ()) -> "Figure":
     """Figure with a column per trajectory, all with the same scales.
 
     Parameters
@@ -45,6 +45,8 @@ def response_figure(paths: Sequence["xr.Dataset"], title: str) -> "Figure":
         From `dem.simulate.trajectory`.
     title : str
         Title of the figure.
+    headings : sequence of str
+        One per trajectory; the azimuth where not given.
 
     Returns
     -------
@@ -82,7 +84,8 @@ def response_figure(paths: Sequence["xr.Dataset"], title: str) -> "Figure":
                     "α", (0.01, alpha), xycoords=("axes fraction", "data"), va="bottom", fontsize=7, color=FALLS
                 )
         outcome = "falls" if fell else "stands"
-        grid[0, column].set_title(f"N{path.attrs['azimuth_deg'] % 360:g}°E: {outcome}", fontsize=9)
+        heading = headings[column] if headings else compass_name(path.attrs["azimuth_deg"])
+        grid[0, column].set_title(f"{heading}: {outcome}", fontsize=9)
         grid[-1, column].set_xlabel("time, s", fontsize=8)
     grid[0, 0].set_xlim(start, max(end, start + 0.1))
     figure.align_ylabels(grid[:, 0])

@@ -95,6 +95,11 @@ def _save_small(figure: "Figure", path: Path, colours: int) -> None:
         )
 
 
+def short(value: float) -> str:
+    """A number as a title shows it: three digits, whole from 100 on, never with an exponent of ten up to a million."""
+    return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"
+
+
 def probability_colours() -> Any:
     """Colours of a probability from 0 (paper) to 1 (the colour of falls, then darker): lightness falls all the way."""
     from matplotlib.colors import LinearSegmentedColormap

@@ -79,7 +79,7 @@ def _draw(cube: "xr.Dataset", case: TellingCase, motions: Path, folder: Path, nu
         headings=headings, note="The frame moves with the base.", **upward,
     )  # fmt: skip
     normal = float(one["fault_normal"])
-    save(response_figure(paths, title), folder / f"{number}-response.svg")
+    save(response_figure(paths, title, headings), folder / f"{number}-response.svg")
     bounds = boundary(one)
     save(boundary_figure(bounds, float(cube["b_over_h"].max()), normal, place), folder / f"{number}-boundary.svg")
     save(hodograph_figure(_hodograph(motion), normal, place), folder / f"{number}-hodograph.svg")

@@ -1,6 +1,7 @@
 """What the report says, as plain data: numbers from the cube, sentences from the numbers."""
 
 import json
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -55,6 +56,12 @@ def maps(cube: "xr.Dataset") -> list[dict[str, str]]:
     ]
 
 
+def study_text(settings: dict[str, Any]) -> str:
+    """The filled-in study as text, lists of plain values on one line."""
+    text = json.dumps(settings, indent=1, ensure_ascii=False)
+    return re.sub(r"\[[^\[\]{}]*\]", lambda found: re.sub(r"\s*\n\s*", " ", found[0]), text)
+
+
 def missing_outcomes(cube: "xr.Dataset") -> dict[str, int]:
     """Number of cells by status, for those whose flag was not found."""
     status = cube["status"]
@@ -76,12 +83,16 @@ def verification(cube: "xr.Dataset") -> list[tuple[str, str]]:
         values = cube[name].where(cube["status"] == 0)
         largest = float(values.max().compute())
         if np.isfinite(largest):
-            rows.append((f"{label}: mean", f"{factor * float(values.mean().compute()):.2g}{unit}"))
-            rows.append((f"{label}: largest", f"{factor * largest:.2g}{unit}"))
+            rows.append((f"{label}: mean", _short(factor * float(values.mean().compute()), unit)))
+            rows.append((f"{label}: largest", _short(factor * largest, unit)))
     status = cube["status"]
     for code, name in zip(status.attrs["flag_values"], status.attrs["flag_meanings"].split(), strict=True):
-        rows.append((f"cells {name.replace('_', ' ')}", str(int((status == code).sum().compute()))))
+        rows.append((f"cells {name.replace('_', ' ')}", f"{int((status == code).sum().compute()):,}"))
     return rows
+
+
+def _short(value: float, unit: str) -> str:
+    return (f"{value:.0f}" if value >= 10 else f"{value:.2g}") + unit
 
 
 def citations(records: list[dict[str, Any]], versions: dict[str, str]) -> list[str]:
@@ -163,7 +174,7 @@ def content(results: Path) -> dict[str, Any]:
             "earthquakes": earthquakes,
             "with_vertical": with_vertical,
             "study": study.model_dump(mode="json"),
-            "study_text": json.dumps(study.model_dump(mode="json"), indent=1, ensure_ascii=False),
+            "study_text": study_text(study.model_dump(mode="json")),
             "versions": json.loads(cube.attrs["versions"]),
             "content_sha256": cube.attrs["content_sha256"],
         }

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from overturning.report.sentences import answer, interval, signed
+from overturning.report.sentences import answer, interval, percent, signed
 from overturning.statistics.boundary import boundary, easiest_azimuth
 from overturning.statistics.circular import wrap_axis
 from overturning.statistics.direction import fall_axis, fall_direction
@@ -91,7 +91,7 @@ def _summary_row(name: str, s: AxisSummary) -> dict[str, str]:
         "earthquakes": str(s.earthquakes),
         "n": str(s.n),
         "axis": _angle(s.mean_axis_deg),
-        "half_width": "–" if math.isnan(s.mean_axis_half_width_deg) else f"± {s.mean_axis_half_width_deg:.0f}°",
+        "half_width": "–" if math.isnan(s.mean_axis_half_width_deg) else f"±\u00a0{s.mean_axis_half_width_deg:.0f}°",
         "alignment": "–" if s.n == 0 else signed(s.alignment, 2),
         "alignment_interval": interval(*s.alignment_interval) if known else "–",
         "closer": f"{s.closer_to_normal} of {s.n}",
@@ -154,10 +154,10 @@ def _ensemble(cube: "xr.Dataset") -> dict[str, Any] | None:
     if count == 0:
         return {"run": "0", "members": "0"}
     return {
-        "run": f"{count / int(run.size):.0%}",
+        "run": percent(count / int(run.size)),
         "members": f"{float(half['members'].max().compute()):.0f}",
-        "divided": f"{float(divided.sum().compute()) / count:.1%}",
-        "other_side": f"{float(other_side.sum().compute()) / count:.1%}",
+        "divided": percent(float(divided.sum().compute()) / count, 1),
+        "other_side": percent(float(other_side.sum().compute()) / count, 1),
         "scrambles": f"{float(gap.where(divided).mean().compute()):.2f}" if bool(divided.any()) else "–",
     }
 

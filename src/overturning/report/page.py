@@ -33,6 +33,7 @@ def write_report(results: Path, path: Path, pdf: Path | None = None) -> None:
     from overturning.figures.film_page import embedded_json, player_script, player_style
     from overturning.report.content import content
     from overturning.report.paper import write_paper
+    from overturning.report.sentences import percent
 
     data = content(results)
     environment = jinja2.Environment(
@@ -42,7 +43,7 @@ def write_report(results: Path, path: Path, pdf: Path | None = None) -> None:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["percent"] = lambda share: "–" if share != share else f"{share:.0%}"
+    environment.filters["percent"] = percent
     environment.filters["asdict"] = asdict
 
     def figure(name: str, text: str) -> Any:

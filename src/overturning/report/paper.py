@@ -10,6 +10,7 @@ from typing import Any
 from overturning.errors import ResultError
 from overturning.files import whole
 from overturning.report import words
+from overturning.report.sentences import percent
 
 
 def paper_data(data: dict[str, Any]) -> dict[str, Any]:
@@ -80,13 +81,22 @@ def paper_data(data: dict[str, Any]) -> dict[str, Any]:
         else [[row["name"], row["coefficient"], row["interval"], row["range"]] for row in fit["rows"]],
         "fit_note": data["fit_note"],
         "ensemble_text": data["ensemble_text"],
-        "record_heads": ["record", "station, earthquake", "pulse", "fault normal", "PGA, Gal", "PGV, cm/s", "over-turned",
-                         "fall direction", "fall axis", "easiest axis", "easier by"],
+        "record_heads": ["record", "station, earthquake", "pulse", "fault normal", "PGA, Gal", "along", "PGV, cm/s", "along",
+                         "PGD, cm", "over-turned"],
         "record_rows": [
-            [row["id"], _heading(row), row["pulse"], _degrees(row["fault_normal"]), f"{row['pga']:.0f}", f"{row['pgv']:.1f}",
-             _percent(row["overturned"]), row["direction"], row["axis"], row["easiest"], row["ratio"]]
+            [row["id"], _heading(row), row["pulse"], _degrees(row["fault_normal"]), f"{row['pga']:.0f}",
+             _degrees(row["pga_azimuth"]), f"{row['pgv']:.1f}", _degrees(row["pgv_azimuth"]), f"{row['pgd']:.1f}",
+             percent(row["overturned"])]
             for row in data["records"]
         ],
+        "direction_heads": ["record", "mean fall direction", "resultant", "mean fall axis", "resultant", "easiest axis",
+                            "from the fault normal", "easier by"],
+        "direction_rows": [
+            [row[key] for key in ("id", "direction", "direction_resultant", "axis", "axis_resultant", "easiest",
+                                  "easiest_from_normal", "ratio")]
+            for row in data["records"]
+        ],
+        "direction_note": words.DIRECTION_NOTE,
         "record_note": words.RECORD_NOTE,
         "maps": data["maps"],
         "map_caption": words.MAP_CAPTION,
@@ -130,7 +140,7 @@ def _scene(found: dict[str, Any] | None) -> dict[str, Any] | None:
     if found is None:
         return None
     rows = [
-        [label, row.name, str(row.cases), str(row.falls), _percent(row.share), str(row.first),
+        [label, row.name, str(row.cases), str(row.falls), percent(row.share), str(row.first),
          "–" if row.median_time != row.median_time else f"{row.median_time:.2f}"]
         for label, row in found["elements"]
     ]  # fmt: skip
@@ -148,10 +158,6 @@ def _scene(found: dict[str, Any] | None) -> dict[str, Any] | None:
 
 def _heading(row: dict[str, Any]) -> str:
     return ", ".join(text for text in (row["station"], row["event"]) if text) or str(row["id"])
-
-
-def _percent(share: float) -> str:
-    return "–" if share != share else f"{share:.0%}"
 
 
 def _degrees(angle: float) -> str:

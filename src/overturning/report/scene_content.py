@@ -4,6 +4,7 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from overturning.report.sentences import percent
 from overturning.statistics.elements import StoneComparison, compare_stones, falls_by_element
 from overturning.study.config import Study
 from overturning.study.scenes import NOMINAL, scene_of
@@ -22,8 +23,8 @@ def sentence(found: StoneComparison) -> str:
     )
     if found.both:
         text += (
-            f" Where both fall ({found.both}), they go to the same side in {found.same_side / found.both:.0%}, and the "
-            f"{found.name} falls first in {found.earlier / found.both:.0%}."
+            f" Where both fall ({found.both}), they go to the same side in {percent(found.same_side / found.both)}, and the "
+            f"{found.name} falls first in {percent(found.earlier / found.both)}."
         )
     elif found.only_this and not found.only_other:
         text += f" So the {found.name} falls first in every case in which anything falls."

@@ -5,6 +5,11 @@ import math
 from overturning.statistics.earthquakes import AlignmentDifference, AxisSummary
 
 
+def percent(share: float, digits: int = 0) -> str:
+    """A share as the whole report writes it, 35 %, with a space that does not break; a dash where there is none."""
+    return "–" if math.isnan(share) else f"{100 * share:.{digits}f}\u00a0%"
+
+
 def interval(low: float, high: float, digits: int = 2) -> str:
     """Two numbers as an interval."""
     return f"{low:.{digits}f} to {high:.{digits}f}".replace("-", "−")
@@ -28,38 +33,71 @@ def verdict(summary: AxisSummary) -> str:
     return "no preference for the normal or the fault can be told"
 
 
-def axis_sentence(name: str, summary: AxisSummary) -> str:
-    """One sentence about the fall axes of a group of records."""
+def _earthquakes(count: int) -> str:
+    return f"{count} earthquake{'' if count == 1 else 's'}"
+
+
+def _name(group: str) -> str:
+    """Name of a group inside a sentence; nothing for the only one."""
+    return "" if group == "all records" else " " + group.removesuffix(" (control)")
+
+
+def _mean_axis(summary: AxisSummary) -> str:
     if summary.n == 0:
-        return (
-            f"Records {name}: no earthquake with falls and a known fault normal." if name else "No known fault normal."
-        )
-    mean = f"the mean fall axis lies {signed(abs(summary.mean_axis_deg))}° from the fault normal"
+        return "not at all"
     if math.isnan(summary.mean_axis_deg):
-        mean = "the fall axes cancel"
-    elif not math.isnan(summary.mean_axis_half_width_deg):
-        mean += f" (± {summary.mean_axis_half_width_deg:.0f}°)"
-    alignment = f"alignment {signed(summary.alignment, 2)}"
-    low, high = summary.alignment_interval
+        return "along no common axis"
+    width = summary.mean_axis_half_width_deg
+    spread = "" if math.isnan(width) else f"\u00a0±\u00a0{width:.0f}°"
+    return f"{signed(abs(summary.mean_axis_deg))}°{spread} from the fault normal"
+
+
+def headline(summaries: dict[str, AxisSummary], difference: AlignmentDifference | None) -> str:
+    """The answer in one sentence: mean fall axis with its interval, and whether it tells normal from parallel.
+
+    Parameters
+    ----------
+    summaries : dict of AxisSummary
+        By name of the group; one of them at least has falls.
+    difference : AlignmentDifference or None
+        Of the two groups, where there are two.
+
+    Returns
+    -------
+    str
+    """
+    means = [f"{_mean_axis(one)}{_name(name)} ({_earthquakes(one.n)})" for name, one in summaries.items()]
+    said = {name: verdict(one) for name, one in summaries.items() if one.n > 0}
+    verdicts = list(dict.fromkeys(said.values()))
+    if len(verdicts) == 1:
+        conclusion = verdicts[0]
+    else:
+        conclusion = "; ".join(f"{_name(name).strip()}, {text}" for name, text in said.items())
+    low, high = (math.nan, math.nan) if difference is None else difference.interval
     if not math.isnan(low):
-        alignment += f" ({100 * summary.level:.0f} % interval {interval(low, high)})"
-    plural = "earthquakes" if summary.n > 1 else "earthquake"
-    return (
-        f"Records {name}, {summary.n} {plural} with falls: {mean}, {alignment}, {summary.closer_to_normal} of "
-        f"{summary.n} closer to the normal than to the fault; {verdict(summary)}."
-    )
+        shown = "a difference" if low > 0 or high < 0 else "no difference"
+        conclusion += f", and {shown} between the two is shown"
+    return f"Blocks fall on average {' and '.join(means)}: {conclusion}."
 
 
-def pulse_sentence(difference: AlignmentDifference) -> str:
-    """Whether pulse records differ from the control."""
-    if math.isnan(difference.difference):
-        return "Pulse records and control cannot be compared: one of them has no falls."
-    low, high = difference.interval
-    value = f"Alignment with a pulse minus without: {signed(difference.difference, 2)}"
-    if math.isnan(low):
-        return f"{value}; too few earthquakes for an interval."
-    said = "a difference is shown" if low > 0 or high < 0 else "no difference is shown"
-    return f"{value} (95 % interval {interval(low, high)}): {said}."
+def alignment_sentence(summaries: dict[str, AxisSummary], difference: AlignmentDifference | None) -> str:
+    """The alignment of each group and of their difference with the intervals, and how many earthquakes lie closer to what."""
+    parts = []
+    for name, one in summaries.items():
+        low, high = one.alignment_interval
+        known = "" if math.isnan(low) else f" ({100 * one.level:.0f} % interval {interval(low, high)})"
+        if one.n:
+            parts.append(f"{signed(one.alignment, 2)}{known}{_name(name)}")
+    text = f"Alignment, 1 normal to the fault and −1 along it: {'; '.join(parts)}"
+    if difference is not None and not math.isnan(difference.difference):
+        low, high = difference.interval
+        known = "; too few earthquakes for an interval" if math.isnan(low) else f" ({interval(low, high)})"
+        text += f"; difference {signed(difference.difference, 2)}{known}"
+    closer = [
+        f"{one.closer_to_normal} of {_earthquakes(one.n)}{_name(name)}" for name, one in summaries.items() if one.n
+    ]
+    only = sum(one.n for one in summaries.values()) == 1
+    return f"{text}. {' and '.join(closer)} {'lies' if only else 'lie'} closer to the normal than to the fault."
 
 
 def answer(
@@ -87,12 +125,13 @@ def answer(
     if fallen <= 0:
         return ["No block overturned in any direction, so these records say nothing about the direction of falls."]
     if planes == 1:
-        return [f"{fallen:.0%} of the cases overturn; with a single plane of motion nothing is said about direction."]
+        return [
+            f"{percent(fallen)} of the cases overturn; with a single plane of motion nothing is said about direction."
+        ]
     if fallen >= 1:
         return ["Every block overturned in every plane: there is no axis along which blocks fall more easily."]
     if all(summary.n == 0 for summary in summaries.values()):
         return [
-            f"{fallen:.0%} of the cases overturn; no fault normal is known, so nothing is said relative to a fault."
+            f"{percent(fallen)} of the cases overturn; no fault normal is known, so nothing is said relative to a fault."
         ]
-    sentences = [axis_sentence(name, summary) for name, summary in summaries.items()]
-    return sentences if difference is None else [*sentences, pulse_sentence(difference)]
+    return [headline(summaries, difference), alignment_sentence(summaries, difference)]

@@ -2,6 +2,8 @@
 
 from typing import Any
 
+from overturning.report.sentences import percent
+
 AXES_CAPTION = (
     "Fall axis of each earthquake relative to its fault normal, over all blocks of the study; the point grows with how "
     "strongly the axes agree. Below, the mean over earthquakes with its bootstrap interval. Which side of the fault normal "
@@ -18,9 +20,13 @@ METHOD = (
     "each azimuth. Angle in the polar maps: the azimuth towards which the block falls."
 )
 RECORD_NOTE = (
-    "Azimuths in degrees clockwise from north. Peaks: largest over the azimuths of the study, with its azimuth. Overturned: "
-    "share of the record's cases. A direction has a head, an axis has none. Easiest: the axis along which the lowest block "
-    "at the highest friction overturns up to the largest B/H, and how many times the smallest of all azimuths that is."
+    "Azimuths in degrees clockwise from north. Peaks are the largest over the azimuths of the study, each with the azimuth "
+    "along which it is reached. Overturned: share of the record's cases."
+)
+DIRECTION_NOTE = (
+    "Over all cases of a record, each plane once. A direction has a head (towards 60°), an axis has none (60° and 240° are "
+    "the same); a resultant of 1 means all falls alike, of 0 falls to every side alike. Easiest axis: along it the lowest block "
+    "at the highest friction overturns up to the largest B/H; easier by: that B/H over the one of the hardest azimuth."
 )
 
 SCENE_CAPTION = "To scale; crosses are centres of mass, grey moves with the record."
@@ -55,10 +61,10 @@ def counted(records: int, earthquakes: int, with_vertical: int) -> str:
 
 def case_note(cases: int, computed: int, fallen: float, missing: dict[str, int]) -> str:
     """Of how many cases the report speaks, and how many have no outcome."""
-    share = "" if fallen != fallen else f" {fallen:.0%} of them overturn."
-    absent = ", ".join(f"{number} {name.replace('_', ' ')}" for name, number in missing.items())
+    share = "" if fallen != fallen else f" {percent(fallen)} of them overturn."
+    absent = ", ".join(f"{number:,} {name.replace('_', ' ')}" for name, number in missing.items())
     return (
-        f"The study has {cases} cases (record × azimuth × height × B/H × friction); {computed} were computed, the others are "
+        f"The study has {cases:,} cases (record × azimuth × height × B/H × friction); {computed:,} were computed, the others are "
         f"their mirror images.{share} " + (f"Without an outcome: {absent}." if absent else "No outcome is missing.")
     )
 
@@ -82,7 +88,7 @@ def ensemble_text(ensemble: dict[str, Any] | None) -> str:
 def fit_note(fit: dict[str, Any]) -> str:
     """What the logistic fit is."""
     return (
-        f"Logistic fit of the probability of overturning to {fit['cases']} planes and cases of {fit['earthquakes']} "
+        f"Logistic fit of the probability of overturning to {fit['cases']:,} planes and cases of {fit['earthquakes']} "
         f"earthquake{_s(fit['earthquakes'])}; intervals clustered by earthquake. PGV/PGA in s, H in m. It says nothing "
         "outside the range of the data."
     )

@@ -22,6 +22,7 @@ include: "workflow/rules/sweep.smk"
 include: "workflow/rules/gather.smk"
 include: "workflow/rules/verify.smk"
 include: "workflow/rules/figures.smk"
+include: "workflow/rules/survey.smk"
 include: "workflow/rules/report.smk"
 
 

@@ -34,8 +34,8 @@ def test_survey(hostile: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str
     )
     text = capsys.readouterr().out
     assert "6 stones fell, 1 stood" in text
-    assert "5 stones have no face azimuth or B/H: for them stones turned every way were assumed" in text
-    assert "observed (rows) against most probable (columns)" in text
+    assert "For 5 of them the faces or B/H are not given, so the prediction assumes stones turned every way." in text
+    assert "Observed (rows) against most probable (columns)" in text
     assert figure.read_text(encoding="utf-8").startswith("<?xml")
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from overturning.errors import RecordError
-from overturning.statistics.survey import read_survey
+from overturning.statistics.survey import COLUMNS, read_survey
 
 
 def write(folder: Path, text: str, encoding: str = "utf-8") -> Path:
@@ -82,3 +82,9 @@ def test_not_a_text(tmp_path: Path) -> None:
         read_survey(tmp_path)
     with pytest.raises(RecordError, match="cannot be read"):
         read_survey(tmp_path / "nothing.csv")
+
+
+def test_the_documentation_names_every_column() -> None:
+    text = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
+    section = text.partition("## Surveys")[2].partition("\n## ")[0]
+    assert [name for name in COLUMNS if f"| `{name}` |" not in section] == []

@@ -95,6 +95,80 @@ def test_rectangular_stones_fall_over_their_edges(make_cube, sector) -> None:
     assert SIDES[int(np.argmax(turned))] == "to its right"
 
 
+FACING = {
+    "fell": False,
+    "azimuth_deg": math.nan,
+    "octant": False,
+    "b_over_h": 0.3,
+    "b_over_h_side": 0.3,
+    "face_azimuth_deg": 60,
+}
+
+
+def both_planes_fall(make_cube, front, across, **more):
+    """Every block falls towards 60° and towards 150° (to its right), at the given times in the two planes, s."""
+
+    def rule(azimuth, *_rest):
+        away = np.isin(azimuth, (240, 330))
+        return np.where(np.isin(azimuth, (60, 150)), 1, np.where(away, -1, 0))
+
+    cube = make_cube(rule, azimuth=range(0, 360, 30), **more)
+    times = np.where(np.isin(cube["azimuth"] % 180, 60), front, across)
+    shape = cube["overturned"].shape
+    return cube.assign(
+        overturning_time=(cube["overturned"].dims, np.broadcast_to(times[None, :, None, None, None], shape))
+    )
+
+
+@pytest.mark.parametrize(("front", "across", "side"), [(5.0, 6.0, "forwards"), (6.0, 5.0, "to its right")])
+def test_of_two_planes_the_first_fall_decides(make_cube, front: float, across: float, side: str) -> None:
+    sides = SitePrediction(both_planes_fall(make_cube, front, across), background=0).sides(Stone(**FACING))
+    assert sides[SIDES.index(side)] == pytest.approx(1)
+
+
+@pytest.mark.parametrize(("front", "across"), [(5.0, 5.0), (math.nan, 5.0), (math.nan, math.nan)])
+def test_planes_share_where_no_order_is_known(make_cube, front: float, across: float) -> None:
+    sides = SitePrediction(both_planes_fall(make_cube, front, across), background=0).sides(Stone(**FACING))
+    assert sides == pytest.approx([0, 0.5, 0.5, 0, 0])
+
+
+def test_planes_are_independent_within_the_neighbourhood(make_cube) -> None:
+    """Half of the members fall in each plane, the front one earlier: ¼ stand, ½ fall forwards, ¼ to the right."""
+    cube = both_planes_fall(make_cube, 5.0, 6.0)
+    half = np.abs(cube["overturned"]) * 0.5
+    towards, away = half.where(cube["overturned"] > 0, 0.0), half.where(cube["overturned"] < 0, 0.0)
+    cube = cube.assign(probability_towards=towards, probability_away=away)
+    assert SitePrediction(cube, background=0).sides(Stone(**FACING)) == pytest.approx([0.25, 0.5, 0.25, 0, 0])
+
+
+def test_a_stone_has_one_height_and_friction_in_both_planes(make_cube) -> None:
+    """At one friction blocks fall forwards, at the other to the right: none of them stands."""
+
+    def rule(azimuth, height, slender, friction):
+        axis = np.where(friction < 0.5, 60, 150)
+        return np.where(azimuth == axis, 1, np.where(azimuth == axis + 180, -1, 0))
+
+    cube = make_cube(rule, azimuth=range(0, 360, 30), friction=(0.33, 1.0))
+    assert SitePrediction(cube, background=0).sides(Stone(**FACING)) == pytest.approx([0, 0.5, 0.5, 0, 0])
+
+
+def test_faces_between_azimuths_and_shapes_are_interpolated(make_cube, sector) -> None:
+    site = make_cube(sector(60, 1, largest=0.3), azimuth=range(0, 360, 30))
+    prediction = SitePrediction(site, background=0)
+    stone = {**FACING, "b_over_h_side": 0.5}
+    assert prediction.sides(Stone(**{**stone, "face_azimuth_deg": 75.0}))[1] == pytest.approx(0.5)
+    assert prediction.sides(Stone(**{**stone, "b_over_h": 0.35}))[1] == pytest.approx(0.5)
+
+
+def test_cells_without_an_outcome_do_not_count_as_standing(make_cube, sector) -> None:
+    site = make_cube(sector(60, 1), azimuth=range(0, 360, 30))
+    site["overturned"][..., 0] = np.nan  # one friction of two
+    sides = SitePrediction(site, background=0).sides(Stone(**FACING))
+    assert sides == pytest.approx([0, 1, 0, 0, 0])
+    site["overturned"][:] = np.nan
+    assert SitePrediction(site, background=0).sides(Stone(**FACING)).sum() == pytest.approx(1)
+
+
 def test_confusion_matrix(make_cube, sector) -> None:
     site = make_cube(sector(60, 30, largest=0.3), azimuth=range(0, 360, 2))
     stones = [

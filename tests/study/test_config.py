@@ -81,6 +81,15 @@ def test_filled_in_study_reads_back_equal() -> None:
         ({"variants": {"nominal": {}}}, "choose another"),
         ({"records": {"use": ["rinaldi", "rinaldi"]}}, "rinaldi stands twice"),
         ({"records": {}}, "mine.yaml: records.use: this key is needed"),
+        (
+            {"surveys": [{"stones": "a.csv", "rekord": "x"}]},
+            "mine.yaml: surveys.0.rekord: unknown key; did you mean record?",
+        ),
+        ({"surveys": [{"stones": "a.csv", "record": "x"}]}, "surveys.0.record: 'x' is not in records.use"),
+        (
+            {"records": {"use": ["a", "b"]}, "surveys": [{"stones": "a.csv"}]},
+            "surveys.0.record: 2 records; name the one",
+        ),
     ],
 )
 def test_wrong_key_or_value_is_one_line_that_says_what_to_write(change: dict, expected: str) -> None:

@@ -16,7 +16,9 @@ pytestmark = pytest.mark.workflow
 def test_published_values_are_compared_for_every_size_and_contact(tmp_path: Path) -> None:
     study = (ROOT / "config" / "tottori.yaml").read_text(encoding="utf-8")
     study = study.replace("stop: 360, step: 1,", "stop: 360, step: 45,").replace("step: 0.1", "step: 0.55")
-    checkout = Checkout(tmp_path / "checkout", study)
+    checkout = Checkout(tmp_path / "checkout", study + "surveys: [{stones: config/stones.csv}]\n")
+    stones = checkout.folder / "config" / "stones.csv"
+    stones.write_text("octant,count\nNE,5\nHE,1\n", encoding="utf-8")
     # One cycle of a sine along N60E, strong enough to overturn B/H = 0.4, and nothing across.
     time = np.arange(0.0, 8.0, 0.01)
     pulse = np.where((time > 2) & (time < 3), 10.233 * np.sin(2 * np.pi * (time - 2)), 0.0)
@@ -33,6 +35,12 @@ def test_published_values_are_compared_for_every_size_and_contact(tmp_path: Path
         station="TTRH02",
         magnitude="7.3",
     )
+    # A wrong line of a survey stops the study before anything is computed.
+    refused = checkout.run(check=False)
+    assert refused.returncode != 0
+    assert "stones.csv, line 3: octant 'HE': use one of N NE E" in refused.stdout + refused.stderr
+    assert not (checkout.folder / "results").exists()
+    stones.write_text("octant,count\nNE,5\nSW,1\n", encoding="utf-8")
     checkout.run()
     results = checkout.folder / "results" / "tottori"
     for name in ("cube.nc", "cube.paper-damping.nc"):
@@ -46,7 +54,8 @@ def test_published_values_are_compared_for_every_size_and_contact(tmp_path: Path
     assert (
         "With the paper-damping contact the published outcomes are found for H = 0.4, 0.95, 1.5 m (3 of 3)." in report
     )
+    assert "<h2>Survey: stones.csv, TTRH02 Hino (KiK-net, surface)</h2>" in report
     # The map of station and epicentre, as the files' headers have them.
     assert (results / "figures" / "maps" / "1.svg").is_file()
-    assert "TTRH02 Hino (KiK-net, surface): 6 km from the epicentre, in the direction 144°." in report
+    assert "TTRH02 Hino (KiK-net, surface): 6 km from the epicentre, in the direction 143°." in report
     assert "differs" in report  # nothing moves across, where the paper has 580.6 Gal

@@ -6,6 +6,7 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 
 from overturning.errors import OverturningError
+from overturning.statistics.survey import read_survey
 from overturning.records.read import find_paths
 from overturning.study.load import check_study, entries_of, load_study
 from overturning.study.sources import source_hash
@@ -26,6 +27,10 @@ def load():
         entries = entries_of(study, where)
         folder = Path(study.records.folder)
         files = {name: find_paths(entry, folder) for name, entry in entries.items()}
+        for survey in study.surveys:
+            read_survey(
+                Path(survey.stones)
+            )  # a wrong line is better known now than after the sweep
         return study, entries, files
     except OverturningError as error:
         raise WorkflowError(str(error)) from None
@@ -45,6 +50,8 @@ CUBES = [
     *(f"{RESULTS}/cube.{name}.nc" for name in STUDY.variants),
 ]
 
+
+SURVEYS = list(range(1, len(STUDY.surveys) + 1))
 
 VERIFIED = is_verified(STUDY)
 VERIFICATION = f"{RESULTS}/verification.json"
@@ -78,3 +85,8 @@ def parts_of_cube(wildcards):
     return expand(
         f"{RESULTS}/sweep/{variant_of(wildcards)}/{{record}}.nc", record=RECORDS
     )
+
+
+def survey_of(wildcards):
+    """Settings of a survey by its number."""
+    return STUDY.surveys[int(wildcards.number) - 1]

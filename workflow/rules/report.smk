@@ -7,6 +7,7 @@ rule report:
         intensity=f"{RESULTS}/intensity.nc",
         figures=rules.figures.output,
         verification=[VERIFICATION] if VERIFIED else [],
+        surveys=expand(f"{RESULTS}/survey/{{number}}.json", number=SURVEYS),
     output:
         pdf=PAPER,
         page=report(

@@ -7,13 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from overturning.report import words
+from overturning.figures.style import short
+from overturning.report import survey_content, words
 from overturning.report.direction_content import direction_content, record_directions
 from overturning.report.own_error import own_error
 from overturning.report.published import compare_findings, compare_peaks, summary
 from overturning.report.scene_content import scene_content
 from overturning.statistics.falls import overturns
 from overturning.statistics.groups import record_groups
+from overturning.statistics.survey_file import read_survey_result
+from overturning.study.config import Study
 from overturning.study.cube import sources_of_records, study_of
 from overturning.units import CM, GAL
 
@@ -62,6 +65,13 @@ def study_text(settings: dict[str, Any]) -> str:
     return re.sub(r"\[[^\[\]{}]*\]", lambda found: re.sub(r"\s*\n\s*", " ", found[0]), text)
 
 
+def surveys(study: Study, results: Path, records: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """What the report shows of each of the study's surveys."""
+    stations = {row["id"]: row["station"] for row in records}
+    found = [read_survey_result(results / "survey" / f"{number}.json") for number, _ in enumerate(study.surveys, 1)]
+    return [survey_content.survey_content(result, stations[result.record]) for result in found]
+
+
 def missing_outcomes(cube: "xr.Dataset") -> dict[str, int]:
     """Number of cells by status, for those whose flag was not found."""
     status = cube["status"]
@@ -83,16 +93,12 @@ def verification(cube: "xr.Dataset") -> list[tuple[str, str]]:
         values = cube[name].where(cube["status"] == 0)
         largest = float(values.max().compute())
         if np.isfinite(largest):
-            rows.append((f"{label}: mean", _short(factor * float(values.mean().compute()), unit)))
-            rows.append((f"{label}: largest", _short(factor * largest, unit)))
+            rows.append((f"{label}: mean", short(factor * float(values.mean().compute())) + unit))
+            rows.append((f"{label}: largest", short(factor * largest) + unit))
     status = cube["status"]
     for code, name in zip(status.attrs["flag_values"], status.attrs["flag_meanings"].split(), strict=True):
         rows.append((f"cells {name.replace('_', ' ')}", f"{int((status == code).sum().compute()):,}"))
     return rows
-
-
-def _short(value: float, unit: str) -> str:
-    return (f"{value:.0f}" if value >= 10 else f"{value:.2g}") + unit
 
 
 def citations(records: list[dict[str, Any]], versions: dict[str, str]) -> list[str]:
@@ -162,6 +168,8 @@ def content(results: Path) -> dict[str, Any]:
             "fit_note": words.fit_note(direction["fit"]),
             "limits": words.limits(len(records), earthquakes, with_vertical, len(record_groups(cube)) > 1),
             "words": words,
+            "surveys": surveys(study, results, records),
+            "survey_words": survey_content,
             "telling": telling,
             "verification": verification(cube),
             "citations": citations(records, json.loads(cube.attrs["versions"])),

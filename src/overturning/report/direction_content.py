@@ -95,8 +95,8 @@ def _summary_row(name: str, s: AxisSummary) -> dict[str, str]:
         "alignment": "–" if s.n == 0 else signed(s.alignment, 2),
         "alignment_interval": interval(*s.alignment_interval) if known else "–",
         "closer": f"{s.closer_to_normal} of {s.n}",
-        "rayleigh": "–" if s.n == 0 else f"{s.rayleigh.p_value:.2g}",
-        "v": "–" if s.n == 0 else f"{s.v.p_value:.2g}",
+        "rayleigh": "–" if s.n < 2 else f"{s.rayleigh.p_value:.2g}",
+        "v": "–" if s.n < 2 else f"{s.v.p_value:.2g}",
     }
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from overturning.errors import ResultError
 from overturning.files import whole
-from overturning.report import words
+from overturning.report import survey_content, words
 from overturning.report.sentences import percent
 
 
@@ -68,6 +68,12 @@ def paper_data(data: dict[str, Any]) -> dict[str, Any]:
             for f in data["findings"]
         ],
         "scene": _scene(data["scene"]),
+        "surveys": data["surveys"],
+        "survey_octant_heads": list(survey_content.OCTANT_HEADS),
+        "survey_test_heads": list(survey_content.TEST_HEADS),
+        "survey_caption": survey_content.CAPTION,
+        "survey_test_note": survey_content.TEST_NOTE,
+        "survey_confusion_note": survey_content.CONFUSION_NOTE,
         "telling": [{key: case[key] for key in ("title", "block", "outcomes", "rule")} for case in data["telling"]],
         "rose_caption": words.ROSE_CAPTION,
         "shape_heads": ["B/H", "µ", *(text for name in names for text in (f"earthquakes, {name}", f"alignment, {name}"))],

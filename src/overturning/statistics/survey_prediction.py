@@ -49,23 +49,38 @@ class SitePrediction:
         site = cube.isel(record=0) if "record" in cube.dims else cube
         index = plane_index(site["azimuth"].values)
         weight = plane_weight(site["azimuth"].values[index])
-        p = fall_probability(site).isel(azimuth=index).mean(("height", "friction")).transpose("azimuth", "b_over_h")
+        p = fall_probability(site).isel(azimuth=index).transpose("azimuth", "b_over_h", "height", "friction")
+        mean = p.mean(("height", "friction"))
         self.background = background
         self.b_over_h: FloatArray = p["b_over_h"].values.astype(np.float64)
         plane = site["azimuth"].values[index].astype(np.float64)
-        towards, away = np.nan_to_num(p["towards"].values), np.nan_to_num(p["away"].values)
         # Both ends of each plane, in the order of the azimuth: probability of falling towards that azimuth.
         azimuth = np.concatenate([plane % 360, (plane + 180) % 360])
         order = np.argsort(azimuth)
         self.azimuth: FloatArray = azimuth[order]
-        self.towards: FloatArray = np.concatenate([towards, away])[order].astype(np.float64)
+        ends = [np.nan_to_num(mean[name].values) for name in ("towards", "away")]
+        self.towards: FloatArray = np.concatenate(ends)[order].astype(np.float64)
+        # The same for each block (height and friction), and when it falls in that plane; NaN where not known.
+        shape = (order.size, self.b_over_h.size, -1)
+        blocks = [p[name].values for name in ("towards", "away")]
+        self.blocks: FloatArray = np.concatenate(blocks)[order].astype(np.float64).reshape(shape)
+        times = np.full(blocks[0].shape, math.nan)
+        if "overturning_time" in site:
+            times = site["overturning_time"].isel(azimuth=index).transpose(*p["towards"].dims).values
+        self.times: FloatArray = np.concatenate([times, times])[order].astype(np.float64).reshape(shape)
         self.share: FloatArray = np.concatenate([weight, weight])[order] / 2
         # Each azimuth's sector reaches half way to its neighbours; `start` is where the first one begins.
         self.start = float((self.azimuth[0] + self.azimuth[-1] - 360) / 2)
 
-    def _at(self, azimuth_deg: float, b_over_h: float) -> float:
-        by_azimuth = np.array([np.interp(b_over_h, self.b_over_h, line) for line in self.towards])
-        return float(np.interp(azimuth_deg % 360, self.azimuth, by_azimuth, period=360))
+    def _at(self, azimuth_deg: float, b_over_h: float) -> tuple[FloatArray, FloatArray]:
+        """Probability of falling towards an azimuth, interpolated, and time of the fall in the nearest cell, by block."""
+        place = np.interp(b_over_h, self.b_over_h, np.arange(self.b_over_h.size))
+        low = int(place)
+        high = min(low + 1, self.b_over_h.size - 1)
+        by_azimuth = self.blocks[:, low] + (place - low) * (self.blocks[:, high] - self.blocks[:, low])
+        p = np.array([np.interp(azimuth_deg % 360, self.azimuth, line, period=360) for line in by_azimuth.T])
+        nearest = int(np.argmin(np.abs((self.azimuth - azimuth_deg + 180.0) % 360 - 180.0)))
+        return p, self.times[nearest, round(float(place))]
 
     def density(self, b_over_h: float = math.nan) -> FloatArray:
         """Probability of each azimuth's sector, given that a stone of unknown orientation fell; sums to 1.
@@ -85,16 +100,36 @@ class SitePrediction:
         """Probabilities of `SIDES` for a stone whose face azimuth and B/H are known; they sum to 1.
 
         A rectangular stone falls over one of its edges: the two planes through its faces' normals are computed each with
-        its own B/H. Where both say that it falls, each is taken to come first in proportion to its probability.
+        its own B/H, for each height and friction of the cube on its own. They are taken as independent within the
+        ensemble's neighbourhood. Where the stone would fall in both, the fall whose `overturning_time` comes first
+        decides: in a plane, a block past α for the last time cannot come back, so the stone goes over that edge before
+        the other is due. Where that time is not known for both planes (the nominal block stands in one of them, or
+        they tie), each comes first in proportion to its probability. Rolling on a corner, which only a model in space
+        shows, is left out.
         """
         side = stone.b_over_h if math.isnan(stone.b_over_h_side) else stone.b_over_h_side
         shapes = (stone.b_over_h, side, stone.b_over_h, side)
-        p = np.array([self._at(stone.face_azimuth_deg + 90.0 * i, shape) for i, shape in enumerate(shapes)])
-        front, across = p[0] + p[2], p[1] + p[3]
-        falls = 1 - (1 - min(front, 1.0)) * (1 - min(across, 1.0))
-        split = p / p.sum() if p.sum() > 0 else np.full(4, 0.25)
-        model = np.concatenate([[1 - falls], falls * split])
-        return np.asarray((1 - self.background) * model + self.background * np.concatenate([[0.5], np.full(4, 0.125)]))
+        found = [self._at(stone.face_azimuth_deg + 90.0 * i, shape) for i, shape in enumerate(shapes)]
+        p = np.array([probability for probability, _ in found])
+        known = np.isfinite(p).all(axis=0)
+        blind = np.concatenate([[0.5], np.full(4, 0.125)])
+        if not known.any():
+            return blind
+        p = p[:, known]
+        front, across = np.minimum(p[0] + p[2], 1.0), np.minimum(p[1] + p[3], 1.0)
+        front_time, across_time = found[0][1][known], found[1][1][known]
+        total = front + across
+        by_chance = np.divide(front, total, out=np.full(front.size, 0.5), where=total > 0)
+        first = np.where(front_time < across_time, 1.0, np.where(front_time > across_time, 0.0, by_chance))
+        over_front = front * (1 - across) + front * across * first
+        over_across = across * (1 - front) + front * across * (1 - first)
+        model = [1 - over_front - over_across]
+        for ends, falls in ((p[[0, 2]], over_front), (p[[1, 3]], over_across)):
+            both = ends.sum(axis=0)
+            model += list(falls * np.divide(ends, both, out=np.full(ends.shape, 0.5), where=both > 0))
+        stood, forwards, backwards, right, left = (float(values.mean()) for values in model)
+        sides = np.array([stood, forwards, right, backwards, left])
+        return np.asarray((1 - self.background) * sides + self.background * blind)
 
     def octants(self, density: FloatArray) -> FloatArray:
         """Probability of each compass octant, from a density over the azimuths' sectors (shared out at the borders)."""

@@ -227,6 +227,18 @@ class Published(_Model):
     overturns: bool = Field(description="whether the block overturns")
 
 
+class Survey(_Model):
+    """Stones that somebody has found fallen, to compare with what the study predicts for their site."""
+
+    stones: str = Field(
+        min_length=1, description="survey of fallen stones (CSV, see docs/formats.md); path from the project's folder"
+    )
+    record: str | None = Field(
+        default=None, description="id of the site's record; not needed where the study has one record only"
+    )
+    background: float = Field(default=0.05, ge=0, lt=1, description="share of the stones taken to fall any way")
+
+
 def _none_or_settings(value: Any) -> str:
     # Told apart beforehand, so that a wrong key is one message and not one per form.
     return "literal" if isinstance(value, str) else "settings of verification"
@@ -282,6 +294,9 @@ class Study(_Model):
     )
     published: tuple[Published, ...] = Field(
         default=(), description="published values; the report compares the study with them"
+    )
+    surveys: tuple[Survey, ...] = Field(
+        default=(), description="surveys of fallen stones; the report compares each with what its site's cube predicts"
     )
 
     @model_validator(mode="before")
@@ -345,6 +360,35 @@ class Study(_Model):
                 raise ValueError(f"published: azimuth {row.azimuth:g} is not computed; add it to azimuth.also")
             if row.b_over_h not in self.b_over_h:
                 raise ValueError(f"published: B/H {row.b_over_h:g} is not computed; add it to b_over_h")
+        return self
+
+    @model_validator(mode="before")
+    @classmethod
+    def _site_of_a_survey(cls, data: Any) -> Any:
+        if not isinstance(data, dict) or not isinstance(data.get("surveys"), list | tuple):
+            return data
+        records = data.get("records")
+        use = list(records.get("use") or ()) if isinstance(records, dict) else []
+        if isinstance(records, dict) and isinstance(records.get("pulses"), dict):
+            use += [name for name in records["pulses"] if name not in use]
+        # The record is filled in, so that a filled-in study says which one it was.
+        filled = [
+            {**survey, "record": use[0]}
+            if isinstance(survey, dict) and survey.get("record") is None and len(use) == 1
+            else survey
+            for survey in data["surveys"]
+        ]
+        return data | {"surveys": filled}
+
+    @model_validator(mode="after")
+    def _survey_has_a_site(self) -> Self:
+        for index, survey in enumerate(self.surveys):
+            if survey.record is None:
+                raise ValueError(
+                    f"surveys.{index}.record: {len(self.records.use)} records; name the one of the survey's site"
+                )
+            if survey.record not in self.records.use:
+                raise ValueError(f"surveys.{index}.record: {survey.record!r} is not in records.use")
         return self
 
     @property

@@ -51,6 +51,9 @@ def _keys(schema: dict[str, Any], model: dict[str, Any], prefix: str) -> list[tu
             found.extend(_keys(schema, _resolve(schema, below), f"{key}.NAME."))
         elif entry.get("properties"):
             found.extend(_keys(schema, entry, f"{key}."))
+        elif "$ref" in entry.get("items", {}):  # a list of settings
+            found.append((key, entry, required))
+            found.extend(_keys(schema, _resolve(schema, entry["items"]), f"{key}[]."))
         else:
             found.append((key, entry, required))
     return found

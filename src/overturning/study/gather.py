@@ -184,9 +184,15 @@ def portable(study: Study) -> dict[str, Any]:
     """The filled-in study without folders of the machine it ran on: absolute paths keep their last part only."""
     data = study.model_dump(mode="json")
     for key in ("table", "folder"):
-        path = Path(data["records"][key])
-        data["records"][key] = path.name if path.is_absolute() else path.as_posix()
+        data["records"][key] = _without_folders(data["records"][key])
+    for survey in data["surveys"]:
+        survey["stones"] = _without_folders(survey["stones"])
     return data
+
+
+def _without_folders(name: str) -> str:
+    path = Path(name)
+    return path.name if path.is_absolute() else path.as_posix()
 
 
 def versions() -> dict[str, str]:

@@ -1,0 +1,73 @@
+"""The survey in the report and on the terminal: a survey drawn from the prediction, and one that fell any way."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+from test_commands_on_results import run
+from test_report import report_of
+from tiny_studies import pulse_record
+
+TOWARDS = "octant,count\nNE,14\n"
+ANY_WAY = "azimuth_deg\n" + "\n".join(str(angle) for angle in range(5, 360, 18)) + "\n"
+FACES = "azimuth_deg,b_over_h,b_over_h_side,face_azimuth_deg,fell,count\n,0.2,0.9,60,no,1\n240,0.2,0.9,60,yes,2\n60,0.2,0.9,60,yes,6\n"
+
+
+@pytest.fixture(scope="module")
+def surveyed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    from tiny_studies import make_results
+
+    folder = tmp_path_factory.mktemp("surveyed")
+    surveys = []
+    for name, text in (("towards", TOWARDS), ("any-way", ANY_WAY), ("<b>faces", FACES)):
+        (folder / f"{name}.csv").write_text(text, encoding="utf-8")
+        surveys.append({"stones": str(folder / f"{name}.csv")})
+    record = pulse_record("site", 60, 6.0, fault_strike_deg=330.0)
+    results = make_results(folder, [record], surveys=surveys, azimuth={"step": 15}, ensemble={"members": 0})
+    for number, survey in enumerate(surveys, 1):
+        more = (
+            "--figure",
+            str(results / f"figures/survey/{number}.svg"),
+            "--output",
+            str(results / f"survey/{number}.json"),
+        )
+        assert run("survey", survey["stones"], "--cube", str(results / "cube.nc"), *more) == 0
+    return results
+
+
+def test_the_report_has_each_survey(surveyed: Path) -> None:
+    page, paper = report_of(surveyed)
+    towards, any_way, faces = page.split('<section class="survey">')[1:]
+    faces = faces.partition("</section>")[0]
+    assert "<h2>Survey: towards.csv, site</h2>" in towards
+    assert "The prediction does better than the guess that stones fall any way: log likelihood ratio " in towards
+    assert "14 stones fell, 0 stood. Mean fall direction 45°" in towards
+    assert "Their faces or B/H are not given, so the prediction assumes stones turned every way" in towards
+    assert "grouped Watson" in towards
+    assert "The prediction does no better" in any_way
+    assert "The directions differ from the predicted ones" in any_way
+    assert "Does it fit the exact azimuths?" in any_way
+    assert "faces or B/H are not given" not in faces
+    assert "of 9 stones of known face did what was most probable for them" in faces
+    assert "&lt;b&gt;faces.csv" in faces
+    assert str(surveyed) not in page
+    assert b"%PDF" in paper[:8]
+
+
+def test_the_same_bytes(surveyed: Path) -> None:
+    assert report_of(surveyed) == report_of(surveyed)
+
+
+def test_the_terminal_says_the_same(surveyed: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("survey", str(surveyed / "any-way.csv"), "--cube", str(surveyed / "cube.nc")) == 0
+    text = capsys.readouterr().out
+    page, _ = report_of(surveyed)
+    said = next(line for line in text.splitlines() if line.startswith("The prediction does no better"))
+    assert said in page
+    assert "fell towards  observed  predicted" in text
+
+
+def test_a_study_without_surveys_has_no_section(hostile: Path) -> None:
+    assert 'class="survey"' not in report_of(hostile)[0]

@@ -1,0 +1,38 @@
+"""A comparison that is written comes back."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from overturning.errors import ResultError
+from overturning.statistics.survey import Stone
+from overturning.statistics.survey_comparison import compare_survey
+from overturning.statistics.survey_file import read_survey_result, survey_result, write_survey
+
+
+@pytest.mark.parametrize("faces", [True, False])
+def test_round_trip(make_cube, sector, tmp_path: Path, faces: bool) -> None:
+    shape = {"b_over_h": 0.2, "face_azimuth_deg": 60.0} if faces else {}
+    found = compare_survey([Stone(True, 45.0, octant=True, count=3, **shape)], make_cube(sector(60, 30)))
+    source, path = tmp_path / "stones.csv", tmp_path / "survey" / "1.json"
+    source.write_text("octant,count\nNE,3\n", encoding="utf-8")
+    write_survey(survey_result(source, "r0", found), path)
+    first = path.read_bytes()
+    back = read_survey_result(path)
+    write_survey(back, path)
+    assert path.read_bytes() == first
+    assert (back.stones, back.record) == ("stones.csv", "r0")
+    assert len(back.sha256) == 64
+    assert (back.comparison.confusion is not None) == faces
+    np.testing.assert_array_equal(back.comparison.octant_predicted, found.octant_predicted)
+    assert math.isnan(back.comparison.fit_exact.p_value)
+
+
+def test_other_files_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(ResultError, match="no such comparison"):
+        read_survey_result(tmp_path / "1.json")
+    (tmp_path / "1.json").write_text("{}", encoding="utf-8")
+    with pytest.raises(ResultError, match="not a comparison of this version"):
+        read_survey_result(tmp_path / "1.json")

@@ -1,0 +1,27 @@
+# Stones that somebody has found fallen, against the cube of their site: one job per survey.
+
+
+rule survey:
+    input:
+        stones=lambda wildcards: survey_of(wildcards).stones,
+        cube=f"{RESULTS}/cube.nc",
+    output:
+        comparison=f"{RESULTS}/survey/{{number}}.json",
+        figure=report(
+            f"{FIGURES}/survey/{{number}}.svg",
+            caption="../report/survey.rst",
+            category="Surveys",
+        ),
+    log:
+        f"{LOGS}/survey/{{number}}.log",
+    wildcard_constraints:
+        number=r"\d+",
+    resources:
+        mem_mb=500,
+    params:
+        record=lambda wildcards: survey_of(wildcards).record,
+        background=lambda wildcards: survey_of(wildcards).background,
+        sources=sources("survey"),
+    shell:
+        "overturning survey {input.stones:q} --cube {input.cube} --record {params.record}"
+        " --background {params.background} --figure {output.figure} --output {output.comparison} > {log} 2>&1"

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from overturning.dem.blocks import Cases
 from overturning.dem.cases import BUDGET, ENERGY_BOUND, QUEUE, Progress
+from overturning.dem.contact import check_precision
 from overturning.dem.plan import AFTERMATH
 from overturning.dem.polygon.prepare import Prepared, kernel_column, kernel_rules, kernel_shapes, prepare
 from overturning.dem.polygon.scene import Scene
@@ -114,6 +115,10 @@ def plan_scene(
     distinct, variant = np.unique(keys, axis=0, return_inverse=True)
     variant = variant.reshape(-1)
     variants = [prepare(scene, float(height), float(ratio)) for height, ratio, _ in distinct]
+    for item in variants:
+        # As of a block H high: as high as the scene.
+        height = max(float(part.points[:, 1].max()) for part in item.placed if not part.fixed)
+        check_precision(scene.gravity / (2.0 * item.sunk), np.full(item.sunk.size, height), 0.0)
     if len({tuple(item.pairs) for item in variants}) != 1:
         raise ArgumentError(f"scene {scene.name}: different elements can meet at different sizes; sweep them apart")
     azimuths, row = np.unique(np.asarray(cases.azimuth_deg), return_inverse=True)
@@ -210,7 +215,10 @@ def run_scene_cases(
     free = how.variants[0].free
     results = _empty(cases.size, free.size)
     counter = np.zeros(1, np.int64)
-    moving = np.flatnonzero(~how.never)
+    # A scene that its weight alone presses in too far has no answer; its faces may even have passed one another.
+    soft = ~np.array([item.bears for item in how.variants])[how.variant]
+    results.status[soft], results.overturned[soft] = Status.UNSTABLE, INT8_MISSING
+    moving = np.flatnonzero(~how.never & ~soft)
     length = how.steps[moving] * np.maximum(motion.samples - how.table[moving, k.P_FIRST], 1).astype(np.int64)
     order = moving[np.lexsort((-length, how.steps[moving]))]
     total = int(length.sum()) * free.size

@@ -79,6 +79,17 @@ class Prepared:
         return all(item.x == 0.0 and item.shape.symmetric for item in self.placed)
 
     @property
+    def sunk(self) -> FloatArray:
+        """Static penetration of the pairs that carry weight, both ends alike, m."""
+        loaded = self.laws.carried > 0.0
+        return self.laws.carried[loaded] / (2.0 * self.laws.normal[loaded])
+
+    @property
+    def bears(self) -> bool:
+        """Whether the contact law holds at rest: the weight alone presses no pair in farther than a case may go."""
+        return bool(np.max(self.sunk, initial=0.0) <= deepest_allowed(self.placed))
+
+    @property
     def free(self) -> NDArray[np.int64]:
         """Indices of the free elements."""
         return np.array([k for k, item in enumerate(self.placed) if not item.fixed], dtype=np.int64)
@@ -132,6 +143,11 @@ def prepare(scene: Scene, height: float | None = None, b_over_h: float | None = 
         base,
         0.5 * float(np.sqrt((top - low) ** 2 + wide**2)),
     )
+
+
+def deepest_allowed(placed: list[Placed]) -> float:
+    """Penetration beyond which the contact law no longer holds, m."""
+    return DEEPEST * 0.5 * min(item.size for item in placed if not item.fixed)
 
 
 def _slips(loaded: list[tuple[tuple[int, int, End], float, float]], laws: Laws, index: int) -> bool:
@@ -294,7 +310,7 @@ def kernel_rules(prepared: Prepared) -> tuple[FloatArray, FloatArray]:
         rules[index, k.BARRIER] = prepared.barrier[index]
     lightest = min(free, key=lambda item: item.mass)
     limits = np.zeros(k.LIMITS)
-    limits[k.DEEPEST_ALLOWED] = DEEPEST * 0.5 * min(item.size for item in free)
+    limits[k.DEEPEST_ALLOWED] = deepest_allowed(prepared.placed)
     limits[k.REST_ENERGY] = CALM_KINETIC * lightest.mass * prepared.scene.gravity * 0.5 * lightest.size
     limits[k.LEAST_BARRIER] = min(float(prepared.barrier[n]) for n in prepared.free)
     return rules, limits

@@ -1,4 +1,4 @@
-"""Rigid-body engines on the sine pulses of the verification: error against run time, into a table like the kernel's.
+"""Rigid-body engines on cases of the verification that cannot slide: error against run time, into a table like the kernel's.
 
 An engine that is not installed (dependency group `peers`) is left out.
 """
@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks import peers
+from overturning.verification.rigid_solutions import peer_rows
 from overturning.verification.table import write_table
-from overturning.verification.work_precision import MEANINGS, columns_of, peer_rows, row
+from overturning.verification.work_precision import MEANINGS, columns_of, row
 
 STEPS = (1 / 120, 1 / 240, 1 / 480, 1 / 960)
 

@@ -5,8 +5,9 @@ import pytest
 
 from overturning.dem.blocks import Cases
 from overturning.dem.cases import run_cases
-from overturning.verification.measures import answers, bisect, boundaries, kernel, order, rotation_error
-from overturning.verification.work_precision import rocking, settings
+from overturning.verification.measures import BRACKET, answers, bisect, boundaries, kernel, order, rotation_error
+from overturning.verification.rigid_solutions import rocking
+from overturning.verification.work_precision import settings
 from overturning.verification.work_precision_cases import Group, pulse_groups
 
 STEPS = np.array([0.5, 0.25, 0.125])
@@ -44,6 +45,31 @@ def test_energy_balance_converges(scheme: str) -> None:
     group, steps = decaying_sine(), np.array([*STEPS, 0.0625])
     residual = [np.mean(run_cases(group.motion, group.cases, **settings(scheme, step)).energy_error) for step in steps]
     assert order(steps, np.array(residual)) >= 0.9
+
+
+@pytest.mark.parametrize(("scheme", "least"), [("centred", 1.2), ("cundall", 0.9)])
+def test_overturning_boundary_converges(scheme: str, least: float) -> None:
+    """The B/H at which the flag changes, found to 1e-8, against that at a far finer step."""
+    sine = decaying_sine()
+    height, ratio, friction = (
+        values.ravel()
+        for values in np.meshgrid([0.5, 0.8, 1.3], np.linspace(0.15, 0.45, 16), [0.45, 0.6, 1.0, 2.0], indexing="ij")
+    )
+    groups, usual = [Group(sine.motion, Cases(0.0, height, ratio, friction))], kernel()
+    where = boundaries(groups, usual(groups[0])[0], 30)
+    assert len(where) >= 12
+    low, high = np.array([place[1]["b_over_h"] for place in where]), np.array([place[2] for place in where])
+    near = bisect(groups, where, usual, low, high, 24)
+
+    def found(scheme: str, step: float) -> np.ndarray:
+        run = kernel(**settings(scheme, step))
+        return bisect(groups, where, run, near * (1 - BRACKET), near * (1 + BRACKET), 20)
+
+    exact = found("centred", 0.015)
+    assert np.isfinite(exact).sum() >= 10
+    shifts = [float(np.nanmedian(np.abs(found(scheme, step) / exact - 1.0))) for step in STEPS]
+    assert shifts[0] > shifts[-1] > 0
+    assert order(STEPS, np.array(shifts)) >= least
 
 
 def test_boundary_lies_between_its_cases_and_the_flag_changes_there() -> None:

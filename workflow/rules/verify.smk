@@ -39,7 +39,7 @@ rule work_precision:
     log:
         f"{CHECKS}/logs/{{part}}.log",
     wildcard_constraints:
-        part="rocking|sliding|rigid|energy",
+        part="rocking|sliding|stiffness|rigid|energy",
     resources:
         mem_mb=800,
     params:
@@ -77,11 +77,29 @@ rule stability:
         "overturning verify stability --output {output.table} --threads {threads} --log {log}"
 
 
+rule stability_of_scenes:
+    output:
+        table=f"{CHECKS}/scenes.nc",
+        csv=f"{CHECKS}/scenes.csv",
+    log:
+        f"{CHECKS}/logs/scenes.log",
+    threads: 2
+    resources:
+        mem_mb=1000,
+    params:
+        sources=sources("verify"),
+    shell:
+        "overturning verify scenes --output {output.table} --threads {threads} --log {log}"
+
+
 rule verify:
     input:
         expand(
             f"{CHECKS}/{{part}}.nc",
-            part=["rocking", "sliding", "rigid", "energy", "peers", "stability"],
+            part=[
+                *["rocking", "sliding", "stiffness", "rigid", "energy"],
+                *["peers", "stability", "scenes"],
+            ],
         ),
         page="docs/validation.md",
     output:

@@ -39,8 +39,34 @@ def stability(
 
 
 @app.command()
+def scenes(
+    output: Annotated[Path, typer.Option(help="map to make (NetCDF, CSV beside it)")],
+    settings: Annotated[int, typer.Option(min=2, help="settings of each scene, of eight cases each")] = 160,
+    special: Annotated[int, typer.Option(min=1, help="settings of each scene under each motion made to do harm")] = 2,
+    seed: Annotated[int, typer.Option(min=0, help="seed of the sample")] = 1,
+    threads: Threads = 1,
+    log: Log = None,
+) -> None:
+    """Run the shipped scenes under the map's extremes and check how each case ends."""
+    from overturning.study.progress import logged_to
+    from overturning.verification.stability_scene_cases import TOGETHER, scene_settings
+    from overturning.verification.stability_scenes import BUDGET, MEANINGS, SPECIAL_BUDGET, run_scene_map
+    from overturning.verification.table import write_table
+
+    with logged_to(log) as say:
+        found = run_scene_map(
+            scene_settings(settings, special, seed),
+            threads=threads,
+            progress=lambda done, total: say(f"scenes: {done} of {total}"),
+        )
+        about = {"settings": settings, "special": special, "together": TOGETHER, "seed": seed}
+        about |= {"budget": BUDGET, "special_budget": SPECIAL_BUDGET}
+        write_table(found, output, meanings=MEANINGS, attributes=about, dimension="case")
+
+
+@app.command()
 def work_precision(
-    part: Annotated[str, typer.Option(help="sliding, rocking, rigid or energy")],
+    part: Annotated[str, typer.Option(help="sliding, rocking, stiffness, rigid or energy")],
     output: Annotated[Path, typer.Option(help="table to make (NetCDF, CSV beside it)")],
     log: Log = None,
 ) -> None:
@@ -48,7 +74,8 @@ def work_precision(
     from overturning.errors import ArgumentError
     from overturning.study.progress import logged_to
     from overturning.verification.table import write_table
-    from overturning.verification.work_precision import MEANINGS, PARTS, columns_of
+    from overturning.verification.work_precision import MEANINGS, columns_of
+    from overturning.verification.work_precision_parts import PARTS
 
     with logged_to(log) as say:
         if part not in PARTS:
@@ -65,25 +92,33 @@ def page(
     """Draw the diagrams and put the measured figures into docs/validation.md."""
     import json
 
-    from overturning.figures.stability_map import draw_map, draw_shares
+    from overturning.figures.stability_map import draw_map, draw_scenes, draw_shares
     from overturning.figures.work_precision import draw_against_finer_steps, draw_against_rigid_solutions
     from overturning.files import whole
     from overturning.verification import page as pages
+    from overturning.verification import page_map, page_tables
     from overturning.verification.table import read_table
 
-    rows = pages.joined({name: results / f"{name}.nc" for name in ("rocking", "sliding", "rigid", "energy", "peers")})
-    map_rows, about = read_table(results / "stability.nc")
+    rows = pages.joined(
+        {name: results / f"{name}.nc" for name in ("rocking", "sliding", "stiffness", "rigid", "energy", "peers")}
+    )
+    blocks, about = read_table(results / "stability.nc")
+    scenes, about_scenes = read_table(results / "scenes.nc")
     for folder in (results, docs / "images"):
         draw_against_finer_steps(rows, folder / "work-precision-steps.svg")
         draw_against_rigid_solutions(rows, folder / "work-precision-rigid.svg")
-        draw_map(map_rows, folder / "stability-map.svg")
-        draw_shares(map_rows, folder / "stability-shares.svg")
+        draw_map(blocks, folder / "stability-map.svg")
+        draw_shares(blocks, folder / "stability-shares.svg")
+        draw_scenes(scenes, folder / "stability-scenes.svg")
     found = pages.orders(rows)
     bodies = {
-        "steps": pages.steps_table(rows),
-        "rigid": pages.rigid_table(rows),
-        "orders": pages.orders_table(found),
-        "stability": pages.stability_table(map_rows, about),
+        "steps": page_tables.steps_table(rows),
+        "orders": page_tables.orders_table(found),
+        "stiffness": page_tables.stiffness_table(rows),
+        "rigid": page_tables.rigid_table(rows),
+        "stability": page_map.blocks_table(blocks, about),
+        "scenes": page_map.scenes_table(scenes, about_scenes),
+        "reach": page_map.reach(blocks, about, scenes),
     }
     pages.write_page(docs / "validation.md", bodies)
     with whole(output) as part:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from overturning.figures.style import save, style
 from overturning.verification.stability import Ending
+from overturning.verification.stability_scene_cases import SCENES
 
 Columns = dict[str, NDArray[Any]]
 
@@ -50,23 +51,58 @@ def draw_map(rows: Columns, path: Path) -> None:
     with style():
         figure, axes = plt.subplots(2, 2, figsize=(8.2, 7.6), layout="constrained")
         for axis, (across, up) in zip(axes.ravel(), _PAIRS, strict=True):
-            for name, endings, colour in _KINDS:
-                chosen = np.isin(rows["ending"], endings)
-                if chosen.any():
-                    x, y = (np.clip(rows[group][chosen], *_LIMITS[group]) for group in (across, up))
-                    axis.plot(
-                        x, y, linestyle="none", marker="o", markersize=1.6, markeredgewidth=0, color=colour,
-                        label=name, rasterized=True,
-                    )  # fmt: skip
-            axis.set_xscale("log")
-            axis.set_yscale("log")
-            axis.set_xlim(*_LIMITS[across])
-            axis.set_ylim(*_LIMITS[up])
+            _points(axis, rows, np.ones(len(rows["ending"]), bool), across, up, 1.6)
             axis.set_xlabel(_LABELS[across])
             axis.set_ylabel(_LABELS[up])
-        handles, labels = axes[0, 0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=6, markerscale=5)
+        _legend(figure, rows)
         save(figure, path)
+
+
+def draw_scenes(rows: Columns, path: Path) -> None:
+    """Draw every case of each shipped scene over two pairs of groups, in which the threshold of rocking is the scene's."""
+    import matplotlib.pyplot as plt
+
+    labels = _LABELS | {"acceleration_ratio": "a / (g · threshold)", "friction_ratio": "µ / threshold"}
+    pairs = (("penetration_ratio", "damping"), ("friction_ratio", "acceleration_ratio"))
+    with style():
+        figure, axes = plt.subplots(
+            2, len(SCENES), figsize=(10.4, 5.6), layout="constrained", sharex="row", sharey="row"
+        )
+        for column, scene in enumerate(SCENES):
+            for axis, (across, up) in zip(axes[:, column], pairs, strict=True):
+                _points(axis, rows, rows["scene"] == scene, across, up, 3.0)
+                axis.set_xlabel(labels[across])
+                if column == 0:
+                    axis.set_ylabel(labels[up])
+            axes[0, column].set_title(scene)
+        _legend(figure, rows)
+        save(figure, path)
+
+
+def _points(axis: Any, rows: Columns, mine: NDArray[np.bool_], across: str, up: str, size: float) -> None:
+    # The kinds lie on one another in a fixed random order, so that none hides the others.
+    known = np.flatnonzero(mine & np.isfinite(rows[across]) & np.isfinite(rows[up]))
+    known = np.random.Generator(np.random.PCG64(1)).permutation(known)
+    colours = np.full(len(rows["ending"]), "#ffffff", dtype="U7")
+    for _, endings, colour in _KINDS:
+        colours[np.isin(rows["ending"], endings)] = colour
+    x, y = (np.clip(rows[group][known], *_LIMITS[group]) for group in (across, up))
+    axis.scatter(x, y, s=size**2, c=colours[known], linewidths=0, rasterized=True)
+    axis.set_xscale("log")
+    axis.set_yscale("log")
+    axis.set_xlim(*_LIMITS[across])
+    axis.set_ylim(*_LIMITS[up])
+
+
+def _legend(figure: Any, rows: Columns) -> None:
+    from matplotlib.lines import Line2D
+
+    handles = [
+        Line2D([], [], linestyle="none", marker="o", markersize=7, markeredgewidth=0, color=colour, label=name)
+        for name, endings, colour in _KINDS
+        if np.isin(rows["ending"], endings).any()
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
 
 
 def draw_shares(rows: Columns, path: Path) -> None:

@@ -6,8 +6,11 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.dem.contact import STATIC_PENETRATION
 from overturning.figures.style import DASHES, INK, SERIES, save, style
 from overturning.verification.measures import RESOLUTION
+from overturning.verification.page import over_steps
+from overturning.verification.work_precision import SCHEMES
 
 Columns = dict[str, NDArray[Any]]
 
@@ -29,7 +32,7 @@ _COUNTED: Final = {"wrong_flags": "cases", "wrong_sides": "fallen"}
 
 
 def draw_against_finer_steps(rows: Columns, path: Path) -> None:
-    """Draw the error of both schemes over time steps, on real records with and without sliding.
+    """Draw the error of both schemes over time steps, and of springs over stiffness, on real records.
 
     Parameters
     ----------
@@ -42,19 +45,23 @@ def draw_against_finer_steps(rows: Columns, path: Path) -> None:
 
     measures = ("wrong_flags", "wrong_sides", "rotation_error", "boundary_shift")
     with style():
-        figure, axes = plt.subplots(len(measures), 2, figsize=(7.2, 9.2), sharex="col", squeeze=False)
+        figure, axes = plt.subplots(len(measures), 2, figsize=(7.6, 9.6), sharex="col", squeeze=False)
         for column, kind in enumerate(("rocking", "sliding")):
-            chosen = (rows["cases_of"] == f"records, {kind}") & (rows["against"] == "finer step")
+            chosen = over_steps(rows, kind)
+            springs = (rows["cases_of"] == f"records, {kind}") & (rows["against"] == "stiffest springs")
             for axis, measure in zip(axes[:, column], measures, strict=True):
                 for method in ("centred", "cundall"):
                     _line(axis, rows, chosen & (rows["method"] == method), "seconds_per_case", measure, method)
+                label = measure == "rotation_error"
+                _line(axis, rows, springs, "seconds_per_case", measure, "stiffness", label_penetration=label)
                 _finish(axis, measure, first=column == 0)
             limits = np.array([_decades(axis, 0) for axis in axes[:, column]])  # shared: the widest holds for all
             axes[0, column].set_xlim(limits[:, 0].min(), limits[:, 1].max())
             friction = {"rocking": "µ = 1 and 10", "sliding": "µ = 0.33 and 0.58"}[kind]
             axes[0, column].set_title(f"six records, {friction}")
             axes[-1, column].set_xlabel("processor time per case, s")
-        _legend(figure, axes[0, 0])
+        figure.legend(handles=_handles(axes[0, 0]), loc="lower center", ncols=2, bbox_to_anchor=(0.5, 0.0))
+        figure.subplots_adjust(left=0.13, right=0.98, top=0.96, bottom=0.15, hspace=0.12, wspace=0.2)
         save(figure, path)
 
 
@@ -62,39 +69,63 @@ def draw_against_rigid_solutions(rows: Columns, path: Path) -> None:
     """Draw the error of kernel and rigid-body engines against the rigid block's rocking and sliding."""
     import matplotlib.pyplot as plt
 
-    from overturning.dem.contact import STATIC_PENETRATION
-
     own = np.isclose(rows["penetration_ratio"], STATIC_PENETRATION)
-    pulses, slides = rows["cases_of"] == "sine pulses", rows["cases_of"] == "sliding blocks"
     engine = np.isnan(rows["penetration_ratio"])
     default_step = rows["step_fraction"] == rows["step_fraction"][rows["default"] == 1][0]
-    stiffness = pulses & ~engine & (rows["method"] == "centred") & default_step
-    energy = rows["against"] == "energy balance"
+    slides, energy = rows["cases_of"] == "sliding blocks", rows["against"] == "energy balance"
     with style():
-        figure, axes = plt.subplots(2, 2, figsize=(7.6, 6.8), layout="constrained")
-        top, right, slip, balance = axes.ravel()
+        figure, axes = plt.subplots(3, 2, figsize=(7.6, 9.6), layout="constrained")
+        for line, (set_of, title) in enumerate(
+            (("sine pulses", "sine pulses, rigid rocking"), ("records, no sliding", "six records, rigid rocking"))
+        ):
+            mine = (rows["cases_of"] == set_of) & (rows["against"] == "rigid rocking")
+            stiffness = mine & ~engine & (rows["method"] == "centred") & default_step
+            for axis, measure in zip(axes[line], ("wrong_flags", "rotation_error"), strict=True):
+                for method in ("centred", "cundall"):
+                    _line(axis, rows, mine & own & (rows["method"] == method), "seconds_per_case", measure, method)
+                label = measure == "rotation_error"
+                _line(axis, rows, stiffness, "seconds_per_case", measure, "stiffness", label_penetration=label)
+                if measure == "wrong_flags":
+                    for method in ("Box2D", "pymunk", "MuJoCo"):
+                        _line(axis, rows, mine & (rows["method"] == method), "seconds_per_case", measure, method)
+                _finish(axis, measure, first=True)
+                axis.set_title(title)
+                axis.set_xlabel("processor time per case, s")
+        slip, balance = axes[2]
         for method in ("centred", "cundall"):
             mine = rows["method"] == method
-            _line(top, rows, pulses & mine & own, "seconds_per_case", "wrong_flags", method)
-            _line(right, rows, pulses & mine & own, "seconds_per_case", "rotation_error", method)
             _line(slip, rows, slides & mine, "seconds_per_case", "slip_error", method)
             _line(balance, rows, energy & mine, "step_fraction", "energy_error", method)
-        _line(top, rows, stiffness, "seconds_per_case", "wrong_flags", "stiffness")
-        _line(right, rows, stiffness, "seconds_per_case", "rotation_error", "stiffness", label_penetration=True)
-        for method in ("Box2D", "pymunk", "MuJoCo"):
-            _line(top, rows, pulses & (rows["method"] == method), "seconds_per_case", "wrong_flags", method)
         for axis, measure, title in (
-            (top, "wrong_flags", "sine pulses, rigid rocking"),
-            (right, "rotation_error", "sine pulses, rigid rocking"),
             (slip, "slip_error", "sliding blocks, exact sliding"),
             (balance, "energy_error", "six records"),
         ):
             _finish(axis, measure, first=True)
             axis.set_title(title)
             axis.set_xlabel("Δt / Δt stable" if axis is balance else "processor time per case, s")
-        handles, labels = top.get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=3)
+        figure.legend(handles=_handles(axes[0, 0]), loc="outside lower center", ncols=3)
         save(figure, path)
+
+
+def _handles(axis: Any) -> list[Any]:
+    """The legend: methods, and what hollow marks and rings mean."""
+    from matplotlib.lines import Line2D
+
+    handles, _ = axis.get_legend_handles_labels()
+    common: dict[str, Any] = {"linestyle": "none", "marker": "o", "color": INK}
+    return [
+        *handles,
+        Line2D([], [], markersize=11, markerfacecolor="none", label="default setting", **common),
+        Line2D(
+            [],
+            [],
+            markersize=4.5,
+            markerfacecolor="white",
+            label="hollow: none wrong, or a shift too small to",
+            **common,
+        ),
+        Line2D([], [], linestyle="none", label="see; drawn at half a case, or half the least shift"),
+    ]
 
 
 def _line(
@@ -122,7 +153,13 @@ def _line(
         none = y == 0
         y = np.where(none, 0.5 * RESOLUTION, y)
     good = np.isfinite(y)
-    label = f"{method}, δ/B 2e-3 to 2e-6" if method == "stiffness" else method
+    label = (
+        "centred, δ/B 2e-3 to 2e-6"
+        if method == "stiffness"
+        else f"{method}, over steps"
+        if method in SCHEMES
+        else method
+    )
     axis.plot(x[good], y[good], color=colour, linestyle=dash, linewidth=1.3, label=label)
     for filled, part in ((True, good & ~none), (False, good & none)):
         axis.plot(
@@ -158,9 +195,3 @@ def _decades(axis: Any, which: int) -> tuple[float, float]:
         return 0.1, 1.0
     low, high = np.floor(np.log10(values.min() * 0.9)), np.ceil(np.log10(values.max() * 1.1))
     return 10.0**low, 10.0 ** max(high, low + 1)
-
-
-def _legend(figure: Any, axis: Any) -> None:
-    handles, labels = axis.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncols=2, bbox_to_anchor=(0.5, 0.0))
-    figure.subplots_adjust(left=0.13, right=0.98, top=0.96, bottom=0.1, hspace=0.12, wspace=0.2)

@@ -16,8 +16,8 @@ from overturning.verification.work_precision_cases import Group
 FloatArray = NDArray[np.float64]
 Runner = Callable[[Group], tuple[NDArray[np.int8], FloatArray]]
 
-HALVINGS: Final = 9
-"""Of the bracket of an overturning boundary: it is then known to 2e-5 of B/H."""
+HALVINGS: Final = 12
+"""Of the bracket of an overturning boundary: it is then known to 2.4e-6 of B/H."""
 
 BRACKET: Final = 0.005
 """Half the bracket's width, as a share of B/H, in which a method's boundary is looked for."""
@@ -144,6 +144,7 @@ def boundary_shift(
     run: Runner,
     near: FloatArray,
     right: FloatArray,
+    bracket: float = BRACKET,
 ) -> float:
     """Median shift of the overturning boundary as a share of B/H; a boundary out of reach counts as the bracket's half.
 
@@ -156,13 +157,15 @@ def boundary_shift(
         within a bracket, both then look for the same change.
     right : ndarray
         The reference's boundaries; NaN where it has none in the bracket.
+    bracket : float
+        Half the bracket's width, as a share of B/H.
     """
     usable = np.isfinite(right)
     if not usable.any():
         return float("nan")
     chosen = [place for place, use in zip(where, usable, strict=True) if use]
-    found = bisect(groups, chosen, run, near[usable] * (1 - BRACKET), near[usable] * (1 + BRACKET))
-    return float(np.median(np.where(np.isnan(found), BRACKET, np.abs(found / right[usable] - 1.0))))
+    found = bisect(groups, chosen, run, near[usable] * (1 - bracket), near[usable] * (1 + bracket))
+    return float(np.median(np.where(np.isnan(found), bracket, np.abs(found / right[usable] - 1.0))))
 
 
 def order(steps: FloatArray, errors: FloatArray) -> float:

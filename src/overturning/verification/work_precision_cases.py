@@ -1,5 +1,6 @@
 """The cases on which error is set against run time: real records with and without sliding, sine pulses, sliding blocks."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -58,7 +59,7 @@ def record_motion(name: str) -> Motion:
     return Motion.of(read_record(entry, Path()))
 
 
-def record_groups(kind: str, azimuths: int = 4) -> list[Group]:
+def record_groups(kind: str, azimuths: int = 6) -> list[Group]:
     """Blocks of the default study's sizes under six real records.
 
     Parameters
@@ -68,17 +69,32 @@ def record_groups(kind: str, azimuths: int = 4) -> list[Group]:
     azimuths : int
         Azimuths over half a turn.
     """
+    return _grid(azimuths, [0.6], FRICTIONS[kind])
+
+
+def rigid_record_groups(azimuths: int = 6) -> list[Group]:
+    """Blocks of both heights of the default study that cannot slide under six real records.
+
+    Parameters
+    ----------
+    azimuths : int
+        Azimuths over half a turn.
+    """
+    return _grid(azimuths, [0.6, 1.2], [NO_SLIDING])
+
+
+def _grid(azimuths: int, height: Sequence[float], friction: Sequence[float]) -> list[Group]:
     axes = (
         np.arange(azimuths) * 180.0 / azimuths + 10.0,
-        np.array([0.6]),
+        np.array(height),
         np.array([0.15, 0.2, 0.25, 0.3, 0.35]),
-        np.array(FRICTIONS[kind]),
+        np.array(friction),
     )
     grid = [values.ravel() for values in np.meshgrid(*axes, indexing="ij")]
     return [Group(record_motion(name), Cases(*grid)) for name in RECORDS]
 
 
-def pulse_groups(periods: int = 12, blocks: int = 24, seed: int = 3) -> list[Group]:
+def pulse_groups(periods: int = 12, blocks: int = 48, seed: int = 3) -> list[Group]:
     """Blocks that do not slide under one-cycle sine pulses of 0.3 to 2 s and up to six times g·B/H.
 
     Parameters

@@ -1,0 +1,156 @@
+"""Error against run time on six real records: schemes over time steps, springs over stiffness, and the energy balance."""
+
+from typing import Any, Final
+
+import numpy as np
+
+from overturning.dem.cases import run_cases
+from overturning.dem.contact import STATIC_PENETRATION
+from overturning.dem.time_step import AUTO_FRACTION, DEFAULT_SCHEME, scheme_of
+from overturning.verification.measures import (
+    BRACKET,
+    HALVINGS,
+    answers,
+    bisect,
+    boundaries,
+    boundary_shift,
+    kernel,
+)
+from overturning.verification.work_precision import (
+    FRACTIONS,
+    PENETRATIONS,
+    SCHEMES,
+    Say,
+    errors,
+    is_default,
+    measured,
+    row,
+    settings,
+    thinned,
+    thinned_values,
+)
+from overturning.verification.work_precision_cases import record_groups
+
+FINEST: Final = 0.006
+"""Δt/Δt_stable of the reference, with the centred scheme."""
+
+THIN_BELOW: Final = 0.05
+"""At finer steps every third case is run, so that the diagrams are made in minutes."""
+
+EVERY: Final = 3
+
+LEAST_WITH_BOUNDARY: Final = 0.02
+"""At finer steps no boundary is looked for."""
+
+MOST: Final = 4
+"""Overturning boundaries of each record."""
+
+FINE_FOR_STIFFNESS: Final = 0.03
+"""Δt/Δt_stable of the references of other stiffnesses, whose errors are far below what the stiffness changes."""
+
+WIDE_BRACKET: Final = 0.02
+"""Half the bracket, as a share of B/H, in which the boundary of another stiffness is looked for."""
+
+
+def against_finer_steps(kind: str, say: Say) -> list[dict[str, Any]]:
+    """Schemes over time steps, against the centred scheme at a far finer step, on six real records.
+
+    Parameters
+    ----------
+    kind : str
+        "sliding" or "rocking".
+    say : callable
+        Takes progress lines.
+    """
+    groups = record_groups(kind)
+    finest = kernel(**settings("centred", FINEST))
+    right = answers(groups, finest)
+    few = thinned(groups, EVERY)
+    right_few = (thinned_values(groups, right[0], EVERY), thinned_values(groups, right[1], EVERY))
+    where = boundaries(groups, right[0], MOST)
+    low, high = np.array([place[1]["b_over_h"] for place in where]), np.array([place[2] for place in where])
+    # The way there with the usual step, the last of it with the fine one.
+    near = bisect(groups, where, kernel(), low, high, 2 * HALVINGS)
+    exact = bisect(groups, where, finest, near * (1 - BRACKET), near * (1 + BRACKET))
+    say(f"{kind}: reference of {right[0].size} cases and {len(where)} boundaries is done")
+    rows = []
+    for scheme in SCHEMES:
+        for fraction in FRACTIONS:
+            thin = fraction < THIN_BELOW
+            chosen, truth = (few, right_few) if thin else (groups, right)
+            arguments = settings(scheme, fraction)
+            flags, peaks, spent = measured(chosen, arguments)
+            numbers = errors(flags, peaks, truth)
+            if fraction >= LEAST_WITH_BOUNDARY:
+                numbers["boundary_shift"] = boundary_shift(groups, where, kernel(**arguments), near, exact)
+            rows.append(
+                row(
+                    f"records, {kind}", scheme, "finer step", step_fraction=fraction, penetration_ratio=STATIC_PENETRATION,
+                    default=is_default(scheme, fraction, STATIC_PENETRATION), **spent, **numbers,
+                )
+            )  # fmt: skip
+            say(f"{kind}: {scheme} at {fraction:g} of the stable step is done")
+    return rows
+
+
+def over_stiffness(kind: str, say: Say) -> list[dict[str, Any]]:
+    """Springs over stiffness at the default step, against finer steps at the same and at the largest stiffness.
+
+    Parameters
+    ----------
+    kind : str
+        "sliding" or "rocking".
+    say : callable
+        Takes progress lines.
+    """
+    every, stiffest = record_groups(kind), PENETRATIONS[-1]
+    groups, fraction = thinned(every, EVERY), AUTO_FRACTION[scheme_of(DEFAULT_SCHEME)]
+    exact = {
+        delta: answers(groups, kernel(**settings("centred", FINE_FOR_STIFFNESS, delta)))
+        for delta in PENETRATIONS
+        if delta != STATIC_PENETRATION
+    }
+    usual, slow = settings(DEFAULT_SCHEME, fraction, stiffest), settings("centred", 2 * FINE_FOR_STIFFNESS, stiffest)
+    where = boundaries(every, answers(every, kernel(**usual))[0], MOST)
+    low, high = np.array([place[1]["b_over_h"] for place in where]), np.array([place[2] for place in where])
+    near = bisect(every, where, kernel(**usual), low, high, 2 * HALVINGS)
+    right = bisect(every, where, kernel(**slow), near * (1 - WIDE_BRACKET), near * (1 + WIDE_BRACKET))
+    say(f"{kind}: references over stiffness are done")
+    rows = []
+    for delta in PENETRATIONS:
+        arguments = settings(DEFAULT_SCHEME, fraction, delta)
+        flags, peaks, spent = measured(groups, arguments)
+        shift = boundary_shift(every, where, kernel(**arguments), near, right, WIDE_BRACKET)
+        common = {"step_fraction": fraction, "penetration_ratio": delta, **spent}
+        common["default"] = is_default(DEFAULT_SCHEME, fraction, delta)
+        rows.append(
+            row(
+                f"records, {kind}", DEFAULT_SCHEME, "stiffest springs", **common, boundary_shift=shift,
+                **errors(flags, peaks, exact[stiffest]),
+            )
+        )  # fmt: skip
+        if delta in exact:  # that of the default stiffness has a row already
+            numbers = errors(flags, peaks, exact[delta])
+            rows.append(row(f"records, {kind}", DEFAULT_SCHEME, "finer step", **common, **numbers))
+        say(f"{kind}: δ/B {delta:g} is done")
+    return rows
+
+
+def energy_balance(say: Say) -> list[dict[str, Any]]:
+    """Mean residual of work and energy of cases that slide or rock, over time steps."""
+    groups = [part for kind in ("sliding", "rocking") for part in thinned(record_groups(kind), 6)]
+    rows = []
+    for scheme in SCHEMES:
+        for fraction in FRACTIONS[:-1]:
+            found = [run_cases(g.motion, g.cases, **settings(scheme, fraction)) for g in groups]
+            residual = np.concatenate([one.energy_error for one in found])
+            simulated = np.concatenate([one.status for one in found]) == 0
+            rows.append(
+                row(
+                    "records, all", scheme, "energy balance", step_fraction=fraction, cases=int(simulated.sum()),
+                    penetration_ratio=STATIC_PENETRATION, default=is_default(scheme, fraction, STATIC_PENETRATION),
+                    energy_error=float(np.mean(residual[simulated])),
+                )
+            )  # fmt: skip
+    say(f"energy: {len(rows)} settings are done")
+    return rows

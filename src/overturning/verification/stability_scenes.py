@@ -1,0 +1,246 @@
+"""The scene axis of the stability map: how each case of a scene ends, checked without the general kernel's own rules."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.dem.blocks import Cases
+from overturning.dem.cases import ENERGY_BOUND
+from overturning.dem.plan import DEEPEST
+from overturning.dem.polygon.cases import SceneResults, run_scene_cases
+from overturning.dem.polygon.geometry import Placed, native_size
+from overturning.dem.polygon.prepare import Prepared, prepare
+from overturning.dem.status import Status
+from overturning.dem.time_step import Scheme, stable_step, steps_per_sample
+from overturning.dem.variables import INT8_MISSING
+from overturning.errors import ArgumentError
+from overturning.motion.motion import Motion
+from overturning.units import STANDARD_GRAVITY
+from overturning.verification.stability import Ending, demand_of
+from overturning.verification.stability_cases import SPECIAL
+from overturning.verification.stability_scene_cases import (
+    TOGETHER,
+    SceneSetting,
+    motion_of_setting,
+    scene_of_setting,
+)
+
+BUDGET: Final = 300_000
+"""Steps of a case of the space-filling part, fewer than a block's: each costs as much as some tens of a block's."""
+
+SPECIAL_BUDGET: Final = 600_000
+"""Steps of a case under a motion made to do harm."""
+
+Rows = dict[str, NDArray[Any]]
+
+
+def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> Rows:
+    """Run the cases of a setting and check their answers.
+
+    Parameters
+    ----------
+    setting : SceneSetting
+        Scene, contact, motion, frictions and amplitudes.
+    number : int
+        Its place on the map; seeds the noise.
+    root : Path
+        Folder in which config/scenes lies.
+
+    Returns
+    -------
+    dict of ndarray, shape (TOGETHER,)
+        Columns of the map.
+    """
+    case = setting.common
+    scene, motion = scene_of_setting(setting, root), motion_of_setting(setting, number)
+    ratio = native_size(scene)[1] * case.b_over_h
+    step = "auto" if np.isnan(case.step_fraction) else f"{case.step_fraction:.6f} stable"
+    budget = SPECIAL_BUDGET if case.motion in SPECIAL else BUDGET
+    rows: Rows = {
+        "scene": np.full(TOGETHER, setting.scene),
+        "motion": np.full(TOGETHER, case.motion),
+        "height": np.full(TOGETHER, case.height),
+        "b_over_h": np.full(TOGETHER, ratio),
+        "friction": setting.friction,
+        "peak": setting.amplitude * np.abs(motion.north).max(),
+        "ending": np.full(TOGETHER, int(Ending.REFUSED), np.int8),
+        "reason": np.full(TOGETHER, "", object),
+        "fallen": np.full(TOGETHER, -1, np.int8),
+        "energy_error": np.full(TOGETHER, np.nan),
+        "block_steps": np.zeros(TOGETHER, np.int64),
+    }
+    prepared = None
+    try:
+        prepared = prepare(scene, case.height, ratio)
+        cases = Cases(setting.azimuth_deg, case.height, ratio, setting.friction, setting.amplitude)
+        found = run_scene_cases(scene, motion, cases, time_step=step, budget=budget)
+    except ArgumentError as error:
+        rows["reason"][:] = str(error).partition(":")[0].partition(" ")[0]
+        return rows | _groups(setting, prepared, motion, step)
+    for row in range(TOGETHER):
+        reason = contradiction(
+            prepared, float(setting.friction[row]), _amplified(motion, float(setting.amplitude[row])), found, row
+        )
+        rows["ending"][row] = Ending.SILENT if reason else int(found.status[row])
+        rows["reason"][row] = reason
+        if not reason and found.status[row] in (Status.SIMULATED, Status.AT_REST):
+            rows["fallen"][row] = np.count_nonzero(found.overturned[row])
+    rows["energy_error"][:], rows["block_steps"][:] = found.energy_error, found.block_steps
+    return rows | _groups(setting, prepared, motion, step)
+
+
+def contradiction(prepared: Prepared, friction: float, motion: Motion, found: SceneResults, row: int = 0) -> str:
+    """The first check that the answer of a case does not hold; empty where all hold.
+
+    The checks are those of the block's map, for each free element; what can move at all is worked out here from the shapes.
+
+    Parameters
+    ----------
+    prepared : Prepared
+        The scene at its size.
+    friction : float
+        μ of all contacts.
+    motion : Motion
+        The case's, amplitude included.
+    found : SceneResults
+        Answers.
+    row : int
+        Which of them.
+    """
+    status, flags = int(found.status[row]), found.overturned[row]
+    if status not in (Status.SIMULATED, Status.AT_REST):
+        return "" if (flags == INT8_MISSING).all() else "flag in spite of the mark"
+    if not np.isin(flags, (-1, 0, 1)).all():
+        return "no flag and no mark"
+    free = [item for item in prepared.placed if not item.fixed]
+    per_element = (found.peak_rotation[row], found.peak_slip[row], found.residual_slip[row])
+    if not all(
+        np.isfinite(values).all() for values in (*per_element, found.energy_error[row], found.peak_penetration[row])
+    ):
+        return "a number is not finite"
+    sunk, limit = deepest_at_rest(prepared), DEEPEST * 0.5 * min(item.size for item in free)
+    if sunk > limit * (1 + 1e-6) or found.peak_penetration[row] > limit * (1 + 1e-6):
+        return "penetration"
+    if not found.energy_error[row] <= ENERGY_BOUND:
+        return "energy balance"
+    fallen = flags != 0
+    angle = np.array([np.radians(min(item.element.fallen_rotation_deg, 90.0)) for item in free])
+    turned = found.peak_rotation[row] * prepared.critical[prepared.free] >= angle * (1 - 1e-5)
+    if (turned != fallen).any():
+        return "flag and rotation"
+    if (np.isfinite(found.overturning_time[row]) != fallen).any():
+        return "flag and time"
+    demand, bound = demand_of(motion), min(rocking_bound(prepared.placed), friction)
+    if status == Status.AT_REST and demand > bound * (1 + 1e-9):
+        return "left out above a threshold"
+    if fallen.any() and demand < 0.2 * bound and sunk < 1e-4 * min(item.size for item in free):
+        return "fell below the threshold"
+    return ""
+
+
+def _amplified(motion: Motion, factor: float) -> Motion:
+    up = None if motion.up is None else factor * motion.up
+    return Motion(factor * motion.north, factor * motion.east, up, sampling_interval=motion.sampling_interval)
+
+
+def deepest_at_rest(prepared: Prepared) -> float:
+    """Largest static penetration, m: the weight that a pair carries, on both of its ends."""
+    return float(np.max(prepared.laws.carried / (2.0 * prepared.laws.normal), initial=0.0))
+
+
+def rocking_bound(placed: Sequence[Placed]) -> float:
+    """Least |a|/(g + a_up) at which the rigid scene can start to rock: of each element with all above it, arm over height.
+
+    Worked out from the shapes alone, for scenes in which each element stands in the middle of one other.
+    """
+    free = sorted((item for item in placed if not item.fixed), key=lambda item: item.z)
+    least = np.inf
+    for k, item in enumerate(free):
+        above = free[k:]
+        mass = sum(part.mass for part in above)
+        x = sum(part.mass * part.x for part in above) / mass
+        z = sum(part.mass * part.z for part in above) / mass
+        level = item.points[:, 1].min()
+        foot = item.points[item.points[:, 1] < level + 1e-9 * item.size][:, 0]
+        if k > 0:
+            below = free[k - 1].points
+            top = below[below[:, 1] > level - 1e-6 * item.size][:, 0]
+            foot = np.clip(foot, top.min(), top.max())
+        least = min(least, (foot.max() - x) / (z - level), (x - foot.min()) / (z - level))
+    return float(max(least, 0.0))
+
+
+def _groups(setting: SceneSetting, prepared: Prepared | None, motion: Motion, step: str) -> Rows:
+    nan = np.full(TOGETHER, np.nan)
+    if prepared is None:
+        names = ("penetration_ratio", "damping", "step_ratio", "acceleration_ratio", "friction_ratio")
+        return dict.fromkeys(names, nan)
+    size = min(item.size for item in prepared.placed if not item.fixed)
+    bound = max(rocking_bound(prepared.placed), 1e-9)
+    square, rate = np.array([prepared.square]), np.array([prepared.rate])
+    stable = float(stable_step(Scheme.CUNDALL, square, rate)[0])
+    try:
+        per_sample = float(steps_per_sample(Scheme.CUNDALL, step, square, rate, motion.sampling_interval)[0])
+        ratio = motion.sampling_interval / per_sample / stable
+    except ArgumentError:
+        ratio = setting.common.step_fraction
+    loaded = prepared.laws.carried > 0
+    heave = 2.0 * np.sqrt(0.5 * prepared.laws.normal * prepared.laws.carried / STANDARD_GRAVITY)
+    damping = prepared.laws.dashpot[loaded] / heave[loaded]
+    return {
+        "penetration_ratio": np.full(TOGETHER, deepest_at_rest(prepared) / size),
+        "damping": np.full(TOGETHER, float(damping.max()) if damping.size else np.nan),
+        "step_ratio": np.full(TOGETHER, ratio),
+        "acceleration_ratio": setting.amplitude * np.abs(motion.north).max() / (STANDARD_GRAVITY * bound),
+        "friction_ratio": setting.friction / bound,
+    }
+
+
+def run_scene_map(
+    settings: Sequence[SceneSetting],
+    *,
+    threads: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+    root: Path = Path(),
+) -> Rows:
+    """Run all settings; the outcome does not depend on the threads.
+
+    Returns
+    -------
+    dict of ndarray, shape (cases,)
+        Columns of the map.
+    """
+    parts: list[Rows] = []
+    with ThreadPoolExecutor(max_workers=threads) as pool:
+        for rows in pool.map(lambda item: run_setting(item[1], item[0], root), enumerate(settings)):
+            parts.append(rows)
+            if progress and len(parts) % 50 == 0:
+                progress(len(parts) * TOGETHER, len(settings) * TOGETHER)
+    found = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    found["reason"] = found["reason"].astype(str)
+    return found
+
+
+MEANINGS: Final = {
+    "scene": ("scene", ""),
+    "motion": ("kind of motion", ""),
+    "height": ("height of the reference element", "m"),
+    "b_over_h": ("slenderness of the reference element", "1"),
+    "friction": ("friction coefficient", "1"),
+    "peak": ("largest horizontal acceleration", "m s-2"),
+    "ending": ("how the case ended: " + ", ".join(f"{e.value} {e.name.lower()}" for e in Ending), "1"),
+    "reason": ("argument that a refusal names, or check that does not hold", ""),
+    "fallen": ("elements that fall; -1: no answer", "1"),
+    "energy_error": ("residual of work and energy", "1"),
+    "block_steps": ("steps computed, times free elements", "1"),
+    "penetration_ratio": ("largest static penetration over the smallest side of a free element", "1"),
+    "damping": ("largest damping ratio of heave of a loaded contact", "1"),
+    "step_ratio": ("time step over the stable one", "1"),
+    "acceleration_ratio": ("largest acceleration over g times the least threshold of rocking", "1"),
+    "friction_ratio": ("friction coefficient over the least threshold of rocking", "1"),
+}
+"""Long name and unit of the map's columns."""

@@ -1,0 +1,98 @@
+"""No case of a shipped scene is silent, on a small sample; what is out of reach is marked or refused; the checks find what is wrong."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from overturning.dem.blocks import Cases
+from overturning.dem.polygon.cases import SceneResults, run_scene_cases
+from overturning.dem.polygon.geometry import native_size
+from overturning.dem.polygon.prepare import prepare
+from overturning.dem.polygon.scene import ContactLaw
+from overturning.dem.status import Status
+from overturning.errors import ArgumentError
+from overturning.motion.motion import Motion
+from overturning.verification.stability import Ending
+from overturning.verification.stability_scene_cases import SCENES, TOGETHER, scene_settings
+from overturning.verification.stability_scenes import MEANINGS, contradiction, rocking_bound, run_scene_map
+from tests.dem.polygon_scenes import shipped
+
+ROOT = Path(__file__).parents[2]
+
+
+def pulse(peak: float) -> Motion:
+    """One sine cycle of a second."""
+    time = np.arange(200) * 0.01
+    north = np.where(time <= 1.0, peak * np.sin(2 * np.pi * time), 0.0)
+    return Motion(north, 0 * north, sampling_interval=0.01)
+
+
+def test_no_case_of_a_scene_is_silent() -> None:
+    settings = [setting for setting in scene_settings(8, 1, 7) if setting.common.motion != "ten minutes"]
+    assert {setting.scene for setting in settings} == set(SCENES)
+    found = run_scene_map(settings, threads=2, root=ROOT)
+    assert set(found) == set(MEANINGS)
+    assert len(found["ending"]) == len(settings) * TOGETHER
+    silent = found["ending"] == Ending.SILENT
+    assert not silent.any(), list(zip(found["scene"][silent], found["reason"][silent], strict=True))
+    answered = np.isin(found["ending"], (Ending.RIGHT, Ending.AT_REST))
+    assert (found["fallen"][answered] >= 0).all()
+    assert (found["fallen"][~answered] == -1).all()
+    assert {Ending.RIGHT, Ending.AT_REST, Ending.UNSTABLE, Ending.OVER_BUDGET} <= set(found["ending"].tolist())
+    assert (found["fallen"] > 1).any(), "some stacks come down"
+    again = run_scene_map(settings[:4], root=ROOT)
+    for name, values in again.items():
+        np.testing.assert_array_equal(values, found[name][: 4 * TOGETHER], name)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_rocking_threshold_worked_out_from_the_shapes_is_that_of_the_kernel(name: str) -> None:
+    made = prepare(shipped(name))
+    assert rocking_bound(made.placed) == pytest.approx(made.threshold, rel=1e-9)
+    if name in ("gravestone", "against-a-wall"):
+        assert rocking_bound(made.placed) == pytest.approx(0.24 / 0.6)
+
+
+def test_the_checks_find_a_wrong_answer_of_one_element() -> None:
+    made, motion = shipped("three-tier"), pulse(6.0)
+    prepared = prepare(made)
+    found = run_scene_cases(made, motion, Cases([0.0], 0.636, 0.3805031447, 0.7))
+    assert found.status[0] == Status.SIMULATED
+    assert (found.overturned[0] != 0).tolist() == [False, False, True], "the shaft falls"
+    assert contradiction(prepared, 0.7, motion, found) == ""
+
+    def changed(name: str, column: int, value: float) -> SceneResults:
+        values = getattr(found, name).copy()
+        values[0, column] = value
+        return replace(found, **{name: values})
+
+    wrong = {
+        "no flag and no mark": changed("overturned", 1, -128),
+        "flag and rotation": changed("overturned", 0, 1),
+        "flag and time": changed("overturning_time", 2, np.nan),
+        "a number is not finite": changed("peak_slip", 1, np.inf),
+        "energy balance": replace(found, energy_error=np.array([0.02], np.float32)),
+        "penetration": replace(found, peak_penetration=np.array([0.1], np.float32)),
+        "flag in spite of the mark": replace(found, status=np.array([Status.UNDECIDED], np.int8)),
+        "left out above a threshold": replace(found, status=np.array([Status.AT_REST], np.int8)),
+    }
+    for reason, answer in wrong.items():
+        assert contradiction(prepared, 0.7, motion, answer) == reason
+    assert contradiction(prepared, 0.7, pulse(0.1), found) == "fell below the threshold"
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_scene_that_its_weight_presses_in_too_far_is_marked(name: str) -> None:
+    """Also where nothing moves, and where the faces have passed one another: 8 widths deep."""
+    for penetration in (0.6, 8.0):
+        law = ContactLaw(between=("stone", "stone"), static_penetration=penetration)
+        soft = shipped(name).model_copy(update={"contacts": (law,)})
+        found = run_scene_cases(soft, pulse(3.0), Cases(0.0, *native_size(soft), 0.7, [0.0, 1.0]))
+        assert (found.status == Status.UNSTABLE).all()
+        assert (found.overturned == -128).all()
+    law = ContactLaw(between=("stone", "stone"), static_penetration=1e-13)
+    stiff = shipped(name).model_copy(update={"contacts": (law,)})
+    with pytest.raises(ArgumentError, match="stiffness: static penetration"):
+        run_scene_cases(stiff, pulse(3.0), Cases(0.0, *native_size(stiff), 0.7))

@@ -1,7 +1,10 @@
 """Films of real trajectories."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+import xarray as xr
 
 from overturning.dem.simulate import simulate_arrays, trajectory
 from overturning.errors import ArgumentError
@@ -9,6 +12,12 @@ from overturning.figures.film import corners
 from overturning.figures.film_of_trajectory import contact_forces, film_of, movement, outcome, overturning_time
 from overturning.figures.film_page import film_page
 from overturning.motion.motion import Motion
+from overturning.records.catalogue import read_catalogue
+from overturning.records.processing import process
+from overturning.records.read import read_record
+from overturning.records.store import rounded
+
+TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
 
 BLOCK = {"height": 0.6, "b_over_h": 0.3, "friction": 1.0}
 
@@ -74,6 +83,51 @@ def test_upward_acceleration_adds_to_the_weight(motion: Motion) -> None:
     path = trajectory(pushed, azimuth_deg=0, leave_out=False, **BLOCK)
     force = contact_forces(path, np.full(path.sizes["time"], 3.0))[1]
     assert force[100].sum(axis=0) == pytest.approx([0, 1 + 3.0 / 9.80665], abs=2e-3)
+
+
+@pytest.fixture(
+    scope="module",
+    params=[("rinaldi", 32, 0.4, 0.6, 1.0), ("rinaldi", 32, 0.3, 0.6, 0.33), ("erzincan", 0, 0.25, 1.2, 0.58)],
+)
+def real(request: pytest.FixtureRequest) -> xr.Dataset:
+    """A block that falls, one that falls while it slides, and one that rocks long and stands."""
+    name, azimuth, b_over_h, height, friction = request.param
+    record = rounded(process(read_record(read_catalogue(TABLE)[name], Path()), None))
+    shaking = Motion(record.north, record.east, None, sampling_interval=record.sampling_interval)
+    return trajectory(shaking, azimuth_deg=azimuth, height=height, b_over_h=b_over_h, friction=friction)
+
+
+def test_forces_keep_to_contact_law_and_slider(real: xr.Dataset) -> None:
+    """Never tension, never more than μ times the normal force: neither is put in where one corner carries all."""
+    _, force = contact_forces(real)
+    along, normal = force.sum(axis=1).T
+    assert force[:, :, 1].min() >= 0
+    # Allowed: 0.5 % of the weight, since the time of a sample is known to one step.
+    assert (np.abs(along) - real.attrs["friction"] * normal).max() < 5e-3
+    up = np.stack([real["penetration_left"], real["penetration_right"]], axis=1) < 0
+    stays_up = up[:-2] & up[1:-1] & up[2:]
+    assert force[1:-1][stays_up].max(initial=0.0) == 0
+    assert stays_up.sum() > 50
+
+
+def test_forces_change_the_momentum_as_the_kernel_did(real: xr.Dataset) -> None:
+    """M Δv = ∫ (Σ f + weight) dt from the start to any instant, and I Δω = ∫ Σ r × f dt, which no force was fitted to."""
+    point, force = contact_forces(real)
+    time, g = real["time"].to_numpy(), 9.80665
+    arm = point - np.stack([real["x"], real["z"]], axis=1)[:, None, :]
+    half = np.array([real.attrs["b_over_h"], 1.0]) * real.attrs["height"] / 2
+    moment = (arm[:, :, 1] * force[:, :, 0] - arm[:, :, 0] * force[:, :, 1]).sum(axis=1)
+    ground = real["ground_acceleration"].to_numpy()
+    base = np.concatenate([[0.0], np.cumsum(0.5 * (ground[1:] + ground[:-1]) * np.diff(time))])
+    span = 0.5 * (np.append(time[1:], time[-1]) - np.append(time[0], time[:-1]))
+    for rate, velocity, allowed in (
+        (force.sum(axis=1)[:, 0] * g, real["velocity_x"].to_numpy() + base, 1e-3),
+        ((force.sum(axis=1)[:, 1] - 1.0) * g, real["velocity_z"].to_numpy(), 1e-3),
+        (moment * g / ((half**2).sum() / 3), real["angular_velocity"].to_numpy(), 0.01),
+    ):
+        gained = np.cumsum(rate * span)[:-1]  # up to half way to the next sample
+        found = 0.5 * (velocity[1:] + velocity[:-1]) - velocity[0]
+        assert np.abs(gained - found).max() < allowed * np.abs(found).max()
 
 
 def test_no_trajectory() -> None:

@@ -34,7 +34,11 @@ def one(
     table: Annotated[Path, typer.Option(help="record table")] = Path("config/records.tsv"),
     folder: Annotated[Path, typer.Option(help="folder of the record files")] = Path("resources/records"),
     animate: Annotated[
-        Path | None, typer.Option(help="film to write: .html (one self-contained page), .gif or .mp4")
+        Path | None,
+        typer.Option(
+            help="film to write: .html (one self-contained page; of a block with its contact forces on demand, means over two "
+            "sampling intervals that follow from its motion), .gif or .mp4"
+        ),
     ] = None,
     response: Annotated[
         Path | None, typer.Option(help="figure of rotation, slip and uplift against time: .svg or .png")

@@ -17,6 +17,9 @@ FloatArray = NDArray[np.float64]
 
 INT8_MISSING = -128
 
+FORCE_NOTE = "Contact forces: means over two sampling intervals, from the block's motion."
+"""What the arrows of a film are."""
+
 
 def compass_name(azimuth_deg: float) -> str:
     """An azimuth as it is written beside a film: N60°E, with no more digits than it has."""
@@ -64,11 +67,27 @@ def window(paths: Sequence["xr.Dataset"]) -> tuple[float, float]:
     return max(0.0, peak - 3.0), min(float(path["time"][-1]), peak + 3.0)
 
 
-def contact_forces(path: "xr.Dataset", upward_acceleration: FloatArray | float = 0.0) -> tuple[FloatArray, FloatArray]:
-    """Places of the two lower corners and the forces there on the block, in weights, averaged over a sample.
+def _mean_rate(values: FloatArray, time: FloatArray) -> FloatArray:
+    """Mean rate of change between the two neighbours of each sample (at the ends: between it and its neighbour)."""
+    after, before = np.append(values[1:], values[-1]), np.append(values[0], values[:-1])
+    span = np.append(time[1:], time[-1]) - np.append(time[0], time[:-1])
+    return np.divide(after - before, span, out=np.zeros_like(values), where=span > 0)
 
-    The resultant follows from the motion, F = m(ü + ü_base) + m g; it is shared between the corners in proportion to their
-    penetration, which is what equal springs do.
+
+def _mean(values: FloatArray, time: FloatArray) -> FloatArray:
+    """Mean over the same span of something that is linear between samples."""
+    pieces = 0.5 * (values[1:] + values[:-1]) * np.diff(time)
+    return _mean_rate(np.concatenate([[0.0], np.cumsum(pieces)]), time)
+
+
+def contact_forces(path: "xr.Dataset", upward_acceleration: FloatArray | float = 0.0) -> tuple[FloatArray, FloatArray]:
+    """Places of the two lower corners and the forces there on the block, in weights.
+
+    They are means over the time from the sample before to the sample after, and follow from the trajectory by the
+    equations of motion: the sum is the change of momentum less the weight, F = m (Δv/Δt + ü_base + g). So an impact,
+    which lasts a few milliseconds, shows as its impulse over that time, and since the contact's forces keep to the
+    slider at every instant, so do their means. A corner that is up carries nothing; where both are down the moment
+    I Δω/Δt = Σ r × f shares the force, both corners' being inclined alike.
 
     Parameters
     ----------
@@ -82,23 +101,30 @@ def contact_forces(path: "xr.Dataset", upward_acceleration: FloatArray | float =
     point, force : ndarray, shape (n, 2, 2)
         Over time, corner (left, right), and (s, z).
     """
-    theta, x, z = (path[name].to_numpy() for name in ("rotation", "x", "z"))
-    time = path["time"].to_numpy()
+    theta, x, z, time = (path[name].to_numpy() for name in ("rotation", "x", "z", "time"))
     half = np.array([path.attrs["b_over_h"] * path.attrs["height"], path.attrs["height"]]) / 2
     cosine, sine = np.cos(theta), np.sin(theta)
-    point = np.empty((theta.size, 2, 2))
+    arm = np.empty((theta.size, 2, 2))
     for corner, side in enumerate((-1.0, 1.0)):
         s, up = side * half[0], -half[1]
-        point[:, corner, 0] = x + s * cosine + up * sine
-        point[:, corner, 1] = z - s * sine + up * cosine
-    along = np.gradient(path["velocity_x"].to_numpy(), time) + path["ground_acceleration"].to_numpy()
-    upward = np.gradient(path["velocity_z"].to_numpy(), time) + STANDARD_GRAVITY + upward_acceleration
-    depth = np.stack([path["penetration_left"].to_numpy(), path["penetration_right"].to_numpy()], axis=1).clip(0.0)
-    total = depth.sum(axis=1, keepdims=True)
-    share = np.divide(depth, total, out=np.zeros_like(depth), where=total > 0)
-    upward = np.maximum(upward, 0.0)  # a contact pushes, it never pulls
-    resultant = np.stack([along, upward], axis=1) / STANDARD_GRAVITY
-    return point, share[:, :, None] * resultant[:, None, :]
+        arm[:, corner] = np.stack([s * cosine + up * sine, up * cosine - s * sine], axis=1)
+    lifted = np.broadcast_to(np.asarray(upward_acceleration, dtype=np.float64), time.shape)
+    along = _mean_rate(path["velocity_x"].to_numpy(), time) + _mean(path["ground_acceleration"].to_numpy(), time)
+    upward = _mean_rate(path["velocity_z"].to_numpy(), time) + STANDARD_GRAVITY + _mean(lifted, time)
+    upward = np.maximum(upward, 0.0)  # in flight: the rounding of the difference
+    inclination = np.divide(along, upward, out=np.zeros_like(along), where=upward > 1e-9)
+    # Moment about the centre, clockwise, of a unit of normal force at each corner with its share of the horizontal one.
+    lever = arm[:, :, 1] * inclination[:, None] - arm[:, :, 0]
+    moment = _mean_rate(path["angular_velocity"].to_numpy(), time) * (half**2).sum() / 3.0
+    apart = lever[:, 0] - lever[:, 1]
+    left = np.divide(moment - upward * lever[:, 1], apart, out=np.zeros_like(moment), where=np.abs(apart) > 1e-12)
+    down = np.stack([path["penetration_left"].to_numpy(), path["penetration_right"].to_numpy()]) > 0.0
+    down[:, 1:-1] |= down[:, 2:] | down[:, :-2]
+    left = np.where(down[0] & down[1], np.clip(left, 0.0, upward), np.where(down[0], upward, 0.0))
+    right = np.where(down[0] | down[1], upward - left, 0.0)
+    normal = np.stack([left, right], axis=1) / STANDARD_GRAVITY
+    force = np.stack([normal * inclination[:, None], normal], axis=2)
+    return np.stack([x, z], axis=1)[:, None, :] + arm, force
 
 
 def film_of(
@@ -126,7 +152,7 @@ def film_of(
     headings : sequence of str, optional
         One per trajectory; the azimuth where not given.
     note : str
-        Line below the film.
+        Line below the film; what the contact forces are is added to it.
     upward : ndarray, optional
         The base's upward acceleration, m/s², from time 0; at rest where not given.
 
@@ -177,4 +203,4 @@ def film_of(
                 force=force.reshape(-1, 2, 2),
             )
         )
-    return Film(title, float(start), FRAME_INTERVAL, tuple(panels), note=note)
+    return Film(title, float(start), FRAME_INTERVAL, tuple(panels), note=f"{note} {FORCE_NOTE}".strip())

@@ -72,7 +72,7 @@ def _draw(cube: "xr.Dataset", case: TellingCase, motions: Path, folder: Path, nu
         compass_name(angle) + (f", {factor:g} times the motion" if len(set(case.amplitude)) > 1 else "")
         for angle, factor in panels
     ]
-    # A scene's trajectories hold their contact forces; a block's are worked out from its motion and the base's.
+    # The film of a block shows its contact forces, which follow from its motion and the base's.
     upward: dict[str, Any] = {"upward": motion.up} if study.scene is None else {}
     film = (film_of if study.scene is None else film_of_scene)(
         moved or paths, [factor * motion.along(angle) for angle, factor in panels], motion.sampling_interval, title,

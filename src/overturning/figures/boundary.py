@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from overturning.figures.polar_panels import MOST_IN_A_ROW
 from overturning.figures.style import DASHES, SERIES, compass, mark_fault_normal
 
 if TYPE_CHECKING:
@@ -81,17 +82,20 @@ def boundary_figure(bounds: "xr.Dataset", top: float, fault_normal_deg: float, t
 
     loaded = bounds.compute()
     heights = loaded["height"].to_numpy()
+    columns = min(heights.size, MOST_IN_A_ROW)
+    rows = -(-heights.size // columns)
     figure, panels = plt.subplots(
-        1,
-        heights.size,
-        figsize=(max(3.1 * heights.size, 4.0), 4.1),
+        rows,
+        columns,
+        figsize=(max(3.1 * columns, 4.0), 3.1 * rows + 1.0),
         subplot_kw={"projection": "polar"},
         squeeze=False,
         layout="constrained",
     )
-    for column, height in enumerate(heights):
-        axes = panels[0, column]
-        draw_boundary(axes, loaded.isel(height=column), top)
+    for axes in panels.flat[heights.size :]:
+        axes.set_visible(False)
+    for axes, height in zip(panels.flat, heights, strict=False):
+        draw_boundary(axes, loaded.sel(height=height), top)
         mark_fault_normal(axes, fault_normal_deg, axes.get_ylim()[1])
         axes.set_title(f"H = {height:g} m", pad=4)
     lines, names = panels[0, 0].get_legend_handles_labels()

@@ -128,6 +128,18 @@ class Film:
         return self.start + (self.frames - 1) * self.frame_interval
 
 
+def frame_times(first: float, last: float) -> FloatArray:
+    """Times of the frames, s, from shortly before the first movement to shortly after the last one."""
+    start = max(0.0, float(np.floor((first - LEAD_IN) / FRAME_INTERVAL)) * FRAME_INTERVAL)
+    return np.asarray(start + FRAME_INTERVAL * np.arange(int(np.ceil((last + LINGER - start) / FRAME_INTERVAL)) + 1))
+
+
+def about_the_peak(time: FloatArray, acceleration: FloatArray) -> tuple[float, float]:
+    """Time worth showing where nothing moves, s: three seconds to either side of the motion's peak, within the path."""
+    peak = float(time[int(np.abs(acceleration).argmax())])
+    return max(0.0, peak - 3.0), min(float(time[-1]), peak + 3.0)
+
+
 def corners(body: Body, frame: int) -> FloatArray:
     """Vertices of a body in a frame, shape (n, 2): s' = s₀ + s cos θ + z sin θ, z' = z₀ − s sin θ + z cos θ."""
     theta = body.rotation[min(frame, body.rotation.size - 1)]

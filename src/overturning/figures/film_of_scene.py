@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.errors import ArgumentError
-from overturning.figures.film import FRAME_INTERVAL, LEAD_IN, LINGER, Body, Film, Panel
+from overturning.figures.film import FRAME_INTERVAL, Body, Film, Panel, about_the_peak, frame_times
 from overturning.figures.film_of_trajectory import compass_name
 
 if TYPE_CHECKING:
@@ -146,10 +146,8 @@ def film_of_scene(
     if spans:
         first, last = min(span[0] for span in spans), max(span[1] for span in spans)
     else:
-        peak = float(paths[0]["time"][int(np.abs(paths[0]["ground_acceleration"].to_numpy()).argmax())])
-        first, last = max(0.0, peak - 3.0), peak + 3.0
-    start = max(0.0, np.floor((first - LEAD_IN) / FRAME_INTERVAL) * FRAME_INTERVAL)
-    time = start + FRAME_INTERVAL * np.arange(int(np.ceil((last + LINGER - start) / FRAME_INTERVAL)) + 1)
+        first, last = about_the_peak(paths[0]["time"].to_numpy(), paths[0]["ground_acceleration"].to_numpy())
+    time = frame_times(first, last)
     panels = []
     for index, (path, acceleration) in enumerate(zip(paths, accelerations, strict=True)):
         azimuth = float(path.attrs["azimuth_deg"])
@@ -166,4 +164,4 @@ def film_of_scene(
                 sampling_interval=sampling_interval,
             )
         )
-    return Film(title, float(start), FRAME_INTERVAL, tuple(panels), note=note)
+    return Film(title, float(time[0]), FRAME_INTERVAL, tuple(panels), note=note)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.errors import ArgumentError
-from overturning.figures.film import FRAME_INTERVAL, LEAD_IN, LINGER, Body, Film, Panel
+from overturning.figures.film import FRAME_INTERVAL, Body, Film, Panel, about_the_peak, frame_times
 from overturning.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -62,9 +62,7 @@ def window(paths: Sequence["xr.Dataset"]) -> tuple[float, float]:
     found = [times for path in paths if (times := movement(path)) is not None]
     if found:
         return min(first for first, _ in found), max(last for _, last in found)
-    path = paths[0]
-    peak = float(path["time"][int(np.abs(path["ground_acceleration"].to_numpy()).argmax())])
-    return max(0.0, peak - 3.0), min(float(path["time"][-1]), peak + 3.0)
+    return about_the_peak(paths[0]["time"].to_numpy(), paths[0]["ground_acceleration"].to_numpy())
 
 
 def _mean_rate(values: FloatArray, time: FloatArray) -> FloatArray:
@@ -168,10 +166,7 @@ def film_of(
     """
     if not paths:
         raise ArgumentError("paths: none; a film needs at least one trajectory")
-    first, last_movement = window(paths)
-    start = max(0.0, np.floor((first - LEAD_IN) / FRAME_INTERVAL) * FRAME_INTERVAL)
-    end = last_movement + LINGER
-    time = start + FRAME_INTERVAL * np.arange(int(np.ceil((end - start) / FRAME_INTERVAL)) + 1)
+    time = frame_times(*window(paths))
     reach = 2.0 + max(float(np.abs(path["x"]).max()) + 2 * float(path.attrs["height"]) for path in paths)
     base = np.array([[-reach, -0.4], [reach, -0.4], [reach, 0.0], [-reach, 0.0]])
     panels = []
@@ -203,4 +198,4 @@ def film_of(
                 force=force.reshape(-1, 2, 2),
             )
         )
-    return Film(title, float(start), FRAME_INTERVAL, tuple(panels), note=f"{note} {FORCE_NOTE}".strip())
+    return Film(title, float(time[0]), FRAME_INTERVAL, tuple(panels), note=f"{note} {FORCE_NOTE}".strip())

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.figures.style import FALLS, FALLS_OPPOSITE, MISSING, STANDS, compass, mark_fault_normal
+from overturning.figures.polar_panels import blocks_of, case_panels, mark_normals, radius_ticks
+from overturning.figures.style import FALLS, FALLS_OPPOSITE, MISSING, STANDS, compass
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -56,16 +57,12 @@ def draw_fall_map(axes: Any, cells: "xr.DataArray") -> None:
     radius = cell_edges(cells["b_over_h"].to_numpy())
     colours = ListedColormap([colour for _, colour, _ in _KINDS])
     axes.pcolormesh(theta, radius, kinds, cmap=colours, vmin=-0.5, vmax=3.5, rasterized=True, shading="flat")
-    axes.set_ylim(0.0, radius[-1])
-    ticks = [tick for tick in (0.2, 0.4, 0.6, 0.8, 1.0) if tick < radius[-1]] or [round(float(radius.mean()), 2)]
-    axes.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
-    axes.set_rlabel_position(112.5)
-    axes.tick_params(axis="y", labelsize=7)
+    radius_ticks(axes, radius[-1], float(radius.mean()))
     axes.yaxis.grid(True, linewidth=0.4)
 
 
 def fall_map_figure(cube: "xr.Dataset", title: str) -> "Figure":
-    """Figure of one record: a panel per friction (columns) and height (rows).
+    """Figure of one record: a panel per friction and height.
 
     Parameters
     ----------
@@ -78,29 +75,12 @@ def fall_map_figure(cube: "xr.Dataset", title: str) -> "Figure":
     -------
     matplotlib Figure
     """
-    import matplotlib.pyplot as plt
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
     from matplotlib.patches import Patch
 
-    heights, frictions = cube["height"].to_numpy(), cube["friction"].to_numpy()
-    columns, rows = frictions.size, heights.size
-    figure, panels = plt.subplots(
-        rows,
-        columns,
-        figsize=(max(2.35 * columns, 4.4), 2.45 * rows + 1.05),
-        subplot_kw={"projection": "polar"},
-        squeeze=False,
-        # the letters below a panel stay clear of the title of the next
-        layout=ConstrainedLayoutEngine(h_pad=0.11),
-    )
-    normal = float(cube["fault_normal"]) if "fault_normal" in cube.coords or "fault_normal" in cube else float("nan")
-    for row, height in enumerate(heights):
-        for column, friction in enumerate(frictions):
-            axes = panels[row, column]
-            cells = cube["overturned"].isel(height=row, friction=column)
-            draw_fall_map(axes, cells)
-            mark_fault_normal(axes, normal, axes.get_ylim()[1])
-            axes.set_title(f"µ = {friction:g}, H = {height:g} m", pad=3, fontsize=9)
+    figure, panels = case_panels(cube["overturned"])
+    for axes, cells in blocks_of(cube["overturned"], panels):
+        draw_fall_map(axes, cells)
+    mark_normals(cube, panels)
     found = bool(cube["overturned"].notnull().all())
     handles = [Patch(facecolor=colour, edgecolor="#777777", linewidth=0.4, label=text) for _, colour, text in _KINDS]
     lines, _ = panels[0, 0].get_legend_handles_labels()

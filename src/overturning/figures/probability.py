@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from overturning.figures.polar import azimuth_edges, cell_edges
-from overturning.figures.style import MISSING, compass, mark_fault_normal, probability_colours
+from overturning.figures.polar_panels import blocks_of, case_panels, mark_normals, radius_ticks
+from overturning.figures.style import MISSING, compass, probability_colours
 from overturning.statistics.planes import fall_probability
 
 if TYPE_CHECKING:
@@ -37,17 +38,13 @@ def draw_probability_map(axes: Any, towards: "xr.DataArray") -> Any:
     mesh = axes.pcolormesh(theta, radius, values, cmap=probability_colours(), vmin=0.0, vmax=1.0, rasterized=True)
     if values.mask.any():  # the hole in the middle is no cell
         axes.bar(0.0, radius[0], width=2 * np.pi, color="white", zorder=1.5)
-    axes.set_ylim(0.0, radius[-1])
-    ticks = [tick for tick in (0.2, 0.4, 0.6, 0.8, 1.0) if tick < radius[-1]] or [round(float(radius.mean()), 2)]
-    axes.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
-    axes.set_rlabel_position(112.5)
-    axes.tick_params(axis="y", labelsize=7)
+    radius_ticks(axes, radius[-1], float(radius.mean()))
     axes.yaxis.grid(True, linewidth=0.4)
     return mesh
 
 
 def probability_map_figure(cube: "xr.Dataset", title: str) -> "Figure":
-    """Figure of one record: a panel per friction (columns) and height (rows).
+    """Figure of one record: a panel per friction and height.
 
     Parameters
     ----------
@@ -60,27 +57,12 @@ def probability_map_figure(cube: "xr.Dataset", title: str) -> "Figure":
     -------
     matplotlib Figure
     """
-    import matplotlib.pyplot as plt
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
-
     towards = fall_probability(cube)["towards"].compute()
-    heights, frictions = towards["height"].to_numpy(), towards["friction"].to_numpy()
-    figure, panels = plt.subplots(
-        heights.size,
-        frictions.size,
-        figsize=(max(2.35 * frictions.size, 4.4) + 0.5, 2.45 * heights.size + 1.05),
-        subplot_kw={"projection": "polar"},
-        squeeze=False,
-        layout=ConstrainedLayoutEngine(h_pad=0.11),
-    )
-    normal = float(cube["fault_normal"]) if "fault_normal" in cube.coords or "fault_normal" in cube else float("nan")
+    figure, panels = case_panels(towards, more_width=0.5)
     mesh: Any = None
-    for row, height in enumerate(heights):
-        for column, friction in enumerate(frictions):
-            axes = panels[row, column]
-            mesh = draw_probability_map(axes, towards.isel(height=row, friction=column))
-            mark_fault_normal(axes, normal, axes.get_ylim()[1])
-            axes.set_title(f"µ = {friction:g}, H = {height:g} m", pad=3, fontsize=9)
+    for axes, cells in blocks_of(towards, panels):
+        mesh = draw_probability_map(axes, cells)
+    mark_normals(cube, panels)
     bar = figure.colorbar(mesh, ax=panels, shrink=0.7, pad=0.02, aspect=30)
     bar.set_label("probability of falling towards the azimuth", fontsize=8)
     bar.ax.tick_params(labelsize=7)

@@ -14,15 +14,17 @@ if TYPE_CHECKING:
 CASE_DIMS = ("height", "b_over_h", "friction")
 
 
-def _angle(
-    cosine: "xr.DataArray", sine: "xr.DataArray", total: "xr.DataArray", full: float
-) -> tuple["xr.DataArray", "xr.DataArray"]:
+def _mean(vectors: "xr.Dataset", kind: str, full: float, plural: str) -> "xr.Dataset":
+    """Mean angle, up to ``full`` degrees, and mean resultant length of sums that `fall_vectors` made."""
     import xarray as xr
 
+    cosine, sine, total = vectors[f"{kind}_cosine"], vectors[f"{kind}_sine"], vectors["falls"]
     length = (xr.apply_ufunc(np.hypot, cosine, sine, dask="allowed") / total.where(total > 0)).clip(0, 1)
     turned = xr.apply_ufunc(np.arctan2, sine, cosine, dask="allowed")
-    angle = turned * (full / (2 * np.pi)) % full
-    return angle.where(length > NO_DIRECTION), length
+    angle = (turned * (full / (2 * np.pi)) % full).where(length > NO_DIRECTION)
+    angle.attrs = {"long_name": f"mean fall {kind}", "units": "degree"}
+    length.attrs = {"long_name": f"mean resultant length of {plural}", "units": "1"}
+    return angle.to_dataset(name=f"mean_{kind}").assign({f"{kind}_resultant": length})
 
 
 def fall_shares(cube: "xr.Dataset", *, over: Sequence[str] = (), ensemble: bool = True) -> "xr.Dataset":
@@ -99,11 +101,7 @@ def fall_direction(cube: "xr.Dataset", *, over: Sequence[str] = (), ensemble: bo
         ``mean_direction`` (degrees, 0 to 360; missing where nothing fell or the falls cancel) and
         ``direction_resultant`` (0 to 1; missing where nothing fell).
     """
-    v = fall_vectors(cube, over=over, ensemble=ensemble)
-    angle, length = _angle(v["direction_cosine"], v["direction_sine"], v["falls"], 360.0)
-    angle.attrs = {"long_name": "mean fall direction", "units": "degree"}
-    length.attrs = {"long_name": "mean resultant length of fall directions", "units": "1"}
-    return angle.to_dataset(name="mean_direction").assign(direction_resultant=length)
+    return _mean(fall_vectors(cube, over=over, ensemble=ensemble), "direction", 360.0, "fall directions")
 
 
 def fall_axis(cube: "xr.Dataset", *, over: Sequence[str] = (), ensemble: bool = True) -> "xr.Dataset":
@@ -120,8 +118,4 @@ def fall_axis(cube: "xr.Dataset", *, over: Sequence[str] = (), ensemble: bool = 
         ``mean_axis`` (degrees, 0 to 180; missing where nothing fell or all planes overturn alike) and ``axis_resultant``
         (0 to 1, of doubled angles; missing where nothing fell).
     """
-    v = fall_vectors(cube, over=over, ensemble=ensemble)
-    angle, length = _angle(v["axis_cosine"], v["axis_sine"], v["falls"], 180.0)
-    angle.attrs = {"long_name": "mean fall axis", "units": "degree"}
-    length.attrs = {"long_name": "mean resultant length of doubled fall axes", "units": "1"}
-    return angle.to_dataset(name="mean_axis").assign(axis_resultant=length)
+    return _mean(fall_vectors(cube, over=over, ensemble=ensemble), "axis", 180.0, "doubled fall axes")

@@ -14,7 +14,7 @@ Columns = dict[str, NDArray[Any]]
 
 _KINDS: Final = (
     ("right", (Ending.RIGHT,), "#9ecae1"),
-    ("at rest", (Ending.AT_REST,), "#e6e6e3"),
+    ("at rest", (Ending.AT_REST,), "#cfcfca"),
     ("undecided", (Ending.UNDECIDED,), "#009e73"),
     ("unstable", (Ending.UNSTABLE, Ending.FAILED), "#d55e00"),
     ("over budget", (Ending.OVER_BUDGET,), "#cc79a7"),
@@ -59,21 +59,21 @@ def draw_map(rows: Columns, path: Path) -> None:
 
 
 def draw_scenes(rows: Columns, path: Path) -> None:
-    """Draw every case of each shipped scene over two pairs of groups, in which the threshold of rocking is the scene's."""
+    """Draw every case of each shipped scene over acceleration and three more groups; the threshold of rocking is the scene's."""
     import matplotlib.pyplot as plt
 
     labels = _LABELS | {"acceleration_ratio": "a / (g · threshold)", "friction_ratio": "µ / threshold"}
-    pairs = (("penetration_ratio", "damping"), ("friction_ratio", "acceleration_ratio"))
+    across_of = ("penetration_ratio", "damping", "friction_ratio")
     with style():
         figure, axes = plt.subplots(
-            2, len(SCENES), figsize=(10.4, 5.6), layout="constrained", sharex="row", sharey="row"
+            3, len(SCENES), figsize=(10.0, 8.0), layout="constrained", sharex="row", sharey=True
         )
         for column, scene in enumerate(SCENES):
-            for axis, (across, up) in zip(axes[:, column], pairs, strict=True):
-                _points(axis, rows, rows["scene"] == scene, across, up, 3.0)
+            for axis, across in zip(axes[:, column], across_of, strict=True):
+                _points(axis, rows, rows["scene"] == scene, across, "acceleration_ratio", 2.4)
                 axis.set_xlabel(labels[across])
                 if column == 0:
-                    axis.set_ylabel(labels[up])
+                    axis.set_ylabel(labels["acceleration_ratio"])
             axes[0, column].set_title(scene)
         _legend(figure, rows)
         save(figure, path)

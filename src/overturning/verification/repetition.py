@@ -77,11 +77,13 @@ def _block(**arguments: Any) -> Again:
 
 def _scene(scene: Scene, *, scheme: str | None, time_step: float | str, leave_out: bool, refinement: int = 1) -> Again:
     given: dict[str, Any] = {"time_step": time_step, "leave_out": leave_out, "refinement": refinement}
+    if scheme is not None:
+        given["scheme"] = scheme
     if is_block(scene):
         # As the sweep does it: the fast kernel, with the scene's own contact, density and, where it has one, friction.
         law = scene.law(*scene.elements)
         given |= {"contact": block_contact(scene), "density": scene.materials[scene.elements[1].material].density}
-        run = _block(**given, **({} if scheme is None else {"scheme": scheme}))
+        run = _block(**given)
         if law.friction is None:
             return run
         friction = law.friction

@@ -19,6 +19,12 @@ Runner = Callable[[Group], tuple[NDArray[np.int8], FloatArray]]
 HALVINGS: Final = 12
 """Of the bracket of an overturning boundary: it is then known to 2.4e-6 of B/H."""
 
+AT_ONCE: Final = 3
+"""Halvings, at most, whose middles are run together to fill the kernel's columns; the answer is that of one after another."""
+
+COLUMNS: Final = 64
+"""Cases that the kernel runs beside one another."""
+
 BRACKET: Final = 0.005
 """Half the bracket's width, as a share of B/H, in which a method's boundary is looked for."""
 
@@ -116,25 +122,43 @@ def bisect(
         Of the brackets.
     """
     low, high = low.copy(), high.copy()
-    good = _falls(groups, where, run, low) & ~_falls(groups, where, run, high)
-    for _ in range(halvings):
-        middle = 0.5 * (low + high)
-        fell = _falls(groups, where, run, middle)
-        low, high = np.where(fell, middle, low), np.where(fell, high, middle)
+    fell = _falls(groups, where, run, np.stack([low, high]))
+    good = fell[0] & ~fell[1]
+    most = max(sum(place[0] == number for place in where) for number in range(len(groups)))
+    together = max(1, min(AT_ONCE, int(np.log2(COLUMNS / max(most, 1) + 1))))
+    while halvings > 0:
+        depth = min(together, halvings)
+        halvings -= depth
+        # All middles that the next halvings may need: those of the intervals of a binary tree, level by level.
+        lows, highs, middles = low[None], high[None], []
+        for _ in range(depth):
+            middle = 0.5 * (lows + highs)
+            middles.append(middle)
+            lows = np.stack([lows, middle], axis=1).reshape(-1, low.size)
+            highs = np.stack([middle, highs], axis=1).reshape(-1, low.size)
+        fell = _falls(groups, where, run, np.concatenate(middles))
+        node, begin, each = np.zeros(low.size, np.int64), 0, np.arange(low.size)
+        for middle in middles:
+            falls, at = fell[begin + node, each], middle[node, each]
+            low, high = np.where(falls, at, low), np.where(falls, high, at)
+            node, begin = 2 * node + falls, begin + len(middle)
     return np.where(good, 0.5 * (low + high), np.nan)
 
 
 def _falls(
     groups: Sequence[Group], where: Sequence[tuple[int, dict[str, float], float]], run: Runner, b_over_h: FloatArray
 ) -> NDArray[np.bool_]:
-    fell = np.zeros(len(where), bool)
+    """Whether blocks of other B/H fall at each boundary; shape (values, boundaries) as given."""
+    fell = np.zeros(b_over_h.shape, bool)
     for number, group in enumerate(groups):
         rows = [row for row, place in enumerate(where) if place[0] == number]
         if rows:
             axes = {
-                name: np.array([where[row][1][name] for row in rows]) for name in ("azimuth_deg", "height", "friction")
+                name: np.tile([where[row][1][name] for row in rows], len(b_over_h))
+                for name in ("azimuth_deg", "height", "friction")
             }
-            fell[rows] = run(Group(group.motion, Cases(b_over_h=b_over_h[rows], **axes)))[0] != 0
+            flags = run(Group(group.motion, Cases(b_over_h=b_over_h[:, rows].ravel(), **axes)))[0]
+            fell[:, rows] = (flags != 0).reshape(-1, len(rows))
     return fell
 
 

@@ -20,7 +20,7 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from overturning.verification.stability_cases import PAPER_DAMPING, StabilityCase, motion_of_case
 
-BUDGET: Final = 1_500_000
+BUDGET: Final = 1_000_000
 """Block steps of a case of the map; fewer than a study's case may take, so that the map is made in minutes."""
 
 SMALL_SLIDE: Final = 1e-9

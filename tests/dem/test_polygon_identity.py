@@ -139,8 +139,8 @@ def test_what_a_scene_does_not_have_is_refused() -> None:
     made, motion = scene(block("stone", 0.3, 0.6), block("cap", 0.2, 0.1, "stone")), _motion()
     from overturning.errors import ArgumentError
 
-    with pytest.raises(ArgumentError, match="scheme: 'centred'"):
-        simulate_scene_arrays(made, motion, azimuth_deg=[0], scheme="centred")
+    with pytest.raises(ArgumentError, match="scheme: 'euler'"):
+        simulate_scene_arrays(made, motion, azimuth_deg=[0], scheme="euler")
     with pytest.raises(ArgumentError, match="threads: 0"):
         simulate_scene_arrays(made, motion, azimuth_deg=[0], threads=0)
     with pytest.raises(ArgumentError, match="not stable; at most"):

@@ -15,7 +15,7 @@ from overturning.dem.polygon.prepare import Prepared, kernel_column, kernel_rule
 from overturning.dem.polygon.scene import Scene
 from overturning.dem.quiet import quiet_windows
 from overturning.dem.status import Status
-from overturning.dem.time_step import Scheme, steps_per_sample
+from overturning.dem.time_step import DEFAULT_SCHEME, Scheme, scheme_of, steps_per_sample
 from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
@@ -55,6 +55,7 @@ class SceneResults:
 class ScenePlan:
     """How each case of a scene is to be computed: functions of the case and its record alone."""
 
+    scheme: Scheme
     variants: list[Prepared]
     variant: NDArray[np.int64]
     row: NDArray[np.int64]
@@ -89,7 +90,7 @@ class ScenePlan:
         out = np.zeros((chosen.size, k.RESULTS))
         each = np.zeros((chosen.size, self.sizes.size, k.ELEMENT_RESULTS))
         noted = k.run_queue(
-            np.arange(chosen.size), np.ascontiguousarray(self.table[chosen]), self.row[chosen], self.variant[chosen],
+            int(self.scheme), np.arange(chosen.size), np.ascontiguousarray(self.table[chosen]), self.row[chosen], self.variant[chosen],
             self.initial, self.layout, self.sizes, self.shapes, self.rules, self.limits, self.ground, self.upward,
             motion.samples, motion.sampling_interval, int(self.steps[chosen[0]]), self.gravity, budget, counter, path,
             out, each,
@@ -102,6 +103,7 @@ def plan_scene(
     motion: Motion,
     cases: Cases,
     *,
+    scheme: str = DEFAULT_SCHEME,
     time_step: float | str = "auto",
     leave_out: bool = True,
     refinement: int = 1,
@@ -109,6 +111,7 @@ def plan_scene(
     """Check the arguments and work out what each case needs."""
     from overturning.dem.polygon import kernel as k
 
+    method = scheme_of(scheme)
     if np.asarray(cases.initial_tilt).any():
         raise ArgumentError("initial_tilt: a scene starts at rest; rotate an element in the scene file instead")
     keys = np.stack([np.asarray(cases.height), np.asarray(cases.b_over_h), np.asarray(cases.damping_factor)], axis=1)
@@ -119,7 +122,7 @@ def plan_scene(
         # As of a block H high: as high as the scene.
         height = max(float(part.points[:, 1].max()) for part in item.placed if not part.fixed)
         check_precision(scene.gravity / (2.0 * item.sunk), np.full(item.sunk.size, height), 0.0)
-    if len({tuple(item.pairs) for item in variants}) != 1:
+    if len({(tuple(item.pairs), tuple(item.support.tolist())) for item in variants}) != 1:
         raise ArgumentError(f"scene {scene.name}: different elements can meet at different sizes; sweep them apart")
     azimuths, row = np.unique(np.asarray(cases.azimuth_deg), return_inverse=True)
     ground = np.zeros((azimuths.size, motion.samples + 3))
@@ -127,7 +130,7 @@ def plan_scene(
         ground[index, : motion.samples] = motion.along(float(azimuth))
     square = np.array([item.square for item in variants])
     rate = np.array([item.rate for item in variants]) * distinct[:, 2]
-    steps = steps_per_sample(Scheme.CUNDALL, time_step, square, rate, motion.sampling_interval)[variant] * refinement
+    steps = steps_per_sample(method, time_step, square, rate, motion.sampling_interval)[variant] * refinement
     samples = motion.samples
     radius = np.array([item.radius for item in variants])[variant]
     # 20/p with p = √(3g/4R).
@@ -153,7 +156,7 @@ def plan_scene(
     shaped = [kernel_shapes(item) for item in variants]
     ruled = [kernel_rules(item) for item in variants]
     return ScenePlan(
-        variants, variant, row, ground, upward, steps, table, never,
+        method, variants, variant, row, ground, upward, steps, table, never,
         np.array(variants[0].pairs, dtype=np.int64).reshape(-1, 2), shaped[0][0],
         np.stack([shapes for _, shapes in shaped]), np.stack([kernel_column(item) for item in variants]),
         np.stack([rules for rules, _ in ruled]), np.stack([limits for _, limits in ruled]),
@@ -165,6 +168,7 @@ def run_scene_cases(
     motion: Motion,
     cases: Cases,
     *,
+    scheme: str = DEFAULT_SCHEME,
     time_step: float | str = "auto",
     leave_out: bool = True,
     refinement: int = 1,
@@ -183,6 +187,8 @@ def run_scene_cases(
     cases : Cases
         `height` and `b_over_h` are those of the scene's reference element, `friction` that of every contact law
         without one.
+    scheme : str
+        Integration scheme, "centred" or "cundall".
     time_step : float or str
         Largest step, s; "auto"; or a fraction of the stable step such as "0.25 stable".
     leave_out : bool
@@ -211,7 +217,7 @@ def run_scene_cases(
     for name, number in (("threads", threads), ("refinement", refinement), ("budget", budget)):
         if number < 1:
             raise ArgumentError(f"{name}: {number}; at least 1")
-    how = plan_scene(scene, motion, cases, time_step=time_step, leave_out=leave_out, refinement=refinement)
+    how = plan_scene(scene, motion, cases, scheme=scheme, time_step=time_step, leave_out=leave_out, refinement=refinement)
     free = how.variants[0].free
     results = _empty(cases.size, free.size)
     counter = np.zeros(1, np.int64)

@@ -7,10 +7,11 @@ column's bits depend neither on its neighbours, nor on the thread, nor on the wi
 
 Signs: x points to the azimuth, z up, rotation is positive clockwise (towards the azimuth). The point (p, q) of an
 element is at ``(x + c p + s q, z − s p + c q)`` with c, s the cosine and sine of its rotation; a force (X, Z) at the
-place (p', q') from the centre has the moment ``q' X − p' Z``.
+place (p', q') from the centre has the moment ``q' X − p' Z``. The tangent of a face with outward normal n is
+``(−n_z, n_x)``; an end's force is ``f_n n + f_t (n_z, −n_x)`` on the pair's first element.
 
-One step of Cundall's scheme: nearest faces where the motion since the last search could have changed them (`search`),
-forces of every pair at the whole step (`contact`), accelerations, velocities half a step later, poses (`advance`).
+One step: nearest faces where the motion since the last search could have changed them (`search`), forces of every pair
+at the whole step (`contact_cundall`, `contact_centred`), accelerations, velocities half a step later, poses (`advance`).
 docs/scenes.md derives the rules.
 """
 
@@ -18,171 +19,263 @@ from typing import Any, Final
 
 import numpy as np
 from numba import njit
+from numba.extending import intrinsic
 
 from overturning.dem.cache import keep_compiled, prefer_full_width
 
 prefer_full_width()
 
-COLUMNS: Final = 64
-"""Cases side by side."""
+COLUMNS: Final = 16
+"""Cases side by side: enough to hide the latency of one case's operations, few enough for the first cache."""
+
+LOOK: Final = 0.1
+"""A case is looked at after each so many seconds of its record, or each sample where that is longer."""
 
 # A column's own rows,
 (STEP, RATE, TICK, BASE, SLOPE, UP_BASE, UP_SLOPE, GROUND, UP) = (i * COLUMNS for i in range(9))
 (AMPLITUDE, SAMPLE, CALM, AFTER, ENERGY) = (i * COLUMNS for i in range(9, 14))
 OWN: Final = 14
-# those of an element: pose, velocity at the half step, acceleration, motion of the last step, force,
-(X, Z, ANGLE, COS, SIN, VX, VZ, VW, AX, AZ, AW, MOVED, TURNED, FX, FZ, MOMENT) = (i * COLUMNS for i in range(16))
+# those of an element: pose, velocity at the half step, motion of the last step, force at the whole step,
+(X, Z, ANGLE, COS, SIN, VX, VZ, VW, MOVED, TURNED, FX, FZ, MOMENT) = (i * COLUMNS for i in range(13))
+# velocity at the whole step, with the forces known so far, acceleration,
+(NEXT_X, NEXT_Z, NEXT_W, AX, AZ, AW) = (i * COLUMNS for i in range(13, 19))
 # constants,
-(INVERSE_MASS, INVERSE_INERTIA, MASS, FRAME, WEIGHT, HELD, CRITICAL) = (i * COLUMNS for i in range(16, 23))
+(INVERSE_MASS, INVERSE_INERTIA, MASS, FRAME, WEIGHT, HELD, CRITICAL) = (i * COLUMNS for i in range(19, 26))
 # what is booked, and what is looked at once per sample only;
-(WORK, PEAK_ANGLE, LAST_UPRIGHT) = (i * COLUMNS for i in range(23, 26))
-(UPRIGHT_UNTIL, SIDE, PEAK_SLIP, SLIP) = (i * COLUMNS for i in range(26, 30))
-BODY: Final = 30
-# those of a face: ends counter-clockwise, outward normal, distance from the centre, middle along the tangent, half length,
-(AX1, AZ1, AX2, AZ2, ANX, ANZ, AOFF, AMID, AHALF) = (i * COLUMNS for i in range(9))
+(WORK, PEAK_ANGLE, LAST_UPRIGHT) = (i * COLUMNS for i in range(26, 29))
+(UPRIGHT_UNTIL, SIDE, PEAK_SLIP, SLIP) = (i * COLUMNS for i in range(29, 33))
+# points of its base and of what it stands on, whose distance is the slip.
+(BASE_X, BASE_Z, SUPPORT_X, SUPPORT_Z) = (i * COLUMNS for i in range(33, 37))
+BODY: Final = 37
+# those of a pair, of its first element's face: outward normal, distance from the centre, ends along the tangent,
+(ANX, ANZ, AOFF, ALO, AHI) = (i * COLUMNS for i in range(5))
 # the same of the pair's second element,
-(BX1, BZ1, BX2, BZ2, BNX, BNZ, BOFF, BMID, BHALF) = (i * COLUMNS for i in range(9, 18))
+(BNX, BNZ, BOFF, BLO, BHI) = (i * COLUMNS for i in range(5, 10))
 # contact law, reach of a rotation, limits of motion: before faces can change, before a contact can begin; face indices,
-(KN, KS, HN, HS, FRICTION, COMPLIANCE, LEVER, LIMIT, REACH, FACE_A, FACE_B) = (i * COLUMNS for i in range(18, 29))
+(KN, KS, DASHPOT, FRICTION, COMPLIANCE, LEVER, LIMIT, REACH, FACE_A, FACE_B) = (i * COLUMNS for i in range(10, 20))
 # gaps and places along the face one step ago of a's first and second vertex and of b's,
-(GA1, SA1, GA2, SA2, GB1, SB1, GB2, SB2) = (i * COLUMNS for i in range(29, 37))
-# memory of both ends: spring, closed, whose vertex (1: a's, 0: b's), forces along normal and tangent and in the plane,
-(SPRING_1, CLOSED_1, WHOSE_1, N_1, T_1, FX_1, FZ_1) = (i * COLUMNS for i in range(37, 44))
-(SPRING_2, CLOSED_2, WHOSE_2, N_2, T_2, FX_2, FZ_2) = (i * COLUMNS for i in range(44, 51))
-# motion since the search, largest penetration, energy lost, force on a, moments on a and b.
-(USED, DEEPEST, LOST, SUM_X, SUM_Z, MOMENT_A, MOMENT_B) = (i * COLUMNS for i in range(51, 58))
-PAIR: Final = 58
+(GA1, SA1, GA2, SA2, GB1, SB1, GB2, SB2) = (i * COLUMNS for i in range(20, 28))
+# memory of both ends: spring, contact, forces along normal and tangent,
+(SPRING_1, CONTACT_1, N_1, T_1, SPRING_2, CONTACT_2, N_2, T_2) = (i * COLUMNS for i in range(28, 36))
+MEMORY: Final = 4
+# motion since the search, largest penetration, energy taken from the elements, force on a, moments on a and b.
+(USED, DEEPEST, TAKEN, SUM_X, SUM_Z, MOMENT_A, MOMENT_B) = (i * COLUMNS for i in range(36, 43))
+PAIR: Final = 43
+
+# What an end's CONTACT says: open, closed by a's vertex or by b's, or found anew by a search.
+OPEN: Final = 0.0
+MINE: Final = 1.0
+THEIRS: Final = -1.0
+HANDED_ON: Final = 2.0
+
+CENTRED: Final = 1
+"""The number of the centred scheme."""
 
 _options: dict[str, Any] = {"fastmath": False, "error_model": "numpy", "boundscheck": False}
+_inline: dict[str, Any] = {**_options, "forceinline": True}
 
 
-@njit(**_options)
-def contact(q: Any, a: Any, b: Any, own: Any, columns: int) -> None:
-    """Forces of one pair: spring, dashpot and slider at both ends of the faces' common stretch."""
-    for j in range(columns):
-        rate = own[RATE + j]
+@intrinsic  # type: ignore[untyped-decorator]
+def borrowed(_: Any, array: Any) -> Any:
+    """The same array without an owner: its slices count no references, whose locked instructions took a fifth of the time.
+
+    Whoever borrows has to hold on to the array itself.
+    """
+
+    def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        view = context.make_array(signature.args[0])(context, builder, value=values[0])
+        view.meminfo = view.meminfo.type(None)
+        view.parent = view.parent.type(None)
+        return view._getvalue()
+
+    return array(array), make
+
+
+@njit(**_inline)
+def seen(off: float, along: float, q: float, r: float) -> tuple[float, float]:
+    """Place of a face's point along the other face's normal and tangent, from its own centre; q, r turn it there."""
+    return off * q + along * r, along * q - off * r
+
+
+@njit(**_inline)
+def stretched(
+    spring: float, slip: float, memory: float, whose: float, n: float, t: float, q: float, r: float, drag: float,
+    compliance: float,
+) -> float:  # fmt: skip
+    """Stretch of an end's spring: grown by the slip, or, where the end has changed, such that the force is kept.
+
+    A new contact begins unstretched.
+    """
+    share = t if memory == HANDED_ON else -((whose * r) * n) - t * q
+    kept = -(share + drag) * compliance
+    stretch = spring + slip if memory == whose else kept
+    return stretch if memory != OPEN else 0.0
+
+
+@njit(**_inline)
+def held_to(value: float, most: float) -> float:
+    """A value brought between −most and most."""
+    value = most if value > most else value
+    least = -most
+    return least if value < least else value
+
+
+@njit(**_inline)
+def compliances(
+    inverse: float, ia: float, ib: float, a1: float, a2: float, b1: float, b2: float
+) -> tuple[float, float, float]:
+    """How both ends give way to forces of their own and of each other, per mass: levers a on the first element, b on the second."""
+    one = inverse + (ia * (a1 * a1) + ib * (b1 * b1))
+    two = inverse + (ia * (a2 * a2) + ib * (b2 * b2))
+    return one, two, inverse + (ia * (a1 * a2) + ib * (b1 * b2))
+
+
+@njit(**_inline)
+def contact(q: Any, a: Any, b: Any, own: Any, centred: bool) -> None:
+    """Forces of one pair: spring, dashpot and slider at both ends of the faces' common stretch.
+
+    Cundall's scheme has the dashpot's velocity half a step ago, from the difference of depths. The centred one has it at
+    the whole step: the velocity of both elements with all forces found so far, this pair's own solved for, first the
+    normal ones of both ends, then the tangential.
+    """
+    for j in range(COLUMNS):
         ca, sa, cb, sb = a[COS + j], a[SIN + j], b[COS + j], b[SIN + j]
         dx, dz = a[X + j] - b[X + j], a[Z + j] - b[Z + j]
-        # Outward normals of both faces in the plane; tangents are (−n_z, n_x).
+        # Outward normals of both faces in the plane, and how one lies in the axes of the other.
         anx, anz = ca * q[ANX + j] + sa * q[ANZ + j], ca * q[ANZ + j] - sa * q[ANX + j]
         bnx, bnz = cb * q[BNX + j] + sb * q[BNZ + j], cb * q[BNZ + j] - sb * q[BNX + j]
-        half_a, half_b = q[AHALF + j], q[BHALF + j]
-        # Ends of a's face seen from a's centre, those of b's face too.
-        a1x, a1z = ca * q[AX1 + j] + sa * q[AZ1 + j], ca * q[AZ1 + j] - sa * q[AX1 + j]
-        a2x, a2z = ca * q[AX2 + j] + sa * q[AZ2 + j], ca * q[AZ2 + j] - sa * q[AX2 + j]
-        b1x, b1z = (cb * q[BX1 + j] + sb * q[BZ1 + j]) - dx, (cb * q[BZ1 + j] - sb * q[BX1 + j]) - dz
-        b2x, b2z = (cb * q[BX2 + j] + sb * q[BZ2 + j]) - dx, (cb * q[BZ2 + j] - sb * q[BX2 + j]) - dz
-        # Gap from the other's face and place along it.
-        x, z = a1x + dx, a1z + dz
-        ga1, sa1 = (bnx * x + bnz * z) - q[BOFF + j], (bnx * z - bnz * x) - q[BMID + j]
-        x, z = a2x + dx, a2z + dz
-        ga2, sa2 = (bnx * x + bnz * z) - q[BOFF + j], (bnx * z - bnz * x) - q[BMID + j]
-        gb1, sb1 = (anx * b1x + anz * b1z) - q[AOFF + j], (anx * b1z - anz * b1x) - q[AMID + j]
-        gb2, sb2 = (anx * b2x + anz * b2z) - q[AOFF + j], (anx * b2z - anz * b2x) - q[AMID + j]
-        kn, ks, mu, compliance = q[KN + j], q[KS + j], q[FRICTION + j], q[COMPLIANCE + j]
-        hn, hs = q[HN + j] * rate, q[HS + j] * rate
-
-        # End 1: the inner one of a's first and b's second vertex.
-        mine = sa1 <= half_b
-        within = (mine & (sa1 >= -half_b)) | ((not mine) & (sb2 <= half_a) & (sb2 >= -half_a))
-        nx, nz = (bnx if mine else -anx), (bnz if mine else -anz)
-        rx, rz = (a1x if mine else b2x), (a1z if mine else b2z)
-        depth, before = -(ga1 if mine else gb2), -(q[GA1 + j] if mine else q[GB2 + j])
-        # Slip of a over b, along (n_z, −n_x); a's place along b's tangent grows against it, and so does b's along a's.
-        slip = -((sa1 - q[SA1 + j]) if mine else (sb2 - q[SB2 + j]))
+        turn_q, turn_r = bnx * anx + bnz * anz, bnz * anx - bnx * anz
+        # From b's centre to a's along b's normal and tangent, and along a's.
+        bn, bt, an, at = bnx * dx + bnz * dz, bnx * dz - bnz * dx, anx * dx + anz * dz, anx * dz - anz * dx
+        a_off, a_lo, a_hi = q[AOFF + j], q[ALO + j], q[AHI + j]
+        b_off, b_lo, b_hi = q[BOFF + j], q[BLO + j], q[BHI + j]
+        back = -turn_r
+        a1n, a1t = seen(a_off, a_lo, turn_q, turn_r)
+        a2n, a2t = seen(a_off, a_hi, turn_q, turn_r)
+        b1n, b1t = seen(b_off, b_lo, turn_q, back)
+        b2n, b2t = seen(b_off, b_hi, turn_q, back)
+        # Height over the other's centre, gap from its face and place along it.
+        ha1, ha2, hb1, hb2 = a1n + bn, a2n + bn, b1n - an, b2n - an
+        ga1, ga2, gb1, gb2 = ha1 - b_off, ha2 - b_off, hb1 - a_off, hb2 - a_off
+        sa1, sa2, sb1, sb2 = a1t + bt, a2t + bt, b1t - at, b2t - at
         near = q[USED + j] >= q[REACH + j]
-        closed = within & near & (depth > 0.0)
-        was = q[CLOSED_1 + j] > 0.0
-        whose = 1.0 if mine else 0.0
-        handed = was & (whose != q[WHOSE_1 + j])
-        fn = kn * depth + hn * (depth - before)
-        fn = fn if closed & (fn > 0.0) else 0.0
-        same = q[SPRING_1 + j] + slip
-        kept = -((q[FX_1 + j] * nz - q[FZ_1 + j] * nx) + hs * slip) * compliance
-        stretch = kept if handed else same
-        stretch = stretch if was else 0.0
-        cap = mu * fn
-        ft = -(ks * stretch) - hs * slip
-        ft = cap if ft > cap else ft
-        ft = -cap if ft < -cap else ft
-        most = cap * compliance
-        spring = most if stretch > most else stretch
-        spring = -most if spring < -most else spring
-        p, o = (depth if closed else 0.0), (before if was & (before > 0.0) else 0.0)
-        old = q[SPRING_1 + j] if was else 0.0
-        lost = 0.5 * ((q[N_1 + j] + fn) * (depth - before) - (q[T_1 + j] + ft) * slip)
-        lost = lost - 0.5 * (kn * (p * p - o * o) + ks * (spring * spring - old * old))
-        fx1, fz1 = fn * nx + ft * nz, fn * nz - ft * nx
-        ma1, mb1 = rz * fx1 - rx * fz1, (rz + dz) * fx1 - (rx + dx) * fz1
-        deepest = depth if closed & (depth > q[DEEPEST + j]) else q[DEEPEST + j]
-        q[SPRING_1 + j] = spring
-        q[CLOSED_1 + j] = 1.0 if closed else 0.0
-        q[WHOSE_1 + j] = whose
-        q[N_1 + j], q[T_1 + j] = fn, ft
-        q[FX_1 + j], q[FZ_1 + j] = fx1, fz1
-
-        # End 2: the inner one of a's second and b's first vertex.
-        mine = sa2 >= -half_b
-        within = (mine & (sa2 <= half_b)) | ((not mine) & (sb1 <= half_a) & (sb1 >= -half_a))
-        nx, nz = (bnx if mine else -anx), (bnz if mine else -anz)
-        rx, rz = (a2x if mine else b1x), (a2z if mine else b1z)
-        depth, before = -(ga2 if mine else gb1), -(q[GA2 + j] if mine else q[GB1 + j])
-        slip = -((sa2 - q[SA2 + j]) if mine else (sb1 - q[SB1 + j]))
-        closed = within & near & (depth > 0.0)
-        was = q[CLOSED_2 + j] > 0.0
-        whose = 1.0 if mine else 0.0
-        handed = was & (whose != q[WHOSE_2 + j])
-        fn = kn * depth + hn * (depth - before)
-        fn = fn if closed & (fn > 0.0) else 0.0
-        same = q[SPRING_2 + j] + slip
-        kept = -((q[FX_2 + j] * nz - q[FZ_2 + j] * nx) + hs * slip) * compliance
-        stretch = kept if handed else same
-        stretch = stretch if was else 0.0
-        cap = mu * fn
-        ft = -(ks * stretch) - hs * slip
-        ft = cap if ft > cap else ft
-        ft = -cap if ft < -cap else ft
-        most = cap * compliance
-        spring = most if stretch > most else stretch
-        spring = -most if spring < -most else spring
-        p, o = (depth if closed else 0.0), (before if was & (before > 0.0) else 0.0)
-        old = q[SPRING_2 + j] if was else 0.0
-        gone = 0.5 * ((q[N_2 + j] + fn) * (depth - before) - (q[T_2 + j] + ft) * slip)
-        gone = gone - 0.5 * (kn * (p * p - o * o) + ks * (spring * spring - old * old))
-        fx2, fz2 = fn * nx + ft * nz, fn * nz - ft * nx
-        deepest = depth if closed & (depth > deepest) else deepest
-        q[SPRING_2 + j] = spring
-        q[CLOSED_2 + j] = 1.0 if closed else 0.0
-        q[WHOSE_2 + j] = whose
-        q[N_2 + j], q[T_2 + j] = fn, ft
-        q[FX_2 + j], q[FZ_2 + j] = fx2, fz2
-
+        # The inner one of a's first and b's second vertex carries end 1, of a's second and b's first end 2.
+        mine_1, mine_2 = sa1 <= b_hi, sa2 >= b_lo
+        in_1 = (mine_1 & (sa1 >= b_lo)) | ((not mine_1) & (sb2 <= a_hi) & (sb2 >= a_lo))
+        in_2 = (mine_2 & (sa2 <= b_hi)) | ((not mine_2) & (sb1 <= a_hi) & (sb1 >= a_lo))
+        nx1, nz1 = (bnx if mine_1 else -anx), (bnz if mine_1 else -anz)
+        nx2, nz2 = (bnx if mine_2 else -anx), (bnz if mine_2 else -anz)
+        depth_1, depth_2 = -(ga1 if mine_1 else gb2), -(ga2 if mine_2 else gb1)
+        pa1, pa2, pb1, pb2 = q[GA1 + j], q[GA2 + j], q[GB1 + j], q[GB2 + j]
+        before_1, before_2 = -(pa1 if mine_1 else pb2), -(pa2 if mine_2 else pb1)
+        # Slip of a over b along (n_z, −n_x); a's place along b's tangent grows against it, and so does b's along a's.
+        ra1, ra2, rb1, rb2 = sa1 - q[SA1 + j], sa2 - q[SA2 + j], sb1 - q[SB1 + j], sb2 - q[SB2 + j]
+        slip_1, slip_2 = -(ra1 if mine_1 else rb2), -(ra2 if mine_2 else rb1)
+        # Levers of a normal and of a tangential force about both centres.
+        an1, at1 = (a1t if mine_1 else -sb2), (a1n if mine_1 else -hb2)
+        an2, at2 = (a2t if mine_2 else -sb1), (a2n if mine_2 else -hb1)
+        bn1, bt1 = (sa1 if mine_1 else -b2t), (ha1 if mine_1 else -b2n)
+        bn2, bt2 = (sa2 if mine_2 else -b1t), (ha2 if mine_2 else -b1n)
+        closed_1, closed_2 = in_1 & near & (depth_1 > 0.0), in_2 & near & (depth_2 > 0.0)
+        whose_1, whose_2 = (1.0 if mine_1 else -1.0), (1.0 if mine_2 else -1.0)
+        kn, ks, mu, compliance, dash = q[KN + j], q[KS + j], q[FRICTION + j], q[COMPLIANCE + j], q[DASHPOT + j]
+        old_n1, old_n2, old_t1, old_t2 = q[N_1 + j], q[N_2 + j], q[T_1 + j], q[T_2 + j]
+        n1, n2 = kn * depth_1, kn * depth_2
+        if centred:
+            ux, uz = a[NEXT_X + j] - b[NEXT_X + j], a[NEXT_Z + j] - b[NEXT_Z + j]
+            wa, wb = a[NEXT_W + j], b[NEXT_W + j]
+            ia, ib = a[INVERSE_INERTIA + j], b[INVERSE_INERTIA + j]
+            inverse = a[INVERSE_MASS + j] + b[INVERSE_MASS + j]
+            dt = own[STEP + j]
+            beta = dt * dash
+            n1 = n1 - dash * ((nx1 * ux + nz1 * uz) + (wa * an1 - wb * bn1))
+            n2 = n2 - dash * ((nx2 * ux + nz2 * uz) + (wa * an2 - wb * bn2))
+            drag_1 = dash * ((nz1 * ux - nx1 * uz) + (wa * at1 - wb * bt1))
+            drag_2 = dash * ((nz2 * ux - nx2 * uz) + (wa * at2 - wb * bt2))
+            on_1, on_2 = closed_1 & (n1 > 0.0), closed_2 & (n2 > 0.0)
+            one, two, both = compliances(inverse, ia, ib, an1, an2, bn1, bn2)
+            d1, d2, cross = 1.0 + beta * one, 1.0 + beta * two, beta * both
+            d1, d2 = (d1 if on_1 else 1.0), (d2 if on_2 else 1.0)
+            c1, c2 = (cross if on_1 else 0.0), (cross if on_2 else 0.0)
+            r1, r2 = (n1 if on_1 else 0.0) - old_n1, (n2 if on_2 else 0.0) - old_n2
+            one, two, both = compliances(inverse, ia, ib, at1, at2, bt1, bt2)
+            e1, e2, cross = 1.0 + beta * one, 1.0 + beta * two, beta * both
+            e1, e2 = (e1 if on_1 else 1.0), (e2 if on_2 else 1.0)
+            f1, f2 = (cross if on_1 else 0.0), (cross if on_2 else 0.0)
+            # One division for both pairs of equations.
+            first, second = d1 * d2 - c1 * c2, e1 * e2 - f1 * f2
+            shared = 1.0 / (first * second)
+            first, second = shared * second, shared * first
+            n1, n2 = old_n1 + (d2 * r1 - c1 * r2) * first, old_n2 + (d1 * r2 - c2 * r1) * first
+        else:
+            fade = dash * own[RATE + j]
+            n1, n2 = n1 + fade * (depth_1 - before_1), n2 + fade * (depth_2 - before_2)
+            drag_1, drag_2 = fade * slip_1, fade * slip_2
+        n1, n2 = (n1 if closed_1 & (n1 > 0.0) else 0.0), (n2 if closed_2 & (n2 > 0.0) else 0.0)
+        if centred:
+            # What the new normal forces change in the slip.
+            more_1, more_2 = n1 - old_n1, n2 - old_n2
+            wa, wb = (beta * ia) * (an1 * more_1 + an2 * more_2), (beta * ib) * (bn1 * more_1 + bn2 * more_2)
+            drag_1, drag_2 = drag_1 + (wa * at1 + wb * bt1), drag_2 + (wa * at2 + wb * bt2)
+        memory_1, memory_2 = q[CONTACT_1 + j], q[CONTACT_2 + j]
+        stretch_1 = stretched(
+            q[SPRING_1 + j], slip_1, memory_1, whose_1, old_n1, old_t1, turn_q, turn_r, drag_1, compliance
+        )
+        stretch_2 = stretched(
+            q[SPRING_2 + j], slip_2, memory_2, whose_2, old_n2, old_t2, turn_q, turn_r, drag_2, compliance
+        )
+        t1, t2 = -(ks * stretch_1) - drag_1, -(ks * stretch_2) - drag_2
+        if centred:
+            r1, r2 = (t1 if on_1 else 0.0) - old_t1, (t2 if on_2 else 0.0) - old_t2
+            t1, t2 = old_t1 + (e2 * r1 - f1 * r2) * second, old_t2 + (e1 * r2 - f2 * r1) * second
+        cap_1, cap_2 = mu * n1, mu * n2
+        t1, t2 = held_to(t1, cap_1), held_to(t2, cap_2)
+        spring_1, spring_2 = held_to(stretch_1, cap_1 * compliance), held_to(stretch_2, cap_2 * compliance)
+        taken_1 = (old_n1 + n1) * (depth_1 - before_1) - (old_t1 + t1) * slip_1
+        taken_2 = (old_n2 + n2) * (depth_2 - before_2) - (old_t2 + t2) * slip_2
+        deepest = q[DEEPEST + j]
+        deepest = depth_1 if closed_1 & (depth_1 > deepest) else deepest
+        deepest = depth_2 if closed_2 & (depth_2 > deepest) else deepest
+        sum_x, sum_z = (n1 * nx1 + t1 * nz1) + (n2 * nx2 + t2 * nz2), (n1 * nz1 - t1 * nx1) + (n2 * nz2 - t2 * nx2)
+        moment_a = (an1 * n1 + at1 * t1) + (an2 * n2 + at2 * t2)
+        moment_b = (bn1 * n1 + bt1 * t1) + (bn2 * n2 + bt2 * t2)
+        a[FX + j], b[FX + j] = a[FX + j] + sum_x, b[FX + j] - sum_x
+        a[FZ + j], b[FZ + j] = a[FZ + j] + sum_z, b[FZ + j] - sum_z
+        a[MOMENT + j], b[MOMENT + j] = a[MOMENT + j] + moment_a, b[MOMENT + j] - moment_b
+        if centred:
+            # The elements' velocities with this pair's new forces in place of its old.
+            more_x, more_z = dt * (sum_x - q[SUM_X + j]), dt * (sum_z - q[SUM_Z + j])
+            ma, mb = a[INVERSE_MASS + j], b[INVERSE_MASS + j]
+            a[NEXT_X + j], b[NEXT_X + j] = a[NEXT_X + j] + ma * more_x, b[NEXT_X + j] - mb * more_x
+            a[NEXT_Z + j], b[NEXT_Z + j] = a[NEXT_Z + j] + ma * more_z, b[NEXT_Z + j] - mb * more_z
+            a[NEXT_W + j] = a[NEXT_W + j] + (dt * ia) * (moment_a - q[MOMENT_A + j])
+            b[NEXT_W + j] = b[NEXT_W + j] - (dt * ib) * (moment_b - q[MOMENT_B + j])
+        q[SPRING_1 + j], q[SPRING_2 + j] = spring_1, spring_2
+        q[CONTACT_1 + j], q[CONTACT_2 + j] = (whose_1 if closed_1 else OPEN), (whose_2 if closed_2 else OPEN)
+        q[N_1 + j], q[N_2 + j], q[T_1 + j], q[T_2 + j] = n1, n2, t1, t2
         q[GA1 + j], q[SA1 + j], q[GA2 + j], q[SA2 + j] = ga1, sa1, ga2, sa2
         q[GB1 + j], q[SB1 + j], q[GB2 + j], q[SB2 + j] = gb1, sb1, gb2, sb2
         q[DEEPEST + j] = deepest
-        q[LOST + j] = q[LOST + j] + (lost + gone)
-        q[SUM_X + j], q[SUM_Z + j] = fx1 + fx2, fz1 + fz2
-        q[MOMENT_A + j] = ma1 + (rz * fx2 - rx * fz2)
-        q[MOMENT_B + j] = mb1 + ((rz + dz) * fx2 - (rx + dx) * fz2)
+        q[TAKEN + j] = q[TAKEN + j] + 0.5 * (taken_1 + taken_2)
+        q[SUM_X + j], q[SUM_Z + j], q[MOMENT_A + j], q[MOMENT_B + j] = sum_x, sum_z, moment_a, moment_b
 
 
 @njit(**_options)
-def add_forces(q: Any, a: Any, b: Any, columns: int) -> None:
-    """Add a pair's force and moments to both elements'."""
-    for j in range(columns):
-        a[FX + j] = a[FX + j] + q[SUM_X + j]
-        a[FZ + j] = a[FZ + j] + q[SUM_Z + j]
-        a[MOMENT + j] = a[MOMENT + j] + q[MOMENT_A + j]
-    for j in range(columns):
-        b[FX + j] = b[FX + j] - q[SUM_X + j]
-        b[FZ + j] = b[FZ + j] - q[SUM_Z + j]
-        b[MOMENT + j] = b[MOMENT + j] - q[MOMENT_B + j]
+def contact_cundall(q: Any, a: Any, b: Any, own: Any) -> None:
+    """Forces of one pair by Cundall's scheme."""
+    contact(q, a, b, own, False)
 
 
 @njit(**_options)
-def advance(e: Any, own: Any, columns: int, gravity: float) -> None:
+def contact_centred(q: Any, a: Any, b: Any, own: Any) -> None:
+    """Forces of one pair with dashpots at the whole step."""
+    contact(q, a, b, own, True)
+
+
+@njit(**_options)
+def advance(e: Any, own: Any, gravity: float) -> None:
     """Accelerations at the whole step, velocities half a step later, pose one step later: central differences."""
-    for j in range(columns):
+    for j in range(COLUMNS):
         dt, tick = own[STEP + j], own[TICK + j]
         frame = e[FRAME + j]
         ground, up = own[GROUND + j] * frame, own[UP + j] * frame
@@ -208,6 +301,8 @@ def advance(e: Any, own: Any, columns: int, gravity: float) -> None:
         e[X + j], e[Z + j], e[ANGLE + j] = e[X + j] + dt * vx, e[Z + j] + dt * vz, angle
         e[VX + j], e[VZ + j], e[VW + j] = vx, vz, vw
         e[AX + j], e[AZ + j], e[AW + j] = ax, az, aw
+        # Half a step after the next whole one, were the forces to stay.
+        e[NEXT_X + j], e[NEXT_Z + j], e[NEXT_W + j] = vx + dt * ax, vz + dt * az, vw + dt * aw
         e[MOVED + j], e[TURNED + j] = dt * (abs(vx) + abs(vz)), abs(turn)
         e[PEAK_ANGLE + j] = size if size > e[PEAK_ANGLE + j] else e[PEAK_ANGLE + j]
         e[LAST_UPRIGHT + j] = tick + 1.0 if size < e[CRITICAL + j] else e[LAST_UPRIGHT + j]
@@ -215,18 +310,18 @@ def advance(e: Any, own: Any, columns: int, gravity: float) -> None:
 
 
 @njit(**_options)
-def shake(own: Any, columns: int) -> None:
+def shake(own: Any) -> None:
     """Acceleration of the base now, linear between samples."""
-    for j in range(columns):
+    for j in range(COLUMNS):
         own[GROUND + j] = own[BASE + j] + own[SLOPE + j] * own[TICK + j]
         own[UP + j] = own[UP_BASE + j] + own[UP_SLOPE + j] * own[TICK + j]
 
 
 @njit(**_options)
-def count_motion(q: Any, a: Any, b: Any, columns: int) -> int:
+def count_motion(q: Any, a: Any, b: Any) -> int:
     """Add the last step's motion; 1 if a pair could touch, plus 1024 for each column that has to search."""
     flags = 0
-    for j in range(columns):
+    for j in range(COLUMNS):
         used = (q[USED + j] + (a[MOVED + j] + b[MOVED + j])) + q[LEVER + j] * (a[TURNED + j] + b[TURNED + j])
         q[USED + j] = used
         flags += (1 if used >= q[REACH + j] else 0) + (1024 if used >= q[LIMIT + j] else 0)
@@ -318,31 +413,29 @@ def search(q: Any, a: Any, b: Any, own: Any, j: int, na: int, nb: int, shape_a: 
     changed = old_a != face_a or old_b != face_b or fresh
     if changed:
         q[FACE_A + j], q[FACE_B + j] = face_a, face_b
-        for k in range(9):
-            q[AX1 + k * COLUMNS + j] = shape_a[face_a, k]
-            q[BX1 + k * COLUMNS + j] = shape_b[face_b, k]
-        if not fresh:
-            hand_on(q, j, old_a, old_b, face_a, face_b, na, nb, shape_a, shape_b)
+        put_face(q, ANX + j, shape_a, face_a)
+        put_face(q, BNX + j, shape_b, face_b)
     if changed or was_far or reach > 0.0:
-        old_gaps(q, a, b, own, j)
+        gaps_before(q, a, b, j, own[STEP + j])
+    if changed and not fresh:
+        hand_on(q, a, b, j, old_a, old_b, face_a, face_b, na, nb, shape_a, shape_b)
+
+
+@njit(**_options)
+def put_face(q: Any, at: int, shape: Any, face: int) -> None:
+    """Normal, distance and ends along the tangent of a face."""
+    nx, nz = shape[face, 4], shape[face, 5]
+    q[at], q[at + COLUMNS], q[at + 2 * COLUMNS] = nx, nz, shape[face, 6]
+    q[at + 3 * COLUMNS] = nx * shape[face, 1] - nz * shape[face, 0]
+    q[at + 4 * COLUMNS] = nx * shape[face, 3] - nz * shape[face, 2]
 
 
 @njit(**_options)
 def let_go(q: Any, j: int) -> None:
-    """Forget both ends of a pair that is out of reach; what their springs still hold is booked as lost."""
-    for end in range(2):
-        base = SPRING_1 if end == 0 else SPRING_2
-        if q[base + (CLOSED_1 - SPRING_1) + j] > 0.0:
-            force = q[base + (N_1 - SPRING_1) + j]
-            q[LOST + j] += 0.5 * (force * force / q[KN + j] + q[KS + j] * q[base + j] ** 2)
-        for k in range(7):
-            q[base + k * COLUMNS + j] = 0.0
-
-
-@njit(**_options)
-def old_gaps(q: Any, a: Any, b: Any, own: Any, j: int) -> None:
-    """Gaps of the new faces' vertices one step ago: poses taken back by the last velocities."""
-    gaps_before(q, a, b, j, own[STEP + j])
+    """Forget both ends of a pair that is out of reach, and its forces."""
+    for k in range(2 * MEMORY):
+        q[SPRING_1 + k * COLUMNS + j] = 0.0
+    q[SUM_X + j], q[SUM_Z + j], q[MOMENT_A + j], q[MOMENT_B + j] = 0.0, 0.0, 0.0, 0.0
 
 
 @njit(**_options)
@@ -358,41 +451,41 @@ def gaps_before(q: Any, a: Any, b: Any, j: int, dt: float) -> None:
         c, s = e[COS + j], e[SIN + j]
         pose[k, 0], pose[k, 1] = c - (c * versine + s * sine), s - (s * versine - c * sine)
         pose[k, 2], pose[k, 3] = e[X + j] - dt * e[VX + j], e[Z + j] - dt * e[VZ + j]
+    dx, dz = pose[0, 2] - pose[1, 2], pose[0, 3] - pose[1, 3]
+    ca, sa, cb, sb = pose[0, 0], pose[0, 1], pose[1, 0], pose[1, 1]
+    anx, anz = ca * q[ANX + j] + sa * q[ANZ + j], ca * q[ANZ + j] - sa * q[ANX + j]
+    bnx, bnz = cb * q[BNX + j] + sb * q[BNZ + j], cb * q[BNZ + j] - sb * q[BNX + j]
+    turn_q, turn_r = bnx * anx + bnz * anz, bnz * anx - bnx * anz
     for k in range(4):
-        mine = k < 2
-        own_c, own_s, other_c, other_s = pose[0, 0], pose[0, 1], pose[1, 0], pose[1, 1]
-        dx, dz = pose[0, 2] - pose[1, 2], pose[0, 3] - pose[1, 3]
-        if not mine:
-            own_c, own_s, other_c, other_s = other_c, other_s, own_c, own_s
-            dx, dz = -dx, -dz
-        point = (AX1 if k == 0 else AX2) if mine else (BX1 if k == 2 else BX2)
-        face = BX1 if mine else AX1
-        px, pz = q[point + j], q[point + COLUMNS + j]
-        nx, nz = q[face + (ANX - AX1) + j], q[face + (ANZ - AX1) + j]
-        mx, mz = other_c * nx + other_s * nz, other_c * nz - other_s * nx
-        x, z = (own_c * px + own_s * pz) + dx, (own_c * pz - own_s * px) + dz
-        q[GA1 + 2 * k * COLUMNS + j] = (mx * x + mz * z) - q[face + (AOFF - AX1) + j]
-        q[SA1 + 2 * k * COLUMNS + j] = (mx * z - mz * x) - q[face + (AMID - AX1) + j]
+        if k < 2:
+            n, t = seen(q[AOFF + j], q[(ALO if k == 0 else AHI) + j], turn_q, turn_r)
+            gap, place = (n + (bnx * dx + bnz * dz)) - q[BOFF + j], t + (bnx * dz - bnz * dx)
+        else:
+            n, t = seen(q[BOFF + j], q[(BLO if k == 2 else BHI) + j], turn_q, -turn_r)
+            gap, place = (n - (anx * dx + anz * dz)) - q[AOFF + j], t - (anx * dz - anz * dx)
+        q[GA1 + 2 * k * COLUMNS + j], q[SA1 + 2 * k * COLUMNS + j] = gap, place
 
 
 @njit(**_options)
 def hand_on(
-    q: Any, j: int, old_a: int, old_b: int, face_a: int, face_b: int, na: int, nb: int, shape_a: Any, shape_b: Any
-) -> None:
+    q: Any, a: Any, b: Any, j: int, old_a: int, old_b: int, face_a: int, face_b: int, na: int, nb: int, shape_a: Any,
+    shape_b: Any,
+) -> None:  # fmt: skip
     """Give each loaded end's memory to the new end with the same vertex, else to the one nearest in place.
 
-    ``WHOSE`` becomes −1, so that the next step stretches the spring to the share of the old force along the new face.
+    Its forces are turned into the directions of the new end, so that the next step stretches the spring to the share of
+    the old force along the new face.
     """
-    memory = np.zeros((2, 7))
+    memory = np.zeros((2, MEMORY))
     for end in range(2):
         base = SPRING_1 if end == 0 else SPRING_2
-        for k in range(7):
+        for k in range(MEMORY):
             memory[end, k] = q[base + k * COLUMNS + j]
             q[base + k * COLUMNS + j] = 0.0
     for end in range(2):
-        if memory[end, 1] == 0.0:
+        if memory[end, 1] == OPEN:
             continue
-        mine = memory[end, 2] > 0.0
+        mine = memory[end, 1] != THEIRS
         if mine:
             vertex = old_a if end == 0 else (old_a + 1) % na
             one, two = face_a, (face_a + 1) % na
@@ -408,19 +501,36 @@ def hand_on(
             to_one = (shape[one, 0] - x) ** 2 + (shape[one, 1] - z) ** 2
             to_two = (shape[two, 0] - x) ** 2 + (shape[two, 1] - z) ** 2
             target = 0 if to_one <= to_two else 1
+        old_x, old_z = end_normal(a, b, j, shape_a, shape_b, old_a, old_b, mine)
+        n, t = memory[end, 2], memory[end, 3]
+        x, z = n * old_x + t * old_z, n * old_z - t * old_x
+        inner = q[SA1 + j] <= q[BHI + j] if target == 0 else q[SA2 + j] >= q[BLO + j]
+        new_x, new_z = end_normal(a, b, j, shape_a, shape_b, face_a, face_b, inner)
+        n, t = x * new_x + z * new_z, x * new_z - z * new_x
         base = SPRING_1 if target == 0 else SPRING_2
-        if q[base + (CLOSED_1 - SPRING_1) + j] > 0.0 and q[base + (N_1 - SPRING_1) + j] >= memory[end, 3]:
+        if q[base + (CONTACT_1 - SPRING_1) + j] != OPEN and q[base + (N_1 - SPRING_1) + j] >= n:
             continue
-        for k in range(7):
-            q[base + k * COLUMNS + j] = memory[end, k]
-        q[base + (WHOSE_1 - SPRING_1) + j] = -1.0
+        q[base + j], q[base + (CONTACT_1 - SPRING_1) + j] = memory[end, 0], HANDED_ON
+        q[base + (N_1 - SPRING_1) + j], q[base + (T_1 - SPRING_1) + j] = n, t
 
 
 @njit(**_options)
-def step(state: Any, columns: int, layout: Any, sizes: Any, shapes: Any, variant: Any, gravity: float) -> None:
+def end_normal(
+    a: Any, b: Any, j: int, shape_a: Any, shape_b: Any, face_a: int, face_b: int, mine: bool
+) -> tuple[float, float]:
+    """Direction of the normal force on a at an end: b's normal where the vertex is a's, else a's turned round."""
+    if mine:
+        c, s, nx, nz = b[COS + j], b[SIN + j], shape_b[face_b, 4], shape_b[face_b, 5]
+        return c * nx + s * nz, c * nz - s * nx
+    c, s, nx, nz = a[COS + j], a[SIN + j], shape_a[face_a, 4], shape_a[face_a, 5]
+    return -(c * nx + s * nz), -(c * nz - s * nx)
+
+
+@njit(**_options)
+def step(state: Any, scheme: int, layout: Any, sizes: Any, shapes: Any, variant: Any, gravity: float) -> None:
     """One step of all columns."""
     own = state[: OWN * COLUMNS]
-    shake(own, columns)
+    shake(own)
     elements = sizes.size
     for p in range(layout.shape[0]):
         first, second = layout[p, 0], layout[p, 1]
@@ -428,24 +538,26 @@ def step(state: Any, columns: int, layout: Any, sizes: Any, shapes: Any, variant
         q = state[at : at + PAIR * COLUMNS]
         a = state[(OWN + first * BODY) * COLUMNS : (OWN + (first + 1) * BODY) * COLUMNS]
         b = state[(OWN + second * BODY) * COLUMNS : (OWN + (second + 1) * BODY) * COLUMNS]
-        flags = count_motion(q, a, b, columns)
+        flags = count_motion(q, a, b)
         if flags >= 1024:
-            for j in range(columns):
+            for j in range(COLUMNS):
                 if q[USED + j] >= q[LIMIT + j]:
                     search(
                         q, a, b, own, j, sizes[first], sizes[second], shapes[variant[j], first],
                         shapes[variant[j], second], False,
                     )  # fmt: skip
             flags = 0
-            for j in range(columns):
+            for j in range(COLUMNS):
                 flags += 1 if q[USED + j] >= q[REACH + j] else 0
         if flags > 0:
-            contact(q, a, b, own, columns)
-            add_forces(q, a, b, columns)
+            if scheme == CENTRED:
+                contact_centred(q, a, b, own)
+            else:
+                contact_cundall(q, a, b, own)
     for e in range(elements):
         if layout_moves(state, e):
-            advance(state[(OWN + e * BODY) * COLUMNS : (OWN + (e + 1) * BODY) * COLUMNS], own, columns, gravity)
-    for j in range(columns):
+            advance(state[(OWN + e * BODY) * COLUMNS : (OWN + (e + 1) * BODY) * COLUMNS], own, gravity)
+    for j in range(COLUMNS):
         own[TICK + j] = own[TICK + j] + 1.0
 
 
@@ -455,10 +567,10 @@ def layout_moves(state: Any, element: int) -> bool:
     return bool(state[(OWN + element * BODY) * COLUMNS + FRAME] != 0.0)
 
 
-# Rows of a free element's rules: whether it is free, angle and height at which it has fallen, what it stands on, the
-# point of its base and of the support whose distance is its slip, and the energy that its overturning takes.
-(IS_FREE, FALL_ANGLE, LOWEST, SUPPORT, BASE_X, BASE_Z, SUPPORT_X, SUPPORT_Z, BARRIER) = range(9)
-RULES: Final = 9
+# Rows of a free element's rules: whether it is free, angle and height at which it has fallen, what it stands on, and the
+# energy that its overturning takes.
+(IS_FREE, FALL_ANGLE, LOWEST, SUPPORT, BARRIER) = range(5)
+RULES: Final = 5
 # Rows of a scene's limits: deepest penetration, kinetic energy at rest, least barrier.
 DEEPEST_ALLOWED, REST_ENERGY, LEAST_BARRIER = range(3)
 LIMITS: Final = 3
@@ -496,14 +608,54 @@ def start(
         a = state[(OWN + first * BODY) * COLUMNS : (OWN + (first + 1) * BODY) * COLUMNS]
         b = state[(OWN + second * BODY) * COLUMNS : (OWN + (second + 1) * BODY) * COLUMNS]
         q[FRICTION + j] = q[FRICTION + j] if q[FRICTION + j] >= 0.0 else case[P_FRICTION]
-        q[HN + j], q[HS + j] = q[HN + j] * case[P_DAMPING], q[HS + j] * case[P_DAMPING]
+        q[DASHPOT + j] = q[DASHPOT + j] * case[P_DAMPING]
         search(q, a, b, own, j, sizes[first], sizes[second], shapes[first], shapes[second], True)
+        load_at_rest(q, a, b, j)
+        q[TAKEN + j] = springs(state, at + j)
     own[ENERGY + j] = energy(state, j, layout, sizes.size, gravity)
+
+
+@njit(**_options)
+def load_at_rest(q: Any, a: Any, b: Any, j: int) -> None:
+    """Give the ends of a scene at rest, whose springs are loaded, the forces that go with them."""
+    dx, dz = a[X + j] - b[X + j], a[Z + j] - b[Z + j]
+    total_x, total_z, moment_a, moment_b = 0.0, 0.0, 0.0, 0.0
+    for end in range(2):
+        base = SPRING_1 if end == 0 else SPRING_2
+        if q[base + (CONTACT_1 - SPRING_1) + j] == OPEN:
+            continue
+        mine = q[base + (CONTACT_1 - SPRING_1) + j] == MINE
+        e, face, along = (a, ANX, ALO if end == 0 else AHI) if mine else (b, BNX, BHI if end == 0 else BLO)
+        other, normal = (b, BNX) if mine else (a, ANX)
+        gap = q[((GA1 if end == 0 else GA2) if mine else (GB2 if end == 0 else GB1)) + j]
+        n, t = max(-q[KN + j] * gap, 0.0), -q[KS + j] * q[base + j]
+        q[base + (N_1 - SPRING_1) + j], q[base + (T_1 - SPRING_1) + j] = n, t
+        fx, fz = q[face + j], q[face + COLUMNS + j]
+        off, place = q[face + 2 * COLUMNS + j], q[along + j]
+        px, pz = off * fx - place * fz, off * fz + place * fx
+        rx, rz = e[COS + j] * px + e[SIN + j] * pz, e[COS + j] * pz - e[SIN + j] * px
+        fx, fz = q[normal + j], q[normal + COLUMNS + j]
+        nx, nz = other[COS + j] * fx + other[SIN + j] * fz, other[COS + j] * fz - other[SIN + j] * fx
+        if not mine:
+            nx, nz, rx, rz = -nx, -nz, rx - dx, rz - dz
+        x, z = n * nx + t * nz, n * nz - t * nx
+        total_x, total_z = total_x + x, total_z + z
+        moment_a, moment_b = moment_a + (rz * x - rx * z), moment_b + ((rz + dz) * x - (rx + dx) * z)
+    q[SUM_X + j], q[SUM_Z + j], q[MOMENT_A + j], q[MOMENT_B + j] = total_x, total_z, moment_a, moment_b
 
 
 @njit(**_options)
 def energy(state: Any, j: int, layout: Any, elements: int, gravity: float) -> float:
     """Kinetic and gravitational energy of a column at the last half step and spring energy at the whole step before, J."""
+    total = 0.0
+    for p in range(layout.shape[0]):
+        total += springs(state, (OWN + elements * BODY + p * PAIR) * COLUMNS + j)
+    return total + moving_energy(state, j, elements, gravity)
+
+
+@njit(**_options)
+def moving_energy(state: Any, j: int, elements: int, gravity: float) -> float:
+    """Kinetic and gravitational energy of a column at the last half step, J."""
     total = 0.0
     for e in range(elements):
         at = (OWN + e * BODY) * COLUMNS + j
@@ -511,14 +663,20 @@ def energy(state: Any, j: int, layout: Any, elements: int, gravity: float) -> fl
             continue
         height = state[at + Z] - 0.5 * state[STEP + j] * state[at + VZ]
         total += kinetic(state, at) + state[at + MASS] * gravity * height
-    for p in range(layout.shape[0]):
-        at = (OWN + elements * BODY + p * PAIR) * COLUMNS + j
-        for end in range(2):
-            base = at + (SPRING_1 if end == 0 else SPRING_2)
-            if state[base + (CLOSED_1 - SPRING_1)] > 0.0:
-                mine = state[base + (WHOSE_1 - SPRING_1)] != 0.0
-                gap = state[at + ((GA1 if end == 0 else GA2) if mine else (GB2 if end == 0 else GB1))]
-                total += 0.5 * (state[at + KN] * gap * gap + state[at + KS] * state[base] ** 2)
+    return total
+
+
+@njit(**_options)
+def springs(state: Any, at: int) -> float:
+    """Energy of a pair's springs, J."""
+    total = 0.0
+    for end in range(2):
+        base = at + (SPRING_1 if end == 0 else SPRING_2)
+        memory = state[base + (CONTACT_1 - SPRING_1)]
+        if memory != OPEN:
+            mine = memory != THEIRS
+            gap = state[at + ((GA1 if end == 0 else GA2) if mine else (GB2 if end == 0 else GB1))]
+            total += 0.5 * (state[at + KN] * gap * gap + state[at + KS] * state[base] ** 2)
     return total
 
 
@@ -530,17 +688,17 @@ def kinetic(state: Any, at: int) -> float:
 
 
 @njit(**_options)
-def next_sample(state: Any, columns: int, elements: int, row: Any, ground: Any, upward: Any, steps: int) -> None:
+def next_sample(state: Any, elements: int, row: Any, ground: Any, upward: Any, steps: int) -> None:
     """Bring the turning pairs back to length 1 and load the ground motion of each column's sample."""
     scale = 1.0 / steps
     last = ground.shape[1] - 3
     for e in range(elements):
         at = (OWN + e * BODY) * COLUMNS
-        for j in range(columns):
+        for j in range(COLUMNS):
             c, s = state[at + COS + j], state[at + SIN + j]
             unit = 1.5 - 0.5 * (c * c + s * s)
             state[at + COS + j], state[at + SIN + j] = c * unit, s * unit
-    for j in range(columns):
+    for j in range(COLUMNS):
         i = min(int(state[SAMPLE + j]), last)
         factor = state[AMPLITUDE + j]
         a0, a1 = ground[row[j], i] * factor, ground[row[j], i + 1] * factor
@@ -552,18 +710,43 @@ def next_sample(state: Any, columns: int, elements: int, row: Any, ground: Any, 
 
 
 @njit(**_options)
-def book_upright(state: Any, columns: int, elements: int, steps: int, interval: float) -> None:
-    """The last time at which each standing element's rotation was below the critical angle; the sample is over."""
-    scale = 1.0 / steps
-    for e in range(elements):
-        at = (OWN + e * BODY) * COLUMNS
-        for j in range(columns):
-            passed = state[at + LAST_UPRIGHT + j]
-            if passed >= 0.0 and state[at + SIDE + j] == 0.0:
-                state[at + UPRIGHT_UNTIL + j] = (state[SAMPLE + j] + passed * scale) * interval
-            state[at + LAST_UPRIGHT + j] = -1.0
-    for j in range(columns):
-        state[SAMPLE + j] += 1.0
+def end_sample(state: Any, elements: int, rules: Any, steps: int, interval: float) -> None:
+    """Each element's slip, and the last time at which a standing one's rotation was below the critical angle."""
+    own = state[: OWN * COLUMNS]
+    for k in range(elements):
+        if rules[k, IS_FREE] == 0.0:
+            continue
+        on = int(rules[k, SUPPORT])
+        e = state[(OWN + k * BODY) * COLUMNS : (OWN + (k + 1) * BODY) * COLUMNS]
+        book_slip(e, state[(OWN + on * BODY) * COLUMNS : (OWN + (on + 1) * BODY) * COLUMNS])
+        book_upright(e, own, 1.0 / steps, interval)
+    for j in range(COLUMNS):
+        own[SAMPLE + j] = own[SAMPLE + j] + 1.0
+
+
+@njit(**_options)
+def book_slip(e: Any, on: Any) -> None:
+    """Distance of an element's base from its place on the support, along the support."""
+    for j in range(COLUMNS):
+        c, s, cs, ss = e[COS + j], e[SIN + j], on[COS + j], on[SIN + j]
+        x = e[X + j] + (c * e[BASE_X + j] + s * e[BASE_Z + j])
+        z = e[Z + j] + (c * e[BASE_Z + j] - s * e[BASE_X + j])
+        ox = on[X + j] + (cs * e[SUPPORT_X + j] + ss * e[SUPPORT_Z + j])
+        oz = on[Z + j] + (cs * e[SUPPORT_Z + j] - ss * e[SUPPORT_X + j])
+        slip = cs * (x - ox) - ss * (z - oz)
+        most, size = e[PEAK_SLIP + j], abs(slip)
+        e[SLIP + j] = slip
+        e[PEAK_SLIP + j] = size if size > most else most
+
+
+@njit(**_options)
+def book_upright(e: Any, own: Any, scale: float, interval: float) -> None:
+    """The last time at which a standing element's rotation was below the critical angle."""
+    for j in range(COLUMNS):
+        passed, until = e[LAST_UPRIGHT + j], e[UPRIGHT_UNTIL + j]
+        now = (own[SAMPLE + j] + passed * scale) * interval
+        e[UPRIGHT_UNTIL + j] = now if (passed >= 0.0) & (e[SIDE + j] == 0.0) else until
+        e[LAST_UPRIGHT + j] = -1.0
 
 
 @njit(**_options)
@@ -575,19 +758,16 @@ def verdict(state: Any, j: int, layout: Any, elements: int, rules: Any, limits: 
         check += state[at + X] + state[at + Z] + state[at + VX] + state[at + VZ] + state[at + VW] + state[at + COS]
         if rules[e, IS_FREE] == 0.0:
             continue
-        on = (OWN + int(rules[e, SUPPORT]) * BODY) * COLUMNS + j
-        dx, dz = base_point(state, at, rules[e, BASE_X], rules[e, BASE_Z])
-        ox, oz = base_point(state, on, rules[e, SUPPORT_X], rules[e, SUPPORT_Z])
-        slip = state[on + COS] * (dx - ox) - state[on + SIN] * (dz - oz)
-        state[at + SLIP] = slip
-        state[at + PEAK_SLIP] = max(state[at + PEAK_SLIP], abs(slip))
         moving += kinetic(state, at)
-        slid = slid or abs(slip) > 0.1 * abs(rules[e, BASE_Z])
+        slid = slid or abs(state[at + SLIP]) > 0.1 * abs(state[at + BASE_Z])
         if state[at + SIDE] == 0.0:
             if state[at + PEAK_ANGLE] >= rules[e, FALL_ANGLE]:
                 state[at + SIDE] = 1.0 if state[at + ANGLE] > 0.0 else -1.0
             elif state[at + Z] < rules[e, LOWEST]:
-                state[at + SIDE] = 1.0 if dx > ox else -1.0
+                on = (OWN + int(rules[e, SUPPORT]) * BODY) * COLUMNS + j
+                x, _ = base_point(state, at, state[at + BASE_X], state[at + BASE_Z])
+                ox, _ = base_point(state, on, state[at + SUPPORT_X], state[at + SUPPORT_Z])
+                state[at + SIDE] = 1.0 if x > ox else -1.0
         fallen += 1 if state[at + SIDE] != 0.0 else 0
         standing += 1 if state[at + SIDE] == 0.0 else 0
     if not np.isfinite(check):
@@ -597,7 +777,7 @@ def verdict(state: Any, j: int, layout: Any, elements: int, rules: Any, limits: 
         at = (OWN + elements * BODY + p * PAIR) * COLUMNS + j
         if state[at + DEEPEST] > limits[DEEPEST_ALLOWED]:
             return 3
-        touching = int(state[at + CLOSED_1] + state[at + CLOSED_2])
+        touching = (1 if state[at + CONTACT_1] != OPEN else 0) + (1 if state[at + CONTACT_2] != OPEN else 0)
         first, second = layout[p, 0], layout[p, 1]
         for e in (first, second):
             if rules[e, IS_FREE] > 0.0 and state[(OWN + e * BODY) * COLUMNS + j + SIDE] == 0.0:
@@ -656,7 +836,7 @@ def closing_work(state: Any, j: int, layout: Any, elements: int) -> float:
     for p in range(layout.shape[0]):
         at = (OWN + elements * BODY + p * PAIR) * COLUMNS
         q = state[at : at + PAIR * COLUMNS]
-        if q[CLOSED_1 + j] == 0.0 and q[CLOSED_2 + j] == 0.0:
+        if q[CONTACT_1 + j] == OPEN and q[CONTACT_2 + j] == OPEN:
             continue
         for k in range(8):
             before[k] = q[GA1 + k * COLUMNS + j]
@@ -666,7 +846,7 @@ def closing_work(state: Any, j: int, layout: Any, elements: int) -> float:
         gaps_before(q, a, b, j, 0.0)
         for end in range(2):
             base = SPRING_1 if end == 0 else SPRING_2
-            mine = q[base + (WHOSE_1 - SPRING_1) + j] != 0.0
+            mine = q[base + (CONTACT_1 - SPRING_1) + j] != THEIRS
             k = (0 if end == 0 else 2) if mine else (6 if end == 0 else 4)
             depth = before[k] - q[GA1 + k * COLUMNS + j]
             slip = before[k + 1] - q[GA1 + (k + 1) * COLUMNS + j]
@@ -682,11 +862,11 @@ def finish(
     out: Any, each: Any,
 ) -> None:  # fmt: skip
     """Write the results of a column."""
-    deepest, work, lost = 0.0, 0.0, closing_work(state, j, layout, elements)
+    deepest, work, taken = 0.0, 0.0, closing_work(state, j, layout, elements)
     for p in range(layout.shape[0]):
         at = (OWN + elements * BODY + p * PAIR) * COLUMNS + j
         deepest = max(deepest, state[at + DEEPEST])
-        lost += state[at + LOST]
+        taken += state[at + TAKEN]
     for e in range(elements):
         at = (OWN + e * BODY) * COLUMNS + j
         work += state[at + WORK]
@@ -697,9 +877,9 @@ def finish(
             each[e, E_TIME] = state[at + UPRIGHT_UNTIL]
         each[e, E_ANGLE] = min(state[at + PEAK_ANGLE], 0.5 * np.pi) / state[at + CRITICAL]
         each[e, E_SLIP], each[e, E_RESIDUAL] = state[at + PEAK_SLIP], state[at + SLIP]
-    balance = (energy(state, j, layout, elements, gravity) - state[ENERGY + j]) - work + lost
+    balance = (moving_energy(state, j, elements, gravity) - state[ENERGY + j]) - work + taken
     out[R_STATUS], out[R_DEPTH], out[R_STEPS] = status, deepest, steps
-    out[R_ENERGY] = abs(balance) / max(work, limits[LEAST_BARRIER])
+    out[R_ENERGY] = abs(balance) / max(work, limits[LEAST_BARRIER], taken)
 
 
 @njit(**_options)
@@ -719,7 +899,7 @@ def note(state: Any, j: int, elements: int, interval: float, path: Any) -> None:
 
 @njit(nogil=True, **_options)
 def run_queue(
-    queue: Any, cases: Any, row_of_case: Any, variant_of_case: Any, initial: Any, layout: Any, sizes: Any, shapes: Any,
+    scheme: int, queue: Any, cases: Any, row_of_case: Any, variant_of_case: Any, initial: Any, layout: Any, sizes: Any, shapes: Any,
     rules: Any, limits: Any, ground: Any, upward: Any, samples: int, interval: float, steps: int, gravity: float,
     budget: int, counter: Any, path: Any, results: Any, each: Any,
 ) -> int:  # fmt: skip
@@ -727,6 +907,8 @@ def run_queue(
 
     Parameters
     ----------
+    scheme : int
+        A `overturning.dem.time_step.Scheme`.
     queue : ndarray of int64, shape (m,)
         Rows of `cases` to run, in this order.
     cases : ndarray, shape (n, PARAMETERS)
@@ -766,13 +948,15 @@ def run_queue(
         Rows of `path` that were filled.
     """
     rows, elements = initial.shape[1], sizes.size
-    state = np.zeros(rows * COLUMNS)
+    owner = np.zeros(rows * COLUMNS)
+    state = borrowed(owner)
     case, row = np.zeros(COLUMNS, np.int64), np.zeros(COLUMNS, np.int64)
     variant, done = np.zeros(COLUMNS, np.int64), np.zeros(COLUMNS, np.int64)
     free = 0
     for e in range(elements):
         free += 1 if rules[0, e, IS_FREE] > 0.0 else 0
     active, head, noted, filled = 0, 0, 0, 0
+    stride = max(int(LOOK / interval), 1)
     while True:
         while active < COLUMNS and head < queue.size:
             c = queue[head]
@@ -783,26 +967,29 @@ def run_queue(
             )  # fmt: skip
             active, head = active + 1, head + 1
         if active == 0:
+            owner[0] = noted  # held until here
             return noted
-        columns = (active + 7) // 8 * 8
         # Columns that never held a case repeat the first, so that nothing undefined is computed beside the others.
         filled = max(filled, active)
-        while filled < columns:
+        while filled < COLUMNS:
             row[filled], variant[filled] = row[0], variant[0]
             for r in range(rows):
                 state[r * COLUMNS + filled] = state[r * COLUMNS]
             filled += 1
-        next_sample(state, columns, elements, row, ground, upward, steps)
+        next_sample(state, elements, row, ground, upward, steps)
         if noted < path.shape[0]:
             note(state, 0, elements, interval, path[noted])
             noted += 1
         for _ in range(steps):
-            step(state, columns, layout, sizes, shapes, variant, gravity)
-        book_upright(state, columns, elements, steps, interval)
+            step(state, scheme, layout, sizes, shapes, variant, gravity)
+        end_sample(state, elements, rules[0], steps, interval)
         counter[0] += active * steps * free
         j = 0
         while j < active:
             done[j] += steps
+            if int(state[SAMPLE + j]) % stride != 0 and done[j] < budget:
+                j += 1
+                continue
             scene = variant[j]
             ended = verdict(state, j, layout, elements, rules[scene], limits[scene], float(samples), gravity)
             if ended < 0 and done[j] >= budget:

@@ -257,29 +257,36 @@ def kernel_column(prepared: Prepared) -> FloatArray:
         put(at, k.CRITICAL, float(prepared.critical[index]))
         put(at, k.PEAK_ANGLE, abs(turn))
         put(at, k.LAST_UPRIGHT, -1.0)
+        support, (x, z) = placed[prepared.support[index]], prepared.base[index]
+        for name, value in zip(
+            (k.BASE_X, k.BASE_Z, k.SUPPORT_X, k.SUPPORT_Z),
+            (x - item.x, z - item.z, x - support.x, z - support.z),
+            strict=True,
+        ):
+            put(at, name, value)
     laws = prepared.laws
     for index in range(len(prepared.pairs)):
         at = k.OWN + len(placed) * k.BODY + index * k.PAIR
         put(at, k.KN, float(laws.normal[index]))
         put(at, k.KS, float(laws.tangential[index]))
         put(at, k.COMPLIANCE, float(1.0 / laws.tangential[index]) if laws.tangential[index] > 0 else 0.0)
-        put(at, k.HN, float(laws.dashpot[index]))
-        put(at, k.HS, float(laws.dashpot[index]))
+        put(at, k.DASHPOT, float(laws.dashpot[index]))
         put(at, k.FRICTION, float(laws.friction[index]))
         put(at, k.REACH, -1.0)
     for index, side, slip in prepared.springs:
         at = k.OWN + len(placed) * k.BODY + index * k.PAIR
         first = k.SPRING_1 if side == 0 else k.SPRING_2
         put(at, first, slip)
-        put(at, first + (k.CLOSED_1 - k.SPRING_1), 1.0)
         i, j = prepared.pairs[index]
-        put(at, first + (k.WHOSE_1 - k.SPRING_1), _whose(placed[i], placed[j], side))
+        mine = _is_first(placed[i], placed[j], side)
+        put(at, first + (k.CONTACT_1 - k.SPRING_1), k.MINE if mine else k.THEIRS)
     return rows
 
 
-def _whose(a: Placed, b: Placed, side: int) -> float:
+def _is_first(a: Placed, b: Placed, side: int) -> bool:
+    """Whether the vertex of an end is the first element's."""
     point = common_stretch(a, b)[side].point
-    return 1.0 if min(np.hypot(x - point[0], z - point[1]) for x, z in a.points) < 1e-9 * a.size else 0.0
+    return bool(min(np.hypot(x - point[0], z - point[1]) for x, z in a.points) < 1e-9 * a.size)
 
 
 def kernel_shapes(prepared: Prepared) -> tuple[NDArray[np.int64], FloatArray]:
@@ -298,15 +305,11 @@ def kernel_rules(prepared: Prepared) -> tuple[FloatArray, FloatArray]:
     rules = np.zeros((len(prepared.placed), k.RULES))
     free = [item for item in prepared.placed if not item.fixed]
     for index, item in enumerate(prepared.placed):
-        support = prepared.placed[prepared.support[index]]
         drop = item.element.fallen_drop
         rules[index, k.IS_FREE] = 0.0 if item.fixed else 1.0
         rules[index, k.FALL_ANGLE] = round(float(np.radians(item.element.fallen_rotation_deg)), 12)
         rules[index, k.LOWEST] = -np.inf if drop is None else item.z - drop
         rules[index, k.SUPPORT] = prepared.support[index]
-        x, z = prepared.base[index]
-        rules[index, [k.BASE_X, k.BASE_Z]] = x - item.x, z - item.z
-        rules[index, [k.SUPPORT_X, k.SUPPORT_Z]] = x - support.x, z - support.z
         rules[index, k.BARRIER] = prepared.barrier[index]
     lightest = min(free, key=lambda item: item.mass)
     limits = np.zeros(k.LIMITS)

@@ -1,6 +1,7 @@
 """Convex polygons: area, centre, inertia and faces, from closed forms."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -41,12 +42,12 @@ class Polygon:
         mirrored = {(-x, z) for x, z in self.vertices.tolist()}
         return mirrored == set(map(tuple, self.vertices.tolist()))
 
-    @property
+    @cached_property
     def width(self) -> float:
         """Extent in x, m."""
         return float(np.ptp(self.vertices[:, 0]))
 
-    @property
+    @cached_property
     def height(self) -> float:
         """Extent in z, m."""
         return float(np.ptp(self.vertices[:, 1]))
@@ -60,6 +61,10 @@ class Polygon:
             First and second end (4), outward normal (2), distance from the centre, place of the middle along the
             tangent (−n_z, n_x), half length. Of a symmetric polygon, mirrored faces have exactly mirrored numbers.
         """
+        return self._faces
+
+    @cached_property
+    def _faces(self) -> FloatArray:
         first, second = self.vertices, np.roll(self.vertices, -1, axis=0)
         edge = second - first
         length = np.sqrt(edge[:, 0] * edge[:, 0] + edge[:, 1] * edge[:, 1])
@@ -68,7 +73,9 @@ class Polygon:
         middle = 0.5 * (first + second)
         offset = normal[:, 0] * middle[:, 0] + normal[:, 1] * middle[:, 1]
         along = tangent[:, 0] * middle[:, 0] + tangent[:, 1] * middle[:, 1]
-        return np.column_stack([first, second, normal, offset, along, 0.5 * length])
+        found = np.column_stack([first, second, normal, offset, along, 0.5 * length])
+        found.flags.writeable = False
+        return found
 
 
 def polygon(name: str, vertices: ArrayLike) -> Polygon:

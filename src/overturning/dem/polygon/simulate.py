@@ -14,6 +14,7 @@ from overturning.dem.polygon.prepare import prepare
 from overturning.dem.polygon.scene import Scene
 from overturning.dem.simulate import opposite_azimuths, simulate_arrays
 from overturning.dem.status import Status
+from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.dem.variables import INT8_MISSING, PER_ELEMENT, VARIABLES
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 _ODD: Final = ("overturned", "residual_slip")
-SCHEME: Final = "cundall"
 
 
 def is_block(scene: Scene) -> bool:
@@ -67,7 +67,7 @@ def simulate_scene_arrays(
     height: ArrayLike | None = None,
     b_over_h: ArrayLike | None = None,
     friction: ArrayLike = 1.0,
-    scheme: str | None = None,
+    scheme: str = DEFAULT_SCHEME,
     time_step: float | str = "auto",
     leave_out: bool = True,
     threads: int = 1,
@@ -89,9 +89,7 @@ def simulate_scene_arrays(
         the height; the slenderness changes the reference element's width alone.
     friction : array_like, shape (f,)
         µ of every contact law without one.
-    scheme : str, optional
-        Integration scheme; the general kernel has "cundall".
-    time_step, leave_out, threads, progress
+    scheme, time_step, leave_out, threads, progress
         As in `overturning.dem.simulate.simulate_arrays`.
     general : bool
         Take the general kernel where the fast one would do.
@@ -116,24 +114,21 @@ def simulate_scene_arrays(
     ]
     if is_block(scene) and not general:
         law = scene.law(*scene.elements)
-        given = {} if scheme is None else {"scheme": scheme}
         arrays = simulate_arrays(
             motion, azimuth_deg=axes[0], height=axes[1], b_over_h=axes[2],
             friction=axes[3] if law.friction is None else [law.friction],
             density=scene.materials[scene.elements[1].material].density, contact=block_contact(scene),
-            time_step=time_step, leave_out=leave_out, threads=threads, progress=progress, **given,
+            time_step=time_step, leave_out=leave_out, threads=threads, progress=progress, scheme=scheme,
         )  # fmt: skip
         whole = tuple(axis.size for axis in axes)
         return {name: np.broadcast_to(values, whole).copy() for name, values in arrays.items()}
-    if scheme not in (None, SCHEME):
-        raise ArgumentError(f"scheme: {scheme!r}; scenes of polygons have {SCHEME!r} only")
     check_count(int(np.prod([float(axis.size) for axis in axes])))
     symmetric = all(prepare(scene, h, b).symmetric for h in axes[1].tolist() for b in axes[2].tolist())
     opposite = opposite_azimuths(axes[0]) if leave_out and symmetric else np.full(axes[0].size, -1, np.int64)
     computed = np.flatnonzero(opposite < 0)
     grid = np.meshgrid(axes[0][computed], *axes[1:], indexing="ij")
     found = run_scene_cases(
-        scene, motion, Cases(*(values.ravel() for values in grid)), time_step=time_step, leave_out=leave_out,
+        scene, motion, Cases(*(values.ravel() for values in grid)), scheme=scheme, time_step=time_step, leave_out=leave_out,
         threads=threads, progress=progress,
     )  # fmt: skip
     place_of = np.searchsorted(computed, np.where(opposite < 0, np.arange(opposite.size), opposite))
@@ -215,6 +210,7 @@ def scene_trajectory(
     height: float | None = None,
     b_over_h: float | None = None,
     friction: float = 1.0,
+    scheme: str = DEFAULT_SCHEME,
     time_step: float | str = "auto",
     leave_out: bool = True,
     amplitude: float = 1.0,
@@ -223,7 +219,7 @@ def scene_trajectory(
 
     Parameters
     ----------
-    scene, motion, azimuth_deg, height, b_over_h, friction, time_step, leave_out
+    scene, motion, azimuth_deg, height, b_over_h, friction, scheme, time_step, leave_out
         As in `simulate_scene_arrays`, one value each.
     amplitude : float
         Factor on the motion.
@@ -244,7 +240,7 @@ def scene_trajectory(
     own_height, own_ratio = native_size(scene)
     size, ratio = (own_height if height is None else height), (own_ratio if b_over_h is None else b_over_h)
     case = Cases([azimuth_deg], [size], [ratio], [friction], [amplitude])
-    how = plan_scene(scene, motion, case, time_step=time_step, leave_out=leave_out)
+    how = plan_scene(scene, motion, case, scheme=scheme, time_step=time_step, leave_out=leave_out)
     prepared = how.variants[0]
     count = len(prepared.placed)
     first, last = int(how.table[0, k.P_FIRST]), int(how.table[0, k.P_AFTER])

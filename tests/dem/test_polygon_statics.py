@@ -70,7 +70,7 @@ def test_a_block_slips_on_a_slope_at_its_friction_angle(friction: float) -> None
     way = np.hypot(poses[:, 1, 0] - poses[0, 1, 0], poses[:, 1, 1] - poses[0, 1, 1])
     if friction > 0.3:
         # The corner with less weight slips by a part of the static sag (1e-5 m) and hands its load to the other.
-        assert way.max() < 3e-6
+        assert way.max() < 4e-6
         assert np.ptp(way[100:]) <= 1e-9
     else:
         angle = np.arctan(0.3)

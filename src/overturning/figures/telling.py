@@ -1,6 +1,7 @@
 """Films and figures of a study's telling cases."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -102,15 +103,15 @@ def _draw(cube: "xr.Dataset", case: TellingCase, motions: Path, folder: Path, nu
 
 
 def scene_trajectories(
-    study: Study, motion: Motion, panels: list[tuple[float, float]], block: dict[str, float]
+    study: Study, motion: Motion, panels: list[tuple[float, float]], block: Mapping[str, Any]
 ) -> list["xr.Dataset"]:
     """Paths of all elements of the study's scene for azimuths and factors on the motion; none without a scene."""
     if study.scene is None:
         return []
     return [
         scene_trajectory(
-            study.scene, motion, azimuth_deg=angle, amplitude=factor, time_step=study.simulation.time_step,
-            leave_out=study.simulation.leave_out, **block,
+            study.scene, motion, azimuth_deg=angle, amplitude=factor, scheme=study.simulation.scheme,
+            time_step=study.simulation.time_step, leave_out=study.simulation.leave_out, **block,
         )
         for angle, factor in panels
     ]  # fmt: skip

@@ -15,7 +15,7 @@ from overturning.dem.polygon.cases import SceneResults, run_scene_cases
 from overturning.dem.polygon.geometry import Placed, native_size
 from overturning.dem.polygon.prepare import Prepared, prepare
 from overturning.dem.status import Status
-from overturning.dem.time_step import Scheme, stable_step, steps_per_sample
+from overturning.dem.time_step import DEFAULT_SCHEME, scheme_of, stable_step, steps_per_sample
 from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
@@ -182,9 +182,9 @@ def _groups(setting: SceneSetting, prepared: Prepared | None, motion: Motion, st
     size = min(item.size for item in prepared.placed if not item.fixed)
     bound = max(rocking_bound(prepared.placed), 1e-9)
     square, rate = np.array([prepared.square]), np.array([prepared.rate])
-    stable = float(stable_step(Scheme.CUNDALL, square, rate)[0])
+    stable = float(stable_step(scheme_of(DEFAULT_SCHEME), square, rate)[0])
     try:
-        per_sample = float(steps_per_sample(Scheme.CUNDALL, step, square, rate, motion.sampling_interval)[0])
+        per_sample = float(steps_per_sample(scheme_of(DEFAULT_SCHEME), step, square, rate, motion.sampling_interval)[0])
         ratio = motion.sampling_interval / per_sample / stable
     except ArgumentError:
         ratio = setting.common.step_fraction

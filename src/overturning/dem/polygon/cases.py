@@ -103,7 +103,7 @@ def plan_scene(
     motion: Motion,
     cases: Cases,
     *,
-    scheme: str = DEFAULT_SCHEME,
+    scheme: str | None = None,
     time_step: float | str = "auto",
     leave_out: bool = True,
     refinement: int = 1,
@@ -111,7 +111,7 @@ def plan_scene(
     """Check the arguments and work out what each case needs."""
     from overturning.dem.polygon import kernel as k
 
-    method = scheme_of(scheme)
+    method = scheme_of(scheme or DEFAULT_SCHEME)
     if np.asarray(cases.initial_tilt).any():
         raise ArgumentError("initial_tilt: a scene starts at rest; rotate an element in the scene file instead")
     keys = np.stack([np.asarray(cases.height), np.asarray(cases.b_over_h), np.asarray(cases.damping_factor)], axis=1)
@@ -168,7 +168,7 @@ def run_scene_cases(
     motion: Motion,
     cases: Cases,
     *,
-    scheme: str = DEFAULT_SCHEME,
+    scheme: str | None = None,
     time_step: float | str = "auto",
     leave_out: bool = True,
     refinement: int = 1,
@@ -187,8 +187,8 @@ def run_scene_cases(
     cases : Cases
         `height` and `b_over_h` are those of the scene's reference element, `friction` that of every contact law
         without one.
-    scheme : str
-        Integration scheme, "centred" or "cundall".
+    scheme : str, optional
+        Integration scheme, "centred" (the default) or "cundall".
     time_step : float or str
         Largest step, s; "auto"; or a fraction of the stable step such as "0.25 stable".
     leave_out : bool
@@ -217,7 +217,9 @@ def run_scene_cases(
     for name, number in (("threads", threads), ("refinement", refinement), ("budget", budget)):
         if number < 1:
             raise ArgumentError(f"{name}: {number}; at least 1")
-    how = plan_scene(scene, motion, cases, scheme=scheme, time_step=time_step, leave_out=leave_out, refinement=refinement)
+    how = plan_scene(
+        scene, motion, cases, scheme=scheme, time_step=time_step, leave_out=leave_out, refinement=refinement
+    )
     free = how.variants[0].free
     results = _empty(cases.size, free.size)
     counter = np.zeros(1, np.int64)

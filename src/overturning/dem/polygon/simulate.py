@@ -67,7 +67,7 @@ def simulate_scene_arrays(
     height: ArrayLike | None = None,
     b_over_h: ArrayLike | None = None,
     friction: ArrayLike = 1.0,
-    scheme: str = DEFAULT_SCHEME,
+    scheme: str | None = None,
     time_step: float | str = "auto",
     leave_out: bool = True,
     threads: int = 1,
@@ -118,7 +118,8 @@ def simulate_scene_arrays(
             motion, azimuth_deg=axes[0], height=axes[1], b_over_h=axes[2],
             friction=axes[3] if law.friction is None else [law.friction],
             density=scene.materials[scene.elements[1].material].density, contact=block_contact(scene),
-            time_step=time_step, leave_out=leave_out, threads=threads, progress=progress, scheme=scheme,
+            time_step=time_step, leave_out=leave_out, threads=threads, progress=progress,
+            scheme=scheme or DEFAULT_SCHEME,
         )  # fmt: skip
         whole = tuple(axis.size for axis in axes)
         return {name: np.broadcast_to(values, whole).copy() for name, values in arrays.items()}
@@ -210,7 +211,7 @@ def scene_trajectory(
     height: float | None = None,
     b_over_h: float | None = None,
     friction: float = 1.0,
-    scheme: str = DEFAULT_SCHEME,
+    scheme: str | None = None,
     time_step: float | str = "auto",
     leave_out: bool = True,
     amplitude: float = 1.0,

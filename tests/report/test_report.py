@@ -147,7 +147,11 @@ def test_no_falls(results) -> None:
     folder = results([pulse_record("weak", 60, 0.1, fault_strike_deg=330.0)])
     page, _ = report_of(folder)
     assert "No block overturned in any direction" in page
-    assert "no fit: nothing falls" in page
+    assert "No fit: nothing falls" in page
+    # No table of nothing but dashes.
+    assert "Rayleigh" not in page
+    assert 'id="rose"' not in page
+    assert 'id="directions"' not in page
 
 
 def test_everything_falls(results) -> None:
@@ -158,6 +162,7 @@ def test_everything_falls(results) -> None:
     page, _ = report_of(folder)
     assert content(folder)["fallen"] == 1
     assert "there is no axis along which blocks fall more easily" in page
+    assert "Rayleigh" not in page  # no axis is told either
 
 
 def test_an_unknown_fault(results) -> None:

@@ -152,7 +152,7 @@ def content(results: Path) -> dict[str, Any]:
         with_vertical = int((cube["vertical"] == 1).sum().compute())
         cases, computed = int(cube["overturned"].size), int((cube["mirrored"] == 0).sum().compute())
         missing, earthquakes = missing_outcomes(cube), len({row["event"] for row in records})
-        direction = direction_content(cube, intensity, fallen)
+        direction = direction_content(cube, intensity, fallen, sum(missing.values()))
         return {
             "peaks": compare_peaks(study, intensity),
             "findings": findings,

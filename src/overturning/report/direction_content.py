@@ -28,7 +28,7 @@ MOST_RECORDS_IN_WORDS = 5
 """Records whose directions still stand in sentences; of more the table tells."""
 
 
-def direction_content(cube: "xr.Dataset", intensity: "xr.Dataset", fallen: float) -> dict[str, Any]:
+def direction_content(cube: "xr.Dataset", intensity: "xr.Dataset", fallen: float, missing: int = 0) -> dict[str, Any]:
     """Answer, axes by earthquake, by shape, fit and ensemble; read one record at a time.
 
     Parameters
@@ -37,6 +37,8 @@ def direction_content(cube: "xr.Dataset", intensity: "xr.Dataset", fallen: float
         The cube and the intensity measures.
     fallen : float
         Share of all cases that overturn.
+    missing : int
+        Cases without an outcome.
 
     Returns
     -------
@@ -48,13 +50,13 @@ def direction_content(cube: "xr.Dataset", intensity: "xr.Dataset", fallen: float
     summaries = {name: summarise_axes(one) for name, one in axes.items()}
     difference = compare_alignment(*axes.values()) if len(axes) == 2 else None
     planes = int(plane_index(cube["azimuth"].values).size)
-    sentences = answer(summaries, difference, fallen, planes=planes)
+    sentences = answer(summaries, difference, fallen, planes=planes, missing=missing)
     unknown_faults = all(summary.n == 0 for summary in summaries.values())
     if unknown_faults and fallen > 0 and planes > 1 and cube.sizes["record"] <= MOST_RECORDS_IN_WORDS:
         sentences += _directions_in_words(cube)
     return {
         "answer": sentences,
-        "has_axes": not unknown_faults,
+        "has_axes": not unknown_faults and 0 < fallen < 1 and planes > 1,
         "summaries": [_summary_row(name, summary) for name, summary in summaries.items()],
         "by_shape": _by_shape(cube, members),
         "fit": _fit(cube, intensity),

@@ -116,6 +116,11 @@ def inline_svg(path: Path) -> str:
     prefix = re.sub(r"\W", "-", f"{path.parent.name}-{path.stem}")
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     text = re.sub(r'(\bid="|xlink:href="#|href="#|url\(#)', rf"\g<1>{prefix}-", text)
-    return re.sub(
-        r'(<svg[^>]*?) width="[^"]*pt"', r"\1", re.sub(r'(<svg[^>]*?) height="[^"]*pt"', r"\1", text, count=1), count=1
-    )
+    size = re.search(r'<svg[^>]*? width="([0-9.]+)pt"', text)
+    if size is None:
+        return text
+    # As wide as it was drawn where there is room, so that its letters are as large as those around it.
+    style = f' style="width:100%;max-width:{float(size[1]) * 4 / 3 / 16:.1f}rem"'
+    for name in ("width", "height"):
+        text = re.sub(rf'(<svg[^>]*?) {name}="[0-9.]+pt"', r"\1", text, count=1)
+    return text.replace("<svg", f"<svg{style}", 1)

@@ -101,7 +101,11 @@ def alignment_sentence(summaries: dict[str, AxisSummary], difference: AlignmentD
 
 
 def answer(
-    summaries: dict[str, AxisSummary], difference: AlignmentDifference | None, fallen: float, planes: int
+    summaries: dict[str, AxisSummary],
+    difference: AlignmentDifference | None,
+    fallen: float,
+    planes: int,
+    missing: int = 0,
 ) -> list[str]:
     """The answer: a few sentences with numbers and their uncertainty.
 
@@ -115,6 +119,8 @@ def answer(
         Share of all cases that overturn, NaN where none was found.
     planes : int
         Vertical planes of the study: one plane tells nothing about direction.
+    missing : int
+        Cases without an outcome.
 
     Returns
     -------
@@ -122,14 +128,17 @@ def answer(
     """
     if math.isnan(fallen):
         return ["No outcome was found, so nothing can be said; see the causes below."]
+    known = " whose outcome is known" if missing else ""
     if fallen <= 0:
-        return ["No block overturned in any direction, so these records say nothing about the direction of falls."]
+        return [
+            f"No block{known} overturned in any direction, so these records say nothing about the direction of falls."
+        ]
     if planes == 1:
         return [
             f"{percent(fallen)} of the cases overturn; with a single plane of motion nothing is said about direction."
         ]
     if fallen >= 1:
-        return ["Every block overturned in every plane: there is no axis along which blocks fall more easily."]
+        return [f"Every block{known} overturned in every plane: there is no axis along which blocks fall more easily."]
     if all(summary.n == 0 for summary in summaries.values()):
         return [
             f"{percent(fallen)} of the cases overturn; no fault normal is known, so nothing is said relative to a fault."

@@ -62,10 +62,12 @@ def counted(records: int, earthquakes: int, with_vertical: int) -> str:
 def case_note(cases: int, computed: int, fallen: float, missing: dict[str, int]) -> str:
     """Of how many cases the report speaks, and how many have no outcome."""
     share = "" if fallen != fallen else f" {percent(fallen)} of them overturn."
+    others = (
+        "all were computed" if computed == cases else f"{computed:,} were computed, the others are their mirror images"
+    )
     absent = ", ".join(f"{number:,} {name.replace('_', ' ')}" for name, number in missing.items())
-    return (
-        f"The study has {cases:,} cases (record × azimuth × height × B/H × friction); {computed:,} were computed, the others are "
-        f"their mirror images.{share} " + (f"Without an outcome: {absent}." if absent else "No outcome is missing.")
+    return f"The study has {cases:,} cases (record × azimuth × height × B/H × friction); {others}.{share} " + (
+        f"Without an outcome: {absent}." if absent else "No outcome is missing."
     )
 
 

@@ -82,6 +82,8 @@ def test_geonet_with_odd_axes(tmp_path, corrected):
     assert record.start == "2016-11-13T11:02:19Z"
     assert record.extra["processed"] is corrected
     assert (round(record.latitude, 4), round(record.longitude, 4)) == (-42.6194, 173.0536)
+    epicentre = record.extra["event_latitude"], record.extra["event_longitude"]
+    assert epicentre == pytest.approx((-42.6925, 173.0219), abs=1e-4)
     assert record.component_azimuths_deg == (332.0, 242.0)
 
 
@@ -191,11 +193,14 @@ def test_peer_velocity_is_refused(tmp_path):
 
 def test_esm(tmp_path):
     for stream, samples in (("HNE", A), ("HNN", B), ("HNZ", C)):
-        (tmp_path / f"IT.AMT.00.{stream}.D.20161030.C.ACC.ASC").write_text(esm_text(samples, 0.005, stream))
+        text = esm_text(samples, 0.005, stream)
+        event = "EVENT_LATITUDE_DEGREE: 42.8322\nEVENT_LONGITUDE_DEGREE: 13.1107\nMAGNITUDE_W:"
+        (tmp_path / f"IT.AMT.00.{stream}.D.20161030.C.ACC.ASC").write_text(text.replace("MAGNITUDE_W:", event))
     record = read_path(tmp_path / "IT.AMT.00.HNE.D.20161030.C.ACC.ASC")
     check(record, B * 0.01, A * 0.01, C * 0.01)
     assert record.start == "2016-10-30T06:40:10.45Z"
     assert record.extra["magnitude"] == 6.5
+    assert (record.extra["event_latitude"], record.extra["event_longitude"]) == (42.8322, 13.1107)
 
 
 @pytest.mark.parametrize(("axes", "word"), [(("H1", "H2"), "H1"), (("RAD", "TAN"), "RAD"), (("--L", "--T"), "--L")])

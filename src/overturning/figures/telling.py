@@ -68,7 +68,7 @@ def _draw(cube: "xr.Dataset", case: TellingCase, motions: Path, folder: Path, nu
         else [element_path(path, study.scene.reference_name) for path in moved]
     )
     place = ", ".join(text for text in (str(one["station"].item()), str(one["event"].item())) if text)
-    title = f"{place}: B/H = {case.b_over_h:g}, H = {case.height:g} m, µ = {case.friction:g}"
+    title = f"{place}: B/H = {case.b_over_h:.3g}, H = {case.height:.3g} m, µ = {case.friction:g}"
     headings = [
         compass_name(angle) + (f", {factor:g} times the motion" if len(set(case.amplitude)) > 1 else "")
         for angle, factor in panels

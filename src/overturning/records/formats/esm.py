@@ -13,6 +13,12 @@ from overturning.units import GAL
 
 NAME: Final = "esm-dyna"
 
+_EVENT = {
+    "MAGNITUDE_W": "magnitude",
+    "EVENT_LATITUDE_DEGREE": "event_latitude",
+    "EVENT_LONGITUDE_DEGREE": "event_longitude",
+}
+
 _LINE: Final = re.compile(r"([A-Z][A-Z0-9_/^]*):\s?(.*)")
 
 
@@ -82,7 +88,7 @@ def read(source: SourceFile) -> list[Component]:
             if peak[1]
             else None,
             processed="NOT REMOVED" not in header.get("BASELINE_CORRECTION", (0, ""))[1].upper(),
-            extra={"magnitude": value("MAGNITUDE_W")} if header.get("MAGNITUDE_W", (0, ""))[1] else {},
+            extra={name: value(key) for key, name in _EVENT.items() if header.get(key, (0, ""))[1]},
         )
     ]
 

@@ -20,6 +20,9 @@ MM: Final = 1e-3
 TEXT_LINES: Final = 16
 HEADER_LINES: Final = 26
 
+_PLACE = r"(\d+) (\d+) (\d+)([NS])\s+(\d+) (\d+) (\d+)([EW])"
+"""Degrees, minutes and seconds of a latitude and a longitude."""
+
 
 def detect(source: SourceFile) -> bool:
     """Whether a file begins like a GeoNet accelerogram."""
@@ -82,8 +85,12 @@ def _block(source: SourceFile, lines: list[str], at: int) -> tuple[Component, in
     start = at + HEADER_LINES
     samples = fixed_columns(lines[start:], name, start + 1, width=8, per_line=10, count=count)
     peak = _search(text, 13, rf"Acceleration:\s+[Pp]eak\s+({FLOAT})\s*mm/s/s", name, at)
-    site = re.match(r"Site\s+(\S+)\s+(\d+) (\d+) (\d+)([NS])\s+(\d+) (\d+) (\d+)([EW])", text[1])
-    latitude, longitude = _coordinates(site) if site else (None, None)
+    site = re.match(rf"Site\s+(\S+)\s+{_PLACE}", text[1])
+    latitude, longitude = _coordinates(site, 2) if site else (None, None)
+    extra: dict[str, float] = {"magnitude": float(real[14])} if real[14] > 0 else {}
+    epicentre = re.match(rf"Epicentre\s+{_PLACE}", text[8])
+    if epicentre:
+        extra["event_latitude"], extra["event_longitude"] = _coordinates(epicentre, 1)
     component = Component(
         samples=samples * scale,
         sampling_interval=float(interval),
@@ -101,7 +108,7 @@ def _block(source: SourceFile, lines: list[str], at: int) -> tuple[Component, in
         longitude=longitude,
         peak=StatedPeak(abs(number(peak, name, at + 14, "peak")) * MM, resolution(peak) * MM, line=at + 14),
         processed=corrected,
-        extra={"magnitude": float(real[14])} if real[14] > 0 else {},
+        extra=extra,
     )
     skipped = [count, *(int(n) for n in whole[34:36])] if corrected else [count]
     end = start + sum(-(-n // 10) for n in skipped)
@@ -117,12 +124,14 @@ def _search(text: list[str], index: int, pattern: str, file: str, at: int) -> st
     return match[1]
 
 
-def _coordinates(site: re.Match[str]) -> tuple[float, float]:
-    def angle(first: int, negative: str) -> float:
-        degrees = int(site[first]) + int(site[first + 1]) / 60 + int(site[first + 2]) / 3600
-        return round(-degrees if site[first + 3] == negative else degrees, 5)
+def _coordinates(place: re.Match[str], group: int) -> tuple[float, float]:
+    """Latitude and longitude, degrees, of a match whose eight groups of the place begin at ``group``."""
 
-    return angle(2, "S"), angle(6, "W")
+    def angle(first: int, negative: str) -> float:
+        degrees = int(place[first]) + int(place[first + 1]) / 60 + int(place[first + 2]) / 3600
+        return round(-degrees if place[first + 3] == negative else degrees, 5)
+
+    return angle(group, "S"), angle(group + 4, "W")
 
 
 def _start(whole: object, file: str, at: int) -> datetime:

@@ -1,5 +1,6 @@
 """Error against run time, log-log, one line per method, the default setting marked."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -10,7 +11,6 @@ from overturning.dem.contact import STATIC_PENETRATION
 from overturning.figures.style import DASHES, INK, SERIES, save, style
 from overturning.verification.measures import RESOLUTION
 from overturning.verification.page import over_steps
-from overturning.verification.work_precision import SCHEMES
 
 Columns = dict[str, NDArray[Any]]
 
@@ -28,6 +28,8 @@ _LABELS: Final = {
     "slip_error": "peak slip,\nlargest error, share",
     "energy_error": "work and energy,\nmean residual",
 }
+_SCHEMES: Final = {"centred": "centred, over time steps", "cundall": "cundall, over time steps"}
+_PAPER: Final[dict[str, Any]] = {"facecolor": "white", "alpha": 0.8, "linewidth": 0, "pad": 0.5}
 _COUNTED: Final = {"wrong_flags": "cases", "wrong_sides": "fallen"}
 
 
@@ -60,7 +62,8 @@ def draw_against_finer_steps(rows: Columns, path: Path) -> None:
             friction = {"rocking": "µ = 1 and 10", "sliding": "µ = 0.33 and 0.58"}[kind]
             axes[0, column].set_title(f"six records, {friction}")
             axes[-1, column].set_xlabel("processor time per case, s")
-        figure.legend(handles=_handles(axes[0, 0]), loc="lower center", ncols=2, bbox_to_anchor=(0.5, 0.0))
+        methods = _SCHEMES | {"stiffness": "centred, δ/B 2e-3 to 2e-6, against 2e-6"}
+        figure.legend(handles=_handles(methods), loc="lower center", ncols=2, bbox_to_anchor=(0.5, 0.0))
         figure.subplots_adjust(left=0.13, right=0.98, top=0.96, bottom=0.15, hspace=0.12, wspace=0.2)
         save(figure, path)
 
@@ -103,28 +106,30 @@ def draw_against_rigid_solutions(rows: Columns, path: Path) -> None:
             _finish(axis, measure, first=True)
             axis.set_title(title)
             axis.set_xlabel("Δt / Δt stable" if axis is balance else "processor time per case, s")
-        figure.legend(handles=_handles(axes[0, 0]), loc="outside lower center", ncols=3)
+        engines = [name for name in ("Box2D", "pymunk", "MuJoCo") if (rows["method"] == name).any()]
+        methods = _SCHEMES | {"stiffness": "centred, δ/B 2e-3 to 2e-6"} | {name: name for name in engines}
+        figure.legend(handles=_handles(methods), loc="outside lower center", ncols=3)
         save(figure, path)
 
 
-def _handles(axis: Any) -> list[Any]:
+def _handles(methods: Mapping[str, str]) -> list[Any]:
     """The legend: methods, and what hollow marks and rings mean."""
     from matplotlib.lines import Line2D
 
-    handles, _ = axis.get_legend_handles_labels()
+    handles = [
+        Line2D(
+            [], [], color=_LOOK[name][0], linestyle=_LOOK[name][1], marker=_LOOK[name][2], markersize=4.5, label=label
+        )
+        for name, label in methods.items()
+    ]
     common: dict[str, Any] = {"linestyle": "none", "marker": "o", "color": INK}
     return [
         *handles,
         Line2D([], [], markersize=11, markerfacecolor="none", label="default setting", **common),
         Line2D(
-            [],
-            [],
-            markersize=4.5,
-            markerfacecolor="white",
-            label="hollow: none wrong, or a shift too small to",
-            **common,
+            [], [], markersize=4.5, markerfacecolor="white", label="hollow: none wrong, drawn at half a case;", **common
         ),
-        Line2D([], [], linestyle="none", label="see; drawn at half a case, or half the least shift"),
+        Line2D([], [], linestyle="none", label="shift too small to see, at half the least"),
     ]
 
 
@@ -153,14 +158,7 @@ def _line(
         none = y == 0
         y = np.where(none, 0.5 * RESOLUTION, y)
     good = np.isfinite(y)
-    label = (
-        "centred, δ/B 2e-3 to 2e-6"
-        if method == "stiffness"
-        else f"{method}, over steps"
-        if method in SCHEMES
-        else method
-    )
-    axis.plot(x[good], y[good], color=colour, linestyle=dash, linewidth=1.3, label=label)
+    axis.plot(x[good], y[good], color=colour, linestyle=dash, linewidth=1.3)
     for filled, part in ((True, good & ~none), (False, good & none)):
         axis.plot(
             x[part], y[part], color=colour, linestyle="none", marker=marker, markersize=4.5,
@@ -170,7 +168,9 @@ def _line(
     axis.plot(x[mine], y[mine], linestyle="none", marker="o", markersize=11, markerfacecolor="none", color=INK)
     if label_penetration:
         for left, top, delta in zip(x, y, rows["penetration_ratio"][chosen][order], strict=True):
-            axis.annotate(f"{delta:.0e}", (left, top), xytext=(4, 5), textcoords="offset points", fontsize=7)
+            axis.annotate(
+                f"{delta:.0e}", (left, top), xytext=(4, 5), textcoords="offset points", fontsize=7, bbox=_PAPER
+            )
 
 
 def _finish(axis: Any, measure: str, first: bool) -> None:

@@ -16,8 +16,8 @@ from overturning.verification.work_precision_cases import Group
 FloatArray = NDArray[np.float64]
 Runner = Callable[[Group], tuple[NDArray[np.int8], FloatArray]]
 
-HALVINGS: Final = 12
-"""Of the bracket of an overturning boundary: it is then known to 2.4e-6 of B/H."""
+HALVINGS: Final = 15
+"""Of the bracket of an overturning boundary: it is then known to 3e-7 of B/H."""
 
 AT_ONCE: Final = 3
 """Halvings, at most, whose middles are run together to fill the kernel's columns; the answer is that of one after another."""

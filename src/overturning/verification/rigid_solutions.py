@@ -29,7 +29,7 @@ from overturning.verification.work_precision import (
 )
 from overturning.verification.work_precision_cases import Group, pulse_groups, rigid_record_groups, slide_groups
 
-ENGINES_EVERY: Final = {"sine pulses": 10, "records, no sliding": 12}
+ENGINES_EVERY: Final = {"sine pulses": 10, "records, no sliding": 5}
 """The engines run every so many of the cases: each takes a hundred times a case of the kernel."""
 
 

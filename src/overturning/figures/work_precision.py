@@ -29,7 +29,6 @@ _LABELS: Final = {
     "energy_error": "work and energy,\nmean residual",
 }
 _SCHEMES: Final = {"centred": "centred, over time steps", "cundall": "cundall, over time steps"}
-_PAPER: Final[dict[str, Any]] = {"facecolor": "white", "alpha": 0.8, "linewidth": 0, "pad": 0.5}
 _COUNTED: Final = {"wrong_flags": "cases", "wrong_sides": "fallen"}
 
 
@@ -168,9 +167,9 @@ def _line(
     axis.plot(x[mine], y[mine], linestyle="none", marker="o", markersize=11, markerfacecolor="none", color=INK)
     if label_penetration:
         for left, top, delta in zip(x, y, rows["penetration_ratio"][chosen][order], strict=True):
-            axis.annotate(
-                f"{delta:.0e}", (left, top), xytext=(4, 5), textcoords="offset points", fontsize=7, bbox=_PAPER
-            )
+            # The last below its mark, where no other line passes.
+            offset = (4, 5) if left < x.max() else (-12, -12)
+            axis.annotate(f"{delta:.0e}", (left, top), xytext=offset, textcoords="offset points", fontsize=7)
 
 
 def _finish(axis: Any, measure: str, first: bool) -> None:

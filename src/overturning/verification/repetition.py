@@ -90,7 +90,7 @@ def _scene(scene: Scene, *, scheme: str | None, time_step: float | str, leave_ou
         return lambda motion, cases: run(motion, replace(cases, friction=np.full(cases.size, friction)))
 
     def again(motion: Motion, cases: Cases) -> tuple[NDArray[np.int8], NDArray[np.int64]]:
-        found = run_scene_cases(scene, motion, cases, scheme=scheme, **given)
+        found = run_scene_cases(scene, motion, cases, **given)
         return found.overturned, found.block_steps
 
     return again

@@ -91,7 +91,7 @@ def _setting(
     friction = np.where(generator.random(TOGETHER) < 0.05, 0.0, 10.0 ** generator.uniform(-2.0, 1.0, TOGETHER))
     return SceneSetting(
         scene,
-        replace(case, b_over_h=factor, peak=9.80665, friction=float("nan"), scheme="scene"),
+        replace(case, b_over_h=factor, peak=9.80665, friction=float("nan")),
         float("nan") if absolute else float(stiffest * (softest / stiffest) ** share),
         friction,
         amplitude,

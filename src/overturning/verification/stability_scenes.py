@@ -15,7 +15,7 @@ from overturning.dem.polygon.cases import SceneResults, run_scene_cases
 from overturning.dem.polygon.geometry import Placed, native_size
 from overturning.dem.polygon.prepare import Prepared, prepare
 from overturning.dem.status import Status
-from overturning.dem.time_step import DEFAULT_SCHEME, scheme_of, stable_step, steps_per_sample
+from overturning.dem.time_step import scheme_of, stable_step, steps_per_sample
 from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
@@ -63,6 +63,7 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> Rows
     rows: Rows = {
         "scene": np.full(TOGETHER, setting.scene),
         "motion": np.full(TOGETHER, case.motion),
+        "scheme": np.full(TOGETHER, case.scheme),
         "height": np.full(TOGETHER, case.height),
         "b_over_h": np.full(TOGETHER, ratio),
         "friction": setting.friction,
@@ -77,7 +78,7 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> Rows
     try:
         prepared = prepare(scene, case.height, ratio)
         cases = Cases(setting.azimuth_deg, case.height, ratio, setting.friction, setting.amplitude)
-        found = run_scene_cases(scene, motion, cases, time_step=step, budget=budget)
+        found = run_scene_cases(scene, motion, cases, scheme=case.scheme, time_step=step, budget=budget)
     except ArgumentError as error:
         rows["reason"][:] = str(error).partition(":")[0].partition(" ")[0]
         return rows | _groups(setting, prepared, motion, step)
@@ -182,9 +183,11 @@ def _groups(setting: SceneSetting, prepared: Prepared | None, motion: Motion, st
     size = min(item.size for item in prepared.placed if not item.fixed)
     bound = max(rocking_bound(prepared.placed), 1e-9)
     square, rate = np.array([prepared.square]), np.array([prepared.rate])
-    stable = float(stable_step(scheme_of(DEFAULT_SCHEME), square, rate)[0])
+    stable = float(stable_step(scheme_of(setting.common.scheme), square, rate)[0])
     try:
-        per_sample = float(steps_per_sample(scheme_of(DEFAULT_SCHEME), step, square, rate, motion.sampling_interval)[0])
+        per_sample = float(
+            steps_per_sample(scheme_of(setting.common.scheme), step, square, rate, motion.sampling_interval)[0]
+        )
         ratio = motion.sampling_interval / per_sample / stable
     except ArgumentError:
         ratio = setting.common.step_fraction
@@ -228,6 +231,7 @@ def run_scene_map(
 MEANINGS: Final = {
     "scene": ("scene", ""),
     "motion": ("kind of motion", ""),
+    "scheme": ("integration scheme", ""),
     "height": ("height of the reference element", "m"),
     "b_over_h": ("slenderness of the reference element", "1"),
     "friction": ("friction coefficient", "1"),

@@ -37,7 +37,8 @@ SCENE_NOTE = (
 )
 SCENE_ROSES_CAPTION = "Azimuths towards which each stone falls, over all cases."
 MAP_CAPTION = (
-    "Stations and epicentres as the records or the record table state them; the strike is drawn through the epicentre."
+    "Stations and epicentres as the records or the record table state them; a fault whose strike is known is drawn through "
+    "the epicentre."
 )
 
 

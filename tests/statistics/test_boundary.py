@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.statistics.boundary import boundary, crossing_values, easiest_azimuth
+from overturning.statistics.boundary import boundary, crossing_bounds, crossing_values, easiest_azimuth
 
 
 def test_all_crossings_are_found() -> None:
@@ -12,6 +12,20 @@ def test_all_crossings_are_found() -> None:
     found = crossing_values([1, 1, 0, 1, 0.25, 0], grid, 4)
     assert found[:3] == pytest.approx([0.25, 0.35, 0.4 + 0.1 * 0.5 / 0.75])
     assert np.isnan(found[3])
+
+
+def test_every_crossing_has_its_interval() -> None:
+    """Falls, stands, falls, stands: each crossing with the nearest of either scramble at which falling likewise ends."""
+    grid = [0.1, 0.2, 0.3, 0.4, 0.5]
+    whole, one, two = [1, 0, 1, 1, 0], [1, 0.25, 1, 1, 0], [1, 0, 0.25, 1, 0]
+    assert crossing_values(whole, grid, 3) == pytest.approx([0.15, 0.25, 0.45])
+    bounds = crossing_bounds(whole, one, two, grid, 3)
+    assert bounds[0] == pytest.approx([0.15, 0.1 + 0.1 * 0.5 / 0.75])
+    assert bounds[1] == pytest.approx([0.2 + 0.1 * 0.25 / 0.75, 0.3 + 0.1 * 0.25 / 0.75])
+    assert bounds[2] == pytest.approx([0.45, 0.45])
+    # A crossing that one scramble does not have has no interval.
+    only_one = crossing_bounds(whole, [1, 1, 1, 1, 0], whole, grid, 3)
+    assert np.isfinite(only_one[:, 0]).tolist() == [True, False, True]
 
 
 def test_none_and_gap() -> None:
@@ -73,6 +87,9 @@ def test_interval_between_scrambles(make_cube, sector) -> None:
     # Scrambles of 0.875/0.375 and 0.625/0.125.
     assert float(bounds["boundary_low"]) == pytest.approx(0.3 + 0.1 * 0.125 / 0.5)
     assert float(bounds["boundary_high"]) == pytest.approx(0.3 + 0.1 * 0.375 / 0.5)
+    assert float(bounds["crossing_low"][0]) == pytest.approx(float(bounds["boundary_low"]))
+    assert float(bounds["crossing_high"][0]) == pytest.approx(float(bounds["boundary_high"]))
+    assert bounds["crossing_low"][1:].isnull().all()
 
 
 def test_lazy_is_the_same(make_cube, sector) -> None:

@@ -21,6 +21,16 @@ if TYPE_CHECKING:
 HALF = 0.5
 
 
+def _crossings_of_line(
+    line: NDArray[np.float64], slenderness: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """All crossings of one line, ascending, and whether falling ends (rather than begins) at each."""
+    known = np.isfinite(line)
+    p, x = line[known] - HALF, slenderness[known]
+    at = np.flatnonzero((p[:-1] >= 0) != (p[1:] >= 0))
+    return x[at] + (x[at + 1] - x[at]) * p[at] / (p[at] - p[at + 1]), p[at] >= 0
+
+
 def crossing_values(probability: ArrayLike, b_over_h: ArrayLike, crossings: int) -> NDArray[np.float64]:
     """All B/H at which the probability crosses one half, by linear interpolation between neighbouring known cells.
 
@@ -43,13 +53,44 @@ def crossing_values(probability: ArrayLike, b_over_h: ArrayLike, crossings: int)
     flat = values.reshape(-1, values.shape[-1])
     out = np.full((flat.shape[0], crossings), np.nan)
     for row, line in zip(out, flat, strict=True):
-        known = np.isfinite(line)
-        p, x = line[known] - HALF, slenderness[known]
-        at = np.flatnonzero((p[:-1] >= 0) != (p[1:] >= 0))
-        found = x[at] + (x[at + 1] - x[at]) * p[at] / (p[at] - p[at + 1])
-        found = found[-crossings:]  # of too many, the last ones: they bound what falls
+        found = _crossings_of_line(line, slenderness)[0][-crossings:]  # of too many, the last: they bound what falls
         row[: found.size] = found
     return out.reshape(*values.shape[:-1], crossings)
+
+
+def crossing_bounds(
+    probability: ArrayLike, first: ArrayLike, second: ArrayLike, b_over_h: ArrayLike, crossings: int
+) -> NDArray[np.float64]:
+    """Interval of each crossing between the scrambles of an ensemble.
+
+    Parameters
+    ----------
+    probability : array_like, shape (..., n)
+        Probability of falling, of both scrambles together.
+    first, second : array_like, shape (..., n)
+        The same of each scramble alone.
+    b_over_h, crossings
+        As in `crossing_values`, whose crossings these intervals belong to.
+
+    Returns
+    -------
+    ndarray, shape (..., crossings, 2)
+        Lowest and highest of the crossing and the nearest one of each scramble at which falling likewise ends, or
+        begins; NaN where a scramble has none.
+    """
+    whole, *parts = (np.asarray(values, dtype=np.float64) for values in (probability, first, second))
+    slenderness = np.asarray(b_over_h, dtype=np.float64)
+    length = whole.shape[-1]
+    rows = [values.reshape(-1, length) for values in (whole, *parts)]
+    out = np.full((rows[0].shape[0], crossings, 2), np.nan)
+    for place, lines in enumerate(zip(*rows, strict=True)):
+        (found, ends), *others = (_crossings_of_line(line, slenderness) for line in lines)
+        for index, (at, end) in enumerate(zip(found[-crossings:], ends[-crossings:], strict=True)):
+            alike = [values[kinds == end] for values, kinds in others]
+            if all(values.size for values in alike):
+                near = [at, *(values[np.abs(values - at).argmin()] for values in alike)]
+                out[place, index] = min(near), max(near)
+    return out.reshape(*whole.shape[:-1], crossings, 2)
 
 
 def last_known(probability: ArrayLike) -> NDArray[np.float64]:
@@ -60,16 +101,15 @@ def last_known(probability: ArrayLike) -> NDArray[np.float64]:
 
 
 def _along_b_over_h(
-    function: Callable[..., NDArray[np.float64]], values: "xr.DataArray", sizes: dict[str, int], *more: "xr.DataArray"
+    function: Callable[..., NDArray[np.float64]], sizes: dict[str, int], *values: "xr.DataArray"
 ) -> "xr.DataArray":
     import xarray as xr
 
-    lazy = values.chunk({"b_over_h": -1}) if values.chunks is not None else values
+    lazy = [one.chunk({"b_over_h": -1}) if one.chunks is not None else one for one in values]
     found: xr.DataArray = xr.apply_ufunc(
         function,
-        lazy,
-        *more,
-        input_core_dims=[["b_over_h"]] * (1 + len(more)),
+        *lazy,
+        input_core_dims=[["b_over_h"]] * len(lazy),
         output_core_dims=[list(sizes)],
         dask="parallelized",
         dask_gufunc_kwargs={"output_sizes": sizes},
@@ -82,7 +122,7 @@ def _crossings(probability: "xr.DataArray", count: int) -> "xr.DataArray":
     if "b_over_h" not in probability.dims:
         raise ArgumentError("probability: no dimension b_over_h; a boundary is sought along it")
     function = partial(crossing_values, crossings=count)
-    return _along_b_over_h(function, probability, {"crossing": count}, probability["b_over_h"].astype("float64"))
+    return _along_b_over_h(function, {"crossing": count}, probability, probability["b_over_h"].astype("float64"))
 
 
 def boundary(cube: "xr.Dataset", *, crossings: int = 6, ensemble: bool = True) -> "xr.Dataset":
@@ -100,7 +140,8 @@ def boundary(cube: "xr.Dataset", *, crossings: int = 6, ensemble: bool = True) -
     Returns
     -------
     Dataset
-        ``crossing_b_over_h`` (…, crossing), ascending, missing where none; ``boundary`` the last crossing at which falling
+        ``crossing_b_over_h`` (…, crossing), ascending, missing where none; ``crossing_low`` and ``crossing_high``, its
+        interval between the scrambles (`crossing_bounds`; equal to it without ensemble); ``boundary`` the last crossing at which falling
         ends; ``boundary_low`` and ``boundary_high``, the same from each scramble alone (equal to it without ensemble);
         ``falls_beyond`` where the block still falls at the largest B/H, so that the boundary lies above the grid, and
         ``stands_throughout`` where it never falls.
@@ -116,9 +157,17 @@ def boundary(cube: "xr.Dataset", *, crossings: int = 6, ensemble: bool = True) -
     found = _crossings(falls, crossings).assign_attrs(
         long_name="slenderness at which the probability of falling is one half", units="1"
     )
-    beyond = _along_b_over_h(last_known, falls, {}) >= HALF
+    beyond = _along_b_over_h(last_known, {}, falls) >= HALF
+    bounds = _along_b_over_h(
+        partial(crossing_bounds, crossings=crossings),
+        {"crossing": crossings, "bound": 2},
+        *(falls, *sides),
+        falls["b_over_h"].astype("float64"),
+    )
     edges = [_crossings(side, crossings).max("crossing").where(~beyond) for side in sides]
     return found.to_dataset(name="crossing_b_over_h").assign(
+        crossing_low=bounds.isel(bound=0).assign_attrs(long_name="lowest crossing of two scrambles", units="1"),
+        crossing_high=bounds.isel(bound=1).assign_attrs(long_name="highest crossing of two scrambles", units="1"),
         boundary=found.max("crossing").where(~beyond).assign_attrs(long_name="overturning boundary", units="1"),
         boundary_low=xr.apply_ufunc(np.fmin, *edges, dask="allowed").assign_attrs(
             long_name="overturning boundary, lower of two scrambles", units="1"

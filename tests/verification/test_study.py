@@ -263,3 +263,6 @@ def test_report_warns_from_one_percent_on_and_says_what_was_refused(tmp_path: Pa
     assert shown is not None
     assert shown["warns"] == ["steps 8 times finer"]
     assert own_error(study(verification="none"), tmp_path) is None
+    with_variant = own_error(study(variants={"bouncy": {"contact": {"damping_ratio": 0.1}}}), tmp_path)
+    assert with_variant is not None
+    assert "variants were not run again" in with_variant["text"]

@@ -62,7 +62,7 @@ def own_error(study: Study, results: Path) -> dict[str, Any] | None:
     found = read_verification(results / "verification.json")
     repetitions = [_repetition(found, kind) for kind in KINDS]
     return {
-        "text": _text(found),
+        "text": _text(found, len(study.variants)),
         "seed": found["seed"],
         "warn_above": WARN_ABOVE,
         "repetitions": repetitions,
@@ -71,7 +71,7 @@ def own_error(study: Study, results: Path) -> dict[str, Any] | None:
     }
 
 
-def _text(found: dict[str, Any]) -> str:
+def _text(found: dict[str, Any], variants: int) -> str:
     """How many cases were run again, and why no more."""
     chosen, wanted = found["chosen"], found["wanted"]
     allowed = "the study itself" if found["cost"] == 1 else f"{found['cost']:g} times the study itself"
@@ -87,6 +87,8 @@ def _text(found: dict[str, Any]) -> str:
     )
     if len(_outcomes(found)) > 1:
         text += " Each element of the scene is counted by itself."
+    if variants:
+        text += " The variants were not run again."
     return text
 
 

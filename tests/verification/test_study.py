@@ -266,3 +266,38 @@ def test_report_warns_from_one_percent_on_and_says_what_was_refused(tmp_path: Pa
     with_variant = own_error(study(variants={"bouncy": {"contact": {"damping_ratio": 0.1}}}), tmp_path)
     assert with_variant is not None
     assert "variants were not run again" in with_variant["text"]
+
+
+def test_the_command_reads_a_scenes_cube_and_writes_what_the_report_reads(
+    row_of_two: dict[str, object], tmp_path: Path
+) -> None:
+    from overturning.commands.verify_study import verify_study
+    from overturning.records.store import read_motion, write_motion
+    from overturning.study.gather import gather
+    from overturning.study.sweep import sweep_record
+    from overturning.study.timing import block_steps_of, timed
+
+    data = {
+        "name": "row", "records": {"use": ["a"]}, "azimuth": {"step": 30}, "scene": row_of_two, "friction": [0.4, 0.7],
+        "verification": {"cost": 4},
+    }  # fmt: skip
+    settings = check_study(data, "row")
+    (tmp_path / "motion").mkdir()
+    write_motion(record(short(7), "a"), tmp_path / "motion" / "a.nc")
+    kept = read_motion(tmp_path / "motion" / "a.nc")
+    with timed(tmp_path / "a.csv") as row:
+        row["block_steps"] = sweep_record(settings, kept, tmp_path / "a.nc")
+    gather(settings, [kept], [tmp_path / "a.nc"], tmp_path / "cube.nc")
+    verify_study(
+        json.dumps(data), tmp_path / "motion", tmp_path / "cube.nc", tmp_path, tmp_path / "verification.json",
+        tmp_path / "verification.csv", 1, tmp_path / "log",
+    )  # fmt: skip
+    found = json.loads((tmp_path / "verification.json").read_text(encoding="utf-8"))
+    assert 6 <= found["chosen"] < found["wanted"] == 24, "none of the scene's azimuths is mirrored"
+    assert block_steps_of(tmp_path / "verification.csv") <= 4 * block_steps_of(tmp_path / "a.csv")
+    shown = own_error(settings, tmp_path)
+    assert shown is not None
+    assert "Each element of the scene is counted by itself" in shown["text"]
+    # Few change with the step, so the answers read from the cube are those of the same cells.
+    assert sum(outcome["fallen"] for outcome in found["finer"]["outcomes"]) > 0
+    assert all(outcome["flags"] <= 1 for outcome in found["finer"]["outcomes"])

@@ -39,13 +39,20 @@ rule work_precision:
     log:
         f"{CHECKS}/logs/{{part}}.log",
     wildcard_constraints:
-        part="rocking|sliding|stiffness|rigid|energy",
+        part="stiffness|rigid|energy",
     resources:
         mem_mb=800,
     params:
         sources=sources("verify"),
     shell:
         "overturning verify work-precision --part {wildcards.part} --output {output.table} --log {log}"
+
+
+use rule work_precision as work_precision_over_steps with:
+    wildcard_constraints:
+        part="rocking|sliding",
+    # The two longest, side by side first; then the maps, which take both cores; the short ones fill up the end.
+    priority: 2
 
 
 rule peers:
@@ -68,6 +75,7 @@ rule stability:
         csv=f"{CHECKS}/stability.csv",
     log:
         f"{CHECKS}/logs/stability.log",
+    priority: 1
     threads: 2
     resources:
         mem_mb=1500,
@@ -83,6 +91,7 @@ rule stability_of_scenes:
         csv=f"{CHECKS}/scenes.csv",
     log:
         f"{CHECKS}/logs/scenes.log",
+    priority: 1
     threads: 2
     resources:
         mem_mb=1000,

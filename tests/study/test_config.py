@@ -4,9 +4,9 @@ import pytest
 from pydantic import ValidationError
 
 from overturning.errors import ConfigError
-from overturning.study.config import AzimuthRange, Range
 from overturning.study.document import schema_text, with_tables
 from overturning.study.load import check_study, entries_of, load_study, study_from
+from overturning.study.ranges import AzimuthRange, Range
 
 CONFIG = Path(__file__).parents[2] / "config"
 SMALL = {"name": "small", "records": {"use": ["rinaldi"]}}

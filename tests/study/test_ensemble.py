@@ -9,11 +9,11 @@ from overturning.dem.cases import Cases, run_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.errors import ConfigError, ResultError
 from overturning.motion.motion import Motion
-from overturning.study.config import Ensemble
 from overturning.study.ensemble import ENSEMBLE_VARIABLES, cells_to_run, run_ensemble
 from overturning.study.grid import Grid
 from overturning.study.load import check_study
 from overturning.study.members import Members, draw_members, read_members, write_members
+from overturning.study.sections import Ensemble
 
 AZIMUTH = np.arange(0, 360, 60, dtype=np.int16)
 GRID = Grid(AZIMUTH, np.array([0.6]), np.array([0.1, 0.2, 0.3, 0.4, 0.5]), np.array([0.5, 1.0]))

@@ -16,9 +16,10 @@ from overturning.dem.simulate import simulate_arrays
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.report.own_error import own_error
-from overturning.study.config import Study, Verification
+from overturning.study.config import Study
 from overturning.study.grid import Grid
 from overturning.study.load import check_study
+from overturning.study.sections import Verification
 from overturning.verification.choice import Sample, choose
 from overturning.verification.comparison import Counts, compare
 from overturning.verification.intervals import wilson

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from overturning.study.config import Published, Study
+from overturning.study.config import Study
 from overturning.study.cube import open_cube
+from overturning.study.sections import Published
 from overturning.study.sweep import NOMINAL, variant_names
 from overturning.units import CM, GAL
 

@@ -2,241 +2,25 @@
 
 from typing import Annotated, Any, Literal, Self
 
-import numpy as np
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Discriminator,
-    Field,
-    Tag,
-    field_validator,
-    model_validator,
-)
+from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
-from overturning.dem.polygon.scene import Scene, load_scene
+from overturning.dem.polygon.scene import Scene
 from overturning.records.steps import Step
-from overturning.study.quantity import Damping, Degree, Density, Metre, Radian, Second, Stiffness
+from overturning.study.quantity import Density, Metre
+from overturning.study.ranges import AzimuthRange, Range, Settings, ascending
+from overturning.study.sections import (
+    ContactSettings,
+    Ensemble,
+    Published,
+    Records,
+    SceneChoice,
+    Simulation,
+    Survey,
+    Variant,
+    Verification,
+    scene_of_choice,
+)
 from overturning.units import GRANITE_DENSITY
-
-_MAX_VALUES = 100_000
-
-
-class _Model(BaseModel):
-    # A misspelt key must be an error, and what a job computes must not depend on who changed the model on the way.
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class Range(_Model):
-    """Values from start to stop by step. The stop is included where a step meets it."""
-
-    start: float = Field(description="first value")
-    stop: float = Field(description="last value, included where a step meets it")
-    step: float = Field(gt=0, description="distance between values")
-
-    @model_validator(mode="after")
-    def _not_empty(self) -> Self:
-        if self.stop < self.start:
-            raise ValueError(f"empty range: stop {self.stop:g} lies below start {self.start:g}")
-        if (self.stop - self.start) / self.step > _MAX_VALUES:
-            raise ValueError(f"more than {_MAX_VALUES} values; use a larger step")
-        return self
-
-    def values(self) -> tuple[float, ...]:
-        """The values, rounded to 1e-10 so that 0.1 + 2 · 0.05 is 0.2."""
-        count = int(np.floor((self.stop - self.start) / self.step + 1e-9)) + 1
-        return tuple(round(self.start + index * self.step, 10) for index in range(count))
-
-
-class AzimuthRange(_Model):
-    """Azimuths from start by step up to stop, which is excluded: 0° and 360° are the same direction."""
-
-    start: Degree = Field(default=0.0, ge=0, lt=360, description="first azimuth, degrees clockwise from north")
-    stop: Degree = Field(default=360.0, gt=0, le=360, description="end of the range, excluded")
-    step: Degree = Field(default=5.0, gt=0, le=360, description="distance between azimuths, degrees")
-    also: tuple[Degree, ...] = Field(
-        default=(), description="further azimuths, degrees, for instance those of the paper"
-    )
-
-    @model_validator(mode="after")
-    def _not_empty(self) -> Self:
-        if self.stop <= self.start:
-            raise ValueError(f"empty range: stop {self.stop:g} does not lie above start {self.start:g}")
-        return self
-
-    def values(self) -> tuple[float, ...]:
-        """The azimuths, ascending, each once."""
-        count = int(np.ceil((self.stop - self.start) / self.step - 1e-9))
-        grid = {round(self.start + index * self.step, 10) for index in range(count)}
-        return tuple(sorted(grid | {round(azimuth % 360.0, 10) for azimuth in self.also}))
-
-
-def _ascending(values: tuple[float, ...]) -> tuple[float, ...]:
-    if not values:
-        raise ValueError("empty list; give at least one value")
-    if len(set(values)) != len(values):
-        raise ValueError(f"a value stands twice in {list(values)}")
-    return tuple(sorted(values))
-
-
-PulseName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
-
-
-class Records(_Model):
-    """Which records to study and where they are described."""
-
-    table: str = Field(
-        default="config/records.tsv", description="record table, tab-separated; path from the project's folder"
-    )
-    folder: str = Field(default="resources/records", description="folder of the record files that the user provides")
-    use: tuple[str, ...] = Field(min_length=1, description="ids of the records in the table, in the order of the cube")
-    pulses: dict[PulseName, str] = Field(
-        default={},
-        description="synthetic records by id, one line each: `sine amplitude_gal=300 period_s=1 azimuth_deg=60`; used after the others",
-    )
-
-    @model_validator(mode="before")
-    @classmethod
-    def _use_every_pulse(cls, data: Any) -> Any:
-        if isinstance(data, dict) and isinstance(data.get("pulses"), dict) and data["pulses"]:
-            use = list(data.get("use") or ())
-            return data | {"use": [*use, *(name for name in data["pulses"] if name not in use)]}
-        return data
-
-    @field_validator("use")
-    @classmethod
-    def _each_once(cls, ids: tuple[str, ...]) -> tuple[str, ...]:
-        twice = sorted({name for name in ids if ids.count(name) > 1})
-        if twice:
-            raise ValueError(f"{', '.join(twice)} stands twice; name each record once")
-        return ids
-
-
-class ContactSettings(_Model):
-    """Springs, dashpots and slider at each corner."""
-
-    stiffness: Literal["auto"] | Stiffness = Field(
-        default="auto", description="normal spring K_n per corner, N/m; auto: static penetration of 2e-5 B"
-    )
-    stiffness_ratio: float = Field(default=1.0, ge=0, description="tangential over normal stiffness, K_s/K_n")
-    damping_ratio: float | None = Field(
-        default=None,
-        ge=0,
-        description="damping ratio ξ of heave on both corners; 1 where neither it nor damping is given",
-    )
-    damping: Damping | None = Field(default=None, ge=0, description="dashpot h per corner instead of the ratio, N·s/m")
-
-    @model_validator(mode="after")
-    def _one_damping(self) -> Self:
-        if self.damping_ratio is not None and self.damping is not None:
-            raise ValueError("damping_ratio and damping are both given; keep one")
-        if self.stiffness != "auto" and self.stiffness <= 0:
-            raise ValueError(f"stiffness {self.stiffness:g} N/m; it must be above 0, or auto")
-        return self
-
-
-class Simulation(_Model):
-    """How the cases are computed."""
-
-    scheme: str | None = Field(
-        default=None, description="integration scheme; the kernel's default where it is not given"
-    )
-    time_step: Literal["auto"] | Second = Field(
-        default="auto", description="time step, s; auto: a fixed share of the stable one"
-    )
-    vertical: bool = Field(default=True, description="apply the vertical motion of the records that have one")
-    leave_out: bool = Field(default=True, description="leave out what provably changes no flag and no side")
-
-    @field_validator("time_step")
-    @classmethod
-    def _positive(cls, step: float | str) -> float | str:
-        if isinstance(step, float) and step <= 0:
-            raise ValueError("the time step must be above 0 s, or auto")
-        return step
-
-
-def _scene_of(given: Any) -> Any:
-    # A name or path is read at once, so that a filled-in study holds the whole scene.
-    return load_scene(given) if isinstance(given, str) else given
-
-
-SceneChoice = Annotated[Scene, BeforeValidator(_scene_of, json_schema_input_type=str | Scene)]
-
-
-class Variant(_Model):
-    """A second setting, computed beside the nominal one into a cube of its own: of the contact, or of the scene."""
-
-    scene: SceneChoice | None = Field(
-        default=None,
-        description="scene of this variant, scaled like the study's; B/H applies where its reference element has the same name",
-    )
-    contact: ContactSettings = Field(default=ContactSettings(), description="contact of this variant")
-
-
-class Ensemble(_Model):
-    """Each case run again in a neighbourhood: uniform half-widths, scrambled Sobol points."""
-
-    members: int = Field(default=16, ge=0, le=4096, description="runs per case, even (two scrambles); 0 leaves it out")
-    where: Literal["boundary", "everywhere"] = Field(
-        default="boundary", description="cells within two B/H steps of a change of flag, or all cells"
-    )
-    amplitude: float = Field(default=0.02, ge=0, lt=1, description="half-width of the motion's amplitude, share")
-    b_over_h: float = Field(default=0.01, ge=0, lt=1, description="half-width of B/H, share")
-    friction: float = Field(default=0.05, ge=0, lt=1, description="half-width of the friction coefficient, share")
-    damping: float = Field(default=0.2, ge=0, lt=1, description="half-width of the contact's damping, share")
-    azimuth: Degree = Field(default=2.0, ge=0, le=90, description="half-width of the sensor's azimuth, degrees")
-    initial_tilt: Radian = Field(default=0.0, ge=0, lt=1.5, description="half-width of the tilt at the start, rad")
-    seed: int = Field(default=1, ge=0, description="seed of the scrambles")
-
-    @field_validator("members")
-    @classmethod
-    def _even(cls, members: int) -> int:
-        if members % 2:
-            raise ValueError("an even number is needed: half of the members belong to each of two scrambles")
-        return members
-
-
-class Verification(_Model):
-    """A random part of the study run again more exactly, to see how far its answers hang on the computation."""
-
-    share: float = Field(
-        default=0.02,
-        gt=0,
-        le=1,
-        description="share of the study's cases that is run again; `verification: none` leaves it out",
-    )
-    at_least: int = Field(default=200, ge=1, description="number of cases at least, or all of a smaller study")
-    cost: float = Field(
-        default=1.0,
-        gt=0,
-        description="block steps of both repetitions, at most, as a share of the study's own: a small study has fewer cases run again",
-    )
-    seed: int = Field(default=1, ge=0, description="seed of the choice")
-
-
-class Published(_Model):
-    """What a publication states of one component, to compare the study with."""
-
-    record: str = Field(description="id of the record")
-    azimuth: Degree = Field(description="azimuth of the component, one of the study's, degrees clockwise from north")
-    label: str = Field(default="", description="name of the component, for instance N60E")
-    pga_gal: float | None = Field(default=None, gt=0, description="peak ground acceleration, Gal")
-    pgv_cm_s: float | None = Field(default=None, gt=0, description="peak ground velocity, cm/s")
-    pgd_cm: float | None = Field(default=None, gt=0, description="peak ground displacement, cm")
-    b_over_h: float = Field(gt=0, description="slenderness of the block whose outcome is stated, one of the study's")
-    overturns: bool = Field(description="whether the block overturns")
-
-
-class Survey(_Model):
-    """Stones that somebody has found fallen, to compare with what the study predicts for their site."""
-
-    stones: str = Field(
-        min_length=1, description="survey of fallen stones (CSV, see docs/formats.md); path from the project's folder"
-    )
-    record: str | None = Field(
-        default=None, description="id of the site's record; not needed where the study has one record only"
-    )
-    background: float = Field(default=0.05, ge=0, lt=1, description="share of the stones taken to fall any way")
 
 
 def _none_or_settings(value: Any) -> str:
@@ -250,7 +34,7 @@ Height = Annotated[Metre, Field(gt=0, le=100)]
 Friction = Annotated[float, Field(ge=0, le=100)]
 
 
-class Study(_Model):
+class Study(Settings):
     """A study: which records, which blocks, how computed."""
 
     name: Name = Field(description="name of the study and of its folder under results/: small letters, digits, hyphens")
@@ -307,7 +91,7 @@ class Study(_Model):
         from overturning.dem.polygon.geometry import native_size
 
         filled = dict(data)
-        filled["scene"] = Scene.model_validate(_scene_of(data["scene"]))
+        filled["scene"] = Scene.model_validate(scene_of_choice(data["scene"]))
         height, b_over_h = native_size(filled["scene"])
         filled.setdefault("height", [round(height, 10)])
         filled.setdefault("b_over_h", [round(b_over_h, 10)])
@@ -343,7 +127,7 @@ class Study(_Model):
     @field_validator("b_over_h", "height", "friction")
     @classmethod
     def _sorted(cls, values: tuple[float, ...]) -> tuple[float, ...]:
-        return _ascending(values)
+        return ascending(values)
 
     @model_validator(mode="after")
     def _nominal_is_taken(self) -> Self:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from overturning.errors import ResultError
 from overturning.files import whole
-from overturning.study.config import Ensemble
+from overturning.study.sections import Ensemble
 
 SCRAMBLES = 2
 """Independent scrambles; the difference between their means shows how well the members know the probability."""

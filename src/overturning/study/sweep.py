@@ -14,13 +14,14 @@ from overturning.errors import ConfigError
 from overturning.files import whole
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.study.config import ContactSettings, Study
+from overturning.study.config import Study
 from overturning.study.ensemble import ENSEMBLE_VARIABLES, run_ensemble
 from overturning.study.grid import Grid
 from overturning.study.members import Members, draw_members
 from overturning.study.netcdf import add_coordinates, add_elements, add_variable
 from overturning.study.scene_sweep import simulate_study_scene
 from overturning.study.scenes import NOMINAL, scene_of
+from overturning.study.sections import ContactSettings
 
 NOMINAL_SHARE = 0.15
 """Share of a sweep's work that the nominal run has beside a usual ensemble; only for the progress line."""

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.errors import ResultError
-from overturning.study.config import Verification
+from overturning.study.sections import Verification
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,70 @@
+"""Ranges of values and of azimuths, as a study writes them."""
+
+from typing import Self
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from overturning.study.quantity import Degree
+
+_MAX_VALUES = 100_000
+
+
+class Settings(BaseModel):
+    """Base of every part of a study."""
+
+    # A misspelt key must be an error, and what a job computes must not depend on who changed the model on the way.
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class Range(Settings):
+    """Values from start to stop by step. The stop is included where a step meets it."""
+
+    start: float = Field(description="first value")
+    stop: float = Field(description="last value, included where a step meets it")
+    step: float = Field(gt=0, description="distance between values")
+
+    @model_validator(mode="after")
+    def _not_empty(self) -> Self:
+        if self.stop < self.start:
+            raise ValueError(f"empty range: stop {self.stop:g} lies below start {self.start:g}")
+        if (self.stop - self.start) / self.step > _MAX_VALUES:
+            raise ValueError(f"more than {_MAX_VALUES} values; use a larger step")
+        return self
+
+    def values(self) -> tuple[float, ...]:
+        """The values, rounded to 1e-10 so that 0.1 + 2 · 0.05 is 0.2."""
+        count = int(np.floor((self.stop - self.start) / self.step + 1e-9)) + 1
+        return tuple(round(self.start + index * self.step, 10) for index in range(count))
+
+
+class AzimuthRange(Settings):
+    """Azimuths from start by step up to stop, which is excluded: 0° and 360° are the same direction."""
+
+    start: Degree = Field(default=0.0, ge=0, lt=360, description="first azimuth, degrees clockwise from north")
+    stop: Degree = Field(default=360.0, gt=0, le=360, description="end of the range, excluded")
+    step: Degree = Field(default=5.0, gt=0, le=360, description="distance between azimuths, degrees")
+    also: tuple[Degree, ...] = Field(
+        default=(), description="further azimuths, degrees, for instance those of the paper"
+    )
+
+    @model_validator(mode="after")
+    def _not_empty(self) -> Self:
+        if self.stop <= self.start:
+            raise ValueError(f"empty range: stop {self.stop:g} does not lie above start {self.start:g}")
+        return self
+
+    def values(self) -> tuple[float, ...]:
+        """The azimuths, ascending, each once."""
+        count = int(np.ceil((self.stop - self.start) / self.step - 1e-9))
+        grid = {round(self.start + index * self.step, 10) for index in range(count)}
+        return tuple(sorted(grid | {round(azimuth % 360.0, 10) for azimuth in self.also}))
+
+
+def ascending(values: tuple[float, ...]) -> tuple[float, ...]:
+    """Values in ascending order; a ValueError where there is none, or one stands twice."""
+    if not values:
+        raise ValueError("empty list; give at least one value")
+    if len(set(values)) != len(values):
+        raise ValueError(f"a value stands twice in {list(values)}")
+    return tuple(sorted(values))

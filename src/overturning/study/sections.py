@@ -1,0 +1,169 @@
+"""The sections of a study file: records, contact, simulation, ensemble, and what a report compares with."""
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BeforeValidator, Field, field_validator, model_validator
+
+from overturning.dem.polygon.scene import Scene, load_scene
+from overturning.study.quantity import Damping, Degree, Radian, Second, Stiffness
+from overturning.study.ranges import Settings
+
+PulseName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
+
+
+class Records(Settings):
+    """Which records to study and where they are described."""
+
+    table: str = Field(
+        default="config/records.tsv", description="record table, tab-separated; path from the project's folder"
+    )
+    folder: str = Field(default="resources/records", description="folder of the record files that the user provides")
+    use: tuple[str, ...] = Field(min_length=1, description="ids of the records in the table, in the order of the cube")
+    pulses: dict[PulseName, str] = Field(
+        default={},
+        description="synthetic records by id, one line each: `sine amplitude_gal=300 period_s=1 azimuth_deg=60`; used after the others",
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _use_every_pulse(cls, data: Any) -> Any:
+        if isinstance(data, dict) and isinstance(data.get("pulses"), dict) and data["pulses"]:
+            use = list(data.get("use") or ())
+            return data | {"use": [*use, *(name for name in data["pulses"] if name not in use)]}
+        return data
+
+    @field_validator("use")
+    @classmethod
+    def _each_once(cls, ids: tuple[str, ...]) -> tuple[str, ...]:
+        twice = sorted({name for name in ids if ids.count(name) > 1})
+        if twice:
+            raise ValueError(f"{', '.join(twice)} stands twice; name each record once")
+        return ids
+
+
+class ContactSettings(Settings):
+    """Springs, dashpots and slider at each corner."""
+
+    stiffness: Literal["auto"] | Stiffness = Field(
+        default="auto", description="normal spring K_n per corner, N/m; auto: static penetration of 2e-5 B"
+    )
+    stiffness_ratio: float = Field(default=1.0, ge=0, description="tangential over normal stiffness, K_s/K_n")
+    damping_ratio: float | None = Field(
+        default=None,
+        ge=0,
+        description="damping ratio ξ of heave on both corners; 1 where neither it nor damping is given",
+    )
+    damping: Damping | None = Field(default=None, ge=0, description="dashpot h per corner instead of the ratio, N·s/m")
+
+    @model_validator(mode="after")
+    def _one_damping(self) -> Self:
+        if self.damping_ratio is not None and self.damping is not None:
+            raise ValueError("damping_ratio and damping are both given; keep one")
+        if self.stiffness != "auto" and self.stiffness <= 0:
+            raise ValueError(f"stiffness {self.stiffness:g} N/m; it must be above 0, or auto")
+        return self
+
+
+class Simulation(Settings):
+    """How the cases are computed."""
+
+    scheme: str | None = Field(
+        default=None, description="integration scheme; the kernel's default where it is not given"
+    )
+    time_step: Literal["auto"] | Second = Field(
+        default="auto", description="time step, s; auto: a fixed share of the stable one"
+    )
+    vertical: bool = Field(default=True, description="apply the vertical motion of the records that have one")
+    leave_out: bool = Field(default=True, description="leave out what provably changes no flag and no side")
+
+    @field_validator("time_step")
+    @classmethod
+    def _positive(cls, step: float | str) -> float | str:
+        if isinstance(step, float) and step <= 0:
+            raise ValueError("the time step must be above 0 s, or auto")
+        return step
+
+
+def scene_of_choice(given: Any) -> Any:
+    """The scene of a name or path; anything else as it is."""
+    # A name or path is read at once, so that a filled-in study holds the whole scene.
+    return load_scene(given) if isinstance(given, str) else given
+
+
+SceneChoice = Annotated[Scene, BeforeValidator(scene_of_choice, json_schema_input_type=str | Scene)]
+
+
+class Variant(Settings):
+    """A second setting, computed beside the nominal one into a cube of its own: of the contact, or of the scene."""
+
+    scene: SceneChoice | None = Field(
+        default=None,
+        description="scene of this variant, scaled like the study's; B/H applies where its reference element has the same name",
+    )
+    contact: ContactSettings = Field(default=ContactSettings(), description="contact of this variant")
+
+
+class Ensemble(Settings):
+    """Each case run again in a neighbourhood: uniform half-widths, scrambled Sobol points."""
+
+    members: int = Field(default=16, ge=0, le=4096, description="runs per case, even (two scrambles); 0 leaves it out")
+    where: Literal["boundary", "everywhere"] = Field(
+        default="boundary", description="cells within two B/H steps of a change of flag, or all cells"
+    )
+    amplitude: float = Field(default=0.02, ge=0, lt=1, description="half-width of the motion's amplitude, share")
+    b_over_h: float = Field(default=0.01, ge=0, lt=1, description="half-width of B/H, share")
+    friction: float = Field(default=0.05, ge=0, lt=1, description="half-width of the friction coefficient, share")
+    damping: float = Field(default=0.2, ge=0, lt=1, description="half-width of the contact's damping, share")
+    azimuth: Degree = Field(default=2.0, ge=0, le=90, description="half-width of the sensor's azimuth, degrees")
+    initial_tilt: Radian = Field(default=0.0, ge=0, lt=1.5, description="half-width of the tilt at the start, rad")
+    seed: int = Field(default=1, ge=0, description="seed of the scrambles")
+
+    @field_validator("members")
+    @classmethod
+    def _even(cls, members: int) -> int:
+        if members % 2:
+            raise ValueError("an even number is needed: half of the members belong to each of two scrambles")
+        return members
+
+
+class Verification(Settings):
+    """A random part of the study run again more exactly, to see how far its answers hang on the computation."""
+
+    share: float = Field(
+        default=0.02,
+        gt=0,
+        le=1,
+        description="share of the study's cases that is run again; `verification: none` leaves it out",
+    )
+    at_least: int = Field(default=200, ge=1, description="number of cases at least, or all of a smaller study")
+    cost: float = Field(
+        default=1.0,
+        gt=0,
+        description="block steps of both repetitions, at most, as a share of the study's own: a small study has fewer cases run again",
+    )
+    seed: int = Field(default=1, ge=0, description="seed of the choice")
+
+
+class Published(Settings):
+    """What a publication states of one component, to compare the study with."""
+
+    record: str = Field(description="id of the record")
+    azimuth: Degree = Field(description="azimuth of the component, one of the study's, degrees clockwise from north")
+    label: str = Field(default="", description="name of the component, for instance N60E")
+    pga_gal: float | None = Field(default=None, gt=0, description="peak ground acceleration, Gal")
+    pgv_cm_s: float | None = Field(default=None, gt=0, description="peak ground velocity, cm/s")
+    pgd_cm: float | None = Field(default=None, gt=0, description="peak ground displacement, cm")
+    b_over_h: float = Field(gt=0, description="slenderness of the block whose outcome is stated, one of the study's")
+    overturns: bool = Field(description="whether the block overturns")
+
+
+class Survey(Settings):
+    """Stones that somebody has found fallen, to compare with what the study predicts for their site."""
+
+    stones: str = Field(
+        min_length=1, description="survey of fallen stones (CSV, see docs/formats.md); path from the project's folder"
+    )
+    record: str | None = Field(
+        default=None, description="id of the site's record; not needed where the study has one record only"
+    )
+    background: float = Field(default=0.05, ge=0, lt=1, description="share of the stones taken to fall any way")

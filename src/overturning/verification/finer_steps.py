@@ -103,24 +103,24 @@ def over_stiffness(kind: str, say: Say) -> list[dict[str, Any]]:
     say : callable
         Takes progress lines.
     """
-    every, stiffest = record_groups(kind), PENETRATIONS[-1]
-    groups, fraction = thinned(every, EVERY), AUTO_FRACTION[scheme_of(DEFAULT_SCHEME)]
+    groups, stiffest = record_groups(kind), PENETRATIONS[-1]
+    fraction = AUTO_FRACTION[scheme_of(DEFAULT_SCHEME)]
     exact = {
         delta: answers(groups, kernel(**settings("centred", FINE_FOR_STIFFNESS, delta)))
         for delta in PENETRATIONS
         if delta != STATIC_PENETRATION
     }
     usual, slow = settings(DEFAULT_SCHEME, fraction, stiffest), settings("centred", 2 * FINE_FOR_STIFFNESS, stiffest)
-    where = boundaries(every, answers(every, kernel(**usual))[0], MOST)
+    where = boundaries(groups, answers(groups, kernel(**usual))[0], MOST)
     low, high = np.array([place[1]["b_over_h"] for place in where]), np.array([place[2] for place in where])
-    near = bisect(every, where, kernel(**usual), low, high, 2 * HALVINGS)
-    right = bisect(every, where, kernel(**slow), near * (1 - WIDE_BRACKET), near * (1 + WIDE_BRACKET))
+    near = bisect(groups, where, kernel(**usual), low, high, 2 * HALVINGS)
+    right = bisect(groups, where, kernel(**slow), near * (1 - WIDE_BRACKET), near * (1 + WIDE_BRACKET))
     say(f"{kind}: references over stiffness are done")
     rows = []
     for delta in PENETRATIONS:
         arguments = settings(DEFAULT_SCHEME, fraction, delta)
         flags, peaks, spent = measured(groups, arguments)
-        shift = boundary_shift(every, where, kernel(**arguments), near, right, WIDE_BRACKET)
+        shift = boundary_shift(groups, where, kernel(**arguments), near, right, WIDE_BRACKET)
         common = {"step_fraction": fraction, "penetration_ratio": delta, **spent}
         common["default"] = is_default(DEFAULT_SCHEME, fraction, delta)
         rows.append(

@@ -53,8 +53,8 @@ BODY: Final = 37
 (BNX, BNZ, BOFF, BLO, BHI) = (i * COLUMNS for i in range(5, 10))
 # contact law, reach of a rotation, limits of motion: before faces can change, before a contact can begin; face indices,
 (KN, KS, DASHPOT, FRICTION, COMPLIANCE, LEVER, LIMIT, REACH, FACE_A, FACE_B) = (i * COLUMNS for i in range(10, 20))
-# gaps and places along the face one step ago of a's first and second vertex and of b's,
-(GA1, SA1, GA2, SA2, GB1, SB1, GB2, SB2) = (i * COLUMNS for i in range(20, 28))
+# depths and places along the face (along its opposite for b's) one step ago of a's first and second vertex and of b's,
+(DA1, SA1, DA2, SA2, DB1, SB1, DB2, SB2) = (i * COLUMNS for i in range(20, 28))
 # memory of both ends: spring, contact, forces along normal and tangent,
 (SPRING_1, CONTACT_1, N_1, T_1, SPRING_2, CONTACT_2, N_2, T_2) = (i * COLUMNS for i in range(28, 36))
 MEMORY: Final = 4
@@ -149,35 +149,38 @@ def contact(q: Any, a: Any, b: Any, own: Any, centred: bool) -> None:
         bn, bt, an, at = bnx * dx + bnz * dz, bnx * dz - bnz * dx, anx * dx + anz * dz, anx * dz - anz * dx
         a_off, a_lo, a_hi = q[AOFF + j], q[ALO + j], q[AHI + j]
         b_off, b_lo, b_hi = q[BOFF + j], q[BLO + j], q[BHI + j]
-        back = -turn_r
+        # Ends of a's face along b's normal and tangent from a's centre, and those of b's along the opposite of a's.
+        across = -turn_q
         a1n, a1t = seen(a_off, a_lo, turn_q, turn_r)
         a2n, a2t = seen(a_off, a_hi, turn_q, turn_r)
-        b1n, b1t = seen(b_off, b_lo, turn_q, back)
-        b2n, b2t = seen(b_off, b_hi, turn_q, back)
-        # Height over the other's centre, gap from its face and place along it.
-        ha1, ha2, hb1, hb2 = a1n + bn, a2n + bn, b1n - an, b2n - an
-        ga1, ga2, gb1, gb2 = ha1 - b_off, ha2 - b_off, hb1 - a_off, hb2 - a_off
-        sa1, sa2, sb1, sb2 = a1t + bt, a2t + bt, b1t - at, b2t - at
+        b1n, b1t = seen(b_off, b_lo, across, turn_r)
+        b2n, b2t = seen(b_off, b_hi, across, turn_r)
+        # The same from the other's centre, and their depths behind its face.
+        ha1, ha2, hb1, hb2 = a1n + bn, a2n + bn, b1n + an, b2n + an
+        sa1, sa2, sb1, sb2 = a1t + bt, a2t + bt, b1t + at, b2t + at
+        da1, da2, db1, db2 = b_off - ha1, b_off - ha2, a_off + hb1, a_off + hb2
         near = q[USED + j] >= q[REACH + j]
         # The inner one of a's first and b's second vertex carries end 1, of a's second and b's first end 2.
         mine_1, mine_2 = sa1 <= b_hi, sa2 >= b_lo
-        in_1 = (mine_1 & (sa1 >= b_lo)) | ((not mine_1) & (sb2 <= a_hi) & (sb2 >= a_lo))
-        in_2 = (mine_2 & (sa2 <= b_hi)) | ((not mine_2) & (sb1 <= a_hi) & (sb1 >= a_lo))
-        nx1, nz1 = (bnx if mine_1 else -anx), (bnz if mine_1 else -anz)
-        nx2, nz2 = (bnx if mine_2 else -anx), (bnz if mine_2 else -anz)
-        depth_1, depth_2 = -(ga1 if mine_1 else gb2), -(ga2 if mine_2 else gb1)
-        pa1, pa2, pb1, pb2 = q[GA1 + j], q[GA2 + j], q[GB1 + j], q[GB2 + j]
-        before_1, before_2 = -(pa1 if mine_1 else pb2), -(pa2 if mine_2 else pb1)
-        # Slip of a over b along (n_z, −n_x); a's place along b's tangent grows against it, and so does b's along a's.
-        ra1, ra2, rb1, rb2 = sa1 - q[SA1 + j], sa2 - q[SA2 + j], sb1 - q[SB1 + j], sb2 - q[SB2 + j]
-        slip_1, slip_2 = -(ra1 if mine_1 else rb2), -(ra2 if mine_2 else rb1)
+        a_low, a_high = -a_lo, -a_hi
+        in_1 = (mine_1 & (sa1 >= b_lo)) | ((not mine_1) & (sb2 >= a_high) & (sb2 <= a_low))
+        in_2 = (mine_2 & (sa2 <= b_hi)) | ((not mine_2) & (sb1 >= a_high) & (sb1 <= a_low))
+        back_x, back_z = -anx, -anz
+        nx1, nz1 = (bnx if mine_1 else back_x), (bnz if mine_1 else back_z)
+        nx2, nz2 = (bnx if mine_2 else back_x), (bnz if mine_2 else back_z)
+        depth_1, depth_2 = (da1 if mine_1 else db2), (da2 if mine_2 else db1)
+        pa1, pa2, pb1, pb2 = q[DA1 + j], q[DA2 + j], q[DB1 + j], q[DB2 + j]
+        before_1, before_2 = (pa1 if mine_1 else pb2), (pa2 if mine_2 else pb1)
+        # Slip of a over b, along (n_z, −n_x); a's place along b's tangent grows against it.
+        ra1, ra2, rb1, rb2 = q[SA1 + j] - sa1, q[SA2 + j] - sa2, sb1 - q[SB1 + j], sb2 - q[SB2 + j]
+        slip_1, slip_2 = (ra1 if mine_1 else rb2), (ra2 if mine_2 else rb1)
         # Levers of a normal and of a tangential force about both centres.
-        an1, at1 = (a1t if mine_1 else -sb2), (a1n if mine_1 else -hb2)
-        an2, at2 = (a2t if mine_2 else -sb1), (a2n if mine_2 else -hb1)
-        bn1, bt1 = (sa1 if mine_1 else -b2t), (ha1 if mine_1 else -b2n)
-        bn2, bt2 = (sa2 if mine_2 else -b1t), (ha2 if mine_2 else -b1n)
+        an1, at1 = (a1t if mine_1 else sb2), (a1n if mine_1 else hb2)
+        an2, at2 = (a2t if mine_2 else sb1), (a2n if mine_2 else hb1)
+        bn1, bt1 = (sa1 if mine_1 else b2t), (ha1 if mine_1 else b2n)
+        bn2, bt2 = (sa2 if mine_2 else b1t), (ha2 if mine_2 else b1n)
         closed_1, closed_2 = in_1 & near & (depth_1 > 0.0), in_2 & near & (depth_2 > 0.0)
-        whose_1, whose_2 = (1.0 if mine_1 else -1.0), (1.0 if mine_2 else -1.0)
+        whose_1, whose_2 = (MINE if mine_1 else THEIRS), (MINE if mine_2 else THEIRS)
         kn, ks, mu, compliance, dash = q[KN + j], q[KS + j], q[FRICTION + j], q[COMPLIANCE + j], q[DASHPOT + j]
         old_n1, old_n2, old_t1, old_t2 = q[N_1 + j], q[N_2 + j], q[T_1 + j], q[T_2 + j]
         n1, n2 = kn * depth_1, kn * depth_2
@@ -195,13 +198,13 @@ def contact(q: Any, a: Any, b: Any, own: Any, centred: bool) -> None:
             on_1, on_2 = closed_1 & (n1 > 0.0), closed_2 & (n2 > 0.0)
             one, two, both = compliances(inverse, ia, ib, an1, an2, bn1, bn2)
             d1, d2, cross = 1.0 + beta * one, 1.0 + beta * two, beta * both
-            d1, d2 = (d1 if on_1 else 1.0), (d2 if on_2 else 1.0)
-            c1, c2 = (cross if on_1 else 0.0), (cross if on_2 else 0.0)
+            d1, d2 = (d1 if closed_1 else 1.0), (d2 if closed_2 else 1.0)
+            c1, c2 = (cross if closed_1 else 0.0), (cross if closed_2 else 0.0)
             r1, r2 = (n1 if on_1 else 0.0) - old_n1, (n2 if on_2 else 0.0) - old_n2
             one, two, both = compliances(inverse, ia, ib, at1, at2, bt1, bt2)
             e1, e2, cross = 1.0 + beta * one, 1.0 + beta * two, beta * both
-            e1, e2 = (e1 if on_1 else 1.0), (e2 if on_2 else 1.0)
-            f1, f2 = (cross if on_1 else 0.0), (cross if on_2 else 0.0)
+            e1, e2 = (e1 if closed_1 else 1.0), (e2 if closed_2 else 1.0)
+            f1, f2 = (cross if closed_1 else 0.0), (cross if closed_2 else 0.0)
             # One division for both pairs of equations.
             first, second = d1 * d2 - c1 * c2, e1 * e2 - f1 * f2
             shared = 1.0 / (first * second)
@@ -211,7 +214,8 @@ def contact(q: Any, a: Any, b: Any, own: Any, centred: bool) -> None:
             fade = dash * own[RATE + j]
             n1, n2 = n1 + fade * (depth_1 - before_1), n2 + fade * (depth_2 - before_2)
             drag_1, drag_2 = fade * slip_1, fade * slip_2
-        n1, n2 = (n1 if closed_1 & (n1 > 0.0) else 0.0), (n2 if closed_2 & (n2 > 0.0) else 0.0)
+            on_1, on_2 = closed_1, closed_2
+        n1, n2 = (n1 if on_1 & (n1 > 0.0) else 0.0), (n2 if on_2 & (n2 > 0.0) else 0.0)
         if centred:
             # What the new normal forces change in the slip.
             more_1, more_2 = n1 - old_n1, n2 - old_n2
@@ -253,8 +257,8 @@ def contact(q: Any, a: Any, b: Any, own: Any, centred: bool) -> None:
         q[SPRING_1 + j], q[SPRING_2 + j] = spring_1, spring_2
         q[CONTACT_1 + j], q[CONTACT_2 + j] = (whose_1 if closed_1 else OPEN), (whose_2 if closed_2 else OPEN)
         q[N_1 + j], q[N_2 + j], q[T_1 + j], q[T_2 + j] = n1, n2, t1, t2
-        q[GA1 + j], q[SA1 + j], q[GA2 + j], q[SA2 + j] = ga1, sa1, ga2, sa2
-        q[GB1 + j], q[SB1 + j], q[GB2 + j], q[SB2 + j] = gb1, sb1, gb2, sb2
+        q[DA1 + j], q[SA1 + j], q[DA2 + j], q[SA2 + j] = da1, sa1, da2, sa2
+        q[DB1 + j], q[SB1 + j], q[DB2 + j], q[SB2 + j] = db1, sb1, db2, sb2
         q[DEEPEST + j] = deepest
         q[TAKEN + j] = q[TAKEN + j] + 0.5 * (taken_1 + taken_2)
         q[SUM_X + j], q[SUM_Z + j], q[MOMENT_A + j], q[MOMENT_B + j] = sum_x, sum_z, moment_a, moment_b
@@ -416,7 +420,7 @@ def search(q: Any, a: Any, b: Any, own: Any, j: int, na: int, nb: int, shape_a: 
         put_face(q, ANX + j, shape_a, face_a)
         put_face(q, BNX + j, shape_b, face_b)
     if changed or was_far or reach > 0.0:
-        gaps_before(q, a, b, j, own[STEP + j])
+        depths_before(q, a, b, j, own[STEP + j])
     if changed and not fresh:
         hand_on(q, a, b, j, old_a, old_b, face_a, face_b, na, nb, shape_a, shape_b)
 
@@ -439,8 +443,8 @@ def let_go(q: Any, j: int) -> None:
 
 
 @njit(**_options)
-def gaps_before(q: Any, a: Any, b: Any, j: int, dt: float) -> None:
-    """Gaps of the faces' vertices a time dt ago, 0 for now."""
+def depths_before(q: Any, a: Any, b: Any, j: int, dt: float) -> None:
+    """Depths and places of the faces' vertices a time dt ago, 0 for now."""
     pose = np.empty((2, 4))
     for k in range(2):
         e = a if k == 0 else b
@@ -459,11 +463,11 @@ def gaps_before(q: Any, a: Any, b: Any, j: int, dt: float) -> None:
     for k in range(4):
         if k < 2:
             n, t = seen(q[AOFF + j], q[(ALO if k == 0 else AHI) + j], turn_q, turn_r)
-            gap, place = (n + (bnx * dx + bnz * dz)) - q[BOFF + j], t + (bnx * dz - bnz * dx)
+            depth, place = q[BOFF + j] - (n + (bnx * dx + bnz * dz)), t + (bnx * dz - bnz * dx)
         else:
-            n, t = seen(q[BOFF + j], q[(BLO if k == 2 else BHI) + j], turn_q, -turn_r)
-            gap, place = (n - (anx * dx + anz * dz)) - q[AOFF + j], t - (anx * dz - anz * dx)
-        q[GA1 + 2 * k * COLUMNS + j], q[SA1 + 2 * k * COLUMNS + j] = gap, place
+            n, t = seen(q[BOFF + j], q[(BLO if k == 2 else BHI) + j], -turn_q, turn_r)
+            depth, place = q[AOFF + j] + (n + (anx * dx + anz * dz)), t + (anx * dz - anz * dx)
+        q[DA1 + 2 * k * COLUMNS + j], q[SA1 + 2 * k * COLUMNS + j] = depth, place
 
 
 @njit(**_options)
@@ -627,8 +631,8 @@ def load_at_rest(q: Any, a: Any, b: Any, j: int) -> None:
         mine = q[base + (CONTACT_1 - SPRING_1) + j] == MINE
         e, face, along = (a, ANX, ALO if end == 0 else AHI) if mine else (b, BNX, BHI if end == 0 else BLO)
         other, normal = (b, BNX) if mine else (a, ANX)
-        gap = q[((GA1 if end == 0 else GA2) if mine else (GB2 if end == 0 else GB1)) + j]
-        n, t = max(-q[KN + j] * gap, 0.0), -q[KS + j] * q[base + j]
+        depth = q[((DA1 if end == 0 else DA2) if mine else (DB2 if end == 0 else DB1)) + j]
+        n, t = max(q[KN + j] * depth, 0.0), -q[KS + j] * q[base + j]
         q[base + (N_1 - SPRING_1) + j], q[base + (T_1 - SPRING_1) + j] = n, t
         fx, fz = q[face + j], q[face + COLUMNS + j]
         off, place = q[face + 2 * COLUMNS + j], q[along + j]
@@ -675,8 +679,8 @@ def springs(state: Any, at: int) -> float:
         memory = state[base + (CONTACT_1 - SPRING_1)]
         if memory != OPEN:
             mine = memory != THEIRS
-            gap = state[at + ((GA1 if end == 0 else GA2) if mine else (GB2 if end == 0 else GB1))]
-            total += 0.5 * (state[at + KN] * gap * gap + state[at + KS] * state[base] ** 2)
+            depth = state[at + ((DA1 if end == 0 else DA2) if mine else (DB2 if end == 0 else DB1))]
+            total += 0.5 * (state[at + KN] * depth * depth + state[at + KS] * state[base] ** 2)
     return total
 
 
@@ -839,20 +843,21 @@ def closing_work(state: Any, j: int, layout: Any, elements: int) -> float:
         if q[CONTACT_1 + j] == OPEN and q[CONTACT_2 + j] == OPEN:
             continue
         for k in range(8):
-            before[k] = q[GA1 + k * COLUMNS + j]
+            before[k] = q[DA1 + k * COLUMNS + j]
         first, second = layout[p, 0], layout[p, 1]
         a = state[(OWN + first * BODY) * COLUMNS : (OWN + (first + 1) * BODY) * COLUMNS]
         b = state[(OWN + second * BODY) * COLUMNS : (OWN + (second + 1) * BODY) * COLUMNS]
-        gaps_before(q, a, b, j, 0.0)
+        depths_before(q, a, b, j, 0.0)
         for end in range(2):
             base = SPRING_1 if end == 0 else SPRING_2
             mine = q[base + (CONTACT_1 - SPRING_1) + j] != THEIRS
             k = (0 if end == 0 else 2) if mine else (6 if end == 0 else 4)
-            depth = before[k] - q[GA1 + k * COLUMNS + j]
-            slip = before[k + 1] - q[GA1 + (k + 1) * COLUMNS + j]
+            depth = q[DA1 + k * COLUMNS + j] - before[k]
+            slip = before[k + 1] - q[DA1 + (k + 1) * COLUMNS + j]
+            slip = slip if mine else -slip
             work += 0.5 * (q[base + (N_1 - SPRING_1) + j] * depth - q[base + (T_1 - SPRING_1) + j] * slip)
         for k in range(8):
-            q[GA1 + k * COLUMNS + j] = before[k]
+            q[DA1 + k * COLUMNS + j] = before[k]
     return work
 
 

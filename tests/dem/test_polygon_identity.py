@@ -14,6 +14,7 @@ from overturning.dem.polygon.geometry import native_size
 from overturning.dem.polygon.scene import Scene
 from overturning.dem.polygon.simulate import scene_trajectory, simulate_scene, simulate_scene_arrays
 from overturning.motion.motion import Motion
+from tests.dem.near_field import near_field
 from tests.dem.polygon_scenes import ROOT, block, scene, shaken, shipped
 
 FIELDS = SceneResults.__dataclass_fields__
@@ -118,6 +119,24 @@ def test_leaving_out_changes_no_flag_and_no_side() -> None:
         left = simulate_scene_arrays(made, motion, azimuth_deg=range(0, 180, 15), friction=[0.3, 1.0])
         np.testing.assert_array_equal(left["overturned"], kept["overturned"])
         assert left["block_steps"].sum() < 0.9 * kept["block_steps"].sum()
+
+
+@pytest.mark.parametrize(("number", "factor"), [(6, 1.0), (7, 1.5), (9, 1.0)])
+def test_ending_a_case_when_nothing_more_can_fall_changes_no_flag(number: int, factor: float) -> None:
+    """Real records: once the shaft lies, the bases are computed on only as long as the record could lift them."""
+    motion, _, _ = near_field(number)
+    peak = int(np.argmax(np.hypot(motion.north, motion.east)))
+    span = slice(max(peak - round(4 / motion.sampling_interval), 0), peak + round(12 / motion.sampling_interval))
+    strong = Motion(factor * motion.north[span], factor * motion.east[span], sampling_interval=motion.sampling_interval)
+    height, _ = native_size(shipped("three-tier"))
+    grid = np.meshgrid(np.arange(0, 180, 15.0), [height], [0.2, 0.3], [0.6, 1.0], indexing="ij")
+    cases = Cases(*(axis.ravel() for axis in grid))
+    whole = run_scene_cases(shipped("three-tier"), strong, cases, leave_out=False)
+    ended = run_scene_cases(shipped("three-tier"), strong, cases)
+    assert (whole.overturned[:, 2] != 0).mean() > 0.5
+    np.testing.assert_array_equal(ended.overturned, whole.overturned)
+    np.testing.assert_array_equal(ended.peak_rotation[:, 2], whole.peak_rotation[:, 2])
+    assert ended.block_steps.sum() < 0.7 * whole.block_steps.sum()
 
 
 def test_a_trajectory_is_the_cell_of_the_sweep() -> None:

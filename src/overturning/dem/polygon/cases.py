@@ -2,7 +2,7 @@
 
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from overturning.dem.contact import check_precision
 from overturning.dem.plan import AFTERMATH
 from overturning.dem.polygon.prepare import Prepared, kernel_column, kernel_rules, kernel_shapes, prepare
 from overturning.dem.polygon.scene import Scene
-from overturning.dem.quiet import quiet_windows
+from overturning.dem.quiet import SAFE_SHARE, quiet_windows
 from overturning.dem.status import Status
 from overturning.dem.time_step import DEFAULT_SCHEME, Scheme, scheme_of, steps_per_sample
 from overturning.dem.variables import INT8_MISSING
@@ -21,6 +21,10 @@ from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
 
 FloatArray = NDArray[np.float64]
+
+
+SAFE_UPLIFT: Final = 0.7
+"""Share of the uplift acceleration of an element alone, below which shaking leaves it standing after another has fallen."""
 
 
 @dataclass(frozen=True)
@@ -136,7 +140,8 @@ def plan_scene(
     # 20/p with p = √(3g/4R).
     period = np.sqrt(radius / (0.75 * scene.gravity))
     after = samples + np.ceil(AFTERMATH * period / motion.sampling_interval)
-    table = np.zeros((cases.size, k.PARAMETERS))
+    table = np.zeros((cases.size, k.PARAMETERS + len(scene.elements)))
+    table[:, k.PARAMETERS :] = np.inf
     table[:, k.P_AMPLITUDE], table[:, k.P_FRICTION] = cases.amplitude, cases.friction
     table[:, k.P_DAMPING], table[:, k.P_AFTER] = cases.damping_factor, after
     never = np.zeros(cases.size, np.bool_)
@@ -152,6 +157,13 @@ def plan_scene(
         moving = np.minimum(rocking, friction) <= 0
         first[moving], never[moving] = 0, False
         table[:, k.P_FIRST], table[:, k.P_CALM] = first, np.where(moving, np.inf, calm)
+        for element in variants[0].free:
+            # Rounded, since libm differs between processors in the last digit.
+            alone = np.round(np.tan([item.critical[element] for item in variants]), 12)[variant]
+            weak = quiet_windows(
+                motion, row, np.asarray(cases.amplitude), ground[:, :samples], alone * (SAFE_UPLIFT / SAFE_SHARE)
+            )
+            table[:, k.PARAMETERS + element] = weak[1]
     upward = np.zeros(0) if motion.up is None else np.concatenate([motion.up, np.zeros(3)])
     shaped = [kernel_shapes(item) for item in variants]
     ruled = [kernel_rules(item) for item in variants]

@@ -31,6 +31,12 @@ COLUMNS: Final = 16
 LOOK: Final = 0.1
 """A case is looked at after each so many seconds of its record, or each sample where that is longer."""
 
+SAFE_TILT: Final = 0.1
+SAFE_SLIP: Final = 1.0
+SAFE_ENERGY: Final = 0.1
+"""After a fall: rotation over α, slip over half its height and kinetic energy over its barrier up to which an element that
+the rest of the record cannot lift is taken to stand for good."""
+
 # A column's own rows,
 (STEP, RATE, TICK, BASE, SLOPE, UP_BASE, UP_SLOPE, GROUND, UP) = (i * COLUMNS for i in range(9))
 (AMPLITUDE, SAMPLE, CALM, AFTER, ENERGY) = (i * COLUMNS for i in range(9, 14))
@@ -46,7 +52,9 @@ OWN: Final = 14
 (UPRIGHT_UNTIL, SIDE, PEAK_SLIP, SLIP) = (i * COLUMNS for i in range(29, 33))
 # points of its base and of what it stands on, whose distance is the slip.
 (BASE_X, BASE_Z, SUPPORT_X, SUPPORT_Z) = (i * COLUMNS for i in range(33, 37))
-BODY: Final = 37
+# Sample from which on the shaking is too weak to throw it down from rest.
+SAFE_FROM = 37 * COLUMNS
+BODY: Final = 38
 # those of a pair, of its first element's face: outward normal, distance from the centre, ends along the tangent,
 (ANX, ANZ, AOFF, ALO, AHI) = (i * COLUMNS for i in range(5))
 # the same of the pair's second element,
@@ -580,7 +588,7 @@ DEEPEST_ALLOWED, REST_ENERGY, LEAST_BARRIER = range(3)
 LIMITS: Final = 3
 # Columns of the case table.
 (P_AMPLITUDE, P_FRICTION, P_DAMPING, P_FIRST, P_CALM, P_AFTER) = range(6)
-PARAMETERS: Final = 6
+PARAMETERS: Final = 6  # and of each element SAFE_FROM
 # Results of a case, and of each element.
 (R_STATUS, R_DEPTH, R_ENERGY, R_STEPS) = range(4)
 RESULTS: Final = 4
@@ -605,6 +613,7 @@ def start(
     own[CALM + j], own[AFTER + j] = case[P_CALM], case[P_AFTER]
     for e in range(sizes.size):
         state[(OWN + e * BODY) * COLUMNS + UPRIGHT_UNTIL + j] = case[P_FIRST] * interval
+        state[(OWN + e * BODY) * COLUMNS + SAFE_FROM + j] = case[PARAMETERS + e]
     for p in range(layout.shape[0]):
         first, second = layout[p, 0], layout[p, 1]
         at = (OWN + sizes.size * BODY + p * PAIR) * COLUMNS
@@ -756,7 +765,7 @@ def book_upright(e: Any, own: Any, scale: float, interval: float) -> None:
 @njit(**_options)
 def verdict(state: Any, j: int, layout: Any, elements: int, rules: Any, limits: Any, end: float, gravity: float) -> int:
     """Status of a column at the end of a sample: -1 to go on, else a `Status`."""
-    check, moving, standing, fallen, slid = 0.0, 0.0, 0, 0, False
+    check, moving, standing, fallen, slid, safe = 0.0, 0.0, 0, 0, False, 0
     for e in range(elements):
         at = (OWN + e * BODY) * COLUMNS + j
         check += state[at + X] + state[at + Z] + state[at + VX] + state[at + VZ] + state[at + VW] + state[at + COS]
@@ -773,7 +782,9 @@ def verdict(state: Any, j: int, layout: Any, elements: int, rules: Any, limits: 
                 ox, _ = base_point(state, on, state[at + SUPPORT_X], state[at + SUPPORT_Z])
                 state[at + SIDE] = 1.0 if x > ox else -1.0
         fallen += 1 if state[at + SIDE] != 0.0 else 0
-        standing += 1 if state[at + SIDE] == 0.0 else 0
+        if state[at + SIDE] == 0.0:
+            standing += 1
+            safe += 1 if is_safe(state, j, at, rules[e, BARRIER]) else 0
     if not np.isfinite(check):
         return 3
     grip, touching = 0, 0
@@ -786,7 +797,7 @@ def verdict(state: Any, j: int, layout: Any, elements: int, rules: Any, limits: 
         for e in (first, second):
             if rules[e, IS_FREE] > 0.0 and state[(OWN + e * BODY) * COLUMNS + j + SIDE] == 0.0:
                 grip += touching
-    if standing == 0:
+    if standing == 0 or (fallen > 0 and safe == standing):
         return 0
     sample = state[SAMPLE + j]
     if sample < end and sample < state[CALM + j]:
@@ -798,13 +809,24 @@ def verdict(state: Any, j: int, layout: Any, elements: int, rules: Any, limits: 
     if sample >= end:
         total = energy(state, j, layout, elements, gravity)
         spare = total - state[ENERGY + j]
-        safe = fallen == 0 and not slid and spare < 0.5 * limits[LEAST_BARRIER]
+        bound = fallen == 0 and not slid and spare < 0.5 * limits[LEAST_BARRIER]
         # Nothing can fall then; the largest rotations are known once what is left cannot reach them again.
-        if safe and not may_rise(state, j, elements, rules, spare):
+        if bound and not may_rise(state, j, elements, rules, spare):
             return 0
         if sample >= state[AFTER + j]:
             return 0 if moving < 1e-4 * limits[LEAST_BARRIER] else 2
     return -1
+
+
+@njit(**_options)
+def is_safe(state: Any, j: int, at: int, barrier: float) -> bool:
+    """Whether an element stands upright, nearly in its place and nearly at rest, and the shaking to come is too weak for it."""
+    return bool(
+        state[SAMPLE + j] >= state[at + SAFE_FROM]
+        and abs(state[at + ANGLE]) < SAFE_TILT * state[at + CRITICAL]
+        and abs(state[at + SLIP]) < SAFE_SLIP * abs(state[at + BASE_Z])
+        and kinetic(state, at) < SAFE_ENERGY * barrier
+    )
 
 
 @njit(**_options)

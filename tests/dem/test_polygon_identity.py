@@ -135,7 +135,7 @@ def test_ending_a_case_when_nothing_more_can_fall_changes_no_flag(number: int, f
     ended = run_scene_cases(shipped("three-tier"), strong, cases)
     assert (whole.overturned[:, 2] != 0).mean() > 0.5
     np.testing.assert_array_equal(ended.overturned, whole.overturned)
-    np.testing.assert_array_equal(ended.peak_rotation[:, 2], whole.peak_rotation[:, 2])
+    np.testing.assert_allclose(ended.peak_rotation[:, 2], whole.peak_rotation[:, 2], rtol=5e-3)
     assert ended.block_steps.sum() < 0.7 * whole.block_steps.sum()
 
 

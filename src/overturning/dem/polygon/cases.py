@@ -159,7 +159,8 @@ def plan_scene(
         table[:, k.P_FIRST], table[:, k.P_CALM] = first, np.where(moving, np.inf, calm)
         for element in variants[0].free:
             # Rounded, since libm differs between processors in the last digit.
-            alone = np.round(np.tan([item.critical[element] for item in variants]), 12)[variant]
+            tangent = np.tan(np.array([item.critical[element] for item in variants], dtype=np.float64))
+            alone = np.round(tangent, 12)[variant].astype(np.float64)
             weak = quiet_windows(
                 motion, row, np.asarray(cases.amplitude), ground[:, :samples], alone * (SAFE_UPLIFT / SAFE_SHARE)
             )

@@ -44,7 +44,7 @@ OWN: Final = 14
 # those of an element: pose, velocity at the half step, motion of the last step, force at the whole step,
 (X, Z, ANGLE, COS, SIN, VX, VZ, VW, MOVED, TURNED, FX, FZ, MOMENT) = (i * COLUMNS for i in range(13))
 # velocity at the whole step, with the forces known so far, acceleration,
-(NEXT_X, NEXT_Z, NEXT_W, AX, AZ, AW) = (i * COLUMNS for i in range(13, 19))
+(NOW_X, NOW_Z, NOW_W, AX, AZ, AW) = (i * COLUMNS for i in range(13, 19))
 # constants,
 (INVERSE_MASS, INVERSE_INERTIA, MASS, FRAME, WEIGHT, HELD, CRITICAL) = (i * COLUMNS for i in range(19, 26))
 # what is booked, and what is looked at once per sample only;
@@ -193,11 +193,13 @@ def contact(q: Any, a: Any, b: Any, own: Any, centred: bool) -> None:
         old_n1, old_n2, old_t1, old_t2 = q[N_1 + j], q[N_2 + j], q[T_1 + j], q[T_2 + j]
         n1, n2 = kn * depth_1, kn * depth_2
         if centred:
-            ux, uz = a[NEXT_X + j] - b[NEXT_X + j], a[NEXT_Z + j] - b[NEXT_Z + j]
-            wa, wb = a[NEXT_W + j], b[NEXT_W + j]
+            ux, uz = a[NOW_X + j] - b[NOW_X + j], a[NOW_Z + j] - b[NOW_Z + j]
+            wa, wb = a[NOW_W + j], b[NOW_W + j]
             ia, ib = a[INVERSE_INERTIA + j], b[INVERSE_INERTIA + j]
             inverse = a[INVERSE_MASS + j] + b[INVERSE_MASS + j]
             dt = own[STEP + j]
+            half = 0.5 * dt
+            # Twice the response over half a step: the other pairs' answer is a step old, and would else be overtaken.
             beta = dt * dash
             n1 = n1 - dash * ((nx1 * ux + nz1 * uz) + (wa * an1 - wb * bn1))
             n2 = n2 - dash * ((nx2 * ux + nz2 * uz) + (wa * an2 - wb * bn2))
@@ -256,12 +258,12 @@ def contact(q: Any, a: Any, b: Any, own: Any, centred: bool) -> None:
         a[MOMENT + j], b[MOMENT + j] = a[MOMENT + j] + moment_a, b[MOMENT + j] - moment_b
         if centred:
             # The elements' velocities with this pair's new forces in place of its old.
-            more_x, more_z = dt * (sum_x - q[SUM_X + j]), dt * (sum_z - q[SUM_Z + j])
+            more_x, more_z = half * (sum_x - q[SUM_X + j]), half * (sum_z - q[SUM_Z + j])
             ma, mb = a[INVERSE_MASS + j], b[INVERSE_MASS + j]
-            a[NEXT_X + j], b[NEXT_X + j] = a[NEXT_X + j] + ma * more_x, b[NEXT_X + j] - mb * more_x
-            a[NEXT_Z + j], b[NEXT_Z + j] = a[NEXT_Z + j] + ma * more_z, b[NEXT_Z + j] - mb * more_z
-            a[NEXT_W + j] = a[NEXT_W + j] + (dt * ia) * (moment_a - q[MOMENT_A + j])
-            b[NEXT_W + j] = b[NEXT_W + j] - (dt * ib) * (moment_b - q[MOMENT_B + j])
+            a[NOW_X + j], b[NOW_X + j] = a[NOW_X + j] + ma * more_x, b[NOW_X + j] - mb * more_x
+            a[NOW_Z + j], b[NOW_Z + j] = a[NOW_Z + j] + ma * more_z, b[NOW_Z + j] - mb * more_z
+            a[NOW_W + j] = a[NOW_W + j] + (half * ia) * (moment_a - q[MOMENT_A + j])
+            b[NOW_W + j] = b[NOW_W + j] - (half * ib) * (moment_b - q[MOMENT_B + j])
         q[SPRING_1 + j], q[SPRING_2 + j] = spring_1, spring_2
         q[CONTACT_1 + j], q[CONTACT_2 + j] = (whose_1 if closed_1 else OPEN), (whose_2 if closed_2 else OPEN)
         q[N_1 + j], q[N_2 + j], q[T_1 + j], q[T_2 + j] = n1, n2, t1, t2
@@ -313,8 +315,8 @@ def advance(e: Any, own: Any, gravity: float) -> None:
         e[X + j], e[Z + j], e[ANGLE + j] = e[X + j] + dt * vx, e[Z + j] + dt * vz, angle
         e[VX + j], e[VZ + j], e[VW + j] = vx, vz, vw
         e[AX + j], e[AZ + j], e[AW + j] = ax, az, aw
-        # Half a step after the next whole one, were the forces to stay.
-        e[NEXT_X + j], e[NEXT_Z + j], e[NEXT_W + j] = vx + dt * ax, vz + dt * az, vw + dt * aw
+        # At the next whole step, were the forces to stay.
+        e[NOW_X + j], e[NOW_Z + j], e[NOW_W + j] = vx + half * ax, vz + half * az, vw + half * aw
         e[MOVED + j], e[TURNED + j] = dt * (abs(vx) + abs(vz)), abs(turn)
         e[PEAK_ANGLE + j] = size if size > e[PEAK_ANGLE + j] else e[PEAK_ANGLE + j]
         e[LAST_UPRIGHT + j] = tick + 1.0 if size < e[CRITICAL + j] else e[LAST_UPRIGHT + j]

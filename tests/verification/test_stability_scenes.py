@@ -42,6 +42,10 @@ def test_no_case_of_a_scene_is_silent() -> None:
     assert (found["fallen"][~answered] == -1).all()
     assert {Ending.RIGHT, Ending.AT_REST, Ending.UNSTABLE, Ending.OVER_BUDGET} <= set(found["ending"].tolist())
     assert (found["fallen"] > 1).any(), "some stacks come down"
+    assert (found["as_block"][found["scene"] != "gravestone"] == -1).all()
+    compared = found["as_block"][found["scene"] == "gravestone"]
+    assert (compared >= 0).sum() > 30
+    assert (compared == 0).sum() <= 3, "the block's own kernel has the same flags"
     again = run_scene_map(settings[:4], root=ROOT)
     for name, values in again.items():
         np.testing.assert_array_equal(values, found[name][: 4 * TOGETHER], name)

@@ -167,8 +167,8 @@ def _line(
     axis.plot(x[mine], y[mine], linestyle="none", marker="o", markersize=11, markerfacecolor="none", color=INK)
     if label_penetration:
         for left, top, delta in zip(x, y, rows["penetration_ratio"][chosen][order], strict=True):
-            # The last below its mark, where no other line passes.
-            offset = (4, 5) if left < x.max() else (-12, -12)
+            # The last beside its mark, where no other line passes.
+            offset = (4, 5) if left < x.max() else (7, -3)
             axis.annotate(f"{delta:.0e}", (left, top), xytext=offset, textcoords="offset points", fontsize=7)
 
 
@@ -192,5 +192,5 @@ def _decades(axis: Any, which: int) -> tuple[float, float]:
     values = values[np.isfinite(values) & (values > 0)]
     if values.size == 0:
         return 0.1, 1.0
-    low, high = np.floor(np.log10(values.min() * 0.9)), np.ceil(np.log10(values.max() * 1.1))
+    low, high = np.floor(np.log10(values.min() * 0.95)), np.ceil(np.log10(values.max() * 1.1))
     return 10.0**low, 10.0 ** max(high, low + 1)

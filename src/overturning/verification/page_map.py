@@ -71,7 +71,8 @@ def scenes_table(rows: Columns, about: Mapping[str, Any]) -> str:
     lines += [
         "",
         f"{len(rows['ending'])} cases in all, at most {about['budget']:.3g} steps each, {about['special_budget']:.3g} under motions "
-        f"made to do harm. {_summary(rows)}",
+        f"made to do harm. {_summary(rows)} Of {int((rows['as_block'] >= 0).sum())} gravestones that stay on the ground and are "
+        f"answered by the block's own kernel too, {int((rows['as_block'] == 0).sum())} have another flag there.",
     ]
     return "\n".join(lines)
 

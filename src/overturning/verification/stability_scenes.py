@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.dem.blocks import Cases
-from overturning.dem.cases import ENERGY_BOUND
+from overturning.dem.cases import ENERGY_BOUND, run_cases
 from overturning.dem.plan import DEEPEST
 from overturning.dem.polygon.cases import SceneResults, run_scene_cases
 from overturning.dem.polygon.geometry import Placed, native_size
 from overturning.dem.polygon.prepare import Prepared, prepare
+from overturning.dem.polygon.simulate import block_contact, is_block
 from overturning.dem.status import Status
 from overturning.dem.time_step import scheme_of, stable_step, steps_per_sample
 from overturning.dem.variables import INT8_MISSING
@@ -71,6 +72,7 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> Rows
         "ending": np.full(TOGETHER, int(Ending.REFUSED), np.int8),
         "reason": np.full(TOGETHER, "", object),
         "fallen": np.full(TOGETHER, -1, np.int8),
+        "as_block": np.full(TOGETHER, -1, np.int8),
         "energy_error": np.full(TOGETHER, np.nan),
         "block_steps": np.zeros(TOGETHER, np.int64),
     }
@@ -91,6 +93,15 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> Rows
         if not reason and found.status[row] in (Status.SIMULATED, Status.AT_REST):
             rows["fallen"][row] = np.count_nonzero(found.overturned[row])
     rows["energy_error"][:], rows["block_steps"][:] = found.energy_error, found.block_steps
+    if is_block(scene):
+        block = run_cases(
+            motion, cases, density=case.density, contact=block_contact(scene), scheme=case.scheme, time_step=step,
+            budget=budget,
+        )  # fmt: skip
+        # The scene's ground ends somewhere, the block's does not.
+        there = found.peak_slip[:, 0] < 0.5 * prepared.placed[0].shape.width
+        both = (found.overturned[:, 0] != INT8_MISSING) & (block.overturned != INT8_MISSING) & there
+        rows["as_block"][both] = (found.overturned[:, 0] == block.overturned)[both]
     return rows | _groups(setting, prepared, motion, step)
 
 
@@ -239,6 +250,7 @@ MEANINGS: Final = {
     "ending": ("how the case ended: " + ", ".join(f"{e.value} {e.name.lower()}" for e in Ending), "1"),
     "reason": ("argument that a refusal names, or check that does not hold", ""),
     "fallen": ("elements that fall; -1: no answer", "1"),
+    "as_block": ("1 where the block's kernel has the same flag, 0 where another; -1: not both answer", "1"),
     "energy_error": ("residual of work and energy", "1"),
     "block_steps": ("steps computed, times free elements", "1"),
     "penetration_ratio": ("largest static penetration over the smallest side of a free element", "1"),

@@ -6,7 +6,7 @@ import xarray as xr
 
 from overturning.figures.intensity import intensity_figure
 from overturning.figures.polar import azimuth_edges, cell_edges, fall_map_figure
-from overturning.figures.rose import rose_figure, sector_shares
+from overturning.figures.rose import azimuth_weight, rose_figure, sector_shares
 from overturning.figures.style import save, style
 
 
@@ -41,6 +41,18 @@ def test_sectors_are_centred_on_north_and_shares_sum_to_one() -> None:
     assert shares[1] == 0.25
     assert shares[12] == 0.25
     assert sector_shares(np.array([10.0]), np.zeros(1)).sum() == 0
+
+
+def test_an_azimuth_added_to_the_grid_shares_the_weight_of_its_neighbours() -> None:
+    regular = np.arange(0.0, 360.0, 30.0)
+    np.testing.assert_allclose(azimuth_weight(regular), 1.0)
+    added = np.sort(np.append(regular, [32.0, 212.0]))
+    weight = azimuth_weight(added)
+    assert weight[added == 32.0] == weight[added == 212.0]
+    # Of seven planes: 30° and 32° have half of the 32° and of the 30° between their neighbours, 30° is regular.
+    assert weight[added == 30.0] == pytest.approx(7 * 16 / 180)
+    assert weight[added == 32.0] == pytest.approx(7 * 15 / 180)
+    assert weight[added == 120.0] == pytest.approx(7 * 30 / 180)
 
 
 @pytest.mark.parametrize("kind", ["svg", "png"])

@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 from overturning.figures.style import FALLS, FAULT, compass, mark_fault_normal
 from overturning.statistics.falls import falls_towards
+from overturning.statistics.groups import record_groups
+from overturning.statistics.planes import plane_index, plane_weight
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,7 +34,15 @@ def sector_shares(azimuth_deg: NDArray[np.float64], weights: NDArray[np.float64]
     index = np.floor((azimuth_deg + SECTOR_DEG / 2) % 360.0 / SECTOR_DEG).astype(int) % sectors
     counts = np.bincount(index, weights=weights, minlength=sectors).astype(np.float64)
     total = counts.sum()
-    return counts / max(total, 1.0)
+    return counts / total if total > 0 else counts
+
+
+def azimuth_weight(azimuth_deg: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How much each azimuth counts: 1 on a regular grid; one added between its points shares their part of the circle."""
+    plane = np.round(azimuth_deg % 180.0, 6) % 180.0
+    index = plane_index(azimuth_deg)
+    weight = plane_weight(azimuth_deg[index]) * index.size
+    return np.asarray(weight[np.searchsorted(plane[index], plane)])
 
 
 def draw_rose(axes: Any, shares: NDArray[np.float64]) -> None:
@@ -52,7 +62,7 @@ def draw_rose(axes: Any, shares: NDArray[np.float64]) -> None:
 def rose_figure(cube: "xr.Dataset") -> "Figure":
     """Rose of all falls of a study: by azimuth from north, and from the fault normal where it is known.
 
-    Each plane of motion counts once. Records with and without a velocity pulse have a column of their own where the study
+    Each plane of motion counts once, and azimuths added to the grid share the weight of their neighbourhood. Records with and without a velocity pulse have a column of their own where the study
     has both.
 
     Parameters
@@ -69,8 +79,9 @@ def rose_figure(cube: "xr.Dataset") -> "Figure":
     falls = falls_towards(cube).sum(["height", "b_over_h", "friction"]).compute()
     azimuth = falls["azimuth"].to_numpy().astype(np.float64)
     counts = falls.transpose("record", "azimuth").to_numpy().astype(np.float64)
+    weighted = counts * azimuth_weight(azimuth)
     normals = cube["fault_normal"].to_numpy()
-    groups = _groups(cube)
+    groups = record_groups(cube)
     with_normal = bool(np.isfinite(normals).any())
     rows = 2 if with_normal else 1
     figure, panels = plt.subplots(
@@ -83,23 +94,16 @@ def rose_figure(cube: "xr.Dataset") -> "Figure":
     )
     for column, (name, members) in enumerate(groups.items()):
         axes = panels[0, column]
-        draw_rose(axes, sector_shares(azimuth, counts[members].sum(axis=0)))
+        draw_rose(axes, sector_shares(azimuth, weighted[members].sum(axis=0)))
         axes.set_title(f"{name}: {counts[members].sum():.0f} falls\nazimuth from north", pad=4)
         if with_normal:
             known = members & np.isfinite(normals)
             relative = (azimuth[None, :] - normals[known][:, None]) % 360.0
             axes = panels[1, column]
-            draw_rose(axes, sector_shares(relative.ravel(), counts[known].ravel()))
+            draw_rose(axes, sector_shares(relative.ravel(), weighted[known].ravel()))
             _fault_frame(axes)
             axes.set_title("from the fault normal", pad=4)
     return figure
-
-
-def _groups(cube: "xr.Dataset") -> dict[str, NDArray[np.bool_]]:
-    pulse = cube["pulse"].to_numpy().astype(np.float64)
-    if (pulse == 1).any() and (pulse == 0).any():
-        return {"with a pulse": pulse == 1, "without": pulse == 0}
-    return {"all records": np.ones(pulse.size, dtype=bool)}
 
 
 def _fault_frame(axes: Any) -> None:

@@ -9,7 +9,7 @@ from overturning.dem.cases import Cases, run_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.errors import ConfigError, ResultError
 from overturning.motion.motion import Motion
-from overturning.study.ensemble import ENSEMBLE_VARIABLES, cells_to_run, run_ensemble
+from overturning.study.ensemble import ENSEMBLE_VARIABLES, blocks, cells_to_run, run_ensemble
 from overturning.study.grid import Grid
 from overturning.study.load import check_study
 from overturning.study.members import Members, draw_members, read_members, write_members
@@ -35,7 +35,14 @@ def nominal(motion: Motion) -> dict[str, np.ndarray]:
 
 def run(motion: Motion, nominal: dict[str, np.ndarray], members: Members, everywhere: bool = True, **more):
     return run_ensemble(
-        motion, GRID, nominal["overturned"], nominal["mirrored"], members, everywhere=everywhere, density=2650.0, **more
+        motion,
+        GRID,
+        nominal["overturned"],
+        nominal["mirrored"],
+        members,
+        everywhere=everywhere,
+        run=blocks(density=2650.0),
+        **more,
     )[0]
 
 

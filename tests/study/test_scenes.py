@@ -5,8 +5,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from netCDF4 import Dataset
 
+from overturning.dem.blocks import Cases
+from overturning.dem.cases import run_cases
+from overturning.dem.polygon.cases import run_scene_cases
+from overturning.dem.polygon.geometry import native_size
 from overturning.errors import ConfigError, ResultError
+from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.report.scene_content import scene_content
 from overturning.statistics.elements import compare_stones, falls_by_element
@@ -14,6 +20,8 @@ from overturning.study.config import Study
 from overturning.study.cube import open_cube
 from overturning.study.gather import gather
 from overturning.study.load import check_study
+from overturning.study.members import draw_members
+from overturning.study.scenes import scene_of
 from overturning.study.sweep import sweep_record
 
 ROOT = Path(__file__).parents[2]
@@ -51,7 +59,7 @@ def test_sizes_are_the_scenes_own_where_none_is_given() -> None:
         ({"scene": "three-teir"}, "no file.*known: .*three-tier"),
         ({"contact": {"damping_ratio": 0.5}}, "contact: the scene has contact laws of its own"),
         ({"density": 2000}, "density: the scene's materials have it"),
-        ({"ensemble": {"members": 4}}, "ensemble.members: scenes are computed without"),
+        ({"ensemble": {"members": 4, "initial_tilt": 0.01}}, "ensemble.initial_tilt: a scene starts at rest"),
         ({"scene": None, "variants": {"one": {"scene": "monolith"}}}, "only a study with a scene"),
     ],
 )
@@ -116,3 +124,38 @@ def test_comparisons_count_what_they_say() -> None:
     found = compare_stones("a", this, "b", other)
     assert (found.cases, found.both, found.only_this, found.only_other, found.neither) == (5, 3, 1, 0, 1)
     assert (found.same_side, found.earlier) == (2, 1)
+
+
+@pytest.mark.parametrize("variant", ["nominal", "monolith", "gravestone"])
+def test_an_ensemble_of_a_scene_says_how_often_each_element_falls(tmp_path: Path, variant: str) -> None:
+    """Every member is a case that can be run by itself: amplitude, B/H, friction, damping and azimuth changed."""
+    study = _study(
+        azimuth={"start": 0, "stop": 360, "step": 90}, b_over_h=[0.3], friction=[0.8],
+        ensemble={"members": 8, "where": "everywhere", "amplitude": 0.2},
+        variants={"monolith": {"scene": "monolith"}, "gravestone": {"scene": "gravestone"}},
+    )  # fmt: skip
+    record, members = _record(), draw_members(study.ensemble)
+    sweep_record(study, record, tmp_path / "part.nc", variant)
+    with Dataset(tmp_path / "part.nc") as part:
+        towards, away = (part[f"probability_{name}"][:] for name in ("towards", "away"))
+        several = "element" in part["probability_towards"].dimensions
+        assert (part["members"][:] == 8).all()
+    assert several == (variant == "nominal")
+    scene = scene_of(study, variant)
+    assert scene is not None
+    height, own = native_size(scene)
+    own = 0.3 if variant == "nominal" else own
+    cases = Cases(
+        members.azimuth_deg, height, own * members.b_over_h, 0.8 * members.friction, members.amplitude, members.damping
+    )
+    motion = Motion(record.north, record.east, sampling_interval=0.01)
+    if variant == "gravestone":
+        flags = run_cases(motion, cases).overturned
+    else:
+        flags = run_scene_cases(scene, motion, cases).overturned[:, -1]
+    last = (..., -1) if several else ...
+    assert towards[last].ravel()[0] == pytest.approx((flags == 1).mean())
+    assert away[last].ravel()[0] == pytest.approx((flags == -1).mean())
+    # The opposite azimuth is the mirror.
+    np.testing.assert_array_equal(towards[last].ravel()[2], away[last].ravel()[0])
+    assert (flags != 0).any()

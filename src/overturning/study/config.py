@@ -113,8 +113,8 @@ class Study(Settings):
                 raise ValueError(f"{where}contact: the scene has contact laws of its own; set them in the scene file")
         if self.density != GRANITE_DENSITY:
             raise ValueError("density: the scene's materials have it; set it in the scene file")
-        if self.ensemble.members:
-            raise ValueError("ensemble.members: scenes are computed without an ensemble; leave it out or set it to 0")
+        if self.ensemble.members and self.ensemble.initial_tilt:
+            raise ValueError("ensemble.initial_tilt: a scene starts at rest; leave it at 0")
         return self
 
     @field_validator("b_over_h", "height", "friction", mode="before")

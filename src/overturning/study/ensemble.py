@@ -5,12 +5,12 @@ how probable the neighbourhood is.
 """
 
 from collections.abc import Callable
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.cases import Cases, run_cases
+from overturning.dem.cases import Cases
 from overturning.dem.variables import INT8_MISSING, Variable
 from overturning.motion.motion import Motion
 from overturning.study.grid import Grid
@@ -55,13 +55,36 @@ ENSEMBLE_VARIABLES: Final = (
 )
 
 
+class Runner(Protocol):
+    """What runs cases: of blocks or of a scene."""
+
+    def __call__(
+        self, motion: Motion, cases: Cases, *, threads: int, progress: Callable[[int, int], None] | None
+    ) -> tuple[NDArray[np.int8], int]:
+        """Flags, shape (n,) or (n, elements), and the block steps they took."""
+        ...
+
+
+def blocks(**arguments: Any) -> Runner:
+    """A runner of single blocks with arguments of `overturning.dem.cases.run_cases`: density, contact, scheme and so on."""
+    from overturning.dem.cases import run_cases
+
+    def run(
+        motion: Motion, cases: Cases, *, threads: int, progress: Callable[[int, int], None] | None
+    ) -> tuple[NDArray[np.int8], int]:
+        found = run_cases(motion, cases, threads=threads, progress=progress, **arguments)
+        return found.overturned, int(found.block_steps.sum())
+
+    return run
+
+
 def cells_to_run(overturned: NDArray[np.int8], everywhere: bool) -> NDArray[np.bool_]:
     """Which cells the ensemble runs.
 
     Parameters
     ----------
-    overturned : ndarray, shape (a, h, b, f)
-        Nominal flags; a missing one differs from every other.
+    overturned : ndarray, shape (a, h, b, f) or (a, h, b, f, elements)
+        Nominal flags; a missing one differs from every other. A change of any element counts.
     everywhere : bool
         All cells.
 
@@ -71,11 +94,13 @@ def cells_to_run(overturned: NDArray[np.int8], everywhere: bool) -> NDArray[np.b
         Cells within two steps along B/H of a change of flag. With a single B/H there is no such neighbour to tell, and
         all cells are run.
     """
-    if everywhere or overturned.shape[2] == 1:
-        return np.ones(overturned.shape, dtype=bool)
+    shape = overturned.shape[:4]
+    if everywhere or shape[2] == 1:
+        return np.ones(shape, dtype=bool)
     change = overturned[:, :, 1:, :] != overturned[:, :, :-1, :]
-    count = overturned.shape[2]
-    chosen = np.zeros(overturned.shape, dtype=bool)
+    change = change.any(axis=4) if change.ndim > 4 else change
+    count = shape[2]
+    chosen = np.zeros(shape, dtype=bool)
     for step in range(1 - REACH, REACH + 1):  # a change between i and i + 1 concerns i − 1 to i + 2
         low, high = max(0, -step), min(count - 1, count - step)
         chosen[:, :, low + step : high + step, :] |= change[:, :, low:high, :]
@@ -90,9 +115,9 @@ def run_ensemble(
     members: Members,
     *,
     everywhere: bool,
+    run: Runner,
     threads: int = 1,
     progress: Callable[[int, int], None] | None = None,
-    **arguments: Any,
 ) -> tuple[dict[str, NDArray[Any]], int]:
     """Run the ensemble beside a nominal outcome.
 
@@ -103,29 +128,32 @@ def run_ensemble(
     grid : Grid
         The cases.
     overturned, mirrored : ndarray, shape (a, h, b, f)
-        The nominal outcome. Mirrored cells are not run: they mirror their member's tilt with everything else.
+        The nominal outcome, `overturned` of a scene with a last dimension of elements. Mirrored cells are not run: they mirror their member's tilt with everything else.
     members : Members
         What each member changes.
     everywhere : bool
         Run all cells, not only those near a change of flag.
+    run : Runner
+        `blocks`, or `overturning.study.scene_sweep.scene_runner`.
     threads : int
         Threads to share the cases among.
     progress : callable, optional
         Called now and then with the work done and the whole work.
-    **arguments
-        For `run_cases`: density, contact, scheme, time_step, leave_out.
 
     Returns
     -------
     arrays : dict of ndarray, shape (a, h, b, f)
-        The variables of `ENSEMBLE_VARIABLES`, missing floats as NaN.
+        The variables of `ENSEMBLE_VARIABLES`, missing floats as NaN; all but `members` with the dimension of elements
+        where `overturned` has it.
     block_steps : int
         Work done.
     """
     shape = grid.shape
     chosen = cells_to_run(overturned, everywhere) & (mirrored == 0)
     arrays: dict[str, NDArray[Any]] = {
-        variable.name: np.full(shape, np.nan, np.float32) if variable.dtype == "f4" else np.zeros(shape, np.int16)
+        variable.name: np.full(overturned.shape, np.nan, np.float32)
+        if variable.dtype == "f4"
+        else np.zeros(shape, np.int16)
         for variable in ENSEMBLE_VARIABLES
     }
     azimuths = np.flatnonzero(chosen.any(axis=(1, 2, 3)))
@@ -141,7 +169,9 @@ def run_ensemble(
             if progress:
                 progress(int(1000 * (before + count * part / max(whole, 1))), 1000 * work)
 
-        flags, steps = _run(motion, grid, cells, members, threads, step if progress else None, arguments)
+        cases = _cases(grid, cells, members)
+        found, steps = run(motion, cases, threads=threads, progress=step if progress else None)
+        flags = found.reshape(len(cells), members.size, *found.shape[1:])
         _tally(arrays, cells, flags, members)
         done += len(cells)
         block_steps += steps
@@ -149,16 +179,8 @@ def run_ensemble(
     return arrays, block_steps
 
 
-def _run(
-    motion: Motion,
-    grid: Grid,
-    cells: NDArray[np.int64],
-    members: Members,
-    threads: int,
-    progress: Callable[[int, int], None] | None,
-    arguments: dict[str, Any],
-) -> tuple[NDArray[np.int8], int]:
-    """Flags of every cell (rows) and member (columns), and the block steps they took."""
+def _cases(grid: Grid, cells: NDArray[np.int64], members: Members) -> Cases:
+    """Every member of every cell, the members of a cell together."""
 
     def spread(
         values: NDArray[np.generic], column: int, changed: NDArray[np.float64], add: bool
@@ -169,7 +191,7 @@ def _run(
     def every(changed: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.tile(changed, len(cells))
 
-    cases = Cases(
+    return Cases(
         azimuth_deg=spread(grid.azimuth, 0, members.azimuth_deg, add=True),
         height=spread(grid.height, 1, np.ones(members.size), add=False),
         b_over_h=spread(grid.b_over_h, 2, members.b_over_h, add=False),
@@ -178,8 +200,6 @@ def _run(
         damping_factor=every(members.damping),
         initial_tilt=every(members.initial_tilt),
     )
-    found = run_cases(motion, cases, threads=threads, progress=progress, **arguments)
-    return found.overturned.reshape(len(cells), members.size), int(found.block_steps.sum())
 
 
 def _tally(
@@ -187,7 +207,8 @@ def _tally(
 ) -> None:
     where = tuple(cells.T)
     known = flags != INT8_MISSING
-    arrays["members"][where] = known.sum(axis=1)
+    counted = known.sum(axis=1)
+    arrays["members"][where] = counted if counted.ndim == 1 else counted.min(axis=1)
     for name, side in (("towards", 1), ("away", -1)):
         fell = flags == side
         shares = []

@@ -11,6 +11,15 @@ from overturning.study.scenes import NOMINAL, scene_of
 
 DIMENSIONS = ("azimuth", "height", "b_over_h", "friction")
 
+WITH_ELEMENT = (
+    *PER_ELEMENT,
+    "probability_towards",
+    "probability_away",
+    "scramble_difference_towards",
+    "scramble_difference_away",
+)
+"""Variables with the dimension `element` where a scene has several free ones: of the outcome, and of the ensemble."""
+
 
 @dataclass(frozen=True)
 class Grid:
@@ -57,7 +66,7 @@ class Grid:
 
     def dimensions(self, variable: str) -> tuple[str, ...]:
         """Dimensions of a variable of the outcome, without that of the records."""
-        return (*DIMENSIONS, "element") if self.element and variable in PER_ELEMENT else DIMENSIONS
+        return (*DIMENSIONS, "element") if self.element and variable in WITH_ELEMENT else DIMENSIONS
 
     def shape_of(self, variable: str) -> tuple[int, ...]:
         """Sizes of those dimensions."""

@@ -12,7 +12,7 @@ from overturning.dem.variables import VARIABLES
 from overturning.errors import ArgumentError, ResultError
 from overturning.records.store import read_motion
 from overturning.study.cube import open_cube, study_of
-from overturning.study.ensemble import ENSEMBLE_VARIABLES, run_ensemble
+from overturning.study.ensemble import ENSEMBLE_VARIABLES, blocks, run_ensemble
 from overturning.study.grid import DIMENSIONS, Grid
 from overturning.study.members import Members, draw_members
 from overturning.study.sweep import motion_of, simulation_arguments, variables_of
@@ -139,7 +139,7 @@ def _ensemble_again(
     at = (source if mirrored else place[0], *place[1:])
     one = Grid(*(getattr(grid, name)[[i]] for name, i in zip(DIMENSIONS, at, strict=True)))
     none = np.zeros((1, 1, 1, 1), dtype=np.int8)
-    found, _ = run_ensemble(motion, one, none, none, members, everywhere=True, **arguments)
+    found, _ = run_ensemble(motion, one, none, none, members, everywhere=True, run=blocks(**arguments))
     values = {variable.name: found[variable.name][0, 0, 0, 0] for variable in ENSEMBLE_VARIABLES}
     if mirrored:
         for name in ("probability", "scramble_difference"):

@@ -15,11 +15,11 @@ from overturning.files import whole
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.study.config import Study
-from overturning.study.ensemble import ENSEMBLE_VARIABLES, run_ensemble
+from overturning.study.ensemble import ENSEMBLE_VARIABLES, Runner, blocks, run_ensemble
 from overturning.study.grid import Grid
 from overturning.study.members import Members, draw_members
 from overturning.study.netcdf import add_coordinates, add_elements, add_variable
-from overturning.study.scene_sweep import simulate_study_scene
+from overturning.study.scene_sweep import scene_runner, simulate_study_scene
 from overturning.study.scenes import NOMINAL, scene_of
 from overturning.study.sections import ContactSettings
 
@@ -109,24 +109,20 @@ def sweep_record(
     """
     grid, motion = Grid.of(study, variant), motion_of(study, record)
     attributes = {"record_id": record.record_id, "variant": variant}
-    if scene_of(study, variant) is not None:
-        azimuth = grid.azimuth.astype(np.float64)
-        outcome = simulate_study_scene(study, variant, motion, azimuth, threads, _part_of(progress, 0.0, 1.0))
-        write_part(path, grid, outcome, attributes, variables_of(study))
-        return int(np.sum(outcome["block_steps"]))
-    arguments = simulation_arguments(study, variant)
     with_ensemble = study.ensemble.members > 0
     first = 1.0 if not with_ensemble else NOMINAL_SHARE
-    outcome = simulate_arrays(
-        motion,
-        azimuth_deg=grid.azimuth.astype(np.float64),
-        height=grid.height,
-        b_over_h=grid.b_over_h,
-        friction=grid.friction,
-        threads=threads,
-        progress=_part_of(progress, 0.0, first),
-        **arguments,
-    )
+    azimuth, begin = grid.azimuth.astype(np.float64), _part_of(progress, 0.0, first)
+    run: Runner
+    if scene_of(study, variant) is not None:
+        outcome = simulate_study_scene(study, variant, motion, azimuth, threads, begin)
+        run = scene_runner(study, variant)
+    else:
+        arguments = simulation_arguments(study, variant)
+        outcome = simulate_arrays(
+            motion, azimuth_deg=azimuth, height=grid.height, b_over_h=grid.b_over_h, friction=grid.friction,
+            threads=threads, progress=begin, **arguments,
+        )  # fmt: skip
+        run = blocks(**arguments)
     block_steps = int(np.sum(outcome["block_steps"]))
     if with_ensemble:
         spread, more = run_ensemble(
@@ -137,8 +133,8 @@ def sweep_record(
             members or draw_members(study.ensemble),
             everywhere=study.ensemble.where == "everywhere",
             threads=threads,
+            run=run,
             progress=_part_of(progress, first, 1.0),
-            **arguments,
         )
         outcome |= spread
         block_steps += more

@@ -105,7 +105,7 @@ class SitePrediction:
         decides: in a plane, a block past α for the last time cannot come back, so the stone goes over that edge before
         the other is due. Where that time is not known for both planes (the nominal block stands in one of them, or
         they tie), each comes first in proportion to its probability. Rolling on a corner, which only a model in space
-        shows, is left out.
+        shows (Contento, Zulli & Di Egidio 2013, doi 10.5772/54863), is left out.
         """
         side = stone.b_over_h if math.isnan(stone.b_over_h_side) else stone.b_over_h_side
         shapes = (stone.b_over_h, side, stone.b_over_h, side)

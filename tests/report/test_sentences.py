@@ -2,11 +2,13 @@
 
 import math
 
+import numpy as np
 import pytest
 
-from overturning.report.sentences import alignment_sentence, answer, headline, percent
+from overturning.report.sentences import alignment_sentence, answer, doubling_sentence, headline, percent
 from overturning.statistics.circular import TestResult
 from overturning.statistics.earthquakes import AlignmentDifference, AxisSummary
+from overturning.statistics.logistic import LogisticFit
 
 TEST = TestResult("any", 5, 1.0, 0.5)
 
@@ -58,6 +60,23 @@ def test_a_group_without_falls_is_named() -> None:
 )
 def test_edges(fallen: float, planes: int, said: str) -> None:
     assert answer({"all records": NORMAL}, None, fallen, planes)[0].startswith(said)
+
+
+def fit_of(coefficient: list[float], low: list[float], high: list[float]) -> LogisticFit:
+    values = [np.array(numbers) for numbers in (coefficient, np.zeros(5), low, high)]
+    return LogisticFit(
+        ("intercept", "PGA", "ratio", "shape", "size"), *values, np.eye(5), 100, 5, np.zeros(4), np.ones(4), 0.95
+    )
+
+
+def test_doubling() -> None:
+    nothing = math.nan
+    fit = fit_of([0, 3, 1, -2, -1], [-1, 2, nothing, -3, -2], [1, 4, nothing, -1, 0])
+    assert doubling_sentence(fit) == (
+        "The odds of a fall are multiplied by 8 (4 to 16) where PGA, and PGV with it, doubles; by 2 where PGV alone doubles; "
+        "by 0.5 (0.25 to 1) where the size of a block alone doubles."
+    )
+    assert doubling_sentence(fit_of(*([[nothing] * 5] * 3))) == ""
 
 
 def test_percent() -> None:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from overturning.report.sentences import answer, interval, percent, signed
+from overturning.report.sentences import answer, doubling_sentence, interval, percent, signed
 from overturning.statistics.boundary import boundary, easiest_azimuth
 from overturning.statistics.circular import wrap_axis
 from overturning.statistics.direction import fall_axis, fall_direction
@@ -139,7 +139,13 @@ def _fit(cube: "xr.Dataset", intensity: "xr.Dataset") -> dict[str, Any]:
                 "range": "–" if math.isnan(numbers["minimum"]) else interval(numbers["minimum"], numbers["maximum"]),
             }
         )
-    return {"rows": rows, "note": fit.note, "cases": fit.rows, "earthquakes": fit.clusters}
+    return {
+        "rows": rows,
+        "note": fit.note,
+        "cases": fit.rows,
+        "earthquakes": fit.clusters,
+        "sentence": doubling_sentence(fit),
+    }
 
 
 def _ensemble(cube: "xr.Dataset") -> dict[str, Any] | None:

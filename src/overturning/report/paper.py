@@ -82,7 +82,7 @@ def paper_data(data: dict[str, Any]) -> dict[str, Any]:
             [f"{row['b_over_h']:g}", f"{row['friction']:g}", *(str(cell) for pair in row["groups"] for cell in pair)]
             for row in data["by_shape"]
         ],
-        "fit": {"note": fit["note"][:1].upper() + fit["note"][1:]},
+        "fit": {"sentence": fit["sentence"], "note": fit["note"][:1].upper() + fit["note"][1:]},
         "fit_rows": []
         if fit["note"].startswith("no fit")
         else [[row["name"], row["coefficient"], row["interval"], row["range"]] for row in fit["rows"]],

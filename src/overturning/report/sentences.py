@@ -2,7 +2,9 @@
 
 import math
 
+from overturning.figures.style import short
 from overturning.statistics.earthquakes import AlignmentDifference, AxisSummary
+from overturning.statistics.logistic import LogisticFit
 
 
 def percent(share: float, digits: int = 0) -> str:
@@ -98,6 +100,31 @@ def alignment_sentence(summaries: dict[str, AxisSummary], difference: AlignmentD
     ]
     only = sum(one.n for one in summaries.values()) == 1
     return f"{text}. {' and '.join(closer)} {'lies' if only else 'lie'} closer to the normal than to the fault."
+
+
+DOUBLED = {1: "PGA, and PGV with it,", 2: "PGV alone", 4: "the size of a block alone"}
+"""What doubles where a predictor of `statistics.logistic.overturning_fit` grows by ln 2, by its place."""
+
+
+def doubling_sentence(fit: LogisticFit) -> str:
+    """What doubling the motion or the block does to the odds of a fall; empty where nothing was fitted.
+
+    Parameters
+    ----------
+    fit : LogisticFit
+        From `statistics.logistic.overturning_fit`.
+
+    Returns
+    -------
+    str
+    """
+    parts = []
+    for place, what in DOUBLED.items():
+        factor, low, high = (2.0 ** float(values[place]) for values in (fit.coefficient, fit.low, fit.high))
+        if not math.isnan(factor):
+            known = "" if math.isnan(low) else f" ({short(low)} to {short(high)})"
+            parts.append(f"by {short(factor)}{known} where {what} doubles")
+    return f"The odds of a fall are multiplied {'; '.join(parts)}." if parts else ""
 
 
 def answer(

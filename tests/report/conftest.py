@@ -18,7 +18,13 @@ def hostile(tmp_path_factory: pytest.TempPathFactory) -> Path:
     bad = "<script>window.hurt = 1</script>"
     records = [
         pulse_record(
-            "one", 60, 6.0, station=bad, event="#panic() $x^2$ & co", fault_strike_deg=330.0, extra={"pulse": True}
+            "one",
+            60,
+            6.0,
+            station=bad,
+            event="#panic() $x^2$ $\\foo$ & co",
+            fault_strike_deg=330.0,
+            extra={"pulse": True},
         ),
         pulse_record("two", 10, 5.0, event=bad, fault_strike_deg=300.0, extra={"pulse": False}),
     ]

@@ -103,5 +103,5 @@ def boundary_figure(bounds: "xr.Dataset", top: float, fault_normal_deg: float, t
         lines.append(plt.Line2D([], [], color="#555555", marker="^", linestyle="none", markersize=4))
         names.append("falls at every B/H of the study")
     figure.legend(lines, names, loc="outside lower center", ncols=3, fontsize=8)
-    figure.suptitle(f"{title}\nlargest B/H that falls, by azimuth of the motion", fontsize=10)
+    figure.suptitle(f"{title}\nlargest B/H that falls, by azimuth of the motion", fontsize=10, parse_math=False)
     return figure

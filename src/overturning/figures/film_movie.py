@@ -33,7 +33,7 @@ class _Stage:
         self.figure, grid = plt.subplots(
             2, columns, figsize=(3.6 * columns, 4.4), height_ratios=(3.4, 1), squeeze=False, layout="constrained"
         )
-        self.figure.suptitle(film.title, fontsize=10)
+        self.figure.suptitle(film.title, fontsize=10, parse_math=False)
         left, right, bottom, top = view(film)
         largest = max(float(np.abs(panel.acceleration).max(initial=0.0)) for panel in film.panels) / GAL or 1.0
         self.bodies: list[list[tuple[Any, Any]]] = []

@@ -85,5 +85,5 @@ def hodograph_figure(motion: "xr.Dataset", fault_normal_deg: float, title: str) 
     lines, names = panels[0].get_legend_handles_labels()
     if lines:
         figure.legend(lines, names, loc="outside lower center", ncols=2, fontsize=8)
-    figure.suptitle(title, fontsize=10)
+    figure.suptitle(title, fontsize=10, parse_math=False)
     return figure

@@ -53,5 +53,5 @@ def intensity_figure(intensity: "xr.Dataset", fault_normal_deg: float, title: st
     if np.isfinite(fault_normal_deg):
         lines, names = panels[0].get_legend_handles_labels()
         figure.legend(lines, names, loc="outside lower center", fontsize=8)
-    figure.suptitle(title, fontsize=10)
+    figure.suptitle(title, fontsize=10, parse_math=False)
     return figure

@@ -90,5 +90,5 @@ def fall_map_figure(cube: "xr.Dataset", title: str) -> "Figure":
         ncols=2,
         fontsize=8,
     )
-    figure.suptitle(f"{title}\nradius: slenderness B/H", fontsize=10)
+    figure.suptitle(f"{title}\nradius: slenderness B/H", fontsize=10, parse_math=False)
     return figure

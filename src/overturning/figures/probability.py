@@ -69,5 +69,5 @@ def probability_map_figure(cube: "xr.Dataset", title: str) -> "Figure":
     lines, names = panels[0, 0].get_legend_handles_labels()
     if lines:
         figure.legend(lines, names, loc="outside lower center", fontsize=8)
-    figure.suptitle(f"{title}\nradius: slenderness B/H", fontsize=10)
+    figure.suptitle(f"{title}\nradius: slenderness B/H", fontsize=10, parse_math=False)
     return figure

@@ -89,5 +89,5 @@ def response_figure(paths: Sequence["xr.Dataset"], title: str, headings: Sequenc
         grid[-1, column].set_xlabel("time, s", fontsize=8)
     grid[0, 0].set_xlim(start, max(end, start + 0.1))
     figure.align_ylabels(grid[:, 0])
-    figure.suptitle(title, fontsize=10)
+    figure.suptitle(title, fontsize=10, parse_math=False)
     return figure

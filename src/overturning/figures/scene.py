@@ -44,7 +44,7 @@ def draw_scene(axes: Any, scene: Scene, height: float | None = None, b_over_h: f
     axes.set_xlabel("m")
     axes.spines["left"].set_visible(False)
     axes.set_yticks([])
-    axes.set_title(scene.title or scene.name)
+    axes.set_title(scene.title or scene.name, parse_math=False)
 
 
 def scenes_figure(scenes: Sequence[Scene]) -> "Figure":
@@ -93,5 +93,5 @@ def element_roses_figure(cubes: Mapping[str, "xr.Dataset"]) -> "Figure":
         falls = falls_towards(cube).sum(["record", "height", "b_over_h", "friction"]).compute()
         counts = falls.to_numpy().astype(np.float64)
         draw_rose(axes, sector_shares(falls["azimuth"].to_numpy().astype(np.float64), counts))
-        axes.set_title(f"{name}: {counts.sum():.0f} falls", pad=4)
+        axes.set_title(f"{name}: {counts.sum():.0f} falls", pad=4, parse_math=False)
     return figure

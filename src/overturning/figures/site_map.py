@@ -155,5 +155,5 @@ def site_map_figure(site: "xr.Dataset", title: str) -> "Figure":
     draw_site_map(axes, site)
     lines, names = axes.get_legend_handles_labels()
     figure.legend(lines, names, loc="outside lower center", ncols=3, fontsize=8)
-    figure.suptitle(title, fontsize=10)
+    figure.suptitle(title, fontsize=10, parse_math=False)
     return figure

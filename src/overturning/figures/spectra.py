@@ -66,5 +66,5 @@ def spectra_figure(fourier: "xr.DataArray", response: "xr.DataArray", title: str
     draw_spectrum(right, response, "period", GAL, f"spectral acceleration (damping {damping:.0%}), Gal")
     lines, names = right.get_legend_handles_labels()
     figure.legend(lines, names, loc="outside lower center", ncols=4, fontsize=8)
-    figure.suptitle(title, fontsize=10)
+    figure.suptitle(title, fontsize=10, parse_math=False)
     return figure

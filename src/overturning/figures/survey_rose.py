@@ -37,5 +37,5 @@ def survey_figure(comparison: "SurveyComparison", title: str) -> "Figure":
     figure, axes = plt.subplots(figsize=(4.2, 4.6), subplot_kw={"projection": "polar"}, layout="constrained")
     draw_survey(axes, comparison)
     figure.legend(loc="outside lower center", ncols=2, fontsize=8)
-    figure.suptitle(f"{title}\nfallen stones by octant", fontsize=10)
+    figure.suptitle(f"{title}\nfallen stones by octant", fontsize=10, parse_math=False)
     return figure

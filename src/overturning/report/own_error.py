@@ -80,7 +80,9 @@ def _text(found: dict[str, Any], variants: int) -> str:
         return (
             f"No case was run again: {short} (verification.cost). So this report cannot say how exact its answers are."
         )
-    why = f" ({short}; verification.cost sets this bound)" if chosen < wanted else ""
+    why = (
+        f" ({short}; verification.cost sets this bound, and so few leave the intervals wide)" if chosen < wanted else ""
+    )
     text = (
         f"{chosen} of the {found['cells']} cases, drawn at random, were run again{why}; {found['at_rest']} of them lie below the "
         "thresholds of rocking and sliding and cannot change."

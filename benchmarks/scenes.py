@@ -58,13 +58,15 @@ def record(number: int = 7) -> Motion:
     return Motion(motion.north[span], motion.east[span], sampling_interval=motion.sampling_interval)
 
 
-def resample(acceleration: np.ndarray, interval: float) -> np.ndarray:
+def resample(acceleration: np.ndarray, interval: float, step: float) -> np.ndarray:
     """Acceleration at the engines' own steps, zero after the record."""
-    times = (np.arange(int((acceleration.size * interval + AFTER) / STEP)) + 0.5) * STEP
+    times = (np.arange(int((acceleration.size * interval + AFTER) / step)) + 0.5) * step
     return np.interp(times, np.arange(acceleration.size) * interval, acceleration, right=0.0)
 
 
-def pymunk(placed: list[Placed], acceleration: np.ndarray, interval: float, friction: float) -> list[int]:
+def pymunk(
+    placed: list[Placed], acceleration: np.ndarray, interval: float, friction: float, step: float = STEP
+) -> list[int]:
     """Sides to which the elements fall in pymunk; the shaking is a gravity that turns and stretches."""
     import pymunk as engine
 
@@ -84,9 +86,9 @@ def pymunk(placed: list[Placed], acceleration: np.ndarray, interval: float, fric
         space.add(body, shape)
         bodies.append(body)
     sides = [0] * len(bodies)
-    for ground in resample(acceleration, interval):
+    for ground in resample(acceleration, interval, step):
         space.gravity = (-float(ground), -GRAVITY)
-        space.step(STEP)
+        space.step(step)
         for index, body in enumerate(bodies):
             if sides[index] == 0 and abs(body.angle) > 0.49 * math.pi:
                 sides[index] = -1 if body.angle > 0 else 1
@@ -95,7 +97,9 @@ def pymunk(placed: list[Placed], acceleration: np.ndarray, interval: float, fric
     return sides
 
 
-def box2d(placed: list[Placed], acceleration: np.ndarray, interval: float, friction: float) -> list[int]:
+def box2d(
+    placed: list[Placed], acceleration: np.ndarray, interval: float, friction: float, step: float = STEP
+) -> list[int]:
     """Sides to which the elements fall in Box2D."""
     from Box2D import b2EdgeShape, b2PolygonShape, b2World
 
@@ -110,9 +114,9 @@ def box2d(placed: list[Placed], acceleration: np.ndarray, interval: float, frict
         body.CreateFixture(shape=shape, density=density, friction=friction, restitution=0.0)
         bodies.append(body)
     sides = [0] * len(bodies)
-    for ground in resample(acceleration, interval):
+    for ground in resample(acceleration, interval, step):
         world.gravity = (-float(ground) * SCALE, -GRAVITY * SCALE)
-        world.Step(STEP, 30, 10)
+        world.Step(step, 30, 10)
         for index, body in enumerate(bodies):
             if sides[index] == 0 and abs(body.angle) > 0.49 * math.pi:
                 sides[index] = -1 if body.angle > 0 else 1

@@ -123,6 +123,11 @@ def place(scene: Scene, height: float | None = None, b_over_h: float | None = No
     return placed
 
 
+def symmetric(placed: list[Placed]) -> bool:
+    """Whether a scene is its own mirror image, element by element, so that φ+180° mirrors φ exactly."""
+    return all(item.x == 0.0 and item.shape.symmetric for item in placed)
+
+
 def native_size(scene: Scene) -> tuple[float, float]:
     """Height (m) and B/H of a scene's reference element as the file gives it."""
     shape = next(item.shape for item in place(scene) if item.element.name == scene.reference_name)

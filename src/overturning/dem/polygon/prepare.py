@@ -74,11 +74,6 @@ class Prepared:
     radius: float
 
     @property
-    def symmetric(self) -> bool:
-        """Whether the scene is its own mirror image, element by element, so that φ+180° mirrors φ exactly."""
-        return all(item.x == 0.0 and item.shape.symmetric for item in self.placed)
-
-    @property
     def sunk(self) -> FloatArray:
         """Static penetration of the pairs that carry weight, both ends alike, m."""
         loaded = self.laws.carried > 0.0

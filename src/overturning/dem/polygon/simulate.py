@@ -9,8 +9,7 @@ from overturning.dem.blocks import Cases, check_count
 from overturning.dem.cases import Progress
 from overturning.dem.contact import Contact
 from overturning.dem.polygon.cases import plan_scene, run_scene_cases
-from overturning.dem.polygon.geometry import native_size
-from overturning.dem.polygon.prepare import prepare
+from overturning.dem.polygon.geometry import native_size, place, symmetric
 from overturning.dem.polygon.scene import Scene
 from overturning.dem.simulate import opposite_azimuths, simulate_arrays
 from overturning.dem.status import Status
@@ -124,8 +123,8 @@ def simulate_scene_arrays(
         whole = tuple(axis.size for axis in axes)
         return {name: np.broadcast_to(values, whole).copy() for name, values in arrays.items()}
     check_count(int(np.prod([float(axis.size) for axis in axes])))
-    symmetric = all(prepare(scene, h, b).symmetric for h in axes[1].tolist() for b in axes[2].tolist())
-    opposite = opposite_azimuths(axes[0]) if leave_out and symmetric else np.full(axes[0].size, -1, np.int64)
+    mirrors = all(symmetric(place(scene, h, b)) for h in axes[1].tolist() for b in axes[2].tolist())
+    opposite = opposite_azimuths(axes[0]) if leave_out and mirrors else np.full(axes[0].size, -1, np.int64)
     computed = np.flatnonzero(opposite < 0)
     grid = np.meshgrid(axes[0][computed], *axes[1:], indexing="ij")
     found = run_scene_cases(

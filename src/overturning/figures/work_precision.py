@@ -161,10 +161,20 @@ def _line(
     for filled, part in ((True, good & ~none), (False, good & none)):
         axis.plot(
             x[part], y[part], color=colour, linestyle="none", marker=marker, markersize=4.5,
-            markerfacecolor=colour if filled else "white",
+            markerfacecolor=colour if filled else "white", clip_on=False, in_layout=False, zorder=3,
         )  # fmt: skip
     mine = default & good
-    axis.plot(x[mine], y[mine], linestyle="none", marker="o", markersize=11, markerfacecolor="none", color=INK)
+    axis.plot(
+        x[mine],
+        y[mine],
+        linestyle="none",
+        marker="o",
+        markersize=11,
+        markerfacecolor="none",
+        color=INK,
+        clip_on=False,
+        in_layout=False,
+    )
     if label_penetration:
         for left, top, delta in zip(x, y, rows["penetration_ratio"][chosen][order], strict=True):
             # The last beside its mark, where no other line passes.

@@ -39,7 +39,8 @@ def _p(value: float) -> str:
 
 def _p_is(value: float) -> str:
     text = _p(value)
-    return f"p {text}" if text.startswith("<") else f"p = {text}"
+    # The spaces do not break.
+    return f"p\u00a0{text}" if text.startswith("<") else f"p\u00a0=\u00a0{text}"
 
 
 def survey_sentences(found: SurveyComparison) -> list[str]:

@@ -27,13 +27,11 @@ def prefer_full_width() -> None:
 
 
 def sources_digest(folder: Path) -> str:
-    """First 16 hex digits of the SHA-256 over the names and contents of all modules of a folder that hold jitted code."""
+    """First 16 hex digits of the SHA-256 over the names and contents of all modules of a folder."""
     digest = hashlib.sha256()
     for path in sorted(folder.rglob("*.py")):
-        content = path.read_bytes()
-        if b"njit" in content:
-            digest.update(path.relative_to(folder).as_posix().encode())
-            digest.update(content)
+        digest.update(path.relative_to(folder).as_posix().encode())
+        digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
 
@@ -41,7 +39,7 @@ def cache_directory(sources: Path | None = None) -> Path:
     """Folder of the compiled kernels of these sources.
 
     Numba looks only at the file of the function that it loads; a helper that changed in another file goes unnoticed.
-    The folder is therefore named after a hash of every module of the layer that holds jitted code.
+    The folder is therefore named after a hash of every module of the layer: constants are compiled in, too.
 
     Parameters
     ----------

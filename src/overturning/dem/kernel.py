@@ -1,16 +1,12 @@
-"""Gravestones side by side: up to 64 blocks on one moving base, a column each.
+"""Gravestones side by side: up to 64 blocks on one moving base, a column each; a finished column takes the next case.
 
-All jitted code of the kernel is in this file, which is why it is longer than others (see `overturning.dem.cache`).
-The mechanics, the schemes and the order
-of the operations are derived in docs/method.md. What matters for speed and for equal bits:
+The mechanics, the schemes and the order of the operations are derived in docs/method.md; the layout of the columns is in
+`overturning.dem.columns`, the two schemes are in `overturning.dem.centred` and `overturning.dem.cundall`. What matters
+for speed and for equal bits:
 
-- the state is one local float64 array; quantity ``Q`` of column ``j`` is ``state[Q + j]``, so that the loops over the
-  columns address one base with constant offsets and turn into full-width vector code;
-- those loops have no branches, only selections, and no libm; fast-math and contraction are off;
+- the loops over the columns have no branches, only selections, and no libm; fast-math and contraction are off;
 - left and right corner are summed as one pair, which makes the mirrored case exact;
 - a column never sees another one: what it computes depends on its case alone.
-
-Units per unit of mass: a stiffness is K/m (1/s²), a dashpot h/m (1/s), a force an acceleration.
 """
 
 from typing import Any, Final
@@ -18,42 +14,18 @@ from typing import Any, Final
 import numpy as np
 from numba import njit
 
-from overturning.dem.cache import keep_compiled, prefer_full_width
+from overturning.dem.cache import keep_compiled
+from overturning.dem.centred import advance_centred
+from overturning.dem.cundall import advance_cundall
 
-prefer_full_width()
-
-COLUMNS: Final = 64
-"""Blocks side by side; at 64 the latency of one column's chain of operations is hidden."""
-
-TICKS: Final = 32
-"""A step in which a contact opens or closes is done again in this many ticks,"""
-
-EARLY_TICKS: Final = 64.0
-"""so many of them one by one,"""
-
-LATE_TICKS: Final = 4
-"""then so many at a time,"""
-
-SETTLING: Final = 8.0
-"""until this time has passed, in 1/ω of the highest mode: the contact's transient is over."""
-
-# One row of COLUMNS numbers each: constants of the case,
-(HALF_WIDTH, HALF_HEIGHT, INERTIA, STIFFNESS, TANGENTIAL, COMPLIANCE, DASHPOT, FRICTION, ALPHA, STEP) = (
-    i * COLUMNS for i in range(10)
-)
-# the position (angle with its cosine and sine), velocity and acceleration, the tangential springs,
-(X, Z, ANGLE, COS, SIN, VX, VZ, VW, AX, AZ, AW, SPRING_L, SPRING_R) = (i * COLUMNS for i in range(10, 23))
-# the corners one step ago,
-(OLD_XL, OLD_UL, OLD_XR, OLD_UR) = (i * COLUMNS for i in range(23, 27))
-# ground acceleration: value, slope and change of slope over the ticks of this sample and the next,
-(TICK, BASE, SLOPE, BEND, UP_BASE, UP_SLOPE, UP_BEND, FINE) = (i * COLUMNS for i in range(27, 35))
-# what is booked on the way.
-(PEAK_ANGLE, LAST_UPRIGHT, PEAK_SLIP, PEAK_DEPTH, WORK, LOST, POWER, LOSS) = (i * COLUMNS for i in range(35, 43))
-# what is looked at once per sample only,
-(AMPLITUDE, SAMPLE, UPRIGHT_UNTIL, ENERGY, BARRIER, CALM, AFTER) = (i * COLUMNS for i in range(43, 50))
-# and 1/(1 + β), 1/(1 + 2β) with β = h Δt/2m of the three lengths of a step.
-(ONE_WHOLE, TWO_WHOLE, ONE_LATE, TWO_LATE, ONE_EARLY, TWO_EARLY, WINDOW) = (i * COLUMNS for i in range(50, 57))
-ROWS: Final = 57
+# isort: off
+from overturning.dem.columns import (
+    AFTER, ALPHA, AMPLITUDE, ANGLE, AW, AX, AZ, BARRIER, BASE, BEND, CALM, COLUMNS, COMPLIANCE, COS, DASHPOT,
+    ENERGY, FINE, FRICTION, HALF_HEIGHT, HALF_WIDTH, INERTIA, LAST_UPRIGHT, LOOK, LOST, OLD_UL, OLD_UR, OLD_XL,
+    OLD_XR, OPTIONS, PEAK_ANGLE, PEAK_DEPTH, PEAK_SLIP, ROWS, SAMPLE, SIN, SLOPE, SPRING_L, SPRING_R, STEP,
+    STIFFNESS, TANGENTIAL, TICK, UPRIGHT_UNTIL, UP_BASE, UP_BEND, UP_SLOPE, VW, VX, VZ, WINDOW, WORK, X, Z,
+)  # fmt: skip
+# isort: on
 
 # Columns of the case table that `run_queue` takes.
 (P_WIDTH, P_HEIGHT, P_STIFFNESS, P_TANGENTIAL, P_DASHPOT, P_FRICTION, P_ALPHA, P_AMPLITUDE) = range(8)
@@ -73,264 +45,9 @@ TRAJECTORY: Final = 11
 REST_ENERGY: Final = 1e-9
 """Kinetic energy, as a fraction of g B/2, below which a block on both corners is at rest."""
 
-_options: dict[str, Any] = {"fastmath": False, "error_model": "numpy", "boundscheck": False}
 
-
-@njit(**_options)
-def advance_cundall(state: Any, columns: int, steps: int, gravity: float) -> None:
-    """Cundall's scheme: central differences, spring at the whole step, dashpot at the half step before it."""
-    for _ in range(steps):
-        for j in range(columns):
-            b, h, dt = state[HALF_WIDTH + j], state[HALF_HEIGHT + j], state[STEP + j]
-            k, ks, mu = state[STIFFNESS + j], state[TANGENTIAL + j], state[FRICTION + j]
-            x, z, c, s = state[X + j], state[Z + j], state[COS + j], state[SIN + j]
-            vx, vz, vw = state[VX + j], state[VZ + j], state[VW + j]
-            tick = state[TICK + j]
-            ground = state[BASE + j] + state[SLOPE + j] * tick
-            up = state[UP_BASE + j] + state[UP_SLOPE + j] * tick
-            # Corners from the centre; (x, z) of a point of the block turned clockwise.
-            rxl, rzl = -(b * c) - h * s, b * s - h * c
-            rxr, rzr = b * c - h * s, -(b * s) - h * c
-            xl, ul, xr, ur = x + rxl, -(z + rzl), x + rxr, -(z + rzr)
-            dxl, dul = xl - state[OLD_XL + j], ul - state[OLD_UL + j]
-            dxr, dur = xr - state[OLD_XR + j], ur - state[OLD_UR + j]
-            was_l, was_r = state[OLD_UL + j] > 0.0, state[OLD_UR + j] > 0.0
-            hdt = state[DASHPOT + j] / dt
-            # Normal force: spring and dashpot while the corner is in, never tension.
-            nl, nr = k * ul + hdt * dul, k * ur + hdt * dur
-            nl = nl if (ul > 0.0) & (nl > 0.0) else 0.0
-            nr = nr if (ur > 0.0) & (nr > 0.0) else 0.0
-            # Tangential force with slider; a new contact starts with an unstretched spring.
-            tl = state[SPRING_L + j] + dxl if was_l else 0.0
-            tr = state[SPRING_R + j] + dxr if was_r else 0.0
-            ml, mr = mu * nl, mu * nr
-            fl, fr = -(ks * tl) - hdt * dxl, -(ks * tr) - hdt * dxr
-            fl = ml if fl > ml else fl
-            fr = mr if fr > mr else fr
-            fl = -ml if fl < -ml else fl
-            fr = -mr if fr < -mr else fr
-            el, er = ml * state[COMPLIANCE + j], mr * state[COMPLIANCE + j]
-            sl = el if tl > el else tl
-            sr = er if tr > er else tr
-            sl = -el if sl < -el else sl
-            sr = -er if sr < -er else sr
-            # Accelerations in the frame of the base; left and right corner as one pair.
-            ax = (fl + fr) - ground
-            az = (nl + nr) - (gravity + up)
-            aw = state[INERTIA + j] * ((rzl * fl - rxl * nl) + (rzr * fr - rxr * nr))
-            # Velocities at the whole step, for the books only.
-            half = 0.5 * dt
-            cx, cz, cw = vx + half * ax, vz + half * az, vw + half * aw
-            pl, pr = ul if ul > 0.0 else 0.0, ur if ur > 0.0 else 0.0
-            ql, qr = (state[OLD_UL + j] if was_l else 0.0), (state[OLD_UR + j] if was_r else 0.0)
-            ql, qr = (0.0 if ul > 0.0 else ql), (0.0 if ur > 0.0 else qr)
-            # A spring that slips gives up what the falling limit takes, then slides against its own force.
-            gl, gr = state[SPRING_L + j], state[SPRING_R + j]
-            kept_l, kept_r = (el if gl > el else gl), (er if gr > er else gr)
-            kept_l, kept_r = (-el if kept_l < -el else kept_l), (-er if kept_r < -er else kept_r)
-            slid_l, slid_r = sl * ((kept_l - sl) + dxl), sr * ((kept_r - sr) + dxr)
-            slid_l, slid_r = (slid_l if tl != sl else 0.0), (slid_r if tr != sr else 0.0)
-            lost_l = (nl - k * pl) * (cz - rxl * cw) + (fl + ks * sl) * (cx + rzl * cw)
-            lost_r = (nr - k * pr) * (cz - rxr * cw) + (fr + ks * sr) * (cx + rzr * cw)
-            let_go = k * (ql * ql + qr * qr) + ks * ((gl * gl - kept_l * kept_l) + (gr * gr - kept_r * kept_r))
-            let_go = 0.5 * let_go + ks * (slid_l + slid_r)
-            work = state[WORK + j] - dt * (ground * cx + up * cz)
-            state[WORK + j] = work
-            state[LOST + j] = state[LOST + j] + (let_go - dt * (lost_l + lost_r))
-            vx, vz, vw = vx + dt * ax, vz + dt * az, vw + dt * aw
-            # Turn (c, s) by the small angle of the step.
-            turn = dt * vw
-            square = turn * turn
-            sine = turn * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)))
-            versine = square * (0.5 - square * (1.0 / 24.0))
-            angle = state[ANGLE + j] + turn
-            state[COS + j] = c - (c * versine + s * sine)
-            state[SIN + j] = s - (s * versine - c * sine)
-            size = abs(angle)
-            slip = abs((x + dt * vx) - h * state[SIN + j])
-            depth = ul if ul > ur else ur
-            state[PEAK_ANGLE + j] = size if size > state[PEAK_ANGLE + j] else state[PEAK_ANGLE + j]
-            state[PEAK_SLIP + j] = slip if slip > state[PEAK_SLIP + j] else state[PEAK_SLIP + j]
-            state[PEAK_DEPTH + j] = depth if depth > state[PEAK_DEPTH + j] else state[PEAK_DEPTH + j]
-            state[LAST_UPRIGHT + j] = tick + 1.0 * TICKS if size < state[ALPHA + j] else state[LAST_UPRIGHT + j]
-            state[X + j], state[Z + j], state[ANGLE + j] = x + dt * vx, z + dt * vz, angle
-            state[VX + j], state[VZ + j], state[VW + j] = vx, vz, vw
-            state[AX + j], state[AZ + j], state[AW + j] = ax, az, aw
-            state[SPRING_L + j], state[SPRING_R + j] = sl, sr
-            state[OLD_XL + j], state[OLD_UL + j] = xl, ul
-            state[OLD_XR + j], state[OLD_UR + j] = xr, ur
-            state[TICK + j] = tick + 1.0 * TICKS
-
-
-@njit(**_options)
-def advance_centred(state: Any, columns: int, steps: int, gravity: float) -> None:
-    """Velocity Verlet with the dashpots taken at the same instant as the springs; fine steps where contacts change."""
-    ticks = float(steps * TICKS)
-    for _ in range(steps):
-        for j in range(columns):
-            b, h, inertia = state[HALF_WIDTH + j], state[HALF_HEIGHT + j], state[INERTIA + j]
-            k, ks, mu, dash = state[STIFFNESS + j], state[TANGENTIAL + j], state[FRICTION + j], state[DASHPOT + j]
-            x, z, c, s = state[X + j], state[Z + j], state[COS + j], state[SIN + j]
-            fine, old_tick, old_angle = state[FINE + j], state[TICK + j], state[ANGLE + j]
-            ovx, ovz, ovw = state[VX + j], state[VZ + j], state[VW + j]
-            oax, oaz, oaw = state[AX + j], state[AZ + j], state[AW + j]
-            oxl, oul, oxr, our = state[OLD_XL + j], state[OLD_UL + j], state[OLD_XR + j], state[OLD_UR + j]
-            gl, gr = state[SPRING_L + j], state[SPRING_R + j]
-            peak, peak_slip, peak_depth = state[PEAK_ANGLE + j], state[PEAK_SLIP + j], state[PEAK_DEPTH + j]
-            alpha, last, compliance = state[ALPHA + j], state[LAST_UPRIGHT + j], state[COMPLIANCE + j]
-            old_work, old_lost = state[WORK + j], state[LOST + j]
-            old_power, old_loss = state[POWER + j], state[LOSS + j]
-            one_w, one_l, one_e = state[ONE_WHOLE + j], state[ONE_LATE + j], state[ONE_EARLY + j]
-            two_w, two_l, two_e = state[TWO_WHOLE + j], state[TWO_LATE + j], state[TWO_EARLY + j]
-            window = state[WINDOW + j]
-            late, early = fine > 0.0, fine > window - EARLY_TICKS
-            length = 1.0 * LATE_TICKS if late else 1.0 * TICKS
-            length = 1.0 if early else length
-            dt = state[STEP + j] * (length * (1.0 / TICKS))
-            tick = old_tick + length
-            half = 0.5 * dt
-            # Half a kick, then drift.
-            vx, vz, vw = ovx + half * oax, ovz + half * oaz, ovw + half * oaw
-            turn = dt * vw
-            square = turn * turn
-            sine = turn * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)))
-            versine = square * (0.5 - square * (1.0 / 24.0))
-            nc, ns = c - (c * versine + s * sine), s - (s * versine - c * sine)
-            nx, nz, angle = x + dt * vx, z + dt * vz, old_angle + turn
-            past = tick - ticks
-            past = past if past > 0.0 else 0.0
-            ground = (state[BASE + j] + state[SLOPE + j] * tick) + state[BEND + j] * past
-            up = (state[UP_BASE + j] + state[UP_SLOPE + j] * tick) + state[UP_BEND + j] * past
-            weight = gravity + up
-            # Corners from the centre, their penetrations and tangential springs.
-            rxl, rzl = -(b * nc) - h * ns, b * ns - h * nc
-            rxr, rzr = b * nc - h * ns, -(b * ns) - h * nc
-            xl, ul, xr, ur = nx + rxl, -(nz + rzl), nx + rxr, -(nz + rzr)
-            in_l, in_r = ul > 0.0, ur > 0.0
-            was_l, was_r = oul > 0.0, our > 0.0
-            changed = (in_l != was_l) | (in_r != was_r)
-            again = changed & (not early)
-            tl, tr = gl + (xl - oxl), gr + (xr - oxr)
-            tl, tr = (tl if was_l else 0.0), (tr if was_r else 0.0)
-            # Which corners press and which stick, from velocities extrapolated with the last acceleration.
-            px, pz, pw = vx + half * oax, vz + half * oaz, vw + half * oaw
-            kl, kr = k * ul, k * ur
-            nl, nr = kl - dash * (pz - rxl * pw), kr - dash * (pz - rxr * pw)
-            on_l, on_r = in_l & (nl > 0.0), in_r & (nr > 0.0)
-            hl, hr = -(ks * tl), -(ks * tr)
-            fl, fr = hl - dash * (px + rzl * pw), hr - dash * (px + rzr * pw)
-            stick_l, stick_r = abs(fl) <= mu * nl, abs(fr) <= mu * nr
-            # Solve for the velocities with the dashpots of those corners at the new instant; a slipping corner
-            # carries its direction times μ times its normal force.
-            beta = half * dash
-            against = -mu
-            sl, sr = (mu if fl > 0.0 else against), (mu if fr > 0.0 else against)
-            bl, br = (beta if on_l else 0.0), (beta if on_r else 0.0)
-            tbl, tbr = (bl if stick_l else 0.0), (br if stick_r else 0.0)
-            ql, qr = sl * bl, sr * br
-            ql, qr = (0.0 if stick_l else ql), (0.0 if stick_r else qr)
-            kl, kr = (kl if on_l else 0.0), (kr if on_r else 0.0)
-            ml, mr = sl * kl, sr * kr
-            hl, hr = (hl if stick_l else ml), (hr if stick_r else mr)
-            hl, hr = (hl if on_l else 0.0), (hr if on_r else 0.0)
-            one, two = (one_l if late else one_w), (two_l if late else two_w)
-            one, two = (one_e if early else one), (two_e if early else two)
-            iz = one if on_l | on_r else 1.0
-            iz = two if on_l & on_r else iz
-            rough_l, rough_r = on_l & stick_l, on_r & stick_r
-            ix = one if rough_l | rough_r else 1.0
-            ix = two if rough_l & rough_r else ix
-            hx = vx + half * ((hl + hr) - ground)
-            hz = vz + half * ((kl + kr) - weight)
-            hw = vw + half * (inertia * ((rzl * hl - rxl * kl) + (rzr * hr - rxr * kr)))
-            a12 = ql + qr
-            lever = tbl * rzl + tbr * rzr
-            a13 = lever - (ql * rxl + qr * rxr)
-            a23 = -(bl * rxl + br * rxr)
-            a32 = inertia * (a23 + (ql * rzl + qr * rzr))
-            left = (tbl * rzl) * rzl + (bl * rxl - ql * rzl) * rxl
-            right = (tbr * rzr) * rzr + (br * rxr - qr * rzr) * rxr
-            a33 = 1.0 + inertia * (left + right)
-            p = (inertia * lever) * ix
-            q = (a32 - p * a12) * iz
-            # One division for this and for the share of the step that a new contact lasted.
-            new_l, new_r = in_l & (not was_l), in_r & (not was_r)
-            gone_l, gone_r = ul - oul, ur - our
-            gone_l, gone_r = (gone_l if new_l else 1.0), (gone_r if new_r else 1.0)
-            pair = gone_l * gone_r
-            determinant = (a33 - p * a13) - q * a23
-            inverse = 1.0 / (determinant * pair)
-            pw = ((hw - p * hx) - q * hz) * (inverse * pair)
-            inverse = inverse * determinant
-            share_l, share_r = (ul * (inverse * gone_r) - 0.5) * dt, (ur * (inverse * gone_l) - 0.5) * dt
-            share_l, share_r = (share_l if new_l else 0.0), (share_r if new_r else 0.0)
-            pz = (hz - a23 * pw) * iz
-            px = ((hx - a12 * pz) - a13 * pw) * ix
-            # The forces at those velocities, within their limits.
-            uxl, uzl = px + rzl * pw, pz - rxl * pw
-            uxr, uzr = px + rzr * pw, pz - rxr * pw
-            nl, nr = k * ul - dash * uzl, k * ur - dash * uzr
-            nl = nl if in_l & (nl > 0.0) else 0.0
-            nr = nr if in_r & (nr > 0.0) else 0.0
-            ml, mr = mu * nl, mu * nr
-            fl, fr = -(ks * tl) - dash * uxl, -(ks * tr) - dash * uxr
-            fl, fr = (ml if fl > ml else fl), (mr if fr > mr else fr)
-            ml, mr = -ml, -mr
-            fl, fr = (ml if fl < ml else fl), (mr if fr < mr else fr)
-            dl, dr = ml * compliance, mr * compliance
-            el, er = -dl, -dr
-            sl, sr = (el if tl > el else tl), (er if tr > er else tr)
-            sl, sr = (dl if sl < dl else sl), (dr if sr < dr else sr)
-            ax = (fl + fr) - ground
-            az = (nl + nr) - weight
-            spin_l, spin_r = inertia * (rzl * fl - rxl * nl), inertia * (rzr * fr - rxr * nr)
-            aw = spin_l + spin_r
-            vx = (vx + half * ax) + (share_l * fl + share_r * fr)
-            vz = (vz + half * az) + (share_l * nl + share_r * nr)
-            vw = (vw + half * aw) + (share_l * spin_l + share_r * spin_r)
-            # Books: work of the shaking, loss in dashpots and sliders, springs let go.
-            pl, pr = (ul if in_l else 0.0), (ur if in_r else 0.0)
-            power = -(ground * vx + up * vz)
-            loss_l = (k * pl - nl) * uzl - (fl + ks * sl) * uxl
-            loss_r = (k * pr - nr) * uzr - (fr + ks * sr) * uxr
-            loss = loss_l + loss_r
-            kept_l, kept_r = (el if gl > el else gl), (er if gr > er else gr)
-            kept_l, kept_r = (dl if kept_l < dl else kept_l), (dr if kept_r < dr else kept_r)
-            slid_l, slid_r = (kept_l - sl) + (tl - gl), (kept_r - sr) + (tr - gr)
-            slid_l, slid_r = slid_l * (0.5 * (kept_l + sl)), slid_r * (0.5 * (kept_r + sr))
-            slid_l, slid_r = (slid_l if tl != sl else 0.0), (slid_r if tr != sr else 0.0)
-            ol, or_ = (oul if was_l else 0.0), (our if was_r else 0.0)
-            ol, or_ = (0.0 if in_l else ol), (0.0 if in_r else or_)
-            let_go = k * (ol * ol + or_ * or_) + ks * ((gl * gl - kept_l * kept_l) + (gr * gr - kept_r * kept_r))
-            let_go = 0.5 * let_go + ks * (slid_l + slid_r)
-            work = old_work + half * (old_power + power)
-            lost = old_lost + (half * (old_loss + loss) + ((share_l * loss_l + share_r * loss_r) + let_go))
-            # A whole step in which a contact changes is not taken; fine ones follow.
-            fine = fine - length
-            fine = window if changed else fine
-            state[FINE + j] = fine
-            if not again:
-                size = abs(angle)
-                slip = abs(nx - h * ns)
-                depth = ul if ul > ur else ur
-                state[PEAK_ANGLE + j] = size if size > peak else peak
-                state[PEAK_SLIP + j] = slip if slip > peak_slip else peak_slip
-                state[PEAK_DEPTH + j] = depth if depth > peak_depth else peak_depth
-                state[LAST_UPRIGHT + j] = tick if size < alpha else last
-                state[TICK + j] = tick
-                state[X + j], state[Z + j], state[ANGLE + j] = nx, nz, angle
-                state[COS + j], state[SIN + j] = nc, ns
-                state[VX + j], state[VZ + j], state[VW + j] = vx, vz, vw
-                state[AX + j], state[AZ + j], state[AW + j] = ax, az, aw
-                state[SPRING_L + j], state[SPRING_R + j] = sl, sr
-                state[OLD_XL + j], state[OLD_UL + j] = xl, ul
-                state[OLD_XR + j], state[OLD_UR + j] = xr, ur
-                state[WORK + j], state[LOST + j] = work, lost
-                state[POWER + j], state[LOSS + j] = power, loss
-
-
-@njit(**_options)
-def start(state: Any, j: int, case: Any, interval: float, steps: int, gravity: float) -> None:
+@njit(**OPTIONS)
+def start(state: Any, j: int, case: Any, interval: float, ticks: float, gravity: float) -> None:
     """Put a case into column j: at static equilibrium on both corners, or tilted on one."""
     for row in range(ROWS):
         state[row * COLUMNS + j] = 0.0
@@ -342,12 +59,7 @@ def start(state: Any, j: int, case: Any, interval: float, steps: int, gravity: f
     state[STIFFNESS + j], state[TANGENTIAL + j] = k, ks
     state[COMPLIANCE + j] = 1.0 / ks if ks > 0.0 else 0.0
     state[DASHPOT + j], state[FRICTION + j] = case[P_DASHPOT], case[P_FRICTION]
-    state[ALPHA + j], state[STEP + j] = case[P_ALPHA], interval / steps
-    beta = 0.5 * case[P_DASHPOT] * (interval / steps)
-    state[ONE_WHOLE + j], state[TWO_WHOLE + j] = 1.0 / (1.0 + beta), 1.0 / (1.0 + 2.0 * beta)
-    late, early = beta * LATE_TICKS / TICKS, beta / TICKS
-    state[ONE_LATE + j], state[TWO_LATE + j] = 1.0 / (1.0 + late), 1.0 / (1.0 + 2.0 * late)
-    state[ONE_EARLY + j], state[TWO_EARLY + j] = 1.0 / (1.0 + early), 1.0 / (1.0 + 2.0 * early)
+    state[ALPHA + j], state[STEP + j] = case[P_ALPHA], interval / ticks
     state[WINDOW + j] = case[P_WINDOW]
     state[FINE + j] = case[P_WINDOW]
     tilted = s != 0.0
@@ -371,7 +83,7 @@ def start(state: Any, j: int, case: Any, interval: float, steps: int, gravity: f
     state[ENERGY + j] = energy(state, j, 0.0, gravity)
 
 
-@njit(**_options)
+@njit(**OPTIONS)
 def energy(state: Any, j: int, lag: float, gravity: float) -> float:
     """Kinetic, gravitational and spring energy per mass; `lag` brings half-step velocities to the whole step."""
     step = lag * state[STEP + j]
@@ -385,35 +97,58 @@ def energy(state: Any, j: int, lag: float, gravity: float) -> float:
     return float(0.5 * (motion + springs) + gravity * (state[Z + j] - state[HALF_HEIGHT + j]))
 
 
-@njit(**_options)
+@njit(**OPTIONS)
 def next_sample(state: Any, columns: int, row: Any, ground: Any, upward: Any, ticks: float, interval: float) -> None:
     """Bring the turning pair back to length 1 and load the ground motion of the sample that each column is in."""
     scale = 1.0 / ticks
-    last = ground.shape[1] - 3
-    vertical = upward.shape[0] > 0
     for j in range(columns):
         c, s = state[COS + j], state[SIN + j]
+        passed, until, sample, tick = (
+            state[LAST_UPRIGHT + j],
+            state[UPRIGHT_UNTIL + j],
+            state[SAMPLE + j],
+            state[TICK + j],
+        )
         unit = 1.5 - 0.5 * (c * c + s * s)
+        then = (sample + passed * scale) * interval
         state[COS + j], state[SIN + j] = c * unit, s * unit
-        passed = state[LAST_UPRIGHT + j]
-        if passed >= 0.0:
-            state[UPRIGHT_UNTIL + j] = (state[SAMPLE + j] + passed * scale) * interval
+        state[UPRIGHT_UNTIL + j] = then if passed >= 0.0 else until
         state[LAST_UPRIGHT + j] = -1.0
-        if state[TICK + j] >= ticks:
-            state[TICK + j] -= ticks
-            state[SAMPLE + j] += 1.0
+        state[SAMPLE + j] = sample + 1.0 if tick >= ticks else sample
+        state[TICK + j] = tick - ticks if tick >= ticks else tick
+    last = ground.shape[1] - 3
+    for j in range(columns):
         i = min(int(state[SAMPLE + j]), last)
-        factor = state[AMPLITUDE + j]
+        # A base that accelerates towards +s pushes the block towards −s.
+        factor = -state[AMPLITUDE + j]
         a0, a1, a2 = ground[row[j], i] * factor, ground[row[j], i + 1] * factor, ground[row[j], i + 2] * factor
         state[BASE + j], state[SLOPE + j] = a0, (a1 - a0) * scale
         state[BEND + j] = ((a2 - a1) - (a1 - a0)) * scale
-        if vertical:
+        if upward is not None:
+            factor = state[AMPLITUDE + j]
             a0, a1, a2 = upward[i] * factor, upward[i + 1] * factor, upward[i + 2] * factor
             state[UP_BASE + j], state[UP_SLOPE + j] = a0, (a1 - a0) * scale
             state[UP_BEND + j] = ((a2 - a1) - (a1 - a0)) * scale
 
 
-@njit(**_options)
+@njit(**OPTIONS)
+def look_at(state: Any, columns: int, ticks: float, end: float, deepest: float) -> None:
+    """Find the columns of which there may be something to say at the end of a sample; the others simply go on."""
+    scale = 1.0 / ticks
+    for j in range(columns):
+        c, x, z = state[COS + j], state[X + j], state[Z + j]
+        vx, vz, vw = state[VX + j], state[VZ + j], state[VW + j]
+        b, h, depth = state[HALF_WIDTH + j], state[HALF_HEIGHT + j], state[PEAK_DEPTH + j]
+        sample, calm = state[SAMPLE + j] + state[TICK + j] * scale, state[CALM + j]
+        sum_of_all = (vx + vz + vw) + (x + z + c)
+        until = calm if calm < end else end
+        most = deepest * (b if b < h else h)
+        # Not finite minus not finite is never 0.
+        goes_on = (sum_of_all - sum_of_all == 0.0) & (c > 0.0) & (sample < until) & (depth <= most)
+        state[LOOK + j] = 0.0 if goes_on else 1.0
+
+
+@njit(**OPTIONS)
 def rise(state: Any, j: int, gravity: float) -> float:
     """Energy that takes a block at rest to its largest rotation so far, or over, per mass; by series, without libm."""
     peak = min(state[PEAK_ANGLE + j], state[ALPHA + j])
@@ -423,7 +158,7 @@ def rise(state: Any, j: int, gravity: float) -> float:
     return float(gravity * (state[HALF_WIDTH + j] * sine - state[HALF_HEIGHT + j] * versine))
 
 
-@njit(**_options)
+@njit(**OPTIONS)
 def verdict(state: Any, j: int, lag: float, ticks: float, end: float, gravity: float, deepest: float) -> int:
     """Status of a column at the end of a sample: -1 to go on, else a `Status`."""
     c, s, vx = state[COS + j], state[SIN + j], state[VX + j]
@@ -459,7 +194,7 @@ def verdict(state: Any, j: int, lag: float, ticks: float, end: float, gravity: f
     return -1
 
 
-@njit(**_options)
+@njit(**OPTIONS)
 def finish(state: Any, j: int, status: int, lag: float, steps: int, gravity: float, out: Any) -> None:
     """Write the results of a column."""
     c, s, angle = state[COS + j], state[SIN + j], state[ANGLE + j]
@@ -476,7 +211,7 @@ def finish(state: Any, j: int, status: int, lag: float, steps: int, gravity: flo
     out[R_STEPS] = steps
 
 
-@njit(**_options)
+@njit(**OPTIONS)
 def note(state: Any, j: int, lag: float, interval: float, ticks: float, path: Any) -> None:
     """Write a column's state into a row of its trajectory."""
     step = lag * state[STEP + j]
@@ -487,10 +222,10 @@ def note(state: Any, j: int, lag: float, interval: float, ticks: float, path: An
     path[T_BASE_SLIP] = state[X + j] - state[HALF_HEIGHT + j] * state[SIN + j]
     b, h, c, s = state[HALF_WIDTH + j], state[HALF_HEIGHT + j], state[COS + j], state[SIN + j]
     path[T_DEPTH_L], path[T_DEPTH_R] = (h * c - b * s) - state[Z + j], (h * c + b * s) - state[Z + j]
-    path[T_GROUND] = state[BASE + j] + state[SLOPE + j] * state[TICK + j]
+    path[T_GROUND] = -(state[BASE + j] + state[SLOPE + j] * state[TICK + j])
 
 
-@njit(nogil=True, **_options)
+@njit(nogil=True, **OPTIONS)
 def run_queue(
     scheme: int,
     queue: Any,
@@ -501,6 +236,7 @@ def run_queue(
     samples: int,
     interval: float,
     steps: int,
+    whole: float,
     gravity: float,
     deepest: float,
     budget: int,
@@ -522,12 +258,14 @@ def run_queue(
         Row of `ground` that shakes each case.
     ground : ndarray, shape (azimuths, samples + 3)
         Acceleration of the base towards +s, m/s², padded with zeros.
-    upward : ndarray, shape (samples + 3,) or (0,)
-        Upward acceleration, m/s², padded with zeros.
+    upward : ndarray, shape (samples + 3,), or None
+        Upward acceleration, m/s², padded with zeros; None where there is none, which compiles a kernel without it.
     samples, interval : int, float
         Length of the record and time between samples, s.
     steps : int
         Steps per sample.
+    whole : float
+        Ticks into which a step can be divided.
     gravity : float
         m/s².
     deepest : float
@@ -550,19 +288,19 @@ def run_queue(
     case = np.zeros(COLUMNS, np.int64)
     row = np.zeros(COLUMNS, np.int64)
     done = np.zeros(COLUMNS, np.int64)
-    ticks = float(steps * TICKS)
+    ticks = steps * whole
     lag = 0.5 if scheme == 0 else 0.0
     end = float(samples)
     active, head, noted = 0, 0, 0
     for j in range(COLUMNS):
-        start(state, j, cases[queue[0]], interval, steps, gravity)
+        start(state, j, cases[queue[0]], interval, ticks, gravity)
         row[j] = row_of_case[queue[0]]
     while True:
         while active < COLUMNS and head < queue.size:
             case[active] = queue[head]
             row[active] = row_of_case[queue[head]]
             done[active] = 0
-            start(state, active, cases[queue[head]], interval, steps, gravity)
+            start(state, active, cases[queue[head]], interval, ticks, gravity)
             active, head = active + 1, head + 1
         if active == 0:
             return noted
@@ -572,13 +310,17 @@ def run_queue(
             note(state, 0, lag, interval, ticks, path[noted])
             noted += 1
         if scheme == 0:
-            advance_cundall(state, columns, steps, gravity)
+            advance_cundall(state, columns, steps, whole, gravity, upward)
         else:
-            advance_centred(state, columns, steps, gravity)
+            advance_centred(state, columns, steps, whole, gravity, upward)
+        look_at(state, columns, ticks, end, deepest)
         counter[0] += active * steps
         j = 0
         while j < active:
             done[j] += steps
+            if state[LOOK + j] == 0.0 and done[j] < budget:
+                j += 1
+                continue
             ended = verdict(state, j, lag, ticks, end, gravity, deepest)
             if ended < 0 and done[j] >= budget:
                 ended = 5

@@ -7,17 +7,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.dem.blocks import Cases
+from overturning.dem.columns import SETTLING, TAIL_TICKS
 from overturning.dem.contact import Contact, check_precision
 from overturning.dem.quiet import quiet_windows
-from overturning.dem.time_step import Scheme, highest_eigenvalue, scheme_of, steps_per_sample
+from overturning.dem.time_step import Scheme, highest_eigenvalue, scheme_of, steps_per_sample, ticks_per_step
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
 FloatArray = NDArray[np.float64]
 
-MOST_FINE_STEPS: Final = 128
-"""Whole steps after a change of contact that are taken finely, at most: with smaller steps it is not needed."""
+MOST_FINE_TICKS: Final = 4096.0
+"""Ticks after a change of contact that are taken finely, at most: with small steps more are not needed."""
 
 DEEPEST: Final = 0.2
 """Penetration, in half the smaller side, beyond which the contact law no longer holds."""
@@ -34,8 +35,9 @@ class Plan:
     cases: Cases
     row: NDArray[np.int64]
     ground: FloatArray
-    upward: FloatArray
+    upward: FloatArray | None
     steps: NDArray[np.int64]
+    whole: NDArray[np.int64]
     first: NDArray[np.int64]
     calm: FloatArray
     never: NDArray[np.bool_]
@@ -68,9 +70,9 @@ class Plan:
         # A lightly damped contact rings for longer.
         rate, frequency = self.rate[chosen], np.sqrt(self.square[chosen])
         ringing = np.clip(frequency / np.maximum(rate, 1e-300), 1.0, 8.0)
-        settling = k.SETTLING * ringing / frequency
-        table[:, k.P_WINDOW] = np.ceil(settling / self.interval * self.steps[chosen]) * k.TICKS
-        table[:, k.P_WINDOW] = np.minimum(table[:, k.P_WINDOW], MOST_FINE_STEPS * k.TICKS)
+        settling = SETTLING * ringing / frequency
+        window = np.ceil(settling / self.interval * self.steps[chosen]) * self.whole[chosen]
+        table[:, k.P_WINDOW] = np.minimum(window, MOST_FINE_TICKS) + TAIL_TICKS
         return table
 
 
@@ -106,10 +108,11 @@ def plan(
     check_precision(normal, height, 0.0)
     square = highest_eigenvalue(normal, tangential, 0.5 * width, 0.5 * height)
     rate = highest_eigenvalue(dashpot, dashpot, 0.5 * width, 0.5 * height)
-    steps = steps_per_sample(method, time_step, square, rate, motion.sampling_interval) * refinement
-    samples = motion.samples
-    # 20/p with p = √(3g/4R).
+    # 1/p with p = √(3g/4R).
     period = np.sqrt(np.sqrt(width**2 + height**2) / (1.5 * STANDARD_GRAVITY))
+    steps = steps_per_sample(method, time_step, square, rate, period, motion.sampling_interval) * refinement
+    whole = ticks_per_step(method, square, motion.sampling_interval / steps)
+    samples = motion.samples
     after = samples + np.ceil(AFTERMATH * period / motion.sampling_interval)
     if leave_out:
         first, quiet, never = quiet_windows(
@@ -122,8 +125,8 @@ def plan(
         never &= STANDARD_GRAVITY / (2.0 * normal) <= DEEPEST * 0.5 * np.minimum(width, height)
     else:
         first, calm, never = np.zeros(cases.size, np.int64), np.full(cases.size, np.inf), np.zeros(cases.size, np.bool_)
-    upward = np.zeros(0) if motion.up is None else np.concatenate([motion.up, np.zeros(3)])
+    upward = None if motion.up is None else np.concatenate([motion.up, np.zeros(3)])
     return Plan(
-        method, cases, row, ground, upward, steps, first, calm, never, after, normal, tangential, dashpot, square, rate,
-        motion.sampling_interval,
+        method, cases, row, ground, upward, steps, whole, first, calm, never, after, normal, tangential, dashpot, square,
+        rate, motion.sampling_interval,
     )  # fmt: skip

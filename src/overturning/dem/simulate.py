@@ -225,7 +225,7 @@ def trajectory(
     if not how.never[0]:
         noted = k.run_queue(
             int(how.scheme), one, how.table(one), one, how.ground, how.upward, motion.samples,
-            motion.sampling_interval, int(how.steps[0]), STANDARD_GRAVITY, DEEPEST, BUDGET, np.zeros(1, np.int64),
+            motion.sampling_interval, int(how.steps[0]), float(how.whole[0]), STANDARD_GRAVITY, DEEPEST, BUDGET, np.zeros(1, np.int64),
             path, out,
         )  # fmt: skip
     path = np.concatenate([_rest(motion, how, noted), path[:noted]])

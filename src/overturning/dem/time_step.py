@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.dem.columns import TICKS_PER_RADIAN
 from overturning.errors import ArgumentError
 
 FloatArray = NDArray[np.float64]
@@ -21,6 +22,13 @@ class Scheme(IntEnum):
 HEAVY_DAMPING: Final = 4.0
 """Above this damping ratio of the highest mode the centred scheme's step shrinks in proportion to its inverse: the step
 itself would stay stable, but which corners press and slip is guessed from a velocity that the dashpots change too much."""
+
+LONGEST_CONTACT: Final = 8.0
+"""The centred scheme is stable with any step; this one, in 1/ω of the highest mode, is the longest that still tells when
+a contact opens, closes, sticks and slips (docs/method.md)."""
+
+LONGEST_ROCKING: Final = 0.1
+"""And this one, in 1/p with p = √(3g/4R), the longest that follows rocking to 10⁻³."""
 
 LIGHT_DAMPING: Final = 0.25
 """Below this damping ratio of the highest mode corners bounce, and the automatic step is halved."""
@@ -78,11 +86,12 @@ def highest_eigenvalue(
     return np.maximum(np.maximum(upright, 2.0 * normal), 4.0 * np.maximum(normal, tangential))
 
 
-def stable_step(scheme: Scheme, square: FloatArray, rate: FloatArray) -> FloatArray:
+def stable_step(scheme: Scheme, square: FloatArray, rate: FloatArray, period: FloatArray) -> FloatArray:
     """Largest stable time step, s.
 
     Cundall's scheme, whose dashpot lags by half a step, needs Δt ≤ (2/ω)(√(1 + ξ_max²) − ξ_max). The centred scheme
-    takes the dashpots implicitly and needs Δt ≤ 2/ω, less where ξ_max is above `HEAVY_DAMPING`.
+    takes springs and dashpots at the end of the step and is limited by what it resolves: `LONGEST_CONTACT`, less where
+    ξ_max is above `HEAVY_DAMPING`, and `LONGEST_ROCKING`.
 
     Parameters
     ----------
@@ -92,15 +101,25 @@ def stable_step(scheme: Scheme, square: FloatArray, rate: FloatArray) -> FloatAr
         ω² of the highest mode, 1/s².
     rate : ndarray
         2 ξ_max ω of the highest mode, 1/s.
+    period : ndarray
+        1/p of the rocking block, s.
     """
     if scheme == Scheme.CENTRED:
         damping = 0.5 * rate / np.sqrt(square)
-        return 2.0 / np.sqrt(square) * np.minimum(1.0, HEAVY_DAMPING / np.maximum(damping, HEAVY_DAMPING))
+        contact = (
+            LONGEST_CONTACT / np.sqrt(square) * np.minimum(1.0, HEAVY_DAMPING / np.maximum(damping, HEAVY_DAMPING))
+        )
+        return np.minimum(contact, LONGEST_ROCKING * period)
     return 4.0 / (np.sqrt(rate**2 + 4.0 * square) + rate)
 
 
 def steps_per_sample(
-    scheme: Scheme, time_step: float | str, square: FloatArray, rate: FloatArray, sampling_interval: float
+    scheme: Scheme,
+    time_step: float | str,
+    square: FloatArray,
+    rate: FloatArray,
+    period: FloatArray,
+    sampling_interval: float,
 ) -> NDArray[np.int64]:
     """Whole steps per sample, a function of the case and the record's sampling interval alone.
 
@@ -110,7 +129,7 @@ def steps_per_sample(
         The integration scheme.
     time_step : float or str
         Largest step, s; "auto"; or a fraction of the stable step such as "0.25 stable".
-    square, rate : ndarray
+    square, rate, period : ndarray
         As for `stable_step`.
     sampling_interval : float
         s.
@@ -125,7 +144,7 @@ def steps_per_sample(
     ArgumentError
         If the step is above the stable one, or so small that a sample takes millions.
     """
-    stable = stable_step(scheme, square, rate)
+    stable = stable_step(scheme, square, rate, period)
     least = float(np.min(stable))
     if time_step == "auto":
         light = rate < 2.0 * LIGHT_DAMPING * np.sqrt(square)
@@ -148,6 +167,30 @@ def steps_per_sample(
     # np.frexp is exact: the exponent of the number, five digits of which are kept.
     unit = np.int64(1) << np.maximum(np.frexp(steps.astype(np.float64))[1] - 5, 0).astype(np.int64)
     return (steps + unit - 1) // unit * unit
+
+
+def ticks_per_step(scheme: Scheme, square: FloatArray, step: FloatArray) -> NDArray[np.int64]:
+    """Ticks into which a step is divided where a contact changes; a power of two.
+
+    Parameters
+    ----------
+    scheme : Scheme
+        Cundall's is not divided.
+    square : ndarray
+        ω² of the highest mode, 1/s².
+    step : ndarray
+        s.
+
+    Returns
+    -------
+    ndarray of int64
+        One for Cundall's scheme.
+    """
+    if scheme == Scheme.CUNDALL:
+        return np.ones(step.shape, np.int64)
+    # np.frexp is exact: the next power of two.
+    exponent = np.frexp(np.maximum(step * np.sqrt(square), 0.75))[1]
+    return np.int64(TICKS_PER_RADIAN) << np.maximum(exponent, 0).astype(np.int64)
 
 
 def _fraction(text: str) -> float:

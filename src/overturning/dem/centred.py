@@ -1,0 +1,284 @@
+"""The centred scheme: the trapezoidal rule with springs and dashpots taken at the end of the step (docs/method.md).
+
+A step is three loops over the columns, for speed alone: the chain of dependent operations of a whole step is longer than
+what a processor looks ahead, that of a third of it is not.
+
+Signs: a corner's penetration u and its upward velocity u̇_z give n = K u − h u̇_z upwards, its stretch t and velocity u̇_x
+along s give f = K_s t + h u̇_x against s. Left and right corner are summed as one pair, which makes the mirrored case exact.
+"""
+
+import math
+from typing import Any
+
+from numba import njit
+
+# isort: off
+from overturning.dem.columns import (
+    ALPHA, ANGLE, ARM_L, ARM_R, AW, AX, AZ, BASE, BEND, COMPLIANCE, COS, DASHPOT, DROP_L, DROP_R, EARLY_TICKS,
+    END_VW, END_VX, END_VZ, END_XL, END_XR, END_ZL, END_ZR, FINE, FRICTION, HALF, HALF_HEIGHT, HALF_WIDTH, INERTIA,
+    LAST_UPRIGHT, LATE_TICKS, LIFT, LOSS, LOST, MID_VW, MID_VX, MID_VZ, NEW_ANGLE, NEW_COS, NEW_SIN, NEW_SL, NEW_SR,
+    NEW_UL, NEW_UR, NEW_X, NEW_Z, OLD_UL, OLD_UR, OLD_XL, OLD_XR, OPTIONS, PEAK_ANGLE, PEAK_DEPTH, PEAK_SLIP, POWER,
+    PRESSED_L, PRESSED_R, PUSH, SIN, SLID_L, SLID_R, SLOPE, SPRING_L, SPRING_R, STEP, STIFFNESS, TAIL_STEP,
+    TAIL_TICKS, TANGENTIAL, TICK, UP_BASE, UP_BEND, UP_SLOPE, VW, VX, VZ, WINDOW, WORK, X, Z,
+)  # fmt: skip
+# isort: on
+
+
+@njit(**OPTIONS)
+def foresee(state: Any, columns: int, ticks: float, whole: float, vertical: Any) -> None:
+    """Drift with the last acceleration: position and corners, and the velocities as they would be without a change."""
+    for j in range(columns):
+        b, h, c, s = state[HALF_WIDTH + j], state[HALF_HEIGHT + j], state[COS + j], state[SIN + j]
+        fine, window, old_tick, step = state[FINE + j], state[WINDOW + j], state[TICK + j], state[STEP + j]
+        oax, oaz, oaw = state[AX + j], state[AZ + j], state[AW + j]
+        ovx, ovz, ovw = state[VX + j], state[VZ + j], state[VW + j]
+        x, z, old_angle = state[X + j], state[Z + j], state[ANGLE + j]
+        base, slope, bend = state[BASE + j], state[SLOPE + j], state[BEND + j]
+        gl, gr, oxl, oxr = state[SPRING_L + j], state[SPRING_R + j], state[OLD_XL + j], state[OLD_XR + j]
+        oul, our = state[OLD_UL + j], state[OLD_UR + j]
+        length = 1.0 * TAIL_STEP if fine > 0.0 else whole
+        length = 1.0 * LATE_TICKS if fine > TAIL_TICKS else length
+        length = 1.0 if fine > window - EARLY_TICKS else length
+        dt = step * length
+        tick = old_tick + length
+        half = 0.5 * dt
+        kx, kz, kw = half * oax, half * oaz, half * oaw
+        vx, vz, vw = ovx + kx, ovz + kz, ovw + kw
+        # Turn (c, s) by the small angle of the step.
+        turn = dt * vw
+        square = turn * turn
+        sine = turn * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)))
+        versine = square * (0.5 - square * (1.0 / 24.0))
+        nc, ns = c - (c * versine + s * sine), s - (s * versine - c * sine)
+        nx, nz = x + dt * vx, z + dt * vz
+        past = tick - ticks
+        past = past if past > 0.0 else 0.0
+        state[PUSH + j] = (base + slope * tick) + bend * past
+        if vertical is not None:
+            state[LIFT + j] = (state[UP_BASE + j] + state[UP_SLOPE + j] * tick) + state[UP_BEND + j] * past
+        # Arms of the corners to either side of the centre and their drops below it.
+        bc, bs, hc, hs = b * nc, b * ns, h * nc, h * ns
+        al, ar, dl, dr = bc + hs, bc - hs, hc - bs, hc + bs
+        sl, sr = gl + ((nx - al) - oxl), gr + ((nx + ar) - oxr)
+        sl, sr = (sl if oul > 0.0 else 0.0), (sr if our > 0.0 else 0.0)
+        ex, ez, ew = vx + kx, vz + kz, vw + kw
+        state[HALF + j] = half
+        state[NEW_X + j], state[NEW_Z + j], state[NEW_ANGLE + j] = nx, nz, old_angle + turn
+        state[NEW_COS + j], state[NEW_SIN + j] = nc, ns
+        state[MID_VX + j], state[MID_VZ + j], state[MID_VW + j] = vx, vz, vw
+        state[END_VX + j], state[END_VZ + j], state[END_VW + j] = ex, ez, ew
+        state[ARM_L + j], state[ARM_R + j], state[DROP_L + j], state[DROP_R + j] = al, ar, dl, dr
+        state[NEW_UL + j], state[NEW_UR + j] = dl - nz, dr - nz
+        state[NEW_SL + j], state[NEW_SR + j] = sl, sr
+        state[END_XL + j], state[END_XR + j] = ex - dl * ew, ex - dr * ew
+        state[END_ZL + j], state[END_ZR + j] = ez + al * ew, ez - ar * ew
+
+
+@njit(**OPTIONS)
+def solve(state: Any, columns: int, gravity: float, vertical: Any) -> None:
+    """Velocities at the end of the step, with springs and dashpots of the corners that press and stick taken there.
+
+    Which ones do is judged from the foreseen position and velocities. A slipping corner carries ±μ times its normal
+    force. The three equations are solved by elimination without a pivot: the matrix is 1 plus something that only adds.
+    """
+    for j in range(columns):
+        k, ks, mu, dash = state[STIFFNESS + j], state[TANGENTIAL + j], state[FRICTION + j], state[DASHPOT + j]
+        inertia, half = state[INERTIA + j], state[HALF + j]
+        al, ar, dl, dr = state[ARM_L + j], state[ARM_R + j], state[DROP_L + j], state[DROP_R + j]
+        ul, ur, sl, sr = state[NEW_UL + j], state[NEW_UR + j], state[NEW_SL + j], state[NEW_SR + j]
+        xl, xr, zl, zr = state[END_XL + j], state[END_XR + j], state[END_ZL + j], state[END_ZR + j]
+        signed_l, signed_r = state[SLID_L + j], state[SLID_R + j]
+        pressed_l, pressed_r = state[PRESSED_L + j], state[PRESSED_R + j]
+        fine = state[FINE + j]
+        foreseen_x, foreseen_z, foreseen_w = state[END_VX + j], state[END_VZ + j], state[END_VW + j]
+        vx, vz, vw, push = state[MID_VX + j], state[MID_VZ + j], state[MID_VW + j], state[PUSH + j]
+        nl, nr = k * ul - dash * zl, k * ur - dash * zr
+        fl, fr = ks * sl + dash * xl, ks * sr + dash * xr
+        # In a fine step the foreseen forces tell which corners press and slide. A longer one overshoots too far for that:
+        # there a corner that pressed presses, and one that slid goes on sliding while its velocity keeps its sign.
+        fine_step = fine > TAIL_TICKS
+        foreseen_l, foreseen_r = (nl if nl > 0.0 else 0.0), (nr if nr > 0.0 else 0.0)
+        foreseen_l, foreseen_r = (foreseen_l if ul > 0.0 else 0.0), (foreseen_r if ur > 0.0 else 0.0)
+        pressed_l, pressed_r = (0.0 if fine_step else pressed_l), (0.0 if fine_step else pressed_r)
+        excess_l, excess_r = abs(fl) - mu * nl, abs(fr) - mu * nr
+        slide_l, slide_r = (excess_l if fine_step else signed_l * xl), (excess_r if fine_step else signed_r * xr)
+        sign_l, sign_r = math.copysign(mu, fl), math.copysign(mu, fr)
+        signed_l, signed_r = (sign_l if fine_step else signed_l), (sign_r if fine_step else signed_r)
+        on_l, on_r = foreseen_l + pressed_l > 0.0, foreseen_r + pressed_r > 0.0
+        slides_l, slides_r = slide_l > 0.0, slide_r > 0.0
+        stick_l, stick_r = on_l & (not slides_l), on_r & (not slides_r)
+        # What the forces would be at rest at the end of the step.
+        normal, tangential = dash + half * k, dash + half * ks
+        nl, nr = nl + normal * zl, nr + normal * zr
+        fl, fr = fl - tangential * xl, fr - tangential * xr
+        normal, tangential = half * normal, half * tangential
+        bl, br = (normal if on_l else 0.0), (normal if on_r else 0.0)
+        tl, tr = (tangential if stick_l else 0.0), (tangential if stick_r else 0.0)
+        ql, qr = (signed_l * bl if slides_l else 0.0), (signed_r * br if slides_r else 0.0)
+        nl, nr = (nl if on_l else 0.0), (nr if on_r else 0.0)
+        fl, fr = (fl if stick_l else signed_l * nl), (fr if stick_r else signed_r * nr)
+        weight = gravity
+        if vertical is not None:
+            weight = gravity + state[LIFT + j]
+        hx = vx + half * (push - (fl + fr))
+        hz = vz + half * ((nl + nr) - weight)
+        hw = vw + half * (inertia * ((al * nl + dl * fl) - (ar * nr - dr * fr)))
+        wl, wr = bl * al, br * ar
+        el, er = wl + ql * dl, wr - qr * dr
+        gl, gr = tl * dl, tr * dr
+        lever = gl + gr
+        a11, a12, a13 = 1.0 + (tl + tr), -(ql + qr), (qr * ar - ql * al) - lever
+        a22, a23 = 1.0 + (bl + br), wl - wr
+        a31, a32 = inertia * lever, inertia * (el - er)
+        a33 = 1.0 + inertia * ((el * al + gl * dl) + (er * ar + gr * dr))
+        both, first, second = a11 * a22, a31 * a22, a32 * a11 + a31 * a12
+        last = (a33 * both + first * a13) - second * a23
+        inverse = 1.0 / (both * last)
+        ew = ((hw * both + first * hx) - second * hz) * (inverse * both)
+        inverse = inverse * last
+        ez = (hz - a23 * ew) * (inverse * a11)
+        ex = ((hx - a12 * ez) - a13 * ew) * (inverse * a22)
+        state[END_VX + j], state[END_VZ + j], state[END_VW + j] = ex - foreseen_x, ez - foreseen_z, ew - foreseen_w
+
+
+@njit(**OPTIONS)
+def commit(state: Any, columns: int, whole: float, gravity: float, vertical: Any) -> None:
+    """The forces at the end of the step, within their limits, and what they do; books; or the step is done again finely."""
+    for j in range(columns):
+        k, ks, mu, dash = state[STIFFNESS + j], state[TANGENTIAL + j], state[FRICTION + j], state[DASHPOT + j]
+        inertia, half, fine, window = state[INERTIA + j], state[HALF + j], state[FINE + j], state[WINDOW + j]
+        al, ar, dl, dr = state[ARM_L + j], state[ARM_R + j], state[DROP_L + j], state[DROP_R + j]
+        ul, ur, tl, tr = state[NEW_UL + j], state[NEW_UR + j], state[NEW_SL + j], state[NEW_SR + j]
+        oul, our, gl, gr = state[OLD_UL + j], state[OLD_UR + j], state[SPRING_L + j], state[SPRING_R + j]
+        xl, xr, zl, zr = state[END_XL + j], state[END_XR + j], state[END_ZL + j], state[END_ZR + j]
+        vx, vz, vw, push = state[MID_VX + j], state[MID_VZ + j], state[MID_VW + j], state[PUSH + j]
+        cx, cz, cw = state[END_VX + j], state[END_VZ + j], state[END_VW + j]
+        nx, nz, angle = state[NEW_X + j], state[NEW_Z + j], state[NEW_ANGLE + j]
+        c, s, h, compliance = state[NEW_COS + j], state[NEW_SIN + j], state[HALF_HEIGHT + j], state[COMPLIANCE + j]
+        peak, peak_slip, peak_depth = state[PEAK_ANGLE + j], state[PEAK_SLIP + j], state[PEAK_DEPTH + j]
+        alpha, last, old_tick = state[ALPHA + j], state[LAST_UPRIGHT + j], state[TICK + j]
+        old_work, old_lost, old_power, old_loss = state[WORK + j], state[LOST + j], state[POWER + j], state[LOSS + j]
+        tail, late, early = fine > 0.0, fine > TAIL_TICKS, fine > window - EARLY_TICKS
+        length = 1.0 * TAIL_STEP if tail else whole
+        length = 1.0 * LATE_TICKS if late else length
+        length = 1.0 if early else length
+        # What the solution adds to the foreseen velocities moves the block by half a step of it.
+        slid_l, slid_r = state[SLID_L + j], state[SLID_R + j]
+        cxl, cxr, czl, czr = cx - dl * cw, cx - dr * cw, cz + al * cw, cz - ar * cw
+        slides_l, slides_r = slid_l * xl > 0.0, slid_r * xr > 0.0
+        xl, xr, zl, zr = xl + cxl, xr + cxr, zl + czl, zr + czr
+        met_l, met_r = ul, ur
+        ul, ur, tl, tr = ul - half * czl, ur - half * czr, tl + half * cxl, tr + half * cxr
+        pxl, pxr = (nx - al) + half * cxl, (nx + ar) + half * cxr
+        turn = half * cw
+        nx, nz, angle = nx + half * cx, nz + half * cz, angle + turn
+        c, s = c - s * turn, s + c * turn
+        in_l, in_r, was_l, was_r = ul > 0.0, ur > 0.0, oul > 0.0, our > 0.0
+        # A corner that the solution has just pushed out again has met the base all the same.
+        met_l, met_r = (met_l if met_l > ul else ul), (met_r if met_r > ur else ur)
+        met_l, met_r = (-ul if was_l else met_l), (-ur if was_r else met_r)
+        changed = (met_l if met_l > met_r else met_r) > 0.0
+        again = changed & (not early)
+        # Normal force: never tension. Tangential force and spring within friction.
+        kl, kr = (k * ul if in_l else 0.0), (k * ur if in_r else 0.0)
+        nl, nr = kl - dash * zl, kr - dash * zr
+        nl, nr = (nl if nl > 0.0 else 0.0), (nr if nr > 0.0 else 0.0)
+        nl, nr = (nl if in_l else 0.0), (nr if in_r else 0.0)
+        ml, mr = mu * nl, mu * nr
+        el, er = ml * compliance, mr * compliance
+        fl, fr = ks * tl + dash * xl, ks * tr + dash * xr
+        sign_l, sign_r, size_l, size_r = math.copysign(mu, fl), math.copysign(mu, fr), abs(fl), abs(fr)
+        # A corner that was foreseen to slide on through a long step does so, even where it comes to rest within it.
+        keeps_l, keeps_r = slides_l & (not late), slides_r & (not late)
+        sign_l, sign_r = (slid_l if keeps_l else sign_l), (slid_r if keeps_r else sign_r)
+        slides_l, slides_r = keeps_l | (size_l > ml), keeps_r | (size_r > mr)
+        fl, fr = (sign_l * nl if slides_l else fl), (sign_r * nr if slides_r else fr)
+        slid_l, slid_r = (sign_l if slides_l else 0.0), (sign_r if slides_r else 0.0)
+        nel, ner = -el, -er
+        sl, sr = (el if tl > el else tl), (er if tr > er else tr)
+        sl, sr = (nel if sl < nel else sl), (ner if sr < ner else sr)
+        kept_l, kept_r = fl * compliance, fr * compliance
+        sl, sr = (kept_l if keeps_l else sl), (kept_r if keeps_r else sr)
+        ax, az = push - (fl + fr), (nl + nr) - gravity
+        if vertical is not None:
+            lift = state[LIFT + j]
+            az = (nl + nr) - (gravity + lift)
+        aw = inertia * ((al * nl + dl * fl) - (ar * nr - dr * fr))
+        vx, vz, vw = vx + half * ax, vz + half * az, vw + half * aw
+        # A contact that closed within the step acts from the touch on, not for half the step.
+        new_l, new_r = in_l & (not was_l), in_r & (not was_r)
+        gone_l, gone_r = ul - oul, ur - our
+        gone_l, gone_r = (gone_l if new_l else 1.0), (gone_r if new_r else 1.0)
+        inverse = 2.0 * half / (gone_l * gone_r)
+        share_l, share_r = ul * (inverse * gone_r) - half, ur * (inverse * gone_l) - half
+        share_l, share_r = (share_l if new_l else 0.0), (share_r if new_r else 0.0)
+        vx = vx - (share_l * fl + share_r * fr)
+        vz = vz + (share_l * nl + share_r * nr)
+        vw = vw + inertia * (share_l * (al * nl + dl * fl) - share_r * (ar * nr - dr * fr))
+        # Books: work of the shaking, loss in dashpots, sliders and contacts that open or close within the step.
+        power = push * vx
+        if vertical is not None:
+            power = push * vx - lift * vz
+        loss_l, loss_r = (kl - nl) * zl + (fl - ks * sl) * xl, (kr - nr) * zr + (fr - ks * sr) * xr
+        loss = loss_l + loss_r
+        let_go = (gl + sl) * (tl - sl) + (gr + sr) * (tr - sr)
+        cut_l, cut_r = ul * oul, ur * our
+        cut_l, cut_r = (cut_l if cut_l < 0.0 else 0.0), (cut_r if cut_r < 0.0 else 0.0)
+        cut_l, cut_r = math.copysign(cut_l, ul - oul), math.copysign(cut_r, ur - our)
+        work = old_work + half * (old_power + power)
+        lost = old_lost + (
+            (half * (old_loss + loss) + (share_l * loss_l + share_r * loss_r))
+            + 0.5 * (ks * let_go + k * (cut_l + cut_r))
+        )
+        # A step in which a contact changes is not taken; a shorter one follows.
+        tick = old_tick + length
+        fine = fine - length
+        begin = window - EARLY_TICKS if tail else 1.0 * TAIL_TICKS
+        begin = window if late else begin
+        fine = begin if changed else fine
+        size, slip = abs(angle), abs(nx - h * s)
+        depth = ul if ul > ur else ur
+        last = tick if size < alpha else last
+        state[FINE + j] = fine
+        if not again:
+            state[PEAK_ANGLE + j] = size if size > peak else peak
+            state[PEAK_SLIP + j] = slip if slip > peak_slip else peak_slip
+            state[PEAK_DEPTH + j] = depth if depth > peak_depth else peak_depth
+            state[LAST_UPRIGHT + j], state[TICK + j] = last, tick
+            state[X + j], state[Z + j], state[ANGLE + j] = nx, nz, angle
+            state[COS + j], state[SIN + j] = c, s
+            state[VX + j], state[VZ + j], state[VW + j] = vx, vz, vw
+            state[AX + j], state[AZ + j], state[AW + j] = ax, az, aw
+            state[SPRING_L + j], state[SPRING_R + j] = sl, sr
+            state[SLID_L + j], state[SLID_R + j] = slid_l, slid_r
+            state[PRESSED_L + j], state[PRESSED_R + j] = nl, nr
+            state[OLD_XL + j], state[OLD_UL + j] = pxl, ul
+            state[OLD_XR + j], state[OLD_UR + j] = pxr, ur
+            state[WORK + j], state[LOST + j] = work, lost
+            state[POWER + j], state[LOSS + j] = power, loss
+
+
+@njit(**OPTIONS)
+def advance_centred(state: Any, columns: int, steps: int, whole: float, gravity: float, vertical: Any) -> None:
+    """Take the steps of a sample, `whole` ticks long each where no contact changes.
+
+    Parameters
+    ----------
+    state : ndarray
+        The columns (`overturning.dem.columns`).
+    columns : int
+        How many of them to advance.
+    steps : int
+        Steps to take; a column that steps finely is then behind and catches up in the next call.
+    whole : float
+        Ticks of a whole step.
+    gravity : float
+        m/s².
+    vertical : bool or None
+        None where the base does not move up and down: what that takes is then not compiled.
+    """
+    ticks = steps * whole
+    for _ in range(steps):
+        foresee(state, columns, ticks, whole, vertical)
+        solve(state, columns, gravity, vertical)
+        commit(state, columns, whole, gravity, vertical)

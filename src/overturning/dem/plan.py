@@ -10,7 +10,14 @@ from overturning.dem.blocks import Cases
 from overturning.dem.columns import SETTLING, TAIL_TICKS
 from overturning.dem.contact import Contact, check_precision
 from overturning.dem.quiet import quiet_windows
-from overturning.dem.time_step import Scheme, highest_eigenvalue, scheme_of, steps_per_sample, ticks_per_step
+from overturning.dem.time_step import (
+    Scheme,
+    highest_eigenvalue,
+    rocking_time,
+    scheme_of,
+    steps_per_sample,
+    ticks_per_step,
+)
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
@@ -108,9 +115,8 @@ def plan(
     check_precision(normal, height, 0.0)
     square = highest_eigenvalue(normal, tangential, 0.5 * width, 0.5 * height)
     rate = highest_eigenvalue(dashpot, dashpot, 0.5 * width, 0.5 * height)
-    # 1/p with p = √(3g/4R).
-    period = np.sqrt(np.sqrt(width**2 + height**2) / (1.5 * STANDARD_GRAVITY))
-    steps = steps_per_sample(method, time_step, square, rate, period, motion.sampling_interval) * refinement
+    period = rocking_time(width, height)
+    steps = steps_per_sample(method, time_step, square, rate, motion.sampling_interval, period) * refinement
     whole = ticks_per_step(method, square, motion.sampling_interval / steps)
     samples = motion.samples
     after = samples + np.ceil(AFTERMATH * period / motion.sampling_interval)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from overturning.dem.columns import TICKS_PER_RADIAN
 from overturning.errors import ArgumentError
+from overturning.units import STANDARD_GRAVITY
 
 FloatArray = NDArray[np.float64]
 
@@ -86,12 +87,18 @@ def highest_eigenvalue(
     return np.maximum(np.maximum(upright, 2.0 * normal), 4.0 * np.maximum(normal, tangential))
 
 
-def stable_step(scheme: Scheme, square: FloatArray, rate: FloatArray, period: FloatArray) -> FloatArray:
+def rocking_time(width: FloatArray, height: FloatArray) -> FloatArray:
+    """1/p of a rocking block, s: p = √(3g/4R), R half the diagonal (Housner 1963)."""
+    return np.asarray(np.sqrt(np.sqrt(width**2 + height**2) / (1.5 * STANDARD_GRAVITY)))
+
+
+def stable_step(scheme: Scheme, square: FloatArray, rate: FloatArray, period: FloatArray | None = None) -> FloatArray:
     """Largest stable time step, s.
 
     Cundall's scheme, whose dashpot lags by half a step, needs Δt ≤ (2/ω)(√(1 + ξ_max²) − ξ_max). The centred scheme
-    takes springs and dashpots at the end of the step and is limited by what it resolves: `LONGEST_CONTACT`, less where
-    ξ_max is above `HEAVY_DAMPING`, and `LONGEST_ROCKING`.
+    takes the dashpots at the end of the step. For a scene of polygons that leaves Δt ≤ 2/ω; for a block it takes the
+    springs there, too, and is limited by what it resolves, `LONGEST_CONTACT` and `LONGEST_ROCKING`. Either is less where
+    ξ_max is above `HEAVY_DAMPING`.
 
     Parameters
     ----------
@@ -101,16 +108,16 @@ def stable_step(scheme: Scheme, square: FloatArray, rate: FloatArray, period: Fl
         ω² of the highest mode, 1/s².
     rate : ndarray
         2 ξ_max ω of the highest mode, 1/s.
-    period : ndarray
-        1/p of the rocking block, s.
+    period : ndarray, optional
+        1/p of the block, s (`rocking_time`); None for a scene of polygons.
     """
-    if scheme == Scheme.CENTRED:
-        damping = 0.5 * rate / np.sqrt(square)
-        contact = (
-            LONGEST_CONTACT / np.sqrt(square) * np.minimum(1.0, HEAVY_DAMPING / np.maximum(damping, HEAVY_DAMPING))
-        )
-        return np.minimum(contact, LONGEST_ROCKING * period)
-    return 4.0 / (np.sqrt(rate**2 + 4.0 * square) + rate)
+    if scheme == Scheme.CUNDALL:
+        return 4.0 / (np.sqrt(rate**2 + 4.0 * square) + rate)
+    damping = 0.5 * rate / np.sqrt(square)
+    heavy = HEAVY_DAMPING / np.maximum(damping, HEAVY_DAMPING)
+    if period is None:
+        return 2.0 / np.sqrt(square) * heavy
+    return np.minimum(LONGEST_CONTACT / np.sqrt(square) * heavy, LONGEST_ROCKING * period)
 
 
 def steps_per_sample(
@@ -118,8 +125,8 @@ def steps_per_sample(
     time_step: float | str,
     square: FloatArray,
     rate: FloatArray,
-    period: FloatArray,
     sampling_interval: float,
+    period: FloatArray | None = None,
 ) -> NDArray[np.int64]:
     """Whole steps per sample, a function of the case and the record's sampling interval alone.
 
@@ -129,10 +136,12 @@ def steps_per_sample(
         The integration scheme.
     time_step : float or str
         Largest step, s; "auto"; or a fraction of the stable step such as "0.25 stable".
-    square, rate, period : ndarray
+    square, rate : ndarray
         As for `stable_step`.
     sampling_interval : float
         s.
+    period : ndarray, optional
+        As for `stable_step`.
 
     Returns
     -------

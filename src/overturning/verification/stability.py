@@ -13,7 +13,7 @@ from overturning.dem.cases import ENERGY_BOUND, CaseResults, Cases, run_cases
 from overturning.dem.contact import Contact
 from overturning.dem.plan import DEEPEST
 from overturning.dem.status import Status
-from overturning.dem.time_step import highest_eigenvalue, scheme_of, stable_step, steps_per_sample
+from overturning.dem.time_step import highest_eigenvalue, rocking_time, scheme_of, stable_step, steps_per_sample
 from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
@@ -175,11 +175,12 @@ def _groups(case: StabilityCase, contact: Contact, motion: Motion) -> dict[str, 
     normal, tangential, dashpot = contact.specific(width, height, case.density)
     square = highest_eigenvalue(normal, tangential, 0.5 * width, 0.5 * height)
     rate = highest_eigenvalue(dashpot, dashpot, 0.5 * width, 0.5 * height)
+    period = rocking_time(width, height)
     scheme = scheme_of(case.scheme)
     step = "auto" if np.isnan(case.step_fraction) else f"{case.step_fraction:.6f} stable"
     try:
-        per_sample = float(steps_per_sample(scheme, step, square, rate, motion.sampling_interval)[0])
-        ratio = motion.sampling_interval / per_sample / float(stable_step(scheme, square, rate)[0])
+        per_sample = float(steps_per_sample(scheme, step, square, rate, motion.sampling_interval, period)[0])
+        ratio = motion.sampling_interval / per_sample / float(stable_step(scheme, square, rate, period)[0])
     except ArgumentError:
         ratio = case.step_fraction
     return {

@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numba import njit
 
-from overturning.dem.kernel import EARLY_TICKS, LATE_TICKS, TICKS
+from overturning.dem.columns import EARLY_TICKS, LATE_TICKS, TAIL_STEP, TAIL_TICKS
 
 G = 9.80665
 
@@ -23,7 +23,7 @@ def _corners(z, angle, b, h):
 
 
 @njit
-def run(centred, motion, up, interval, steps, b, h, k, ks, dash, mu, window, tilt, first, inertial):
+def run(centred, motion, up, interval, steps, whole, b, h, k, ks, dash, mu, window, tilt, first, inertial):
     """Side, largest |θ|, largest slip of the base's midpoint, block steps."""
     inertia, alpha = 3.0 / (b * b + h * h), math.atan(b / h)
     angle, x, z = tilt, 0.0, 0.0
@@ -42,18 +42,21 @@ def run(centred, motion, up, interval, steps, b, h, k, ks, dash, mu, window, til
     peak, slip = abs(tilt), 0.0
     barrier = G * (math.sqrt(b * b + h * h) - h)
     limit = motion.size + math.ceil(20.0 * math.sqrt(math.sqrt(b * b + h * h) * 4 / 3 / G) / interval)
-    un, ut, stretch = np.zeros(2), np.zeros(2), np.zeros(2)
+    un, ut, stretch, slid, pressed = np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2)
+    kept = np.zeros(2, np.bool_)
     vh, drift, pull, guess = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
     matrix, right_side, jump = np.zeros((3, 3)), np.zeros(3), np.zeros(3)
     while sample < limit:
-        early, late = fine > window - EARLY_TICKS, fine > 0
-        length = (1 if early else LATE_TICKS if late else TICKS) if centred else TICKS
-        dt = interval / steps * length / TICKS
+        early, late = fine > window - EARLY_TICKS, fine > TAIL_TICKS
+        length = 1 if early else LATE_TICKS if late else TAIL_STEP if fine > 0 else whole
+        if not centred:
+            length = whole
+        dt = interval / steps * length / whole
         for q in range(3):
             # Cundall's positions of this step are those that the last one left.
             vh[q] = v[q] + 0.5 * dt * a[q] if centred else v[q]
             drift[q] = dt * vh[q] if centred else 0.0
-        here, there = tick + length, TICKS * steps
+        here, there = tick + length, whole * steps
         if not centred:
             here = tick
         i, part = sample + here // there, (here % there) / there
@@ -68,20 +71,15 @@ def run(centred, motion, up, interval, steps, b, h, k, ks, dash, mu, window, til
         nx, nz, turned = x + drift[0], z + drift[1], angle + drift[2]
         new_base_x, new_base_v = base_x, base_v
         if inertial and centred:
-            # The base follows the same rule as the block: half a kick, drift, half a kick.
+            # The base follows the same rule as the block, the trapezoidal one.
             last = motion[min(sample, motion.size - 1)] if sample < motion.size else 0.0
             following = motion[sample + 1] if sample + 1 < motion.size else 0.0
             old_ground = last + (following - last) * tick / there
-            new_base_x = base_x + dt * (base_v + 0.5 * dt * old_ground)
+            new_base_x = base_x + dt * (base_v + 0.25 * dt * (old_ground + ground))
             new_base_v = base_v + 0.5 * dt * (old_ground + ground)
         rx, rz, u = _corners(nz, turned, b, h)
         cx = (nx + rx[0], nx + rx[1])
         inside, was = (u[0] > 0.0, u[1] > 0.0), (old[0] > 0.0, old[1] > 0.0)
-        changed = inside[0] != was[0] or inside[1] != was[1]
-        if centred and changed and not early:
-            fine = window
-            continue
-        count += 1
         for q in range(2):
             stretch[q] = spring[q] + (cx[q] - oldx[q]) - (new_base_x - base_x) if was[q] else 0.0
         pull[0], pull[1] = (0.0 if inertial else -ground), -(G + lift)
@@ -91,25 +89,28 @@ def run(centred, motion, up, interval, steps, b, h, k, ks, dash, mu, window, til
                 matrix[q, q] = 1.0
                 right_side[q], guess[q] = vh[q] + 0.5 * dt * pull[q], vh[q] + 0.5 * dt * a[q]
             for q in range(2):
-                if not inside[q]:
-                    continue
-                n = k * u[q] - dash * (guess[1] - rx[q] * guess[2])
-                f = -ks * stretch[q] - dash * (guess[0] - new_base_v + rz[q] * guess[2])
-                if n <= 0.0:
-                    continue
-                # The rows of the corner's force in terms of the velocity: force = constant − rows · v.
-                normal_row = (0.0, dash, -dash * rx[q])
-                if abs(f) <= mu * n:
-                    tangent_row = (dash, 0.0, dash * rz[q])
-                    constant = -ks * stretch[q] + dash * new_base_v
+                # Foreseen velocities of the corner, and its forces with them.
+                rise, along = guess[1] - rx[q] * guess[2], guess[0] - new_base_v + rz[q] * guess[2]
+                n, f = k * u[q] - dash * rise, ks * stretch[q] + dash * along
+                if late:
+                    on, slides, sign = inside[q] and n > 0.0, abs(f) > mu * n, math.copysign(mu, f)
                 else:
-                    sign = mu if f > 0.0 else -mu
-                    tangent_row = (0.0, sign * dash, -sign * dash * rx[q])
-                    constant = sign * k * u[q]
+                    on, slides, sign = (inside[q] and n > 0.0) or pressed[q] > 0.0, slid[q] * along > 0.0, slid[q]
+                kept[q] = slides and not late
+                if not on:
+                    continue
+                # Spring and dashpot at the end of the step: force = constant − rows · v, half a step ahead of the
+                # foreseen place for what the velocity differs from the foreseen one.
+                dn, dt_ = dash + 0.5 * dt * k, dash + 0.5 * dt * ks
+                normal_row, most = (0.0, dn, -dn * rx[q]), n + dn * rise
+                if slides:
+                    tangent_row, constant = (0.0, -sign * dn, sign * dn * rx[q]), -sign * most
+                else:
+                    tangent_row, constant = (dt_, 0.0, dt_ * rz[q]), -f + dt_ * (along + new_base_v)
                 for row, arm_t, arm_n in ((0, 1.0, 0.0), (1, 0.0, 1.0), (2, inertia * rz[q], -inertia * rx[q])):
                     for p in range(3):
                         matrix[row, p] += 0.5 * dt * (arm_t * tangent_row[p] + arm_n * normal_row[p])
-                    right_side[row] += 0.5 * dt * (arm_t * constant + arm_n * k * u[q])
+                    right_side[row] += 0.5 * dt * (arm_t * constant + arm_n * most)
             for p in range(3):
                 for row in range(p + 1, 3):
                     factor = matrix[row, p] / matrix[p, p]
@@ -119,18 +120,38 @@ def run(centred, motion, up, interval, steps, b, h, k, ks, dash, mu, window, til
             w2 = right_side[2] / matrix[2, 2]
             w1 = (right_side[1] - matrix[1, 2] * w2) / matrix[1, 1]
             w0 = (right_side[0] - matrix[0, 1] * w1 - matrix[0, 2] * w2) / matrix[0, 0]
+            changed = False
+            moved = (0.5 * dt * (w0 - guess[0]), 0.5 * dt * (w1 - guess[1]), 0.5 * dt * (w2 - guess[2]))
+            nx, nz, turned = nx + moved[0], nz + moved[1], turned + moved[2]
+            met = u
             for q in range(2):
+                stretch[q] += moved[0] + rz[q] * moved[2]
                 un[q], ut[q] = w1 - rx[q] * w2, w0 - new_base_v + rz[q] * w2
+            u = (u[0] - moved[1] + rx[0] * moved[2], u[1] - moved[1] + rx[1] * moved[2])
+            cx = (cx[0] + moved[0] + rz[0] * moved[2], cx[1] + moved[0] + rz[1] * moved[2])
+            inside = (u[0] > 0.0, u[1] > 0.0)
+            for q in range(2):
+                changed = changed or inside[q] != was[q] or (met[q] > 0.0 and not was[q])
+            if changed and not early:
+                fine = window if late else window - EARLY_TICKS if fine > 0 else TAIL_TICKS
+                continue
         else:
             for q in range(2):
                 un[q], ut[q] = -(u[q] - old[q]) / dt, (cx[q] - oldx[q]) / dt
+        count += 1
         for q in range(3):
             a[q], jump[q] = pull[q], 0.0
         for q in range(2):
             n = max(k * u[q] - dash * un[q], 0.0) if inside[q] else 0.0
-            f = min(max(-ks * stretch[q] - dash * ut[q], -mu * n), mu * n)
+            f = -ks * stretch[q] - dash * ut[q]
             most = mu * n / ks if ks > 0 else 0.0
             spring[q] = min(max(stretch[q], -most), most)
+            if centred and kept[q]:
+                f, spring[q] = -slid[q] * n, (slid[q] * n / ks if ks > 0 else 0.0)
+            else:
+                slid[q] = math.copysign(mu, -f) if abs(f) > mu * n else 0.0
+                f = min(max(f, -mu * n), mu * n)
+            pressed[q] = n
             kick = (f, n, inertia * (rz[q] * f - rx[q] * n))
             new = (u[q] / (u[q] - old[q]) - 0.5) * dt if centred and inside[q] and not was[q] else 0.0
             for p in range(3):

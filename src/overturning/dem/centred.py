@@ -8,7 +8,7 @@ along s give f = K_s t + h u̇_x against s. Left and right corner are summed as 
 """
 
 import math
-from typing import Any
+from typing import Any, Final
 
 from numba import njit
 
@@ -22,6 +22,9 @@ from overturning.dem.columns import (
     TAIL_TICKS, TANGENTIAL, TICK, UP_BASE, UP_BEND, UP_SLOPE, VW, VX, VZ, WINDOW, WORK, X, Z,
 )  # fmt: skip
 # isort: on
+
+LEAST_FREEDOM: Final = 0.25
+"""A sliding corner jams where less than this share of a normal force's effect on a free particle is left."""
 
 
 @njit(**OPTIONS)
@@ -104,6 +107,14 @@ def solve(state: Any, columns: int, gravity: float, vertical: Any) -> None:
         slide_l, slide_r = (excess_l if fine_step else signed_l * xl), (excess_r if fine_step else signed_r * xr)
         sign_l, sign_r = math.copysign(mu, fl), math.copysign(mu, fr)
         signed_l, signed_r = (sign_l if fine_step else signed_l), (sign_r if fine_step else signed_r)
+        # A normal force on a sliding corner must push it out. Where friction would turn the block in instead (Painlevé's
+        # paradox, from μ = 4/3 on), the corner jams: it sticks.
+        free_l, free_r = 1.0 + inertia * al * (al + signed_l * dl), 1.0 + inertia * ar * (ar - signed_r * dr)
+        signed_l, signed_r = (
+            (signed_l if free_l > LEAST_FREEDOM else 0.0),
+            (signed_r if free_r > LEAST_FREEDOM else 0.0),
+        )
+        slide_l, slide_r = (slide_l if free_l > LEAST_FREEDOM else 0.0), (slide_r if free_r > LEAST_FREEDOM else 0.0)
         on_l, on_r = foreseen_l + pressed_l > 0.0, foreseen_r + pressed_r > 0.0
         slides_l, slides_r = slide_l > 0.0, slide_r > 0.0
         stick_l, stick_r = on_l & (not slides_l), on_r & (not slides_r)
@@ -138,6 +149,7 @@ def solve(state: Any, columns: int, gravity: float, vertical: Any) -> None:
         inverse = inverse * last
         ez = (hz - a23 * ew) * (inverse * a11)
         ex = ((hx - a12 * ez) - a13 * ew) * (inverse * a22)
+        state[SLID_L + j], state[SLID_R + j] = signed_l, signed_r
         state[END_VX + j], state[END_VZ + j], state[END_VW + j] = ex - foreseen_x, ez - foreseen_z, ew - foreseen_w
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
-SAFE_SHARE: Final = 0.2
+SAFE_SHARE: Final = 0.15
 """A block at rest is computed from this share of its lower threshold on (docs/method.md: why not from 1)."""
 
 LEAD: Final = 1.0

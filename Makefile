@@ -37,6 +37,8 @@ lint: setup ## ruff, mypy, snakefmt, snakemake --lint
 bench: setup ## how fast the kernel is, against scalar code and other engines (installs the group `peers`)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "pymunk>=6.9"
 	$(BIN)/python -m benchmarks.bench
+	$(BIN)/python -m benchmarks.default_step
+	$(BIN)/python -m benchmarks.fine_steps
 	$(BIN)/python -m benchmarks.scenes
 
 verify: setup ## error against run time, map of stability; puts the figures into docs/validation.md

@@ -21,6 +21,7 @@ import numpy as np
 from numba import njit
 from tests.dem.second_opinion import scalar_outcomes
 
+from benchmarks import leave_out
 from benchmarks.peers import available
 from benchmarks.study_records import ROOT, half_grid, near_fault
 from overturning.dem import columns
@@ -242,7 +243,7 @@ def main() -> None:
     """Run the parts asked for, print the table, write CSV and documents."""
     parts: dict[str, Callable[[], list[Row]]] = {
         "growth": growth, "throughput": throughput, "peers": lambda: against_peers(150), "compilation": compilation,
-        "study": default_study,
+        "study": default_study, "left-out": leave_out.counts,
     }  # fmt: skip
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("parts", nargs="*", help="which parts; all where none is named")
@@ -250,7 +251,10 @@ def main() -> None:
     rows: list[Row] = []
     for name, part in parts.items():
         if not chosen or name in chosen:
-            rows += part()
+            found = part()
+            rows += found
+            if name == "left-out":
+                insert(ROOT / "docs" / "method.md", name, table(found))
     print(table(rows))
     machine = re.sub(r"[^a-z0-9]+", "-", f"{platform.machine()} {os.cpu_count()} cores".lower()).strip("-")
     path = ROOT / "benchmarks" / "results" / f"{machine}.csv"

@@ -1,6 +1,10 @@
-"""Prints a hash of every outcome of a small real grid; run in a process of its own for each target processor."""
+"""Prints hashes of every outcome of a small real grid; run in a process of its own for each target processor.
+
+One is over what the simulation returns, one over the file that the workflow's sweep and gather make of a stored motion.
+"""
 
 import hashlib
+import json
 import sys
 from pathlib import Path
 
@@ -8,6 +12,19 @@ import numpy as np
 
 from overturning.dem.simulate import simulate_arrays
 from overturning.motion.motion import Motion
+from overturning.records.store import read_motion
+from overturning.study.gather import gather
+from overturning.study.load import study_from
+from overturning.study.sweep import sweep_record
+
+STUDY = {
+    "name": "bits",
+    "question": "Are they the same?",
+    "azimuth": {"step": 30},
+    "b_over_h": [0.2, 0.4],
+    "height": [0.6],
+    "friction": [0.33, 1.0],
+}
 
 
 def outcome_hash(stored: Path, threads: int) -> str:
@@ -26,5 +43,16 @@ def outcome_hash(stored: Path, threads: int) -> str:
     return digest.hexdigest()
 
 
+def cube_hash(stored: Path, folder: Path, threads: int) -> str:
+    """Hash over the cube that a small study of one stored motion gives, byte for byte."""
+    record = read_motion(stored)
+    study = study_from(json.dumps(STUDY | {"records": {"use": [record.record_id]}}))
+    folder.mkdir(parents=True)
+    sweep_record(study, record, folder / "part.nc", "nominal", threads)
+    gather(study, [record], [folder / "part.nc"], folder / "cube.nc")
+    return hashlib.sha256((folder / "cube.nc").read_bytes()).hexdigest()
+
+
 if __name__ == "__main__":
-    print(outcome_hash(Path(sys.argv[1]), int(sys.argv[2])))
+    print(outcome_hash(Path(sys.argv[1]), int(sys.argv[3])))
+    print(cube_hash(Path(sys.argv[2]), Path(sys.argv[4]), int(sys.argv[3])))

@@ -12,6 +12,9 @@ from overturning.dem import cases as cases_module
 from overturning.dem.blocks import Cases
 from overturning.dem.cases import run_cases
 from overturning.dem.simulate import simulate_arrays, trajectory
+from overturning.records.catalogue import read_catalogue
+from overturning.records.read import read_record
+from overturning.records.store import write_motion
 from tests.dem.near_field import near_field
 
 NAMES = (
@@ -97,6 +100,8 @@ def test_same_bits_for_each_instruction_set(tmp_path: Path) -> None:
     np.savez(
         tmp_path / "motion.npz", north=motion.north[part], east=motion.east[part], interval=motion.sampling_interval
     )
+    record = read_record(read_catalogue(ROOT / "config" / "records.tsv")["rinaldi"], ROOT)
+    write_motion(record, tmp_path / "motion.nc")
     has = llvm.get_host_cpu_features()
     targets = {"host": {}, "sse2": {"NUMBA_CPU_NAME": "x86-64", "NUMBA_CPU_FEATURES": "+sse2"}}
     targets["without fma"] = {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-AVX2", **targets["sse2"]}
@@ -107,7 +112,9 @@ def test_same_bits_for_each_instruction_set(tmp_path: Path) -> None:
     hashes = {}
     for name, variables in targets.items():
         environment = {**os.environ, **variables, "NUMBA_CACHE_DIR": str(tmp_path / name.replace(" ", "-"))}
-        command = [sys.executable, "-m", "tests.dem.bits", str(tmp_path / "motion.npz"), "1"]
+        stored = [str(tmp_path / "motion.npz"), str(tmp_path / "motion.nc")]
+        threads, folder = "2" if name == "host" else "1", str(tmp_path / name / "cube")
+        command = [sys.executable, "-m", "tests.dem.bits", *stored, threads, folder]
         done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
         hashes[name] = done.stdout.strip()

@@ -275,7 +275,8 @@ def run_queue(
     counter : ndarray of int64, shape (1,)
         Grows by the block steps done; for progress.
     path : ndarray, shape (rows, TRAJECTORY)
-        Filled with the first column's state at or just after each sample; no rows to leave out.
+        Filled with the first column's state each `steps` steps: once per sample, more often where it steps finely; no
+        rows to leave out.
     results : ndarray, shape (n, RESULTS)
         Filled in the rows of the queue.
 
@@ -291,7 +292,7 @@ def run_queue(
     ticks = steps * whole
     lag = 0.5 if scheme == 0 else 0.0
     end = float(samples)
-    active, head, noted, last = 0, 0, 0, -1.0
+    active, head, noted = 0, 0, 0
     for j in range(COLUMNS):
         start(state, j, cases[queue[0]], interval, ticks, gravity)
         row[j] = row_of_case[queue[0]]
@@ -306,8 +307,7 @@ def run_queue(
             return noted
         columns = (active + 7) // 8 * 8
         next_sample(state, columns, row, ground, upward, ticks, interval)
-        if noted < path.shape[0] and state[SAMPLE] > last:
-            last = state[SAMPLE]
+        if noted < path.shape[0]:
             note(state, 0, lag, interval, ticks, path[noted])
             noted += 1
         if scheme == 0:

@@ -203,7 +203,8 @@ def trajectory(
     Returns
     -------
     xarray.Dataset
-        Over `time` (s after the record's start, at the record's samples and after it until the case ends): `rotation`
+        Over `time` (s after the record's start; about once per sample of the record, more often where a contact changes,
+        and after it until the case ends): `rotation`
         (rad), `angular_velocity` (rad/s), `x`, `z` (centre of the block relative to the base's midpoint at rest, m),
         `velocity_x`, `velocity_z` (m/s), `base_slip` (m), `penetration_left`, `penetration_right` (m, negative where
         the corner is up) and `ground_acceleration` (m/s²). The attributes hold the cell's values.
@@ -220,14 +221,17 @@ def trajectory(
     one = np.zeros(1, np.int64)
     out = np.zeros((1, k.RESULTS))
     out[0, k.R_STATUS] = Status.AT_REST
-    path = np.zeros((int(how.after[0]) - int(how.first[0]) + 3, k.TRAJECTORY))
+    path = np.zeros((0, k.TRAJECTORY))
     noted = 0
     if not how.never[0]:
-        noted = k.run_queue(
-            int(how.scheme), one, how.table(one), one, how.ground, how.upward, motion.samples,
-            motion.sampling_interval, int(how.steps[0]), float(how.whole[0]), STANDARD_GRAVITY, DEEPEST, BUDGET, np.zeros(1, np.int64),
-            path, out,
-        )  # fmt: skip
+        # The first run counts the rows, the second fills them.
+        for _ in range(2):
+            noted = k.run_queue(
+                int(how.scheme), one, how.table(one), one, how.ground, how.upward, motion.samples,
+                motion.sampling_interval, int(how.steps[0]), float(how.whole[0]), STANDARD_GRAVITY, DEEPEST, BUDGET,
+                np.zeros(1, np.int64), path, out,
+            )  # fmt: skip
+            path = path if noted else np.zeros((int(out[0, k.R_STEPS]) // int(how.steps[0]), k.TRAJECTORY))
     path = np.concatenate([_rest(motion, how, noted), path[:noted]])
     names = {
         "rotation": (k.T_ANGLE, "rad", "rotation, positive towards the azimuth"),

@@ -22,7 +22,7 @@ VARIANTS: dict[str, dict[str, float]] = {
     "then steps four times as long": {"LATE_TICKS": 16},
     "fine steps for 5/ω instead of 8/ω": {"SETTLING": 5.0},
     "half the tail": {"TAIL_TICKS": 128.0},
-    "twice as many ticks": {"TICKS_PER_RADIAN": 64, "EARLY_TICKS": 128.0, "LATE_TICKS": 8, "TAIL_TICKS": 512.0,
+    "twice as many ticks": {"TICKS": 256, "EARLY_TICKS": 128.0, "LATE_TICKS": 8, "TAIL_TICKS": 512.0,
                             "TAIL_STEP": 64},
 }  # fmt: skip
 REFERENCE = "0.03125 stable"

@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numba import njit
 
-from overturning.dem.columns import EARLY_TICKS, LATE_TICKS, TAIL_STEP, TAIL_TICKS
+from overturning.dem.columns import EARLY_TICKS, LATE_TICKS, TAIL_STEP, TAIL_TICKS, TICKS
 
 G = 9.80665
 
@@ -23,7 +23,7 @@ def _corners(z, angle, b, h):
 
 
 @njit
-def run(centred, motion, up, interval, steps, whole, b, h, k, ks, dash, mu, window, tilt, first, inertial):
+def run(centred, motion, up, interval, steps, b, h, k, ks, dash, mu, window, tilt, first, inertial):
     """Side, largest |θ|, largest slip of the base's midpoint, block steps."""
     inertia, alpha = 3.0 / (b * b + h * h), math.atan(b / h)
     angle, x, z = tilt, 0.0, 0.0
@@ -48,15 +48,15 @@ def run(centred, motion, up, interval, steps, whole, b, h, k, ks, dash, mu, wind
     matrix, right_side, jump = np.zeros((3, 3)), np.zeros(3), np.zeros(3)
     while sample < limit:
         early, late = fine > window - EARLY_TICKS, fine > TAIL_TICKS
-        length = 1 if early else LATE_TICKS if late else TAIL_STEP if fine > 0 else whole
+        length = 1 if early else LATE_TICKS if late else TAIL_STEP if fine > 0 else TICKS
         if not centred:
-            length = whole
-        dt = interval / steps * length / whole
+            length = TICKS
+        dt = interval / steps * length / TICKS
         for q in range(3):
             # Cundall's positions of this step are those that the last one left.
             vh[q] = v[q] + 0.5 * dt * a[q] if centred else v[q]
             drift[q] = dt * vh[q] if centred else 0.0
-        here, there = tick + length, whole * steps
+        here, there = tick + length, TICKS * steps
         if not centred:
             here = tick
         i, part = sample + here // there, (here % there) / there

@@ -32,7 +32,7 @@ def scalar_outcomes(
         half_height = 0.5 * cases.height[i]
         out[i] = scalar_kernel.run(
             scheme == "centred", how.ground[how.row[i], : motion.samples] * cases.amplitude[i],
-            up * cases.amplitude[i], motion.sampling_interval, how.steps[i], how.whole[i], half_height * cases.b_over_h[i],
+            up * cases.amplitude[i], motion.sampling_interval, how.steps[i], half_height * cases.b_over_h[i],
             half_height, how.normal[i], how.tangential[i], how.dashpot[i], cases.friction[i], table[i, P_WINDOW],
             cases.initial_tilt[i], how.first[i], inertial,
         )  # fmt: skip

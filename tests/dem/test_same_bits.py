@@ -128,7 +128,7 @@ def test_the_compiled_kernel_contains_no_fused_multiply_add() -> None:
 
     state = np.zeros(columns.ROWS * columns.COLUMNS)
     for advance in (advance_centred, advance_cundall):
-        advance(state, 8, 1, 32.0, 9.8, None)
+        advance(state, 8, 1, 9.8, None)
         for assembly in advance.inspect_asm().values():
             assert "vfmadd" not in assembly
             assert "vfnmadd" not in assembly

@@ -19,7 +19,7 @@ from overturning.dem.columns import (
     LAST_UPRIGHT, LATE_TICKS, LIFT, LOSS, LOST, MID_VW, MID_VX, MID_VZ, NEW_ANGLE, NEW_COS, NEW_SIN, NEW_SL, NEW_SR,
     NEW_UL, NEW_UR, NEW_X, NEW_Z, OLD_UL, OLD_UR, OLD_XL, OLD_XR, OPTIONS, PEAK_ANGLE, PEAK_DEPTH, PEAK_SLIP, POWER,
     PRESSED_L, PRESSED_R, PUSH, SIN, SLID_L, SLID_R, SLOPE, SPRING_L, SPRING_R, STEP, STIFFNESS, TAIL_STEP,
-    TAIL_TICKS, TANGENTIAL, TICK, UP_BASE, UP_BEND, UP_SLOPE, VW, VX, VZ, WINDOW, WORK, X, Z,
+    TAIL_TICKS, TANGENTIAL, TICK, TICKS, UP_BASE, UP_BEND, UP_SLOPE, VW, VX, VZ, WINDOW, WORK, X, Z,
 )  # fmt: skip
 # isort: on
 
@@ -28,7 +28,7 @@ LEAST_FREEDOM: Final = 0.25
 
 
 @njit(**OPTIONS)
-def foresee(state: Any, columns: int, ticks: float, whole: float, vertical: Any) -> None:
+def foresee(state: Any, columns: int, ticks: float, vertical: Any) -> None:
     """Drift with the last acceleration: position and corners, and the velocities as they would be without a change."""
     for j in range(columns):
         b, h, c, s = state[HALF_WIDTH + j], state[HALF_HEIGHT + j], state[COS + j], state[SIN + j]
@@ -39,7 +39,7 @@ def foresee(state: Any, columns: int, ticks: float, whole: float, vertical: Any)
         base, slope, bend = state[BASE + j], state[SLOPE + j], state[BEND + j]
         gl, gr, oxl, oxr = state[SPRING_L + j], state[SPRING_R + j], state[OLD_XL + j], state[OLD_XR + j]
         oul, our = state[OLD_UL + j], state[OLD_UR + j]
-        length = 1.0 * TAIL_STEP if fine > 0.0 else whole
+        length = 1.0 * TAIL_STEP if fine > 0.0 else 1.0 * TICKS
         length = 1.0 * LATE_TICKS if fine > TAIL_TICKS else length
         length = 1.0 if fine > window - EARLY_TICKS else length
         dt = step * length
@@ -154,7 +154,7 @@ def solve(state: Any, columns: int, gravity: float, vertical: Any) -> None:
 
 
 @njit(**OPTIONS)
-def commit(state: Any, columns: int, whole: float, gravity: float, vertical: Any) -> None:
+def commit(state: Any, columns: int, gravity: float, vertical: Any) -> None:
     """The forces at the end of the step, within their limits, and what they do; books; or the step is done again finely."""
     for j in range(columns):
         k, ks, mu, dash = state[STIFFNESS + j], state[TANGENTIAL + j], state[FRICTION + j], state[DASHPOT + j]
@@ -171,7 +171,7 @@ def commit(state: Any, columns: int, whole: float, gravity: float, vertical: Any
         alpha, last, old_tick = state[ALPHA + j], state[LAST_UPRIGHT + j], state[TICK + j]
         old_work, old_lost, old_power, old_loss = state[WORK + j], state[LOST + j], state[POWER + j], state[LOSS + j]
         tail, late, early = fine > 0.0, fine > TAIL_TICKS, fine > window - EARLY_TICKS
-        length = 1.0 * TAIL_STEP if tail else whole
+        length = 1.0 * TAIL_STEP if tail else 1.0 * TICKS
         length = 1.0 * LATE_TICKS if late else length
         length = 1.0 if early else length
         # What the solution adds to the foreseen velocities moves the block by half a step of it.
@@ -271,8 +271,8 @@ def commit(state: Any, columns: int, whole: float, gravity: float, vertical: Any
 
 
 @njit(**OPTIONS)
-def advance_centred(state: Any, columns: int, steps: int, whole: float, gravity: float, vertical: Any) -> None:
-    """Take the steps of a sample, `whole` ticks long each where no contact changes.
+def advance_centred(state: Any, columns: int, steps: int, gravity: float, vertical: Any) -> None:
+    """Take the steps of a sample, `TICKS` ticks long each where no contact changes.
 
     Parameters
     ----------
@@ -282,15 +282,13 @@ def advance_centred(state: Any, columns: int, steps: int, whole: float, gravity:
         How many of them to advance.
     steps : int
         Steps to take; a column that steps finely is then behind and catches up in the next call.
-    whole : float
-        Ticks of a whole step.
     gravity : float
         m/s².
     vertical : bool or None
         None where the base does not move up and down: what that takes is then not compiled.
     """
-    ticks = steps * whole
+    ticks = 1.0 * TICKS * steps
     for _ in range(steps):
-        foresee(state, columns, ticks, whole, vertical)
+        foresee(state, columns, ticks, vertical)
         solve(state, columns, gravity, vertical)
-        commit(state, columns, whole, gravity, vertical)
+        commit(state, columns, gravity, vertical)

@@ -14,12 +14,11 @@ prefer_full_width()  # before anything is compiled
 COLUMNS: Final = 48
 """Blocks side by side: enough to hide the latency of one column's operations, few enough to stay in the first cache."""
 
-TICKS_PER_RADIAN: Final = 32
-"""Ticks into which a step of 1/ω is divided where a contact opens or closes, ω the highest mode's; a longer step into
-as many more."""
+TICKS: Final = 128
+"""Ticks of a whole step: where a contact opens or closes the centred scheme takes fewer at a time;"""
 
 EARLY_TICKS: Final = 64.0
-"""After a change of contact a step is one tick long for so many ticks,"""
+"""after a change a step is one tick long for so many ticks,"""
 
 LATE_TICKS: Final = 4
 """then so many ticks long"""

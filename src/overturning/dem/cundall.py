@@ -8,13 +8,13 @@ from numba import njit
 from overturning.dem.columns import (
     ALPHA, ANGLE, AW, AX, AZ, BASE, COMPLIANCE, COS, DASHPOT, FRICTION, HALF_HEIGHT, HALF_WIDTH, INERTIA,
     LAST_UPRIGHT, LOST, OLD_UL, OLD_UR, OLD_XL, OLD_XR, OPTIONS, PEAK_ANGLE, PEAK_DEPTH, PEAK_SLIP, SIN, SLOPE,
-    SPRING_L, SPRING_R, STEP, STIFFNESS, TANGENTIAL, TICK, UP_BASE, UP_SLOPE, VW, VX, VZ, WORK, X, Z,
+    SPRING_L, SPRING_R, STEP, STIFFNESS, TANGENTIAL, TICK, TICKS, UP_BASE, UP_SLOPE, VW, VX, VZ, WORK, X, Z,
 )  # fmt: skip
 # isort: on
 
 
 @njit(**OPTIONS)
-def advance_cundall(state: Any, columns: int, steps: int, whole: float, gravity: float, vertical: Any) -> None:
+def advance_cundall(state: Any, columns: int, steps: int, gravity: float, vertical: Any) -> None:
     """Take the steps of a sample.
 
     Parameters
@@ -25,8 +25,6 @@ def advance_cundall(state: Any, columns: int, steps: int, whole: float, gravity:
         How many of them to advance.
     steps : int
         Steps to take.
-    whole : float
-        Ticks of a step.
     gravity : float
         m/s².
     vertical : bool or None
@@ -34,7 +32,7 @@ def advance_cundall(state: Any, columns: int, steps: int, whole: float, gravity:
     """
     for _ in range(steps):
         for j in range(columns):
-            b, h, dt = state[HALF_WIDTH + j], state[HALF_HEIGHT + j], state[STEP + j]
+            b, h, dt = state[HALF_WIDTH + j], state[HALF_HEIGHT + j], state[STEP + j] * TICKS
             k, ks, mu = state[STIFFNESS + j], state[TANGENTIAL + j], state[FRICTION + j]
             x, z, c, s = state[X + j], state[Z + j], state[COS + j], state[SIN + j]
             vx, vz, vw = state[VX + j], state[VZ + j], state[VW + j]
@@ -108,11 +106,11 @@ def advance_cundall(state: Any, columns: int, steps: int, whole: float, gravity:
             state[PEAK_ANGLE + j] = size if size > state[PEAK_ANGLE + j] else state[PEAK_ANGLE + j]
             state[PEAK_SLIP + j] = slip if slip > state[PEAK_SLIP + j] else state[PEAK_SLIP + j]
             state[PEAK_DEPTH + j] = depth if depth > state[PEAK_DEPTH + j] else state[PEAK_DEPTH + j]
-            state[LAST_UPRIGHT + j] = tick + whole if size < state[ALPHA + j] else state[LAST_UPRIGHT + j]
+            state[LAST_UPRIGHT + j] = tick + 1.0 * TICKS if size < state[ALPHA + j] else state[LAST_UPRIGHT + j]
             state[X + j], state[Z + j], state[ANGLE + j] = x + dt * vx, z + dt * vz, angle
             state[VX + j], state[VZ + j], state[VW + j] = vx, vz, vw
             state[AX + j], state[AZ + j], state[AW + j] = ax, az, aw
             state[SPRING_L + j], state[SPRING_R + j] = sl, sr
             state[OLD_XL + j], state[OLD_UL + j] = xl, ul
             state[OLD_XR + j], state[OLD_UR + j] = xr, ur
-            state[TICK + j] = tick + whole
+            state[TICK + j] = tick + 1.0 * TICKS

@@ -23,7 +23,7 @@ from overturning.dem.columns import (
     AFTER, ALPHA, AMPLITUDE, ANGLE, AW, AX, AZ, BARRIER, BASE, BEND, CALM, COLUMNS, COMPLIANCE, COS, DASHPOT,
     ENERGY, FINE, FRICTION, HALF_HEIGHT, HALF_WIDTH, INERTIA, LAST_UPRIGHT, LOOK, LOST, OLD_UL, OLD_UR, OLD_XL,
     OLD_XR, OPTIONS, PEAK_ANGLE, PEAK_DEPTH, PEAK_SLIP, ROWS, SAMPLE, SIN, SLOPE, SPRING_L, SPRING_R, STEP,
-    STIFFNESS, TANGENTIAL, TICK, UPRIGHT_UNTIL, UP_BASE, UP_BEND, UP_SLOPE, VW, VX, VZ, WINDOW, WORK, X, Z,
+    STIFFNESS, TANGENTIAL, TICK, TICKS, UPRIGHT_UNTIL, UP_BASE, UP_BEND, UP_SLOPE, VW, VX, VZ, WINDOW, WORK, X, Z,
 )  # fmt: skip
 # isort: on
 
@@ -86,7 +86,7 @@ def start(state: Any, j: int, case: Any, interval: float, ticks: float, gravity:
 @njit(**OPTIONS)
 def energy(state: Any, j: int, lag: float, gravity: float) -> float:
     """Kinetic, gravitational and spring energy per mass; `lag` brings half-step velocities to the whole step."""
-    step = lag * state[STEP + j]
+    step = lag * TICKS * state[STEP + j]
     vx, vz = state[VX + j] + step * state[AX + j], state[VZ + j] + step * state[AZ + j]
     vw = state[VW + j] + step * state[AW + j]
     motion = (vx * vx + vz * vz) + vw * vw / state[INERTIA + j]
@@ -214,7 +214,7 @@ def finish(state: Any, j: int, status: int, lag: float, steps: int, gravity: flo
 @njit(**OPTIONS)
 def note(state: Any, j: int, lag: float, interval: float, ticks: float, path: Any) -> None:
     """Write a column's state into a row of its trajectory."""
-    step = lag * state[STEP + j]
+    step = lag * TICKS * state[STEP + j]
     path[T_TIME] = (state[SAMPLE + j] + state[TICK + j] / ticks) * interval
     path[T_X], path[T_Z], path[T_ANGLE] = state[X + j], state[Z + j], state[ANGLE + j]
     path[T_VX], path[T_VZ] = state[VX + j] + step * state[AX + j], state[VZ + j] + step * state[AZ + j]
@@ -236,7 +236,6 @@ def run_queue(
     samples: int,
     interval: float,
     steps: int,
-    whole: float,
     gravity: float,
     deepest: float,
     budget: int,
@@ -264,8 +263,6 @@ def run_queue(
         Length of the record and time between samples, s.
     steps : int
         Steps per sample.
-    whole : float
-        Ticks into which a step can be divided.
     gravity : float
         m/s².
     deepest : float
@@ -289,7 +286,7 @@ def run_queue(
     case = np.zeros(COLUMNS, np.int64)
     row = np.zeros(COLUMNS, np.int64)
     done = np.zeros(COLUMNS, np.int64)
-    ticks = steps * whole
+    ticks = 1.0 * TICKS * steps
     lag = 0.5 if scheme == 0 else 0.0
     end = float(samples)
     active, head, noted = 0, 0, 0
@@ -311,9 +308,9 @@ def run_queue(
             note(state, 0, lag, interval, ticks, path[noted])
             noted += 1
         if scheme == 0:
-            advance_cundall(state, columns, steps, whole, gravity, upward)
+            advance_cundall(state, columns, steps, gravity, upward)
         else:
-            advance_centred(state, columns, steps, whole, gravity, upward)
+            advance_centred(state, columns, steps, gravity, upward)
         look_at(state, columns, ticks, end, deepest)
         counter[0] += active * steps
         j = 0

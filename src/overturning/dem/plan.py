@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.dem.blocks import Cases
-from overturning.dem.columns import SETTLING, TAIL_TICKS
+from overturning.dem.columns import SETTLING, TAIL_TICKS, TICKS
 from overturning.dem.contact import Contact, check_precision
 from overturning.dem.quiet import quiet_windows
 from overturning.dem.time_step import (
@@ -16,7 +16,6 @@ from overturning.dem.time_step import (
     rocking_time,
     scheme_of,
     steps_per_sample,
-    ticks_per_step,
 )
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
@@ -44,7 +43,6 @@ class Plan:
     ground: FloatArray
     upward: FloatArray | None
     steps: NDArray[np.int64]
-    whole: NDArray[np.int64]
     first: NDArray[np.int64]
     calm: FloatArray
     never: NDArray[np.bool_]
@@ -78,7 +76,7 @@ class Plan:
         rate, frequency = self.rate[chosen], np.sqrt(self.square[chosen])
         ringing = np.clip(frequency / np.maximum(rate, 1e-300), 1.0, 8.0)
         settling = SETTLING * ringing / frequency
-        window = np.ceil(settling / self.interval * self.steps[chosen]) * self.whole[chosen]
+        window = np.ceil(settling / self.interval * self.steps[chosen]) * TICKS
         table[:, k.P_WINDOW] = np.minimum(window, MOST_FINE_TICKS) + TAIL_TICKS
         return table
 
@@ -117,7 +115,6 @@ def plan(
     rate = highest_eigenvalue(dashpot, dashpot, 0.5 * width, 0.5 * height)
     period = rocking_time(width, height)
     steps = steps_per_sample(method, time_step, square, rate, motion.sampling_interval, period) * refinement
-    whole = ticks_per_step(method, square, motion.sampling_interval / steps)
     samples = motion.samples
     after = samples + np.ceil(AFTERMATH * period / motion.sampling_interval)
     if leave_out:
@@ -133,6 +130,6 @@ def plan(
         first, calm, never = np.zeros(cases.size, np.int64), np.full(cases.size, np.inf), np.zeros(cases.size, np.bool_)
     upward = None if motion.up is None else np.concatenate([motion.up, np.zeros(3)])
     return Plan(
-        method, cases, row, ground, upward, steps, whole, first, calm, never, after, normal, tangential, dashpot, square,
+        method, cases, row, ground, upward, steps, first, calm, never, after, normal, tangential, dashpot, square,
         rate, motion.sampling_interval,
     )  # fmt: skip

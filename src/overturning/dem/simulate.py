@@ -228,7 +228,7 @@ def trajectory(
         for _ in range(2):
             noted = k.run_queue(
                 int(how.scheme), one, how.table(one), one, how.ground, how.upward, motion.samples,
-                motion.sampling_interval, int(how.steps[0]), float(how.whole[0]), STANDARD_GRAVITY, DEEPEST, BUDGET,
+                motion.sampling_interval, int(how.steps[0]), STANDARD_GRAVITY, DEEPEST, BUDGET,
                 np.zeros(1, np.int64), path, out,
             )  # fmt: skip
             path = path if noted else np.zeros((int(out[0, k.R_STEPS]) // int(how.steps[0]), k.TRAJECTORY))

@@ -6,7 +6,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.columns import TICKS_PER_RADIAN
 from overturning.errors import ArgumentError
 from overturning.units import STANDARD_GRAVITY
 
@@ -176,30 +175,6 @@ def steps_per_sample(
     # np.frexp is exact: the exponent of the number, five digits of which are kept.
     unit = np.int64(1) << np.maximum(np.frexp(steps.astype(np.float64))[1] - 5, 0).astype(np.int64)
     return (steps + unit - 1) // unit * unit
-
-
-def ticks_per_step(scheme: Scheme, square: FloatArray, step: FloatArray) -> NDArray[np.int64]:
-    """Ticks into which a step is divided where a contact changes; a power of two.
-
-    Parameters
-    ----------
-    scheme : Scheme
-        Cundall's is not divided.
-    square : ndarray
-        ω² of the highest mode, 1/s².
-    step : ndarray
-        s.
-
-    Returns
-    -------
-    ndarray of int64
-        One for Cundall's scheme.
-    """
-    if scheme == Scheme.CUNDALL:
-        return np.ones(step.shape, np.int64)
-    # np.frexp is exact: the next power of two.
-    exponent = np.frexp(np.maximum(step * np.sqrt(square), 0.75))[1]
-    return np.int64(TICKS_PER_RADIAN) << np.maximum(exponent, 0).astype(np.int64)
 
 
 def _fraction(text: str) -> float:

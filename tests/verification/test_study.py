@@ -128,7 +128,7 @@ def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threa
         int(run_cases(short(7 + number), cases_of(settings, done.sample.index[done.sample.record == number])).block_steps.sum())
         for number in (0, 1)
     )  # fmt: skip
-    assert 6 * mine < found["finer"]["block_steps"] < 10 * mine
+    assert 5 * mine < found["finer"]["block_steps"] < 10 * mine
     assert 1.5 * mine < found["stiffer"]["block_steps"] < 3 * mine, "the step follows the root of the stiffness"
     opposite = np.where(done.sample.overturned == 0, 1, 0).astype(np.int8)
     wrong = repeat_sample(settings, done.records, replace(done.sample, overturned=opposite), done.block_steps)

@@ -23,9 +23,6 @@ from overturning.units import STANDARD_GRAVITY
 
 FloatArray = NDArray[np.float64]
 
-MOST_FINE_TICKS: Final = 4096.0
-"""Ticks after a change of contact that are taken finely, at most: with small steps more are not needed."""
-
 DEEPEST: Final = 0.2
 """Penetration, in half the smaller side, beyond which the contact law no longer holds."""
 
@@ -76,8 +73,7 @@ class Plan:
         rate, frequency = self.rate[chosen], np.sqrt(self.square[chosen])
         ringing = np.clip(frequency / np.maximum(rate, 1e-300), 1.0, 8.0)
         settling = SETTLING * ringing / frequency
-        window = np.ceil(settling / self.interval * self.steps[chosen]) * TICKS
-        table[:, k.P_WINDOW] = np.minimum(window, MOST_FINE_TICKS) + TAIL_TICKS
+        table[:, k.P_WINDOW] = np.ceil(settling / self.interval * self.steps[chosen]) * TICKS + TAIL_TICKS
         return table
 
 

@@ -129,7 +129,7 @@ def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threa
         for number in (0, 1)
     )  # fmt: skip
     assert 5 * mine < found["finer"]["block_steps"] < 10 * mine
-    assert 1.5 * mine < found["stiffer"]["block_steps"] < 3 * mine, "the step follows the root of the stiffness"
+    assert 1.2 * mine < found["stiffer"]["block_steps"] < 3 * mine, "the step follows the root of the stiffness"
     opposite = np.where(done.sample.overturned == 0, 1, 0).astype(np.int8)
     wrong = repeat_sample(settings, done.records, replace(done.sample, overturned=opposite), done.block_steps)
     assert wrong["finer"]["outcomes"][0]["flags"] == 10 - finer["flags"]

@@ -14,7 +14,7 @@ from overturning.dem.polygon.geometry import native_size
 from overturning.errors import ConfigError, ResultError
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.report.scene_content import scene_content
+from overturning.report.scene_content import scene_content, spread_sentence
 from overturning.statistics.elements import compare_stones, falls_by_element
 from overturning.study.config import Study
 from overturning.study.cube import open_cube
@@ -156,6 +156,11 @@ def test_an_ensemble_of_a_scene_says_how_often_each_element_falls(tmp_path: Path
     last = (..., -1) if several else ...
     assert towards[last].ravel()[0] == pytest.approx((flags == 1).mean())
     assert away[last].ravel()[0] == pytest.approx((flags == -1).mean())
+    gather(study, [record], [tmp_path / "part.nc"], tmp_path / "cube.nc", variant)
+    with open_cube(tmp_path / "cube.nc") as cube:
+        said = spread_sentence("stone", cube)
+    assert said is not None
+    assert "of the 4 cases near a change" in said
     # The opposite azimuth is the mirror.
     np.testing.assert_array_equal(towards[last].ravel()[2], away[last].ravel()[0])
     assert (flags != 0).any()

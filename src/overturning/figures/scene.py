@@ -48,7 +48,7 @@ def draw_scene(axes: Any, scene: Scene, height: float | None = None, b_over_h: f
 
 
 def scenes_figure(scenes: Sequence[Scene]) -> "Figure":
-    """Scenes side by side, each to its own scale.
+    """Scenes side by side, all to the same scale.
 
     Parameters
     ----------
@@ -64,6 +64,11 @@ def scenes_figure(scenes: Sequence[Scene]) -> "Figure":
     figure, panels = plt.subplots(1, len(scenes), figsize=(2.7 * len(scenes), 3.4), squeeze=False, layout="constrained")
     for axes, scene in zip(panels[0], scenes, strict=True):
         draw_scene(axes, scene)
+    reach = max(axes.get_xlim()[1] for axes in panels[0])
+    low, high = (pick(axes.get_ylim()[k] for axes in panels[0]) for k, pick in ((0, min), (1, max)))
+    for axes in panels[0]:
+        axes.set_xlim(-reach, reach)
+        axes.set_ylim(low, high)
     return figure
 
 

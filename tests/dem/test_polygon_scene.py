@@ -7,7 +7,7 @@ import pytest
 
 from overturning.dem.contact import Contact
 from overturning.dem.polygon.geometry import nearest_faces, place, symmetric
-from overturning.dem.polygon.prepare import prepare
+from overturning.dem.polygon.prepare import prepare, rests_on_one_face
 from overturning.dem.polygon.scene import check_scene, load_scene
 from overturning.dem.polygon.simulate import block_contact, is_block
 from overturning.errors import ConfigError
@@ -111,3 +111,19 @@ def test_mirror_images_of_the_elements_have_mirrored_springs() -> None:
     assert prepared.critical[1] == pytest.approx(
         np.arctan2(0.2 - (prepared.placed[1].x - 0.02), prepared.placed[1].z), rel=1e-9
     )
+
+
+@pytest.mark.parametrize(
+    ("elements", "alone"),
+    [
+        ([block("stone", 0.3, 0.6)], True),
+        ([block("stone", 0.3, 0.6, x=2.0)], True),
+        ([block("stone", 0.3, 0.6, fallen_rotation_deg=120)], False),
+        ([block("stone", 0.3, 0.6, rotation_deg=90)], False),
+        ([{"name": "stone", "vertices": [[-0.2, 0], [0.2, 0], [0, 0.6]], "stands_on": "ground"}], False),
+        ([block("stone", 3.0, 1.0)], False),  # too large for this ground
+        ([block("stone", 0.3, 0.6), block("cap", 0.2, 0.1, "stone")], False),
+    ],
+)
+def test_a_block_on_wide_ground_is_never_searched(elements: list[dict[str, object]], alone: bool) -> None:
+    assert rests_on_one_face(place(scene(*elements))) == alone

@@ -624,7 +624,10 @@ def start(
         b = state[(OWN + second * BODY) * COLUMNS : (OWN + (second + 1) * BODY) * COLUMNS]
         q[FRICTION + j] = q[FRICTION + j] if q[FRICTION + j] >= 0.0 else case[P_FRICTION]
         q[DASHPOT + j] = q[DASHPOT + j] * case[P_DAMPING]
+        settled = q[LIMIT + j] == np.inf
         search(q, a, b, own, j, sizes[first], sizes[second], shapes[first], shapes[second], True)
+        if settled:
+            q[LIMIT + j], q[REACH + j] = np.inf, -1.0
         load_at_rest(q, a, b, j)
         q[TAKEN + j] = springs(state, at + j)
     own[ENERGY + j] = energy(state, j, layout, sizes.size, gravity)

@@ -13,6 +13,9 @@ from overturning.dem.polygon.statics import Laws, contact_laws, highest_modes, r
 
 FloatArray = NDArray[np.float64]
 
+WIDE: Final = 20.0
+"""Width of the ground, in widths or heights of the block, that is more than any slide."""
+
 CALM_KINETIC: Final = 1e-9
 """Kinetic energy at rest, as a share of m g times the half of the smallest side of the lightest element."""
 
@@ -268,6 +271,7 @@ def kernel_column(prepared: Prepared) -> FloatArray:
         put(at, k.DASHPOT, float(laws.dashpot[index]))
         put(at, k.FRICTION, float(laws.friction[index]))
         put(at, k.REACH, -1.0)
+        put(at, k.LIMIT, np.inf if rests_on_one_face(placed) else 0.0)
     for index, side, slip in prepared.springs:
         at = k.OWN + len(placed) * k.BODY + index * k.PAIR
         first = k.SPRING_1 if side == 0 else k.SPRING_2
@@ -276,6 +280,25 @@ def kernel_column(prepared: Prepared) -> FloatArray:
         mine = _is_first(placed[i], placed[j], side)
         put(at, first + (k.CONTACT_1 - k.SPRING_1), k.MINE if mine else k.THEIRS)
     return rows
+
+
+def rests_on_one_face(placed: list[Placed]) -> bool:
+    """Whether the first nearest faces stay so until the case ends: one upright rectangle on a wide driven one.
+
+    Its lower corners alone can touch the ground until it lies on its side, and then it has fallen.
+    """
+    if len(placed) != 2:
+        return False
+    ground, block = placed
+    rectangles = all(item.element.vertices is None and item.element.rotation_deg == 0 for item in placed)
+    return (
+        rectangles
+        and ground.element.kind == "driven"
+        and block.element.kind == "free"
+        and block.element.fallen_rotation_deg <= 90
+        and abs(float(block.points[:, 1].min() - ground.points[:, 1].max())) <= 1e-9 * block.size
+        and ground.shape.width > WIDE * max(block.shape.width, block.shape.height) + 2.0 * abs(block.x - ground.x)
+    )
 
 
 def _is_first(a: Placed, b: Placed, side: int) -> bool:

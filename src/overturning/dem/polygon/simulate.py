@@ -10,6 +10,7 @@ from overturning.dem.cases import Progress
 from overturning.dem.contact import Contact
 from overturning.dem.polygon.cases import plan_scene, run_scene_cases
 from overturning.dem.polygon.geometry import native_size, place, symmetric
+from overturning.dem.polygon.prepare import WIDE
 from overturning.dem.polygon.scene import Scene
 from overturning.dem.simulate import opposite_azimuths, simulate_arrays
 from overturning.dem.status import Status
@@ -41,7 +42,7 @@ def is_block(scene: Scene) -> bool:
         and block.fallen_rotation_deg == 90
         and block.fallen_drop is None
         and block.at[0] == ground.at[0]
-        and (ground.width or 0) > 20 * max(block.width or 0, block.height or 0)
+        and (ground.width or 0) > WIDE * max(block.width or 0, block.height or 0)
     )
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.agreement import agreeing_neighbours
 from benchmarks.bench import insert
 from benchmarks.study_records import ROOT, half_grid, near_fault
 from overturning.dem.cases import CaseResults, run_cases
@@ -26,18 +27,6 @@ EQUAL = {
     "wrong_flags_percent": "wrong flags",
     "wrong_sides_percent": "wrong sides",
 }
-
-
-def agreeing_neighbours(flags: np.ndarray) -> np.ndarray:
-    """Cells whose neighbours in azimuth and B/H have the same flag in the reference."""
-    after = np.roll(flags, -1, axis=0)
-    after[-1] = -flags[0]  # half a turn further the sides are exchanged
-    before = np.roll(flags, 1, axis=0)
-    before[0] = -flags[-1]
-    agree = (after == flags) & (before == flags)
-    agree[:, :, 1:] &= flags[:, :, :-1] == flags[:, :, 1:]
-    agree[:, :, :-1] &= flags[:, :, 1:] == flags[:, :, :-1]
-    return agree
 
 
 def boundary(flags: np.ndarray, ratios: np.ndarray) -> np.ndarray:

@@ -130,21 +130,24 @@ def run_cases(
     counter = np.zeros(1, np.int64)
     moving = np.flatnonzero(~how.never)
     length = how.steps[moving] * np.maximum(motion.samples - how.first[moving], 1)
-    # Cases with equal steps share a queue; the longest first, so that the columns empty together.
-    order = moving[np.lexsort((-length, how.steps[moving]))]
+    # Cases with equal steps, all with friction or all without, share a queue; the longest first, so that the columns empty together.
+    smooth = (np.asarray(cases.friction) == 0).astype(np.int64)
+    kind = 2 * how.steps + smooth
+    order = moving[np.lexsort((-length, kind[moving]))]
     total = int(length.sum())
 
     def run(chosen: NDArray[np.int64]) -> None:
         out = np.empty((chosen.size, k.RESULTS))
+        rough = True if smooth[chosen[0]] == 0 else None
         k.run_queue(
-            int(how.scheme), np.arange(chosen.size), how.table(chosen), how.row[chosen], how.ground, how.upward,
+            int(how.scheme), np.arange(chosen.size), how.table(chosen), how.row[chosen], how.ground, how.upward, rough,
             motion.samples, motion.sampling_interval, int(how.steps[chosen[0]]), STANDARD_GRAVITY, DEEPEST, budget,
             counter, np.zeros((0, k.TRAJECTORY)), out,
         )  # fmt: skip
         _store(results, chosen, out)
 
     with ThreadPoolExecutor(max_workers=threads) as pool:
-        waiting = {pool.submit(run, chosen) for chosen in _queues(order, how.steps)}
+        waiting = {pool.submit(run, chosen) for chosen in _queues(order, kind)}
         while waiting:
             finished, waiting = wait(waiting, timeout=0.2 if progress else None, return_when=FIRST_COMPLETED)
             for future in finished:
@@ -156,9 +159,9 @@ def run_cases(
     return results
 
 
-def _queues(order: NDArray[np.int64], steps: NDArray[np.int64]) -> list[NDArray[np.int64]]:
+def _queues(order: NDArray[np.int64], kind: NDArray[np.int64]) -> list[NDArray[np.int64]]:
     queues = []
-    for group in np.split(order, np.flatnonzero(np.diff(steps[order])) + 1):
+    for group in np.split(order, np.flatnonzero(np.diff(kind[order])) + 1):
         if group.size:
             parts = -(-group.size // QUEUE)
             # Interleaved, so that each part has its share of long and short cases.

@@ -28,7 +28,7 @@ LEAST_FREEDOM: Final = 0.25
 
 
 @njit(**OPTIONS)
-def foresee(state: Any, columns: int, ticks: float, vertical: Any) -> None:
+def foresee(state: Any, columns: int, ticks: float, vertical: Any, rough: Any) -> None:
     """Drift with the last acceleration: position and corners, and the velocities as they would be without a change."""
     for j in range(columns):
         b, h, c, s = state[HALF_WIDTH + j], state[HALF_HEIGHT + j], state[COS + j], state[SIN + j]
@@ -62,8 +62,6 @@ def foresee(state: Any, columns: int, ticks: float, vertical: Any) -> None:
         # Arms of the corners to either side of the centre and their drops below it.
         bc, bs, hc, hs = b * nc, b * ns, h * nc, h * ns
         al, ar, dl, dr = bc + hs, bc - hs, hc - bs, hc + bs
-        sl, sr = gl + ((nx - al) - oxl), gr + ((nx + ar) - oxr)
-        sl, sr = (sl if oul > 0.0 else 0.0), (sr if our > 0.0 else 0.0)
         ex, ez, ew = vx + kx, vz + kz, vw + kw
         state[HALF + j] = half
         state[NEW_X + j], state[NEW_Z + j], state[NEW_ANGLE + j] = nx, nz, old_angle + turn
@@ -72,13 +70,16 @@ def foresee(state: Any, columns: int, ticks: float, vertical: Any) -> None:
         state[END_VX + j], state[END_VZ + j], state[END_VW + j] = ex, ez, ew
         state[ARM_L + j], state[ARM_R + j], state[DROP_L + j], state[DROP_R + j] = al, ar, dl, dr
         state[NEW_UL + j], state[NEW_UR + j] = dl - nz, dr - nz
-        state[NEW_SL + j], state[NEW_SR + j] = sl, sr
-        state[END_XL + j], state[END_XR + j] = ex - dl * ew, ex - dr * ew
+        if rough is not None:
+            sl, sr = gl + ((nx - al) - oxl), gr + ((nx + ar) - oxr)
+            sl, sr = (sl if oul > 0.0 else 0.0), (sr if our > 0.0 else 0.0)
+            state[NEW_SL + j], state[NEW_SR + j] = sl, sr
+            state[END_XL + j], state[END_XR + j] = ex - dl * ew, ex - dr * ew
         state[END_ZL + j], state[END_ZR + j] = ez + al * ew, ez - ar * ew
 
 
 @njit(**OPTIONS)
-def solve(state: Any, columns: int, gravity: float, vertical: Any) -> None:
+def solve(state: Any, columns: int, gravity: float, vertical: Any, rough: Any) -> None:
     """Velocities at the end of the step, with springs and dashpots of the corners that press and stick taken there.
 
     Which ones do is judged from the foreseen position and velocities. A slipping corner carries ±μ times its normal
@@ -96,65 +97,73 @@ def solve(state: Any, columns: int, gravity: float, vertical: Any) -> None:
         foreseen_x, foreseen_z, foreseen_w = state[END_VX + j], state[END_VZ + j], state[END_VW + j]
         vx, vz, vw, push = state[MID_VX + j], state[MID_VZ + j], state[MID_VW + j], state[PUSH + j]
         nl, nr = k * ul - dash * zl, k * ur - dash * zr
-        fl, fr = ks * sl + dash * xl, ks * sr + dash * xr
         # In a fine step the foreseen forces tell which corners press and slide. A longer one overshoots too far for that:
         # there a corner that pressed presses, and one that slid goes on sliding while its velocity keeps its sign.
         fine_step = fine > TAIL_TICKS
         foreseen_l, foreseen_r = (nl if nl > 0.0 else 0.0), (nr if nr > 0.0 else 0.0)
         foreseen_l, foreseen_r = (foreseen_l if ul > 0.0 else 0.0), (foreseen_r if ur > 0.0 else 0.0)
         pressed_l, pressed_r = (0.0 if fine_step else pressed_l), (0.0 if fine_step else pressed_r)
-        excess_l, excess_r = abs(fl) - mu * nl, abs(fr) - mu * nr
-        slide_l, slide_r = (excess_l if fine_step else signed_l * xl), (excess_r if fine_step else signed_r * xr)
-        sign_l, sign_r = math.copysign(mu, fl), math.copysign(mu, fr)
-        signed_l, signed_r = (sign_l if fine_step else signed_l), (sign_r if fine_step else signed_r)
-        # A normal force on a sliding corner must push it out. Where friction would turn the block in instead (Painlevé's
-        # paradox, from μ = 4/3 on), the corner jams: it sticks.
-        free_l, free_r = 1.0 + inertia * al * (al + signed_l * dl), 1.0 + inertia * ar * (ar - signed_r * dr)
-        signed_l, signed_r = (
-            (signed_l if free_l > LEAST_FREEDOM else 0.0),
-            (signed_r if free_r > LEAST_FREEDOM else 0.0),
-        )
-        slide_l, slide_r = (slide_l if free_l > LEAST_FREEDOM else 0.0), (slide_r if free_r > LEAST_FREEDOM else 0.0)
         on_l, on_r = foreseen_l + pressed_l > 0.0, foreseen_r + pressed_r > 0.0
-        slides_l, slides_r = slide_l > 0.0, slide_r > 0.0
-        stick_l, stick_r = on_l & (not slides_l), on_r & (not slides_r)
-        # What the forces would be at rest at the end of the step.
-        normal, tangential = dash + half * k, dash + half * ks
-        nl, nr = nl + normal * zl, nr + normal * zr
-        fl, fr = fl - tangential * xl, fr - tangential * xr
-        normal, tangential = half * normal, half * tangential
-        bl, br = (normal if on_l else 0.0), (normal if on_r else 0.0)
-        tl, tr = (tangential if stick_l else 0.0), (tangential if stick_r else 0.0)
-        ql, qr = (signed_l * bl if slides_l else 0.0), (signed_r * br if slides_r else 0.0)
-        nl, nr = (nl if on_l else 0.0), (nr if on_r else 0.0)
-        fl, fr = (fl if stick_l else signed_l * nl), (fr if stick_r else signed_r * nr)
-        weight = gravity
+        normal, weight = dash + half * k, gravity
         if vertical is not None:
             weight = gravity + state[LIFT + j]
-        hx = vx + half * (push - (fl + fr))
-        hz = vz + half * ((nl + nr) - weight)
-        hw = vw + half * (inertia * ((al * nl + dl * fl) - (ar * nr - dr * fr)))
+        bl, br = (half * normal if on_l else 0.0), (half * normal if on_r else 0.0)
         wl, wr = bl * al, br * ar
-        el, er = wl + ql * dl, wr - qr * dr
-        gl, gr = tl * dl, tr * dr
-        lever = gl + gr
-        a11, a12, a13 = 1.0 + (tl + tr), -(ql + qr), (qr * ar - ql * al) - lever
         a22, a23 = 1.0 + (bl + br), wl - wr
-        a31, a32 = inertia * lever, inertia * (el - er)
-        a33 = 1.0 + inertia * ((el * al + gl * dl) + (er * ar + gr * dr))
-        both, first, second = a11 * a22, a31 * a22, a32 * a11 + a31 * a12
-        last = (a33 * both + first * a13) - second * a23
-        inverse = 1.0 / (both * last)
-        ew = ((hw * both + first * hx) - second * hz) * (inverse * both)
-        inverse = inverse * last
-        ez = (hz - a23 * ew) * (inverse * a11)
-        ex = ((hx - a12 * ez) - a13 * ew) * (inverse * a22)
-        state[SLID_L + j], state[SLID_R + j] = signed_l, signed_r
+        if rough is not None:
+            fl, fr = ks * sl + dash * xl, ks * sr + dash * xr
+            excess_l, excess_r = abs(fl) - mu * nl, abs(fr) - mu * nr
+            slide_l, slide_r = (excess_l if fine_step else signed_l * xl), (excess_r if fine_step else signed_r * xr)
+            sign_l, sign_r = math.copysign(mu, fl), math.copysign(mu, fr)
+            signed_l, signed_r = (sign_l if fine_step else signed_l), (sign_r if fine_step else signed_r)
+            # A normal force on a sliding corner must push it out. Where friction would turn the block in instead
+            # (Painlevé's paradox, from μ = 4/3 on), the corner jams: it sticks.
+            free_l, free_r = 1.0 + inertia * al * (al + signed_l * dl), 1.0 + inertia * ar * (ar - signed_r * dr)
+            free_l, free_r = free_l - LEAST_FREEDOM, free_r - LEAST_FREEDOM
+            signed_l, signed_r = (signed_l if free_l > 0.0 else 0.0), (signed_r if free_r > 0.0 else 0.0)
+            slides_l, slides_r = (slide_l > 0.0) & (free_l > 0.0), (slide_r > 0.0) & (free_r > 0.0)
+            stick_l, stick_r = on_l & (not slides_l), on_r & (not slides_r)
+            # What the forces would be at rest at the end of the step.
+            tangential = dash + half * ks
+            nl, nr = nl + normal * zl, nr + normal * zr
+            fl, fr = fl - tangential * xl, fr - tangential * xr
+            tangential = half * tangential
+            tl, tr = (tangential if stick_l else 0.0), (tangential if stick_r else 0.0)
+            ql, qr = (signed_l * bl if slides_l else 0.0), (signed_r * br if slides_r else 0.0)
+            nl, nr = (nl if on_l else 0.0), (nr if on_r else 0.0)
+            fl, fr = (fl if stick_l else signed_l * nl), (fr if stick_r else signed_r * nr)
+            hx = vx + half * (push - (fl + fr))
+            hz = vz + half * ((nl + nr) - weight)
+            hw = vw + half * (inertia * ((al * nl + dl * fl) - (ar * nr - dr * fr)))
+            el, er = wl + ql * dl, wr - qr * dr
+            gl, gr = tl * dl, tr * dr
+            lever = gl + gr
+            a11, a12, a13 = 1.0 + (tl + tr), -(ql + qr), (qr * ar - ql * al) - lever
+            a31, a32 = inertia * lever, inertia * (el - er)
+            a33 = 1.0 + inertia * ((el * al + gl * dl) + (er * ar + gr * dr))
+            both, first, second = a11 * a22, a31 * a22, a32 * a11 + a31 * a12
+            last = (a33 * both + first * a13) - second * a23
+            inverse = 1.0 / (both * last)
+            ew = ((hw * both + first * hx) - second * hz) * (inverse * both)
+            inverse = inverse * last
+            ez = (hz - a23 * ew) * (inverse * a11)
+            ex = ((hx - a12 * ez) - a13 * ew) * (inverse * a22)
+            state[SLID_L + j], state[SLID_R + j] = signed_l, signed_r
+        else:
+            nl, nr = (nl + normal * zl if on_l else 0.0), (nr + normal * zr if on_r else 0.0)
+            ex = vx + half * push
+            hz = vz + half * ((nl + nr) - weight)
+            hw = vw + half * (inertia * (al * nl - ar * nr))
+            a32, a33 = inertia * a23, 1.0 + inertia * (wl * al + wr * ar)
+            last = a33 * a22 - a32 * a23
+            inverse = 1.0 / (a22 * last)
+            ew = (hw * a22 - a32 * hz) * (inverse * a22)
+            ez = (hz - a23 * ew) * (inverse * last)
         state[END_VX + j], state[END_VZ + j], state[END_VW + j] = ex - foreseen_x, ez - foreseen_z, ew - foreseen_w
 
 
 @njit(**OPTIONS)
-def commit(state: Any, columns: int, gravity: float, vertical: Any) -> None:
+def commit(state: Any, columns: int, gravity: float, vertical: Any, rough: Any) -> None:
     """The forces at the end of the step, within their limits, and what they do; books; or the step is done again finely."""
     for j in range(columns):
         k, ks, mu, dash = state[STIFFNESS + j], state[TANGENTIAL + j], state[FRICTION + j], state[DASHPOT + j]
@@ -176,12 +185,14 @@ def commit(state: Any, columns: int, gravity: float, vertical: Any) -> None:
         length = 1.0 if early else length
         # What the solution adds to the foreseen velocities moves the block by half a step of it.
         slid_l, slid_r = state[SLID_L + j], state[SLID_R + j]
-        cxl, cxr, czl, czr = cx - dl * cw, cx - dr * cw, cz + al * cw, cz - ar * cw
-        slides_l, slides_r = slid_l * xl > 0.0, slid_r * xr > 0.0
-        xl, xr, zl, zr = xl + cxl, xr + cxr, zl + czl, zr + czr
-        met_l, met_r = ul, ur
-        ul, ur, tl, tr = ul - half * czl, ur - half * czr, tl + half * cxl, tr + half * cxr
-        pxl, pxr = (nx - al) + half * cxl, (nx + ar) + half * cxr
+        czl, czr, met_l, met_r = cz + al * cw, cz - ar * cw, ul, ur
+        zl, zr = zl + czl, zr + czr
+        ul, ur = ul - half * czl, ur - half * czr
+        if rough is not None:
+            cxl, cxr = cx - dl * cw, cx - dr * cw
+            slides_l, slides_r = slid_l * xl > 0.0, slid_r * xr > 0.0
+            xl, xr, tl, tr = xl + cxl, xr + cxr, tl + half * cxl, tr + half * cxr
+            pxl, pxr = (nx - al) + half * cxl, (nx + ar) + half * cxr
         turn = half * cw
         nx, nz, angle = nx + half * cx, nz + half * cz, angle + turn
         c, s = c - s * turn, s + c * turn
@@ -196,26 +207,32 @@ def commit(state: Any, columns: int, gravity: float, vertical: Any) -> None:
         nl, nr = kl - dash * zl, kr - dash * zr
         nl, nr = (nl if nl > 0.0 else 0.0), (nr if nr > 0.0 else 0.0)
         nl, nr = (nl if in_l else 0.0), (nr if in_r else 0.0)
-        ml, mr = mu * nl, mu * nr
-        el, er = ml * compliance, mr * compliance
-        fl, fr = ks * tl + dash * xl, ks * tr + dash * xr
-        sign_l, sign_r, size_l, size_r = math.copysign(mu, fl), math.copysign(mu, fr), abs(fl), abs(fr)
-        # A corner that was foreseen to slide on through a long step does so, even where it comes to rest within it.
-        keeps_l, keeps_r = slides_l & (not late), slides_r & (not late)
-        sign_l, sign_r = (slid_l if keeps_l else sign_l), (slid_r if keeps_r else sign_r)
-        slides_l, slides_r = keeps_l | (size_l > ml), keeps_r | (size_r > mr)
-        fl, fr = (sign_l * nl if slides_l else fl), (sign_r * nr if slides_r else fr)
-        slid_l, slid_r = (sign_l if slides_l else 0.0), (sign_r if slides_r else 0.0)
-        nel, ner = -el, -er
-        sl, sr = (el if tl > el else tl), (er if tr > er else tr)
-        sl, sr = (nel if sl < nel else sl), (ner if sr < ner else sr)
-        kept_l, kept_r = fl * compliance, fr * compliance
-        sl, sr = (kept_l if keeps_l else sl), (kept_r if keeps_r else sr)
-        ax, az = push - (fl + fr), (nl + nr) - gravity
+        loss_l, loss_r = (kl - nl) * zl, (kr - nr) * zr
+        spin_l, spin_r, ax, let_go = al * nl, ar * nr, push, 0.0
+        if rough is not None:
+            ml, mr = mu * nl, mu * nr
+            el, er = ml * compliance, mr * compliance
+            fl, fr = ks * tl + dash * xl, ks * tr + dash * xr
+            sign_l, sign_r, size_l, size_r = math.copysign(mu, fl), math.copysign(mu, fr), abs(fl), abs(fr)
+            # A corner that was foreseen to slide on through a long step does so, even where it comes to rest within it.
+            keeps_l, keeps_r = slides_l & (not late), slides_r & (not late)
+            sign_l, sign_r = (slid_l if keeps_l else sign_l), (slid_r if keeps_r else sign_r)
+            slides_l, slides_r = keeps_l | (size_l > ml), keeps_r | (size_r > mr)
+            fl, fr = (sign_l * nl if slides_l else fl), (sign_r * nr if slides_r else fr)
+            slid_l, slid_r = (sign_l if slides_l else 0.0), (sign_r if slides_r else 0.0)
+            nel, ner = -el, -er
+            sl, sr = (el if tl > el else tl), (er if tr > er else tr)
+            sl, sr = (nel if sl < nel else sl), (ner if sr < ner else sr)
+            kept_l, kept_r = fl * compliance, fr * compliance
+            sl, sr = (kept_l if keeps_l else sl), (kept_r if keeps_r else sr)
+            spin_l, spin_r, ax = spin_l + dl * fl, spin_r - dr * fr, push - (fl + fr)
+            loss_l, loss_r = loss_l + (fl - ks * sl) * xl, loss_r + (fr - ks * sr) * xr
+            let_go = (gl + sl) * (tl - sl) + (gr + sr) * (tr - sr)
+        az = (nl + nr) - gravity
         if vertical is not None:
             lift = state[LIFT + j]
             az = (nl + nr) - (gravity + lift)
-        aw = inertia * ((al * nl + dl * fl) - (ar * nr - dr * fr))
+        aw = inertia * (spin_l - spin_r)
         vx, vz, vw = vx + half * ax, vz + half * az, vw + half * aw
         # A contact that closed within the step acts from the touch on, not for half the step.
         new_l, new_r = in_l & (not was_l), in_r & (not was_r)
@@ -224,16 +241,15 @@ def commit(state: Any, columns: int, gravity: float, vertical: Any) -> None:
         inverse = 2.0 * half / (gone_l * gone_r)
         share_l, share_r = ul * (inverse * gone_r) - half, ur * (inverse * gone_l) - half
         share_l, share_r = (share_l if new_l else 0.0), (share_r if new_r else 0.0)
-        vx = vx - (share_l * fl + share_r * fr)
+        if rough is not None:
+            vx = vx - (share_l * fl + share_r * fr)
         vz = vz + (share_l * nl + share_r * nr)
-        vw = vw + inertia * (share_l * (al * nl + dl * fl) - share_r * (ar * nr - dr * fr))
+        vw = vw + inertia * (share_l * spin_l - share_r * spin_r)
         # Books: work of the shaking, loss in dashpots, sliders and contacts that open or close within the step.
         power = push * vx
         if vertical is not None:
             power = push * vx - lift * vz
-        loss_l, loss_r = (kl - nl) * zl + (fl - ks * sl) * xl, (kr - nr) * zr + (fr - ks * sr) * xr
         loss = loss_l + loss_r
-        let_go = (gl + sl) * (tl - sl) + (gr + sr) * (tr - sr)
         cut_l, cut_r = ul * oul, ur * our
         cut_l, cut_r = (cut_l if cut_l < 0.0 else 0.0), (cut_r if cut_r < 0.0 else 0.0)
         cut_l, cut_r = math.copysign(cut_l, ul - oul), math.copysign(cut_r, ur - our)
@@ -261,17 +277,18 @@ def commit(state: Any, columns: int, gravity: float, vertical: Any) -> None:
             state[COS + j], state[SIN + j] = c, s
             state[VX + j], state[VZ + j], state[VW + j] = vx, vz, vw
             state[AX + j], state[AZ + j], state[AW + j] = ax, az, aw
-            state[SPRING_L + j], state[SPRING_R + j] = sl, sr
-            state[SLID_L + j], state[SLID_R + j] = slid_l, slid_r
+            if rough is not None:
+                state[SPRING_L + j], state[SPRING_R + j] = sl, sr
+                state[SLID_L + j], state[SLID_R + j] = slid_l, slid_r
+                state[OLD_XL + j], state[OLD_XR + j] = pxl, pxr
             state[PRESSED_L + j], state[PRESSED_R + j] = nl, nr
-            state[OLD_XL + j], state[OLD_UL + j] = pxl, ul
-            state[OLD_XR + j], state[OLD_UR + j] = pxr, ur
+            state[OLD_UL + j], state[OLD_UR + j] = ul, ur
             state[WORK + j], state[LOST + j] = work, lost
             state[POWER + j], state[LOSS + j] = power, loss
 
 
 @njit(**OPTIONS)
-def advance_centred(state: Any, columns: int, steps: int, gravity: float, vertical: Any) -> None:
+def advance_centred(state: Any, columns: int, steps: int, gravity: float, vertical: Any, rough: Any) -> None:
     """Take the steps of a sample, `TICKS` ticks long each where no contact changes.
 
     Parameters
@@ -284,11 +301,13 @@ def advance_centred(state: Any, columns: int, steps: int, gravity: float, vertic
         Steps to take; a column that steps finely is then behind and catches up in the next call.
     gravity : float
         m/s².
-    vertical : bool or None
+    vertical : ndarray or None
         None where the base does not move up and down: what that takes is then not compiled.
+    rough : bool or None
+        None where no block has friction: there are then no tangential springs.
     """
     ticks = 1.0 * TICKS * steps
     for _ in range(steps):
-        foresee(state, columns, ticks, vertical)
-        solve(state, columns, gravity, vertical)
-        commit(state, columns, gravity, vertical)
+        foresee(state, columns, ticks, vertical, rough)
+        solve(state, columns, gravity, vertical, rough)
+        commit(state, columns, gravity, vertical, rough)

@@ -233,6 +233,7 @@ def run_queue(
     row_of_case: Any,
     ground: Any,
     upward: Any,
+    rough: Any,
     samples: int,
     interval: float,
     steps: int,
@@ -259,6 +260,8 @@ def run_queue(
         Acceleration of the base towards +s, m/s², padded with zeros.
     upward : ndarray, shape (samples + 3,), or None
         Upward acceleration, m/s², padded with zeros; None where there is none, which compiles a kernel without it.
+    rough : bool or None
+        None where no case of the queue has friction, which compiles a kernel without tangential springs.
     samples, interval : int, float
         Length of the record and time between samples, s.
     steps : int
@@ -310,7 +313,7 @@ def run_queue(
         if scheme == 0:
             advance_cundall(state, columns, steps, gravity, upward)
         else:
-            advance_centred(state, columns, steps, gravity, upward)
+            advance_centred(state, columns, steps, gravity, upward, rough)
         look_at(state, columns, ticks, end, deepest)
         counter[0] += active * steps
         j = 0

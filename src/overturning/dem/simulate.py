@@ -227,7 +227,8 @@ def trajectory(
         # The first run counts the rows, the second fills them.
         for _ in range(2):
             noted = k.run_queue(
-                int(how.scheme), one, how.table(one), one, how.ground, how.upward, motion.samples,
+                int(how.scheme), one, how.table(one), one, how.ground, how.upward,
+                True if friction > 0 else None, motion.samples,
                 motion.sampling_interval, int(how.steps[0]), STANDARD_GRAVITY, DEEPEST, BUDGET,
                 np.zeros(1, np.int64), path, out,
             )  # fmt: skip

@@ -14,6 +14,7 @@ from overturning.dem.polygon.geometry import native_size
 from overturning.errors import ConfigError, ResultError
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
+from overturning.records.store import write_motion
 from overturning.report.scene_content import scene_content, spread_sentence
 from overturning.statistics.elements import compare_stones, falls_by_element
 from overturning.study.config import Study
@@ -21,6 +22,7 @@ from overturning.study.cube import open_cube
 from overturning.study.gather import gather
 from overturning.study.load import check_study
 from overturning.study.members import draw_members
+from overturning.study.recheck import recheck
 from overturning.study.scenes import scene_of
 from overturning.study.sweep import sweep_record
 
@@ -164,3 +166,20 @@ def test_an_ensemble_of_a_scene_says_how_often_each_element_falls(tmp_path: Path
     # The opposite azimuth is the mirror.
     np.testing.assert_array_equal(towards[last].ravel()[2], away[last].ravel()[0])
     assert (flags != 0).any()
+
+
+@pytest.mark.parametrize("variant", ["nominal", "wall"])
+def test_a_scenes_cube_is_found_again_cell_by_cell(tmp_path: Path, variant: str) -> None:
+    """Mirrored cells, elements, variants with another B/H, and the ensemble."""
+    study = _study(
+        azimuth={"start": 0, "stop": 360, "step": 180}, b_over_h=[0.25, 0.3, 0.35], friction=[0.8],
+        ensemble={"members": 2, "where": "everywhere"}, variants={"wall": {"scene": "against-a-wall"}},
+    )  # fmt: skip
+    record = _record()
+    (tmp_path / "motion").mkdir()
+    write_motion(record, tmp_path / "motion" / "pulse.nc")
+    sweep_record(study, record, tmp_path / "part.nc", variant)
+    gather(study, [record], [tmp_path / "part.nc"], tmp_path / "cube.nc", variant)
+    found = recheck(tmp_path / "cube.nc", cells=6)
+    assert found.differences == []
+    assert found.cells == found.ensemble_cells == 6

@@ -11,10 +11,13 @@ from overturning.dem.simulate import opposite_azimuths, simulate_arrays
 from overturning.dem.variables import VARIABLES
 from overturning.errors import ArgumentError, ResultError
 from overturning.records.store import read_motion
+from overturning.study.config import Study
 from overturning.study.cube import open_cube, study_of
 from overturning.study.ensemble import ENSEMBLE_VARIABLES, blocks, run_ensemble
 from overturning.study.grid import DIMENSIONS, Grid
 from overturning.study.members import Members, draw_members
+from overturning.study.scene_sweep import mirrors, scene_runner, simulate_study_scene
+from overturning.study.scenes import scene_of
 from overturning.study.sweep import motion_of, simulation_arguments, variables_of
 
 
@@ -81,7 +84,7 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
     with open_cube(path) as cube:
         study, variant = study_of(cube), str(cube.attrs["variant"])
         names = [str(name) for name in cube["record_id"].to_numpy()]
-    grid = Grid.of(study)
+    grid = Grid.of(study, variant)
     members = draw_members(study.ensemble) if study.ensemble.members else None
     variables = variables_of(study)
     generator = np.random.Generator(np.random.PCG64(seed))
@@ -103,43 +106,48 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
             if not motion_file.is_file():
                 raise ResultError(f"{motion_file}: no such motion; name the folder of the motions with --motions")
             motion = motion_of(study, read_motion(motion_file))
-            arguments = simulation_arguments(study, variant)
             stored = {variable.name: file[variable.name][index] for variable in variables}
             for flat in places:
                 place = tuple(int(i) for i in np.unravel_index(flat, grid.shape))
-                again = _again(motion, grid, place, arguments)
+                again = _again(motion, grid, place, study, variant)
                 if members is not None and stored["members"][place] > 0:
-                    again |= _ensemble_again(motion, grid, place, members, arguments)
+                    again |= _ensemble_again(motion, grid, place, members, study, variant)
                     result.ensemble_cells += 1
                 result.cells += 1
                 _compare(result, name, grid, place, stored, again, {v.name: v.fill_value for v in variables})
     return result
 
 
-def _again(motion: Any, grid: Grid, place: tuple[int, ...], arguments: dict[str, Any]) -> dict[str, Any]:
+def _again(motion: Any, grid: Grid, place: tuple[int, ...], study: Study, variant: str) -> dict[str, Any]:
     source = int(opposite_azimuths(grid.azimuth.astype(np.float64))[place[0]])
-    mirrored = source >= 0 and bool(arguments["leave_out"])
-    azimuths = [float(grid.azimuth[i].item()) for i in ([source] if mirrored else []) + [place[0]]]
-    found = simulate_arrays(
-        motion,
-        azimuth_deg=azimuths,
-        height=[grid.height[place[1]]],
-        b_over_h=[grid.b_over_h[place[2]]],
-        friction=[grid.friction[place[3]]],
-        **arguments,
+    mirrored = source >= 0 and study.simulation.leave_out
+    azimuths = np.array([float(grid.azimuth[i].item()) for i in ([source] if mirrored else []) + [place[0]]])
+    height, b_over_h, friction = (
+        float(getattr(grid, name)[i]) for name, i in zip(DIMENSIONS[1:], place[1:], strict=True)
     )
+    if scene_of(study, variant) is not None:
+        cell = {"height": (height,), "b_over_h": (b_over_h,), "friction": (friction,)}
+        found = simulate_study_scene(study.model_copy(update=cell), variant, motion, azimuths)
+    else:
+        found = simulate_arrays(
+            motion, azimuth_deg=azimuths, height=[height], b_over_h=[b_over_h], friction=[friction],
+            **simulation_arguments(study, variant),
+        )  # fmt: skip
     return {variable.name: found[variable.name][-1, 0, 0, 0] for variable in VARIABLES}
 
 
 def _ensemble_again(
-    motion: Any, grid: Grid, place: tuple[int, ...], members: Members, arguments: dict[str, Any]
+    motion: Any, grid: Grid, place: tuple[int, ...], members: Members, study: Study, variant: str
 ) -> dict[str, Any]:
     source = int(opposite_azimuths(grid.azimuth.astype(np.float64))[place[0]])
-    mirrored = source >= 0 and bool(arguments["leave_out"])
+    scene = scene_of(study, variant)
+    mirrored = source >= 0 and study.simulation.leave_out and mirrors(scene)
     at = (source if mirrored else place[0], *place[1:])
     one = Grid(*(getattr(grid, name)[[i]] for name, i in zip(DIMENSIONS, at, strict=True)))
     none = np.zeros((1, 1, 1, 1), dtype=np.int8)
-    found, _ = run_ensemble(motion, one, none, none, members, everywhere=True, run=blocks(**arguments))
+    run = blocks(**simulation_arguments(study, variant)) if scene is None else scene_runner(study, variant)
+    flags = none if not grid.element else np.zeros((1, 1, 1, 1, len(grid.element)), dtype=np.int8)
+    found, _ = run_ensemble(motion, one, flags, none, members, everywhere=True, run=run)
     values = {variable.name: found[variable.name][0, 0, 0, 0] for variable in ENSEMBLE_VARIABLES}
     if mirrored:
         for name in ("probability", "scramble_difference"):
@@ -159,8 +167,8 @@ def _compare(
     for name, value in again.items():
         kept = stored[name][place]
         new = np.asarray(value).astype(kept.dtype)
-        if new.dtype.kind == "f" and np.isnan(new):
-            new = np.asarray(missing[name])
+        if new.dtype.kind == "f":
+            new = np.where(np.isnan(new), np.asarray(missing[name], new.dtype), new)
         if new.tobytes() != kept.tobytes():
             where = ", ".join(f"{d} {getattr(grid, d)[i]:g}" for d, i in zip(DIMENSIONS, place, strict=True))
             result.differences.append(f"{record}, {where}: {name} is {kept} in the cube, {new} here")

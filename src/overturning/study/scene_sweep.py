@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from overturning.dem.blocks import Cases
 from overturning.dem.cases import run_cases
 from overturning.dem.polygon.cases import run_scene_cases
-from overturning.dem.polygon.geometry import native_size
+from overturning.dem.polygon.geometry import native_size, place, symmetric
 from overturning.dem.polygon.scene import Scene
 from overturning.dem.polygon.simulate import block_contact, is_block, simulate_scene_arrays
 from overturning.dem.time_step import DEFAULT_SCHEME
@@ -114,6 +114,11 @@ def scene_runner(study: Study, variant: str) -> Runner:
         return flags, int(found.block_steps.sum())
 
     return run
+
+
+def mirrors(scene: Scene | None) -> bool:
+    """Whether φ + 180° mirrors φ, so that half of the azimuths are computed; a block always does."""
+    return scene is None or is_block(scene) or symmetric(place(scene))
 
 
 def _size_of(study: Study, variant: str) -> tuple[Scene, float, float | None]:

@@ -89,6 +89,18 @@ def test_boundary_lies_between_its_cases_and_the_flag_changes_there() -> None:
         assert ((run_cases(group.motion, cases).overturned != 0) == falls).all()
 
 
+def test_a_boundary_that_was_not_found_stays_unknown() -> None:
+    group = decaying_sine()
+    run = kernel()
+    where = boundaries([group], run(group)[0], 2)
+    low, high = np.array([place[1]["b_over_h"] for place in where]), np.array([place[2] for place in where])
+    exact = bisect([group], where, run, low, high, 3)
+    low[0] = np.nan
+    found = bisect([group], where, run, low, high, 3)
+    assert np.isnan(found[0])
+    np.testing.assert_array_equal(found[1:], exact[1:])
+
+
 def test_rigid_limit_error_falls_with_the_static_penetration() -> None:
     groups = pulse_groups(periods=3, blocks=12)
     flags = np.concatenate([rocking(group)[0] for group in groups])

@@ -117,13 +117,14 @@ def bisect(
     run : callable
         The method.
     low, high : ndarray
-        B/H that fall and that stand; NaN comes back where they do not.
+        B/H that fall and that stand; NaN comes back where they do not, or are NaN.
     halvings : int
         Of the brackets.
     """
-    low, high = low.copy(), high.copy()
+    known = np.isfinite(low) & np.isfinite(high)
+    low, high = np.where(known, low, 1.0), np.where(known, high, 1.0)
     fell = _falls(groups, where, run, np.stack([low, high]))
-    good = fell[0] & ~fell[1]
+    good = known & fell[0] & ~fell[1]
     most = max(sum(place[0] == number for place in where) for number in range(len(groups)))
     together = max(1, min(AT_ONCE, int(np.log2(COLUMNS / max(most, 1) + 1))))
     while halvings > 0:

@@ -1,11 +1,11 @@
-# make setup | run | test | lint | bench | verify | lock | clean
+# make setup | run | test | lint | peers | bench | verify | lock | clean
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 CORES ?= 2
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: setup run test lint format schema bench verify lock clean help
+.PHONY: setup run test lint format schema peers bench verify lock clean help
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -34,8 +34,10 @@ lint: setup ## ruff, mypy, snakefmt, snakemake --lint
 	$(BIN)/snakefmt --check Snakefile workflow
 	$(BIN)/snakemake --lint
 
-bench: setup ## how fast the kernel is, against scalar code and other engines (installs the group `peers`)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "pymunk>=6.9"
+peers: setup ## install the other engines (group `peers`): for bench, verify and one live test
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "mujoco>=3.2" "pymunk>=6.9"
+
+bench: peers ## how fast the kernel is, against scalar code and other engines
 	$(BIN)/python -m benchmarks.bench
 	$(BIN)/python -m benchmarks.default_step
 	$(BIN)/python -m benchmarks.fine_steps

@@ -20,6 +20,10 @@ CALM_KINETIC: Final = 1e-9
 """Kinetic energy at rest, as a share of m g times the half of the smallest side of the lightest element."""
 
 
+FLAT: Final = round(0.999 * 0.5 * np.pi, 12)
+"""An element that lies on its side has turned by 90° less what its contacts give way, rad."""
+
+
 @dataclass(frozen=True)
 class Prepared:
     """One variant of a scene, ready to run.
@@ -316,6 +320,11 @@ def kernel_shapes(prepared: Prepared) -> tuple[NDArray[np.int64], FloatArray]:
     return sizes, shapes
 
 
+def fallen_angle(fallen_rotation_deg: float) -> float:
+    """Rotation at which an element counts as fallen, rad: that of its scene, `FLAT` for 90°."""
+    return FLAT if fallen_rotation_deg == 90.0 else round(float(np.radians(fallen_rotation_deg)), 12)
+
+
 def kernel_rules(prepared: Prepared) -> tuple[FloatArray, FloatArray]:
     """When elements have fallen, shape (elements, RULES), and when a case has failed or rests, shape (LIMITS,)."""
     from overturning.dem.polygon import kernel as k
@@ -325,7 +334,7 @@ def kernel_rules(prepared: Prepared) -> tuple[FloatArray, FloatArray]:
     for index, item in enumerate(prepared.placed):
         drop = item.element.fallen_drop
         rules[index, k.IS_FREE] = 0.0 if item.fixed else 1.0
-        rules[index, k.FALL_ANGLE] = round(float(np.radians(item.element.fallen_rotation_deg)), 12)
+        rules[index, k.FALL_ANGLE] = fallen_angle(item.element.fallen_rotation_deg)
         rules[index, k.LOWEST] = -np.inf if drop is None else item.z - drop
         rules[index, k.SUPPORT] = prepared.support[index]
         rules[index, k.BARRIER] = prepared.barrier[index]

@@ -13,7 +13,7 @@ from overturning.dem.cases import ENERGY_BOUND, run_cases
 from overturning.dem.plan import DEEPEST
 from overturning.dem.polygon.cases import SceneResults, run_scene_cases
 from overturning.dem.polygon.geometry import Placed, native_size
-from overturning.dem.polygon.prepare import Prepared, fallen_angle, prepare
+from overturning.dem.polygon.prepare import Prepared, prepare
 from overturning.dem.polygon.simulate import block_contact, is_block
 from overturning.dem.status import Status
 from overturning.dem.time_step import scheme_of, stable_step, steps_per_sample
@@ -21,6 +21,7 @@ from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
+from overturning.verification.fallen import flags_fit
 from overturning.verification.stability import Ending, demand_of
 from overturning.verification.stability_cases import SPECIAL
 from overturning.verification.stability_scene_cases import (
@@ -140,9 +141,7 @@ def contradiction(prepared: Prepared, friction: float, motion: Motion, found: Sc
     if not found.energy_error[row] <= ENERGY_BOUND:
         return "energy balance"
     fallen = flags != 0
-    angle = np.array([fallen_angle(item.element.fallen_rotation_deg) for item in free])
-    turned = found.peak_rotation[row] * prepared.critical[prepared.free] >= angle * (1 - 1e-5)
-    if (turned != fallen).any():
+    if not flags_fit(prepared, fallen, found.peak_rotation[row] * prepared.critical[prepared.free]):
         return "flag and rotation"
     if (np.isfinite(found.overturning_time[row]) != fallen).any():
         return "flag and time"

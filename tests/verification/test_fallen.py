@@ -1,0 +1,101 @@
+"""The angle of a fall that the map's check works out by itself: what it must let pass, and what it must find."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from overturning.dem.blocks import Cases
+from overturning.dem.polygon import prepare as preparation
+from overturning.dem.polygon.cases import SceneResults, run_scene_cases
+from overturning.dem.polygon.geometry import native_size
+from overturning.dem.polygon.prepare import Prepared, prepare
+from overturning.dem.polygon.scene import ContactLaw, Scene
+from overturning.verification.fallen import falls_from, flags_fit, lies_from
+from overturning.verification.stability_scenes import contradiction
+from tests.dem.polygon_scenes import shipped
+from tests.verification.test_stability_scenes import pulse
+
+
+def run(scene: Scene) -> SceneResults:
+    """A case that falls: the stone away from its wall, and of the three-tier grave the shaft alone."""
+    return run_scene_cases(scene, pulse(6.0), Cases([180.0], *native_size(scene), 0.7))
+
+
+def with_row(prepared: Prepared, found: SceneResults, turned_deg: list[float], flags: list[int]) -> SceneResults:
+    """An answer with other rotations and flags, and the times that go with these."""
+    rotation = np.radians([turned_deg]) / prepared.critical[prepared.free]
+    times = np.where(np.array([flags]) != 0, 3.0, np.nan)
+    return replace(
+        found, peak_rotation=rotation, overturned=np.array([flags], np.int8), overturning_time=times.astype(np.float32)
+    )
+
+
+@pytest.mark.parametrize(
+    ("turned_deg", "flags", "fits"),
+    [
+        ([3.0, 90.0, 90.0], [0, 1, -1], True),
+        ([3.0, 40.0, 89.95], [0, 0, 1], True),  # caught on its last hundredth
+        ([3.0, 40.0, 89.95], [0, 0, 0], True),  # the same, not yet counted
+        ([3.0, 40.0, 89.3], [0, 0, 1], False),
+        ([3.0, 90.0, 90.0], [0, 0, 1], False),
+        ([3.0, 89.9999, 90.0], [0, 0, 1], False),  # lies flat
+        ([3.0, 89.9999, 90.0], [0, 1, 1], True),
+        ([3.0, 40.0, 90.0], [1, 0, 1], False),
+    ],
+)
+def test_flags_that_do_not_fit_the_rotations_are_found(turned_deg: list[float], flags: list[int], fits: bool) -> None:
+    scene = shipped("three-tier")
+    prepared, found = prepare(scene), run(scene)
+    answer = with_row(prepared, found, turned_deg, flags)
+    assert contradiction(prepared, 0.7, pulse(6.0), answer) == ("" if fits else "flag and rotation")
+
+
+@pytest.mark.parametrize(
+    ("name", "flat", "right"),
+    [
+        ("three-tier", 0.999, True),
+        ("three-tier", 0.7, False),
+        ("against-a-wall", 0.999, True),
+        ("against-a-wall", 1.1, False),
+    ],
+)
+def test_a_wrong_angle_in_the_package_is_found(
+    monkeypatch: pytest.MonkeyPatch, name: str, flat: float, right: bool
+) -> None:
+    """Counted as fallen at 63° the case ends early; counted from 99° on a stone lies flat and has no flag."""
+    monkeypatch.setattr(preparation, "FLAT", flat * 0.5 * np.pi)
+    scene = shipped(name)
+    found = run(scene)
+    assert (contradiction(prepare(scene), 0.7, pulse(6.0), found) == "") == right
+
+
+def test_a_softer_contact_lies_flat_earlier_as_its_springs_say() -> None:
+    """A block of B x H lying on its side: m g/2 on each end of a face of length H, δ/B where it stands."""
+    for share in (1e-4, 1e-2):
+        law = ContactLaw(between=("stone", "stone"), static_penetration=share)
+        scene = shipped("gravestone").model_copy(update={"contacts": (law,)})
+        short = np.arcsin(share * native_size(scene)[1])
+        assert 0.5 * np.pi - lies_from(prepare(scene)) == pytest.approx(short, rel=1e-6)
+        assert 0.5 * np.pi - falls_from(prepare(scene)) == pytest.approx(0.01, rel=1e-4)
+
+
+def test_a_stone_without_an_upright_face_has_fallen_at_the_rotation_itself() -> None:
+    prepared = prepare(shipped("boulder"))
+    assert lies_from(prepared).tolist() == [0.5 * np.pi]
+    assert not flags_fit(prepared, np.array([False]), np.array([0.5 * np.pi]))
+
+
+def test_a_scene_that_asks_for_another_rotation_gets_it() -> None:
+    scene = shipped("gravestone")
+    for asked, drop, early, lying in ((60.0, None, 60.0, 60.0), (120.0, None, 90.0, np.inf), (90.0, 0.2, 0.0, 90.0)):
+        elements = [
+            item
+            if item.kind == "driven"
+            else item.model_copy(update={"fallen_rotation_deg": asked, "fallen_drop": drop})
+            for item in scene.elements
+        ]
+        prepared = prepare(scene.model_copy(update={"elements": tuple(elements)}))
+        shift = np.degrees(np.arcsin(0.01)) if asked == 90.0 and drop is None else 0.0
+        assert np.degrees(falls_from(prepared)) == pytest.approx(early - shift)
+        assert np.degrees(lies_from(prepared)) == pytest.approx(lying, abs=1e-2)

@@ -5,7 +5,7 @@ import pytest
 
 from overturning.dem.blocks import Cases
 from overturning.dem.cases import run_cases
-from overturning.verification.measures import BRACKET, answers, bisect, boundaries, kernel, order, rotation_error
+from overturning.verification.measures import BRACKET, answers, bisect, boundaries, ends, kernel, order, rotation_error
 from overturning.verification.rigid_solutions import rocking
 from overturning.verification.work_precision import settings
 from overturning.verification.work_precision_cases import Group, pulse_groups
@@ -58,7 +58,7 @@ def test_overturning_boundary_converges(scheme: str, least: float) -> None:
     groups, usual = [Group(sine.motion, Cases(0.0, height, ratio, friction))], kernel()
     where = boundaries(groups, usual(groups[0])[0], 30)
     assert len(where) >= 12
-    low, high = np.array([place[1]["b_over_h"] for place in where]), np.array([place[2] for place in where])
+    low, high = ends(where)
     near = bisect(groups, where, usual, low, high, 24)
 
     def found(scheme: str, step: float) -> np.ndarray:
@@ -78,13 +78,13 @@ def test_boundary_lies_between_its_cases_and_the_flag_changes_there() -> None:
     run = kernel()
     where = boundaries([group], run(group)[0], 3)
     assert where
-    low, high = np.array([place[1]["b_over_h"] for place in where]), np.array([place[2] for place in where])
+    low, high = ends(where)
     found = bisect([group], where, run, low, high)
     assert (low < found).all()
     assert (found < high).all()
     for factor, falls in ((0.9995, True), (1.0005, False)):
         cases = Cases(b_over_h=found * factor, **{
-            name: [place[1][name] for place in where] for name in ("azimuth_deg", "height", "friction")
+            name: [place.falling[name] for place in where] for name in ("azimuth_deg", "height", "friction")
         })  # fmt: skip
         assert ((run_cases(group.motion, cases).overturned != 0) == falls).all()
 
@@ -93,7 +93,7 @@ def test_a_boundary_that_was_not_found_stays_unknown() -> None:
     group = decaying_sine()
     run = kernel()
     where = boundaries([group], run(group)[0], 2)
-    low, high = np.array([place[1]["b_over_h"] for place in where]), np.array([place[2] for place in where])
+    low, high = ends(where)
     exact = bisect([group], where, run, low, high, 3)
     low[0] = np.nan
     found = bisect([group], where, run, low, high, 3)

@@ -7,6 +7,8 @@ import typer
 
 app = typer.Typer(rich_markup_mode=None, no_args_is_help=True, help="Verify the kernel itself.")
 
+Map = Annotated[Path, typer.Option(help="map to make (NetCDF, CSV beside it)")]
+Seed = Annotated[int, typer.Option(min=0, help="seed of the sample")]
 Log = Annotated[Path | None, typer.Option(help="file for progress lines and errors")]
 Threads = Annotated[int, typer.Option(min=1, help="number of threads")]
 
@@ -18,10 +20,10 @@ def _root() -> None:
 
 @app.command()
 def stability(
-    output: Annotated[Path, typer.Option(help="map to make (NetCDF, CSV beside it)")],
+    output: Map,
     count: Annotated[int, typer.Option(min=2, help="cases of the space-filling sample")] = 20_480,
     special: Annotated[int, typer.Option(min=1, help="cases of each motion made to do harm")] = 64,
-    seed: Annotated[int, typer.Option(min=0, help="seed of the sample")] = 1,
+    seed: Seed = 1,
     threads: Threads = 1,
     log: Log = None,
 ) -> None:
@@ -40,10 +42,10 @@ def stability(
 
 @app.command()
 def scenes(
-    output: Annotated[Path, typer.Option(help="map to make (NetCDF, CSV beside it)")],
+    output: Map,
     settings: Annotated[int, typer.Option(min=2, help="settings of each scene, of eight cases each")] = 160,
     special: Annotated[int, typer.Option(min=1, help="settings of each scene under each motion made to do harm")] = 2,
-    seed: Annotated[int, typer.Option(min=0, help="seed of the sample")] = 1,
+    seed: Seed = 1,
     threads: Threads = 1,
     log: Log = None,
 ) -> None:
@@ -57,7 +59,7 @@ def scenes(
         found = run_scene_map(
             scene_settings(settings, special, seed),
             threads=threads,
-            progress=lambda done, total: say(f"scenes: {done} of {total}"),
+            progress=lambda done, total: say(f"scenes: {done * TOGETHER} of {total * TOGETHER}"),
         )
         about = {"settings": settings, "special": special, "together": TOGETHER, "seed": seed}
         about |= {"budget": BUDGET, "special_budget": SPECIAL_BUDGET}

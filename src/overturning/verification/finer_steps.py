@@ -8,13 +8,11 @@ from overturning.dem.cases import run_cases
 from overturning.dem.contact import STATIC_PENETRATION
 from overturning.dem.time_step import AUTO_FRACTION, DEFAULT_SCHEME, scheme_of
 from overturning.verification.measures import (
-    BRACKET,
-    HALVINGS,
     answers,
-    bisect,
     boundaries,
     boundary_shift,
     kernel,
+    located,
 )
 from overturning.verification.work_precision import (
     FRACTIONS,
@@ -22,9 +20,9 @@ from overturning.verification.work_precision import (
     SCHEMES,
     Say,
     errors,
-    is_default,
     measured,
     row,
+    setting_columns,
     settings,
     thinned,
     thinned_values,
@@ -68,10 +66,7 @@ def against_finer_steps(kind: str, say: Say) -> list[dict[str, Any]]:
     few = thinned(groups, EVERY)
     right_few = (thinned_values(groups, right[0], EVERY), thinned_values(groups, right[1], EVERY))
     where = boundaries(groups, right[0], MOST)
-    low, high = np.array([place[1]["b_over_h"] for place in where]), np.array([place[2] for place in where])
-    # The way there with the usual step, the last of it with the fine one.
-    near = bisect(groups, where, kernel(), low, high, 2 * HALVINGS)
-    exact = bisect(groups, where, finest, near * (1 - BRACKET), near * (1 + BRACKET))
+    near, exact = located(groups, where, kernel(), finest)
     say(f"{kind}: reference of {right[0].size} cases and {len(where)} boundaries is done")
     rows = []
     for scheme in SCHEMES:
@@ -85,8 +80,7 @@ def against_finer_steps(kind: str, say: Say) -> list[dict[str, Any]]:
                 numbers["boundary_shift"] = boundary_shift(groups, where, kernel(**arguments), near, exact)
             rows.append(
                 row(
-                    f"records, {kind}", scheme, "finer step", step_fraction=fraction, penetration_ratio=STATIC_PENETRATION,
-                    default=is_default(scheme, fraction, STATIC_PENETRATION), **spent, **numbers,
+                    f"records, {kind}", scheme, "finer step", **setting_columns(scheme, fraction), **spent, **numbers,
                 )
             )  # fmt: skip
             say(f"{kind}: {scheme} at {fraction:g} of the stable step is done")
@@ -112,17 +106,14 @@ def over_stiffness(kind: str, say: Say) -> list[dict[str, Any]]:
     }
     usual, slow = settings(DEFAULT_SCHEME, fraction, stiffest), settings("centred", 2 * FINE_FOR_STIFFNESS, stiffest)
     where = boundaries(groups, answers(groups, kernel(**usual))[0], MOST)
-    low, high = np.array([place[1]["b_over_h"] for place in where]), np.array([place[2] for place in where])
-    near = bisect(groups, where, kernel(**usual), low, high, 2 * HALVINGS)
-    right = bisect(groups, where, kernel(**slow), near * (1 - WIDE_BRACKET), near * (1 + WIDE_BRACKET))
+    near, right = located(groups, where, kernel(**usual), kernel(**slow), WIDE_BRACKET)
     say(f"{kind}: references over stiffness are done")
     rows = []
     for delta in PENETRATIONS:
         arguments = settings(DEFAULT_SCHEME, fraction, delta)
         flags, peaks, spent = measured(groups, arguments)
         shift = boundary_shift(groups, where, kernel(**arguments), near, right, WIDE_BRACKET)
-        common = {"step_fraction": fraction, "penetration_ratio": delta, **spent}
-        common["default"] = is_default(DEFAULT_SCHEME, fraction, delta)
+        common = setting_columns(DEFAULT_SCHEME, fraction, delta) | spent
         rows.append(
             row(
                 f"records, {kind}", DEFAULT_SCHEME, "stiffest springs", **common, boundary_shift=shift,
@@ -147,9 +138,8 @@ def energy_balance(say: Say) -> list[dict[str, Any]]:
             simulated = np.concatenate([one.status for one in found]) == 0
             rows.append(
                 row(
-                    "records, all", scheme, "energy balance", step_fraction=fraction, cases=int(simulated.sum()),
-                    penetration_ratio=STATIC_PENETRATION, default=is_default(scheme, fraction, STATIC_PENETRATION),
-                    energy_error=float(np.mean(residual[simulated])),
+                    "records, all", scheme, "energy balance", **setting_columns(scheme, fraction),
+                    cases=int(simulated.sum()), energy_error=float(np.mean(residual[simulated])),
                 )
             )  # fmt: skip
     say(f"energy: {len(rows)} settings are done")

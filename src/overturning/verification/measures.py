@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Callable, Sequence
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,17 @@ ROCKS: Final = 0.05
 """A block that stands counts for the error of peak rotation if it rocked to this share of the critical angle."""
 
 
+class Boundary(NamedTuple):
+    """A falling case whose neighbour along B/H stands."""
+
+    group: int
+    """Number of its group."""
+    falling: dict[str, float]
+    """Azimuth (degrees), height (m), friction and B/H of the falling case."""
+    stands_at: float
+    """B/H of its standing neighbour."""
+
+
 def kernel(**arguments: Any) -> Runner:
     """The kernel with some settings, as a function of a group: flags and peak rotations."""
 
@@ -64,9 +75,7 @@ def counts(flags: NDArray[np.int8], right_flags: NDArray[np.int8]) -> Counts:
     return compare(right_flags, flags)
 
 
-def boundaries(
-    groups: Sequence[Group], flags: NDArray[np.int8], most: int
-) -> list[tuple[int, dict[str, float], float]]:
+def boundaries(groups: Sequence[Group], flags: NDArray[np.int8], most: int) -> list[Boundary]:
     """Where, along B/H, a falling block has a standing neighbour.
 
     Parameters
@@ -77,13 +86,8 @@ def boundaries(
         Of all groups in a row.
     most : int
         Boundaries of one group.
-
-    Returns
-    -------
-    list of (int, dict, float)
-        Group, the falling case, and the B/H of its standing neighbour.
     """
-    found: list[tuple[int, dict[str, float], float]] = []
+    found: list[Boundary] = []
     begin = 0
     for number, group in enumerate(groups):
         names = ("azimuth_deg", "height", "friction", "b_over_h")
@@ -95,14 +99,38 @@ def boundaries(
         for falls, stands in itertools.pairwise(order):
             same = np.array_equal(rows[falls, :3], rows[stands, :3])
             if same and mine[stands] == 0 and mine[falls] not in (0, INT8_MISSING) and here < most:
-                found.append((number, dict(zip(names, rows[falls].tolist(), strict=True)), float(rows[stands, 3])))
+                case = dict(zip(names, rows[falls].tolist(), strict=True))
+                found.append(Boundary(number, case, float(rows[stands, 3])))
                 here += 1
     return found
 
 
+def located(
+    groups: Sequence[Group], where: Sequence[Boundary], usual: Runner, finest: Runner, bracket: float = BRACKET
+) -> tuple[FloatArray, FloatArray]:
+    """The boundaries of a usual method and, within a bracket about them, those of a fine one, as B/H.
+
+    Parameters
+    ----------
+    groups, where
+        As given to and by `boundaries`.
+    usual, finest : callable
+        The method of the way there, and that of its last piece.
+    bracket : float
+        Half the bracket's width, as a share of B/H.
+    """
+    near = bisect(groups, where, usual, *ends(where), 2 * HALVINGS)
+    return near, bisect(groups, where, finest, near * (1 - bracket), near * (1 + bracket))
+
+
+def ends(where: Sequence[Boundary]) -> tuple[FloatArray, FloatArray]:
+    """B/H of the falling cases and of their standing neighbours."""
+    return np.array([place.falling["b_over_h"] for place in where]), np.array([place.stands_at for place in where])
+
+
 def bisect(
     groups: Sequence[Group],
-    where: Sequence[tuple[int, dict[str, float], float]],
+    where: Sequence[Boundary],
     run: Runner,
     low: FloatArray,
     high: FloatArray,
@@ -125,7 +153,7 @@ def bisect(
     low, high = np.where(known, low, 1.0), np.where(known, high, 1.0)
     fell = _falls(groups, where, run, np.stack([low, high]))
     good = known & fell[0] & ~fell[1]
-    most = max(sum(place[0] == number for place in where) for number in range(len(groups)))
+    most = max(sum(place.group == number for place in where) for number in range(len(groups)))
     together = max(1, min(AT_ONCE, int(np.log2(COLUMNS / max(most, 1) + 1))))
     while halvings > 0:
         depth = min(together, halvings)
@@ -146,16 +174,14 @@ def bisect(
     return np.where(good, 0.5 * (low + high), np.nan)
 
 
-def _falls(
-    groups: Sequence[Group], where: Sequence[tuple[int, dict[str, float], float]], run: Runner, b_over_h: FloatArray
-) -> NDArray[np.bool_]:
+def _falls(groups: Sequence[Group], where: Sequence[Boundary], run: Runner, b_over_h: FloatArray) -> NDArray[np.bool_]:
     """Whether blocks of other B/H fall at each boundary; shape (values, boundaries) as given."""
     fell = np.zeros(b_over_h.shape, bool)
     for number, group in enumerate(groups):
-        rows = [row for row, place in enumerate(where) if place[0] == number]
+        rows = [row for row, place in enumerate(where) if place.group == number]
         if rows:
             axes = {
-                name: np.tile([where[row][1][name] for row in rows], len(b_over_h))
+                name: np.tile([where[row].falling[name] for row in rows], len(b_over_h))
                 for name in ("azimuth_deg", "height", "friction")
             }
             flags = run(Group(group.motion, Cases(b_over_h=b_over_h[:, rows].ravel(), **axes)))[0]
@@ -165,7 +191,7 @@ def _falls(
 
 def boundary_shift(
     groups: Sequence[Group],
-    where: Sequence[tuple[int, dict[str, float], float]],
+    where: Sequence[Boundary],
     run: Runner,
     near: FloatArray,
     right: FloatArray,

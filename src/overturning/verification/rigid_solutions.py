@@ -20,9 +20,9 @@ from overturning.verification.work_precision import (
     FloatArray,
     Say,
     errors,
-    is_default,
     measured,
     row,
+    setting_columns,
     settings,
     thinned,
     thinned_values,
@@ -82,8 +82,7 @@ def against_rigid_rocking(say: Say) -> list[dict[str, Any]]:
             numbers = errors(flags, peaks, right)
             rows.append(
                 row(
-                    name, scheme, "rigid rocking", step_fraction=fraction, penetration_ratio=penetration,
-                    default=is_default(scheme, fraction, penetration), **spent, **numbers,
+                    name, scheme, "rigid rocking", **setting_columns(scheme, fraction, penetration), **spent, **numbers,
                 )
             )  # fmt: skip
         say(f"{name}: {len(right[0])} robust cases, {len(chosen)} settings are done")
@@ -109,9 +108,8 @@ def against_exact_sliding(say: Say) -> list[dict[str, Any]]:
             moved = exact > 1e-3
             rows.append(
                 row(
-                    "sliding blocks", scheme, "exact sliding", step_fraction=fraction,
-                    penetration_ratio=STATIC_PENETRATION, default=is_default(scheme, fraction, STATIC_PENETRATION),
-                    **spent, cases=int(moved.sum()),
+                    "sliding blocks", scheme, "exact sliding", **setting_columns(scheme, fraction), **spent,
+                    cases=int(moved.sum()),
                     slip_error=float(np.max(np.abs(slips[moved] / exact[moved] - 1.0))),
                 )
             )  # fmt: skip

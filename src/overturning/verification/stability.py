@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields
 from enum import IntEnum
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from overturning.dem.cases import ENERGY_BOUND, CaseResults, Cases, run_cases
 from overturning.dem.contact import Contact
 from overturning.dem.plan import DEEPEST
+from overturning.dem.polygon.cases import SceneResults
 from overturning.dem.status import Status
 from overturning.dem.time_step import highest_eigenvalue, rocking_time, scheme_of, stable_step, steps_per_sample
 from overturning.dem.variables import INT8_MISSING
@@ -19,6 +20,9 @@ from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from overturning.verification.stability_cases import PAPER_DAMPING, StabilityCase, motion_of_case
+
+Item = TypeVar("Item")
+Found = TypeVar("Found")
 
 BUDGET: Final = 1_000_000
 """Block steps of a case of the map; fewer than a study's case may take, so that the map is made in minutes."""
@@ -103,11 +107,16 @@ def run_case(case: StabilityCase, number: int, budget: int = BUDGET) -> Outcome:
     """
     motion, contact = motion_of_case(case, number), contact_of_case(case)
     groups = _groups(case, contact, motion)
-    step = "auto" if np.isnan(case.step_fraction) else f"{case.step_fraction:.6f} stable"
     try:
         cases = Cases(0.0, case.height, case.b_over_h, case.friction)
         found = run_cases(
-            motion, cases, density=case.density, contact=contact, scheme=case.scheme, time_step=step, budget=budget
+            motion,
+            cases,
+            density=case.density,
+            contact=contact,
+            scheme=case.scheme,
+            time_step=case.time_step,
+            budget=budget,
         )
     except ArgumentError as error:
         nothing = (float("nan"),) * 4
@@ -128,20 +137,11 @@ def contradiction(case: StabilityCase, motion: Motion, found: CaseResults) -> st
     agree with what a rigid block under this motion can do: below both thresholds it neither falls nor slides.
     """
     status, flag = int(found.status[0]), int(found.overturned[0])
-    if status not in (Status.SIMULATED, Status.AT_REST):
-        return "" if flag == INT8_MISSING else "flag in spite of the mark"
-    if flag not in (-1, 0, 1):
-        return "no flag and no mark"
     width, alpha = case.b_over_h * case.height, np.arctan(case.b_over_h)
     sunk = static_penetration(case)
-    limit = DEEPEST * 0.5 * min(width, case.height)
-    numbers = (found.energy_error, found.peak_penetration, found.peak_rotation, found.peak_slip, found.residual_slip)
-    if not all(np.isfinite(values[0]) for values in numbers):
-        return "a number is not finite"
-    if sunk > limit or found.peak_penetration[0] > limit * (1 + 1e-6):
-        return "penetration"
-    if not found.energy_error[0] <= ENERGY_BOUND:
-        return "energy balance"
+    reason = unsound(found, 0, sunk, DEEPEST * 0.5 * min(width, case.height))
+    if reason or status not in (Status.SIMULATED, Status.AT_REST):
+        return reason
     if (flag != 0) != (found.peak_rotation[0] * alpha >= 0.5 * np.pi * (1 - 1e-6)):
         return "flag and rotation"
     if (flag != 0) != bool(np.isfinite(found.overturning_time[0])):
@@ -154,6 +154,31 @@ def contradiction(case: StabilityCase, motion: Motion, found: CaseResults) -> st
     if flag != 0 and demand < 0.2 * case.b_over_h and case.friction < 0.5 * case.b_over_h and sunk < 1e-4 * width:
         return "fell below the threshold of rocking"
     return ""
+
+
+def unsound(found: CaseResults | SceneResults, row: int, sunk: float, limit: float) -> str:
+    """What is wrong with an answer by its own numbers, whatever the motion; empty where nothing is.
+
+    Parameters
+    ----------
+    found : CaseResults or SceneResults
+        Answers.
+    row : int
+        Which of them.
+    sunk, limit : float
+        Largest static penetration, and the one beyond which the contact law means nothing, m.
+    """
+    flags = found.overturned[row]
+    if found.status[row] not in (Status.SIMULATED, Status.AT_REST):
+        return "" if np.all(flags == INT8_MISSING) else "flag in spite of the mark"
+    if not np.isin(flags, (-1, 0, 1)).all():
+        return "no flag and no mark"
+    numbers = (found.energy_error, found.peak_penetration, found.peak_rotation, found.peak_slip, found.residual_slip)
+    if not all(np.isfinite(values[row]).all() for values in numbers):
+        return "a number is not finite"
+    if sunk > limit or found.peak_penetration[row] > limit * (1 + 1e-6):
+        return "penetration"
+    return "" if found.energy_error[row] <= ENERGY_BOUND else "energy balance"
 
 
 def static_penetration(case: StabilityCase) -> float:
@@ -177,9 +202,8 @@ def _groups(case: StabilityCase, contact: Contact, motion: Motion) -> dict[str, 
     rate = highest_eigenvalue(dashpot, dashpot, 0.5 * width, 0.5 * height)
     period = rocking_time(width, height)
     scheme = scheme_of(case.scheme)
-    step = "auto" if np.isnan(case.step_fraction) else f"{case.step_fraction:.6f} stable"
     try:
-        per_sample = float(steps_per_sample(scheme, step, square, rate, motion.sampling_interval, period)[0])
+        per_sample = float(steps_per_sample(scheme, case.time_step, square, rate, motion.sampling_interval, period)[0])
         ratio = motion.sampling_interval / per_sample / float(stable_step(scheme, square, rate, period)[0])
     except ArgumentError:
         ratio = case.step_fraction
@@ -200,12 +224,23 @@ def run_map(
     progress: Callable[[int, int], None] | None = None,
 ) -> list[Outcome]:
     """Run all cases; the outcome does not depend on the threads."""
-    found: list[Outcome] = []
+    return numbered(lambda number, case: run_case(case, number, budget), cases, threads, progress, 1000)
+
+
+def numbered(
+    run: Callable[[int, Item], Found],
+    items: Sequence[Item],
+    threads: int,
+    progress: Callable[[int, int], None] | None,
+    every: int,
+) -> list[Found]:
+    """What `run` makes of each item and its number, in their order; after every so many it says how many are done."""
+    found: list[Found] = []
     with ThreadPoolExecutor(max_workers=threads) as pool:
-        for outcome in pool.map(lambda item: run_case(item[1], item[0], budget), enumerate(cases)):
-            found.append(outcome)
-            if progress and len(found) % 1000 == 0:
-                progress(len(found), len(cases))
+        for one in pool.map(run, range(len(items)), items):
+            found.append(one)
+            if progress and len(found) % every == 0:
+                progress(len(found), len(items))
     return found
 
 

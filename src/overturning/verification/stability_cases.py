@@ -68,6 +68,11 @@ class StabilityCase:
     period: float
     vertical: float
 
+    @property
+    def time_step(self) -> str:
+        """The step as `run_cases` takes it."""
+        return "auto" if np.isnan(self.step_fraction) else f"{self.step_fraction:.6f} stable"
+
 
 def _logarithmic(u: FloatArray, low: float, high: float) -> FloatArray:
     return np.asarray(low * (high / low) ** u)

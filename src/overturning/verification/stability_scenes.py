@@ -1,7 +1,6 @@
 """The scene axis of the stability map: how each case of a scene ends, checked without the general kernel's own rules."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Final
 
@@ -9,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.dem.blocks import Cases
-from overturning.dem.cases import ENERGY_BOUND, run_cases
+from overturning.dem.cases import run_cases
 from overturning.dem.plan import DEEPEST
 from overturning.dem.polygon.cases import SceneResults, run_scene_cases
 from overturning.dem.polygon.geometry import Placed, native_size
@@ -22,7 +21,8 @@ from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from overturning.verification.fallen import flags_fit
-from overturning.verification.stability import Ending, demand_of
+from overturning.verification.stability import MEANINGS as BLOCK_MEANINGS
+from overturning.verification.stability import Ending, demand_of, numbered, unsound
 from overturning.verification.stability_cases import SPECIAL
 from overturning.verification.stability_scene_cases import (
     TOGETHER,
@@ -60,7 +60,6 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> Rows
     case = setting.common
     scene, motion = scene_of_setting(setting, root), motion_of_setting(setting, number)
     ratio = native_size(scene)[1] * case.b_over_h
-    step = "auto" if np.isnan(case.step_fraction) else f"{case.step_fraction:.6f} stable"
     budget = SPECIAL_BUDGET if case.motion in SPECIAL else BUDGET
     rows: Rows = {
         "scene": np.full(TOGETHER, setting.scene),
@@ -81,10 +80,10 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> Rows
     try:
         prepared = prepare(scene, case.height, ratio)
         cases = Cases(setting.azimuth_deg, case.height, ratio, setting.friction, setting.amplitude)
-        found = run_scene_cases(scene, motion, cases, scheme=case.scheme, time_step=step, budget=budget)
+        found = run_scene_cases(scene, motion, cases, scheme=case.scheme, time_step=case.time_step, budget=budget)
     except ArgumentError as error:
         rows["reason"][:] = str(error).partition(":")[0].partition(" ")[0]
-        return rows | _groups(setting, prepared, motion, step)
+        return rows | _groups(setting, prepared, motion)
     for row in range(TOGETHER):
         reason = contradiction(
             prepared, float(setting.friction[row]), _amplified(motion, float(setting.amplitude[row])), found, row
@@ -96,14 +95,14 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> Rows
     rows["energy_error"][:], rows["block_steps"][:] = found.energy_error, found.block_steps
     if is_block(scene):
         block = run_cases(
-            motion, cases, density=case.density, contact=block_contact(scene), scheme=case.scheme, time_step=step,
+            motion, cases, density=case.density, contact=block_contact(scene), scheme=case.scheme, time_step=case.time_step,
             budget=budget,
         )  # fmt: skip
         # The scene's ground ends somewhere, the block's does not.
         there = found.peak_slip[:, 0] < 0.5 * prepared.placed[0].shape.width
         both = (found.overturned[:, 0] != INT8_MISSING) & (block.overturned != INT8_MISSING) & there
         rows["as_block"][both] = (found.overturned[:, 0] == block.overturned)[both]
-    return rows | _groups(setting, prepared, motion, step)
+    return rows | _groups(setting, prepared, motion)
 
 
 def contradiction(prepared: Prepared, friction: float, motion: Motion, found: SceneResults, row: int = 0) -> str:
@@ -125,21 +124,11 @@ def contradiction(prepared: Prepared, friction: float, motion: Motion, found: Sc
         Which of them.
     """
     status, flags = int(found.status[row]), found.overturned[row]
-    if status not in (Status.SIMULATED, Status.AT_REST):
-        return "" if (flags == INT8_MISSING).all() else "flag in spite of the mark"
-    if not np.isin(flags, (-1, 0, 1)).all():
-        return "no flag and no mark"
     free = [item for item in prepared.placed if not item.fixed]
-    per_element = (found.peak_rotation[row], found.peak_slip[row], found.residual_slip[row])
-    if not all(
-        np.isfinite(values).all() for values in (*per_element, found.energy_error[row], found.peak_penetration[row])
-    ):
-        return "a number is not finite"
-    sunk, limit = deepest_at_rest(prepared), DEEPEST * 0.5 * min(item.size for item in free)
-    if sunk > limit * (1 + 1e-6) or found.peak_penetration[row] > limit * (1 + 1e-6):
-        return "penetration"
-    if not found.energy_error[row] <= ENERGY_BOUND:
-        return "energy balance"
+    sunk = deepest_at_rest(prepared)
+    reason = unsound(found, row, sunk, DEEPEST * 0.5 * min(item.size for item in free))
+    if reason or status not in (Status.SIMULATED, Status.AT_REST):
+        return reason
     fallen = flags != 0
     if not flags_fit(prepared, fallen, found.peak_rotation[row] * prepared.critical[prepared.free]):
         return "flag and rotation"
@@ -185,7 +174,7 @@ def rocking_bound(placed: Sequence[Placed]) -> float:
     return float(max(least, 0.0))
 
 
-def _groups(setting: SceneSetting, prepared: Prepared | None, motion: Motion, step: str) -> Rows:
+def _groups(setting: SceneSetting, prepared: Prepared | None, motion: Motion) -> Rows:
     nan = np.full(TOGETHER, np.nan)
     if prepared is None:
         names = ("penetration_ratio", "damping", "step_ratio", "acceleration_ratio", "friction_ratio")
@@ -195,6 +184,7 @@ def _groups(setting: SceneSetting, prepared: Prepared | None, motion: Motion, st
     square, rate = np.array([prepared.square]), np.array([prepared.rate])
     stable = float(stable_step(scheme_of(setting.common.scheme), square, rate)[0])
     try:
+        step = setting.common.time_step
         per_sample = float(
             steps_per_sample(scheme_of(setting.common.scheme), step, square, rate, motion.sampling_interval)[0]
         )
@@ -227,34 +217,23 @@ def run_scene_map(
     dict of ndarray, shape (cases,)
         Columns of the map.
     """
-    parts: list[Rows] = []
-    with ThreadPoolExecutor(max_workers=threads) as pool:
-        for rows in pool.map(lambda item: run_setting(item[1], item[0], root), enumerate(settings)):
-            parts.append(rows)
-            if progress and len(parts) % 50 == 0:
-                progress(len(parts) * TOGETHER, len(settings) * TOGETHER)
+    parts = numbered(lambda number, setting: run_setting(setting, number, root), settings, threads, progress, 50)
     found = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     found["reason"] = found["reason"].astype(str)
     return found
 
 
-MEANINGS: Final = {
+_AS_OF_BLOCKS: Final = ("motion", "scheme", "friction", "peak", "ending", "reason", "energy_error", "step_ratio")
+
+MEANINGS: Final = {name: BLOCK_MEANINGS[name] for name in _AS_OF_BLOCKS} | {
     "scene": ("scene", ""),
-    "motion": ("kind of motion", ""),
-    "scheme": ("integration scheme", ""),
     "height": ("height of the reference element", "m"),
     "b_over_h": ("slenderness of the reference element", "1"),
-    "friction": ("friction coefficient", "1"),
-    "peak": ("largest horizontal acceleration", "m s-2"),
-    "ending": ("how the case ended: " + ", ".join(f"{e.value} {e.name.lower()}" for e in Ending), "1"),
-    "reason": ("argument that a refusal names, or check that does not hold", ""),
     "fallen": ("elements that fall; -1: no answer", "1"),
     "as_block": ("1 where the block's kernel has the same flag, 0 where another; -1: not both answer", "1"),
-    "energy_error": ("residual of work and energy", "1"),
     "block_steps": ("steps computed, times free elements", "1"),
     "penetration_ratio": ("largest static penetration over the smallest side of a free element", "1"),
     "damping": ("largest damping ratio of heave of a loaded contact", "1"),
-    "step_ratio": ("time step over the stable one", "1"),
     "acceleration_ratio": ("largest acceleration over g times the least threshold of rocking", "1"),
     "friction_ratio": ("friction coefficient over the least threshold of rocking", "1"),
 }

@@ -61,10 +61,11 @@ def settings(scheme: str, fraction: float, penetration: float = STATIC_PENETRATI
     }
 
 
-def is_default(scheme: str, fraction: float, penetration: float) -> bool:
-    """Whether these are the settings that a study has by default."""
+def setting_columns(scheme: str, fraction: float, penetration: float = STATIC_PENETRATION) -> dict[str, float]:
+    """The same settings as columns of the table, and whether they are those that a study has by default."""
     automatic = AUTO_FRACTION[scheme_of(DEFAULT_SCHEME)]
-    return scheme == DEFAULT_SCHEME and fraction == automatic and penetration == STATIC_PENETRATION
+    default = scheme == DEFAULT_SCHEME and fraction == automatic and penetration == STATIC_PENETRATION
+    return {"step_fraction": fraction, "penetration_ratio": penetration, "default": default}
 
 
 def measured(

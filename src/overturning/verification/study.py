@@ -5,10 +5,11 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, Discriminator, Field, Tag, ValidationError
 
 from overturning.dem.cases import Cases
 from overturning.errors import ArgumentError, ResultError
@@ -177,16 +178,67 @@ def write_verification(found: Mapping[str, Any], path: Path) -> None:
         part.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
 
 
+class _Outcome(BaseModel):
+    element: str
+    cases: int
+    flags: int
+    fallen: int
+    sides: int
+    unanswered: int
+
+
+class _Repeated(BaseModel):
+    block_steps: int
+    outcomes: list[_Outcome] = Field(min_length=1)
+
+
+class _Refused(BaseModel):
+    refused: str
+
+
+def _kind(part: Any) -> str:
+    return "refused" if isinstance(part, dict) and "refused" in part else "repeated"
+
+
+_Repetition = Annotated[
+    Annotated[_Repeated, Tag("repeated")] | Annotated[_Refused, Tag("refused")], Discriminator(_kind)
+]
+
+
+class _Found(BaseModel):
+    """What `repeat_sample` makes and the report reads."""
+
+    seed: int
+    wanted: int
+    chosen: int
+    at_rest: int
+    cells: int
+    study_block_steps: int
+    cost: float
+    finer_by: int
+    stiffer_by: float
+    finer: _Repetition
+    stiffer: _Repetition
+
+
 def read_verification(path: Path) -> dict[str, Any]:
     """Read what `write_verification` wrote.
 
     Raises
     ------
     ResultError
-        If the file is missing or torn.
+        If the file is missing or torn, or was written by a version that said less.
     """
+    remedy = "remove it and run the study again, which makes the verification anew"
     try:
         found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
-        raise ResultError(f"{path}: no outcome of a verification; remove it and run the study again") from None
+        raise ResultError(f"{path}: no outcome of a verification; {remedy}") from None
+    try:
+        _Found.model_validate(found)
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(str(part) for part in first["loc"] if part not in ("repeated", "refused"))
+        wrong = "is missing" if first["type"] == "missing" else first["msg"].lower()
+        raise ResultError(f"{path}: {f'{key} ' if key else ''}{wrong}; written by another version: {remedy}") from None
     return found

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from overturning.dem.blocks import Cases
-from overturning.dem.polygon import kernel as k
+from overturning.dem.polygon import columns as k
 from overturning.dem.polygon.cases import ScenePlan, plan_scene
 from overturning.dem.polygon.geometry import native_size
 from overturning.dem.polygon.scene import Scene, check_scene, load_scene

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from overturning.dem.polygon import kernel as k
+from overturning.dem.polygon import tables as t
 from overturning.dem.polygon.cases import ScenePlan
 from tests.dem.polygon_scenes import GROUND, block, one_case, put, run, scene, still
 
@@ -74,6 +74,6 @@ def test_a_stack_shaken_to_pieces_keeps_its_books() -> None:
     motion = shaken(7.0 * np.sin(2 * np.pi * time / 0.8), 0.005)
     for friction in (0.3, 0.7, 2.0):
         out, each, _, _ = run(one_case(made, motion, friction), motion, more=4000)
-        assert out[k.R_ENERGY] < 1e-2
-        assert out[k.R_STATUS] == 0
-    assert (each[1:, k.E_SIDE] != 0).any()
+        assert out[t.R_ENERGY] < 1e-2
+        assert out[t.R_STATUS] == 0
+    assert (each[1:, t.E_SIDE] != 0).any()

@@ -4,11 +4,14 @@ import hashlib
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from overturning.dem.blocks import Cases
+from overturning.dem.cache import cache_directory
+from overturning.dem.polygon import kernel
 from overturning.dem.polygon.cases import SceneResults, run_scene_cases
 from overturning.dem.polygon.geometry import native_size
 from overturning.dem.polygon.scene import Scene
@@ -152,6 +155,21 @@ def test_a_trajectory_is_the_cell_of_the_sweep() -> None:
     assert min(np.abs(rotation).max(), 0.5 * np.pi) / np.arctan(0.242 / 0.636) == pytest.approx(
         cell["peak_rotation"].values[2], rel=2e-2
     )
+
+
+def test_what_is_compiled_comes_from_the_folder_that_names_the_cache() -> None:
+    """Numba notices no change in another file; `keep_compiled` hashes the kernel's own folder."""
+    folder = Path(kernel.__file__).parent
+    compiled = [path for path in sorted(folder.glob("*.py")) if "import njit" in path.read_text(encoding="utf-8")]
+    assert Path(kernel.__file__) in compiled
+    for path in compiled:
+        for line in path.read_text(encoding="utf-8").splitlines():
+            if line.startswith("from overturning"):
+                assert line.startswith(("from overturning.dem.polygon.", "from overturning.dem.cache import")), (
+                    path.name
+                )
+    changed = cache_directory(folder).name
+    assert kernel.run_queue._cache._cache_path.endswith(changed)
 
 
 def test_what_a_scene_does_not_have_is_refused() -> None:

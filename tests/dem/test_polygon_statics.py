@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from overturning.dem.polygon import kernel as k
+from overturning.dem.polygon import tables as t
 from overturning.dem.polygon.prepare import Prepared, prepare
 from overturning.dem.polygon.simulate import simulate_scene_arrays
 from tests.dem.polygon_scenes import SHIPPED, block, one_case, run, scene, shaken, shipped, still
@@ -23,9 +23,9 @@ def test_a_tower_of_ten_blocks_stands() -> None:
     made = scene(*(block(f"b{n}", 0.4 + 0.01 * (n % 3), 0.2, "ground" if n == 0 else f"b{n - 1}") for n in range(10)))
     motion = still(5)
     out, each, _, poses = run(one_case(made, motion), motion)
-    assert out[k.R_STATUS] == 0
+    assert out[t.R_STATUS] == 0
     assert np.abs(poses - poses[0]).max() <= 1e-8
-    assert (each[:, k.E_SIDE] == 0).all()
+    assert (each[:, t.E_SIDE] == 0).all()
 
 
 @pytest.mark.parametrize("blocks", [2, 4, 6])
@@ -163,8 +163,8 @@ def test_a_wall_stops_the_fall_and_the_block_leans_as_geometry_says() -> None:
     out, each, _, poses = run(one_case(made, pulse, 3.0), pulse, more=3000)
     x, _, angle = poses[-1, 2, :3]
     pivot = x + np.cos(angle) * 0.12 - np.sin(angle) * 0.3
-    assert out[k.R_STATUS] == 0
-    assert each[2, k.E_SIDE] == 0
+    assert out[t.R_STATUS] == 0
+    assert each[2, t.E_SIDE] == 0
     assert np.abs(poses[-1, 2, 3:]).max() < 1e-3
     # Its upper corner touches the wall: H sin θ spans the way from the pivot.
     assert angle == pytest.approx(np.arcsin((0.42 - pivot) / 0.6), abs=1e-4)

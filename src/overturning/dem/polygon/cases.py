@@ -11,6 +11,7 @@ from overturning.dem.blocks import Cases
 from overturning.dem.cases import BUDGET, ENERGY_BOUND, QUEUE, Progress
 from overturning.dem.contact import check_precision
 from overturning.dem.plan import AFTERMATH
+from overturning.dem.polygon import tables as t
 from overturning.dem.polygon.prepare import Prepared, kernel_column, kernel_rules, kernel_shapes, prepare
 from overturning.dem.polygon.scene import Scene
 from overturning.dem.quiet import SAFE_SHARE, quiet_windows
@@ -91,8 +92,8 @@ class ScenePlan:
         """Run cases with the same number of steps per sample; results per case, per element, rows of the path."""
         from overturning.dem.polygon import kernel as k
 
-        out = np.zeros((chosen.size, k.RESULTS))
-        each = np.zeros((chosen.size, self.sizes.size, k.ELEMENT_RESULTS))
+        out = np.zeros((chosen.size, t.RESULTS))
+        each = np.zeros((chosen.size, self.sizes.size, t.ELEMENT_RESULTS))
         noted = k.run_queue(
             int(self.scheme), np.arange(chosen.size), np.ascontiguousarray(self.table[chosen]), self.row[chosen], self.variant[chosen],
             self.initial, self.layout, self.sizes, self.shapes, self.rules, self.limits, self.ground, self.upward,
@@ -113,8 +114,6 @@ def plan_scene(
     refinement: int = 1,
 ) -> ScenePlan:
     """Check the arguments and work out what each case needs."""
-    from overturning.dem.polygon import kernel as k
-
     method = scheme_of(scheme or DEFAULT_SCHEME)
     if np.asarray(cases.initial_tilt).any():
         raise ArgumentError("initial_tilt: a scene starts at rest; rotate an element in the scene file instead")
@@ -140,12 +139,12 @@ def plan_scene(
     # 20/p with p = √(3g/4R).
     period = np.sqrt(radius / (0.75 * scene.gravity))
     after = samples + np.ceil(AFTERMATH * period / motion.sampling_interval)
-    table = np.zeros((cases.size, k.PARAMETERS + len(scene.elements)))
-    table[:, k.PARAMETERS :] = np.inf
-    table[:, k.P_AMPLITUDE], table[:, k.P_FRICTION] = cases.amplitude, cases.friction
-    table[:, k.P_DAMPING], table[:, k.P_AFTER] = cases.damping_factor, after
+    table = np.zeros((cases.size, t.PARAMETERS + len(scene.elements)))
+    table[:, t.PARAMETERS :] = np.inf
+    table[:, t.P_AMPLITUDE], table[:, t.P_FRICTION] = cases.amplitude, cases.friction
+    table[:, t.P_DAMPING], table[:, t.P_AFTER] = cases.damping_factor, after
     never = np.zeros(cases.size, np.bool_)
-    table[:, k.P_CALM] = np.inf
+    table[:, t.P_CALM] = np.inf
     if leave_out:
         rocking = np.array([item.threshold for item in variants])[variant]
         friction = np.array([item.fixed_friction for item in variants])[variant]
@@ -156,7 +155,7 @@ def plan_scene(
         )
         moving = np.minimum(rocking, friction) <= 0
         first[moving], never[moving] = 0, False
-        table[:, k.P_FIRST], table[:, k.P_CALM] = first, np.where(moving, np.inf, calm)
+        table[:, t.P_FIRST], table[:, t.P_CALM] = first, np.where(moving, np.inf, calm)
         for element in variants[0].free:
             # Rounded, since libm differs between processors in the last digit.
             tangent = np.tan(np.array([item.critical[element] for item in variants], dtype=np.float64))
@@ -164,7 +163,7 @@ def plan_scene(
             weak = quiet_windows(
                 motion, row, np.asarray(cases.amplitude), ground[:, :samples], alone * (SAFE_UPLIFT / SAFE_SHARE)
             )
-            table[:, k.PARAMETERS + element] = weak[1]
+            table[:, t.PARAMETERS + element] = weak[1]
     upward = np.zeros(0) if motion.up is None else np.concatenate([motion.up, np.zeros(3)])
     shaped = [kernel_shapes(item) for item in variants]
     ruled = [kernel_rules(item) for item in variants]
@@ -225,8 +224,6 @@ def run_scene_cases(
     ArgumentError
         If an argument is outside its bounds, or the time step is not stable.
     """
-    from overturning.dem.polygon import kernel as k
-
     for name, number in (("threads", threads), ("refinement", refinement), ("budget", budget)):
         if number < 1:
             raise ArgumentError(f"{name}: {number}; at least 1")
@@ -240,7 +237,7 @@ def run_scene_cases(
     soft = ~np.array([item.bears for item in how.variants])[how.variant]
     results.status[soft], results.overturned[soft] = Status.UNSTABLE, INT8_MISSING
     moving = np.flatnonzero(~how.never & ~soft)
-    length = how.steps[moving] * np.maximum(motion.samples - how.table[moving, k.P_FIRST], 1).astype(np.int64)
+    length = how.steps[moving] * np.maximum(motion.samples - how.table[moving, t.P_FIRST], 1).astype(np.int64)
     order = moving[np.lexsort((-length, how.steps[moving]))]
     total = int(length.sum()) * free.size
 
@@ -280,19 +277,17 @@ def _empty(count: int, elements: int) -> SceneResults:
 
 
 def _store(results: SceneResults, chosen: NDArray[Any], out: FloatArray, each: FloatArray) -> None:
-    from overturning.dem.polygon import kernel as k
-
-    status = out[:, k.R_STATUS].astype(np.int8)
+    status = out[:, t.R_STATUS].astype(np.int8)
     with np.errstate(invalid="ignore", over="ignore"):
-        unbalanced = (status == Status.SIMULATED) & ~(out[:, k.R_ENERGY] <= ENERGY_BOUND)
+        unbalanced = (status == Status.SIMULATED) & ~(out[:, t.R_ENERGY] <= ENERGY_BOUND)
         status[unbalanced] = Status.UNSTABLE
         answered = (status == Status.SIMULATED)[:, None]
         results.status[chosen] = status
-        results.overturned[chosen] = np.where(answered, each[:, :, k.E_SIDE], INT8_MISSING).astype(np.int8)
-        results.overturning_time[chosen] = np.where(answered, each[:, :, k.E_TIME], np.nan)
-        results.peak_rotation[chosen] = each[:, :, k.E_ANGLE]
-        results.peak_slip[chosen] = each[:, :, k.E_SLIP]
-        results.residual_slip[chosen] = each[:, :, k.E_RESIDUAL]
-        results.peak_penetration[chosen] = out[:, k.R_DEPTH]
-        results.energy_error[chosen] = out[:, k.R_ENERGY]
-    results.block_steps[chosen] = out[:, k.R_STEPS].astype(np.int64) * each.shape[1]
+        results.overturned[chosen] = np.where(answered, each[:, :, t.E_SIDE], INT8_MISSING).astype(np.int8)
+        results.overturning_time[chosen] = np.where(answered, each[:, :, t.E_TIME], np.nan)
+        results.peak_rotation[chosen] = each[:, :, t.E_ANGLE]
+        results.peak_slip[chosen] = each[:, :, t.E_SLIP]
+        results.residual_slip[chosen] = each[:, :, t.E_RESIDUAL]
+        results.peak_penetration[chosen] = out[:, t.R_DEPTH]
+        results.energy_error[chosen] = out[:, t.R_ENERGY]
+    results.block_steps[chosen] = out[:, t.R_STEPS].astype(np.int64) * each.shape[1]

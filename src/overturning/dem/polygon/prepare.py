@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.dem.cases import DEEPEST
+from overturning.dem.polygon import tables as t
 from overturning.dem.polygon.geometry import End, Placed, common_stretch, pairs_of, place
 from overturning.dem.polygon.scene import Scene
 from overturning.dem.polygon.statics import Laws, contact_laws, highest_modes, rest
@@ -232,7 +233,7 @@ def _threshold(placed: list[Placed], stands: Stands) -> float:
 
 def kernel_column(prepared: Prepared) -> FloatArray:
     """The rows of a column at rest, as the kernel wants them, shape (rows,)."""
-    from overturning.dem.polygon import kernel as k
+    from overturning.dem.polygon import columns as k
 
     placed = prepared.placed
     rows = np.zeros(k.OWN + len(placed) * k.BODY + len(prepared.pairs) * k.PAIR)
@@ -275,14 +276,15 @@ def kernel_column(prepared: Prepared) -> FloatArray:
         put(at, k.DASHPOT, float(laws.dashpot[index]))
         put(at, k.FRICTION, float(laws.friction[index]))
         put(at, k.REACH, -1.0)
+        put(at, k.FACE_A, -1.0)
+        put(at, k.FACE_B, -1.0)
         put(at, k.LIMIT, np.inf if rests_on_one_face(placed) else 0.0)
     for index, side, slip in prepared.springs:
         at = k.OWN + len(placed) * k.BODY + index * k.PAIR
-        first = k.SPRING_1 if side == 0 else k.SPRING_2
-        put(at, first, slip)
+        put(at, k.SPRING + side * k.SECOND, slip)
         i, j = prepared.pairs[index]
         mine = _is_first(placed[i], placed[j], side)
-        put(at, first + (k.CONTACT_1 - k.SPRING_1), k.MINE if mine else k.THEIRS)
+        put(at, k.CONTACT + side * k.SECOND, k.MINE if mine else k.THEIRS)
     return rows
 
 
@@ -327,20 +329,18 @@ def fallen_angle(fallen_rotation_deg: float) -> float:
 
 def kernel_rules(prepared: Prepared) -> tuple[FloatArray, FloatArray]:
     """When elements have fallen, shape (elements, RULES), and when a case has failed or rests, shape (LIMITS,)."""
-    from overturning.dem.polygon import kernel as k
-
-    rules = np.zeros((len(prepared.placed), k.RULES))
+    rules = np.zeros((len(prepared.placed), t.RULES))
     free = [item for item in prepared.placed if not item.fixed]
     for index, item in enumerate(prepared.placed):
         drop = item.element.fallen_drop
-        rules[index, k.IS_FREE] = 0.0 if item.fixed else 1.0
-        rules[index, k.FALL_ANGLE] = fallen_angle(item.element.fallen_rotation_deg)
-        rules[index, k.LOWEST] = -np.inf if drop is None else item.z - drop
-        rules[index, k.SUPPORT] = prepared.support[index]
-        rules[index, k.BARRIER] = prepared.barrier[index]
+        rules[index, t.IS_FREE] = 0.0 if item.fixed else 1.0
+        rules[index, t.FALL_ANGLE] = fallen_angle(item.element.fallen_rotation_deg)
+        rules[index, t.LOWEST] = -np.inf if drop is None else item.z - drop
+        rules[index, t.SUPPORT] = prepared.support[index]
+        rules[index, t.BARRIER] = prepared.barrier[index]
     lightest = min(free, key=lambda item: item.mass)
-    limits = np.zeros(k.LIMITS)
-    limits[k.DEEPEST_ALLOWED] = deepest_allowed(prepared.placed)
-    limits[k.REST_ENERGY] = CALM_KINETIC * lightest.mass * prepared.scene.gravity * 0.5 * lightest.size
-    limits[k.LEAST_BARRIER] = min(float(prepared.barrier[n]) for n in prepared.free)
+    limits = np.zeros(t.LIMITS)
+    limits[t.DEEPEST_ALLOWED] = deepest_allowed(prepared.placed)
+    limits[t.REST_ENERGY] = CALM_KINETIC * lightest.mass * prepared.scene.gravity * 0.5 * lightest.size
+    limits[t.LEAST_BARRIER] = min(float(prepared.barrier[n]) for n in prepared.free)
     return rules, limits

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from overturning.dem.blocks import Cases, check_count
 from overturning.dem.cases import Progress
 from overturning.dem.contact import Contact
+from overturning.dem.polygon import tables as t
 from overturning.dem.polygon.cases import plan_scene, run_scene_cases
 from overturning.dem.polygon.geometry import native_size, place, symmetric
 from overturning.dem.polygon.prepare import WIDE
@@ -236,22 +237,20 @@ def scene_trajectory(
     """
     import xarray as xr
 
-    from overturning.dem.polygon import kernel as k
-
     own_height, own_ratio = native_size(scene)
     size, ratio = (own_height if height is None else height), (own_ratio if b_over_h is None else b_over_h)
     case = Cases([azimuth_deg], [size], [ratio], [friction], [amplitude])
     how = plan_scene(scene, motion, case, scheme=scheme, time_step=time_step, leave_out=leave_out)
     prepared = how.variants[0]
     count = len(prepared.placed)
-    first, last = int(how.table[0, k.P_FIRST]), int(how.table[0, k.P_AFTER])
+    first, last = int(how.table[0, t.P_FIRST]), int(how.table[0, t.P_AFTER])
     path = np.zeros((last - first + 3, 2 + 6 * count))
-    noted, out, each = 0, np.full((1, k.RESULTS), float(Status.AT_REST)), np.zeros((1, count, k.ELEMENT_RESULTS))
+    noted, out, each = 0, np.full((1, t.RESULTS), float(Status.AT_REST)), np.zeros((1, count, t.ELEMENT_RESULTS))
     if not how.never[0]:
         out, each, noted = how.run(motion, np.zeros(1, np.int64), np.zeros(1, np.int64), path)
     quiet = np.zeros((first if noted else motion.samples, 2 + 6 * count))
-    quiet[:, k.T_TIME] = np.arange(len(quiet)) * motion.sampling_interval
-    quiet[:, k.T_GROUND] = how.ground[0, : len(quiet)] * amplitude
+    quiet[:, t.T_TIME] = np.arange(len(quiet)) * motion.sampling_interval
+    quiet[:, t.T_GROUND] = how.ground[0, : len(quiet)] * amplitude
     for index, item in enumerate(prepared.placed):
         rest = np.array([item.x, item.z, 0.0]) + prepared.displacement[index]
         quiet[:, 2 + 6 * index : 5 + 6 * index] = rest
@@ -262,12 +261,12 @@ def scene_trajectory(
     for index, item in enumerate(prepared.placed):
         vertices[index, : len(item.shape.vertices)] = item.shape.vertices
     names = {
-        "x": (k.T_X, "m", "centre towards the azimuth, in the frame of the base"),
-        "z": (k.T_Z, "m", "height of the centre"),
-        "rotation": (k.T_ANGLE, "rad", "rotation, positive towards the azimuth"),
-        "velocity_x": (k.T_VX, "m s-1", "velocity towards the azimuth, relative to the base"),
-        "velocity_z": (k.T_VZ, "m s-1", "upward velocity"),
-        "angular_velocity": (k.T_VW, "rad s-1", "angular velocity"),
+        "x": (t.T_X, "m", "centre towards the azimuth, in the frame of the base"),
+        "z": (t.T_Z, "m", "height of the centre"),
+        "rotation": (t.T_ANGLE, "rad", "rotation, positive towards the azimuth"),
+        "velocity_x": (t.T_VX, "m s-1", "velocity towards the azimuth, relative to the base"),
+        "velocity_z": (t.T_VZ, "m s-1", "upward velocity"),
+        "angular_velocity": (t.T_VW, "rad s-1", "angular velocity"),
     }
     free = prepared.free
     variables: dict[str, Any] = {
@@ -275,7 +274,7 @@ def scene_trajectory(
         for name, (column, units, text) in names.items()
     }
     variables["ground_acceleration"] = (
-        "time", path[:, k.T_GROUND], {"units": "m s-2", "long_name": "acceleration of the base towards the azimuth"},
+        "time", path[:, t.T_GROUND], {"units": "m s-2", "long_name": "acceleration of the base towards the azimuth"},
     )  # fmt: skip
     variables["vertices"] = (
         ("element", "vertex", "xz"), vertices, {"units": "m", "long_name": "vertices about the centre, counter-clockwise"},
@@ -284,14 +283,14 @@ def scene_trajectory(
     return xr.Dataset(
         variables,
         {
-            "time": ("time", path[:, k.T_TIME], {"units": "s", "long_name": "time after the record's start"}),
+            "time": ("time", path[:, t.T_TIME], {"units": "s", "long_name": "time after the record's start"}),
             "element": ("element", [item.element.name for item in prepared.placed]),
         },
         {
-            "scene": scene.name, "status": int(out[0, k.R_STATUS]), "free": list(scene.free),
-            "overturned": each[0, free, k.E_SIDE].astype(int).tolist(),
-            "overturning_time": each[0, free, k.E_TIME].tolist(),
-            "peak_rotation": each[0, free, k.E_ANGLE].tolist(),
+            "scene": scene.name, "status": int(out[0, t.R_STATUS]), "free": list(scene.free),
+            "overturned": each[0, free, t.E_SIDE].astype(int).tolist(),
+            "overturning_time": each[0, free, t.E_TIME].tolist(),
+            "peak_rotation": each[0, free, t.E_ANGLE].tolist(),
             "azimuth_deg": azimuth_deg, "height": size, "b_over_h": ratio, "friction": friction,
         },
     )  # fmt: skip

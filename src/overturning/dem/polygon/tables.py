@@ -1,0 +1,22 @@
+"""What goes into the general kernel and what comes out of it: the columns of its tables."""
+
+from typing import Final
+
+# Columns of an element's rules: whether it is free, angle and height at which it has fallen, what it stands on, and the
+# energy that its overturning takes.
+(IS_FREE, FALL_ANGLE, LOWEST, SUPPORT, BARRIER) = range(5)
+RULES: Final = 5
+# Columns of a scene's limits: deepest penetration, kinetic energy at rest, least barrier.
+DEEPEST_ALLOWED, REST_ENERGY, LEAST_BARRIER = range(3)
+LIMITS: Final = 3
+# Columns of the case table.
+(P_AMPLITUDE, P_FRICTION, P_DAMPING, P_FIRST, P_CALM, P_AFTER) = range(6)
+PARAMETERS: Final = 6  # and of each element SAFE_FROM
+# Results of a case, and of each element.
+(R_STATUS, R_DEPTH, R_ENERGY, R_STEPS) = range(4)
+RESULTS: Final = 4
+(E_SIDE, E_TIME, E_ANGLE, E_SLIP, E_RESIDUAL) = range(5)
+ELEMENT_RESULTS: Final = 5
+# A trajectory's columns: time and ground acceleration, then six for each element.
+(T_TIME, T_GROUND) = range(2)
+(T_X, T_Z, T_ANGLE, T_VX, T_VZ, T_VW) = range(6)

@@ -40,6 +40,7 @@ peers: setup ## install the other engines (group `peers`): for bench, verify and
 bench: peers ## how fast the kernel is, against scalar code and other engines
 	$(BIN)/python -m benchmarks.bench
 	$(BIN)/python -m benchmarks.default_step
+	$(BIN)/python -m benchmarks.step_and_contact
 	$(BIN)/python -m benchmarks.fine_steps
 	$(BIN)/python -m benchmarks.scenes
 

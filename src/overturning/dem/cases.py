@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,6 +65,38 @@ class CaseResults:
     energy_error: NDArray[np.float32]
     block_steps: NDArray[np.int64]
 
+    @classmethod
+    def at_rest(cls, count: int, *elements: int) -> Self:
+        """Results of cases none of which moves; `elements` is the rest of the shape of what each element has."""
+        shape = (count, *elements)
+        return cls(
+            np.zeros(shape, np.int8), np.full(count, Status.AT_REST, np.int8), np.full(shape, np.nan, np.float32),
+            np.zeros(shape, np.float32), np.zeros(shape, np.float32), np.zeros(shape, np.float32),
+            np.zeros(count, np.float32), np.zeros(count, np.float32), np.zeros(count, np.int64),
+        )  # fmt: skip
+
+    def store(
+        self, chosen: NDArray[np.int64], status: FloatArray, depth: FloatArray, energy: FloatArray, steps: FloatArray,
+        side: FloatArray, time: FloatArray, angle: FloatArray, slip: FloatArray, residual: FloatArray,
+    ) -> None:  # fmt: skip
+        """Put in what the kernel found for the chosen cases; where work and energy do not balance there is no answer.
+
+        `side` and what follows it have the shape of `overturned`.
+        """
+        found = status.astype(np.int8)
+        with np.errstate(invalid="ignore", over="ignore"):
+            found[(found == Status.SIMULATED) & ~(energy <= ENERGY_BOUND)] = Status.UNSTABLE
+            answered = (found == Status.SIMULATED).reshape(-1, *(1,) * (side.ndim - 1))
+            self.status[chosen] = found
+            self.overturned[chosen] = np.where(answered, side, INT8_MISSING).astype(np.int8)
+            self.overturning_time[chosen] = np.where(answered, time, np.nan)
+            self.peak_rotation[chosen] = angle
+            self.peak_slip[chosen] = slip
+            self.residual_slip[chosen] = residual
+            self.peak_penetration[chosen] = depth
+            self.energy_error[chosen] = energy
+        self.block_steps[chosen] = steps.astype(np.int64)
+
 
 def run_cases(
     motion: Motion,
@@ -119,14 +151,12 @@ def run_cases(
     """
     from overturning.dem import kernel as k
 
-    for name, number in (("threads", threads), ("refinement", refinement), ("budget", budget)):
-        if number < 1:
-            raise ArgumentError(f"{name}: {number}; at least 1")
+    check_positive(threads=threads, refinement=refinement, budget=budget)
     how = plan(
         motion, cases, density=density, contact=contact or Contact(), scheme=scheme, time_step=time_step,
         leave_out=leave_out, refinement=refinement,
     )  # fmt: skip
-    results = _empty(cases.size)
+    results = CaseResults.at_rest(cases.size)
     counter = np.zeros(1, np.int64)
     moving = np.flatnonzero(~how.never)
     length = how.steps[moving] * np.maximum(motion.samples - how.first[moving], 1)
@@ -144,10 +174,43 @@ def run_cases(
             motion.samples, motion.sampling_interval, int(how.steps[chosen[0]]), STANDARD_GRAVITY, DEEPEST, budget,
             counter, np.zeros((0, k.TRAJECTORY)), out,
         )  # fmt: skip
-        _store(results, chosen, out)
+        results.store(
+            chosen, out[:, k.R_STATUS], out[:, k.R_DEPTH], out[:, k.R_ENERGY], out[:, k.R_STEPS], out[:, k.R_SIDE],
+            out[:, k.R_TIME], out[:, k.R_ANGLE], out[:, k.R_SLIP], out[:, k.R_RESIDUAL],
+        )  # fmt: skip
 
+    queues = shared_out(order, kind, lambda count: -(-count // QUEUE))
+    run_queues(run, queues, threads, counter, total, progress)
+    return results
+
+
+def check_positive(**numbers: int) -> None:
+    """Refuse a number below 1."""
+    for name, number in numbers.items():
+        if number < 1:
+            raise ArgumentError(f"{name}: {number}; at least 1")
+
+
+def shared_out(
+    order: NDArray[np.int64], kind: NDArray[np.int64], parts: Callable[[int], int]
+) -> list[NDArray[np.int64]]:
+    """Queues of cases of one kind each, from cases ordered by kind; `parts` says into how many so many are divided."""
+    queues = []
+    for group in np.split(order, np.flatnonzero(np.diff(kind[order])) + 1):
+        if group.size:
+            count = parts(group.size)
+            # Interleaved, so that each part has its share of long and short cases.
+            queues += [group[part::count] for part in range(count)]
+    return queues
+
+
+def run_queues(
+    run: Callable[[NDArray[np.int64]], None], queues: list[NDArray[np.int64]], threads: int, counter: NDArray[np.int64],
+    total: int, progress: Progress | None,
+) -> None:  # fmt: skip
+    """Run queues on some threads and tell how far they are: `counter` of `total` steps."""
     with ThreadPoolExecutor(max_workers=threads) as pool:
-        waiting = {pool.submit(run, chosen) for chosen in _queues(order, kind)}
+        waiting = {pool.submit(run, chosen) for chosen in queues}
         while waiting:
             finished, waiting = wait(waiting, timeout=0.2 if progress else None, return_when=FIRST_COMPLETED)
             for future in finished:
@@ -156,41 +219,3 @@ def run_cases(
                 progress(min(int(counter[0]), total), total)
     if progress:
         progress(total, total)
-    return results
-
-
-def _queues(order: NDArray[np.int64], kind: NDArray[np.int64]) -> list[NDArray[np.int64]]:
-    queues = []
-    for group in np.split(order, np.flatnonzero(np.diff(kind[order])) + 1):
-        if group.size:
-            parts = -(-group.size // QUEUE)
-            # Interleaved, so that each part has its share of long and short cases.
-            queues += [group[part::parts] for part in range(parts)]
-    return queues
-
-
-def _empty(count: int) -> CaseResults:
-    nothing, zero = np.full(count, np.nan, np.float32), np.zeros(count, np.float32)
-    return CaseResults(
-        np.zeros(count, np.int8), np.full(count, Status.AT_REST, np.int8), nothing,
-        zero, zero.copy(), zero.copy(), zero.copy(), zero.copy(), np.zeros(count, np.int64),
-    )  # fmt: skip
-
-
-def _store(results: CaseResults, chosen: NDArray[np.int64], out: FloatArray) -> None:
-    from overturning.dem import kernel as k
-
-    status = out[:, k.R_STATUS].astype(np.int8)
-    with np.errstate(invalid="ignore", over="ignore"):
-        unbalanced = (status == Status.SIMULATED) & ~(out[:, k.R_ENERGY] <= ENERGY_BOUND)
-        status[unbalanced] = Status.UNSTABLE
-        answered = status == Status.SIMULATED
-        results.status[chosen] = status
-        results.overturned[chosen] = np.where(answered, out[:, k.R_SIDE], INT8_MISSING).astype(np.int8)
-        results.overturning_time[chosen] = np.where(answered, out[:, k.R_TIME], np.nan)
-        results.peak_rotation[chosen] = out[:, k.R_ANGLE]
-        results.peak_slip[chosen] = out[:, k.R_SLIP]
-        results.residual_slip[chosen] = out[:, k.R_RESIDUAL]
-        results.peak_penetration[chosen] = out[:, k.R_DEPTH]
-        results.energy_error[chosen] = out[:, k.R_ENERGY]
-    results.block_steps[chosen] = out[:, k.R_STEPS].astype(np.int64)

@@ -102,10 +102,7 @@ def plan(
     width, friction = ratio * height, np.asarray(cases.friction)
     normal, tangential, dashpot = contact.specific(width, height, density)
     dashpot = dashpot * np.asarray(cases.damping_factor)
-    azimuths, row = np.unique(np.asarray(cases.azimuth_deg), return_inverse=True)
-    ground = np.zeros((azimuths.size, motion.samples + 3))
-    for index, azimuth in enumerate(azimuths):
-        ground[index, : motion.samples] = motion.along(float(azimuth))
+    row, ground = shaking(motion, cases)
     check_precision(normal, height, 0.0)
     square = highest_eigenvalue(normal, tangential, 0.5 * width, 0.5 * height)
     rate = highest_eigenvalue(dashpot, dashpot, 0.5 * width, 0.5 * height)
@@ -129,3 +126,12 @@ def plan(
         method, cases, row, ground, upward, steps, first, calm, never, after, normal, tangential, dashpot, square,
         rate, motion.sampling_interval,
     )  # fmt: skip
+
+
+def shaking(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray]:
+    """Row of each case, and rows of the base's acceleration along the azimuths, m/s², three zeros after the record."""
+    azimuths, row = np.unique(np.asarray(cases.azimuth_deg), return_inverse=True)
+    ground = np.zeros((azimuths.size, motion.samples + 3))
+    for index, azimuth in enumerate(azimuths):
+        ground[index, : motion.samples] = motion.along(float(azimuth))
+    return row, ground

@@ -1,18 +1,17 @@
 """The functions users call: a grid of cases, and the path of one."""
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from overturning.dem.blocks import Cases, check_count
+from overturning.dem.blocks import Cases
 from overturning.dem.cases import BUDGET, Progress, run_cases
 from overturning.dem.contact import Contact
+from overturning.dem.grid import Grid, axis, dataset
 from overturning.dem.plan import DEEPEST, plan
 from overturning.dem.status import Status
 from overturning.dem.time_step import DEFAULT_SCHEME
-from overturning.dem.variables import INT8_MISSING, VARIABLES
-from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
 from overturning.units import GRANITE_DENSITY, STANDARD_GRAVITY
 
@@ -20,25 +19,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FloatArray = NDArray[np.float64]
-DIMENSIONS: Final = ("azimuth", "height", "b_over_h", "friction")
-
-# Variables that change sign when the plane is looked at from behind.
-_ODD: Final = ("overturned", "residual_slip")
-
-
-def opposite_azimuths(azimuth_deg: FloatArray) -> NDArray[np.int64]:
-    """For each azimuth the position of the one at φ+180° that answers for it, or −1 where it is computed.
-
-    Of a pair, the first in the list is computed and the second mirrored.
-    """
-    reduced = np.mod(azimuth_deg, 360.0)
-    first: dict[float, int] = {}
-    source = np.full(azimuth_deg.size, -1, np.int64)
-    for index, azimuth in enumerate(reduced):
-        source[index] = first.get(float(np.mod(azimuth + 180.0, 360.0)), -1)
-        if source[index] < 0:
-            first.setdefault(float(azimuth), index)
-    return source
 
 
 def simulate_arrays(
@@ -97,38 +77,15 @@ def simulate_arrays(
     ArgumentError
         If an argument is outside its bounds, or the time step is not stable.
     """
-    axes = [_axis(name, values) for name, values in (
+    axes = [axis(name, values) for name, values in (
         ("azimuth_deg", azimuth_deg), ("height", height), ("b_over_h", b_over_h), ("friction", friction)
     )]  # fmt: skip
-    check_count(int(np.prod([float(axis.size) for axis in axes])))
-    opposite = opposite_azimuths(axes[0]) if leave_out else np.full(axes[0].size, -1, np.int64)
-    computed = np.flatnonzero(opposite < 0)
-    grid = np.meshgrid(axes[0][computed], *axes[1:], indexing="ij")
-    cases = Cases(*(values.ravel() for values in grid))
+    grid = Grid.of(axes, leave_out)
     found = run_cases(
-        motion, cases, density=density, contact=contact, scheme=scheme, time_step=time_step, leave_out=leave_out,
+        motion, grid.cases, density=density, contact=contact, scheme=scheme, time_step=time_step, leave_out=leave_out,
         threads=threads, progress=progress,
     )  # fmt: skip
-    # Where each azimuth's answer stands among the computed ones.
-    place = np.searchsorted(computed, np.where(opposite < 0, np.arange(opposite.size), opposite))
-    shape = (computed.size, *(axis.size for axis in axes[1:]))
-    mirrored = opposite >= 0
-    arrays: dict[str, NDArray[Any]] = {}
-    for name in (*(variable.name for variable in VARIABLES if variable.name != "mirrored"), "block_steps"):
-        values = getattr(found, name).reshape(shape)[place]
-        if name in _ODD:
-            turned = values[mirrored]
-            if name == "overturned":
-                turned = np.where(turned == INT8_MISSING, turned, -turned)
-            else:
-                # 0 stays 0 and not −0, so that equal cubes are equal bytes.
-                turned = np.where(turned == 0, turned, -turned)
-            values[mirrored] = turned
-        elif name == "block_steps":
-            values[mirrored] = 0
-        arrays[name] = values
-    arrays["mirrored"] = np.broadcast_to(mirrored[:, None, None, None], arrays["status"].shape).astype(np.int8)
-    return arrays
+    return grid.spread(found)
 
 
 def simulate(
@@ -164,21 +121,19 @@ def simulate(
     >>> int(result.overturned.sum())  # the two directions mirror each other
     0
     """
-    import xarray as xr
-
     arrays = simulate_arrays(
         motion, azimuth_deg=azimuth_deg, height=height, b_over_h=b_over_h, friction=friction, density=density,
         contact=contact, scheme=scheme, time_step=time_step, leave_out=leave_out, threads=threads, progress=progress,
     )  # fmt: skip
-    return xr.Dataset(
-        {variable.name: (DIMENSIONS, arrays[variable.name], dict(variable.attributes)) for variable in VARIABLES},
+    return dataset(
+        arrays,
         {
-            "azimuth": ("azimuth", _axis("azimuth_deg", azimuth_deg), {"units": "degree", "long_name": "azimuth, clockwise from north"}),
-            "height": ("height", _axis("height", height), {"units": "m", "long_name": "height of the block"}),
-            "b_over_h": ("b_over_h", _axis("b_over_h", b_over_h), {"units": "1", "long_name": "slenderness B/H"}),
-            "friction": ("friction", _axis("friction", friction), {"units": "1", "long_name": "friction coefficient"}),
+            "azimuth": (axis("azimuth_deg", azimuth_deg), "degree", "azimuth, clockwise from north"),
+            "height": (axis("height", height), "m", "height of the block"),
+            "b_over_h": (axis("b_over_h", b_over_h), "1", "slenderness B/H"),
+            "friction": (axis("friction", friction), "1", "friction coefficient"),
         },
-    )  # fmt: skip
+    )
 
 
 def trajectory(
@@ -275,10 +230,3 @@ def _rest(motion: Motion, how: Any, noted: int) -> FloatArray:
     rows[:, k.T_DEPTH_L] = rows[:, k.T_DEPTH_R] = depth
     rows[:, k.T_GROUND] = how.ground[0, :count] * float(np.asarray(how.cases.amplitude)[0])
     return rows
-
-
-def _axis(name: str, values: ArrayLike) -> FloatArray:
-    axis = np.atleast_1d(np.asarray(values, dtype=np.float64))
-    if axis.ndim != 1 or axis.size == 0:
-        raise ArgumentError(f"{name}: shape {axis.shape}; give a row of at least one value")
-    return axis

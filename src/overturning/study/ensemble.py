@@ -222,7 +222,7 @@ def _tally(
 
 def _mirror(arrays: dict[str, NDArray[Any]], grid: Grid, mirrored: NDArray[np.int8]) -> None:
     """Fill the mirrored cells from those at φ + 180°, towards and away exchanged."""
-    from overturning.dem.simulate import opposite_azimuths
+    from overturning.dem.grid import opposite_azimuths
 
     source = opposite_azimuths(grid.azimuth.astype(np.float64))
     for index in np.flatnonzero(mirrored.any(axis=(1, 2, 3))):

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from overturning.dem.simulate import opposite_azimuths, simulate_arrays
+from overturning.dem.grid import opposite_azimuths
+from overturning.dem.simulate import simulate_arrays
 from overturning.dem.variables import VARIABLES
 from overturning.errors import ArgumentError, ResultError
 from overturning.records.store import read_motion

@@ -1,16 +1,15 @@
 """Many cases of a scene under one motion: planned, shared out to threads, collected in their own order."""
 
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from overturning.dem.blocks import Cases
-from overturning.dem.cases import BUDGET, ENERGY_BOUND, QUEUE, Progress
+from overturning.dem.cases import BUDGET, QUEUE, CaseResults, Progress, check_positive, run_queues, shared_out
 from overturning.dem.contact import check_precision
-from overturning.dem.plan import AFTERMATH
+from overturning.dem.plan import AFTERMATH, shaking
 from overturning.dem.polygon import tables as t
 from overturning.dem.polygon.prepare import Prepared, kernel_column, kernel_rules, kernel_shapes, prepare
 from overturning.dem.polygon.scene import Scene
@@ -29,7 +28,7 @@ SAFE_UPLIFT: Final = 0.7
 
 
 @dataclass(frozen=True)
-class SceneResults:
+class SceneResults(CaseResults):
     """What came of each case.
 
     Attributes
@@ -44,16 +43,6 @@ class SceneResults:
     block_steps : ndarray of int64, shape (n,)
         Steps computed, times free elements.
     """
-
-    overturned: NDArray[np.int8]
-    status: NDArray[np.int8]
-    overturning_time: NDArray[np.float32]
-    peak_rotation: NDArray[np.float32]
-    peak_slip: NDArray[np.float32]
-    residual_slip: NDArray[np.float32]
-    peak_penetration: NDArray[np.float32]
-    energy_error: NDArray[np.float32]
-    block_steps: NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -127,10 +116,7 @@ def plan_scene(
         check_precision(scene.gravity / (2.0 * item.sunk), np.full(item.sunk.size, height), 0.0)
     if len({(tuple(item.pairs), tuple(item.support.tolist())) for item in variants}) != 1:
         raise ArgumentError(f"scene {scene.name}: different elements can meet at different sizes; sweep them apart")
-    azimuths, row = np.unique(np.asarray(cases.azimuth_deg), return_inverse=True)
-    ground = np.zeros((azimuths.size, motion.samples + 3))
-    for index, azimuth in enumerate(azimuths):
-        ground[index, : motion.samples] = motion.along(float(azimuth))
+    row, ground = shaking(motion, cases)
     square = np.array([item.square for item in variants])
     rate = np.array([item.rate for item in variants]) * distinct[:, 2]
     steps = steps_per_sample(method, time_step, square, rate, motion.sampling_interval)[variant] * refinement
@@ -224,14 +210,12 @@ def run_scene_cases(
     ArgumentError
         If an argument is outside its bounds, or the time step is not stable.
     """
-    for name, number in (("threads", threads), ("refinement", refinement), ("budget", budget)):
-        if number < 1:
-            raise ArgumentError(f"{name}: {number}; at least 1")
+    check_positive(threads=threads, refinement=refinement, budget=budget)
     how = plan_scene(
         scene, motion, cases, scheme=scheme, time_step=time_step, leave_out=leave_out, refinement=refinement
     )
     free = how.variants[0].free
-    results = _empty(cases.size, free.size)
+    results = SceneResults.at_rest(cases.size, free.size)
     counter = np.zeros(1, np.int64)
     # A scene that its weight alone presses in too far has no answer; its faces may even have passed one another.
     soft = ~np.array([item.bears for item in how.variants])[how.variant]
@@ -243,51 +227,12 @@ def run_scene_cases(
 
     def run(chosen: NDArray[np.int64]) -> None:
         out, each, _ = how.run(motion, chosen, counter, np.zeros((0, 2 + 6 * how.sizes.size)), budget)
-        _store(results, chosen, out, each[:, free])
+        each = each[:, free]
+        results.store(
+            chosen, out[:, t.R_STATUS], out[:, t.R_DEPTH], out[:, t.R_ENERGY], out[:, t.R_STEPS] * free.size,
+            each[:, :, t.E_SIDE], each[:, :, t.E_TIME], each[:, :, t.E_ANGLE], each[:, :, t.E_SLIP], each[:, :, t.E_RESIDUAL],
+        )  # fmt: skip
 
-    with ThreadPoolExecutor(max_workers=threads) as pool:
-        waiting = {pool.submit(run, chosen) for chosen in _queues(order, how.steps)}
-        while waiting:
-            finished, waiting = wait(waiting, timeout=0.2 if progress else None, return_when=FIRST_COMPLETED)
-            for future in finished:
-                future.result()
-            if progress:
-                progress(min(int(counter[0]), total), total)
-    if progress:
-        progress(total, total)
+    queues = shared_out(order, how.steps, lambda count: max(-(-count // QUEUE), min(2, count // 64)))
+    run_queues(run, queues, threads, counter, total, progress)
     return results
-
-
-def _queues(order: NDArray[np.int64], steps: NDArray[np.int64]) -> list[NDArray[np.int64]]:
-    queues = []
-    for group in np.split(order, np.flatnonzero(np.diff(steps[order])) + 1):
-        if group.size:
-            parts = max(-(-group.size // QUEUE), min(2, group.size // 64))
-            queues += [group[part::parts] for part in range(parts)]
-    return queues
-
-
-def _empty(count: int, elements: int) -> SceneResults:
-    shape = (count, elements)
-    return SceneResults(
-        np.zeros(shape, np.int8), np.full(count, Status.AT_REST, np.int8), np.full(shape, np.nan, np.float32),
-        np.zeros(shape, np.float32), np.zeros(shape, np.float32), np.zeros(shape, np.float32),
-        np.zeros(count, np.float32), np.zeros(count, np.float32), np.zeros(count, np.int64),
-    )  # fmt: skip
-
-
-def _store(results: SceneResults, chosen: NDArray[Any], out: FloatArray, each: FloatArray) -> None:
-    status = out[:, t.R_STATUS].astype(np.int8)
-    with np.errstate(invalid="ignore", over="ignore"):
-        unbalanced = (status == Status.SIMULATED) & ~(out[:, t.R_ENERGY] <= ENERGY_BOUND)
-        status[unbalanced] = Status.UNSTABLE
-        answered = (status == Status.SIMULATED)[:, None]
-        results.status[chosen] = status
-        results.overturned[chosen] = np.where(answered, each[:, :, t.E_SIDE], INT8_MISSING).astype(np.int8)
-        results.overturning_time[chosen] = np.where(answered, each[:, :, t.E_TIME], np.nan)
-        results.peak_rotation[chosen] = each[:, :, t.E_ANGLE]
-        results.peak_slip[chosen] = each[:, :, t.E_SLIP]
-        results.residual_slip[chosen] = each[:, :, t.E_RESIDUAL]
-        results.peak_penetration[chosen] = out[:, t.R_DEPTH]
-        results.energy_error[chosen] = out[:, t.R_ENERGY]
-    results.block_steps[chosen] = out[:, t.R_STEPS].astype(np.int64) * each.shape[1]

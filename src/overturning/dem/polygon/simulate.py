@@ -1,23 +1,23 @@
 """The functions users call: a grid of cases of a scene, and the paths of its elements in one case."""
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from overturning.dem.blocks import Cases, check_count
+from overturning.dem.blocks import Cases
 from overturning.dem.cases import Progress
 from overturning.dem.contact import Contact
+from overturning.dem.grid import Grid, axis, dataset
 from overturning.dem.polygon import tables as t
 from overturning.dem.polygon.cases import plan_scene, run_scene_cases
 from overturning.dem.polygon.geometry import native_size, place, symmetric
 from overturning.dem.polygon.prepare import WIDE
 from overturning.dem.polygon.scene import Scene
-from overturning.dem.simulate import opposite_azimuths, simulate_arrays
+from overturning.dem.simulate import simulate_arrays
 from overturning.dem.status import Status
 from overturning.dem.time_step import DEFAULT_SCHEME
-from overturning.dem.variables import INT8_MISSING, PER_ELEMENT, VARIABLES
-from overturning.errors import ArgumentError
+from overturning.dem.variables import PER_ELEMENT
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FloatArray = NDArray[np.float64]
-
-_ODD: Final = ("overturned", "residual_slip")
 
 
 def is_block(scene: Scene) -> bool:
@@ -108,10 +106,10 @@ def simulate_scene_arrays(
     """
     own_height, own_ratio = native_size(scene)
     axes = [
-        _axis("azimuth_deg", azimuth_deg),
-        _axis("height", own_height if height is None else height),
-        _axis("b_over_h", own_ratio if b_over_h is None else b_over_h),
-        _axis("friction", friction),
+        axis("azimuth_deg", azimuth_deg),
+        axis("height", own_height if height is None else height),
+        axis("b_over_h", own_ratio if b_over_h is None else b_over_h),
+        axis("friction", friction),
     ]
     if is_block(scene) and not general:
         law = scene.law(*scene.elements)
@@ -124,32 +122,15 @@ def simulate_scene_arrays(
         )  # fmt: skip
         whole = tuple(axis.size for axis in axes)
         return {name: np.broadcast_to(values, whole).copy() for name, values in arrays.items()}
-    check_count(int(np.prod([float(axis.size) for axis in axes])))
     mirrors = all(symmetric(place(scene, h, b)) for h in axes[1].tolist() for b in axes[2].tolist())
-    opposite = opposite_azimuths(axes[0]) if leave_out and mirrors else np.full(axes[0].size, -1, np.int64)
-    computed = np.flatnonzero(opposite < 0)
-    grid = np.meshgrid(axes[0][computed], *axes[1:], indexing="ij")
+    grid = Grid.of(axes, leave_out and mirrors)
     found = run_scene_cases(
-        scene, motion, Cases(*(values.ravel() for values in grid)), scheme=scheme, time_step=time_step, leave_out=leave_out,
-        threads=threads, progress=progress,
+        scene, motion, grid.cases, scheme=scheme, time_step=time_step, leave_out=leave_out, threads=threads,
+        progress=progress,
     )  # fmt: skip
-    place_of = np.searchsorted(computed, np.where(opposite < 0, np.arange(opposite.size), opposite))
-    shape = (computed.size, *(axis.size for axis in axes[1:]))
-    mirrored = opposite >= 0
-    arrays = {}
-    for name in (*(variable.name for variable in VARIABLES if variable.name != "mirrored"), "block_steps"):
-        values = getattr(found, name)
-        values = values.reshape(*shape, *values.shape[1:])[place_of]
-        if name in _ODD:
-            turned = values[mirrored]
-            stays = (turned == 0) | (turned == INT8_MISSING if name == "overturned" else False)
-            values[mirrored] = np.where(stays, turned, -turned)
-        elif name == "block_steps":
-            values[mirrored] = 0
-        if name in PER_ELEMENT and len(scene.free) == 1:
-            values = values[..., 0]
-        arrays[name] = values
-    arrays["mirrored"] = np.broadcast_to(mirrored[:, None, None, None], arrays["status"].shape).astype(np.int8)
+    arrays = grid.spread(found)
+    if len(scene.free) == 1:
+        arrays |= {name: arrays[name][..., 0] for name in PER_ELEMENT}
     return arrays
 
 
@@ -171,35 +152,20 @@ def simulate_scene(
         The cube's variables over `azimuth`, `height`, `b_over_h`, `friction` and, for those of `PER_ELEMENT` where
         there is more than one free element, `element`.
     """
-    import xarray as xr
-
     own_height, own_ratio = native_size(scene)
-    axes = {
-        "azimuth": (azimuth_deg, "degree", "azimuth, clockwise from north"),
-        "height": (own_height if height is None else height, "m", "height of the reference element"),
-        "b_over_h": (own_ratio if b_over_h is None else b_over_h, "1", "slenderness B/H of the reference element"),
-        "friction": (friction, "1", "friction coefficient"),
-    }
     arrays = simulate_scene_arrays(
         scene, motion, azimuth_deg=azimuth_deg, height=height, b_over_h=b_over_h, friction=friction, **options
     )
-    many = len(scene.free) > 1
-    coordinates: dict[str, Any] = {
-        name: (name, _axis(name, values), {"units": units, "long_name": text})
-        for name, (values, units, text) in axes.items()
-    }
-    if many:
-        coordinates["element"] = ("element", list(scene.free))
-    return xr.Dataset(
+    height, b_over_h = own_height if height is None else height, own_ratio if b_over_h is None else b_over_h
+    return dataset(
+        arrays,
         {
-            variable.name: (
-                (*axes, "element") if many and variable.name in PER_ELEMENT else tuple(axes),
-                arrays[variable.name],
-                dict(variable.attributes),
-            )
-            for variable in VARIABLES
+            "azimuth": (axis("azimuth_deg", azimuth_deg), "degree", "azimuth, clockwise from north"),
+            "height": (axis("height", height), "m", "height of the reference element"),
+            "b_over_h": (axis("b_over_h", b_over_h), "1", "slenderness B/H of the reference element"),
+            "friction": (axis("friction", friction), "1", "friction coefficient"),
         },
-        coordinates,
+        scene.free if len(scene.free) > 1 else (),
         {"scene": scene.name},
     )
 
@@ -294,10 +260,3 @@ def scene_trajectory(
             "azimuth_deg": azimuth_deg, "height": size, "b_over_h": ratio, "friction": friction,
         },
     )  # fmt: skip
-
-
-def _axis(name: str, values: ArrayLike) -> FloatArray:
-    axis = np.atleast_1d(np.asarray(values, dtype=np.float64))
-    if axis.ndim != 1 or axis.size == 0:
-        raise ArgumentError(f"{name}: shape {axis.shape}; give a row of at least one value")
-    return axis

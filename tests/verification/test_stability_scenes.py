@@ -2,15 +2,18 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from overturning.dem.blocks import Cases
+from overturning.dem.cases import run_cases
 from overturning.dem.polygon.cases import SceneResults, run_scene_cases
 from overturning.dem.polygon.geometry import native_size
 from overturning.dem.polygon.prepare import prepare
-from overturning.dem.polygon.scene import ContactLaw
+from overturning.dem.polygon.scene import ContactLaw, Material
+from overturning.dem.polygon.simulate import block_contact
 from overturning.dem.status import Status
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
@@ -100,3 +103,37 @@ def test_a_scene_that_its_weight_presses_in_too_far_is_marked(name: str) -> None
     stiff = shipped(name).model_copy(update={"contacts": (law,)})
     with pytest.raises(ArgumentError, match="stiffness: static penetration"):
         run_scene_cases(stiff, pulse(3.0), Cases(0.0, *native_size(stiff), 0.7))
+
+
+# Gravestones of the map that the two kernels, with their own centred schemes at the step of the map, throw to different
+# sides: number, height, B/H, μ, peak (m/s²), upward over horizontal peak, sampling interval (s), density, contact, step.
+DIFFER = (
+    (53, 0.02617, 0.4, 0.1355, 77.16, 0.419, 0.02622, 8414.0, {"static_penetration": 9.638e-8, "damping_ratio": 1.174}, "auto"),
+    (115, 0.3435, 0.3954, 0.5694, -40.97, 0.0, 0.03813, 8441.0, {"static_penetration": 2.751e-4, "damping": 3500.0}, "0.2061 stable"),
+    (122, 1.248, 0.4, 2.55, 132.7, 0.7847, 0.005461, 11520.0, {"static_penetration": 3.014e-7, "damping_ratio": 2.393e-3}, "0.5228 stable"),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("stone", DIFFER, ids=lambda stone: str(stone[0]))
+def test_where_the_kernels_have_other_flags_they_go_to_one_limit(stone: tuple[Any, ...]) -> None:
+    """With Cundall's scheme they compute the same motion; with their centred ones the same side once the step is fine."""
+    number, height, ratio, friction, peak, vertical, interval, density, law, step = stone
+    generator = np.random.Generator(np.random.PCG64([7, number]))
+    north = generator.uniform(-abs(peak), abs(peak), 256) * np.sign(peak)
+    up = vertical * generator.uniform(-abs(peak), abs(peak), 256) if vertical else None
+    motion = Motion(north, 0 * north, up, sampling_interval=interval)
+    scene = shipped("gravestone")
+    scene = scene.model_copy(
+        update={
+            "materials": {"stone": Material(density=density)},
+            "contacts": (ContactLaw(between=("stone", "stone"), **law),),
+        }
+    )
+    cases = Cases(0.0, height, ratio, [friction])
+    for scheme, time_step, finer, tolerance in (("cundall", "auto", 8, 1e-5), ("centred", step, 32, 1e-2)):
+        given = {"scheme": scheme, "time_step": time_step, "refinement": finer}
+        general = run_scene_cases(scene, motion, cases, **given)
+        block = run_cases(motion, cases, density=density, contact=block_contact(scene), **given)
+        assert block.overturned[0] != 0
+        assert general.overturned[0, 0] == block.overturned[0]
+        assert general.overturning_time[0, 0] == pytest.approx(block.overturning_time[0], rel=tolerance)

@@ -15,7 +15,8 @@ from overturning.dem.polygon import kernel
 from overturning.dem.polygon.cases import SceneResults, run_scene_cases
 from overturning.dem.polygon.geometry import native_size
 from overturning.dem.polygon.scene import Scene
-from overturning.dem.polygon.simulate import scene_trajectory, simulate_scene, simulate_scene_arrays
+from overturning.dem.polygon.simulate import simulate_scene, simulate_scene_arrays
+from overturning.dem.polygon.trajectory import scene_trajectory
 from overturning.motion.motion import Motion
 from tests.dem.near_field import near_field
 from tests.dem.polygon_scenes import ROOT, block, scene, shaken, shipped

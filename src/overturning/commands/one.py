@@ -36,8 +36,7 @@ def one(
     animate: Annotated[
         Path | None,
         typer.Option(
-            help="film to write: .html (one self-contained page; of a block with its contact forces on demand, means over two "
-            "sampling intervals that follow from its motion), .gif or .mp4"
+            help="film to write: .html (one self-contained page, with the contact forces on demand), .gif or .mp4"
         ),
     ] = None,
     response: Annotated[
@@ -46,7 +45,7 @@ def one(
 ) -> None:
     """Simulate one block or scene, print what it does, and make a film or a figure of it."""
     from overturning.dem.polygon.scene import load_scene
-    from overturning.dem.polygon.simulate import scene_trajectory
+    from overturning.dem.polygon.trajectory import scene_trajectory
     from overturning.dem.simulate import trajectory
     from overturning.errors import ArgumentError
     from overturning.figures.film_of_scene import element_path, film_of_scene, scene_outcome

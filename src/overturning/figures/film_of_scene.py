@@ -18,6 +18,9 @@ FloatArray = NDArray[np.float64]
 GROUND_SHOWN = 3.0
 """Half of the width to which a ground far wider than the picture is cut, as a multiple of the scene's height."""
 
+FORCE_NOTE = "Contact forces: means over a sampling interval, over the weight of all stones that are free."
+"""What the arrows of a film are."""
+
 
 def scene_outcome(path: "xr.Dataset") -> str:
     """What the elements do, in the order in which they fall."""
@@ -47,7 +50,7 @@ def element_path(path: "xr.Dataset", name: str) -> "xr.Dataset":
     Parameters
     ----------
     path : xarray.Dataset
-        From `dem.polygon.simulate.scene_trajectory`.
+        From `dem.polygon.trajectory.scene_trajectory`.
     name : str
         A free element.
 
@@ -113,6 +116,27 @@ def _bodies(path: "xr.Dataset", time: FloatArray) -> tuple[Body, ...]:
     return tuple(bodies)
 
 
+def _forces(path: "xr.Dataset", time: FloatArray) -> tuple[FloatArray, FloatArray] | tuple[None, None]:
+    """Places and forces of the contacts that ever carry one, over frames, in weights; none after the case has ended."""
+    clock = path["time"].to_numpy()
+    force, place = path["contact_force"].to_numpy() / path.attrs["weight"], path["contact_place"].to_numpy()
+    ever = np.isfinite(place).any(axis=(0, 2))
+    if not ever.any():
+        return None, None
+    force, place = _filled(force[:, ever]), _filled(place[:, ever])
+    # The forces of the last sample up to each frame: between frames the player interpolates.
+    at = np.clip(np.searchsorted(clock, time + 1e-9, side="right") - 1, 0, clock.size - 1)
+    return place[at], np.where(time[:, None, None] <= clock[-1], force[at], 0.0)
+
+
+def _filled(values: FloatArray) -> FloatArray:
+    """Values over time in which what is missing is as before, or, at first, as soon as it is known."""
+    known = np.isfinite(values)
+    rows = np.arange(len(values)).reshape(-1, 1, 1)
+    before = np.maximum.accumulate(np.where(known, rows, -1), axis=0)
+    return np.take_along_axis(values, np.where(before >= 0, before, known.argmax(axis=0)), axis=0)
+
+
 def film_of_scene(
     paths: Sequence["xr.Dataset"],
     accelerations: Sequence[FloatArray],
@@ -127,7 +151,7 @@ def film_of_scene(
     Parameters
     ----------
     paths : sequence of xarray.Dataset
-        From `dem.polygon.simulate.scene_trajectory`.
+        From `dem.polygon.trajectory.scene_trajectory`.
     accelerations, sampling_interval, title, headings, note
         As in `overturning.figures.film_of_trajectory.film_of`.
 
@@ -151,6 +175,7 @@ def film_of_scene(
     panels = []
     for index, (path, acceleration) in enumerate(zip(paths, accelerations, strict=True)):
         azimuth = float(path.attrs["azimuth_deg"])
+        point, force = _forces(path, time)
         times = [value for value in path.attrs["overturning_time"] if np.isfinite(value)]
         panels.append(
             Panel(
@@ -162,6 +187,8 @@ def film_of_scene(
                 bodies=_bodies(path, time),
                 acceleration=np.asarray(acceleration, dtype=np.float64),
                 sampling_interval=sampling_interval,
+                force_point=point,
+                force=force,
             )
         )
-    return Film(title, float(time[0]), FRAME_INTERVAL, tuple(panels), note=note)
+    return Film(title, float(time[0]), FRAME_INTERVAL, tuple(panels), note=f"{note} {FORCE_NOTE}".strip())

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from overturning.dem.polygon.simulate import scene_trajectory
+from overturning.dem.polygon.trajectory import scene_trajectory
 from overturning.dem.simulate import trajectory
 from overturning.figures.boundary import boundary_figure
 from overturning.figures.film import film_data

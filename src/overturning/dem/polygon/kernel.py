@@ -21,17 +21,17 @@ from overturning.dem.polygon.centred import contact_centred
 
 # isort: off
 from overturning.dem.polygon.columns import (
-    AFTER, AMPLITUDE, ANGLE, AW, AX, AZ, BASE, CALM, COLUMNS, COS, DASHPOT, ENERGY, FRAME, FRICTION, LIMIT, OPTIONS,
-    OWN, RATE, REACH, SAFE_FROM, SAMPLE, SIN, SLOPE, STEP, TAKEN, TICK, UPRIGHT_UNTIL, UP_BASE, UP_SLOPE, USED, VW, VX,
-    VZ, X, Z, borrowed, element_rows, pair_rows,
+    AFTER, AMPLITUDE, ANGLE, AW, AX, AZ, BASE, CALM, COLUMNS, CONTACT, COS, DASHPOT, ENERGY, FRAME, FRICTION, LIMIT, MINE,
+    NORMAL, OPEN, OPTIONS, OWN, RATE, REACH, SAFE_FROM, SAMPLE, SECOND, SIN, SLOPE, STEP, TAKEN, TANGENT, TICK,
+    UPRIGHT_UNTIL, UP_BASE, UP_SLOPE, USED, VW, VX, VZ, X, Z, borrowed, element_rows, pair_rows,
 )  # fmt: skip
 from overturning.dem.polygon.cundall import contact_cundall
 from overturning.dem.polygon.energy import energy, springs
-from overturning.dem.polygon.memory import load_at_rest
+from overturning.dem.polygon.memory import end_place, load_at_rest
 from overturning.dem.polygon.search import search
 from overturning.dem.polygon.tables import (
-    IS_FREE, P_AFTER, P_AMPLITUDE, P_CALM, P_DAMPING, P_FIRST, P_FRICTION, PARAMETERS, SUPPORT, T_ANGLE, T_GROUND, T_TIME,
-    T_VW, T_VX, T_VZ, T_X, T_Z,
+    FORCE_COLUMNS, IS_FREE, P_AFTER, P_AMPLITUDE, P_CALM, P_DAMPING, P_FIRST, P_FRICTION, PARAMETERS, SUPPORT, T_ANGLE,
+    T_FX, T_FZ, T_GROUND, T_LOAD, T_LOAD_X, T_LOAD_Z, T_TIME, T_VW, T_VX, T_VZ, T_X, T_Z,
 )  # fmt: skip
 
 # isort: on
@@ -126,6 +126,26 @@ def note(state: Any, j: int, elements: int, interval: float, path: Any) -> None:
 
 
 @njit(**OPTIONS)
+def note_forces(state: Any, j: int, layout: Any, elements: int, share: float, path: Any, row: int) -> None:
+    """Add a step's share of a column's contact forces to the row of its trajectory, with the places where they act."""
+    for p in range(layout.shape[0]):
+        q, a = pair_rows(state, elements, p), element_rows(state, layout[p, 0])
+        b = element_rows(state, layout[p, 1])
+        for end in range(2):
+            at = end * SECOND + j
+            if q[CONTACT + at] == OPEN:
+                continue
+            n, t = share * q[NORMAL + at], share * q[TANGENT + at]
+            rx, rz, nx, nz = end_place(q, a, b, j, end, q[CONTACT + at] == MINE)
+            to = 2 + 6 * elements + FORCE_COLUMNS * (2 * p + end)
+            path[row, to + T_FX] += n * nx + t * nz
+            path[row, to + T_FZ] += n * nz - t * nx
+            path[row, to + T_LOAD] += n
+            path[row, to + T_LOAD_X] += n * (a[X + j] + rx)
+            path[row, to + T_LOAD_Z] += n * (a[Z + j] + rz)
+
+
+@njit(**OPTIONS)
 def step(state: Any, scheme: int, layout: Any, sizes: Any, shapes: Any, variant: Any, gravity: float) -> None:
     """One step of all columns."""
     own = state[: OWN * COLUMNS]
@@ -199,8 +219,9 @@ def run_queue(
         Largest number of steps of one case.
     counter : ndarray of int64, shape (1,)
         Grows by the element steps done; for progress.
-    path : ndarray, shape (rows, 2 + 6 elements)
-        Filled with the first column's state at each sample; no rows to leave out.
+    path : ndarray, shape (rows, 2 + 6 elements) or (rows, 2 + 6 elements + 10 pairs)
+        Zeros, filled with the first column's state at each sample and, where there is room, the forces at both ends of
+        each pair; no rows to leave out.
     results, each : ndarray, shape (n, RESULTS), (n, elements, ELEMENT_RESULTS)
         Filled in the rows of the queue.
 
@@ -220,6 +241,7 @@ def run_queue(
     # Not literals: for those Numba would compile everything that they go into once more.
     active, head, noted, filled = np.int64(0), np.int64(0), np.int64(0), np.int64(0)
     stride = max(int(LOOK / interval), 1)
+    with_forces = path.shape[0] > 0 and path.shape[1] > 2 + 6 * elements
     while True:
         while active < COLUMNS and head < queue.size:
             c = queue[head]
@@ -245,6 +267,9 @@ def run_queue(
             noted += 1
         for _ in range(steps):
             step(state, scheme, layout, sizes, shapes, variant, gravity)
+            if with_forces and noted > 0:
+                # By its row: a slice of the path would be counted, in a locked instruction that every step would pay.
+                note_forces(state, 0, layout, elements, 1.0 / steps, path, noted - 1)
         end_sample(state, elements, rules[0], steps, interval)
         counter[0] += active * steps * free
         for j in range(active - 1, -1, -1):

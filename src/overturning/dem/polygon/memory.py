@@ -84,6 +84,22 @@ def end_normal(
 
 
 @njit(**OPTIONS)
+def end_place(q: Any, a: Any, b: Any, j: int, end: int, mine: bool) -> tuple[float, float, float, float]:
+    """An end's vertex, from the centre of a, and the direction of the normal force on a."""
+    e, face, along = (a, ANX, ALO if end == 0 else AHI) if mine else (b, BNX, BHI if end == 0 else BLO)
+    other, normal = (b, BNX) if mine else (a, ANX)
+    fx, fz = q[face + j], q[face + COLUMNS + j]
+    off, place = q[face + 2 * COLUMNS + j], q[along + j]
+    px, pz = off * fx - place * fz, off * fz + place * fx
+    rx, rz = e[COS + j] * px + e[SIN + j] * pz, e[COS + j] * pz - e[SIN + j] * px
+    fx, fz = q[normal + j], q[normal + COLUMNS + j]
+    nx, nz = other[COS + j] * fx + other[SIN + j] * fz, other[COS + j] * fz - other[SIN + j] * fx
+    if mine:
+        return rx, rz, nx, nz
+    return rx - (a[X + j] - b[X + j]), rz - (a[Z + j] - b[Z + j]), -nx, -nz
+
+
+@njit(**OPTIONS)
 def load_at_rest(q: Any, a: Any, b: Any, j: int) -> None:
     """Give the ends of a scene at rest, whose springs are loaded, the forces that go with them."""
     dx, dz = a[X + j] - b[X + j], a[Z + j] - b[Z + j]
@@ -93,18 +109,9 @@ def load_at_rest(q: Any, a: Any, b: Any, j: int) -> None:
         if q[CONTACT + at] == OPEN:
             continue
         mine = q[CONTACT + at] == MINE
-        e, face, along = (a, ANX, ALO if end == 0 else AHI) if mine else (b, BNX, BHI if end == 0 else BLO)
-        other, normal = (b, BNX) if mine else (a, ANX)
         n, t = max(q[KN + j] * q[depth_row(mine, end) + j], 0.0), -q[KS + j] * q[SPRING + at]
         q[NORMAL + at], q[TANGENT + at] = n, t
-        fx, fz = q[face + j], q[face + COLUMNS + j]
-        off, place = q[face + 2 * COLUMNS + j], q[along + j]
-        px, pz = off * fx - place * fz, off * fz + place * fx
-        rx, rz = e[COS + j] * px + e[SIN + j] * pz, e[COS + j] * pz - e[SIN + j] * px
-        fx, fz = q[normal + j], q[normal + COLUMNS + j]
-        nx, nz = other[COS + j] * fx + other[SIN + j] * fz, other[COS + j] * fz - other[SIN + j] * fx
-        if not mine:
-            nx, nz, rx, rz = -nx, -nz, rx - dx, rz - dz
+        rx, rz, nx, nz = end_place(q, a, b, j, end, mine)
         x, z = n * nx + t * nz, n * nz - t * nx
         total_x, total_z = total_x + x, total_z + z
         moment_a, moment_b = moment_a + (rz * x - rx * z), moment_b + ((rz + dz) * x - (rx + dx) * z)

@@ -1,21 +1,18 @@
-"""The functions users call: a grid of cases of a scene, and the paths of its elements in one case."""
+"""The functions users call: a grid of cases of a scene, as arrays and as a dataset."""
 
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from overturning.dem.blocks import Cases
 from overturning.dem.cases import Progress
 from overturning.dem.contact import Contact
 from overturning.dem.grid import Grid, axis, dataset
-from overturning.dem.polygon import tables as t
-from overturning.dem.polygon.cases import plan_scene, run_scene_cases
+from overturning.dem.polygon.cases import run_scene_cases
 from overturning.dem.polygon.geometry import native_size, place, symmetric
 from overturning.dem.polygon.prepare import WIDE
 from overturning.dem.polygon.scene import Scene
 from overturning.dem.simulate import simulate_arrays
-from overturning.dem.status import Status
 from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.dem.variables import PER_ELEMENT
 from overturning.motion.motion import Motion
@@ -168,95 +165,3 @@ def simulate_scene(
         scene.free if len(scene.free) > 1 else (),
         {"scene": scene.name},
     )
-
-
-def scene_trajectory(
-    scene: Scene,
-    motion: Motion,
-    *,
-    azimuth_deg: float,
-    height: float | None = None,
-    b_over_h: float | None = None,
-    friction: float = 1.0,
-    scheme: str | None = None,
-    time_step: float | str = "auto",
-    leave_out: bool = True,
-    amplitude: float = 1.0,
-) -> "xr.Dataset":
-    """The paths of all elements in one case, bit-equal to its cell of a sweep by the general kernel.
-
-    Parameters
-    ----------
-    scene, motion, azimuth_deg, height, b_over_h, friction, scheme, time_step, leave_out
-        As in `simulate_scene_arrays`, one value each.
-    amplitude : float
-        Factor on the motion.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over `time` (the record's samples, and on until the case ends) and `element` (all of them): `x`, `z` (centre,
-        m), `rotation` (rad, positive towards the azimuth), `velocity_x`, `velocity_z` (m/s), `angular_velocity`
-        (rad/s), in the frame of the base; `ground_acceleration` over `time` (m/s²); `vertices` (element, vertex, xz;
-        about the centre, NaN beyond an element's last), `kind` and `sample` (0 before the first computed one).
-        The attributes hold the cell's outcome, per free element where it is so.
-    """
-    import xarray as xr
-
-    own_height, own_ratio = native_size(scene)
-    size, ratio = (own_height if height is None else height), (own_ratio if b_over_h is None else b_over_h)
-    case = Cases([azimuth_deg], [size], [ratio], [friction], [amplitude])
-    how = plan_scene(scene, motion, case, scheme=scheme, time_step=time_step, leave_out=leave_out)
-    prepared = how.variants[0]
-    count = len(prepared.placed)
-    first, last = int(how.table[0, t.P_FIRST]), int(how.table[0, t.P_AFTER])
-    path = np.zeros((last - first + 3, 2 + 6 * count))
-    noted, out, each = 0, np.full((1, t.RESULTS), float(Status.AT_REST)), np.zeros((1, count, t.ELEMENT_RESULTS))
-    if not how.never[0]:
-        out, each, noted = how.run(motion, np.zeros(1, np.int64), np.zeros(1, np.int64), path)
-    quiet = np.zeros((first if noted else motion.samples, 2 + 6 * count))
-    quiet[:, t.T_TIME] = np.arange(len(quiet)) * motion.sampling_interval
-    quiet[:, t.T_GROUND] = how.ground[0, : len(quiet)] * amplitude
-    for index, item in enumerate(prepared.placed):
-        rest = np.array([item.x, item.z, 0.0]) + prepared.displacement[index]
-        quiet[:, 2 + 6 * index : 5 + 6 * index] = rest
-    path = np.concatenate([quiet, path[:noted]])
-    poses = path[:, 2:].reshape(len(path), count, 6)
-    most = max(len(item.shape.vertices) for item in prepared.placed)
-    vertices = np.full((count, most, 2), np.nan)
-    for index, item in enumerate(prepared.placed):
-        vertices[index, : len(item.shape.vertices)] = item.shape.vertices
-    names = {
-        "x": (t.T_X, "m", "centre towards the azimuth, in the frame of the base"),
-        "z": (t.T_Z, "m", "height of the centre"),
-        "rotation": (t.T_ANGLE, "rad", "rotation, positive towards the azimuth"),
-        "velocity_x": (t.T_VX, "m s-1", "velocity towards the azimuth, relative to the base"),
-        "velocity_z": (t.T_VZ, "m s-1", "upward velocity"),
-        "angular_velocity": (t.T_VW, "rad s-1", "angular velocity"),
-    }
-    free = prepared.free
-    variables: dict[str, Any] = {
-        name: (("time", "element"), poses[:, :, column], {"units": units, "long_name": text})
-        for name, (column, units, text) in names.items()
-    }
-    variables["ground_acceleration"] = (
-        "time", path[:, t.T_GROUND], {"units": "m s-2", "long_name": "acceleration of the base towards the azimuth"},
-    )  # fmt: skip
-    variables["vertices"] = (
-        ("element", "vertex", "xz"), vertices, {"units": "m", "long_name": "vertices about the centre, counter-clockwise"},
-    )  # fmt: skip
-    variables["kind"] = ("element", [item.element.kind for item in prepared.placed])
-    return xr.Dataset(
-        variables,
-        {
-            "time": ("time", path[:, t.T_TIME], {"units": "s", "long_name": "time after the record's start"}),
-            "element": ("element", [item.element.name for item in prepared.placed]),
-        },
-        {
-            "scene": scene.name, "status": int(out[0, t.R_STATUS]), "free": list(scene.free),
-            "overturned": each[0, free, t.E_SIDE].astype(int).tolist(),
-            "overturning_time": each[0, free, t.E_TIME].tolist(),
-            "peak_rotation": each[0, free, t.E_ANGLE].tolist(),
-            "azimuth_deg": azimuth_deg, "height": size, "b_over_h": ratio, "friction": friction,
-        },
-    )  # fmt: skip

@@ -17,6 +17,10 @@ PARAMETERS: Final = 6  # and of each element SAFE_FROM
 RESULTS: Final = 4
 (E_SIDE, E_TIME, E_ANGLE, E_SLIP, E_RESIDUAL) = range(5)
 ELEMENT_RESULTS: Final = 5
-# A trajectory's columns: time and ground acceleration, then six for each element.
+# A trajectory's columns: time and ground acceleration, then six for each element,
 (T_TIME, T_GROUND) = range(2)
 (T_X, T_Z, T_ANGLE, T_VX, T_VZ, T_VW) = range(6)
+# and, where forces are asked for, five for both ends of each pair: mean force on its first element from this sample to the
+# next, mean normal force, and that times the place.
+(T_FX, T_FZ, T_LOAD, T_LOAD_X, T_LOAD_Z) = range(5)
+FORCE_COLUMNS: Final = 5

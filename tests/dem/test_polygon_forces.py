@@ -1,0 +1,103 @@
+"""The contact forces of a scene's trajectory: what they must add up to, worked out from the poses alone."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from overturning.dem.polygon.geometry import place
+from overturning.dem.polygon.trajectory import scene_trajectory
+from overturning.figures.film_of_scene import film_of_scene
+from overturning.motion.motion import Motion
+from tests.dem.polygon_scenes import shipped
+
+G = 9.80665
+FRICTION = 0.5
+
+
+def pulse(peak: float) -> Motion:
+    """A sine cycle of 1 s after one quiet second."""
+    time = np.arange(400) * 0.01
+    north = np.where((time > 1) & (time <= 2), peak * np.sin(2 * np.pi * time), 0.0)
+    return Motion(north, 0 * north, sampling_interval=0.01)
+
+
+@pytest.fixture(scope="module", params=["three-tier", "against-a-wall", "boulder"])
+def path(request: pytest.FixtureRequest) -> xr.Dataset:
+    return scene_trajectory(shipped(request.param), pulse(6.0), azimuth_deg=0.0, friction=FRICTION)
+
+
+def on_element(path: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Sum of the forces on an element and of their moments about its centre, by time."""
+    force = np.zeros((path.sizes["time"], 2))
+    moment = np.zeros(path.sizes["time"])
+    centre = np.stack([path["x"].sel(element=name), path["z"].sel(element=name)], axis=1)
+    centre[:-1] = 0.5 * (centre[1:] + centre[:-1])  # as the places, a mean from a sample to the next
+    for index in range(path.sizes["contact"]):
+        sign = float(path["contact_on"][index] == name) - float(path["contact_by"][index] == name)
+        each = sign * path["contact_force"].to_numpy()[:, index]
+        arm = np.nan_to_num(path["contact_place"].to_numpy()[:, index] - centre)
+        force, moment = force + each, moment + arm[:, 1] * each[:, 0] - arm[:, 0] * each[:, 1]
+    return force, moment
+
+
+def test_forces_change_the_momentum_of_each_element(path: xr.Dataset) -> None:
+    """M Δv = ∫ (Σ f − m (g + a)) dt and I Δω = ∫ Σ r × f dt from the start to any sample.
+
+    But for the few in whose middle an impact lasts: a velocity at a sample is known to half a step. The places are means
+    that know nothing of the forces' change within a sample, so the moment is less exact.
+    """
+    time, ground = path["time"].to_numpy(), path["ground_acceleration"].to_numpy()
+    known = np.flatnonzero(np.isfinite(path["contact_force"].to_numpy()).all(axis=(1, 2)))
+    assert known.size == len(time) - known[0] > 100
+    steps = np.diff(time)[known[:-1]]
+    for item in place(shipped(path.attrs["scene"])):
+        if item.fixed:
+            continue
+        force, moment = (values[known[:-1]] for values in on_element(path, item.element.name))
+        base = 0.5 * (ground[1:] + ground[:-1])[known[:-1]]
+        one = path.sel(element=item.element.name)
+        for rate, name, allowed in (
+            (force[:, 0] / item.mass - base, "velocity_x", 0.01),
+            (force[:, 1] / item.mass - G, "velocity_z", 0.01),
+            (moment / item.inertia, "angular_velocity", 0.03),
+        ):
+            found = one[name].to_numpy()[known]
+            gained = np.concatenate([[0.0], np.cumsum(rate * steps)])
+            scale = max(np.abs(found).max(), np.abs(np.diff(found)).sum())
+            wrong = np.abs(gained - (found - found[0]))
+            assert np.quantile(wrong, 0.98) < allowed * scale, name
+            assert wrong[-1] < allowed * scale, name
+
+
+def test_forces_press_at_vertices_and_keep_to_the_slider(path: xr.Dataset) -> None:
+    upright = path["contact_by"].isin(["ground", "pedestal"]).to_numpy()
+    force = path["contact_force"].to_numpy()[:, upright]
+    force = force[np.isfinite(force).all(axis=(1, 2))]
+    assert (force[:, :, 1] >= 0).all()
+    weight = path.attrs["weight"]
+    if path.attrs["scene"] == "against-a-wall":  # whose ground is level
+        assert (np.abs(force[:, :, 0]) <= FRICTION * force[:, :, 1] + 1e-9 * weight).all()
+        heights = path["contact_place"].to_numpy()[:, upright, 1]
+        assert np.nanmax(np.abs(heights)) < 1e-3
+    assert force[0].sum(axis=0) == pytest.approx([0.0, weight], abs=1e-3 * weight)
+
+
+def test_the_film_has_them_in_weights_where_they_act(path: xr.Dataset) -> None:
+    film = film_of_scene([path], [pulse(6.0).north], 0.01, "film")
+    panel = film.panels[0]
+    assert panel.force is not None
+    assert panel.force_point is not None
+    assert panel.force.shape == panel.force_point.shape
+    assert panel.force.shape[0] == film.frames
+    assert np.isfinite(panel.force).all()
+    assert np.isfinite(panel.force_point).all()
+    standing = panel.force[0][panel.force_point[0, :, 1] < panel.force_point[0, :, 1].min() + 1e-3]
+    assert standing[:, 1].sum() == pytest.approx(1.0, abs=1e-3)
+    assert not panel.force[-1].any(), "nothing is known after the last sample"
+
+
+def test_a_scene_that_is_not_computed_has_no_forces() -> None:
+    path = scene_trajectory(shipped("three-tier"), pulse(0.1), azimuth_deg=0.0)
+    assert path.attrs["status"] == 1
+    assert np.isnan(path["contact_force"]).all()
+    assert film_of_scene([path], [pulse(0.1).north], 0.01, "still").panels[0].force is None

@@ -40,7 +40,11 @@ def test_a_fall(motion: Motion) -> None:
     film = film_of([path], [motion.along(0)], 0.01, "pulse")
     assert film.start == pytest.approx(1.0, abs=0.3)  # the quiet second before is not shown
     body = film.panels[0].bodies[1]
-    assert abs(body.rotation[-1]) == pytest.approx(np.pi / 2, abs=0.1)
+    assert body.rotation[-1] == pytest.approx(side * np.pi / 2)
+    assert sorted(corners(body, film.frames - 1)[:, 1]) == pytest.approx([0, 0, 0.18, 0.18]), "it lies on its side"
+    turned = np.abs(path["rotation"].to_numpy()[-1])
+    assert turned < np.pi / 2, "the path itself ends before"
+    assert np.abs(np.diff(body.position[:, 0])).max() < 0.06, "and does not jump"
     lowest = min(corners(body, frame)[:, 1].min() for frame in range(0, film.frames, 5))
     assert lowest > -0.01  # nothing sinks into the base
 

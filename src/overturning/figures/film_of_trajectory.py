@@ -125,6 +125,24 @@ def contact_forces(path: "xr.Dataset", upward_acceleration: FloatArray | float =
     return np.stack([x, z], axis=1)[:, None, :] + arm, force
 
 
+def _poses(path: "xr.Dataset") -> tuple[FloatArray, FloatArray]:
+    """Times, and x, z and rotation then; at the end a block that falls goes on about its corner until it lies.
+
+    The path ends with the last sample before 90°, which for a coarse record is some degrees earlier.
+    """
+    clock = path["time"].to_numpy()
+    poses = np.stack([path[name].to_numpy() for name in ("x", "z", "rotation")], axis=1)
+    side, speed = path.attrs["overturned"], abs(float(path["angular_velocity"][-1]))
+    left = 0.5 * np.pi - abs(poses[-1, 2])
+    if side in (0, INT8_MISSING) or left <= 0.0 or speed <= 0.0:
+        return clock, poses
+    x, _, theta = poses[-1]
+    b, h = 0.5 * path.attrs["b_over_h"] * path.attrs["height"], 0.5 * path.attrs["height"]
+    corner = x + side * b * np.cos(theta) - h * np.sin(theta)
+    lying = [corner + side * h, b, side * 0.5 * np.pi]
+    return np.append(clock, clock[-1] + left / speed), np.concatenate([poses, [lying]])
+
+
 def film_of(
     paths: Sequence["xr.Dataset"],
     accelerations: Sequence[FloatArray],
@@ -172,7 +190,8 @@ def film_of(
     panels = []
     for index, (path, acceleration) in enumerate(zip(paths, accelerations, strict=True)):
         clock, azimuth = path["time"].to_numpy(), float(path.attrs["azimuth_deg"])
-        x, z, theta = (np.interp(time, clock, path[name].to_numpy()) for name in ("x", "z", "rotation"))
+        longer, poses = _poses(path)
+        x, z, theta = (np.interp(time, longer, column) for column in poses.T)
         width, height = path.attrs["b_over_h"] * path.attrs["height"], path.attrs["height"]
         corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * np.array([width, height]) / 2
         up = 0.0 if upward is None else np.interp(clock, np.arange(upward.size) * sampling_interval, upward, right=0.0)

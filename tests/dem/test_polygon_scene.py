@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from overturning.dem.contact import Contact
+from overturning.dem.polygon.arrays import rests_on_one_face
 from overturning.dem.polygon.geometry import nearest_faces, place, symmetric
-from overturning.dem.polygon.prepare import prepare, rests_on_one_face
+from overturning.dem.polygon.prepare import prepare
 from overturning.dem.polygon.scene import check_scene, load_scene
 from overturning.dem.polygon.simulate import block_contact, is_block
 from overturning.errors import ConfigError

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from overturning.dem.blocks import Cases
-from overturning.dem.polygon import prepare as preparation
+from overturning.dem.polygon import arrays
 from overturning.dem.polygon.cases import SceneResults, run_scene_cases
 from overturning.dem.polygon.geometry import native_size
 from overturning.dem.polygon.prepare import Prepared, prepare
@@ -64,7 +64,7 @@ def test_a_wrong_angle_in_the_package_is_found(
     monkeypatch: pytest.MonkeyPatch, name: str, flat: float, right: bool
 ) -> None:
     """Counted as fallen at 63° the case ends early; counted from 99° on a stone lies flat and has no flag."""
-    monkeypatch.setattr(preparation, "FLAT", flat * 0.5 * np.pi)
+    monkeypatch.setattr(arrays, "FLAT", flat * 0.5 * np.pi)
     scene = shipped(name)
     found = run(scene)
     assert (contradiction(prepare(scene), 0.7, pulse(6.0), found) == "") == right

@@ -11,7 +11,8 @@ from overturning.dem.cases import BUDGET, QUEUE, CaseResults, Progress, check_po
 from overturning.dem.contact import check_precision
 from overturning.dem.plan import AFTERMATH, shaking
 from overturning.dem.polygon import tables as t
-from overturning.dem.polygon.prepare import Prepared, kernel_column, kernel_rules, kernel_shapes, prepare
+from overturning.dem.polygon.arrays import kernel_column, kernel_rules, kernel_shapes
+from overturning.dem.polygon.prepare import Prepared, prepare
 from overturning.dem.polygon.scene import Scene
 from overturning.dem.quiet import SAFE_SHARE, quiet_windows
 from overturning.dem.status import Status

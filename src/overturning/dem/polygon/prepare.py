@@ -1,28 +1,16 @@
-"""From a scene to the kernel's arrays: pairs, springs, the column at rest, the stable step, thresholds and rules."""
+"""What a scene at one size asks of the kernel: pairs, springs, rest, the stable step, thresholds."""
 
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from overturning.dem.cases import DEEPEST
-from overturning.dem.polygon import tables as t
-from overturning.dem.polygon.geometry import End, Placed, common_stretch, pairs_of, place
+from overturning.dem.polygon.geometry import End, Placed, pairs_of, place
 from overturning.dem.polygon.scene import Scene
 from overturning.dem.polygon.statics import Laws, contact_laws, highest_modes, rest
 
 FloatArray = NDArray[np.float64]
-
-WIDE: Final = 20.0
-"""Width of the ground, in widths or heights of the block, that is more than any slide."""
-
-CALM_KINETIC: Final = 1e-9
-"""Kinetic energy at rest, as a share of m g times the half of the smallest side of the lightest element."""
-
-
-FLAT: Final = round(0.999 * 0.5 * np.pi, 12)
-"""An element that lies on its side has turned by 90° less what its contacts give way, rad."""
 
 
 @dataclass(frozen=True)
@@ -229,118 +217,3 @@ def _threshold(placed: list[Placed], stands: Stands) -> float:
             edge = max(points, key=lambda point: side * point[0])
             least = min(least, side * (edge[0] - x) / (z - edge[1]))
     return max(float(least), 0.0)
-
-
-def kernel_column(prepared: Prepared) -> FloatArray:
-    """The rows of a column at rest, as the kernel wants them, shape (rows,)."""
-    from overturning.dem.polygon import columns as k
-
-    placed = prepared.placed
-    rows = np.zeros(k.OWN + len(placed) * k.BODY + len(prepared.pairs) * k.PAIR)
-
-    def put(base: int, name: int, value: float) -> None:
-        rows[base + name // k.COLUMNS] = value
-
-    for index, item in enumerate(placed):
-        at = k.OWN + index * k.BODY
-        dx, dz, turn = prepared.displacement[index]
-        # The pair that is turned keeps length 1 to the last digit for the minute rotations of a scene at rest.
-        put(at, k.X, item.x + dx)
-        put(at, k.Z, item.z + dz)
-        put(at, k.ANGLE, turn)
-        put(at, k.COS, 1.0 - 0.5 * turn * turn)
-        put(at, k.SIN, turn * (1.0 - turn * turn / 6.0))
-        if not item.fixed:
-            put(at, k.INVERSE_MASS, 1.0 / item.mass)
-            put(at, k.INVERSE_INERTIA, 1.0 / item.inertia)
-            put(at, k.MASS, item.mass)
-            put(at, k.WEIGHT, 1.0)
-        put(at, k.FRAME, 0.0 if item.element.kind == "driven" else 1.0)
-        put(at, k.HELD, 1.0 if item.element.kind == "held" else 0.0)
-        put(at, k.CRITICAL, float(prepared.critical[index]))
-        put(at, k.PEAK_ANGLE, abs(turn))
-        put(at, k.LAST_UPRIGHT, -1.0)
-        support, (x, z) = placed[prepared.support[index]], prepared.base[index]
-        for name, value in zip(
-            (k.BASE_X, k.BASE_Z, k.SUPPORT_X, k.SUPPORT_Z),
-            (x - item.x, z - item.z, x - support.x, z - support.z),
-            strict=True,
-        ):
-            put(at, name, value)
-    laws = prepared.laws
-    for index in range(len(prepared.pairs)):
-        at = k.OWN + len(placed) * k.BODY + index * k.PAIR
-        put(at, k.KN, float(laws.normal[index]))
-        put(at, k.KS, float(laws.tangential[index]))
-        put(at, k.COMPLIANCE, float(1.0 / laws.tangential[index]) if laws.tangential[index] > 0 else 0.0)
-        put(at, k.DASHPOT, float(laws.dashpot[index]))
-        put(at, k.FRICTION, float(laws.friction[index]))
-        put(at, k.REACH, -1.0)
-        put(at, k.FACE_A, -1.0)
-        put(at, k.FACE_B, -1.0)
-        put(at, k.LIMIT, np.inf if rests_on_one_face(placed) else 0.0)
-    for index, side, slip in prepared.springs:
-        at = k.OWN + len(placed) * k.BODY + index * k.PAIR
-        put(at, k.SPRING + side * k.SECOND, slip)
-        i, j = prepared.pairs[index]
-        mine = _is_first(placed[i], placed[j], side)
-        put(at, k.CONTACT + side * k.SECOND, k.MINE if mine else k.THEIRS)
-    return rows
-
-
-def rests_on_one_face(placed: list[Placed]) -> bool:
-    """Whether the first nearest faces stay so until the case ends: one upright rectangle on a wide driven one.
-
-    Its lower corners alone can touch the ground until it lies on its side, and then it has fallen.
-    """
-    if len(placed) != 2:
-        return False
-    ground, block = placed
-    rectangles = all(item.element.vertices is None and item.element.rotation_deg == 0 for item in placed)
-    return (
-        rectangles
-        and ground.element.kind == "driven"
-        and block.element.kind == "free"
-        and block.element.fallen_rotation_deg <= 90
-        and abs(float(block.points[:, 1].min() - ground.points[:, 1].max())) <= 1e-9 * block.size
-        and ground.shape.width > WIDE * max(block.shape.width, block.shape.height) + 2.0 * abs(block.x - ground.x)
-    )
-
-
-def _is_first(a: Placed, b: Placed, side: int) -> bool:
-    """Whether the vertex of an end is the first element's."""
-    point = common_stretch(a, b)[side].point
-    return bool(min(np.hypot(x - point[0], z - point[1]) for x, z in a.points) < 1e-9 * a.size)
-
-
-def kernel_shapes(prepared: Prepared) -> tuple[NDArray[np.int64], FloatArray]:
-    """Numbers of vertices, shape (elements,), and faces, shape (elements, most vertices, 9)."""
-    sizes = np.array([len(item.shape.vertices) for item in prepared.placed], dtype=np.int64)
-    shapes = np.zeros((len(sizes), int(sizes.max()), 9))
-    for index, item in enumerate(prepared.placed):
-        shapes[index, : sizes[index]] = item.shape.faces()
-    return sizes, shapes
-
-
-def fallen_angle(fallen_rotation_deg: float) -> float:
-    """Rotation at which an element counts as fallen, rad: that of its scene, `FLAT` for 90°."""
-    return FLAT if fallen_rotation_deg == 90.0 else round(float(np.radians(fallen_rotation_deg)), 12)
-
-
-def kernel_rules(prepared: Prepared) -> tuple[FloatArray, FloatArray]:
-    """When elements have fallen, shape (elements, RULES), and when a case has failed or rests, shape (LIMITS,)."""
-    rules = np.zeros((len(prepared.placed), t.RULES))
-    free = [item for item in prepared.placed if not item.fixed]
-    for index, item in enumerate(prepared.placed):
-        drop = item.element.fallen_drop
-        rules[index, t.IS_FREE] = 0.0 if item.fixed else 1.0
-        rules[index, t.FALL_ANGLE] = fallen_angle(item.element.fallen_rotation_deg)
-        rules[index, t.LOWEST] = -np.inf if drop is None else item.z - drop
-        rules[index, t.SUPPORT] = prepared.support[index]
-        rules[index, t.BARRIER] = prepared.barrier[index]
-    lightest = min(free, key=lambda item: item.mass)
-    limits = np.zeros(t.LIMITS)
-    limits[t.DEEPEST_ALLOWED] = deepest_allowed(prepared.placed)
-    limits[t.REST_ENERGY] = CALM_KINETIC * lightest.mass * prepared.scene.gravity * 0.5 * lightest.size
-    limits[t.LEAST_BARRIER] = min(float(prepared.barrier[n]) for n in prepared.free)
-    return rules, limits

@@ -8,9 +8,9 @@ from numpy.typing import ArrayLike, NDArray
 from overturning.dem.cases import Progress
 from overturning.dem.contact import Contact
 from overturning.dem.grid import Grid, axis, dataset
+from overturning.dem.polygon.arrays import WIDE
 from overturning.dem.polygon.cases import run_scene_cases
 from overturning.dem.polygon.geometry import native_size, place, symmetric
-from overturning.dem.polygon.prepare import WIDE
 from overturning.dem.polygon.scene import Scene
 from overturning.dem.simulate import simulate_arrays
 from overturning.dem.time_step import DEFAULT_SCHEME

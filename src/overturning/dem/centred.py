@@ -19,10 +19,11 @@ from overturning.dem.columns import (
     LAST_UPRIGHT, LATE_TICKS, LIFT, LOSS, LOST, MID_VW, MID_VX, MID_VZ, NEW_ANGLE, NEW_COS, NEW_SIN, NEW_SL, NEW_SR,
     NEW_UL, NEW_UR, NEW_X, NEW_Z, OLD_UL, OLD_UR, OLD_XL, OLD_XR, OPTIONS, PEAK_ANGLE, PEAK_DEPTH, PEAK_SLIP, POWER,
     PRESSED_L, PRESSED_R, PUSH, SIN, SLID_L, SLID_R, SLOPE, SPRING_L, SPRING_R, STEP, STIFFNESS, TAIL_STEP,
-    TAIL_TICKS, TANGENTIAL, TICK, TICKS, UP_BASE, UP_BEND, UP_SLOPE, VW, VX, VZ, WINDOW, WORK, X, Z,
+    TAIL_TICKS, TANGENTIAL, TICK, TICKS, TRIES, UP_BASE, UP_BEND, UP_SLOPE, VW, VX, VZ, WINDOW, WORK, X, Z,
 )  # fmt: skip
 # isort: on
 
+MOST_TRIES: Final = 2.0
 LEAST_FREEDOM: Final = 0.25
 """A sliding corner jams where less than this share of a normal force's effect on a free particle is left."""
 
@@ -113,15 +114,19 @@ def solve(state: Any, columns: int, gravity: float, vertical: Any, rough: Any) -
         if rough is not None:
             fl, fr = ks * sl + dash * xl, ks * sr + dash * xr
             excess_l, excess_r = abs(fl) - mu * nl, abs(fr) - mu * nr
-            slide_l, slide_r = (excess_l if fine_step else signed_l * xl), (excess_r if fine_step else signed_r * xr)
+            slide_l, slide_r = (excess_l if fine_step else abs(signed_l)), (excess_r if fine_step else abs(signed_r))
             sign_l, sign_r = math.copysign(mu, fl), math.copysign(mu, fr)
             signed_l, signed_r = (sign_l if fine_step else signed_l), (sign_r if fine_step else signed_r)
             # A normal force on a sliding corner must push it out. Where friction would turn the block in instead
             # (Painlevé's paradox, from μ = 4/3 on), the corner jams: it sticks.
             free_l, free_r = 1.0 + inertia * al * (al + signed_l * dl), 1.0 + inertia * ar * (ar - signed_r * dr)
-            free_l, free_r = free_l - LEAST_FREEDOM, free_r - LEAST_FREEDOM
-            signed_l, signed_r = (signed_l if free_l > 0.0 else 0.0), (signed_r if free_r > 0.0 else 0.0)
-            slides_l, slides_r = (slide_l > 0.0) & (free_l > 0.0), (slide_r > 0.0) & (free_r > 0.0)
+            # It does not where the other corner sticks: then it can only turn about that one.
+            free_l, free_r = free_l > LEAST_FREEDOM, free_r > LEAST_FREEDOM
+            slides_l, slides_r = slide_l > 0.0, slide_r > 0.0
+            stick_l, stick_r = on_l & (not slides_l), on_r & (not slides_r)
+            free_l, free_r = free_l | stick_r, free_r | stick_l
+            signed_l, signed_r = (signed_l if free_l else 0.0), (signed_r if free_r else 0.0)
+            slides_l, slides_r = slides_l & free_l, slides_r & free_r
             stick_l, stick_r = on_l & (not slides_l), on_r & (not slides_r)
             # What the forces would be at rest at the end of the step.
             tangential = dash + half * ks
@@ -178,6 +183,7 @@ def commit(state: Any, columns: int, gravity: float, vertical: Any, rough: Any) 
         c, s, h, compliance = state[NEW_COS + j], state[NEW_SIN + j], state[HALF_HEIGHT + j], state[COMPLIANCE + j]
         peak, peak_slip, peak_depth = state[PEAK_ANGLE + j], state[PEAK_SLIP + j], state[PEAK_DEPTH + j]
         alpha, last, old_tick = state[ALPHA + j], state[LAST_UPRIGHT + j], state[TICK + j]
+        tries = state[TRIES + j]
         old_work, old_lost, old_power, old_loss = state[WORK + j], state[LOST + j], state[POWER + j], state[LOSS + j]
         tail, late, early = fine > 0.0, fine > TAIL_TICKS, fine > window - EARLY_TICKS
         length = 1.0 * TAIL_STEP if tail else 1.0 * TICKS
@@ -190,7 +196,6 @@ def commit(state: Any, columns: int, gravity: float, vertical: Any, rough: Any) 
         ul, ur = ul - half * czl, ur - half * czr
         if rough is not None:
             cxl, cxr = cx - dl * cw, cx - dr * cw
-            slides_l, slides_r = slid_l * xl > 0.0, slid_r * xr > 0.0
             xl, xr, tl, tr = xl + cxl, xr + cxr, tl + half * cxl, tr + half * cxr
             pxl, pxr = (nx - al) + half * cxl, (nx + ar) + half * cxr
         turn = half * cw
@@ -214,12 +219,20 @@ def commit(state: Any, columns: int, gravity: float, vertical: Any, rough: Any) 
             el, er = ml * compliance, mr * compliance
             fl, fr = ks * tl + dash * xl, ks * tr + dash * xr
             sign_l, sign_r, size_l, size_r = math.copysign(mu, fl), math.copysign(mu, fr), abs(fl), abs(fr)
-            # A corner that was foreseen to slide on through a long step does so, even where it comes to rest within it.
-            keeps_l, keeps_r = slides_l & (not late), slides_r & (not late)
+            # In a long step a corner was taken to slide or to stick. Where that proves wrong the step is done once more.
+            slid_l, slid_r = (0.0 if late else slid_l), (0.0 if late else slid_r)
+            keeps_l, keeps_r = slid_l * xl > 0.0, slid_r * xr > 0.0
             sign_l, sign_r = (slid_l if keeps_l else sign_l), (slid_r if keeps_r else sign_r)
             slides_l, slides_r = keeps_l | (size_l > ml), keeps_r | (size_r > mr)
+            wrong_l, wrong_r = (slid_l == 0.0) & (size_l > ml), (slid_r == 0.0) & (size_r > mr)
+            other_l, other_r = (sign_l if wrong_l else slid_l), (sign_r if wrong_r else slid_r)
+            stops = ((slid_l != 0.0) & (not keeps_l) | (slid_r != 0.0) & (not keeps_r)) & (not late) & (not again)
+            retry = (wrong_l | wrong_r) & (not late) & (tries < MOST_TRIES) & (not again) | stops
             fl, fr = (sign_l * nl if slides_l else fl), (sign_r * nr if slides_r else fr)
             slid_l, slid_r = (sign_l if slides_l else 0.0), (sign_r if slides_r else 0.0)
+            slid_l, slid_r = (other_l if retry else slid_l), (other_r if retry else slid_r)
+            state[SLID_L + j], state[SLID_R + j] = slid_l, slid_r
+            state[TRIES + j] = (0.0 if stops else tries + 1.0) if retry else 0.0
             nel, ner = -el, -er
             sl, sr = (el if tl > el else tl), (er if tr > er else tr)
             sl, sr = (nel if sl < nel else sl), (ner if sr < ner else sr)
@@ -264,10 +277,14 @@ def commit(state: Any, columns: int, gravity: float, vertical: Any, rough: Any) 
         begin = window - EARLY_TICKS if tail else 1.0 * TAIL_TICKS
         begin = window if late else begin
         fine = begin if changed else fine
+        if rough is not None:
+            fine = ((TAIL_TICKS + 1.0 * TAIL_STEP if tail else 1.0 * TICKS) if stops else fine + length) if retry else fine
         size, slip = abs(angle), abs(nx - h * s)
         depth = ul if ul > ur else ur
         last = tick if size < alpha else last
         state[FINE + j] = fine
+        if rough is not None:
+            again = again | retry
         if not again:
             state[PEAK_ANGLE + j] = size if size > peak else peak
             state[PEAK_SLIP + j] = slip if slip > peak_slip else peak_slip
@@ -279,7 +296,6 @@ def commit(state: Any, columns: int, gravity: float, vertical: Any, rough: Any) 
             state[AX + j], state[AZ + j], state[AW + j] = ax, az, aw
             if rough is not None:
                 state[SPRING_L + j], state[SPRING_R + j] = sl, sr
-                state[SLID_L + j], state[SLID_R + j] = slid_l, slid_r
                 state[OLD_XL + j], state[OLD_XR + j] = pxl, pxr
             state[PRESSED_L + j], state[PRESSED_R + j] = nl, nr
             state[OLD_UL + j], state[OLD_UR + j] = ul, ur

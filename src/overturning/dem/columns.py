@@ -60,4 +60,5 @@ OPTIONS: Final[dict[str, Any]] = {"fastmath": False, "error_model": "numpy", "bo
 (END_XL, END_XR, END_ZL, END_ZR, PUSH, LIFT, HALF) = (i * COLUMNS for i in range(67, 74))
 # and what is looked at once per sample only.
 (AMPLITUDE, SAMPLE, UPRIGHT_UNTIL, ENERGY, BARRIER, CALM, AFTER, LOOK) = (i * COLUMNS for i in range(74, 82))
-ROWS: Final = 82
+TRIES: Final = 82 * COLUMNS
+ROWS: Final = 83

@@ -16,14 +16,13 @@ from numba import njit
 from overturning.dem.columns import (
     ALPHA, ANGLE, ARM_L, ARM_R, AW, AX, AZ, BASE, BEND, COMPLIANCE, COS, DASHPOT, DROP_L, DROP_R, EARLY_TICKS,
     END_VW, END_VX, END_VZ, END_XL, END_XR, END_ZL, END_ZR, FINE, FRICTION, HALF, HALF_HEIGHT, HALF_WIDTH, INERTIA,
-    LAST_UPRIGHT, LATE_TICKS, LIFT, LOSS, LOST, MID_VW, MID_VX, MID_VZ, NEW_ANGLE, NEW_COS, NEW_SIN, NEW_SL, NEW_SR,
+    LAST_UPRIGHT, LATE_TICKS, LIFT, LOSS, LOST, MOST_TRIES, MID_VW, MID_VX, MID_VZ, NEW_ANGLE, NEW_COS, NEW_SIN, NEW_SL, NEW_SR,
     NEW_UL, NEW_UR, NEW_X, NEW_Z, OLD_UL, OLD_UR, OLD_XL, OLD_XR, OPTIONS, PEAK_ANGLE, PEAK_DEPTH, PEAK_SLIP, POWER,
     PRESSED_L, PRESSED_R, PUSH, SIN, SLID_L, SLID_R, SLOPE, SPRING_L, SPRING_R, STEP, STIFFNESS, TAIL_STEP,
     TAIL_TICKS, TANGENTIAL, TICK, TICKS, TRIES, UP_BASE, UP_BEND, UP_SLOPE, VW, VX, VZ, WINDOW, WORK, X, Z,
 )  # fmt: skip
 # isort: on
 
-MOST_TRIES: Final = 2.0
 LEAST_FREEDOM: Final = 0.25
 """A sliding corner jams where less than this share of a normal force's effect on a free particle is left."""
 
@@ -34,6 +33,7 @@ def foresee(state: Any, columns: int, ticks: float, vertical: Any, rough: Any) -
     for j in range(columns):
         b, h, c, s = state[HALF_WIDTH + j], state[HALF_HEIGHT + j], state[COS + j], state[SIN + j]
         fine, window, old_tick, step = state[FINE + j], state[WINDOW + j], state[TICK + j], state[STEP + j]
+        tail_ticks = state[TAIL_TICKS + j]
         oax, oaz, oaw = state[AX + j], state[AZ + j], state[AW + j]
         ovx, ovz, ovw = state[VX + j], state[VZ + j], state[VW + j]
         x, z, old_angle = state[X + j], state[Z + j], state[ANGLE + j]
@@ -41,7 +41,7 @@ def foresee(state: Any, columns: int, ticks: float, vertical: Any, rough: Any) -
         gl, gr, oxl, oxr = state[SPRING_L + j], state[SPRING_R + j], state[OLD_XL + j], state[OLD_XR + j]
         oul, our = state[OLD_UL + j], state[OLD_UR + j]
         length = 1.0 * TAIL_STEP if fine > 0.0 else 1.0 * TICKS
-        length = 1.0 * LATE_TICKS if fine > TAIL_TICKS else length
+        length = 1.0 * LATE_TICKS if fine > tail_ticks else length
         length = 1.0 if fine > window - EARLY_TICKS else length
         dt = step * length
         tick = old_tick + length
@@ -94,13 +94,13 @@ def solve(state: Any, columns: int, gravity: float, vertical: Any, rough: Any) -
         xl, xr, zl, zr = state[END_XL + j], state[END_XR + j], state[END_ZL + j], state[END_ZR + j]
         signed_l, signed_r = state[SLID_L + j], state[SLID_R + j]
         pressed_l, pressed_r = state[PRESSED_L + j], state[PRESSED_R + j]
-        fine = state[FINE + j]
+        fine, tail_ticks = state[FINE + j], state[TAIL_TICKS + j]
         foreseen_x, foreseen_z, foreseen_w = state[END_VX + j], state[END_VZ + j], state[END_VW + j]
         vx, vz, vw, push = state[MID_VX + j], state[MID_VZ + j], state[MID_VW + j], state[PUSH + j]
         nl, nr = k * ul - dash * zl, k * ur - dash * zr
         # In a fine step the foreseen forces tell which corners press and slide. A longer one overshoots too far for that:
         # there a corner that pressed presses, and one that slid goes on sliding while its velocity keeps its sign.
-        fine_step = fine > TAIL_TICKS
+        fine_step = fine > tail_ticks
         foreseen_l, foreseen_r = (nl if nl > 0.0 else 0.0), (nr if nr > 0.0 else 0.0)
         foreseen_l, foreseen_r = (foreseen_l if ul > 0.0 else 0.0), (foreseen_r if ur > 0.0 else 0.0)
         pressed_l, pressed_r = (0.0 if fine_step else pressed_l), (0.0 if fine_step else pressed_r)
@@ -183,9 +183,9 @@ def commit(state: Any, columns: int, gravity: float, vertical: Any, rough: Any) 
         c, s, h, compliance = state[NEW_COS + j], state[NEW_SIN + j], state[HALF_HEIGHT + j], state[COMPLIANCE + j]
         peak, peak_slip, peak_depth = state[PEAK_ANGLE + j], state[PEAK_SLIP + j], state[PEAK_DEPTH + j]
         alpha, last, old_tick = state[ALPHA + j], state[LAST_UPRIGHT + j], state[TICK + j]
-        tries = state[TRIES + j]
+        tries, tail_ticks = state[TRIES + j], state[TAIL_TICKS + j]
         old_work, old_lost, old_power, old_loss = state[WORK + j], state[LOST + j], state[POWER + j], state[LOSS + j]
-        tail, late, early = fine > 0.0, fine > TAIL_TICKS, fine > window - EARLY_TICKS
+        tail, late, early = fine > 0.0, fine > tail_ticks, fine > window - EARLY_TICKS
         length = 1.0 * TAIL_STEP if tail else 1.0 * TICKS
         length = 1.0 * LATE_TICKS if late else length
         length = 1.0 if early else length
@@ -219,20 +219,25 @@ def commit(state: Any, columns: int, gravity: float, vertical: Any, rough: Any) 
             el, er = ml * compliance, mr * compliance
             fl, fr = ks * tl + dash * xl, ks * tr + dash * xr
             sign_l, sign_r, size_l, size_r = math.copysign(mu, fl), math.copysign(mu, fr), abs(fl), abs(fr)
-            # In a long step a corner was taken to slide or to stick. Where that proves wrong the step is done once more.
+            # In a long step a corner was taken to slide or to stick. If it sticks where it cannot, the step is done once
+            # more; if it slides where it has come to rest, in shorter ones: friction changes its sign within it.
             slid_l, slid_r = (0.0 if late else slid_l), (0.0 if late else slid_r)
-            keeps_l, keeps_r = slid_l * xl > 0.0, slid_r * xr > 0.0
+            held_l, held_r = slid_l * xl, slid_r * xr
+            keeps_l, keeps_r, slips_l, slips_r = held_l > 0.0, held_r > 0.0, size_l > ml, size_r > mr
             sign_l, sign_r = (slid_l if keeps_l else sign_l), (slid_r if keeps_r else sign_r)
-            slides_l, slides_r = keeps_l | (size_l > ml), keeps_r | (size_r > mr)
-            wrong_l, wrong_r = (slid_l == 0.0) & (size_l > ml), (slid_r == 0.0) & (size_r > mr)
+            slides_l, slides_r = keeps_l | slips_l, keeps_r | slips_r
+            stops = (held_l < 0.0) & (nl > 0.0) | (held_r < 0.0) & (nr > 0.0)
+            stops = stops & (not again)
+            wrong_l = slips_l & (slid_l == 0.0) & (nl > 0.0)
+            wrong_r = slips_r & (slid_r == 0.0) & (nr > 0.0)
+            retry = (wrong_l | wrong_r) & (tries < MOST_TRIES) & (not (late | again | stops))
             other_l, other_r = (sign_l if wrong_l else slid_l), (sign_r if wrong_r else slid_r)
-            stops = ((slid_l != 0.0) & (not keeps_l) | (slid_r != 0.0) & (not keeps_r)) & (not late) & (not again)
-            retry = (wrong_l | wrong_r) & (not late) & (tries < MOST_TRIES) & (not again) | stops
+            unsettled = retry | stops
             fl, fr = (sign_l * nl if slides_l else fl), (sign_r * nr if slides_r else fr)
             slid_l, slid_r = (sign_l if slides_l else 0.0), (sign_r if slides_r else 0.0)
-            slid_l, slid_r = (other_l if retry else slid_l), (other_r if retry else slid_r)
+            slid_l, slid_r = (other_l if unsettled else slid_l), (other_r if unsettled else slid_r)
             state[SLID_L + j], state[SLID_R + j] = slid_l, slid_r
-            state[TRIES + j] = (0.0 if stops else tries + 1.0) if retry else 0.0
+            state[TRIES + j] = tries + 1.0 if retry else 0.0
             nel, ner = -el, -er
             sl, sr = (el if tl > el else tl), (er if tr > er else tr)
             sl, sr = (nel if sl < nel else sl), (ner if sr < ner else sr)
@@ -273,18 +278,18 @@ def commit(state: Any, columns: int, gravity: float, vertical: Any, rough: Any) 
         )
         # A step in which a contact changes is not taken; a shorter one follows.
         tick = old_tick + length
-        fine = fine - length
-        begin = window - EARLY_TICKS if tail else 1.0 * TAIL_TICKS
+        begin = window - EARLY_TICKS if tail else tail_ticks
         begin = window if late else begin
-        fine = begin if changed else fine
+        later = fine - length
         if rough is not None:
-            fine = ((TAIL_TICKS + 1.0 * TAIL_STEP if tail else 1.0 * TICKS) if stops else fine + length) if retry else fine
+            later = (fine if retry else later)
+            later = ((tail_ticks + 1.0 * TAIL_STEP if tail else 1.0 * TICKS) if stops else later)
+            again = again | unsettled
+        fine = begin if changed else later
         size, slip = abs(angle), abs(nx - h * s)
         depth = ul if ul > ur else ur
         last = tick if size < alpha else last
         state[FINE + j] = fine
-        if rough is not None:
-            again = again | retry
         if not again:
             state[PEAK_ANGLE + j] = size if size > peak else peak
             state[PEAK_SLIP + j] = slip if slip > peak_slip else peak_slip

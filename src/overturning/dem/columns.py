@@ -29,16 +29,20 @@ SETTLING: Final = 8.0
 TAIL_STEP: Final = 32
 """then so many ticks"""
 
-TAIL_TICKS: Final = 256.0
-"""for the last so many, in which the slower modes settle."""
+TAIL: Final = 8.0
+"""for so long, in 1/ω, but at least two whole steps: the slower modes settle."""
+
+MOST_TRIES: Final = 2.0
+"""A long step is done so often with other corners taken to slide before its outcome is taken as it is."""
 
 OPTIONS: Final[dict[str, Any]] = {"fastmath": False, "error_model": "numpy", "boundscheck": False}
 """Of every jitted function: no fast-math, no contraction, so that the bits are the same everywhere."""
 
 # One row of COLUMNS numbers each: constants of the case,
-(HALF_WIDTH, HALF_HEIGHT, INERTIA, STIFFNESS, TANGENTIAL, COMPLIANCE, DASHPOT, FRICTION, ALPHA, STEP, WINDOW) = (
-    i * COLUMNS for i in range(11)
+(HALF_WIDTH, HALF_HEIGHT, INERTIA, STIFFNESS, TANGENTIAL, COMPLIANCE, DASHPOT, FRICTION, ALPHA, STEP) = (
+    i * COLUMNS for i in range(10)
 )
+(WINDOW, TAIL_TICKS) = (82 * COLUMNS, 83 * COLUMNS)
 # the position (angle with its cosine and sine), velocity and acceleration,
 (X, Z, ANGLE, COS, SIN, VX, VZ, VW, AX, AZ, AW) = (i * COLUMNS for i in range(11, 22))
 # the corners, left and right: tangential spring, place along s and penetration at the end of the last step, and, for
@@ -60,5 +64,5 @@ OPTIONS: Final[dict[str, Any]] = {"fastmath": False, "error_model": "numpy", "bo
 (END_XL, END_XR, END_ZL, END_ZR, PUSH, LIFT, HALF) = (i * COLUMNS for i in range(67, 74))
 # and what is looked at once per sample only.
 (AMPLITUDE, SAMPLE, UPRIGHT_UNTIL, ENERGY, BARRIER, CALM, AFTER, LOOK) = (i * COLUMNS for i in range(74, 82))
-TRIES: Final = 82 * COLUMNS
-ROWS: Final = 83
+TRIES: Final = 84 * COLUMNS
+ROWS: Final = 85

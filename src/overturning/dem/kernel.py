@@ -23,14 +23,14 @@ from overturning.dem.columns import (
     AFTER, ALPHA, AMPLITUDE, ANGLE, AW, AX, AZ, BARRIER, BASE, BEND, CALM, COLUMNS, COMPLIANCE, COS, DASHPOT,
     ENERGY, FINE, FRICTION, HALF_HEIGHT, HALF_WIDTH, INERTIA, LAST_UPRIGHT, LOOK, LOST, OLD_UL, OLD_UR, OLD_XL,
     OLD_XR, OPTIONS, PEAK_ANGLE, PEAK_DEPTH, PEAK_SLIP, ROWS, SAMPLE, SIN, SLOPE, SPRING_L, SPRING_R, STEP,
-    STIFFNESS, TANGENTIAL, TICK, TICKS, UPRIGHT_UNTIL, UP_BASE, UP_BEND, UP_SLOPE, VW, VX, VZ, WINDOW, WORK, X, Z,
+    STIFFNESS, TAIL_TICKS, TANGENTIAL, TICK, TICKS, UPRIGHT_UNTIL, UP_BASE, UP_BEND, UP_SLOPE, VW, VX, VZ, WINDOW, WORK, X, Z,
 )  # fmt: skip
 # isort: on
 
 # Columns of the case table that `run_queue` takes.
 (P_WIDTH, P_HEIGHT, P_STIFFNESS, P_TANGENTIAL, P_DASHPOT, P_FRICTION, P_ALPHA, P_AMPLITUDE) = range(8)
-(P_TILT_COS, P_TILT_SIN, P_TILT, P_FIRST, P_CALM, P_AFTER, P_WINDOW) = range(8, 15)
-PARAMETERS: Final = 15
+(P_TILT_COS, P_TILT_SIN, P_TILT, P_FIRST, P_CALM, P_AFTER, P_WINDOW, P_TAIL) = range(8, 16)
+PARAMETERS: Final = 16
 
 # Columns of its results.
 (R_STATUS, R_SIDE, R_TIME, R_ANGLE, R_SLIP, R_RESIDUAL, R_DEPTH, R_ENERGY, R_STEPS) = range(9)
@@ -60,7 +60,7 @@ def start(state: Any, j: int, case: Any, interval: float, ticks: float, gravity:
     state[COMPLIANCE + j] = 1.0 / ks if ks > 0.0 else 0.0
     state[DASHPOT + j], state[FRICTION + j] = case[P_DASHPOT], case[P_FRICTION]
     state[ALPHA + j], state[STEP + j] = case[P_ALPHA], interval / ticks
-    state[WINDOW + j] = case[P_WINDOW]
+    state[WINDOW + j], state[TAIL_TICKS + j] = case[P_WINDOW], case[P_TAIL]
     state[FINE + j] = case[P_WINDOW]
     tilted = s != 0.0
     depth = gravity / k if tilted else 0.5 * gravity / k

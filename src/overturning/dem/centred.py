@@ -216,33 +216,27 @@ def commit(state: Any, columns: int, gravity: float, vertical: Any, rough: Any) 
         spin_l, spin_r, ax, let_go = al * nl, ar * nr, push, 0.0
         if rough is not None:
             ml, mr = mu * nl, mu * nr
-            el, er = ml * compliance, mr * compliance
             fl, fr = ks * tl + dash * xl, ks * tr + dash * xr
             sign_l, sign_r, size_l, size_r = math.copysign(mu, fl), math.copysign(mu, fr), abs(fl), abs(fr)
-            # In a long step a corner was taken to slide or to stick. If it sticks where it cannot, the step is done once
-            # more; if it slides where it has come to rest, in shorter ones: friction changes its sign within it.
+            # In a long step a corner was taken to slide or to stick. If that proves wrong the step is done once more the
+            # other way; if it slides where it has come to rest, in shorter ones: friction changes its sign within it.
             slid_l, slid_r = (0.0 if late else slid_l), (0.0 if late else slid_r)
-            held_l, held_r = slid_l * xl, slid_r * xr
-            keeps_l, keeps_r, slips_l, slips_r = held_l > 0.0, held_r > 0.0, size_l > ml, size_r > mr
-            sign_l, sign_r = (slid_l if keeps_l else sign_l), (slid_r if keeps_r else sign_r)
-            slides_l, slides_r = keeps_l | slips_l, keeps_r | slips_r
-            stops = (held_l < 0.0) & (nl > 0.0) | (held_r < 0.0) & (nr > 0.0)
-            stops = stops & (not again)
-            wrong_l = slips_l & (slid_l == 0.0) & (nl > 0.0)
-            wrong_r = slips_r & (slid_r == 0.0) & (nr > 0.0)
-            retry = (wrong_l | wrong_r) & (tries < MOST_TRIES) & (not (late | again | stops))
-            other_l, other_r = (sign_l if wrong_l else slid_l), (sign_r if wrong_r else slid_r)
+            slides_l, slides_r, stuck_l, stuck_r = size_l > ml, size_r > mr, slid_l == 0.0, slid_r == 0.0
+            wrong_l, wrong_r = (nl > 0.0) & (slides_l == stuck_l), (nr > 0.0) & (slides_r == stuck_r)
+            turned = (slid_l * xl < 0.0) & (nl > 0.0) | (slid_r * xr < 0.0) & (nr > 0.0)
+            wrong = (wrong_l | wrong_r) & (not (late | again))
+            stops = (turned & (not again)) | (wrong & (tries >= MOST_TRIES))
+            retry = wrong & (not stops)
+            other_l, other_r = (sign_l if stuck_l else 0.0), (sign_r if stuck_r else 0.0)
+            other_l, other_r = (other_l if wrong_l else slid_l), (other_r if wrong_r else slid_r)
+            other_l, other_r = (slid_l if stops else other_l), (slid_r if stops else other_r)
             unsettled = retry | stops
             fl, fr = (sign_l * nl if slides_l else fl), (sign_r * nr if slides_r else fr)
             slid_l, slid_r = (sign_l if slides_l else 0.0), (sign_r if slides_r else 0.0)
             slid_l, slid_r = (other_l if unsettled else slid_l), (other_r if unsettled else slid_r)
             state[SLID_L + j], state[SLID_R + j] = slid_l, slid_r
             state[TRIES + j] = tries + 1.0 if retry else 0.0
-            nel, ner = -el, -er
-            sl, sr = (el if tl > el else tl), (er if tr > er else tr)
-            sl, sr = (nel if sl < nel else sl), (ner if sr < ner else sr)
-            kept_l, kept_r = fl * compliance, fr * compliance
-            sl, sr = (kept_l if keeps_l else sl), (kept_r if keeps_r else sr)
+            sl, sr = (fl * compliance if slides_l else tl), (fr * compliance if slides_r else tr)
             spin_l, spin_r, ax = spin_l + dl * fl, spin_r - dr * fr, push - (fl + fr)
             loss_l, loss_r = loss_l + (fl - ks * sl) * xl, loss_r + (fr - ks * sr) * xr
             let_go = (gl + sl) * (tl - sl) + (gr + sr) * (tr - sr)

@@ -1,5 +1,6 @@
 """Cundall's scheme: central differences, spring at the whole step, dashpot at the half step before it (docs/method.md)."""
 
+import math
 from typing import Any
 
 from numba import njit
@@ -55,15 +56,11 @@ def advance_cundall(state: Any, columns: int, steps: int, gravity: float, vertic
             tr = state[SPRING_R + j] + dxr if was_r else 0.0
             ml, mr = mu * nl, mu * nr
             fl, fr = -(ks * tl) - hdt * dxl, -(ks * tr) - hdt * dxr
-            fl = ml if fl > ml else fl
-            fr = mr if fr > mr else fr
-            fl = -ml if fl < -ml else fl
-            fr = -mr if fr < -mr else fr
-            el, er = ml * state[COMPLIANCE + j], mr * state[COMPLIANCE + j]
-            sl = el if tl > el else tl
-            sr = er if tr > er else tr
-            sl = -el if sl < -el else sl
-            sr = -er if sr < -er else sr
+            slips_l, slips_r = abs(fl) > ml, abs(fr) > mr
+            fl, fr = (math.copysign(ml, fl) if slips_l else fl), (math.copysign(mr, fr) if slips_r else fr)
+            # A corner that slips has its spring shortened to what friction holds.
+            compliance = -state[COMPLIANCE + j]
+            sl, sr = (compliance * fl if slips_l else tl), (compliance * fr if slips_r else tr)
             # Accelerations in the frame of the base; left and right corner as one pair.
             ax, az = (fl + fr) + push, (nl + nr) - gravity
             if vertical is not None:
@@ -76,16 +73,11 @@ def advance_cundall(state: Any, columns: int, steps: int, gravity: float, vertic
             pl, pr = ul if ul > 0.0 else 0.0, ur if ur > 0.0 else 0.0
             ql, qr = (state[OLD_UL + j] if was_l else 0.0), (state[OLD_UR + j] if was_r else 0.0)
             ql, qr = (0.0 if ul > 0.0 else ql), (0.0 if ur > 0.0 else qr)
-            # A spring that slips gives up what the falling limit takes, then slides against its own force.
             gl, gr = state[SPRING_L + j], state[SPRING_R + j]
-            kept_l, kept_r = (el if gl > el else gl), (er if gr > er else gr)
-            kept_l, kept_r = (-el if kept_l < -el else kept_l), (-er if kept_r < -er else kept_r)
-            slid_l, slid_r = sl * ((kept_l - sl) + dxl), sr * ((kept_r - sr) + dxr)
-            slid_l, slid_r = (slid_l if tl != sl else 0.0), (slid_r if tr != sr else 0.0)
             lost_l = (nl - k * pl) * (cz - rxl * cw) + (fl + ks * sl) * (cx + rzl * cw)
             lost_r = (nr - k * pr) * (cz - rxr * cw) + (fr + ks * sr) * (cx + rzr * cw)
-            let_go = k * (ql * ql + qr * qr) + ks * ((gl * gl - kept_l * kept_l) + (gr * gr - kept_r * kept_r))
-            let_go = 0.5 * let_go + ks * (slid_l + slid_r)
+            # What springs let go: the normal ones that open, the tangential ones that are shortened, by their mean force.
+            let_go = 0.5 * (k * (ql * ql + qr * qr) + ks * ((gl + sl) * (tl - sl) + (gr + sr) * (tr - sr)))
             power = push * cx
             if vertical is not None:
                 power = push * cx - lift * cz

@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numba import njit
 
-from overturning.dem.columns import EARLY_TICKS, LATE_TICKS, TAIL_STEP, TAIL_TICKS, TICKS
+from overturning.dem.columns import EARLY_TICKS, LATE_TICKS, MOST_TRIES, TAIL_STEP, TICKS
 
 G = 9.80665
 
@@ -23,7 +23,7 @@ def _corners(z, angle, b, h):
 
 
 @njit
-def run(centred, motion, up, interval, steps, b, h, k, ks, dash, mu, window, tilt, first, inertial):
+def run(centred, motion, up, interval, steps, b, h, k, ks, dash, mu, window, tail, tilt, first, inertial):
     """Side, largest |θ|, largest slip of the base's midpoint, block steps."""
     inertia, alpha = 3.0 / (b * b + h * h), math.atan(b / h)
     angle, x, z = tilt, 0.0, 0.0
@@ -38,16 +38,16 @@ def run(centred, motion, up, interval, steps, b, h, k, ks, dash, mu, window, til
     a[1] = k * (max(old[0], 0.0) + max(old[1], 0.0)) - G
     a[2] = -inertia * k * (rx[0] * max(old[0], 0.0) + rx[1] * max(old[1], 0.0))
     base_x, base_v = 0.0, 0.0  # of the base, where it is what moves
-    tick, sample, fine, count = 0, first, (window if centred else 0), 0
+    tick, sample, fine, count, tries = 0, first, (window if centred else 0), 0, 0
     peak, slip = abs(tilt), 0.0
     barrier = G * (math.sqrt(b * b + h * h) - h)
     limit = motion.size + math.ceil(20.0 * math.sqrt(math.sqrt(b * b + h * h) * 4 / 3 / G) / interval)
     un, ut, stretch, slid, pressed = np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2)
-    kept = np.zeros(2, np.bool_)
+    slips = np.zeros(2, np.bool_)
     vh, drift, pull, guess = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
     matrix, right_side, jump = np.zeros((3, 3)), np.zeros(3), np.zeros(3)
     while sample < limit:
-        early, late = fine > window - EARLY_TICKS, fine > TAIL_TICKS
+        early, late = fine > window - EARLY_TICKS, fine > tail
         length = 1 if early else LATE_TICKS if late else TAIL_STEP if fine > 0 else TICKS
         if not centred:
             length = TICKS
@@ -95,8 +95,7 @@ def run(centred, motion, up, interval, steps, b, h, k, ks, dash, mu, window, til
                 if late:
                     on, slides, sign = inside[q] and n > 0.0, abs(f) > mu * n, math.copysign(mu, f)
                 else:
-                    on, slides, sign = (inside[q] and n > 0.0) or pressed[q] > 0.0, slid[q] * along > 0.0, slid[q]
-                kept[q] = slides and not late
+                    on, slides, sign = (inside[q] and n > 0.0) or pressed[q] > 0.0, slid[q] != 0.0, slid[q]
                 if not on:
                     continue
                 # Spring and dashpot at the end of the step: force = constant − rows · v, half a step ahead of the
@@ -132,8 +131,24 @@ def run(centred, motion, up, interval, steps, b, h, k, ks, dash, mu, window, til
             inside = (u[0] > 0.0, u[1] > 0.0)
             for q in range(2):
                 changed = changed or inside[q] != was[q] or (met[q] > 0.0 and not was[q])
-            if changed and not early:
-                fine = window if late else window - EARLY_TICKS if fine > 0 else TAIL_TICKS
+            again, wrong, back = changed and not early, False, False
+            for q in range(2):
+                n, f = k * u[q] - dash * un[q] if inside[q] else 0.0, ks * stretch[q] + dash * ut[q]
+                slips[q] = abs(f) > mu * max(n, 0.0)
+                if mu * n > 0.0 and not late:
+                    wrong = wrong or slips[q] != (slid[q] != 0.0)
+                    back = back or slid[q] * ut[q] < 0.0
+            retry = not again and not back and wrong and tries < MOST_TRIES
+            for q in range(2):
+                n, f = k * u[q] - dash * un[q] if inside[q] else 0.0, ks * stretch[q] + dash * ut[q]
+                if mu * n > 0.0 or not retry:
+                    slid[q] = math.copysign(mu, f) if slips[q] else 0.0
+            tries = tries + 1 if retry else 0
+            if again:
+                fine = window if late else window - EARLY_TICKS if fine > 0 else tail
+            elif (wrong or back) and not retry:
+                fine = tail + TAIL_STEP if fine > 0 else TICKS
+            if again or wrong or back:
                 continue
         else:
             for q in range(2):
@@ -144,13 +159,11 @@ def run(centred, motion, up, interval, steps, b, h, k, ks, dash, mu, window, til
         for q in range(2):
             n = max(k * u[q] - dash * un[q], 0.0) if inside[q] else 0.0
             f = -ks * stretch[q] - dash * ut[q]
-            most = mu * n / ks if ks > 0 else 0.0
-            spring[q] = min(max(stretch[q], -most), most)
-            if centred and kept[q]:
-                f, spring[q] = -slid[q] * n, (slid[q] * n / ks if ks > 0 else 0.0)
+            if abs(f) > mu * n:
+                f = math.copysign(mu * n, f)
+                spring[q] = -f / ks if ks > 0 else 0.0
             else:
-                slid[q] = math.copysign(mu, -f) if abs(f) > mu * n else 0.0
-                f = min(max(f, -mu * n), mu * n)
+                spring[q] = stretch[q]
             pressed[q] = n
             kick = (f, n, inertia * (rz[q] * f - rx[q] * n))
             new = (u[q] / (u[q] - old[q]) - 0.5) * dt if centred and inside[q] and not was[q] else 0.0

@@ -4,7 +4,7 @@ import numpy as np
 
 from overturning.dem.blocks import Cases
 from overturning.dem.contact import Contact
-from overturning.dem.kernel import P_WINDOW
+from overturning.dem.kernel import P_TAIL, P_WINDOW
 from overturning.dem.plan import plan
 from overturning.motion.motion import Motion
 from tests.dem import scalar_kernel
@@ -34,6 +34,6 @@ def scalar_outcomes(
             scheme == "centred", how.ground[how.row[i], : motion.samples] * cases.amplitude[i],
             up * cases.amplitude[i], motion.sampling_interval, how.steps[i], half_height * cases.b_over_h[i],
             half_height, how.normal[i], how.tangential[i], how.dashpot[i], cases.friction[i], table[i, P_WINDOW],
-            cases.initial_tilt[i], how.first[i], inertial,
+            table[i, P_TAIL], cases.initial_tilt[i], how.first[i], inertial,
         )  # fmt: skip
     return out

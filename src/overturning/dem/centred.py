@@ -218,25 +218,25 @@ def commit(state: Any, columns: int, gravity: float, vertical: Any, rough: Any) 
             ml, mr = mu * nl, mu * nr
             fl, fr = ks * tl + dash * xl, ks * tr + dash * xr
             sign_l, sign_r, size_l, size_r = math.copysign(mu, fl), math.copysign(mu, fr), abs(fl), abs(fr)
-            # In a long step a corner was taken to slide or to stick. If that proves wrong the step is done once more the
-            # other way; if it slides where it has come to rest, in shorter ones: friction changes its sign within it.
+            slips_l, slips_r = size_l > ml, size_r > mr
+            # A long step took each corner to slide or to stick. If that proves wrong it is done once more the other way;
+            # if a sliding corner has turned round, in shorter steps: friction changes its sign on the way.
             slid_l, slid_r = (0.0 if late else slid_l), (0.0 if late else slid_r)
-            slides_l, slides_r, stuck_l, stuck_r = size_l > ml, size_r > mr, slid_l == 0.0, slid_r == 0.0
-            wrong_l, wrong_r = (nl > 0.0) & (slides_l == stuck_l), (nr > 0.0) & (slides_r == stuck_r)
-            turned = (slid_l * xl < 0.0) & (nl > 0.0) | (slid_r * xr < 0.0) & (nr > 0.0)
+            stuck_l, stuck_r = slid_l == 0.0, slid_r == 0.0
+            wrong_l, wrong_r = (slips_l == stuck_l) & (ml > 0.0), (slips_r == stuck_r) & (mr > 0.0)
+            turned = (slid_l * xl < 0.0) & (ml > 0.0) | (slid_r * xr < 0.0) & (mr > 0.0)
             wrong = (wrong_l | wrong_r) & (not (late | again))
-            stops = (turned & (not again)) | (wrong & (tries >= MOST_TRIES))
-            retry = wrong & (not stops)
+            shorter = (turned & (not again)) | (wrong & (tries >= MOST_TRIES))
+            retry = wrong & (not shorter)
             other_l, other_r = (sign_l if stuck_l else 0.0), (sign_r if stuck_r else 0.0)
             other_l, other_r = (other_l if wrong_l else slid_l), (other_r if wrong_r else slid_r)
-            other_l, other_r = (slid_l if stops else other_l), (slid_r if stops else other_r)
-            unsettled = retry | stops
-            fl, fr = (sign_l * nl if slides_l else fl), (sign_r * nr if slides_r else fr)
-            slid_l, slid_r = (sign_l if slides_l else 0.0), (sign_r if slides_r else 0.0)
-            slid_l, slid_r = (other_l if unsettled else slid_l), (other_r if unsettled else slid_r)
+            fl, fr = (sign_l * nl if slips_l else fl), (sign_r * nr if slips_r else fr)
+            slid_l, slid_r = (sign_l if slips_l else 0.0), (sign_r if slips_r else 0.0)
+            slid_l, slid_r = (other_l if retry else slid_l), (other_r if retry else slid_r)
             state[SLID_L + j], state[SLID_R + j] = slid_l, slid_r
             state[TRIES + j] = tries + 1.0 if retry else 0.0
-            sl, sr = (fl * compliance if slides_l else tl), (fr * compliance if slides_r else tr)
+            # A corner that slips has its spring shortened to what friction holds.
+            sl, sr = (fl * compliance if slips_l else tl), (fr * compliance if slips_r else tr)
             spin_l, spin_r, ax = spin_l + dl * fl, spin_r - dr * fr, push - (fl + fr)
             loss_l, loss_r = loss_l + (fl - ks * sl) * xl, loss_r + (fr - ks * sr) * xr
             let_go = (gl + sl) * (tl - sl) + (gr + sr) * (tr - sr)
@@ -276,9 +276,10 @@ def commit(state: Any, columns: int, gravity: float, vertical: Any, rough: Any) 
         begin = window if late else begin
         later = fine - length
         if rough is not None:
-            later = (fine if retry else later)
-            later = ((tail_ticks + 1.0 * TAIL_STEP if tail else 1.0 * TICKS) if stops else later)
-            again = again | unsettled
+            later = fine if retry else later
+            sooner = tail_ticks + 1.0 * TAIL_STEP if tail else 1.0 * TICKS
+            later = sooner if shorter else later
+            again = again | retry | shorter
         fine = begin if changed else later
         size, slip = abs(angle), abs(nx - h * s)
         depth = ul if ul > ur else ur

@@ -159,11 +159,10 @@ def run(centred, motion, up, interval, steps, b, h, k, ks, dash, mu, window, tai
         for q in range(2):
             n = max(k * u[q] - dash * un[q], 0.0) if inside[q] else 0.0
             f = -ks * stretch[q] - dash * ut[q]
+            spring[q] = stretch[q]
             if abs(f) > mu * n:
-                f = math.copysign(mu * n, f)
-                spring[q] = -f / ks if ks > 0 else 0.0
-            else:
-                spring[q] = stretch[q]
+                f, most = math.copysign(mu * n, f), mu * n / ks if ks > 0 else 0.0
+                spring[q] = min(max(stretch[q], -most), most)
             pressed[q] = n
             kick = (f, n, inertia * (rz[q] * f - rx[q] * n))
             new = (u[q] / (u[q] - old[q]) - 0.5) * dt if centred and inside[q] and not was[q] else 0.0

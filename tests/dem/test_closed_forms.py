@@ -49,11 +49,13 @@ def test_at_rest_nothing_moves_for_a_minute() -> None:
 
 @pytest.mark.parametrize("upward", [0.0, -0.3 * STANDARD_GRAVITY, 0.2 * STANDARD_GRAVITY])
 @pytest.mark.parametrize("b_over_h", [0.1, 0.25, 0.5])
-def test_uplift_begins_at_the_threshold(b_over_h: float, upward: float) -> None:
+@pytest.mark.parametrize(("seconds", "penetration"), [(20.0, 2e-5), (4.0, 2e-6), (1.0, 2e-7)])
+def test_uplift_begins_at_the_threshold(b_over_h: float, upward: float, seconds: float, penetration: float) -> None:
+    # The softer the contact, the later the corner follows: 2 ξ/ω behind the load.
     threshold = uplift_acceleration(b_over_h, upward)
     path = trajectory(
-        ramp(1.2 * threshold, 20.0, upward), azimuth_deg=0, height=0.6, b_over_h=b_over_h, friction=10.0,
-        leave_out=False,
+        ramp(1.2 * threshold, seconds, upward), azimuth_deg=0, height=0.6, b_over_h=b_over_h, friction=10.0,
+        leave_out=False, contact=Contact(static_penetration=penetration),
     )  # fmt: skip
     # The corner towards +s is the one that comes off, when its penetration is gone.
     left = int(np.argmax(path.penetration_right.values <= 0.0))
@@ -129,7 +131,7 @@ def test_sliding_under_a_pulse(friction: float, period: float) -> None:
     peak, residual = slide(pulse, 0.005, friction)
     assert found.overturned[0] == 0
     assert found.peak_slip[0] == pytest.approx(peak, rel=1e-2)
-    assert found.residual_slip[0] == pytest.approx(residual, abs=3.5e-2 * peak)
+    assert found.residual_slip[0] == pytest.approx(residual, abs=2e-2 * peak)
 
 
 def test_a_drop_follows_the_exact_bounce_of_a_damped_spring() -> None:

@@ -236,7 +236,9 @@ def commit(state: Any, columns: int, gravity: float, vertical: Any, rough: Any) 
             state[SLID_L + j], state[SLID_R + j] = slid_l, slid_r
             state[TRIES + j] = tries + 1.0 if retry else 0.0
             # A corner that slips has its spring shortened to what friction holds.
-            sl, sr = (fl * compliance if slips_l else tl), (fr * compliance if slips_r else tr)
+            el, er = ml * compliance, mr * compliance
+            sl, sr = math.copysign(el, tl), math.copysign(er, tr)
+            sl, sr = (sl if slips_l & (abs(tl) > el) else tl), (sr if slips_r & (abs(tr) > er) else tr)
             spin_l, spin_r, ax = spin_l + dl * fl, spin_r - dr * fr, push - (fl + fr)
             loss_l, loss_r = loss_l + (fl - ks * sl) * xl, loss_r + (fr - ks * sr) * xr
             let_go = (gl + sl) * (tl - sl) + (gr + sr) * (tr - sr)

@@ -17,13 +17,13 @@ COLUMNS: Final = 48
 TICKS: Final = 128
 """Ticks of a whole step: where a contact opens or closes the centred scheme takes fewer at a time;"""
 
-EARLY_TICKS: Final = 64.0
+EARLY_TICKS: Final = 32.0
 """after a change a step is one tick long for so many ticks,"""
 
 LATE_TICKS: Final = 4
 """then so many ticks long"""
 
-SETTLING: Final = 8.0
+SETTLING: Final = 5.0
 """until this time has passed, in 1/ω: the contact's fast transient is over;"""
 
 TAIL_STEP: Final = 32

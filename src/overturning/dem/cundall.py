@@ -59,8 +59,9 @@ def advance_cundall(state: Any, columns: int, steps: int, gravity: float, vertic
             slips_l, slips_r = abs(fl) > ml, abs(fr) > mr
             fl, fr = (math.copysign(ml, fl) if slips_l else fl), (math.copysign(mr, fr) if slips_r else fr)
             # A corner that slips has its spring shortened to what friction holds.
-            compliance = -state[COMPLIANCE + j]
-            sl, sr = (compliance * fl if slips_l else tl), (compliance * fr if slips_r else tr)
+            el, er = ml * state[COMPLIANCE + j], mr * state[COMPLIANCE + j]
+            sl, sr = math.copysign(el, tl), math.copysign(er, tr)
+            sl, sr = (sl if slips_l & (abs(tl) > el) else tl), (sr if slips_r & (abs(tr) > er) else tr)
             # Accelerations in the frame of the base; left and right corner as one pair.
             ax, az = (fl + fr) + push, (nl + nr) - gravity
             if vertical is not None:

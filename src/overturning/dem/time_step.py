@@ -35,7 +35,7 @@ LIGHT_DAMPING: Final = 0.25
 
 DEFAULT_SCHEME: Final = "centred"
 
-AUTO_FRACTION: Final = {Scheme.CUNDALL: 0.5, Scheme.CENTRED: 0.5}
+AUTO_FRACTION: Final = {Scheme.CUNDALL: 0.5, Scheme.CENTRED: 1.0}
 """The step of ``time_step="auto"`` as a fraction of the stable one (docs/method.md shows how it was chosen)."""
 
 MOST_STEPS_PER_SAMPLE: Final = 2_000_000

@@ -18,7 +18,7 @@ from overturning.dem.cases import CaseResults, run_cases
 AZIMUTHS = 18
 THREADS = 2
 REFERENCE = ("centred", 0.03125)
-DEFAULT = ("centred", 0.5)
+DEFAULT = ("centred", 1.0)
 RUNS = [("centred", fraction) for fraction in (0.0625, 0.125, 0.25, 0.5, 0.75, 1.0)]
 RUNS += [("cundall", fraction) for fraction in (0.12, 0.25, 0.5, 0.9)]
 EQUAL = {

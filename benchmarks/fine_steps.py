@@ -16,14 +16,16 @@ from benchmarks.study_records import ROOT, half_grid, near_fault
 
 VARIANTS: dict[str, dict[str, float]] = {
     "as it is": {},
-    "one tick for half as long": {"EARLY_TICKS": 32.0},
-    "one tick for a quarter as long": {"EARLY_TICKS": 16.0},
+    "one tick for half as long": {"EARLY_TICKS": 16.0},
+    "one tick for twice as long": {"EARLY_TICKS": 64.0},
     "then steps twice as long": {"LATE_TICKS": 8},
-    "then steps four times as long": {"LATE_TICKS": 16},
-    "fine steps for 5/ω instead of 8/ω": {"SETTLING": 5.0},
-    "half the tail": {"TAIL_TICKS": 128.0},
-    "twice as many ticks": {"TICKS": 256, "EARLY_TICKS": 128.0, "LATE_TICKS": 8, "TAIL_TICKS": 512.0,
-                            "TAIL_STEP": 64},
+    "then steps half as long": {"LATE_TICKS": 2},
+    "fine steps for 3/ω instead of 5/ω": {"SETTLING": 3.0},
+    "fine steps for 8/ω": {"SETTLING": 8.0},
+    "half the tail": {"TAIL": 4.0},
+    "half as many ticks": {"TICKS": 64, "EARLY_TICKS": 16.0, "LATE_TICKS": 2, "TAIL_STEP": 16},
+    "no step done once more, only shorter": {"MOST_TRIES": 0.0},
+    "up to four tries": {"MOST_TRIES": 4.0},
 }  # fmt: skip
 REFERENCE = "0.03125 stable"
 

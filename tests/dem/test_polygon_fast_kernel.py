@@ -37,7 +37,12 @@ def test_same_flags_and_peaks_as_the_fast_kernel(number: int) -> None:
     assert (general.status == Status.SIMULATED).all()
     assert (fast.overturned != 0).sum() > 20
     np.testing.assert_array_equal(general.overturned[:, 0], fast.overturned)
-    np.testing.assert_allclose(general.peak_rotation[:, 0], fast.peak_rotation, rtol=1e-5, atol=1e-7)
+    # What a change of the shaking in its twelfth digit moves further than the tolerance is chaotic.
+    nudged = Motion((1 + 1e-12) * motion.north, (1 + 1e-12) * motion.east, sampling_interval=motion.sampling_interval)
+    other = run_cases(nudged, cases, scheme="cundall", leave_out=False)
+    firm = np.isclose(other.peak_rotation, fast.peak_rotation, rtol=1e-5, atol=1e-7)
+    assert firm.mean() > 0.99
+    np.testing.assert_allclose(general.peak_rotation[firm, 0], fast.peak_rotation[firm], rtol=1e-5, atol=1e-7)
     fell = fast.overturned != 0
     np.testing.assert_allclose(general.overturning_time[fell, 0], fast.overturning_time[fell], atol=1e-3)
 

@@ -31,18 +31,18 @@ def test_order_is_that_of_a_known_line() -> None:
     assert np.isnan(order(STEPS, np.zeros(3)))
 
 
-@pytest.mark.parametrize(("scheme", "steps", "least"), [("centred", STEPS / 4, 1.0), ("cundall", STEPS, 0.9)])
-def test_peak_rotation_converges(scheme: str, steps: np.ndarray, least: float) -> None:
+@pytest.mark.parametrize(("scheme", "least"), [("centred", 1.0), ("cundall", 0.9)])
+def test_peak_rotation_converges(scheme: str, least: float) -> None:
     groups = [decaying_sine()]
     right = answers(groups, kernel(**settings("centred", 0.004)))
-    errors = [rotation_error(*answers(groups, kernel(**settings(scheme, step))), *right) for step in steps]
+    errors = [rotation_error(*answers(groups, kernel(**settings(scheme, step))), *right) for step in STEPS]
     assert errors[0] > errors[-1] > 0
-    assert order(steps, np.array(errors)) >= least
+    assert order(STEPS, np.array(errors)) >= least
 
 
-@pytest.mark.parametrize(("scheme", "steps"), [("centred", [0.125, 0.06, 0.03, 0.015]), ("cundall", [*STEPS, 0.0625])])
-def test_energy_balance_converges(scheme: str, steps: list[float]) -> None:
-    group = decaying_sine()
+@pytest.mark.parametrize("scheme", ["centred", "cundall"])
+def test_energy_balance_converges(scheme: str) -> None:
+    group, steps = decaying_sine(), [*STEPS, 0.0625]
     residual = [np.mean(run_cases(group.motion, group.cases, **settings(scheme, step)).energy_error) for step in steps]
     assert order(np.array(steps), np.array(residual)) >= 0.9
 

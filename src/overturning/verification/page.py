@@ -73,7 +73,6 @@ def orders(rows: Columns) -> dict[str, float]:
                 chosen = steps & over_steps(rows, kind) & (rows["method"] == method)
                 found[f"{kind}, {measure}, {method}"] = order(rows["step_fraction"][chosen], rows[measure][chosen])
     for method in ("centred", "cundall"):
-        # Over all its steps: it does not fall evenly from one to the next.
-        chosen = (rows["against"] == "energy balance") & (rows["method"] == method)
+        chosen = steps & (rows["against"] == "energy balance") & (rows["method"] == method)
         found[f"energy, {method}"] = order(rows["step_fraction"][chosen], rows["energy_error"][chosen])
     return found

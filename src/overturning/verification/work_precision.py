@@ -16,7 +16,7 @@ from overturning.verification.work_precision_cases import Group
 FloatArray = NDArray[np.float64]
 Say = Callable[[str], None]
 
-FRACTIONS: Final = (0.9, 0.5, 0.25, 0.12, 0.06, 0.03, 0.01)
+FRACTIONS: Final = (1.0, 0.9, 0.5, 0.25, 0.12, 0.06, 0.03, 0.01)
 """Δt/Δt_stable."""
 
 PENETRATIONS: Final = (2e-3, 2e-4, 2e-5, 2e-6)

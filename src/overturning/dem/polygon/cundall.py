@@ -10,7 +10,7 @@ from overturning.dem.polygon.columns import (
 )  # fmt: skip
 
 # isort: on
-from overturning.dem.polygon.contact import held_to, push, stretched
+from overturning.dem.polygon.contact import held_to, push, shortened, stretched
 from overturning.dem.polygon.faces import End, ends
 
 
@@ -23,7 +23,8 @@ def end_force(q: Any, at: int, j: int, own: Any, end: End, turn_q: float, turn_r
     drag = fade * end.slip
     stretch = stretched(q, at, j, end, turn_q, turn_r, drag)
     cap = q[FRICTION + j] * n
-    return n, held_to(-(q[KS + j] * stretch) - drag, cap), held_to(stretch, cap * q[COMPLIANCE + j])
+    force = -(q[KS + j] * stretch) - drag
+    return n, held_to(force, cap), shortened(stretch, force, cap, q[COMPLIANCE + j])
 
 
 @njit(**OPTIONS)

@@ -27,11 +27,14 @@ LONGEST_CONTACT: Final = 8.0
 """The centred scheme is stable with any step; this one, in 1/ω of the highest mode, is the longest that still tells when
 a contact opens, closes, sticks and slips (docs/method.md)."""
 
-LONGEST_ROCKING: Final = 0.1
-"""And this one, in 1/p with p = √(3g/4R), the longest that follows rocking to 10⁻³."""
+LONGEST_ROCKING: Final = 0.025
+"""And this one, in 1/p with p = √(3g/4R), the longest for which a soft contact's energy balances."""
 
-LIGHT_DAMPING: Final = 0.25
-"""Below this damping ratio of the highest mode corners bounce, and the automatic step is halved."""
+LIGHT_DAMPING: Final = 0.6
+"""Below this damping ratio of the highest mode corners bounce: the centred scheme's automatic step is a quarter,"""
+
+BARE_DAMPING: Final = 0.25
+"""and below this one that of Cundall's scheme and of scenes is halved."""
 
 DEFAULT_SCHEME: Final = "centred"
 
@@ -158,9 +161,7 @@ def steps_per_sample(
     stable = stable_step(scheme, square, rate, period)
     least = float(np.min(stable))
     if time_step == "auto":
-        light = rate < 2.0 * LIGHT_DAMPING * np.sqrt(square)
-        fraction = SCENE_FRACTION if period is None else AUTO_FRACTION[scheme]
-        step = stable * fraction * np.where(light, 0.5, 1.0)
+        step = stable * _automatic(scheme, square, rate, period)
     elif isinstance(time_step, str):
         step = stable * _fraction(time_step)
     else:
@@ -179,6 +180,16 @@ def steps_per_sample(
     # np.frexp is exact: the exponent of the number, five digits of which are kept.
     unit = np.int64(1) << np.maximum(np.frexp(steps.astype(np.float64))[1] - 5, 0).astype(np.int64)
     return (steps + unit - 1) // unit * unit
+
+
+def _automatic(scheme: Scheme, square: FloatArray, rate: FloatArray, period: FloatArray | None) -> FloatArray:
+    # docs/method.md, "The default step", has the tables from which these were read.
+    damping = 0.5 * rate / np.sqrt(square)
+    if period is None or scheme == Scheme.CUNDALL:
+        fraction = SCENE_FRACTION if period is None else AUTO_FRACTION[scheme]
+        return np.where(damping < BARE_DAMPING, 0.5 * fraction, fraction)
+    soft = LONGEST_CONTACT / np.sqrt(square) > LONGEST_ROCKING * period
+    return np.where(damping < LIGHT_DAMPING, 0.25, np.where(soft, 0.5, AUTO_FRACTION[scheme]))
 
 
 def _fraction(text: str) -> float:

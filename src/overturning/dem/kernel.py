@@ -292,7 +292,9 @@ def run_queue(
     ticks = 1.0 * TICKS * steps
     lag = 0.5 if scheme == 0 else 0.0
     end = float(samples)
-    active, head, noted = 0, 0, 0
+    # Not literals: the counters would have a type of their own, and all they are handed to be compiled twice.
+    none = int(np.int64(0))
+    active, head, noted = none, none, none
     for j in range(COLUMNS):
         start(state, j, cases[queue[0]], interval, ticks, gravity)
         row[j] = row_of_case[queue[0]]
@@ -316,7 +318,7 @@ def run_queue(
             advance_centred(state, columns, steps, gravity, upward, rough)
         look_at(state, columns, ticks, end, deepest)
         counter[0] += active * steps
-        j = 0
+        j = none
         while j < active:
             done[j] += steps
             if state[LOOK + j] == 0.0 and done[j] < budget:

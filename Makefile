@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 CORES ?= 2
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: setup run test lint format schema peers bench verify lock clean help
+.PHONY: setup run test lint format peers bench verify lock clean help
 .DEFAULT_GOAL := help
 
 help: ## list the targets

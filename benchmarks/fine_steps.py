@@ -18,12 +18,12 @@ VARIANTS: dict[str, dict[str, float]] = {
     "as it is": {},
     "one tick for half as long": {"EARLY_TICKS": 16.0},
     "one tick for twice as long": {"EARLY_TICKS": 64.0},
-    "then steps twice as long": {"LATE_TICKS": 8},
-    "then steps half as long": {"LATE_TICKS": 2},
-    "fine steps for 3/ω instead of 5/ω": {"SETTLING": 3.0},
-    "fine steps for 8/ω": {"SETTLING": 8.0},
-    "half the tail": {"TAIL": 4.0},
-    "half as many ticks": {"TICKS": 64, "EARLY_TICKS": 16.0, "LATE_TICKS": 2, "TAIL_STEP": 16},
+    "then steps twice as long": {"LATE_STEP": 8},
+    "then steps half as long": {"LATE_STEP": 2},
+    "fine steps for two whole steps": {"SETTLING": 10.0},
+    "half the tail": {"TAIL": 4.0, "LEAST_TAIL": 1.0},
+    "twice the tail": {"TAIL": 16.0, "LEAST_TAIL": 4.0},
+    "half as many ticks": {"TICKS": 64, "EARLY_TICKS": 16.0, "LATE_STEP": 2, "TAIL_STEP": 16},
     "no step done once more, only shorter": {"MOST_TRIES": 0.0},
     "up to four tries": {"MOST_TRIES": 4.0},
 }  # fmt: skip
@@ -37,6 +37,7 @@ def measure(changes: dict[str, float], folder: str) -> None:
     for name, value in changes.items():
         setattr(columns, name, value)
     from overturning.dem.cases import run_cases
+    from overturning.dem.status import Status
 
     cases, motions = half_grid(12), dict(list(near_fault().items())[::4])
     reference = f"{folder}/reference.npz"
@@ -60,7 +61,7 @@ def measure(changes: dict[str, float], folder: str) -> None:
     for name, found in results.items():
         exact = fine[f"{name}-overturned"]
         known = (found.overturned > -128) & (exact > -128)
-        cells, marked = cells + known.sum(), marked + (found.status > 1).sum()
+        cells, marked = cells + known.sum(), marked + (found.status == Status.UNSTABLE).sum()
         flags += ((found.overturned != 0) != (exact != 0))[known].sum()
         sides += (found.overturned != exact)[known].sum()
         stands = known & (found.overturned == 0) & (exact == 0) & (fine[f"{name}-peak_rotation"] > 0.05)

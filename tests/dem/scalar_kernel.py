@@ -1,7 +1,7 @@
 """The second opinion: the same mechanics for one block, a plain loop written from the equations of docs/method.md.
 
 It shares no code with the lane-parallel kernel: angles through sin and cos, contacts through ifs, a general solution
-of the three equations for the velocities by elimination. `frame="inertial"` shakes the base instead of the frame.
+of the three equations for the velocities by elimination; but the lengths of fine steps are shared. It knows no corners that jam (μ from 4/3 on). `frame="inertial"` shakes the base instead of the frame.
 """
 
 import math
@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numba import njit
 
-from overturning.dem.columns import EARLY_TICKS, LATE_TICKS, MOST_TRIES, TAIL_STEP, TICKS
+from overturning.dem.columns import EARLY_TICKS, LATE_STEP, MOST_TRIES, TAIL_STEP, TICKS
 
 G = 9.80665
 
@@ -47,8 +47,9 @@ def run(centred, motion, up, interval, steps, b, h, k, ks, dash, mu, window, tai
     vh, drift, pull, guess = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
     matrix, right_side, jump = np.zeros((3, 3)), np.zeros(3), np.zeros(3)
     while sample < limit:
+        count += 1
         early, late = fine > window - EARLY_TICKS, fine > tail
-        length = 1 if early else LATE_TICKS if late else TAIL_STEP if fine > 0 else TICKS
+        length = 1 if early else LATE_STEP if late else TAIL_STEP if fine > 0 else TICKS
         if not centred:
             length = TICKS
         dt = interval / steps * length / TICKS
@@ -136,7 +137,7 @@ def run(centred, motion, up, interval, steps, b, h, k, ks, dash, mu, window, tai
                 n, f = k * u[q] - dash * un[q] if inside[q] else 0.0, ks * stretch[q] + dash * ut[q]
                 slips[q] = abs(f) > mu * max(n, 0.0)
                 if mu * n > 0.0 and not late:
-                    wrong = wrong or slips[q] != (slid[q] != 0.0)
+                    wrong = wrong or (math.copysign(mu, f) if slips[q] else 0.0) != slid[q]
                     back = back or slid[q] * ut[q] < 0.0
             retry = not again and not back and wrong and tries < MOST_TRIES
             for q in range(2):
@@ -153,7 +154,6 @@ def run(centred, motion, up, interval, steps, b, h, k, ks, dash, mu, window, tai
         else:
             for q in range(2):
                 un[q], ut[q] = -(u[q] - old[q]) / dt, (cx[q] - oldx[q]) / dt
-        count += 1
         for q in range(3):
             a[q], jump[q] = pull[q], 0.0
         for q in range(2):

@@ -17,7 +17,7 @@ from overturning.dem.commit import commit
 # isort: off
 from overturning.dem.columns import (
     ANGLE, ARM_L, ARM_R, AW, AX, AZ, BASE, BEND, COS, DASHPOT, DROP_L, DROP_R, EARLY_TICKS, END_VW, END_VX, END_VZ,
-    END_XL, END_XR, END_ZL, END_ZR, FINE, FRICTION, HALF, HALF_HEIGHT, HALF_WIDTH, INERTIA, LATE_TICKS, LIFT,
+    END_XL, END_XR, END_ZL, END_ZR, FINE, FRICTION, HALF, HALF_HEIGHT, HALF_WIDTH, INERTIA, LATE_STEP, LIFT,
     MID_VW, MID_VX, MID_VZ, NEW_ANGLE, NEW_COS, NEW_SIN, NEW_SL, NEW_SR, NEW_UL, NEW_UR, NEW_X, NEW_Z, OLD_UL,
     OLD_UR, OLD_XL, OLD_XR, OPTIONS, PRESSED_L, PRESSED_R, PUSH, SIN, SLID_L, SLID_R, SLOPE, SPRING_L, SPRING_R,
     STEP, STIFFNESS, TAIL_STEP, TAIL_TICKS, TANGENTIAL, TICK, TICKS, UP_BASE, UP_BEND, UP_SLOPE, VW, VX, VZ, WINDOW,
@@ -43,7 +43,7 @@ def foresee(state: Any, columns: int, ticks: float, vertical: Any, rough: Any) -
         gl, gr, oxl, oxr = state[SPRING_L + j], state[SPRING_R + j], state[OLD_XL + j], state[OLD_XR + j]
         oul, our = state[OLD_UL + j], state[OLD_UR + j]
         length = 1.0 * TAIL_STEP if fine > 0.0 else 1.0 * TICKS
-        length = 1.0 * LATE_TICKS if fine > tail_ticks else length
+        length = 1.0 * LATE_STEP if fine > tail_ticks else length
         length = 1.0 if fine > window - EARLY_TICKS else length
         dt = step * length
         tick = old_tick + length
@@ -85,8 +85,9 @@ def foresee(state: Any, columns: int, ticks: float, vertical: Any, rough: Any) -
 def solve(state: Any, columns: int, gravity: float, vertical: Any, rough: Any) -> None:
     """Velocities at the end of the step, with springs and dashpots of the corners that press and stick taken there.
 
-    Which ones do is judged from the foreseen position and velocities. A slipping corner carries ±μ times its normal
-    force. The three equations are solved by elimination without a pivot: the matrix is 1 plus something that only adds.
+    Which ones do is judged in fine steps from the foreseen position and velocities, in long ones it is as last found. A
+    slipping corner carries ±μ times its normal force. The three equations are solved by elimination without a pivot: the
+    matrix is 1 plus something that only adds, but for sliding corners, which jam before they take too much away.
     """
     for j in range(columns):
         k, ks, mu, dash = state[STIFFNESS + j], state[TANGENTIAL + j], state[FRICTION + j], state[DASHPOT + j]
@@ -101,11 +102,11 @@ def solve(state: Any, columns: int, gravity: float, vertical: Any, rough: Any) -
         vx, vz, vw, push = state[MID_VX + j], state[MID_VZ + j], state[MID_VW + j], state[PUSH + j]
         nl, nr = k * ul - dash * zl, k * ur - dash * zr
         # In a fine step the foreseen forces tell which corners press and slide. A longer one overshoots too far for that:
-        # there a corner that pressed presses, and one that slid goes on sliding while its velocity keeps its sign.
-        fine_step = fine > tail_ticks
+        # there they press, slide and stick as last found, and `commit` has the step done again where sliding proves wrong.
+        late = fine > tail_ticks
         foreseen_l, foreseen_r = (nl if nl > 0.0 else 0.0), (nr if nr > 0.0 else 0.0)
         foreseen_l, foreseen_r = (foreseen_l if ul > 0.0 else 0.0), (foreseen_r if ur > 0.0 else 0.0)
-        pressed_l, pressed_r = (0.0 if fine_step else pressed_l), (0.0 if fine_step else pressed_r)
+        pressed_l, pressed_r = (0.0 if late else pressed_l), (0.0 if late else pressed_r)
         on_l, on_r = foreseen_l + pressed_l > 0.0, foreseen_r + pressed_r > 0.0
         normal, weight = dash + half * k, gravity
         if vertical is not None:
@@ -116,13 +117,13 @@ def solve(state: Any, columns: int, gravity: float, vertical: Any, rough: Any) -
         if rough is not None:
             fl, fr = ks * sl + dash * xl, ks * sr + dash * xr
             excess_l, excess_r = abs(fl) - mu * nl, abs(fr) - mu * nr
-            slide_l, slide_r = (excess_l if fine_step else abs(signed_l)), (excess_r if fine_step else abs(signed_r))
+            slide_l, slide_r = (excess_l if late else abs(signed_l)), (excess_r if late else abs(signed_r))
             sign_l, sign_r = math.copysign(mu, fl), math.copysign(mu, fr)
-            signed_l, signed_r = (sign_l if fine_step else signed_l), (sign_r if fine_step else signed_r)
+            signed_l, signed_r = (sign_l if late else signed_l), (sign_r if late else signed_r)
             # A normal force on a sliding corner must push it out. Where friction would turn the block in instead
             # (Painlevé's paradox, from μ = 4/3 on), the corner jams: it sticks.
             free_l, free_r = 1.0 + inertia * al * (al + signed_l * dl), 1.0 + inertia * ar * (ar - signed_r * dr)
-            # It does not where the other corner sticks: then it can only turn about that one.
+            # It does not jam where the other corner sticks: the block can then only turn about that one.
             free_l, free_r = free_l > LEAST_FREEDOM, free_r > LEAST_FREEDOM
             slides_l, slides_r = slide_l > 0.0, slide_r > 0.0
             stick_l, stick_r = on_l & (not slides_l), on_r & (not slides_r)
@@ -180,7 +181,7 @@ def advance_centred(state: Any, columns: int, steps: int, gravity: float, vertic
     columns : int
         How many of them to advance.
     steps : int
-        Steps to take; a column that steps finely is then behind and catches up in the next call.
+        Steps to take; a column that steps finely is then behind and goes on from there in the next call, by its own clock.
     gravity : float
         m/s².
     vertical : ndarray or None

@@ -11,7 +11,7 @@ from numba import njit
 # isort: off
 from overturning.dem.columns import (
     ALPHA, ANGLE, ARM_L, ARM_R, AW, AX, AZ, COMPLIANCE, COS, DASHPOT, DROP_L, DROP_R, EARLY_TICKS, END_VW, END_VX,
-    END_VZ, END_XL, END_XR, END_ZL, END_ZR, FINE, FRICTION, HALF, HALF_HEIGHT, INERTIA, LAST_UPRIGHT, LATE_TICKS,
+    END_VZ, END_XL, END_XR, END_ZL, END_ZR, FINE, FRICTION, HALF, HALF_HEIGHT, INERTIA, LAST_UPRIGHT, LATE_STEP,
     LIFT, LOSS, LOST, MID_VW, MID_VX, MID_VZ, MOST_TRIES, NEW_ANGLE, NEW_COS, NEW_SIN, NEW_SL, NEW_SR, NEW_UL,
     NEW_UR, NEW_X, NEW_Z, OLD_UL, OLD_UR, OLD_XL, OLD_XR, OPTIONS, PEAK_ANGLE, PEAK_DEPTH, PEAK_SLIP, POWER,
     PRESSED_L, PRESSED_R, PUSH, SIN, SLID_L, SLID_R, SPRING_L, SPRING_R, STIFFNESS, TAIL_STEP, TAIL_TICKS,
@@ -22,7 +22,7 @@ from overturning.dem.columns import (
 
 @njit(**OPTIONS)
 def commit(state: Any, columns: int, gravity: float, vertical: Any, rough: Any) -> None:
-    """The forces at the end of the step, within their limits, and what they do; books; or the step is done again finely."""
+    """Forces at the end of the step, within their limits, what they do, and the books; or the step is done again."""
     for j in range(columns):
         k, ks, mu, dash = state[STIFFNESS + j], state[TANGENTIAL + j], state[FRICTION + j], state[DASHPOT + j]
         inertia, half, fine, window = state[INERTIA + j], state[HALF + j], state[FINE + j], state[WINDOW + j]
@@ -40,7 +40,7 @@ def commit(state: Any, columns: int, gravity: float, vertical: Any, rough: Any) 
         old_work, old_lost, old_power, old_loss = state[WORK + j], state[LOST + j], state[POWER + j], state[LOSS + j]
         tail, late, early = fine > 0.0, fine > tail_ticks, fine > window - EARLY_TICKS
         length = 1.0 * TAIL_STEP if tail else 1.0 * TICKS
-        length = 1.0 * LATE_TICKS if late else length
+        length = 1.0 * LATE_STEP if late else length
         length = 1.0 if early else length
         # What the solution adds to the foreseen velocities moves the block by half a step of it.
         slid_l, slid_r = state[SLID_L + j], state[SLID_R + j]
@@ -72,20 +72,19 @@ def commit(state: Any, columns: int, gravity: float, vertical: Any, rough: Any) 
             fl, fr = ks * tl + dash * xl, ks * tr + dash * xr
             sign_l, sign_r, size_l, size_r = math.copysign(mu, fl), math.copysign(mu, fr), abs(fl), abs(fr)
             slips_l, slips_r = size_l > ml, size_r > mr
-            # A long step took each corner to slide or to stick. If that proves wrong it is done once more the other way;
-            # if a sliding corner has turned round, in shorter steps: friction changes its sign on the way.
+            # A long step took each corner to slide or to stick. Where that proves wrong it is done again as was found, at
+            # most `MOST_TRIES` times, then in shorter steps; so is one in which a sliding corner has turned round, since
+            # friction changes its sign on the way. (A corner in the air "slips"; nothing asks which way.)
             slid_l, slid_r = (0.0 if late else slid_l), (0.0 if late else slid_r)
-            stuck_l, stuck_r = slid_l == 0.0, slid_r == 0.0
-            wrong_l, wrong_r = (slips_l == stuck_l) & (ml > 0.0), (slips_r == stuck_r) & (mr > 0.0)
+            found_l, found_r = (sign_l if slips_l else 0.0), (sign_r if slips_r else 0.0)
+            wrong_l, wrong_r = (found_l != slid_l) & (ml > 0.0), (found_r != slid_r) & (mr > 0.0)
             turned = (slid_l * xl < 0.0) & (ml > 0.0) | (slid_r * xr < 0.0) & (mr > 0.0)
             wrong = (wrong_l | wrong_r) & (not (late | again))
             shorter = (turned & (not again)) | (wrong & (tries >= MOST_TRIES))
             retry = wrong & (not shorter)
-            other_l, other_r = (sign_l if stuck_l else 0.0), (sign_r if stuck_r else 0.0)
-            other_l, other_r = (other_l if wrong_l else slid_l), (other_r if wrong_r else slid_r)
             fl, fr = (sign_l * nl if slips_l else fl), (sign_r * nr if slips_r else fr)
-            slid_l, slid_r = (sign_l if slips_l else 0.0), (sign_r if slips_r else 0.0)
-            slid_l, slid_r = (other_l if retry else slid_l), (other_r if retry else slid_r)
+            slid_l = slid_l if retry & (not wrong_l) else found_l
+            slid_r = slid_r if retry & (not wrong_r) else found_r
             state[SLID_L + j], state[SLID_R + j] = slid_l, slid_r
             state[TRIES + j] = tries + 1.0 if retry else 0.0
             # A corner that slips has its spring shortened to what friction holds.
@@ -125,7 +124,7 @@ def commit(state: Any, columns: int, gravity: float, vertical: Any, rough: Any) 
             (half * (old_loss + loss) + (share_l * loss_l + share_r * loss_r))
             + 0.5 * (ks * let_go + k * (cut_l + cut_r))
         )
-        # A step in which a contact changes is not taken; a shorter one follows.
+        # Unless it is a single tick, a step in which a contact changes is not taken; a shorter one follows.
         tick = old_tick + length
         begin = window - EARLY_TICKS if tail else tail_ticks
         begin = window if late else begin

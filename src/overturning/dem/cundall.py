@@ -28,7 +28,7 @@ def advance_cundall(state: Any, columns: int, steps: int, gravity: float, vertic
         Steps to take.
     gravity : float
         m/s².
-    vertical : bool or None
+    vertical : ndarray or None
         None where the base does not move up and down: what that takes is then not compiled.
     """
     for _ in range(steps):

@@ -1,4 +1,4 @@
-"""Gravestones side by side: up to 64 blocks on one moving base, a column each; a finished column takes the next case.
+"""Gravestones side by side: up to 48 blocks (`COLUMNS`) on one moving base, a column each; a finished column takes the next case.
 
 The mechanics, the schemes and the order of the operations are derived in docs/method.md; the layout of the columns is in
 `overturning.dem.columns`, the two schemes are in `overturning.dem.centred` and `overturning.dem.cundall`. What matters

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.dem.blocks import Cases
-from overturning.dem.columns import SETTLING, TAIL, TICKS
+from overturning.dem.columns import LEAST_TAIL, SETTLING, TAIL, TICKS
 from overturning.dem.contact import Contact, check_precision
 from overturning.dem.quiet import quiet_windows
 from overturning.dem.time_step import (
@@ -74,7 +74,7 @@ class Plan:
         ringing = np.clip(frequency / np.maximum(rate, 1e-300), 1.0, 8.0)
         settling = SETTLING * ringing / frequency
         rate_of_steps = self.steps[chosen] / self.interval
-        table[:, k.P_TAIL] = np.maximum(np.ceil(TAIL / frequency * rate_of_steps), 2.0) * TICKS
+        table[:, k.P_TAIL] = np.maximum(np.ceil(TAIL / frequency * rate_of_steps), LEAST_TAIL) * TICKS
         table[:, k.P_WINDOW] = np.ceil(settling * rate_of_steps) * TICKS + table[:, k.P_TAIL]
         return table
 

@@ -158,7 +158,7 @@ def trajectory(
     Returns
     -------
     xarray.Dataset
-        Over `time` (s after the record's start; about once per sample of the record, more often where a contact changes,
+        Over `time` (s after the record's start; about once per sample of the record, more often where a contact changes or a step is done again,
         and after it until the case ends): `rotation`
         (rad), `angular_velocity` (rad/s), `x`, `z` (centre of the block relative to the base's midpoint at rest, m),
         `velocity_x`, `velocity_z` (m/s), `base_slip` (m), `penetration_left`, `penetration_right` (m, negative where

@@ -31,18 +31,24 @@ LONGEST_ROCKING: Final = 0.025
 """And this one, in 1/p with p = √(3g/4R), the longest for which a soft contact's energy balances."""
 
 LIGHT_DAMPING: Final = 0.6
-"""Below this damping ratio of the highest mode corners bounce: the centred scheme's automatic step is a quarter,"""
+"""Below this damping ratio of the highest mode corners bounce: the centred scheme's automatic step is `LIGHT_FRACTION`,"""
 
 BARE_DAMPING: Final = 0.25
-"""and below this one that of Cundall's scheme and of scenes is halved."""
+"""and below this one that of Cundall's scheme and of scenes is half of what it is else."""
 
 DEFAULT_SCHEME: Final = "centred"
 
 AUTO_FRACTION: Final = {Scheme.CUNDALL: 0.5, Scheme.CENTRED: 1.0}
-"""The step of ``time_step="auto"`` as a fraction of the stable one (docs/method.md shows how it was chosen),"""
+"""The step of ``time_step="auto"`` as a fraction of the stable one (docs/method.md shows how it was chosen); for blocks
+of the centred scheme it is this one where the contact is lightly damped,"""
+
+LIGHT_FRACTION: Final = 0.25
+
+SOFT_FRACTION: Final = 0.5
+"""this one where it is so soft that 8/ω exceeds 0.025/p,"""
 
 SCENE_FRACTION: Final = 0.5
-"""and that of a scene of polygons, with either scheme."""
+"""and this one for a scene of polygons, with either scheme."""
 
 MOST_STEPS_PER_SAMPLE: Final = 2_000_000
 """More than this cannot be resolved in any reasonable time."""
@@ -189,7 +195,7 @@ def _automatic(scheme: Scheme, square: FloatArray, rate: FloatArray, period: Flo
         fraction = SCENE_FRACTION if period is None else AUTO_FRACTION[scheme]
         return np.where(damping < BARE_DAMPING, 0.5 * fraction, fraction)
     soft = LONGEST_CONTACT / np.sqrt(square) > LONGEST_ROCKING * period
-    return np.where(damping < LIGHT_DAMPING, 0.25, np.where(soft, 0.5, AUTO_FRACTION[scheme]))
+    return np.where(damping < LIGHT_DAMPING, LIGHT_FRACTION, np.where(soft, SOFT_FRACTION, AUTO_FRACTION[scheme]))
 
 
 def _fraction(text: str) -> float:

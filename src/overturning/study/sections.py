@@ -71,7 +71,8 @@ class Simulation(Settings):
         default=None, description="integration scheme; the kernel's default where it is not given"
     )
     time_step: Literal["auto"] | Second = Field(
-        default="auto", description="time step, s; auto: a fixed share of the stable one"
+        default="auto",
+        description="largest time step, s; auto: a share of the stable one, by scheme, softness and damping (docs/method.md)",
     )
     vertical: bool = Field(default=True, description="apply the vertical motion of the records that have one")
     leave_out: bool = Field(default=True, description="leave out what provably changes no flag and no side")

@@ -88,7 +88,7 @@ def against_finer_steps(kind: str, say: Say) -> list[dict[str, Any]]:
 
 
 def over_stiffness(kind: str, say: Say) -> list[dict[str, Any]]:
-    """Springs over stiffness at the default step, against finer steps at the same and at the largest stiffness.
+    """Springs over stiffness at the default contact's share of the stable step, against finer steps at the same and at the largest stiffness.
 
     Parameters
     ----------

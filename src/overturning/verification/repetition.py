@@ -21,7 +21,7 @@ FINER: Final = 8
 """Steps of the first repetition in each of the study's."""
 
 STIFFER: Final = 4.0
-"""Stiffness of the second repetition over the study's; the step follows, as 1/√4."""
+"""Stiffness of the second repetition over the study's; the step follows, as 1/√4, where the contact and not rocking limits it."""
 
 Again = Callable[[Motion, Cases], tuple[NDArray[np.int8], NDArray[np.int64]]]
 """Flags, shape (n, elements), and block steps, shape (n,), of cases under a motion."""
@@ -30,7 +30,7 @@ Again = Callable[[Motion, Cases], tuple[NDArray[np.int8], NDArray[np.int64]]]
 def repetitions(study: Study) -> dict[str, Again]:
     """How each repetition of a study's nominal cases is computed, by name.
 
-    A step given in seconds shrinks with the period of the stiffer contact; an automatic one does so by itself.
+    A step given in seconds shrinks with the period of the stiffer contact; an automatic one follows the stable one.
     """
     step = study.simulation.time_step
     shorter = step if isinstance(step, str) else step / np.sqrt(STIFFER)

@@ -72,6 +72,9 @@ def test_a_block_slips_on_a_slope_at_its_friction_angle(friction: float) -> None
         # The corner with less weight slips by a part of the static sag (1e-5 m) and hands its load to the other.
         assert way.max() < 4e-6
         assert np.ptp(way[100:]) <= 1e-9
+        finer = one_case(_on_slope(0.3, 0.5, 0.5), motion, friction, time_step="0.125 stable")
+        _, _, _, poses = run(finer, motion)
+        assert np.hypot(*(poses[:, 1, :2] - poses[0, 1, :2]).T).max() < 2e-6
     else:
         angle = np.arctan(0.3)
         exact = GRAVITY * (np.sin(angle) - friction * np.cos(angle))

@@ -11,6 +11,7 @@ from scipy.stats import binomtest
 
 from overturning.dem.cases import Cases, run_cases
 from overturning.dem.contact import STATIC_PENETRATION, Contact
+from overturning.dem.plan import plan
 from overturning.dem.polygon.cases import run_scene_cases
 from overturning.dem.polygon.prepare import prepare
 from overturning.dem.polygon.simulate import simulate_scene_arrays
@@ -133,8 +134,22 @@ def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threa
             int(run_cases(short(7 + number), one, **changed).block_steps.sum()) for number, one in enumerate(chosen)
         )
 
+    def whole(**changed: Any) -> np.ndarray:
+        given = {
+            "contact": Contact(),
+            "density": 2650.0,
+            "scheme": "centred",
+            "time_step": "0.01 stable",
+            "leave_out": True,
+        }
+        return plan(short(7), cases_of(settings, done.sample.index), **(given | changed)).steps
+
+    stiff = {"contact": Contact(static_penetration=STATIC_PENETRATION / 4)}
+    np.testing.assert_array_equal(whole(refinement=8), 8 * whole())
+    # Rounded up to five binary digits.
+    np.testing.assert_allclose(whole(**stiff) / whole(), 2.0, rtol=0.07)
     assert found["finer"]["block_steps"] == steps(refinement=8)
-    assert found["stiffer"]["block_steps"] == steps(contact=Contact(static_penetration=STATIC_PENETRATION / 4))
+    assert found["stiffer"]["block_steps"] == steps(**stiff)
     opposite = np.where(done.sample.overturned == 0, 1, 0).astype(np.int8)
     wrong = repeat_sample(settings, done.records, replace(done.sample, overturned=opposite), done.block_steps)
     assert wrong["finer"]["outcomes"][0]["flags"] == 10 - finer["flags"]

@@ -1,4 +1,4 @@
-"""Gravestones side by side: up to 48 blocks (`COLUMNS`) on one moving base, a column each; a finished column takes the next case.
+"""Gravestones side by side: up to `COLUMNS` blocks on one moving base; a finished column takes the next case.
 
 The mechanics, the schemes and the order of the operations are derived in docs/method.md; the layout of the columns is in
 `overturning.dem.columns`, the two schemes are in `overturning.dem.centred` and `overturning.dem.cundall`. What matters
@@ -23,7 +23,8 @@ from overturning.dem.columns import (
     AFTER, ALPHA, AMPLITUDE, ANGLE, AW, AX, AZ, BARRIER, BASE, BEND, CALM, COLUMNS, COMPLIANCE, COS, DASHPOT,
     ENERGY, FINE, FRICTION, HALF_HEIGHT, HALF_WIDTH, INERTIA, LAST_UPRIGHT, LOOK, LOST, OLD_UL, OLD_UR, OLD_XL,
     OLD_XR, OPTIONS, PEAK_ANGLE, PEAK_DEPTH, PEAK_SLIP, ROWS, SAMPLE, SIN, SLOPE, SPRING_L, SPRING_R, STEP,
-    STIFFNESS, TAIL_TICKS, TANGENTIAL, TICK, TICKS, UPRIGHT_UNTIL, UP_BASE, UP_BEND, UP_SLOPE, VW, VX, VZ, WINDOW, WORK, X, Z,
+    STIFFNESS, TAIL_TICKS, TANGENTIAL, TICK, TICKS, UPRIGHT_UNTIL, UP_BASE, UP_BEND, UP_SLOPE, VW, VX, VZ, WINDOW,
+    WORK, X, Z,
 )  # fmt: skip
 # isort: on
 

@@ -39,16 +39,16 @@ BARE_DAMPING: Final = 0.25
 DEFAULT_SCHEME: Final = "centred"
 
 AUTO_FRACTION: Final = {Scheme.CUNDALL: 0.5, Scheme.CENTRED: 1.0}
-"""The step of ``time_step="auto"`` as a fraction of the stable one (docs/method.md shows how it was chosen); for blocks
-of the centred scheme it is this one where the contact is lightly damped,"""
+"""The step of ``time_step="auto"`` as a fraction of the stable one (docs/method.md shows how it was chosen)."""
 
 LIGHT_FRACTION: Final = 0.25
+"""The same for a block of the centred scheme whose damping is below `LIGHT_DAMPING`."""
 
 SOFT_FRACTION: Final = 0.5
-"""this one where it is so soft that 8/ω exceeds 0.025/p,"""
+"""The same where its contact is so soft that 8/ω exceeds 0.025/p."""
 
 SCENE_FRACTION: Final = 0.5
-"""and this one for a scene of polygons, with either scheme."""
+"""The same for a scene of polygons, with either scheme."""
 
 MOST_STEPS_PER_SAMPLE: Final = 2_000_000
 """More than this cannot be resolved in any reasonable time."""

@@ -40,13 +40,6 @@ def held_to(value: float, most: float) -> float:
 
 
 @njit(**INLINE)
-def shortened(stretch: float, force: float, most: float, compliance: float) -> float:
-    """Stretch of an end's spring after its slider: where the force would be more than friction holds, no more than that."""
-    limit = most * compliance
-    return held_to(stretch, limit) if abs(force) > most else stretch
-
-
-@njit(**INLINE)
 def keep(q: Any, at: int, end: End, spring: float, n: float, t: float) -> float:
     """Keep an end's spring and forces for the next step; energy that it took from the elements since the last one, twice."""
     whose = MINE if end.mine else THEIRS

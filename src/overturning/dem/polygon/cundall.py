@@ -10,8 +10,15 @@ from overturning.dem.polygon.columns import (
 )  # fmt: skip
 
 # isort: on
-from overturning.dem.polygon.contact import held_to, push, shortened, stretched
+from overturning.dem.polygon.contact import held_to, push, stretched
 from overturning.dem.polygon.faces import End, ends
+
+
+@njit(**INLINE)
+def shortened(stretch: float, force: float, most: float, compliance: float) -> float:
+    """Stretch of an end's spring after its slider: where the force would be more than friction holds, no more than that."""
+    limit = most * compliance
+    return held_to(stretch, limit) if abs(force) > most else stretch
 
 
 @njit(**INLINE)

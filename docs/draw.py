@@ -1,0 +1,294 @@
+"""Draw the diagrams of these pages: docs/images/block.svg, clock.svg, data.svg and nearest-faces.svg.
+
+Usage: python docs/draw.py [FOLDER]. One pen for all of them; the files are the same bytes each time (a test compares them).
+The nearest faces are those that the package itself finds.
+"""
+
+import math
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from pen import Pen, Point
+
+from overturning.dem.polygon.geometry import Placed, common_stretch, nearest_faces, place
+from overturning.dem.polygon.scene import Element, Scene
+from overturning.figures.style import FALLS, FAULT, MISSING
+
+IMAGES = Path(__file__).parent / "images"
+STONE, GROUND = "#f4ead9", "#d9d9d6"
+
+
+def block() -> Pen:
+    """The block, its state and forces, and the plan with the azimuth."""
+    pen = Pen(960, 340, "The block with B, H, alpha and R; rotation, forces and penetration; the azimuth in plan")
+    for x, words in ((140, "Shape"), (460, "State and forces, in the vertical plane"), (810, "Plan")):
+        pen.text((x, 22), words, bold=True)
+    _shape(pen)
+    _state(pen)
+    _plan(pen)
+    return pen
+
+
+def _shape(pen: Pen) -> None:
+    left, right, top, floor = 90, 200, 85, 265
+    middle = (145, 175)
+    pen.shape([(20, floor), (260, floor), (260, floor + 24), (20, floor + 24)], fill=GROUND, stroke="none")
+    pen.line((20, floor), (260, floor))
+    pen.shape([(left, floor), (left, top), (right, top), (right, floor)], fill=STONE)
+    pen.line(middle, (right, floor), colour=FAULT, width=1.8)
+    pen.dot(middle)
+    alpha = math.degrees(math.atan((right - left) / (floor - top)))
+    pen.arc((right, floor), 62, 0, -alpha, colour=FAULT, tip=False)
+    pen.text((187, 194), "α", colour=FAULT)
+    pen.text((158, 222), "R", colour=FAULT)
+    pen.arrow((left, 65), (right, 65), width=1, both=True)
+    pen.text((145, 57), "B = 2b")
+    pen.arrow((70, floor), (70, top), width=1, both=True)
+    pen.text((62, 179), "H = 2h", anchor="end")
+    pen.text((145, 316), "tan α = B/H,  R = √(b² + h²)", size=12)
+
+
+def _state(pen: Pen) -> None:
+    floor, corner, half, theta = 245, (500, 256), (55, 90), math.radians(17)
+    c, s = math.cos(theta), math.sin(theta)
+
+    def at(x: float, up: float) -> Point:
+        # A point of the block, seen from its right lower corner, turned clockwise.
+        return corner[0] + c * x + s * up, corner[1] + s * x - c * up
+
+    pen.shape([(300, floor), (650, floor), (650, floor + 52), (300, floor + 52)], fill=GROUND, stroke="none")
+    pen.shape([at(0, 0), at(-2 * half[0], 0), at(-2 * half[0], 2 * half[1]), at(0, 2 * half[1])], fill=STONE)
+    pen.line((300, floor), (650, floor))
+    middle = at(-half[0], half[1])
+    # The rotation, between the vertical through the centre and the block's own axis.
+    pen.line(middle, (middle[0], 50), dash="4 3", width=1)
+    pen.line(middle, at(-half[0], 2 * half[1] + 20), dash="4 3", width=1)
+    pen.arc(middle, 105, 0, 17, colour=FALLS)
+    pen.text((middle[0] + 44, middle[1] - 98), "θ > 0", colour=FALLS, anchor="start")
+    # Body forces in the frame of the base, and what shakes it.
+    pen.arrow(middle, (middle[0] - 78, middle[1]), colour=FAULT)
+    pen.text((middle[0] - 84, middle[1] + 4), "−m a", colour=FAULT, anchor="end")
+    pen.arrow(middle, (middle[0], middle[1] + 46), colour=FAULT)
+    pen.text((middle[0] - 62, middle[1] + 64), "−m (g + a_{up})", colour=FAULT, anchor="start", size=12)
+    pen.dot(middle)
+    pen.text((middle[0] + 9, middle[1] - 3), "(x, z)", anchor="start")
+    pen.arrow((330, floor + 26), (390, floor + 26), colour=FAULT, width=2.4)
+    pen.text((398, floor + 30), "a(t)", colour=FAULT, anchor="start")
+    # The forces of the base on the right corner.
+    pen.arrow((corner[0], corner[1] + 40), corner, colour=FALLS, width=2)
+    pen.text((corner[0] + 8, corner[1] + 36), "f_n", colour=FALLS, anchor="start")
+    pen.arrow(corner, (corner[0] + 46, corner[1]), colour=FALLS, width=2)
+    pen.text((corner[0] + 52, corner[1] + 9), "f_s", colour=FALLS, anchor="start")
+    pen.line((corner[0] + 92, floor), (corner[0] + 92, corner[1]), width=3)
+    pen.text((corner[0] + 100, corner[1] + 5), "U_n", anchor="start")
+    pen.text((corner[0] + 14, floor - 8), "right", size=12, anchor="start")
+    lifted = at(-2 * half[0], 0)
+    pen.text((lifted[0] - 8, lifted[1] + 4), "left", size=12, anchor="end")
+    pen.arrow((590, 130), (590, 80), width=1.3)
+    pen.text((590, 72), "z")
+    pen.arrow((590, 130), (640, 130), width=1.3)
+    pen.text((646, 134), "s", anchor="start")
+    pen.text((475, 316), "The penetration is drawn far too large.", size=12)
+
+
+def _plan(pen: Pen) -> None:
+    centre, radius, azimuth = (810, 165), 92, math.radians(60)
+    towards = (math.sin(azimuth), -math.cos(azimuth))
+    pen.dot(centre, radius, fill="#ffffff", stroke=MISSING)
+    for words, (dx, dy) in (("N", (0, -1)), ("E", (1, 0)), ("S", (0, 1)), ("W", (-1, 0))):
+        pen.text((centre[0] + (radius + 13) * dx, centre[1] + (radius + 13) * dy + 5), words, colour=MISSING)
+    pen.line(centre, (centre[0], centre[1] - radius), dash="4 3", width=1)
+    side, front = 16, 16
+    corners = [(-side, -front), (side, -front), (side, front), (-side, front)]
+    pen.shape(
+        [
+            (centre[0] + x * towards[0] - y * towards[1], centre[1] + x * towards[1] + y * towards[0])
+            for x, y in corners
+        ],
+        fill=STONE,
+    )
+    far = (centre[0] - 84 * towards[0], centre[1] - 84 * towards[1])
+    pen.line(centre, far, dash="4 3")
+    tip = (centre[0] + 128 * towards[0], centre[1] + 128 * towards[1])
+    pen.arrow(centre, tip, colour=FALLS, width=2)
+    pen.text((tip[0] + 4, tip[1] - 8), "s", colour=FALLS)
+    pen.arc(centre, 52, 0, 60)
+    pen.text((centre[0] + 33, centre[1] - 56), "φ")
+    pen.text((centre[0] + 112, centre[1] - 22), "+1", colour=FALLS, bold=True, anchor="start")
+    pen.text((far[0] - 26, far[1] + 21), "−1", bold=True)
+    pen.text((810, 300), "overturned: the side to which it falls", size=12)
+    pen.text((702, 318), "a = a_{north} cos φ + a_{east} sin φ", size=12, anchor="start")
+
+
+WHOLE, QUARTER, SHORT, TICK = "#e9e9e6", "#cfe3f0", "#f6c9a0", FALLS
+
+
+def clock() -> Pen:
+    """The clock of the centred scheme: which steps are refused, and which are taken around a change of contact."""
+    pen = Pen(960, 345, "Whole steps, shorter steps around a change of contact, and whole steps again")
+    unit, left, top = 150.0, 30.0, 66.0
+    zoom, origin, low = 800.0, 80.0, 222.0
+    # In whole steps. The change is met in the third tick after 1.5625.
+    change = 1.5625 + 3 / 128
+    spans = [
+        (0, 1, WHOLE, 1), (1, 1.5, QUARTER, 4), (1.5, 1.5625, SHORT, 32), (1.5625, change + 0.25, TICK, 128),
+        (change + 0.25, change + 1, SHORT, 32), (change + 1, change + 3, QUARTER, 4), (change + 3, 6.0, WHOLE, 1),
+    ]  # fmt: skip
+    ends = [(left + unit, top + 34), (left + 2 * unit, top + 34), (origin + zoom, low), (origin, low)]
+    pen.shape(ends, fill="#f3f3f1", stroke="none")
+    for start, end, colour, parts in spans:
+        _band(pen, left + unit * start, left + unit * end, top, 34, colour, unit / parts)
+        if end > 1 and start < 2:
+            inner = [origin + zoom * (min(max(edge, 1), 2) - 1) for edge in (start, end)]
+            _band(pen, *inner, low, 34, colour, zoom / parts)
+    at = left + unit * change
+    pen.arrow((at, top - 22), (at, top))
+    pen.text((at, top - 28), "a contact opens or closes", size=12)
+    pen.text((left, top - 28), "time →", size=12, anchor="start")
+    for start, end, words in (
+        (0, 1, "whole steps"),
+        (change, change + 1, "for 5/ω"),
+        (change + 1, change + 3, "for 8/ω, at least two whole steps"),
+        (change + 3, 6, "whole steps"),
+    ):
+        _brace(pen, left + unit * start, left + unit * end, top + 44, words)
+    # The step of the change, enlarged: what is refused on the way to it.
+    for start, end, height in ((0.0, 1.0, 72.0), (0.5, 0.75, 32.0), (0.5625, 0.59375, 14.0)):
+        a, b = origin + zoom * start, origin + zoom * end
+        pen.arc(((a + b) / 2, low), (b - a) / 2, 90, -90, colour=FAULT, dash="4 3", flat=2 * height / (b - a))
+    pen.text((origin + 150, low - 30), "refused: a contact would change", anchor="start", colour=FAULT, size=12)
+    at = origin + zoom * (change - 1)
+    pen.line((at, low - 5), (at, low + 44), width=2.2)
+    pen.text((at - 6, low + 52), "the change, in one tick", size=12, anchor="end")
+    _brace(pen, at, at + zoom / 4, low + 40, "a quarter of a whole step in ticks")
+    x = 150.0
+    for colour, words, room in (
+        (WHOLE, "whole step, 128 ticks", 240),
+        (QUARTER, "1/4", 120),
+        (SHORT, "1/32", 130),
+        (TICK, "tick, 1/128", 0),
+    ):
+        pen.shape([(x, 308), (x + 22, 308), (x + 22, 324), (x, 324)], fill=colour, width=0.6)
+        pen.text((x + 30, 321), words, anchor="start", size=12)
+        x += room
+    return pen
+
+
+def _band(pen: Pen, start: float, end: float, top: float, height: float, colour: str, step: float) -> None:
+    """A stretch of time filled with steps of one length."""
+    pen.shape([(start, top), (end, top), (end, top + height), (start, top + height)], fill=colour, width=0.8)
+    if step < 2:
+        return
+    for i in range(1, int((end - start) / step + 0.999)):
+        pen.line((start + i * step, top), (start + i * step, top + height), width=0.6)
+
+
+def _brace(pen: Pen, start: float, end: float, top: float, words: str) -> None:
+    pen.line((start + 2, top), (start + 2, top + 6), (end - 2, top + 6), (end - 2, top), width=0.9)
+    pen.text(((start + end) / 2, top + 22), words, size=12)
+
+
+def data() -> Pen:
+    """The way of the data through the package, from record files to the report."""
+    pen = Pen(960, 216, "From record files to motion.nc, the parts of the sweep, cube.nc and the report")
+    top, low, half = 40, 138, 58
+    boxes = {
+        (72, top): "record files", (270, top): "motion.nc", (468, top): "parts", (666, top): "cube.nc", (886, top): "report",
+        (270, low): "intensity.nc", (468, low): "study YAML", (666, low): "survey CSV",
+    }  # fmt: skip
+    for (x, y), words in boxes.items():
+        pen.shape([(x - half, y - 17), (x + half, y - 17), (x + half, y + 17), (x - half, y + 17)], fill=STONE)
+        pen.text((x, y + 5), words)
+    for start, end, words, room in (
+        (72, 270, "read", "records/"), (270, 468, "sweep", "dem/"), (468, 666, "gather", "study/"), (666, 886, "draw, say", "statistics/"),
+    ):  # fmt: skip
+        pen.arrow((start + half, top), (end - half, top))
+        pen.text(((start + end) / 2, top - 9), words, size=12)
+        pen.text(((start + end) / 2, top + 18), room, size=11, colour=MISSING)
+    pen.text((776, top + 32), "figures/ report/", size=11, colour=MISSING)
+    pen.arrow((270, top + 17), (270, low - 17))
+    pen.text((262, 94), "rotate", size=12, anchor="end")
+    pen.text((278, 94), "motion/", size=11, anchor="start", colour=MISSING)
+    pen.arrow((468, low - 17), (468, top + 17))
+    pen.text((460, 94), "cases", size=12, anchor="end")
+    pen.text((476, 94), "study/", size=11, anchor="start", colour=MISSING)
+    pen.line((666 + half, low), (868, low), (868, top + 22), width=1.6)
+    pen.arrow((868, top + 40), (868, top + 17))
+    pen.text((796, low - 9), "compare", size=12)
+    pen.text((796, low + 18), "surveys/", size=11, colour=MISSING)
+    pen.line((270, low + 17), (270, low + 46), (904, low + 46), (904, top + 22), width=1.6)
+    pen.arrow((904, top + 40), (904, top + 17))
+    return pen
+
+
+PANELS: dict[str, tuple[dict, dict]] = {
+    "a corner on a wide face": (
+        {"kind": "driven", "width": 3.0, "height": 0.6, "at": (0, -0.6)},
+        {"width": 0.7, "height": 1.3, "rotation_deg": 14, "at": (0, 0.075)},
+    ),
+    "a stack that has slid": (
+        {"kind": "driven", "width": 1.5, "height": 0.6, "at": (0, -0.6)},
+        {"width": 1.5, "height": 0.7, "at": (0.45, 0)},
+    ),
+    "beyond 45° the next side is nearest": (
+        {"kind": "driven", "width": 3.0, "height": 0.6, "at": (0, -0.6)},
+        {"width": 0.7, "height": 1.3, "rotation_deg": 62, "at": (-0.5, 0.3)},
+    ),
+    "a corner against a wall": (
+        {"kind": "driven", "width": 0.4, "height": 2.0, "at": (0.9, -0.6)},
+        {"width": 0.6, "height": 1.3, "rotation_deg": 24, "at": (-0.12, 0.0)},
+    ),
+}
+
+
+def _pair(*elements: dict) -> tuple[Placed, Placed]:
+    # The drawing's elements overlap or hang, which a scene must not; only their places are wanted.
+    scene = Scene.model_construct(
+        name="drawing", gravity=9.8, reference=None, contacts=(),
+        materials=Scene.model_fields["materials"].default,
+        elements=tuple(Element(name=f"e{number}", **element) for number, element in enumerate(elements)),
+    )  # fmt: skip
+    first, second = place(scene)
+    return second, first
+
+
+def faces() -> Pen:
+    """Which faces of two elements are nearest, and which vertices are tested."""
+    pen = Pen(960, 230, "Nearest faces of two elements and the vertices that are tested")
+    for index, (title, elements) in enumerate(PANELS.items()):
+        a, b = _pair(*elements)
+        centre = 120 + 240 * index
+
+        def at(point: Sequence[float], centre: float = centre) -> Point:
+            return centre + 85 * float(point[0]), 172 - 85 * float(point[1])
+
+        pen.text((centre, 22), title, size=12)
+        for item, colour in ((b, GROUND), (a, STONE)):
+            pen.shape([at((min(max(x, -1.35), 1.35), max(z, -0.6))) for x, z in item.points], fill=colour, width=0.8)
+        face_a, face_b, _ = nearest_faces(a, b)
+        for item, face, colour in ((a, face_a, FALLS), (b, face_b, FAULT)):
+            ends = item.points[[face, (face + 1) % len(item.points)]]
+            normal, middle = item.shape.faces()[face, 4:6], ends.mean(axis=0)
+            pen.line(*(at((min(max(x, -1.35), 1.35), z)) for x, z in ends), colour=colour, width=2.6)
+            pen.arrow(at(middle), at(middle + 0.28 * normal), colour=colour)
+            for end in ends:
+                if abs(end[0]) < 1.35:
+                    pen.dot(at(end), 4, fill="#ffffff", stroke=colour)
+        for end in common_stretch(a, b):
+            if math.isfinite(end.gap):
+                pen.dot(at(end.point), 4)
+    return pen
+
+
+DRAWINGS = {"block.svg": block, "clock.svg": clock, "data.svg": data, "nearest-faces.svg": faces}
+
+
+def main(folder: Path = IMAGES) -> None:
+    """Draw and write all of them."""
+    for name, draw in DRAWINGS.items():
+        draw().save(folder / name)
+
+
+if __name__ == "__main__":
+    main(*map(Path, sys.argv[1:]))

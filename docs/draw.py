@@ -43,10 +43,10 @@ def _shape(pen: Pen) -> None:
     pen.text((187, 194), "α", colour=FAULT)
     pen.text((158, 222), "R", colour=FAULT)
     pen.arrow((left, 65), (right, 65), width=1, both=True)
-    pen.text((145, 57), "B = 2b")
+    pen.text((145, 57), "B")
     pen.arrow((70, floor), (70, top), width=1, both=True)
-    pen.text((62, 179), "H = 2h", anchor="end")
-    pen.text((145, 316), "tan α = B/H,  R = √(b² + h²)", size=12)
+    pen.text((62, 179), "H", anchor="end")
+    pen.text((145, 316), "tan α = B/H,  R = ½√(B² + H²)", size=12)
 
 
 def _state(pen: Pen) -> None:

@@ -21,7 +21,7 @@ class Records(Settings):
     use: tuple[str, ...] = Field(min_length=1, description="ids of the records in the table, in the order of the cube")
     pulses: dict[PulseName, str] = Field(
         default={},
-        description="synthetic records by id, one line each: `sine amplitude_gal=300 period_s=1 azimuth_deg=60`; used after the others",
+        description="synthetic records by id, one line each: `sine amplitude_gal=300 period_s=1 azimuth_deg=60`",
     )
 
     @model_validator(mode="before")
@@ -72,7 +72,7 @@ class Simulation(Settings):
     )
     time_step: Literal["auto"] | Second = Field(
         default="auto",
-        description="largest time step, s; auto: a share of the stable one, by scheme, softness and damping (docs/method.md)",
+        description="largest time step, s; auto: a share of the stable one (docs/method.md)",
     )
     vertical: bool = Field(default=True, description="apply the vertical motion of the records that have one")
     leave_out: bool = Field(default=True, description="leave out what provably changes no flag and no side")
@@ -140,7 +140,7 @@ class Verification(Settings):
     cost: float = Field(
         default=1.0,
         gt=0,
-        description="block steps of both repetitions, at most, as a share of the study's own: a small study has fewer cases run again",
+        description="block steps of both repetitions, at most, as a share of the study's own",
     )
     seed: int = Field(default=1, ge=0, description="seed of the choice")
 

@@ -1,0 +1,120 @@
+"""The documentation: short lines, links that lead somewhere, drawings that the script makes, places that exist."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from overturning.dem.status import Status
+from overturning.dem.variables import VARIABLES
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+PAGES = [ROOT / "README.md", ROOT / "config" / "README.md", *sorted(DOCS.glob("*.md"))]
+LONGEST = 130
+LARGEST_DRAWING = 30_000
+
+each_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+
+
+def prose(page: Path) -> str:
+    """A page without its code and formulas."""
+    text = re.sub(r"^ *```.*?^ *```$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    return re.sub(r"`[^`\n]*`", "code", text)
+
+
+def anchors(page: Path) -> set[str]:
+    """What links can point to: headings in lower case, without punctuation, blanks as hyphens."""
+    found: set[str] = set()
+    for heading in re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), flags=re.MULTILINE):
+        slug = re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
+        found.add(slug if slug not in found else f"{slug}-1")
+    return found
+
+
+@each_page
+def test_no_line_is_long(page):
+    made = False  # by a script: the columns of its tables are what they are
+    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
+        made = (made or "begin -->" in line or "made by" in line) and "end" not in re.findall(
+            r"<!--.*?(end).*?-->", line
+        )
+        assert len(line) <= LONGEST or (made and line.startswith("|")), f"{page.name}:{number}: {len(line)} characters"
+
+
+@each_page
+def test_links_lead_somewhere(page):
+    for target in re.findall(r"\]\(([^)\s]+)\)", prose(page)):
+        if re.match(r"[a-z]+:", target):
+            continue
+        path, _, anchor = target.partition("#")
+        to = (page.parent / path).resolve() if path else page
+        assert to.exists(), f"{page.name}: {target}"
+        assert not anchor or anchor in anchors(to), f"{page.name}: {target}; there are {sorted(anchors(to))}"
+
+
+def test_the_readme_leads_to_every_page_and_the_pages_to_every_table():
+    readme = PAGES[0].read_text(encoding="utf-8")
+    assert [page.name for page in DOCS.glob("*.md") if f"(docs/{page.name})" not in readme] == []
+    texts = "".join(page.read_text(encoding="utf-8") for page in PAGES)
+    assert [table.name for table in (DOCS / "tables").iterdir() if f"(tables/{table.name})" not in texts] == []
+
+
+@each_page
+def test_marks_of_made_tables_come_in_pairs(page):
+    text = page.read_text(encoding="utf-8")
+    begins, ends = (re.findall(rf"^<!-- ([\w-]+):{side} -->$", text, flags=re.MULTILINE) for side in ("begin", "end"))
+    assert begins == ends
+    assert len(set(begins)) == len(begins)
+
+
+def test_the_drawings_are_what_the_script_draws(tmp_path):
+    subprocess.run([sys.executable, DOCS / "draw.py", tmp_path], check=True, timeout=120)
+    drawn = sorted(tmp_path.iterdir())
+    assert drawn
+    shown = "".join(page.read_text(encoding="utf-8") for page in PAGES)
+    for drawing in drawn:
+        kept = DOCS / "images" / drawing.name
+        assert drawing.read_bytes() == kept.read_bytes(), f"{kept}: run python docs/draw.py"
+        assert drawing.stat().st_size < LARGEST_DRAWING
+        assert f"(images/{drawing.name})" in shown
+
+
+def test_each_image_is_shown():
+    shown = "".join(page.read_text(encoding="utf-8") for page in PAGES)
+    assert [image.name for image in (DOCS / "images").iterdir() if f"images/{image.name})" not in shown] == []
+
+
+def places() -> list[str]:
+    """Rows of the table in docs/method.md that says where to add what."""
+    section = (DOCS / "method.md").read_text(encoding="utf-8").split("## Where would I add", 1)[1]
+    return [line for line in section.splitlines() if line.startswith("| a ")]
+
+
+# Rows whose files are still being moved to where the table has them.
+MOVING = ("| a scheme |", "| a variable of the cube |", "| a section of the report |", "| a measured table |")
+
+
+@pytest.mark.parametrize(
+    "row",
+    [
+        pytest.param(row, marks=pytest.mark.xfail(strict=True, reason="moves"), id=row.split("|")[1].strip())
+        if row.startswith(MOVING)
+        else pytest.param(row, id=row.split("|")[1].strip())
+        for row in places()
+    ],
+)
+def test_the_places_to_add_something_exist(row):
+    for name, path in re.findall(r"(?:`([A-Z]+)` in )?`([\w./-]+/[\w./-]*|\w+\.py)`", row):
+        found = [base / path for base in (ROOT / "src" / "overturning", ROOT) if (base / path).exists()]
+        assert found, path
+        assert not name or re.search(rf"^{name}\b", found[0].read_text(encoding="utf-8"), flags=re.MULTILINE), row
+
+
+def test_the_method_explains_each_status_and_the_glossary_each_variable():
+    method, glossary = ((DOCS / name).read_text(encoding="utf-8") for name in ("method.md", "glossary.md"))
+    rows = re.findall(r"^\| `(\w+)` \|", method.split("| `status` |", 1)[1], flags=re.MULTILINE)
+    assert rows == [status.name.lower() for status in Status]
+    assert [variable.name for variable in VARIABLES if f"`{variable.name}`" not in glossary] == []

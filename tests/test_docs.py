@@ -94,7 +94,7 @@ def places() -> list[str]:
 
 
 # Rows whose files are still being moved to where the table has them.
-MOVING = ("| a scheme |", "| a variable of the cube |", "| a section of the report |", "| a measured table |")
+MOVING = ("| a scheme |", "| a variable of the cube |", "| a section of the report |")
 
 
 @pytest.mark.parametrize(
@@ -115,6 +115,6 @@ def test_the_places_to_add_something_exist(row):
 
 def test_the_method_explains_each_status_and_the_glossary_each_variable():
     method, glossary = ((DOCS / name).read_text(encoding="utf-8") for name in ("method.md", "glossary.md"))
-    rows = re.findall(r"^\| `(\w+)` \|", method.split("| `status` |", 1)[1], flags=re.MULTILINE)
-    assert rows == [status.name.lower() for status in Status]
+    table = method.split("| `status` |", 1)[1].split("\n\n", 1)[0]
+    assert re.findall(r"^\| `(\w+)` \|", table, flags=re.MULTILINE) == [status.name.lower() for status in Status]
     assert [variable.name for variable in VARIABLES if f"`{variable.name}`" not in glossary] == []

@@ -9,7 +9,7 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
 SAFE_SHARE: Final = 0.1
-"""A block at rest is computed from this share of its lower threshold on (docs/method.md: why not from 1)."""
+"""A block at rest is computed from this share of its lower threshold on (docs/design-notes.md: why not from 1)."""
 
 LEAD: Final = 2.0
 """And from this long before, s."""

@@ -39,7 +39,7 @@ BARE_DAMPING: Final = 0.25
 DEFAULT_SCHEME: Final = "centred"
 
 AUTO_FRACTION: Final = {Scheme.CUNDALL: 0.5, Scheme.CENTRED: 1.0}
-"""The step of ``time_step="auto"`` as a fraction of the stable one (docs/method.md shows how it was chosen)."""
+"""The step of ``time_step="auto"`` as a fraction of the stable one (docs/measurements.md shows how it was chosen)."""
 
 LIGHT_FRACTION: Final = 0.25
 """The same for a block of the centred scheme whose damping is below `LIGHT_DAMPING`."""
@@ -189,7 +189,7 @@ def steps_per_sample(
 
 
 def _automatic(scheme: Scheme, square: FloatArray, rate: FloatArray, period: FloatArray | None) -> FloatArray:
-    # docs/method.md, "The default step", has the tables from which these were read.
+    # docs/measurements.md, "The default step", has the tables from which these were read.
     damping = 0.5 * rate / np.sqrt(square)
     if period is None or scheme == Scheme.CUNDALL:
         fraction = SCENE_FRACTION if period is None else AUTO_FRACTION[scheme]

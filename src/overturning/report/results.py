@@ -1,0 +1,203 @@
+"""The results of a study that the report speaks of, opened once."""
+
+import json
+import tempfile
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from overturning.statistics.earthquakes import (
+    AlignmentDifference,
+    AxisSummary,
+    axes_by_earthquake,
+    compare_alignment,
+    summarise_axes,
+)
+from overturning.statistics.falls import overturns
+from overturning.statistics.groups import record_groups
+from overturning.statistics.planes import plane_index
+from overturning.statistics.survey_file import SurveyResult, read_survey_result
+from overturning.study.config import Study
+from overturning.study.cube import open_cube, study_of
+from overturning.study.scenes import NOMINAL, scene_of
+from overturning.verification.study import is_verified, read_verification
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def has_scene(study: Study) -> bool:
+    """Whether the study is of a scene, not of a single block."""
+    return study.scene is not None
+
+
+def reference_cube(study: Study, variant: str, cube: "xr.Dataset") -> "xr.Dataset":
+    """Cube of the reference element of a variant's scene, from the cube of all its elements."""
+    scene = scene_of(study, variant)
+    if scene is None or "element" not in cube.dims:
+        return cube
+    return cube.sel(element=scene.reference_name if scene.reference_name in scene.free else scene.free[-1])
+
+
+@dataclass(frozen=True)
+class RecordName:
+    """What a record is called.
+
+    Attributes
+    ----------
+    id, station, event : str
+        Its id, its station, its earthquake; the last two may be empty.
+    """
+
+    id: str
+    station: str
+    event: str
+
+    @property
+    def heading(self) -> str:
+        """Station and earthquake."""
+        return ", ".join(text for text in (self.station, self.event) if text) or self.id
+
+
+@dataclass(frozen=True)
+class Results:
+    """Results of a study.
+
+    Attributes
+    ----------
+    study : Study
+        The study.
+    cube : xarray.Dataset
+        Its cube, of the reference element of its scene; read one record at a time.
+    cubes : dict of xarray.Dataset
+        Cubes of all elements, of the study itself and of its variants, by name.
+    intensity : xarray.Dataset
+        Intensity measures.
+    figures : Path
+        Folder of its figures.
+    drawings : Path
+        Folder for the figures that the report draws itself.
+    telling : list of dict
+        Title, block, outcomes, rule and film of each case to watch.
+    verification : dict or None
+        What repeating a part of it found; None where the study leaves that out.
+    surveys : tuple of SurveyResult
+        Surveys of stones beside its predictions.
+    """
+
+    study: Study
+    cube: "xr.Dataset"
+    cubes: "dict[str, xr.Dataset]"
+    intensity: "xr.Dataset"
+    figures: Path
+    drawings: Path
+    telling: list[dict[str, Any]]
+    verification: dict[str, Any] | None
+    surveys: tuple[SurveyResult, ...]
+
+    @cached_property
+    def names(self) -> tuple[RecordName, ...]:
+        """What the records are called."""
+        texts = (self.cube[name].to_numpy().astype(str).tolist() for name in ("record_id", "station", "event"))
+        return tuple(RecordName(*each) for each in zip(*texts, strict=True))
+
+    @cached_property
+    def earthquakes(self) -> int:
+        """Number of earthquakes."""
+        return len({name.event for name in self.names})
+
+    @cached_property
+    def with_vertical(self) -> int:
+        """Number of records with vertical motion."""
+        return int((self.cube["vertical"] == 1).sum().compute())
+
+    @cached_property
+    def planes(self) -> int:
+        """Number of vertical planes: one tells nothing about direction."""
+        return int(plane_index(self.cube["azimuth"].to_numpy()).size)
+
+    @cached_property
+    def fallen(self) -> float:
+        """Share of all cases that overturn; NaN where no outcome was found."""
+        return float(overturns(self.cube).mean().compute())
+
+    @cached_property
+    def missing(self) -> dict[str, int]:
+        """Number of cells by status, for those without an outcome."""
+        unknown = self.cube["overturned"].isnull()
+        counts = {name: int(((self.cube["status"] == code) & unknown).sum().compute()) for code, name in self.statuses}
+        return {name: count for name, count in counts.items() if count}
+
+    @property
+    def statuses(self) -> list[tuple[int, str]]:
+        """Codes and names of the status of a cell."""
+        attributes = self.cube["status"].attrs
+        names = (name.replace("_", " ") for name in attributes["flag_meanings"].split())
+        return list(zip(np.atleast_1d(attributes["flag_values"]).tolist(), names, strict=True))
+
+    @cached_property
+    def _axes(self) -> Any:
+        groups = record_groups(self.cube).items()
+        return {name: axes_by_earthquake(self.cube.isel(record=np.flatnonzero(chosen))) for name, chosen in groups}
+
+    @cached_property
+    def axes(self) -> dict[str, AxisSummary]:
+        """Fall axes relative to the fault normal, by group of records."""
+        return {name: summarise_axes(axes) for name, axes in self._axes.items()}
+
+    @cached_property
+    def axes_difference(self) -> AlignmentDifference | None:
+        """Of the two groups, where there are two."""
+        return compare_alignment(*self._axes.values()) if len(self._axes) == 2 else None
+
+    @property
+    def faults_known(self) -> bool:
+        """Whether a fall can be compared with a fault."""
+        return any(summary.n > 0 for summary in self.axes.values())
+
+    @property
+    def tells_axes(self) -> bool:
+        """Whether there is an axis relative to a fault to speak of."""
+        return self.faults_known and 0 < self.fallen < 1 and self.planes > 1
+
+
+@contextmanager
+def open_results(folder: Path) -> Iterator[Results]:
+    """Open the results of a study.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the results: cubes, intensities, figures, surveys, verification.
+
+    Yields
+    ------
+    Results
+
+    Raises
+    ------
+    ResultError
+        If one is missing.
+    """
+    import xarray as xr
+
+    with ExitStack() as stack:
+        cube = stack.enter_context(open_cube(folder / "cube.nc", chunks={"record": 1}))
+        study = study_of(cube)
+        paths = {NOMINAL: folder / "cube.nc"} | {name: folder / f"cube.{name}.nc" for name in study.variants}
+        yield Results(
+            study,
+            cube,
+            {name: stack.enter_context(open_cube(path, element=None)) for name, path in paths.items()},
+            stack.enter_context(xr.open_dataset(folder / "intensity.nc")),
+            folder / "figures",
+            Path(stack.enter_context(tempfile.TemporaryDirectory())),
+            json.loads((folder / "figures" / "telling" / "telling.json").read_text(encoding="utf-8")),
+            read_verification(folder / "verification.json") if is_verified(study) else None,
+            tuple(read_survey_result(folder / "survey" / f"{n}.json") for n, _ in enumerate(study.surveys, 1)),
+        )

@@ -5,24 +5,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-Medium = Literal["both", "page", "paper"]
-"""Where a text is shown: on the page (HTML) and on paper (PDF), or on one of them only."""
-
 
 @dataclass(frozen=True)
 class Paragraph:
-    """A paragraph.
-
-    Attributes
-    ----------
-    text : str
-        What it says.
-    medium : Medium
-        Where it is shown.
-    """
+    """A paragraph, on the page (HTML) and on paper (PDF) or on one of them only."""
 
     text: str
-    medium: Medium = "both"
+    medium: Literal["both", "page", "paper"] = "both"
 
 
 class Note(Paragraph):
@@ -56,20 +45,10 @@ class Code:
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure.
+    """A figure, .svg or .png.
 
-    Attributes
-    ----------
-    path : Path
-        The file, .svg or .png.
-    alt : str
-        What it shows, for those who cannot see it.
-    caption : str
-        Text below it.
-    width : float
-        Width on paper, as a share of the place there is.
-    most_height : float
-        Largest height on paper, cm.
+    ``alt`` tells those who cannot see it what it shows; on paper it is as wide as ``width`` says, a share of the place
+    there is, and at most ``most_height`` cm high.
     """
 
     path: Path
@@ -80,55 +59,37 @@ class Figure:
 
 
 @dataclass(frozen=True)
-class Column:
-    """A column of a table.
-
-    Attributes
-    ----------
-    head : str
-        Its heading.
-    kind : str
-        "number" (or what is to stand below each other like numbers), "text", "link" (anchor of a section of this report)
-        or "code" (a hash, that may be broken anywhere).
-    """
-
-    head: str
-    kind: Literal["number", "text", "link", "code"] = "number"
-
-
-@dataclass(frozen=True)
 class Table:
     """A table.
 
     Attributes
     ----------
-    columns : tuple of Column
-        Headings; a table whose headings are all empty has no row of headings.
+    heads : tuple of str
+        Headings of the columns; where all are empty there is no row of headings.
     rows : tuple of tuple of str
         Cells.
+    kinds : str
+        A letter for each column: t text, n number, l link to the section of that anchor, c code, which may break anywhere;
+        n for the columns that have no letter.
     anchor : str
         Name to find it by.
     sortable : bool
         Whether the page sorts it by the column whose heading is clicked.
     """
 
-    columns: tuple[Column, ...]
+    heads: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
+    kinds: str = "t"
     anchor: str = ""
     sortable: bool = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "kinds", self.kinds.ljust(len(self.heads), "n"))
 
 
 @dataclass(frozen=True)
 class Film:
-    """A film on the page.
-
-    Attributes
-    ----------
-    data : dict
-        What the player plays, from `figures.film.film_data`.
-    text : str
-        What stands in its place on paper.
-    """
+    """A film on the page, from `figures.film.film_data`, and the text in its place on paper."""
 
     data: dict[str, Any]
     text: str
@@ -136,7 +97,7 @@ class Film:
 
 @dataclass(frozen=True)
 class Row:
-    """Blocks side by side; as wide as the shares say on paper, all alike where there are none."""
+    """Blocks side by side; on paper as wide as the shares say, all alike where there are none."""
 
     blocks: tuple["Block", ...]
     shares: tuple[float, ...] = ()
@@ -154,16 +115,7 @@ class Disclosure:
 class Section:
     """A heading and what stands below it; sections inside are one level deeper.
 
-    Attributes
-    ----------
-    title : str
-        The heading.
-    blocks : tuple of Block
-        What it says.
-    anchor : str
-        Name to find it by.
-    together : bool
-        Whether it is not to be divided between pages.
+    ``anchor`` is the name to find it by; a section that is to be kept ``together`` is not divided between pages.
     """
 
     title: str
@@ -177,34 +129,16 @@ Block = Paragraph | Answer | Bullets | Code | Figure | Table | Film | Row | Disc
 
 @dataclass(frozen=True)
 class Report:
-    """The whole report.
-
-    Attributes
-    ----------
-    title, question : str
-        What was studied.
-    sections : tuple of Section
-        What it says.
-    """
+    """The whole report."""
 
     title: str
     question: str
-    sections: tuple[Section, ...]
+    blocks: tuple[Section, ...]
 
 
-def each_block(blocks: tuple[Block, ...]) -> Iterator[Block]:
+def each_block(within: Report | Section | Row | Disclosure) -> Iterator[Block]:
     """All blocks in their order, those inside others too."""
-    for block in blocks:
+    for block in within.blocks:
         yield block
         if isinstance(block, Row | Disclosure | Section):
-            yield from each_block(block.blocks)
-
-
-def text_columns(*heads: str) -> tuple[Column, ...]:
-    """Columns of text."""
-    return tuple(Column(head, "text") for head in heads)
-
-
-def number_columns(*heads: str) -> tuple[Column, ...]:
-    """Columns of numbers."""
-    return tuple(Column(head) for head in heads)
+            yield from each_block(block)

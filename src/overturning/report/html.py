@@ -9,38 +9,11 @@ from pathlib import Path
 from typing import assert_never
 
 from overturning.figures.film_page import embedded_json, player_script, player_style
-from overturning.report.blocks import (
-    Answer,
-    Block,
-    Bullets,
-    Caution,
-    Code,
-    Column,
-    Disclosure,
-    Figure,
-    Film,
-    Note,
-    Paragraph,
-    Report,
-    Row,
-    Section,
-    Table,
-)
+from overturning.report import blocks
 
 
-def render_html(report: Report) -> str:
-    """The page.
-
-    Parameters
-    ----------
-    report : Report
-        What it says.
-
-    Returns
-    -------
-    str
-        HTML that needs nothing from outside.
-    """
+def render_html(report: blocks.Report) -> str:
+    """The page, which needs nothing from outside."""
     title, style, script = (
         escape(report.title),
         _file("report.css") + player_style(),
@@ -51,7 +24,7 @@ def render_html(report: Report) -> str:
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>{title}</title>\n<style>\n{style}\n</style>\n</head>\n<body>\n"
-        f"<header>\n<h1>{title}</h1>\n{question}</header>\n<main>\n{_Page().blocks(report.sections, 2)}\n</main>\n"
+        f"<header>\n<h1>{title}</h1>\n{question}</header>\n<main>\n{_Page().inside(report, 2)}\n</main>\n"
         f"<script>\n{script}\n</script>\n</body>\n</html>\n"
     )
 
@@ -66,74 +39,64 @@ class _Page:
     def __init__(self) -> None:
         self.numbers = count(1)
 
-    def blocks(self, blocks: tuple[Block, ...], level: int) -> str:
-        return "\n".join(filter(None, (self.block(block, level) for block in blocks)))
+    def inside(self, block: blocks.Report | blocks.Section | blocks.Row | blocks.Disclosure, level: int) -> str:
+        return "\n".join(self.block(one, level) for one in block.blocks)
 
-    def block(self, block: Block, level: int) -> str:
+    def block(self, block: blocks.Block, level: int) -> str:
         match block:
-            case Paragraph():
-                kind = {Note: ' class="note"', Caution: ' class="warning"'}.get(type(block), "")
+            case blocks.Paragraph():
+                kind = {blocks.Note: ' class="note"', blocks.Caution: ' class="warning"'}.get(type(block), "")
                 return "" if block.medium == "paper" else f"<p{kind}>{escape(block.text)}</p>"
-            case Answer():
-                lines = "\n".join(f"<p>{escape(sentence)}</p>" for sentence in block.sentences)
-                return f'<div class="answer">\n{lines}\n</div>'
-            case Bullets():
-                lines = "\n".join(f"<li>{escape(line)}</li>" for line in block.lines)
-                return f"<ul>\n{lines}\n</ul>"
-            case Code():
+            case blocks.Answer():
+                return f'<div class="answer">\n{_lines("p", block.sentences)}\n</div>'
+            case blocks.Bullets():
+                return f"<ul>\n{_lines('li', block.lines)}\n</ul>"
+            case blocks.Code():
                 return f"<pre>{escape(block.text)}</pre>"
-            case Figure():
-                return self.figure(block)
-            case Table():
+            case blocks.Figure():
+                caption = f"<figcaption>{escape(block.caption)}</figcaption>" if block.caption else ""
+                shown = inline_figure(block.path, block.alt, f"figure-{next(self.numbers)}")
+                return f"<figure>{shown}{caption}</figure>"
+            case blocks.Table():
                 return _table(block)
-            case Film():
+            case blocks.Film():
                 return f'<div class="film"><script type="application/json">{embedded_json(block.data)}</script></div>'
-            case Row():
-                return f'<div class="pair">\n{self.blocks(block.blocks, level)}\n</div>'
-            case Disclosure():
-                inside = self.blocks(block.blocks, level)
-                return f"<details><summary>{escape(block.title)}</summary>\n{inside}\n</details>"
-            case Section():
-                name = "article" if block.together else "section"
-                head = f"<{name}{_anchor(block.anchor)}>\n<h{level}>{escape(block.title)}</h{level}>"
-                return f"{head}\n{self.blocks(block.blocks, level + 1)}\n</{name}>"
+            case blocks.Row():
+                return f'<div class="pair">\n{self.inside(block, level)}\n</div>'
+            case blocks.Disclosure():
+                head = f"<summary>{escape(block.title)}</summary>"
+                return f"<details>{head}\n{self.inside(block, level)}\n</details>"
+            case blocks.Section():
+                tag = "article" if block.together else "section"
+                head = f"<{tag}{_anchor(block.anchor)}>\n<h{level}>{escape(block.title)}</h{level}>"
+                return f"{head}\n{self.inside(block, level + 1)}\n</{tag}>"
             case _:
                 assert_never(block)
 
-    def figure(self, figure: Figure) -> str:
-        shown = inline_figure(figure.path, figure.alt, f"figure-{next(self.numbers)}")
-        caption = f"<figcaption>{escape(figure.caption)}</figcaption>" if figure.caption else ""
-        return f"<figure>{shown}{caption}</figure>"
+
+def _lines(tag: str, lines: tuple[str, ...]) -> str:
+    return "\n".join(f"<{tag}>{escape(line)}</{tag}>" for line in lines)
 
 
 def _anchor(name: str) -> str:
     return f' id="{escape(name)}"' if name else ""
 
 
-def _table(table: Table) -> str:
-    heads = "".join(_cell("th", column, escape(column.head)) for column in table.columns)
-    head = f"<thead><tr>{heads}</tr></thead>\n" if any(column.head for column in table.columns) else ""
-    rows = []
-    for row in table.rows:
-        cells = []
-        for column, text in zip(table.columns, row, strict=True):
-            shown = escape(text)
-            if column.kind == "link":
-                shown = f'<a href="#{shown}">{shown}</a>'
-            elif column.kind == "code":
-                shown = f"<code>{shown}</code>"
-            cells.append(_cell("td", column, shown))
-        rows.append(f"<tr>{''.join(cells)}</tr>")
+def _table(table: blocks.Table) -> str:
+    def row(tag: str, cells: tuple[str, ...]) -> str:
+        shown = []
+        for kind, cell in zip(table.kinds, map(escape, cells), strict=True):
+            numeric = ' class="n"' if kind == "n" else ""
+            inner = {"l": f'<a href="#{cell}">{cell}</a>', "c": f"<code>{cell}</code>"}.get(kind * (tag == "td"), cell)
+            shown.append(f"<{tag}{numeric}>{inner}</{tag}>")
+        return f"<tr>{''.join(shown)}</tr>"
+
+    head = f"<thead>{row('th', table.heads)}</thead>\n" if any(table.heads) else ""
+    body = "\n".join(row("td", cells) for cells in table.rows)
     kind = ' class="sortable"' if table.sortable else ""
-    body = "\n".join(rows)
     return (
         f'<div class="wide">\n<table{kind}{_anchor(table.anchor)}>\n{head}<tbody>\n{body}\n</tbody>\n</table>\n</div>'
     )
-
-
-def _cell(tag: str, column: Column, text: str) -> str:
-    kind = ' class="n"' if column.kind == "number" else ""
-    return f"<{tag}{kind}>{text}</{tag}>"
 
 
 def inline_figure(path: Path, alt: str, name: str) -> str:
@@ -147,11 +110,6 @@ def inline_figure(path: Path, alt: str, name: str) -> str:
         What it shows, for those who cannot see it.
     name : str
         Put before the identifiers of an SVG, since those of two figures would otherwise be one in the page.
-
-    Returns
-    -------
-    str
-        HTML.
     """
     if path.suffix != ".svg":
         data = base64.b64encode(path.read_bytes()).decode("ascii")

@@ -3,67 +3,37 @@
 import json
 import shutil
 import tempfile
-from dataclasses import asdict
+from dataclasses import fields, is_dataclass
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from overturning.errors import ResultError
-from overturning.report.blocks import Block, Disclosure, Figure, Film, Paragraph, Report, Row, Section, each_block
+from overturning.report.blocks import Film, Paragraph, Report
 
 
-def paper_data(report: Report) -> dict[str, Any]:
-    """The report as plain data for typst.
+def paper_data(part: Any, files: dict[Path, str]) -> Any:
+    """A report as plain data for typst: each block with its class as ``kind``, a film as the text that stands for it.
 
     Parameters
     ----------
-    report : Report
+    part : Report or what it is made of
         What it says.
-
-    Returns
-    -------
-    dict
-        Title, question and blocks; each block with its class as ``kind``, a figure with its number in the place of its
-        file, a film as the text that stands for it.
+    files : dict
+        Filled with a short name for each figure, which stands for its path.
     """
-    numbers = {figure: f"{number}{figure.path.suffix}" for number, figure in enumerate(_figures(report), 1)}
-
-    def plain(blocks: tuple[Block, ...]) -> list[dict[str, Any]]:
-        shown = []
-        for block in blocks:
-            if isinstance(block, Paragraph) and block.medium == "page":
-                continue
-            one = Paragraph(block.text) if isinstance(block, Film) else block
-            more: dict[str, Any] = {"kind": type(one).__name__.lower()}
-            if isinstance(one, Row | Disclosure | Section):
-                data = {name: value for name, value in vars(one).items() if name != "blocks"}
-                more["blocks"] = plain(one.blocks)
-            else:
-                data = asdict(one)
-            if isinstance(one, Figure):
-                data["path"] = numbers[one]
-            shown.append(data | more)
-        return shown
-
-    return {"title": report.title, "question": report.question, "blocks": plain(report.sections)}
-
-
-def _figures(report: Report) -> list[Figure]:
-    return list(dict.fromkeys(block for block in each_block(report.sections) if isinstance(block, Figure)))
+    if isinstance(part, Film):
+        part = Paragraph(part.text)
+    if is_dataclass(part):
+        kind = type(part).__name__.lower()
+        return {"kind": kind} | {field.name: paper_data(getattr(part, field.name), files) for field in fields(part)}
+    if isinstance(part, tuple):
+        return [paper_data(one, files) for one in part if getattr(one, "medium", "") != "page"]
+    return files.setdefault(part, f"{len(files)}{part.suffix}") if isinstance(part, Path) else part
 
 
 def render_pdf(report: Report) -> bytes:
     """The pages, the same bytes each time.
-
-    Parameters
-    ----------
-    report : Report
-        What they say.
-
-    Returns
-    -------
-    bytes
-        The PDF.
 
     Raises
     ------
@@ -72,13 +42,14 @@ def render_pdf(report: Report) -> bytes:
     """
     import typst
 
-    template = resources.files("overturning").joinpath("report/templates/report.typ").read_text(encoding="utf-8")
-    with tempfile.TemporaryDirectory() as name:
+    files: dict[Path, str] = {}
+    data = json.dumps(paper_data(report, files), ensure_ascii=False)
+    with tempfile.TemporaryDirectory() as name, resources.as_file(resources.files("overturning")) as package:
         folder = Path(name)
-        (folder / "report.typ").write_text(template, encoding="utf-8")
-        (folder / "data.json").write_text(json.dumps(paper_data(report), ensure_ascii=False), encoding="utf-8")
-        for number, figure in enumerate(_figures(report), 1):
-            shutil.copyfile(figure.path, folder / f"{number}{figure.path.suffix}")
+        shutil.copyfile(package / "report" / "templates" / "report.typ", folder / "report.typ")
+        (folder / "data.json").write_text(data, encoding="utf-8")
+        for path, file in files.items():
+            shutil.copyfile(path, folder / file)
         try:
             # Only the fonts that come with typst, and no clock: the same pages on every machine.
             pages: bytes = typst.compile(

@@ -11,13 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from overturning.statistics.earthquakes import (
-    AlignmentDifference,
-    AxisSummary,
-    axes_by_earthquake,
-    compare_alignment,
-    summarise_axes,
-)
+from overturning.statistics import earthquakes
 from overturning.statistics.falls import overturns
 from overturning.statistics.groups import record_groups
 from overturning.statistics.planes import plane_index
@@ -36,23 +30,9 @@ def has_scene(study: Study) -> bool:
     return study.scene is not None
 
 
-def reference_cube(study: Study, variant: str, cube: "xr.Dataset") -> "xr.Dataset":
-    """Cube of the reference element of a variant's scene, from the cube of all its elements."""
-    scene = scene_of(study, variant)
-    if scene is None or "element" not in cube.dims:
-        return cube
-    return cube.sel(element=scene.reference_name if scene.reference_name in scene.free else scene.free[-1])
-
-
 @dataclass(frozen=True)
 class RecordName:
-    """What a record is called.
-
-    Attributes
-    ----------
-    id, station, event : str
-        Its id, its station, its earthquake; the last two may be empty.
-    """
+    """What a record is called; station and event may be empty."""
 
     id: str
     station: str
@@ -78,10 +58,8 @@ class Results:
         Cubes of all elements, of the study itself and of its variants, by name.
     intensity : xarray.Dataset
         Intensity measures.
-    figures : Path
-        Folder of its figures.
-    drawings : Path
-        Folder for the figures that the report draws itself.
+    figures, drawings : Path
+        Folder of the study's figures, and one for those that the report draws itself.
     telling : list of dict
         Title, block, outcomes, rule and film of each case to watch.
     verification : dict or None
@@ -106,8 +84,8 @@ class Results:
         texts = (self.cube[name].to_numpy().astype(str).tolist() for name in ("record_id", "station", "event"))
         return tuple(RecordName(*each) for each in zip(*texts, strict=True))
 
-    @cached_property
-    def earthquakes(self) -> int:
+    @property
+    def earthquake_count(self) -> int:
         """Number of earthquakes."""
         return len({name.event for name in self.names})
 
@@ -127,33 +105,33 @@ class Results:
         return float(overturns(self.cube).mean().compute())
 
     @cached_property
-    def missing(self) -> dict[str, int]:
-        """Number of cells by status, for those without an outcome."""
-        unknown = self.cube["overturned"].isnull()
-        counts = {name: int(((self.cube["status"] == code) & unknown).sum().compute()) for code, name in self.statuses}
-        return {name: count for name, count in counts.items() if count}
-
-    @property
-    def statuses(self) -> list[tuple[int, str]]:
-        """Codes and names of the status of a cell."""
-        attributes = self.cube["status"].attrs
-        names = (name.replace("_", " ") for name in attributes["flag_meanings"].split())
-        return list(zip(np.atleast_1d(attributes["flag_values"]).tolist(), names, strict=True))
+    def statuses(self) -> dict[str, tuple[int, int]]:
+        """Number of cells by status, and of those among them without an outcome."""
+        status, unknown = self.cube["status"], self.cube["overturned"].isnull()
+        names = status.attrs["flag_meanings"].split()
+        counts = {}
+        for code, name in zip(status.attrs["flag_values"], names, strict=True):
+            cells = status == code
+            counts[name.replace("_", " ")] = (int(cells.sum().compute()), int((cells & unknown).sum().compute()))
+        return counts
 
     @cached_property
     def _axes(self) -> Any:
         groups = record_groups(self.cube).items()
-        return {name: axes_by_earthquake(self.cube.isel(record=np.flatnonzero(chosen))) for name, chosen in groups}
+        return {
+            name: earthquakes.axes_by_earthquake(self.cube.isel(record=np.flatnonzero(chosen)))
+            for name, chosen in groups
+        }
 
     @cached_property
-    def axes(self) -> dict[str, AxisSummary]:
+    def axes(self) -> dict[str, earthquakes.AxisSummary]:
         """Fall axes relative to the fault normal, by group of records."""
-        return {name: summarise_axes(axes) for name, axes in self._axes.items()}
+        return {name: earthquakes.summarise_axes(axes) for name, axes in self._axes.items()}
 
     @cached_property
-    def axes_difference(self) -> AlignmentDifference | None:
+    def axes_difference(self) -> earthquakes.AlignmentDifference | None:
         """Of the two groups, where there are two."""
-        return compare_alignment(*self._axes.values()) if len(self._axes) == 2 else None
+        return earthquakes.compare_alignment(*self._axes.values()) if len(self._axes) == 2 else None
 
     @property
     def faults_known(self) -> bool:
@@ -165,6 +143,13 @@ class Results:
         """Whether there is an axis relative to a fault to speak of."""
         return self.faults_known and 0 < self.fallen < 1 and self.planes > 1
 
+    def reference_cube(self, variant: str) -> "xr.Dataset":
+        """Cube of the reference element of a variant's scene."""
+        cube, scene = self.cubes[variant], scene_of(self.study, variant)
+        if scene is None or "element" not in cube.dims:
+            return cube
+        return cube.sel(element=scene.reference_name if scene.reference_name in scene.free else scene.free[-1])
+
 
 @contextmanager
 def open_results(folder: Path) -> Iterator[Results]:
@@ -174,10 +159,6 @@ def open_results(folder: Path) -> Iterator[Results]:
     ----------
     folder : Path
         Folder of the results: cubes, intensities, figures, surveys, verification.
-
-    Yields
-    ------
-    Results
 
     Raises
     ------

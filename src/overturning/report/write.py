@@ -6,6 +6,7 @@ from overturning.errors import ResultError
 from overturning.files import whole
 from overturning.report.blocks import Figure, each_block
 from overturning.report.html import render_html
+from overturning.report.pdf import render_pdf
 from overturning.report.results import open_results
 from overturning.report.sections import build_report
 
@@ -27,11 +28,9 @@ def write_report(results: Path, path: Path, pdf: Path | None = None) -> None:
     ResultError
         If a result is missing.
     """
-    from overturning.report.pdf import render_pdf
-
     with open_results(results) as opened:
         report = build_report(opened)
-        for block in each_block(report.sections):
+        for block in each_block(report):
             if isinstance(block, Figure) and not block.path.is_file():
                 raise ResultError(f"{block.path}: no such figure; run the figures of the study first")
         with whole(path) as part:

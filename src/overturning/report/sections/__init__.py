@@ -22,23 +22,12 @@ from overturning.report.sections.survey import surveys
 from overturning.report.sections.telling import telling
 
 SECTIONS: Final[tuple[Callable[[Results], Section | None], ...]] = (
-    answer,
-    scene,
-    surveys,
-    published,
-    telling,
-    falls,
-    cause,
-    ensemble,
-    records,
-    record_by_record,
-    own_error,
-    method,
+    *(answer, scene, surveys, published, telling, falls, cause, ensemble, records, record_by_record, own_error, method),
 )
 
 
 def build_report(results: Results) -> Report:
     """The report of a study: all sections that have something to say."""
+    built = (section(results) for section in SECTIONS)
     study = results.study
-    sections = (section(results) for section in SECTIONS)
-    return Report(study.title or study.name, study.question, tuple(one for one in sections if one is not None))
+    return Report(study.title or study.name, study.question, tuple(section for section in built if section is not None))

@@ -2,11 +2,11 @@
 
 import math
 
-from overturning.report.blocks import Answer, Block, Column, Figure, Note, Paragraph, Section, Table, number_columns
+from overturning.report.blocks import Answer, Block, Figure, Note, Paragraph, Section, Table
 from overturning.report.results import Results
 from overturning.report.sections.records import record_directions
 from overturning.report.text import counted, degrees, interval, number, percent
-from overturning.statistics.earthquakes import AlignmentDifference, AxisSummary
+from overturning.statistics.earthquakes import AxisSummary
 
 MOST_RECORDS_IN_WORDS = 5
 """Records whose directions still stand in sentences; of more the table tells."""
@@ -30,85 +30,64 @@ def answer(results: Results) -> Section:
             "V: the fault normal, stated beforehand; both on doubled angles."
         )
         axes = (figure, _summary_table(results.axes), note)
-    return Section(
-        "Answer",
-        (Answer(tuple(_sentences(results))), Paragraph(_counted(results)), *axes, Note(_cases(results))),
-        anchor="answer",
-    )
+    sentences = Answer((*_sentences(results), *_directions_in_words(results)))
+    return Section("Answer", (sentences, Paragraph(_counted(results)), *axes, Note(_cases(results))), anchor="answer")
 
 
-def _sentences(results: Results) -> list[str]:
-    sentences = answer_sentences(
-        results.axes,
-        results.axes_difference,
-        results.fallen,
-        planes=results.planes,
-        missing=sum(results.missing.values()),
-    )
-    some_fall = results.fallen > 0 and results.planes > 1
-    if not results.faults_known and some_fall and len(results.names) <= MOST_RECORDS_IN_WORDS:
-        for name, row in zip(results.names, record_directions(results.cube), strict=True):
-            if row.direction != "–" or row.axis != "–":
-                sentences.append(
-                    f"{name.station}: mean fall direction {row.direction} (resultant {row.direction_resultant}), mean fall "
-                    f"axis {row.axis} (resultant {row.axis_resultant}), over all blocks, each plane once; a resultant near 0 "
-                    "means falls to nearly every side."
-                )
-    return sentences
+def _sentences(results: Results) -> tuple[str, ...]:
+    """A few sentences with numbers and their uncertainty, or why there are none."""
+    known = " whose outcome is known" if any(absent for _, absent in results.statuses.values()) else ""
+    share = f"{percent(results.fallen)} of the cases overturn"
+    if math.isnan(results.fallen):
+        return ("No outcome was found, so nothing can be said; see the causes below.",)
+    if results.fallen <= 0:
+        nothing = "so these records say nothing about the direction of falls"
+        return (f"No block{known} overturned in any direction, {nothing}.",)
+    if results.planes == 1:
+        return (f"{share}; with a single plane of motion nothing is said about direction.",)
+    if results.fallen >= 1:
+        return (f"Every block{known} overturned in every plane: there is no axis along which blocks fall more easily.",)
+    if not results.faults_known:
+        return (f"{share}; no fault normal is known, so nothing is said relative to a fault.",)
+    return _headline(results), _alignment(results)
 
 
-def _counted(results: Results) -> str:
-    """How many records and earthquakes, and what their number means."""
-    records, with_vertical = len(results.names), results.with_vertical
-    text = (
-        f"{counted(records, 'record')} of {counted(results.earthquakes, 'earthquake')}. Records of one earthquake are not "
-        "independent, so earthquakes are counted, not records; azimuths of one record are the same motion seen from many "
-        "sides, so they are no samples at all."
-    )
-    if with_vertical == 0:
-        return f"{text} None of these records has vertical motion; what it would change is not in these numbers."
-    if with_vertical < records:
-        return f"{text} {with_vertical} records have vertical motion, the others none."
-    return text
+def _headline(results: Results) -> str:
+    """Mean fall axis with its interval, and whether it tells normal from parallel."""
+    means = [f"{_mean_axis(one)}{_name(name)} ({counted(one.n, 'earthquake')})" for name, one in results.axes.items()]
+    verdicts = {name: _verdict(one) for name, one in results.axes.items() if one.n > 0}
+    if len(set(verdicts.values())) == 1:
+        conclusion = next(iter(verdicts.values()))
+    else:
+        conclusion = "; ".join(f"{_name(name).strip()}, {text}" for name, text in verdicts.items())
+    difference = results.axes_difference
+    if difference is not None and not math.isnan(difference.interval[0]):
+        low, high = difference.interval
+        shown = "a difference" if low > 0 or high < 0 else "no difference"
+        conclusion += f", and {shown} between the two is shown"
+    return f"Blocks fall on average {' and '.join(means)}: {conclusion}."
 
 
-def _cases(results: Results) -> str:
-    """Of how many cases the report speaks, and how many have no outcome."""
-    cases, computed = int(results.cube["overturned"].size), int((results.cube["mirrored"] == 0).sum().compute())
-    share = "" if math.isnan(results.fallen) else f" {percent(results.fallen)} of them overturn."
-    others = (
-        "all were computed" if computed == cases else f"{computed:,} were computed, the others are their mirror images"
-    )
-    absent = ", ".join(f"{count:,} {name}" for name, count in results.missing.items())
-    return f"The study has {cases:,} cases (record × azimuth × height × B/H × friction); {others}.{share} " + (
-        f"Without an outcome: {absent}." if absent else "No outcome is missing."
-    )
+def _alignment(results: Results) -> str:
+    """The alignment of each group and of their difference, and how many earthquakes lie closer to what."""
+    parts, closer = [], []
+    groups = {_name(name): one for name, one in results.axes.items() if one.n}
+    for name, one in groups.items():
+        known = f" ({100 * one.level:.0f} % interval {interval(*one.alignment_interval)})"
+        parts.append(f"{number(one.alignment)}{'' if math.isnan(one.alignment_interval[0]) else known}{name}")
+        closer.append(f"{one.closer_to_normal} of {counted(one.n, 'earthquake')}{name}")
+    text = f"Alignment, 1 normal to the fault and −1 along it: {'; '.join(parts)}"
+    difference = results.axes_difference
+    if difference is not None and not math.isnan(difference.difference):
+        few = math.isnan(difference.interval[0])
+        known = "; too few earthquakes for an interval" if few else f" ({interval(*difference.interval)})"
+        text += f"; difference {number(difference.difference)}{known}"
+    lie = "lies" if sum(one.n for one in groups.values()) == 1 else "lie"
+    return f"{text}. {' and '.join(closer)} {lie} closer to the normal than to the fault."
 
 
-def _summary_table(axes: dict[str, AxisSummary]) -> Table:
-    columns = number_columns(
-        *("earthquakes", "with falls", "mean axis from normal", "interval", "alignment", "interval"),
-        *("closer to normal", "Rayleigh p", "V test p"),
-    )
-    rows = tuple(
-        (
-            name,
-            str(s.earthquakes),
-            str(s.n),
-            degrees(s.mean_axis_deg),
-            "–" if math.isnan(s.mean_axis_half_width_deg) else f"±\u00a0{s.mean_axis_half_width_deg:.0f}°",
-            "–" if s.n == 0 else number(s.alignment),
-            interval(*s.alignment_interval),
-            f"{s.closer_to_normal} of {s.n}",
-            *("–" if s.n < 2 else f"{test.p_value:.2g}" for test in (s.rayleigh, s.v)),
-        )
-        for name, s in axes.items()
-    )
-    return Table((Column("records", "text"), *columns), rows)
-
-
-def verdict(summary: AxisSummary) -> str:
-    """What the interval of the alignment says, in a few words."""
+def _verdict(summary: AxisSummary) -> str:
+    """What the interval of the alignment says."""
     low, high = summary.alignment_interval
     if math.isnan(low):
         return f"{counted(summary.n, 'earthquake')} {'is' if summary.n == 1 else 'are'} too few for an interval"
@@ -129,93 +108,64 @@ def _mean_axis(summary: AxisSummary) -> str:
         return "not at all"
     if math.isnan(summary.mean_axis_deg):
         return "along no common axis"
+    spread = "" if math.isnan(summary.mean_axis_half_width_deg) else f"\u00a0{_half_width(summary)}"
+    return f"{degrees(abs(summary.mean_axis_deg))}{spread} from the fault normal"
+
+
+def _half_width(summary: AxisSummary) -> str:
     width = summary.mean_axis_half_width_deg
-    spread = "" if math.isnan(width) else f"\u00a0±\u00a0{width:.0f}°"
-    return f"{number(abs(summary.mean_axis_deg), 0)}°{spread} from the fault normal"
+    return "–" if math.isnan(width) else f"±\u00a0{degrees(width)}"
 
 
-def headline(summaries: dict[str, AxisSummary], difference: AlignmentDifference | None) -> str:
-    """The answer in one sentence: mean fall axis with its interval, and whether it tells normal from parallel.
-
-    Parameters
-    ----------
-    summaries : dict of AxisSummary
-        By name of the group; one of them at least has falls.
-    difference : AlignmentDifference or None
-        Of the two groups, where there are two.
-
-    Returns
-    -------
-    str
-    """
-    means = [f"{_mean_axis(one)}{_name(name)} ({counted(one.n, 'earthquake')})" for name, one in summaries.items()]
-    verdicts = {name: verdict(one) for name, one in summaries.items() if one.n > 0}
-    if len(set(verdicts.values())) == 1:
-        conclusion = next(iter(verdicts.values()))
-    else:
-        conclusion = "; ".join(f"{_name(name).strip()}, {text}" for name, text in verdicts.items())
-    low, high = (math.nan, math.nan) if difference is None else difference.interval
-    if not math.isnan(low):
-        shown = "a difference" if low > 0 or high < 0 else "no difference"
-        conclusion += f", and {shown} between the two is shown"
-    return f"Blocks fall on average {' and '.join(means)}: {conclusion}."
+def _directions_in_words(results: Results) -> list[str]:
+    """Mean fall direction and axis of each of a few records where there is no fault to compare them with."""
+    if results.faults_known or not results.fallen > 0 or results.planes == 1:
+        return []
+    if len(results.names) > MOST_RECORDS_IN_WORDS:
+        return []
+    return [
+        f"{name.station}: mean fall direction {direction} (resultant {one}), mean fall axis {axis} (resultant {other}), over "
+        "all blocks, each plane once; a resultant near 0 means falls to nearly every side."
+        for name, (direction, one, axis, other, *_) in zip(results.names, record_directions(results.cube), strict=True)
+        if direction != "–" or axis != "–"
+    ]
 
 
-def alignment_sentence(summaries: dict[str, AxisSummary], difference: AlignmentDifference | None) -> str:
-    """The alignment of each group and of their difference with the intervals, and how many earthquakes lie closer to what."""
-    parts, closer = [], []
-    for name, one in summaries.items():
-        known = "" if math.isnan(one.alignment_interval[0]) else interval(*one.alignment_interval)
-        known = known and f" ({100 * one.level:.0f} % interval {known})"
-        if one.n:
-            parts.append(f"{number(one.alignment)}{known}{_name(name)}")
-            closer.append(f"{one.closer_to_normal} of {counted(one.n, 'earthquake')}{_name(name)}")
-    text = f"Alignment, 1 normal to the fault and −1 along it: {'; '.join(parts)}"
-    if difference is not None and not math.isnan(difference.difference):
-        low, high = difference.interval
-        known = "; too few earthquakes for an interval" if math.isnan(low) else f" ({interval(low, high)})"
-        text += f"; difference {number(difference.difference)}{known}"
-    only = sum(one.n for one in summaries.values()) == 1
-    return f"{text}. {' and '.join(closer)} {'lies' if only else 'lie'} closer to the normal than to the fault."
+def _counted(results: Results) -> str:
+    """How many records and earthquakes, and what their number means."""
+    records, with_vertical = len(results.names), results.with_vertical
+    text = (
+        f"{counted(records, 'record')} of {counted(results.earthquake_count, 'earthquake')}. Records of one earthquake are not "
+        "independent, so earthquakes are counted, not records; azimuths of one record are the same motion seen from many "
+        "sides, so they are no samples at all."
+    )
+    if with_vertical == 0:
+        return f"{text} None of these records has vertical motion; what it would change is not in these numbers."
+    return (
+        text if with_vertical == records else f"{text} {with_vertical} records have vertical motion, the others none."
+    )
 
 
-def answer_sentences(
-    summaries: dict[str, AxisSummary],
-    difference: AlignmentDifference | None,
-    fallen: float,
-    planes: int,
-    missing: int = 0,
-) -> list[str]:
-    """The answer: a few sentences with numbers and their uncertainty.
+def _cases(results: Results) -> str:
+    """Of how many cases the report speaks, and how many have no outcome."""
+    cases, computed = int(results.cube["overturned"].size), int((results.cube["mirrored"] == 0).sum().compute())
+    share = "" if math.isnan(results.fallen) else f" {percent(results.fallen)} of them overturn."
+    mirrored = f"{computed:,} were computed, the others are their mirror images"
+    others = "all were computed" if computed == cases else mirrored
+    absent = ", ".join(f"{count:,} {name}" for name, (_, count) in results.statuses.items() if count)
+    missing = f"Without an outcome: {absent}." if absent else "No outcome is missing."
+    return f"The study has {cases:,} cases (record × azimuth × height × B/H × friction); {others}.{share} {missing}"
 
-    Parameters
-    ----------
-    summaries : dict of AxisSummary
-        By name of the group.
-    difference : AlignmentDifference or None
-        Pulse records against control, where a study has both.
-    fallen : float
-        Share of all cases that overturn, NaN where none was found.
-    planes : int
-        Vertical planes of the study: one plane tells nothing about direction.
-    missing : int
-        Cases without an outcome.
 
-    Returns
-    -------
-    list of str
-    """
-    known, share = " whose outcome is known" if missing else "", f"{percent(fallen)} of the cases overturn"
-    if math.isnan(fallen):
-        return ["No outcome was found, so nothing can be said; see the causes below."]
-    if fallen <= 0:
-        return [
-            f"No block{known} overturned in any direction, so these records say nothing about the direction of falls."
-        ]
-    if planes == 1:
-        return [f"{share}; with a single plane of motion nothing is said about direction."]
-    if fallen >= 1:
-        return [f"Every block{known} overturned in every plane: there is no axis along which blocks fall more easily."]
-    if all(summary.n == 0 for summary in summaries.values()):
-        return [f"{share}; no fault normal is known, so nothing is said relative to a fault."]
-    return [headline(summaries, difference), alignment_sentence(summaries, difference)]
+def _summary_table(axes: dict[str, AxisSummary]) -> Table:
+    rows = tuple(
+        (
+            *(name, str(s.earthquakes), str(s.n), degrees(s.mean_axis_deg), _half_width(s)),
+            *("–" if s.n == 0 else number(s.alignment), interval(*s.alignment_interval)),
+            f"{s.closer_to_normal} of {s.n}",
+            *("–" if s.n < 2 else f"{test.p_value:.2g}" for test in (s.rayleigh, s.v)),
+        )
+        for name, s in axes.items()
+    )
+    heads = ("records", "earthquakes", "with falls", "mean axis from normal", "interval", "alignment", "interval")
+    return Table((*heads, "closer to normal", "Rayleigh p", "V test p"), rows)

@@ -3,7 +3,7 @@
 import math
 
 from overturning.figures.style import short
-from overturning.report.blocks import Block, Column, Figure, Note, Paragraph, Section, Table, number_columns
+from overturning.report.blocks import Block, Figure, Note, Paragraph, Section, Table
 from overturning.report.results import Results
 from overturning.report.text import counted, interval, number
 from overturning.statistics.logistic import LogisticFit, describe, overturning_fit
@@ -15,54 +15,38 @@ DOUBLED = {1: "PGA, and PGV with it,", 2: "PGV alone", 4: "the size of a block a
 def cause(results: Results) -> Section:
     """Falls in the plane of PGA and PGV/PGA, and the logistic fit."""
     fit = overturning_fit(results.cube, results.intensity)
-    figure = Figure(
-        results.figures / "plane.svg",
-        "falls in the plane of PGA and PGV/PGA",
+    caption = (
         "Each point is one plane of one record. West: a block cannot rock below a = g B/H. Ishiyama: below this peak velocity "
-        "a rocking block does not overturn.",
-        width=0.92,
+        "a rocking block does not overturn."
     )
-    blocks: list[Block] = [figure]
+    blocks: list[Block] = [
+        Figure(results.figures / "plane.svg", "falls in the plane of PGA and PGV/PGA", caption, width=0.92)
+    ]
     if sentence := doubling_sentence(fit):
         blocks.append(Paragraph(sentence))
     if fit.note:
         blocks.append(Paragraph(f"{fit.note[:1].upper()}{fit.note[1:]}."))
     if not fit.note.startswith("no fit"):
-        blocks.append(_table(fit))
-        blocks.append(
-            Note(
-                f"Logistic fit of the probability of overturning to {fit.rows:,} planes and cases of "
-                f"{counted(fit.clusters, 'earthquake')}; intervals clustered by earthquake. PGV/PGA in s, H in m. It says "
-                "nothing outside the range of the data."
-            )
+        note = (
+            f"Logistic fit of the probability of overturning to {fit.rows:,} planes and cases of "
+            f"{counted(fit.clusters, 'earthquake')}; intervals clustered by earthquake. PGV/PGA in s, H in m. It says "
+            "nothing outside the range of the data."
         )
+        blocks += [_table(fit), Note(note)]
     return Section("What makes a block fall", tuple(blocks), anchor="intensity")
 
 
 def _table(fit: LogisticFit) -> Table:
     rows = []
     for entry in describe(fit):
-        value, low, high, least, most = (
-            float(entry[name])  # type: ignore[arg-type]
-            for name in ("coefficient", "low", "high", "minimum", "maximum")
-        )
-        rows.append((str(entry["name"]), number(value), interval(low, high), interval(least, most)))
-    columns = number_columns("coefficient", "95 % interval", "range of the data")
-    return Table((Column("predictor", "text"), *columns), tuple(rows))
+        name, *values = (entry[key] for key in ("name", "coefficient", "low", "high", "minimum", "maximum"))
+        value, low, high, least, most = (float(one) for one in values)  # type: ignore[arg-type]
+        rows.append((str(name), number(value), interval(low, high), interval(least, most)))
+    return Table(("predictor", "coefficient", "95 % interval", "range of the data"), tuple(rows))
 
 
 def doubling_sentence(fit: LogisticFit) -> str:
-    """What doubling the motion or the block does to the odds of a fall; empty where nothing was fitted.
-
-    Parameters
-    ----------
-    fit : LogisticFit
-        From `statistics.logistic.overturning_fit`.
-
-    Returns
-    -------
-    str
-    """
+    """What doubling the motion or the block does to the odds of a fall; empty where nothing was fitted."""
     parts = []
     for place, what in DOUBLED.items():
         factor, low, high = (2.0 ** float(values[place]) for values in (fit.coefficient, fit.low, fit.high))

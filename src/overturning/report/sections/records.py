@@ -1,12 +1,11 @@
 """The records: their peaks, where blocks fall under each, where they were recorded, and their figures."""
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from overturning.report.blocks import Block, Column, Figure, Note, Row, Section, Table, number_columns, text_columns
+from overturning.report.blocks import Block, Figure, Note, Row, Section, Table
 from overturning.report.results import Results
 from overturning.report.text import degrees, number, percent
 from overturning.statistics.boundary import boundary, easiest_azimuth
@@ -21,23 +20,19 @@ if TYPE_CHECKING:
 
 def records(results: Results) -> Section:
     """Peaks of each record, directions of its falls, maps of the stations."""
-    blocks: list[Block] = [
-        _peaks(results),
-        Note(
-            "Azimuths in degrees clockwise from north. Peaks are the largest over the azimuths of the study, each with the "
-            "azimuth along which it is reached. Overturned: share of the record's cases."
-        ),
-        Note("A click on a heading sorts.", medium="page"),
-    ]
+    about_peaks = Note(
+        "Azimuths in degrees clockwise from north. Peaks are the largest over the azimuths of the study, each with the "
+        "azimuth along which it is reached. Overturned: share of the record's cases."
+    )
+    blocks: list[Block] = [_peaks(results), about_peaks, Note("A click on a heading sorts.", medium="page")]
     if results.fallen > 0:
         blocks.append(_directions(results))
     if maps := _maps(results):
-        pairs = [Row(maps[i : i + 2], shares=(1.0, 1.0)) for i in range(0, len(maps), 2)]
-        about = Note(
+        about_maps = Note(
             "Stations and epicentres as the records or the record table state them; a fault whose strike is known is drawn "
             "through the epicentre."
         )
-        blocks += [*pairs, about]
+        blocks += [*(Row(maps[i : i + 2], shares=(1.0, 1.0)) for i in range(0, len(maps), 2)), about_maps]
     return Section("Records", tuple(blocks), anchor="records")
 
 
@@ -64,32 +59,23 @@ def _peaks(results: Results) -> Table:
             values = results.intensity[measure].isel(record=index).to_numpy()
             cells += [f"{values.max() / unit:.{digits}f}", degrees(float(azimuth[int(values.argmax())] % 180))]
         pulse = {1.0: "yes", 0.0: "no"}.get(float(pulses[index]), "–")
-        # The azimuth of the PGD is left out: it hangs on the filter.
         named = (name.id, name.station, name.event, pulse, degrees(float(normals[index])))
         rows.append((*named, *cells[:-1], percent(float(shares[index]))))
-    columns = (
-        Column("record", "link"),
-        *text_columns("station", "earthquake", "pulse"),
-        *number_columns("fault normal", "PGA, Gal", "along", "PGV, cm/s", "along", "PGD, cm", "overturned"),
-    )
-    return Table(columns, tuple(rows), anchor="peaks", sortable=True)
+    heads = ("record", "station", "earthquake", "pulse", "fault normal", "PGA, Gal", "along", "PGV, cm/s", "along")
+    return Table((*heads, "PGD, cm", "overturned"), tuple(rows), "lttt", anchor="peaks", sortable=True)
 
 
 def _directions(results: Results) -> Section:
-    heads = (
-        *("mean fall direction", "resultant", "mean fall axis", "resultant", "easiest axis", "from the fault normal"),
-        "easier by",
-    )
-    rows = tuple(
-        (name.id, *vars(row).values()) for name, row in zip(results.names, record_directions(results.cube), strict=True)
-    )
+    heads = ("record", "mean fall direction", "resultant", "mean fall axis", "resultant", "easiest axis")
+    named = zip(results.names, record_directions(results.cube), strict=True)
+    rows = tuple((name.id, *cells) for name, cells in named)
     note = Note(
         "Over all cases of a record, each plane once. A direction has a head (towards 60°), an axis has none (60° and 240° "
         "are the same); a resultant of 1 means all falls alike, of 0 falls to every side alike. Easiest axis: along it the "
         "lowest block at the highest friction overturns up to the largest B/H; easier by: that B/H over the one of the "
         "hardest azimuth."
     )
-    table = Table((Column("record", "link"), *number_columns(*heads)), rows, anchor="directions", sortable=True)
+    table = Table((*heads, "from the fault normal", "easier by"), rows, "l", anchor="directions", sortable=True)
     return Section("Where blocks fall, by record", (table, note))
 
 
@@ -103,51 +89,28 @@ def _maps(results: Results) -> tuple[Figure, ...]:
     )
 
 
-@dataclass(frozen=True)
-class RecordDirection:
-    """Where blocks fall under one record, as cells of a table: dashes where nothing falls.
+def record_directions(cube: "xr.Dataset") -> list[tuple[str, ...]]:
+    """Where blocks fall under each record, as cells of a table.
 
-    Attributes
-    ----------
-    direction, direction_resultant : str
-        Mean fall direction over all cases of the record.
-    axis, axis_resultant : str
-        Mean fall axis over them.
-    easiest, easiest_from_normal, ratio : str
-        Azimuth of easiest overturning of the lowest block at the highest friction, its angle from the fault normal, and
-        the largest B/H along it over that along the hardest azimuth.
+    Mean fall direction and its resultant, mean fall axis and its resultant, over all cases; azimuth of easiest overturning
+    of the lowest block at the highest friction, its angle from the fault normal, and the largest B/H along it over that
+    along the hardest azimuth. Dashes where nothing falls.
     """
-
-    direction: str
-    direction_resultant: str
-    axis: str
-    axis_resultant: str
-    easiest: str
-    easiest_from_normal: str
-    ratio: str
-
-
-def record_directions(cube: "xr.Dataset") -> list[RecordDirection]:
-    """Where blocks fall under each record of a cube."""
     over = ("height", "b_over_h", "friction")
     direction, axis = fall_direction(cube, over=over).compute(), fall_axis(cube, over=over).compute()
     one = cube.isel(height=[0], friction=[cube.sizes["friction"] - 1])
     easiest = easiest_azimuth(boundary(one), cube["b_over_h"]).isel(height=0, friction=0)
-    normals = cube["fault_normal"].to_numpy()
-    rows = []
-    for index in range(cube.sizes["record"]):
+    rows: list[tuple[str, ...]] = []
+    for index, normal in enumerate(cube["fault_normal"].to_numpy()):
         best, ratio = float(easiest["easiest_axis"][index]), float(easiest["ratio"][index])
         bound = "" if math.isnan(ratio) or bool(easiest["bounded"][index]) else "≥ "
-        apart = abs(float(wrap_axis(best - normals[index]))) if np.isfinite(normals[index]) else math.nan
-        rows.append(
-            RecordDirection(
-                degrees(float(direction["mean_direction"][index]), 360),
-                number(float(direction["direction_resultant"][index])),
-                degrees(float(axis["mean_axis"][index]), 180),
-                number(float(axis["axis_resultant"][index])),
-                degrees(best, 180),
-                degrees(apart),
-                bound + number(ratio),
-            )
+        apart = abs(float(wrap_axis(best - normal))) if np.isfinite(normal) else math.nan
+        cells = (
+            degrees(float(direction["mean_direction"][index]), 360),
+            number(float(direction["direction_resultant"][index])),
+            degrees(float(axis["mean_axis"][index]), 180),
+            number(float(axis["axis_resultant"][index])),
+            *(degrees(best, 180), degrees(apart), bound + number(ratio)),
         )
+        rows.append(cells)
     return rows

@@ -1,18 +1,14 @@
 """The study's scenes: their drawing, how often and which way each element falls, stack against monolith."""
 
-from collections.abc import Mapping
-from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from overturning.report.blocks import Figure, Note, Paragraph, Section, Table, number_columns, text_columns
-from overturning.report.results import Results, has_scene, reference_cube
+from overturning.report.blocks import Block, Figure, Note, Paragraph, Section, Table
+from overturning.report.results import Results, has_scene
 from overturning.report.text import number, percent
-from overturning.statistics.elements import ElementFalls, StoneComparison, compare_stones, falls_by_element
+from overturning.statistics.elements import StoneComparison, compare_stones, falls_by_element
 from overturning.statistics.planes import fall_probability
-from overturning.study.config import Study
 from overturning.study.scenes import scene_of
 
 if TYPE_CHECKING:
@@ -20,81 +16,45 @@ if TYPE_CHECKING:
 
 
 def scene(results: Results) -> Section | None:
-    """Drawing, table and comparisons; none for a single block."""
-    return scene_section(results.study, results.cubes, results.drawings) if has_scene(results.study) else None
-
-
-def scene_section(study: Study, cubes: "Mapping[str, xr.Dataset]", folder: Path) -> Section:
-    """Drawing, table and comparisons of a study's scenes.
-
-    Parameters
-    ----------
-    study : Study
-        The study.
-    cubes : mapping of xarray.Dataset
-        Cubes of all elements, of the study itself and of its variants, by name.
-    folder : Path
-        Where to draw.
-
-    Returns
-    -------
-    Section
-    """
+    """Drawing, table and comparisons of the study's scenes; none for a single block."""
+    if not has_scene(results.study):
+        return None
     from overturning.figures.scene import element_roses_figure, scenes_figure
     from overturning.figures.style import save, style
 
-    scenes = {name: one for name in cubes if (one := scene_of(study, name)) is not None}
+    scenes = {name: one for name in results.cubes if (one := scene_of(results.study, name)) is not None}
     stones: dict[str, xr.Dataset] = {}
     rows = []
-    for name, cube in cubes.items():
+    for name, cube in results.cubes.items():
         one, several = scenes[name], "element" in cube.dims
-        stones[f"{one.reference_name} of the {one.name} scene" if several else one.name] = reference_cube(
-            study, name, cube
-        )
-        elements = falls_by_element(cube)
-        rows += [
-            element_row(one.title or one.name, row if several else replace(row, name=one.free[0])) for row in elements
-        ]
+        title = f"{one.reference_name} of the {one.name} scene" if several else one.name
+        stones[title] = results.reference_cube(name)
+        for row in falls_by_element(cube):
+            element = row.name if several else one.free[0]
+            falls = (str(row.cases), str(row.falls), percent(row.share), str(row.first), number(row.median_time))
+            rows.append((one.title or one.name, element, *falls))
     first, *others = stones.items()
     sentences = [comparison_sentence(compare_stones(*first, *other)) for other in others]
     sentences += [text for title, cube in stones.items() if (text := spread_sentence(title, cube))]
+    drawing, roses = results.drawings / "scene.svg", results.drawings / "scene-roses.svg"
     with style():
-        save(scenes_figure(list(scenes.values())), folder / "scene.svg")
-        save(element_roses_figure(stones), folder / "scene-roses.svg")
-    return Section(
-        "The scene",
-        (
-            Figure(
-                folder / "scene.svg",
-                "the scenes, drawn to scale",
-                "To scale; crosses are centres of mass, grey moves with the record.",
-                width=0.85,
-            ),
-            *map(Paragraph, sentences),
-            Table(
-                text_columns("scene", "element")
-                + number_columns("cases", "falls", "share", "falls first in", "median time, s"),
-                tuple(rows),
-            ),
-            Note(
-                "A fall is a rotation of 90°, or what the scene file sets. Cases without an outcome are not counted. "
-                "Elsewhere in this report “the block” is the reference element of the study's own scene."
-            ),
-            Figure(
-                folder / "scene-roses.svg",
-                "roses of fall azimuths of each stone",
-                "Azimuths towards which each stone falls, over all cases.",
-                width=0.85,
-            ),
-        ),
-        anchor="scene",
+        save(scenes_figure(list(scenes.values())), drawing)
+        save(element_roses_figure(stones), roses)
+    to_scale = "To scale; crosses are centres of mass, grey moves with the record."
+    note = Note(
+        "A fall is a rotation of 90°, or what the scene file sets. Cases without an outcome are not counted. Elsewhere in "
+        "this report “the block” is the reference element of the study's own scene."
     )
-
-
-def element_row(label: str, row: ElementFalls) -> tuple[str, ...]:
-    """Cells of one element of a scene."""
-    falls = (str(row.cases), str(row.falls), percent(row.share), str(row.first))
-    return (label, row.name, *falls, number(row.median_time))
+    towards = "Azimuths towards which each stone falls, over all cases."
+    heads = ("scene", "element", "cases", "falls", "share", "falls first in", "median time, s")
+    blocks: tuple[Block, ...] = (
+        Figure(drawing, "the scenes, drawn to scale", to_scale, width=0.85),
+        *map(Paragraph, sentences),
+        Table(heads, tuple(rows), "tt"),
+        note,
+        Figure(roses, "roses of fall azimuths of each stone", towards, width=0.85),
+    )
+    return Section("The scene", blocks, anchor="scene")
 
 
 def comparison_sentence(found: StoneComparison) -> str:
@@ -131,7 +91,7 @@ def spread_sentence(name: str, cube: "xr.Dataset") -> str | None:
     again = cube["members"].to_numpy() > 0
     divided = again & (falls > 0) & (falls < 1)
     return (
-        f"With amplitude, shape, friction, damping and azimuth spread as the study states, the {name} falls with a probability of "
-        f"{percent(float(np.nanmean(falls)))}, the mean over all cases; of the {int(again.sum())} cases near a change of outcome "
-        f"some runs fall and others stand in {int(divided.sum())}."
+        f"With amplitude, shape, friction, damping and azimuth spread as the study states, the {name} falls with a "
+        f"probability of {percent(float(np.nanmean(falls)))}, the mean over all cases; of the {int(again.sum())} cases near "
+        f"a change of outcome some runs fall and others stand in {int(divided.sum())}."
     )

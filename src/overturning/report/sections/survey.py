@@ -4,22 +4,9 @@ import math
 from pathlib import Path
 
 from overturning.figures.style import short
-from overturning.report.blocks import (
-    Answer,
-    Block,
-    Column,
-    Figure,
-    Note,
-    Paragraph,
-    Row,
-    Section,
-    Table,
-    number_columns,
-    text_columns,
-)
+from overturning.report.blocks import Answer, Block, Figure, Note, Paragraph, Row, Section, Table
 from overturning.report.results import Results
 from overturning.report.text import counted, number, percent
-from overturning.statistics.circular import TestResult
 from overturning.statistics.survey import OCTANTS
 from overturning.statistics.survey_comparison import SurveyComparison
 from overturning.statistics.survey_file import SurveyResult
@@ -40,54 +27,31 @@ def surveys(results: Results) -> Section | None:
 
 
 def survey_section(result: SurveyResult, station: str = "", figure: Path | None = None) -> Section:
-    """What is shown of a survey.
-
-    Parameters
-    ----------
-    result : SurveyResult
-        The comparison with its file and record.
-    station : str
-        Name of the record's station.
-    figure : Path, optional
-        Its figure.
-
-    Returns
-    -------
-    Section
-    """
+    """What is shown of a survey, with its figure where it has one; ``station`` is the name of its record's station."""
     found = result.comparison
     blocks: list[Block] = [Answer(tuple(survey_sentences(found)))]
     if found.fallen:
-        octants = _octants(found)
-        alt = "observed and predicted stones by octant"
+        octants, alt = _octants(found), "observed and predicted stones by octant"
         caption = "Fallen stones by compass octant: observed (filled) and as many as the prediction expects (outline)."
-        blocks.append(Row((Figure(figure, alt, caption), octants)) if figure else octants)
-        blocks.append(_tests(found))
-        blocks.append(
-            Note(
-                "p: how often chance alone would give a statistic at least as large if the answer were yes; a small p says no. "
-                "Octants are grouped, so their tests are too, with p simulated for counts as small as these; exact azimuths "
-                "need no groups."
-            )
+        about_tests = Note(
+            "p: how often chance alone would give a statistic at least as large if the answer were yes; a small p says no. "
+            "Octants are grouped, so their tests are too, with p simulated for counts as small as these; exact azimuths need "
+            "no groups."
         )
+        blocks += [Row((Figure(figure, alt, caption), octants)) if figure else octants, _tests(found), about_tests]
     if found.confusion is not None and found.confusion.sum():
-        agree, shaped = int(found.confusion.trace()), int(found.confusion.sum())
-        rows = zip(SIDES, found.confusion, strict=True)
-        blocks += [
-            Paragraph(
-                f"{agree} of {counted(shaped, 'stone')} of known face did what was most probable for them. Observed (rows) "
-                "against most probable (columns):"
-            ),
-            Table(
-                (Column("", "text"), *number_columns(*SIDES)),
-                tuple((side, *(str(count) for count in row)) for side, row in rows),
-            ),
-            Note(
-                "Stones whose face azimuth and B/H are known, as seen looking the way the front face looks. A rectangular "
-                "stone falls over one of its edges, so the prediction runs in the planes of its two pairs of faces, each with "
-                "its own B/H; where it would fall in both, the plane in which it first passes the point of no return decides."
-            ),
-        ]
+        agree, shaped = int(found.confusion.trace()), counted(int(found.confusion.sum()), "stone")
+        sides = tuple((side, *map(str, row)) for side, row in zip(SIDES, found.confusion, strict=True))
+        agreement = (
+            f"{agree} of {shaped} of known face did what was most probable for them. Observed (rows) against most probable "
+            "(columns):"
+        )
+        about_sides = Note(
+            "Stones whose face azimuth and B/H are known, as seen looking the way the front face looks. A rectangular stone "
+            "falls over one of its edges, so the prediction runs in the planes of its two pairs of faces, each with its own "
+            "B/H; where it would fall in both, the plane in which it first passes the point of no return decides."
+        )
+        blocks += [Paragraph(agreement), Table(("", *SIDES), sides), about_sides]
     blocks.append(Note(f"{result.stones}, SHA-256 {result.sha256}"))
     return Section(f"Survey: {result.stones}, {station or result.record}", tuple(blocks))
 
@@ -103,17 +67,7 @@ def _p_is(value: float) -> str:
 
 
 def survey_sentences(found: SurveyComparison) -> list[str]:
-    """What was seen, and whether the prediction does better than "any way"; the answer first.
-
-    Parameters
-    ----------
-    found : SurveyComparison
-        The comparison.
-
-    Returns
-    -------
-    list of str
-    """
+    """What was seen, and whether the prediction does better than "any way"; the answer first."""
     seen = f"{counted(found.fallen, 'stone')} fell, {found.stood} stood."
     if found.fallen == 0:
         return [f"{seen} Without a fall there is no direction to compare."]
@@ -154,19 +108,19 @@ def _octants(found: SurveyComparison) -> Table:
     """Stones by octant: name, observed, predicted."""
     pairs = zip(OCTANTS, found.octant_observed, found.octant_predicted, strict=True)
     rows = tuple((name, f"{seen:.0f}", f"{expected:.1f}") for name, seen, expected in pairs)
-    return Table((Column("fell towards", "text"), *number_columns("observed", "predicted")), rows)
+    return Table(("fell towards", "observed", "predicted"), rows)
 
 
 def _tests(found: SurveyComparison) -> Table:
     """Tests: question, name, stones, statistic, p; dashes where no stone has what a test needs."""
-    tests: tuple[tuple[str, TestResult], ...] = (
-        ("Does the prediction fit the octants?", found.fit_octants),
-        ("Does it fit them in their order?", found.fit_octants_watson),
-        ("Does it fit the exact azimuths?", found.fit_exact),
-        ("Do stones fall any way?", found.uniform_octants),
-    )
+    tests = {
+        "Does the prediction fit the octants?": found.fit_octants,
+        "Does it fit them in their order?": found.fit_octants_watson,
+        "Does it fit the exact azimuths?": found.fit_exact,
+        "Do stones fall any way?": found.uniform_octants,
+    }
     rows = tuple(
         (question, test.name, str(test.n), *((short(test.statistic), _p(test.p_value)) if test.n else ("–", "–")))
-        for question, test in tests
+        for question, test in tests.items()
     )
-    return Table(text_columns("question", "test") + number_columns("stones", "statistic", "p"), rows)
+    return Table(("question", "test", "stones", "statistic", "p"), rows, "tt")

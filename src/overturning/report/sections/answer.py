@@ -30,11 +30,11 @@ def answer(results: Results) -> Section:
             "V: the fault normal, stated beforehand; both on doubled angles."
         )
         axes = (figure, _summary_table(results.axes), note)
-    sentences = Answer((*_sentences(results), *_directions_in_words(results)))
+    sentences = Answer((*answer_sentences(results), *_directions_in_words(results)))
     return Section("Answer", (sentences, Paragraph(_counted(results)), *axes, Note(_cases(results))), anchor="answer")
 
 
-def _sentences(results: Results) -> tuple[str, ...]:
+def answer_sentences(results: Results) -> tuple[str, ...]:
     """A few sentences with numbers and their uncertainty, or why there are none."""
     known = " whose outcome is known" if any(absent for _, absent in results.statuses.values()) else ""
     share = f"{percent(results.fallen)} of the cases overturn"
@@ -49,10 +49,10 @@ def _sentences(results: Results) -> tuple[str, ...]:
         return (f"Every block{known} overturned in every plane: there is no axis along which blocks fall more easily.",)
     if not results.faults_known:
         return (f"{share}; no fault normal is known, so nothing is said relative to a fault.",)
-    return _headline(results), _alignment(results)
+    return headline(results), alignment_sentence(results)
 
 
-def _headline(results: Results) -> str:
+def headline(results: Results) -> str:
     """Mean fall axis with its interval, and whether it tells normal from parallel."""
     means = [f"{_mean_axis(one)}{_name(name)} ({counted(one.n, 'earthquake')})" for name, one in results.axes.items()]
     verdicts = {name: _verdict(one) for name, one in results.axes.items() if one.n > 0}
@@ -68,7 +68,7 @@ def _headline(results: Results) -> str:
     return f"Blocks fall on average {' and '.join(means)}: {conclusion}."
 
 
-def _alignment(results: Results) -> str:
+def alignment_sentence(results: Results) -> str:
     """The alignment of each group and of their difference, and how many earthquakes lie closer to what."""
     parts, closer = [], []
     groups = {_name(name): one for name, one in results.axes.items() if one.n}

@@ -1,6 +1,6 @@
 """Results of tiny studies: two that are swept once, and what is made of one of them in memory."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,16 +20,23 @@ BAD = "<script>window.hurt = 1</script>"
 @pytest.fixture(scope="session")
 def hostile(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two records whose names come from a file that means harm, one with a pulse and one without."""
-    pulse = {"station": BAD, "event": "#panic() $x^2$ $\\foo$ & co", "fault_strike_deg": 330.0, "extra": {"pulse": True}}
+    pulse = {
+        "station": BAD,
+        "event": "#panic() $x^2$ $\\foo$ & co",
+        "fault_strike_deg": 330.0,
+        "extra": {"pulse": True},
+    }
     without = {"event": BAD, "fault_strike_deg": 300.0, "extra": {"pulse": False}}
     records = [pulse_record("one", 60, 6.0, **pulse), pulse_record("two", 10, 5.0, **without)]
     return make_results(tmp_path_factory.mktemp("hostile"), records, title=BAD, azimuth={"step": 15})
 
 
 @pytest.fixture(scope="session")
-def opened(hostile: Path) -> Iterator[Results]:
+def opened(hostile: Path) -> Results:
+    """All of it in memory, the file closed."""
     with open_results(hostile) as results:
-        yield results
+        cube, intensity = results.cube.load(), results.intensity.load()
+        return replace(results, cube=cube, cubes={"nominal": cube}, intensity=intensity)
 
 
 @pytest.fixture(scope="session")

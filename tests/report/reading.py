@@ -19,7 +19,9 @@ def texts(part: Any) -> list[str]:
     if isinstance(part, Film):
         return [part.text]
     if is_dataclass(part):
-        return [text for field in fields(part) if field.name not in NO_TEXT for text in texts(getattr(part, field.name))]
+        return [
+            text for field in fields(part) if field.name not in NO_TEXT for text in texts(getattr(part, field.name))
+        ]
     return [text for one in part for text in texts(one)] if isinstance(part, tuple) else []
 
 

@@ -116,7 +116,9 @@ def test_both_have_every_text_and_every_figure(report: Report) -> None:
     assert set(files) == {figure.path for figure in figures}
     tables = [block for block in each_block(report) if isinstance(block, Table)]
     assert render_html(report).count("<table") == len(tables) == json.dumps(paper).count('"kind": "table"')
-    assert render_html(report).count('class="film"') == sum(isinstance(block, Film) for block in each_block(report)) >= 1
+    assert (
+        render_html(report).count('class="film"') == sum(isinstance(block, Film) for block in each_block(report)) >= 1
+    )
 
 
 def test_the_renderers_hold_no_words() -> None:
@@ -124,7 +126,7 @@ def test_the_renderers_hold_no_words() -> None:
     source = resources.files("overturning").joinpath("report/templates/report.typ").read_text(encoding="utf-8")
     source = re.sub(r"^//.*$", "", source, flags=re.MULTILINE)
     strings = re.findall(r'"([^"\n]*)"', source)
-    assert [text for text in strings if " " in text] == ["Libertinus Serif", "1 / 1", "no such kind of block: "]
+    assert [text for text in strings if " " in text] == ["1 / 1", "Libertinus Serif", "no such kind of block: "]
 
 
 def test_each_figure_keeps_its_own_identifiers(everything: Report) -> None:

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import BAD
 from reading import column, tables, text_of
 
+from conftest import BAD
 from overturning.report.blocks import Figure, Report, Section, each_block
 from overturning.report.results import Results
 from overturning.report.sections import SECTIONS, build_report
@@ -30,7 +30,14 @@ def section(report: Report, title: str) -> Section:
 
 def test_sections_of_a_study_of_a_block(report: Report, opened: Results) -> None:
     assert titles(report) == [
-        *("Answer", "Cases to watch", "Where blocks fall", "What makes a block fall", "How far the answers hold", "Records"),
+        *(
+            "Answer",
+            "Cases to watch",
+            "Where blocks fall",
+            "What makes a block fall",
+            "How far the answers hold",
+            "Records",
+        ),
         *("Record by record", "How this was made"),
     ]
     assert len(SECTIONS) == len(titles(report)) + 4  # no scene, no survey, nothing published, not run again

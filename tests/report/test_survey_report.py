@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
-from test_commands_on_results import run
 from reading import report_of
+from test_commands_on_results import run
 from tiny_studies import pulse_record
 
 TOWARDS = "octant,count\nNE,14\n"

@@ -55,7 +55,7 @@ class Results:
     cube : xarray.Dataset
         Its cube, of the reference element of its scene; read one record at a time.
     cubes : dict of xarray.Dataset
-        Cubes of all elements, of the study itself and of its variants, by name.
+        Cubes of all elements, of the study itself and of its variants, by name; read one record at a time.
     intensity : xarray.Dataset
         Intensity measures.
     figures, drawings : Path
@@ -145,10 +145,14 @@ class Results:
 
     def reference_cube(self, variant: str) -> "xr.Dataset":
         """Cube of the reference element of a variant's scene."""
-        cube, scene = self.cubes[variant], scene_of(self.study, variant)
-        if scene is None or "element" not in cube.dims:
-            return cube
-        return cube.sel(element=scene.reference_name if scene.reference_name in scene.free else scene.free[-1])
+        return _reference_cube(self.study, variant, self.cubes[variant])
+
+
+def _reference_cube(study: Study, variant: str, cube: "xr.Dataset") -> "xr.Dataset":
+    scene = scene_of(study, variant)
+    if scene is None or "element" not in cube.dims:
+        return cube
+    return cube.sel(element=scene.reference_name if scene.reference_name in scene.free else scene.free[-1])
 
 
 @contextmanager
@@ -167,14 +171,20 @@ def open_results(folder: Path) -> Iterator[Results]:
     """
     import xarray as xr
 
+    def cube_of(name: str) -> "xr.Dataset":
+        path = folder / ("cube.nc" if name == NOMINAL else f"cube.{name}.nc")
+        cube = open_cube(path, chunks={"record": 1}, element=None)
+        stack.callback(cube.close)
+        return cube
+
     with ExitStack() as stack:
-        cube = stack.enter_context(open_cube(folder / "cube.nc", chunks={"record": 1}))
-        study = study_of(cube)
-        paths = {NOMINAL: folder / "cube.nc"} | {name: folder / f"cube.{name}.nc" for name in study.variants}
+        # Each file is opened once: read through two handles at a time, it crashed the library below.
+        nominal = cube_of(NOMINAL)
+        study = study_of(nominal)
         yield Results(
             study,
-            cube,
-            {name: stack.enter_context(open_cube(path, element=None)) for name, path in paths.items()},
+            _reference_cube(study, NOMINAL, nominal),
+            {NOMINAL: nominal} | {name: cube_of(name) for name in study.variants},
             stack.enter_context(xr.open_dataset(folder / "intensity.nc")),
             folder / "figures",
             Path(stack.enter_context(tempfile.TemporaryDirectory())),

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 import xarray as xr
+from reading import report_of
 from tiny_studies import make_results, pulse_record
 
 from overturning.report.blocks import Report
@@ -42,6 +43,12 @@ def opened(hostile: Path) -> Results:
 @pytest.fixture(scope="session")
 def report(opened: Results) -> Report:
     return build_report(opened)
+
+
+@pytest.fixture(scope="session")
+def rendered(hostile: Path) -> tuple[str, bytes]:
+    """Page and paper."""
+    return report_of(hostile)
 
 
 @pytest.fixture

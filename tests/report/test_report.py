@@ -15,14 +15,13 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "figures"))
 from chromium import browser
 
 
-def test_the_same_bytes(hostile: Path) -> None:
-    first = report_of(hostile)
-    assert report_of(hostile) == first
-    assert first[1].startswith(b"%PDF")
+def test_the_same_bytes(hostile: Path, rendered: tuple[str, bytes]) -> None:
+    assert report_of(hostile) == rendered
+    assert rendered[1].startswith(b"%PDF")
 
 
-def test_nothing_from_outside_and_nothing_run(hostile: Path) -> None:
-    page, _ = report_of(hostile)
+def test_nothing_from_outside_and_nothing_run(rendered: tuple[str, bytes]) -> None:
+    page, _ = rendered
     assert "<script>window.hurt" not in page
     assert "&lt;script&gt;window.hurt" in page
     assert not re.search(r'(?:src|href)="(?!#|data:)', page)
@@ -31,10 +30,10 @@ def test_nothing_from_outside_and_nothing_run(hostile: Path) -> None:
 
 
 @pytest.mark.browser
-def test_in_a_browser(hostile: Path, report: Report, tmp_path: Path) -> None:
-    report_of(hostile)
+def test_in_a_browser(rendered: tuple[str, bytes], report: Report, tmp_path: Path) -> None:
+    (tmp_path / "report.html").write_text(rendered[0], encoding="utf-8")
     with browser(tmp_path / "profile", 1000, 900) as page:
-        page.open(hostile / "report.html")
+        page.open(tmp_path / "report.html")
         assert page.evaluate("window.hurt") is None
         assert page.evaluate("document.title") == "<script>window.hurt = 1</script>"
         films = page.evaluate("document.querySelectorAll('.film[data-ready=true]').length")

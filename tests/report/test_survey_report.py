@@ -38,8 +38,13 @@ def surveyed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return results
 
 
-def test_the_report_has_each_survey(surveyed: Path) -> None:
-    page, paper = report_of(surveyed)
+@pytest.fixture(scope="module")
+def reported(surveyed: Path) -> tuple[str, bytes]:
+    return report_of(surveyed)
+
+
+def test_the_report_has_each_survey(surveyed: Path, reported: tuple[str, bytes]) -> None:
+    page, paper = reported
     towards, any_way, faces = page.split(">Survey: ")[1:]
     faces = faces.partition("</section>")[0]
     assert towards.startswith("towards.csv, site</h")
@@ -60,18 +65,20 @@ def test_the_report_has_each_survey(surveyed: Path) -> None:
     assert b"%PDF" in paper[:8]
 
 
-def test_the_same_bytes(surveyed: Path) -> None:
-    assert report_of(surveyed) == report_of(surveyed)
+def test_the_same_bytes(surveyed: Path, reported: tuple[str, bytes]) -> None:
+    assert report_of(surveyed) == reported
 
 
-def test_the_terminal_says_the_same(surveyed: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_terminal_says_the_same(
+    surveyed: Path, reported: tuple[str, bytes], capsys: pytest.CaptureFixture[str]
+) -> None:
     assert run("survey", str(surveyed / "any-way.csv"), "--cube", str(surveyed / "cube.nc")) == 0
     text = capsys.readouterr().out
-    page, _ = report_of(surveyed)
+    page, _ = reported
     said = next(line for line in text.splitlines() if line.startswith("The prediction does no better"))
     assert said in page
     assert "fell towards  observed  predicted" in text
 
 
-def test_a_study_without_surveys_has_no_section(hostile: Path) -> None:
-    assert "Survey" not in report_of(hostile)[0]
+def test_a_study_without_surveys_has_no_section(rendered: tuple[str, bytes]) -> None:
+    assert "Survey" not in rendered[0]

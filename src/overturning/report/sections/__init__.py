@@ -9,20 +9,33 @@ from typing import Final
 
 from overturning.report.blocks import Report, Section
 from overturning.report.results import Results
-from overturning.report.sections.answer import answer
-from overturning.report.sections.cause import cause
-from overturning.report.sections.ensemble import ensemble
-from overturning.report.sections.falls import falls
-from overturning.report.sections.method import method
-from overturning.report.sections.own_error import own_error
-from overturning.report.sections.published import published
-from overturning.report.sections.records import record_by_record, records
-from overturning.report.sections.scene import scene
-from overturning.report.sections.survey import surveys
-from overturning.report.sections.telling import telling
+from overturning.report.sections import (
+    answer,
+    cause,
+    ensemble,
+    falls,
+    method,
+    own_error,
+    published,
+    records,
+    scene,
+    survey,
+    telling,
+)
 
 SECTIONS: Final[tuple[Callable[[Results], Section | None], ...]] = (
-    *(answer, scene, surveys, published, telling, falls, cause, ensemble, records, record_by_record, own_error, method),
+    answer.answer,
+    scene.scene,
+    survey.surveys,
+    published.published,
+    telling.telling,
+    falls.falls,
+    cause.cause,
+    ensemble.ensemble,
+    records.records,
+    records.record_by_record,
+    own_error.own_error,
+    method.method,
 )
 
 

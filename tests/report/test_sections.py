@@ -11,8 +11,8 @@ from reading import column, tables, text_of
 
 from conftest import BAD
 from overturning.report.blocks import Figure, Report, Section, each_block
+from overturning.report.build import SECTIONS, build_report
 from overturning.report.results import Results
-from overturning.report.sections import SECTIONS, build_report
 from overturning.report.sections.cause import cause
 from overturning.report.sections.published import published
 from overturning.report.sections.records import records

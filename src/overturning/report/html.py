@@ -55,7 +55,7 @@ class _Page:
                 return f"<pre>{escape(block.text)}</pre>"
             case blocks.Figure():
                 caption = f"<figcaption>{escape(block.caption)}</figcaption>" if block.caption else ""
-                shown = inline_figure(block.path, block.alt, f"figure-{next(self.numbers)}")
+                shown = _inline(block.path, block.alt, f"figure-{next(self.numbers)}")
                 return f"<figure>{shown}{caption}</figure>"
             case blocks.Table():
                 return _table(block)
@@ -99,17 +99,10 @@ def _table(table: blocks.Table) -> str:
     )
 
 
-def inline_figure(path: Path, alt: str, name: str) -> str:
-    """A figure to stand inside a page: an SVG as an element, a PNG as data.
+def _inline(path: Path, alt: str, name: str) -> str:
+    """A figure to stand inside a page: a PNG as data, an SVG as an element.
 
-    Parameters
-    ----------
-    path : Path
-        The figure, .svg or .png.
-    alt : str
-        What it shows, for those who cannot see it.
-    name : str
-        Put before the identifiers of an SVG, since those of two figures would otherwise be one in the page.
+    Its identifiers get the name, which no other figure has, since those of two figures would be one in the page.
     """
     if path.suffix != ".svg":
         data = base64.b64encode(path.read_bytes()).decode("ascii")

@@ -13,14 +13,9 @@ from overturning.report.blocks import Film, Paragraph, Report
 
 
 def paper_data(part: Any, files: dict[Path, str]) -> Any:
-    """A report as plain data for typst: each block with its class as ``kind``, a film as the text that stands for it.
+    """A report, or a part of it, as plain data for typst: each block with its class as ``kind``, a film as its text.
 
-    Parameters
-    ----------
-    part : Report or what it is made of
-        What it says.
-    files : dict
-        Filled with a short name for each figure, which stands for its path.
+    A short name stands for the path of a figure; ``files`` receives it.
     """
     if isinstance(part, Film):
         part = Paragraph(part.text)

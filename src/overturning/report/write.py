@@ -5,10 +5,10 @@ from pathlib import Path
 from overturning.errors import ResultError
 from overturning.files import whole
 from overturning.report.blocks import Figure, each_block
+from overturning.report.build import build_report
 from overturning.report.html import render_html
 from overturning.report.pdf import render_pdf
 from overturning.report.results import open_results
-from overturning.report.sections import build_report
 
 
 def write_report(results: Path, path: Path, pdf: Path | None = None) -> None:

@@ -75,15 +75,7 @@ def comparison_sentence(found: StoneComparison) -> str:
 
 
 def spread_sentence(name: str, cube: "xr.Dataset") -> str | None:
-    """How probable the fall of one stone is over the neighbourhood of the ensemble; None where none was run.
-
-    Parameters
-    ----------
-    name : str
-        What to call it.
-    cube : xarray.Dataset
-        Cube of one element.
-    """
+    """How probable the fall of the stone of that name is over the neighbourhood of the ensemble; None without one."""
     if "probability_towards" not in cube or not (cube["members"] > 0).any():
         return None
     chance = fall_probability(cube)

@@ -15,7 +15,10 @@ from overturning.errors import ConfigError, ResultError
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import write_motion
-from overturning.report.scene_content import scene_content, spread_sentence
+from overturning.report.blocks import Paragraph, Table
+from overturning.report.results import Results
+from overturning.report.sections.scene import scene as scene_section
+from overturning.report.sections.scene import spread_sentence
 from overturning.statistics.elements import compare_stones, falls_by_element
 from overturning.study.config import Study
 from overturning.study.cube import open_cube
@@ -102,13 +105,22 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
     (tmp_path / "nominal.nc").rename(tmp_path / "cube.nc")
     for variant in study.variants:
         (tmp_path / f"{variant}.nc").rename(tmp_path / f"cube.{variant}.nc")
-    shown = scene_content(study, tmp_path)
+    paths = {"nominal": tmp_path / "cube.nc"} | {name: tmp_path / f"cube.{name}.nc" for name in study.variants}
+    cubes = {name: open_cube(path, element=None) for name, path in paths.items()}
+    results = Results(study, cubes["nominal"], cubes, cubes["nominal"], tmp_path, tmp_path, [], None, ())
+    shown = scene_section(results)
+    drawn = (tmp_path / "scene.svg").read_text(encoding="utf-8")
+    assert shown == scene_section(results)
     assert shown is not None
-    assert repr(shown) == repr(scene_content(study, tmp_path))  # the same bytes each time
-    assert [row.name for _, row in shown["elements"]] == ["lower-base", "upper-base", "shaft", "monolith", "shaft"]
-    assert len(shown["comparisons"]) == 2
-    assert f"Of 24 cases the shaft of the three-tier scene falls in {rows['shaft'].falls}" in shown["comparisons"][0]
-    assert all(name in shown["drawing"] for name in ("upper-base", "monolith"))
+    assert drawn == (tmp_path / "scene.svg").read_text(encoding="utf-8")  # the same bytes each time
+    for cube in cubes.values():
+        cube.close()
+    (table,) = (block for block in shown.blocks if isinstance(block, Table))
+    assert [row[1] for row in table.rows] == ["lower-base", "upper-base", "shaft", "monolith", "shaft"]
+    comparisons = [block.text for block in shown.blocks if type(block) is Paragraph]
+    assert len(comparisons) == 2
+    assert f"Of 24 cases the shaft of the three-tier scene falls in {rows['shaft'].falls}" in comparisons[0]
+    assert all(name in drawn for name in ("upper-base", "monolith"))
     (tmp_path / "cube.nc").rename(tmp_path / "nominal.nc")
     with pytest.raises(ResultError, match="no element 'roof'; known: lower-base"):
         open_cube(tmp_path / "nominal.nc", element="roof")

@@ -3,6 +3,7 @@
 import json
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,8 @@ from overturning.dem.polygon.simulate import simulate_scene_arrays
 from overturning.dem.simulate import simulate_arrays
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.report.own_error import own_error
+from overturning.report.blocks import Paragraph, Table
+from overturning.report.sections.own_error import own_error
 from overturning.study.config import Study
 from overturning.study.grid import Grid
 from overturning.study.load import check_study
@@ -27,7 +29,7 @@ from overturning.verification.choice import Sample, choose
 from overturning.verification.comparison import Counts, compare
 from overturning.verification.intervals import wilson
 from overturning.verification.repetition import repetitions, stiffer_scene
-from overturning.verification.study import KINDS, is_verified, repeat_sample, write_verification
+from overturning.verification.study import KINDS, is_verified, read_verification, repeat_sample, write_verification
 from tests.dem.near_field import near_field
 
 
@@ -76,6 +78,20 @@ def study(**more: object) -> Study:
         "height": [0.6], "friction": [0.58], "verification": {"at_least": 10},
     }  # fmt: skip
     return check_study(base | more, "small")
+
+
+def reported(settings: Study, found: dict[str, Any], folder: Path) -> tuple[Any, ...]:
+    """What the report says of an outcome, by way of its file."""
+    write_verification(found, folder / "verification.json")
+    read: Any = SimpleNamespace(study=settings, verification=read_verification(folder / "verification.json"))
+    section = own_error(read)
+    assert section is not None
+    return section.blocks
+
+
+def paragraphs(blocks: tuple[Any, ...]) -> list[str]:
+    """Its paragraphs, without the note below the table."""
+    return [block.text for block in blocks[:-1] if isinstance(block, Paragraph)]
 
 
 def short(number: int) -> Motion:
@@ -174,11 +190,9 @@ def test_repetition_of_a_small_study_costs_no_more_than_the_study(step: int, lea
     assert spent <= done.block_steps
     assert least <= found["chosen"] < found["wanted"]
     assert found["chosen"] < 4 or spent > 0.5 * done.block_steps, "the allowance is made use of"
-    write_verification(found, tmp_path / "verification.json")
-    shown = own_error(settings, tmp_path)
-    assert shown is not None
-    assert "more block steps than the study itself" in shown["text"]
-    assert str(found["chosen"] or "No case") in shown["text"]
+    (text,) = paragraphs(reported(settings, found, tmp_path))
+    assert "more block steps than the study itself" in text
+    assert str(found["chosen"] or "No case") in text
 
 
 def test_repetition_goes_on_with_finer_steps_where_stiffer_springs_are_refused() -> None:
@@ -227,13 +241,11 @@ def test_scenes_are_verified_element_by_element(row_of_two: dict[str, object], t
     wrong[:, 0] = 0
     found = repeat_sample(settings, done.records, replace(done.sample, overturned=wrong), done.block_steps)
     assert [one["flags"] for one in found["finer"]["outcomes"]] == [fell, 0]
-    write_verification(found, tmp_path / "verification.json")
-    shown = own_error(settings, tmp_path)
-    assert shown is not None
-    assert shown["warns"] == ["steps 8 times finer", "springs 4 times stiffer"]
-    rows = shown["repetitions"][0].rows
-    assert [row[:3] for row in rows if "falls or stands" in row[0]] == [
-        ("slender falls or stands", fell, 4), ("squat falls or stands", 0, 4),
+    warning, _ = paragraphs(reported(settings, found, tmp_path))
+    assert "with steps 8 times finer and with springs 4 times stiffer" in warning
+    (table,) = (block for block in reported(settings, found, tmp_path) if isinstance(block, Table))
+    assert [row[1:4] for row in table.rows[:4] if "falls or stands" in row[1]] == [
+        ("slender falls or stands", str(fell), "4"), ("squat falls or stands", "0", "4"),
     ]  # fmt: skip
 
 
@@ -292,9 +304,7 @@ def test_the_command_reads_a_scenes_cube_and_writes_what_the_report_reads(
     found = json.loads((tmp_path / "verification.json").read_text(encoding="utf-8"))
     assert 6 <= found["chosen"] < found["wanted"] == 24, "none of the scene's azimuths is mirrored"
     assert block_steps_of(tmp_path / "verification.csv") <= 4 * block_steps_of(tmp_path / "a.csv")
-    shown = own_error(settings, tmp_path)
-    assert shown is not None
-    assert "Each element of the scene is counted by itself" in shown["text"]
+    assert "Each element of the scene is counted by itself" in paragraphs(reported(settings, found, tmp_path))[-1]
     # Few change with the step, so the answers read from the cube are those of the same cells.
     assert sum(outcome["fallen"] for outcome in found["finer"]["outcomes"]) > 0
     assert all(outcome["flags"] <= 1 for outcome in found["finer"]["outcomes"])

@@ -54,7 +54,7 @@ def test_published_values_are_compared_for_every_size_and_contact(tmp_path: Path
     assert (
         "With the paper-damping contact the published outcomes are found for H = 0.4, 0.95, 1.5 m (3 of 3)." in report
     )
-    assert "<h2>Survey: stones.csv, TTRH02 Hino (KiK-net, surface)</h2>" in report
+    assert ">Survey: stones.csv, TTRH02 Hino (KiK-net, surface)</h" in report
     # The map of station and epicentre, as the files' headers have them.
     assert (results / "figures" / "maps" / "1.svg").is_file()
     assert "TTRH02 Hino (KiK-net, surface): 6 km from the epicentre, in the direction 143°." in report

@@ -15,6 +15,6 @@ def report(
     pdf: Annotated[Path | None, typer.Option(help="the same on paper (PDF)")] = None,
 ) -> None:
     """Write the report of a study."""
-    from overturning.report.page import write_report
+    from overturning.report.write import write_report
 
     write_report(results, output, pdf)

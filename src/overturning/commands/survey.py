@@ -1,14 +1,9 @@
 """`overturning survey`: compare a survey of fallen stones with the cube of its site."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from overturning.statistics.survey_file import SurveyResult
 
 app = typer.Typer(rich_markup_mode=None)
 
@@ -26,6 +21,8 @@ def survey(
 ) -> None:
     """Compare the directions in which stones fell with those that the cube predicts."""
     from overturning.errors import ArgumentError
+    from overturning.report.plain import plain_lines
+    from overturning.report.sections.survey import survey_section
     from overturning.statistics.survey import read_survey
     from overturning.statistics.survey_comparison import compare_survey
     from overturning.statistics.survey_file import survey_result, write_survey
@@ -45,7 +42,8 @@ def survey(
         name = record or names[0]
         found = compare_survey(rows, data.isel(record=[names.index(name)]).load(), background=background)
     result = survey_result(stones, name, found)
-    _print(result)
+    print(f"{result.stones} against {result.record}")
+    print(*plain_lines(survey_section(result)), sep="\n")
     if output is not None:
         write_survey(result, output)
     if figure is not None:
@@ -55,30 +53,3 @@ def survey(
         with style():
             save(survey_figure(found, f"{stones.name}, {name}"), figure)
         print(f"figure: {figure}")
-
-
-def _print(result: "SurveyResult") -> None:
-    from overturning.report.survey_content import OCTANT_HEADS, TEST_HEADS, survey_content
-
-    shown = survey_content(result)
-    print(f"{result.stones} against {result.record}")
-    for sentence in shown["sentences"]:
-        print(sentence)
-    _table(OCTANT_HEADS, shown["octants"])
-    _table(TEST_HEADS, shown["tests"], left=2)
-    if shown["confusion"]:
-        print(f"\n{shown['agreement']} Observed (rows) against most probable (columns):")
-        _table(("", *shown["sides"]), shown["confusion"])
-
-
-def _table(heads: "Sequence[str]", rows: list[list[str]], left: int = 1) -> None:
-    if not rows:
-        return
-    widths = [max(len(row[i]) for row in (heads, *rows)) for i in range(len(heads))]
-    print()
-    for row in (heads, *rows):
-        cells = [
-            text.ljust(width) if i < left else text.rjust(width)
-            for i, (text, width) in enumerate(zip(row, widths, strict=True))
-        ]
-        print("  " + "  ".join(cells).rstrip())

@@ -1,0 +1,144 @@
+"""What a report is made of: sections of paragraphs, figures, tables. All text is text, never markup."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+
+@dataclass(frozen=True)
+class Paragraph:
+    """A paragraph, on the page (HTML) and on paper (PDF) or on one of them only."""
+
+    text: str
+    medium: Literal["both", "page", "paper"] = "both"
+
+
+class Note(Paragraph):
+    """A paragraph in small print."""
+
+
+class Caution(Paragraph):
+    """A paragraph that the reader must not miss."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The sentences that answer the question, set apart."""
+
+    sentences: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Bullets:
+    """A list."""
+
+    lines: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Code:
+    """Text whose spaces and ends of lines are kept."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure, .svg or .png.
+
+    ``alt`` tells those who cannot see it what it shows; on paper it is as wide as ``width`` says, a share of the place
+    there is, and at most ``most_height`` cm high.
+    """
+
+    path: Path
+    alt: str
+    caption: str = ""
+    width: float = 1.0
+    most_height: float = 22.0
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table.
+
+    Attributes
+    ----------
+    heads : tuple of str
+        Headings of the columns; where all are empty there is no row of headings.
+    rows : tuple of tuple of str
+        Cells.
+    kinds : str
+        A letter for each column: t text, n number, l link to the section of that anchor, c code, which may break anywhere;
+        n for the columns that have no letter.
+    anchor : str
+        Name to find it by.
+    sortable : bool
+        Whether the page sorts it by the column whose heading is clicked.
+    """
+
+    heads: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    kinds: str = "t"
+    anchor: str = ""
+    sortable: bool = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "kinds", self.kinds.ljust(len(self.heads), "n"))
+
+
+@dataclass(frozen=True)
+class Film:
+    """A film on the page, from `figures.film.film_data`, and the text in its place on paper."""
+
+    data: dict[str, Any]
+    text: str
+
+
+@dataclass(frozen=True)
+class Row:
+    """Blocks side by side; on paper as wide as the shares say, all alike where there are none."""
+
+    blocks: tuple["Block", ...]
+    shares: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Disclosure:
+    """Blocks that the page shows when asked to, paper always."""
+
+    title: str
+    blocks: tuple["Block", ...]
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading and what stands below it; sections inside are one level deeper.
+
+    ``anchor`` is the name to find it by; a section that is to be kept ``together`` is not divided between pages.
+    """
+
+    title: str
+    blocks: tuple["Block", ...]
+    anchor: str = ""
+    together: bool = False
+
+
+Block = Paragraph | Answer | Bullets | Code | Figure | Table | Film | Row | Disclosure | Section
+
+
+@dataclass(frozen=True)
+class Report:
+    """The whole report."""
+
+    title: str
+    question: str
+    blocks: tuple[Section, ...]
+
+
+def each_block(within: Report | Section | Row | Disclosure) -> Iterator[Block]:
+    """All blocks in their order, those inside others too."""
+    for block in within.blocks:
+        yield block
+        if isinstance(block, Row | Disclosure | Section):
+            yield from each_block(block)

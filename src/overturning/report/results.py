@@ -1,0 +1,194 @@
+"""The results of a study that the report speaks of, opened once."""
+
+import json
+import tempfile
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from overturning.statistics import earthquakes
+from overturning.statistics.falls import overturns
+from overturning.statistics.groups import record_groups
+from overturning.statistics.planes import plane_index
+from overturning.statistics.survey_file import SurveyResult, read_survey_result
+from overturning.study.config import Study
+from overturning.study.cube import open_cube, study_of
+from overturning.study.scenes import NOMINAL, scene_of
+from overturning.verification.study import is_verified, read_verification
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def has_scene(study: Study) -> bool:
+    """Whether the study is of a scene, not of a single block."""
+    return study.scene is not None
+
+
+@dataclass(frozen=True)
+class RecordName:
+    """What a record is called; station and event may be empty."""
+
+    id: str
+    station: str
+    event: str
+
+    @property
+    def heading(self) -> str:
+        """Station and earthquake."""
+        return ", ".join(text for text in (self.station, self.event) if text) or self.id
+
+
+@dataclass(frozen=True)
+class Results:
+    """Results of a study.
+
+    Attributes
+    ----------
+    study : Study
+        The study.
+    cube : xarray.Dataset
+        Its cube, of the reference element of its scene; read one record at a time.
+    cubes : dict of xarray.Dataset
+        Cubes of all elements, of the study itself and of its variants, by name; read one record at a time.
+    intensity : xarray.Dataset
+        Intensity measures.
+    figures, drawings : Path
+        Folder of the study's figures, and one for those that the report draws itself.
+    telling : list of dict
+        Title, block, outcomes, rule and film of each case to watch.
+    verification : dict or None
+        What repeating a part of it found; None where the study leaves that out.
+    surveys : tuple of SurveyResult
+        Surveys of stones beside its predictions.
+    """
+
+    study: Study
+    cube: "xr.Dataset"
+    cubes: "dict[str, xr.Dataset]"
+    intensity: "xr.Dataset"
+    figures: Path
+    drawings: Path
+    telling: list[dict[str, Any]]
+    verification: dict[str, Any] | None
+    surveys: tuple[SurveyResult, ...]
+
+    @cached_property
+    def names(self) -> tuple[RecordName, ...]:
+        """What the records are called."""
+        texts = (self.cube[name].to_numpy().astype(str).tolist() for name in ("record_id", "station", "event"))
+        return tuple(RecordName(*each) for each in zip(*texts, strict=True))
+
+    @property
+    def earthquake_count(self) -> int:
+        """Number of earthquakes."""
+        return len({name.event for name in self.names})
+
+    @cached_property
+    def with_vertical(self) -> int:
+        """Number of records with vertical motion."""
+        return int((self.cube["vertical"] == 1).sum().compute())
+
+    @cached_property
+    def planes(self) -> int:
+        """Number of vertical planes: one tells nothing about direction."""
+        return int(plane_index(self.cube["azimuth"].to_numpy()).size)
+
+    @cached_property
+    def fallen(self) -> float:
+        """Share of all cases that overturn; NaN where no outcome was found."""
+        return float(overturns(self.cube).mean().compute())
+
+    @cached_property
+    def statuses(self) -> dict[str, tuple[int, int]]:
+        """Number of cells by status, and of those among them without an outcome."""
+        status, unknown = self.cube["status"], self.cube["overturned"].isnull()
+        names = status.attrs["flag_meanings"].split()
+        counts = {}
+        for code, name in zip(status.attrs["flag_values"], names, strict=True):
+            cells = status == code
+            counts[name.replace("_", " ")] = (int(cells.sum().compute()), int((cells & unknown).sum().compute()))
+        return counts
+
+    @cached_property
+    def _axes(self) -> Any:
+        groups = record_groups(self.cube).items()
+        return {
+            name: earthquakes.axes_by_earthquake(self.cube.isel(record=np.flatnonzero(chosen)))
+            for name, chosen in groups
+        }
+
+    @cached_property
+    def axes(self) -> dict[str, earthquakes.AxisSummary]:
+        """Fall axes relative to the fault normal, by group of records."""
+        return {name: earthquakes.summarise_axes(axes) for name, axes in self._axes.items()}
+
+    @cached_property
+    def axes_difference(self) -> earthquakes.AlignmentDifference | None:
+        """Of the two groups, where there are two."""
+        return earthquakes.compare_alignment(*self._axes.values()) if len(self._axes) == 2 else None
+
+    @property
+    def faults_known(self) -> bool:
+        """Whether a fall can be compared with a fault."""
+        return any(summary.n > 0 for summary in self.axes.values())
+
+    @property
+    def tells_axes(self) -> bool:
+        """Whether there is an axis relative to a fault to speak of."""
+        return self.faults_known and 0 < self.fallen < 1 and self.planes > 1
+
+    def reference_cube(self, variant: str) -> "xr.Dataset":
+        """Cube of the reference element of a variant's scene."""
+        return _reference_cube(self.study, variant, self.cubes[variant])
+
+
+def _reference_cube(study: Study, variant: str, cube: "xr.Dataset") -> "xr.Dataset":
+    scene = scene_of(study, variant)
+    if scene is None or "element" not in cube.dims:
+        return cube
+    return cube.sel(element=scene.reference_name if scene.reference_name in scene.free else scene.free[-1])
+
+
+@contextmanager
+def open_results(folder: Path) -> Iterator[Results]:
+    """Open the results of a study.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the results: cubes, intensities, figures, surveys, verification.
+
+    Raises
+    ------
+    ResultError
+        If one is missing.
+    """
+    import xarray as xr
+
+    def cube_of(name: str) -> "xr.Dataset":
+        path = folder / ("cube.nc" if name == NOMINAL else f"cube.{name}.nc")
+        cube = open_cube(path, chunks={"record": 1}, element=None)
+        stack.callback(cube.close)
+        return cube
+
+    with ExitStack() as stack:
+        # Each file is opened once: read through two handles at a time, it crashed the library below.
+        nominal = cube_of(NOMINAL)
+        study = study_of(nominal)
+        yield Results(
+            study,
+            _reference_cube(study, NOMINAL, nominal),
+            {NOMINAL: nominal} | {name: cube_of(name) for name in study.variants},
+            stack.enter_context(xr.open_dataset(folder / "intensity.nc")),
+            folder / "figures",
+            Path(stack.enter_context(tempfile.TemporaryDirectory())),
+            json.loads((folder / "figures" / "telling" / "telling.json").read_text(encoding="utf-8")),
+            read_verification(folder / "verification.json") if is_verified(study) else None,
+            tuple(read_survey_result(folder / "survey" / f"{n}.json") for n, _ in enumerate(study.surveys, 1)),
+        )

@@ -1,0 +1,1 @@
+"""What the report says: a file for each section, a function from the results to what stands below its heading."""

@@ -1,0 +1,171 @@
+"""The answer to the study's question: how falls lie to the fault normal, with their uncertainty."""
+
+import math
+
+from overturning.report.blocks import Answer, Block, Figure, Note, Paragraph, Section, Table
+from overturning.report.results import Results
+from overturning.report.sections.records import record_directions
+from overturning.report.text import counted, degrees, interval, number, percent
+from overturning.statistics.earthquakes import AxisSummary
+
+MOST_RECORDS_IN_WORDS = 5
+"""Records whose directions still stand in sentences; of more the table tells."""
+
+
+def answer(results: Results) -> Section:
+    """The answer, what it is counted over, and the axes it comes from."""
+    axes: tuple[Block, ...] = ()
+    if results.tells_axes:
+        figure = Figure(
+            results.figures / "axes.svg",
+            "fall axis of each earthquake relative to its fault normal",
+            "Fall axis of each earthquake relative to its fault normal, over all blocks of the study; the point grows with "
+            "how strongly the axes agree. Below, the mean over earthquakes with its bootstrap interval. Which side of the "
+            "fault normal counts as positive is arbitrary, so only axes are compared.",
+            width=0.82,
+        )
+        note = Note(
+            "Alignment is the mean of cos 2Δ over earthquakes, Δ the angle between fall axis and fault normal: 1 normal to "
+            "the fault, −1 along it, 0 neither. Intervals: 95 %, bootstrap over earthquakes. Rayleigh: any preferred axis; "
+            "V: the fault normal, stated beforehand; both on doubled angles."
+        )
+        axes = (figure, _summary_table(results.axes), note)
+    sentences = Answer((*answer_sentences(results), *_directions_in_words(results)))
+    return Section("Answer", (sentences, Paragraph(_counted(results)), *axes, Note(_cases(results))), anchor="answer")
+
+
+def answer_sentences(results: Results) -> tuple[str, ...]:
+    """A few sentences with numbers and their uncertainty, or why there are none."""
+    known = " whose outcome is known" if any(absent for _, absent in results.statuses.values()) else ""
+    share = f"{percent(results.fallen)} of the cases overturn"
+    if math.isnan(results.fallen):
+        return ("No outcome was found, so nothing can be said; see the causes below.",)
+    if results.fallen <= 0:
+        nothing = "so these records say nothing about the direction of falls"
+        return (f"No block{known} overturned in any direction, {nothing}.",)
+    if results.planes == 1:
+        return (f"{share}; with a single plane of motion nothing is said about direction.",)
+    if results.fallen >= 1:
+        return (f"Every block{known} overturned in every plane: there is no axis along which blocks fall more easily.",)
+    if not results.faults_known:
+        return (f"{share}; no fault normal is known, so nothing is said relative to a fault.",)
+    return headline(results), alignment_sentence(results)
+
+
+def headline(results: Results) -> str:
+    """Mean fall axis with its interval, and whether it tells normal from parallel."""
+    means = [f"{_mean_axis(one)}{_name(name)} ({counted(one.n, 'earthquake')})" for name, one in results.axes.items()]
+    verdicts = {name: _verdict(one) for name, one in results.axes.items() if one.n > 0}
+    if len(set(verdicts.values())) == 1:
+        conclusion = next(iter(verdicts.values()))
+    else:
+        conclusion = "; ".join(f"{_name(name).strip()}, {text}" for name, text in verdicts.items())
+    difference = results.axes_difference
+    if difference is not None and not math.isnan(difference.interval[0]):
+        low, high = difference.interval
+        shown = "a difference" if low > 0 or high < 0 else "no difference"
+        conclusion += f", and {shown} between the two is shown"
+    return f"Blocks fall on average {' and '.join(means)}: {conclusion}."
+
+
+def alignment_sentence(results: Results) -> str:
+    """The alignment of each group and of their difference, and how many earthquakes lie closer to what."""
+    parts, closer = [], []
+    groups = {_name(name): one for name, one in results.axes.items() if one.n}
+    for name, one in groups.items():
+        known = f" ({100 * one.level:.0f} % interval {interval(*one.alignment_interval)})"
+        parts.append(f"{number(one.alignment)}{'' if math.isnan(one.alignment_interval[0]) else known}{name}")
+        closer.append(f"{one.closer_to_normal} of {counted(one.n, 'earthquake')}{name}")
+    text = f"Alignment, 1 normal to the fault and −1 along it: {'; '.join(parts)}"
+    difference = results.axes_difference
+    if difference is not None and not math.isnan(difference.difference):
+        few = math.isnan(difference.interval[0])
+        known = "; too few earthquakes for an interval" if few else f" ({interval(*difference.interval)})"
+        text += f"; difference {number(difference.difference)}{known}"
+    lie = "lies" if sum(one.n for one in groups.values()) == 1 else "lie"
+    return f"{text}. {' and '.join(closer)} {lie} closer to the normal than to the fault."
+
+
+def _verdict(summary: AxisSummary) -> str:
+    """What the interval of the alignment says."""
+    low, high = summary.alignment_interval
+    if math.isnan(low):
+        return f"{counted(summary.n, 'earthquake')} {'is' if summary.n == 1 else 'are'} too few for an interval"
+    if low > 0:
+        return "falls lie closer to the fault normal than to the fault"
+    if high < 0:
+        return "falls lie closer to the fault than to its normal"
+    return "no preference for the normal or the fault can be told"
+
+
+def _name(group: str) -> str:
+    """Name of a group inside a sentence; nothing for the only one."""
+    return "" if group == "all records" else " " + group.removesuffix(" (control)")
+
+
+def _mean_axis(summary: AxisSummary) -> str:
+    if summary.n == 0:
+        return "not at all"
+    if math.isnan(summary.mean_axis_deg):
+        return "along no common axis"
+    spread = "" if math.isnan(summary.mean_axis_half_width_deg) else f"\u00a0{_half_width(summary)}"
+    return f"{degrees(abs(summary.mean_axis_deg))}{spread} from the fault normal"
+
+
+def _half_width(summary: AxisSummary) -> str:
+    width = summary.mean_axis_half_width_deg
+    return "–" if math.isnan(width) else f"±\u00a0{degrees(width)}"
+
+
+def _directions_in_words(results: Results) -> list[str]:
+    """Mean fall direction and axis of each of a few records where there is no fault to compare them with."""
+    if results.faults_known or not results.fallen > 0 or results.planes == 1:
+        return []
+    if len(results.names) > MOST_RECORDS_IN_WORDS:
+        return []
+    return [
+        f"{name.station}: mean fall direction {direction} (resultant {one}), mean fall axis {axis} (resultant {other}), over "
+        "all blocks, each plane once; a resultant near 0 means falls to nearly every side."
+        for name, (direction, one, axis, other, *_) in zip(results.names, record_directions(results.cube), strict=True)
+        if direction != "–" or axis != "–"
+    ]
+
+
+def _counted(results: Results) -> str:
+    """How many records and earthquakes, and what their number means."""
+    records, with_vertical = len(results.names), results.with_vertical
+    text = (
+        f"{counted(records, 'record')} of {counted(results.earthquake_count, 'earthquake')}. Records of one earthquake are not "
+        "independent, so earthquakes are counted, not records; azimuths of one record are the same motion seen from many "
+        "sides, so they are no samples at all."
+    )
+    if with_vertical == 0:
+        return f"{text} None of these records has vertical motion; what it would change is not in these numbers."
+    return (
+        text if with_vertical == records else f"{text} {with_vertical} records have vertical motion, the others none."
+    )
+
+
+def _cases(results: Results) -> str:
+    """Of how many cases the report speaks, and how many have no outcome."""
+    cases, computed = int(results.cube["overturned"].size), int((results.cube["mirrored"] == 0).sum().compute())
+    share = "" if math.isnan(results.fallen) else f" {percent(results.fallen)} of them overturn."
+    mirrored = f"{computed:,} were computed, the others are their mirror images"
+    others = "all were computed" if computed == cases else mirrored
+    absent = ", ".join(f"{count:,} {name}" for name, (_, count) in results.statuses.items() if count)
+    missing = f"Without an outcome: {absent}." if absent else "No outcome is missing."
+    return f"The study has {cases:,} cases (record × azimuth × height × B/H × friction); {others}.{share} {missing}"
+
+
+def _summary_table(axes: dict[str, AxisSummary]) -> Table:
+    rows = tuple(
+        (
+            *(name, str(s.earthquakes), str(s.n), degrees(s.mean_axis_deg), _half_width(s)),
+            *("–" if s.n == 0 else number(s.alignment), interval(*s.alignment_interval)),
+            f"{s.closer_to_normal} of {s.n}",
+            *("–" if s.n < 2 else f"{test.p_value:.2g}" for test in (s.rayleigh, s.v)),
+        )
+        for name, s in axes.items()
+    )
+    heads = ("records", "earthquakes", "with falls", "mean axis from normal", "interval", "alignment", "interval")
+    return Table((*heads, "closer to normal", "Rayleigh p", "V test p"), rows)

@@ -1,0 +1,56 @@
+"""What makes a block fall: peak acceleration and velocity, shape and size."""
+
+import math
+
+from overturning.figures.style import short
+from overturning.report.blocks import Block, Figure, Note, Paragraph, Section, Table
+from overturning.report.results import Results
+from overturning.report.text import counted, interval, number
+from overturning.statistics.logistic import LogisticFit, describe, overturning_fit
+
+DOUBLED = {1: "PGA, and PGV with it,", 2: "PGV alone", 4: "the size of a block alone"}
+"""What doubles where a predictor of `statistics.logistic.overturning_fit` grows by ln 2, by its place."""
+
+
+def cause(results: Results) -> Section:
+    """Falls in the plane of PGA and PGV/PGA, and the logistic fit."""
+    fit = overturning_fit(results.cube, results.intensity)
+    caption = (
+        "Each point is one plane of one record. West: a block cannot rock below a = g B/H. Ishiyama: below this peak velocity "
+        "a rocking block does not overturn."
+    )
+    blocks: list[Block] = [
+        Figure(results.figures / "plane.svg", "falls in the plane of PGA and PGV/PGA", caption, width=0.92)
+    ]
+    if sentence := doubling_sentence(fit):
+        blocks.append(Paragraph(sentence))
+    if fit.note:
+        blocks.append(Paragraph(f"{fit.note[:1].upper()}{fit.note[1:]}."))
+    if not fit.note.startswith("no fit"):
+        note = (
+            f"Logistic fit of the probability of overturning to {fit.rows:,} planes and cases of "
+            f"{counted(fit.clusters, 'earthquake')}; intervals clustered by earthquake. PGV/PGA in s, H in m. It says "
+            "nothing outside the range of the data."
+        )
+        blocks += [_table(fit), Note(note)]
+    return Section("What makes a block fall", tuple(blocks), anchor="intensity")
+
+
+def _table(fit: LogisticFit) -> Table:
+    rows = []
+    for entry in describe(fit):
+        name, *values = (entry[key] for key in ("name", "coefficient", "low", "high", "minimum", "maximum"))
+        value, low, high, least, most = (float(one) for one in values)  # type: ignore[arg-type]
+        rows.append((str(name), number(value), interval(low, high), interval(least, most)))
+    return Table(("predictor", "coefficient", "95 % interval", "range of the data"), tuple(rows))
+
+
+def doubling_sentence(fit: LogisticFit) -> str:
+    """What doubling the motion or the block does to the odds of a fall; empty where nothing was fitted."""
+    parts = []
+    for place, what in DOUBLED.items():
+        factor, low, high = (2.0 ** float(values[place]) for values in (fit.coefficient, fit.low, fit.high))
+        if not math.isnan(factor):
+            known = "" if math.isnan(low) else f" ({short(low)} to {short(high)})"
+            parts.append(f"by {short(factor)}{known} where {what} doubles")
+    return f"The odds of a fall are multiplied {'; '.join(parts)}." if parts else ""

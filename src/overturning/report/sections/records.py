@@ -1,0 +1,116 @@
+"""The records: their peaks, where blocks fall under each, where they were recorded, and their figures."""
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from overturning.report.blocks import Block, Figure, Note, Row, Section, Table
+from overturning.report.results import Results
+from overturning.report.text import degrees, number, percent
+from overturning.statistics.boundary import boundary, easiest_azimuth
+from overturning.statistics.circular import wrap_axis
+from overturning.statistics.direction import fall_axis, fall_direction
+from overturning.statistics.falls import overturns
+from overturning.units import CM, GAL
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def records(results: Results) -> Section:
+    """Peaks of each record, directions of its falls, maps of the stations."""
+    about_peaks = Note(
+        "Azimuths in degrees clockwise from north. Peaks are the largest over the azimuths of the study, each with the "
+        "azimuth along which it is reached. Overturned: share of the record's cases."
+    )
+    blocks: list[Block] = [_peaks(results), about_peaks, Note("A click on a heading sorts.", medium="page")]
+    if results.fallen > 0:
+        blocks.append(_directions(results))
+    if maps := _maps(results):
+        about_maps = Note(
+            "Stations and epicentres as the records or the record table state them; a fault whose strike is known is drawn "
+            "through the epicentre."
+        )
+        blocks += [*(Row(maps[i : i + 2], shares=(1.0, 1.0)) for i in range(0, len(maps), 2)), about_maps]
+    return Section("Records", tuple(blocks), anchor="records")
+
+
+def record_by_record(results: Results) -> Section:
+    """The figures of each record."""
+    sections = []
+    for name in results.names:
+        polar = Figure(results.figures / "polar" / f"{name.id}.png", "where blocks fall, by azimuth and B/H")
+        peaks = Figure(results.figures / "intensity" / f"{name.id}.png", "peak acceleration and velocity by azimuth")
+        pair = Row((polar, peaks), shares=(1.25, 1.0))
+        sections.append(Section(name.heading, (pair,), anchor=name.id, together=True))
+    return Section("Record by record", tuple(sections), anchor="figures")
+
+
+def _peaks(results: Results) -> Table:
+    """One row per record: names, largest intensities with their azimuths, share of cases that overturn."""
+    shares = overturns(results.cube).mean(["azimuth", "height", "b_over_h", "friction"]).compute().to_numpy()
+    pulses, normals = (results.cube[name].to_numpy().astype(float) for name in ("pulse", "fault_normal"))
+    azimuth = results.intensity["azimuth"].to_numpy()
+    rows = []
+    for index, name in enumerate(results.names):
+        cells = []
+        for measure, unit, digits in (("pga", GAL, 0), ("pgv", CM, 1), ("pgd", CM, 1)):
+            values = results.intensity[measure].isel(record=index).to_numpy()
+            cells += [f"{values.max() / unit:.{digits}f}", degrees(float(azimuth[int(values.argmax())] % 180))]
+        pulse = {1.0: "yes", 0.0: "no"}.get(float(pulses[index]), "–")
+        named = (name.id, name.station, name.event, pulse, degrees(float(normals[index])))
+        rows.append((*named, *cells[:-1], percent(float(shares[index]))))
+    heads = ("record", "station", "earthquake", "pulse", "fault normal", "PGA, Gal", "along", "PGV, cm/s", "along")
+    return Table((*heads, "PGD, cm", "overturned"), tuple(rows), "lttt", anchor="peaks", sortable=True)
+
+
+def _directions(results: Results) -> Section:
+    heads = ("record", "mean fall direction", "resultant", "mean fall axis", "resultant", "easiest axis")
+    named = zip(results.names, record_directions(results.cube), strict=True)
+    rows = tuple((name.id, *cells) for name, cells in named)
+    note = Note(
+        "Over all cases of a record, each plane once. A direction has a head (towards 60°), an axis has none (60° and 240° "
+        "are the same); a resultant of 1 means all falls alike, of 0 falls to every side alike. Easiest axis: along it the "
+        "lowest block at the highest friction overturns up to the largest B/H; easier by: that B/H over the one of the "
+        "hardest azimuth."
+    )
+    table = Table((*heads, "from the fault normal", "easier by"), rows, "l", anchor="directions", sortable=True)
+    return Section("Where blocks fall, by record", (table, note))
+
+
+def _maps(results: Results) -> tuple[Figure, ...]:
+    """The map of each earthquake whose epicentre or stations are known, with the distances."""
+    from overturning.figures.site_map import distances, sites_by_earthquake
+
+    return tuple(
+        Figure(results.figures / "maps" / f"{number}.svg", f"map: {event}", " ".join(distances(site)))
+        for number, (event, site) in enumerate(sites_by_earthquake(results.cube).items(), 1)
+    )
+
+
+def record_directions(cube: "xr.Dataset") -> list[tuple[str, ...]]:
+    """Where blocks fall under each record, as cells of a table.
+
+    Mean fall direction and its resultant, mean fall axis and its resultant, over all cases; azimuth of easiest overturning
+    of the lowest block at the highest friction, its angle from the fault normal, and the largest B/H along it over that
+    along the hardest azimuth. Dashes where nothing falls.
+    """
+    over = ("height", "b_over_h", "friction")
+    direction, axis = fall_direction(cube, over=over).compute(), fall_axis(cube, over=over).compute()
+    one = cube.isel(height=[0], friction=[cube.sizes["friction"] - 1])
+    easiest = easiest_azimuth(boundary(one), cube["b_over_h"]).isel(height=0, friction=0)
+    rows: list[tuple[str, ...]] = []
+    for index, normal in enumerate(cube["fault_normal"].to_numpy()):
+        best, ratio = float(easiest["easiest_axis"][index]), float(easiest["ratio"][index])
+        bound = "" if math.isnan(ratio) or bool(easiest["bounded"][index]) else "≥ "
+        apart = abs(float(wrap_axis(best - normal))) if np.isfinite(normal) else math.nan
+        cells = (
+            degrees(float(direction["mean_direction"][index]), 360),
+            number(float(direction["direction_resultant"][index])),
+            degrees(float(axis["mean_axis"][index]), 180),
+            number(float(axis["axis_resultant"][index])),
+            *(degrees(best, 180), degrees(apart), bound + number(ratio)),
+        )
+        rows.append(cells)
+    return rows

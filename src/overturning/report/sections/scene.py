@@ -1,0 +1,89 @@
+"""The study's scenes: their drawing, how often and which way each element falls, stack against monolith."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from overturning.report.blocks import Block, Figure, Note, Paragraph, Section, Table
+from overturning.report.results import Results, has_scene
+from overturning.report.text import number, percent
+from overturning.statistics.elements import StoneComparison, compare_stones, falls_by_element
+from overturning.statistics.planes import fall_probability
+from overturning.study.scenes import scene_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def scene(results: Results) -> Section | None:
+    """Drawing, table and comparisons of the study's scenes; none for a single block."""
+    if not has_scene(results.study):
+        return None
+    from overturning.figures.scene import element_roses_figure, scenes_figure
+    from overturning.figures.style import save, style
+
+    scenes = {name: one for name in results.cubes if (one := scene_of(results.study, name)) is not None}
+    stones: dict[str, xr.Dataset] = {}
+    rows = []
+    for name, cube in results.cubes.items():
+        one, several = scenes[name], "element" in cube.dims
+        title = f"{one.reference_name} of the {one.name} scene" if several else one.name
+        stones[title] = results.reference_cube(name)
+        for row in falls_by_element(cube):
+            element = row.name if several else one.free[0]
+            falls = (str(row.cases), str(row.falls), percent(row.share), str(row.first), number(row.median_time))
+            rows.append((one.title or one.name, element, *falls))
+    first, *others = stones.items()
+    sentences = [comparison_sentence(compare_stones(*first, *other)) for other in others]
+    sentences += [text for title, cube in stones.items() if (text := spread_sentence(title, cube))]
+    drawing, roses = results.drawings / "scene.svg", results.drawings / "scene-roses.svg"
+    with style():
+        save(scenes_figure(list(scenes.values())), drawing)
+        save(element_roses_figure(stones), roses)
+    to_scale = "To scale; crosses are centres of mass, grey moves with the record."
+    note = Note(
+        "A fall is a rotation of 90°, or what the scene file sets. Cases without an outcome are not counted. Elsewhere in "
+        "this report “the block” is the reference element of the study's own scene."
+    )
+    towards = "Azimuths towards which each stone falls, over all cases."
+    heads = ("scene", "element", "cases", "falls", "share", "falls first in", "median time, s")
+    blocks: tuple[Block, ...] = (
+        Figure(drawing, "the scenes, drawn to scale", to_scale, width=0.85),
+        *map(Paragraph, sentences),
+        Table(heads, tuple(rows), "tt"),
+        note,
+        Figure(roses, "roses of fall azimuths of each stone", towards, width=0.85),
+    )
+    return Section("The scene", blocks, anchor="scene")
+
+
+def comparison_sentence(found: StoneComparison) -> str:
+    """One comparison as a sentence."""
+    text = (
+        f"Of {found.cases} cases the {found.name} falls in {found.both + found.only_this} and the {found.other} in "
+        f"{found.both + found.only_other}; in {found.only_this} only the {found.name} falls, in {found.only_other} only "
+        f"the {found.other}."
+    )
+    if found.both:
+        text += (
+            f" Where both fall ({found.both}), they go to the same side in {percent(found.same_side / found.both)}, and the "
+            f"{found.name} falls first in {percent(found.earlier / found.both)}."
+        )
+    elif found.only_this and not found.only_other:
+        text += f" So the {found.name} falls first in every case in which anything falls."
+    return text
+
+
+def spread_sentence(name: str, cube: "xr.Dataset") -> str | None:
+    """How probable the fall of the stone of that name is over the neighbourhood of the ensemble; None without one."""
+    if "probability_towards" not in cube or not (cube["members"] > 0).any():
+        return None
+    chance = fall_probability(cube)
+    falls = (chance["towards"] + chance["away"]).to_numpy()
+    again = cube["members"].to_numpy() > 0
+    divided = again & (falls > 0) & (falls < 1)
+    return (
+        f"With amplitude, shape, friction, damping and azimuth spread as the study states, the {name} falls with a "
+        f"probability of {percent(float(np.nanmean(falls)))}, the mean over all cases; of the {int(again.sum())} cases near "
+        f"a change of outcome some runs fall and others stand in {int(divided.sum())}."
+    )

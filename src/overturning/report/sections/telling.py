@@ -1,0 +1,30 @@
+"""Cases to watch: films, and the motion and response behind them."""
+
+from overturning.report.blocks import Block, Bullets, Disclosure, Figure, Film, Note, Row, Section
+from overturning.report.results import Results, has_scene
+
+
+def telling(results: Results) -> Section | None:
+    """The telling cases as films; none where there is none."""
+    if not results.telling:
+        return None
+    cases: list[Block] = [Note("The page report.html shows them as films.", medium="paper")]
+    for number, case in enumerate(results.telling, 1):
+        folder = results.figures / "telling"
+        pair = (
+            Figure(folder / f"{number}-boundary.svg", "largest B/H that falls, by azimuth"),
+            Figure(folder / f"{number}-spectra.svg", "Fourier and response spectra"),
+        )
+        behind = (
+            Figure(folder / f"{number}-response.svg", "rotation, slip and uplift against time", most_height=11),
+            Row(pair),
+            Figure(folder / f"{number}-hodograph.svg", "acceleration, velocity and displacement seen from above"),
+        )
+        rule = Note(f"Chosen by rule: {case['rule']}.")
+        film = Film(case["film"], case["block"])
+        shown = (film, Bullets(tuple(case["outcomes"])), rule, Disclosure("Motion and response", behind))
+        cases.append(Section(case["title"], shown))
+    # The film of a scene does not show its contact forces.
+    forces = "" if has_scene(results.study) else ", f shows contact forces"
+    keys = f"Keys: space plays and pauses, ← and → step, Home and End, s changes the speed{forces}."
+    return Section("Cases to watch", (*cases, Note(keys, medium="page")), anchor="telling")

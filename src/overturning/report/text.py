@@ -1,0 +1,33 @@
+"""Numbers as the report writes them: a true minus sign, a dash where there is none, spaces that do not break."""
+
+import math
+
+
+def number(value: float, digits: int = 2) -> str:
+    """A number with so many decimals, with no minus before zero."""
+    if math.isnan(value):
+        return "–"
+    text = f"{value:.{digits}f}"
+    return text.replace("-", "−") if float(text) != 0 else text.replace("-", "")
+
+
+def percent(share: float, digits: int = 0) -> str:
+    """A share, 35 %."""
+    return "–" if math.isnan(share) else f"{100 * share:.{digits}f}\u00a0%"
+
+
+def interval(low: float, high: float) -> str:
+    """Two numbers as an interval."""
+    return "–" if math.isnan(low) else f"{low:.2f} to {high:.2f}".replace("-", "−")
+
+
+def degrees(value: float, full: int = 0) -> str:
+    """Whole degrees; with ``full`` brought into 0 to below it, so that 359.6° is 0° and not 360°."""
+    if math.isnan(value):
+        return "–"
+    return f"{number(round(value) % full if full else round(value), 0)}°"
+
+
+def counted(count: int, what: str) -> str:
+    """So many of something: 1 record, 2 records."""
+    return f"{count} {what}{'' if count == 1 else 's'}"

@@ -1,0 +1,40 @@
+"""The report of a study, from its results to the files."""
+
+from pathlib import Path
+
+from overturning.errors import ResultError
+from overturning.files import whole
+from overturning.report.blocks import Figure, each_block
+from overturning.report.build import build_report
+from overturning.report.html import render_html
+from overturning.report.pdf import render_pdf
+from overturning.report.results import open_results
+
+
+def write_report(results: Path, path: Path, pdf: Path | None = None) -> None:
+    """Write the report of a study, the same bytes each time.
+
+    Parameters
+    ----------
+    results : Path
+        Folder of the study's results: cubes, intensities and figures.
+    path : Path
+        The page to make.
+    pdf : Path, optional
+        The same on paper.
+
+    Raises
+    ------
+    ResultError
+        If a result is missing.
+    """
+    with open_results(results) as opened:
+        report = build_report(opened)
+        for block in each_block(report):
+            if isinstance(block, Figure) and not block.path.is_file():
+                raise ResultError(f"{block.path}: no such figure; run the figures of the study first")
+        with whole(path) as part:
+            part.write_text(render_html(report), encoding="utf-8")
+        if pdf is not None:
+            with whole(pdf) as part:
+                part.write_bytes(render_pdf(report))

@@ -1,0 +1,68 @@
+"""What the report says of its own error."""
+
+from types import SimpleNamespace
+from typing import Any
+
+from reading import column, tables, text_of
+
+from overturning.report.blocks import Caution, Section
+from overturning.report.sections.own_error import own_error
+
+COUNTS = {"element": "", "cases": 200, "flags": 2, "fallen": 50, "sides": 0, "unanswered": 0}
+FOUND = {
+    "seed": 1, "wanted": 200, "chosen": 200, "at_rest": 0, "cells": 9000, "study_block_steps": 1000, "cost": 1.0,
+    "finer_by": 8, "stiffer_by": 4.0, "finer": {"block_steps": 500, "outcomes": [COUNTS]}, "stiffer": {"refused": "too stiff"},
+}  # fmt: skip
+
+
+def section(variants: tuple[str, ...] = (), **found: Any) -> Section:
+    results: Any = SimpleNamespace(study=SimpleNamespace(variants=variants), verification=FOUND | found)
+    shown = own_error(results)
+    assert shown is not None
+    return shown
+
+
+def warnings(shown: Section) -> list[Caution]:
+    return [block for block in shown.blocks if isinstance(block, Caution)]
+
+
+def test_what_changed_and_what_was_refused() -> None:
+    shown = section()
+    assert "200 of the 9000 cases, drawn at random, were run again; 0 of them" in text_of(shown)
+    assert "variants" not in text_of(shown)
+    assert "asked for" not in text_of(shown)
+    (table,) = tables(shown)
+    assert column(table, "run again with") == ["steps 8 times finer", "", "springs 4 times stiffer"]
+    assert column(table, "what changed")[1:] == ["side, where it falls", "not possible: too stiff"]
+    assert column(table, "changed")[:2] == ["2", "0"]
+    assert column(table, "share")[:2] == ["1.00\u00a0%", "0.00\u00a0%"]
+    assert column(table, "of the study's") == ["50\u00a0%", "", ""]
+
+
+def test_it_warns_above_one_percent() -> None:
+    assert warnings(section()) == []
+    more = {"block_steps": 500, "outcomes": [COUNTS | {"flags": 3}]}
+    (warning,) = warnings(section(finer=more))
+    assert "steps 8 times finer more than 1\u00a0% of the flags change" in warning.text
+    (warning,) = warnings(section(finer=more, stiffer=more))
+    assert "steps 8 times finer and with springs 4 times stiffer more" in warning.text
+
+
+def test_what_was_not_run_again() -> None:
+    assert "The variants were not run again." in text_of(section(variants=("bouncy",)))
+    assert "verification.cost sets this bound" in text_of(section(chosen=50))
+    none = section(chosen=0, finer={"block_steps": 0, "outcomes": [COUNTS | {"cases": 0, "fallen": 0, "flags": 0}]})
+    assert "No case was run again" in text_of(none)
+    assert column(tables(none)[0], "share")[0] == "–"
+
+
+def test_each_element_is_counted_by_itself() -> None:
+    outcomes = [COUNTS | {"element": name} for name in ("slender", "squat")]
+    shown = section(finer={"block_steps": 500, "outcomes": outcomes})
+    assert "Each element of the scene is counted by itself." in text_of(shown)
+    assert "squat falls or stands" in column(tables(shown)[0], "what changed")
+
+
+def test_a_study_without_it_has_no_section() -> None:
+    results: Any = SimpleNamespace(study=None, verification=None)
+    assert own_error(results) is None

@@ -1,0 +1,161 @@
+"""The page and the paper are two renderings of one list of sections, and hold no words of their own."""
+
+import html
+import json
+import re
+import zlib
+from dataclasses import replace
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import pytest
+from reading import Balance, texts
+
+from overturning.errors import ResultError
+from overturning.report.blocks import (
+    Answer,
+    Block,
+    Bullets,
+    Caution,
+    Code,
+    Disclosure,
+    Figure,
+    Film,
+    Note,
+    Paragraph,
+    Report,
+    Row,
+    Section,
+    Table,
+    each_block,
+)
+from overturning.report.html import render_html
+from overturning.report.pdf import paper_data, render_pdf
+from overturning.report.plain import plain_lines
+from overturning.report.write import write_report
+
+HARM = "</script><script>window.hurt = 1</script> \"' & #panic() $x^2$ [*a* _b_ = @c `d` \\e {{ f }}"
+SQUARE = '<svg xmlns="http://www.w3.org/2000/svg" width="10pt" height="10pt" viewBox="0 0 10 10"><rect id="a"/></svg>'
+
+
+def drawn(pages: bytes) -> int:
+    """Rough size of what the pages draw: bytes of the inflated streams."""
+    total = 0
+    for stream in re.findall(rb"stream\r?\n(.*?)\r?\nendstream", pages, flags=re.DOTALL):
+        try:
+            total += len(zlib.decompress(stream))
+        except zlib.error:
+            continue
+    return total
+
+
+def shown_on_page(page: str) -> str:
+    """What can be read on a page, its descriptions of figures too."""
+    body = page[page.index("<body>") :]
+    seen = re.findall(r'(?:aria-label|alt)="([^"]*)"', body)
+    body = re.sub(r"<svg.*?</svg>|<script.*?</script>", "", body, flags=re.DOTALL)
+    return html.unescape(re.sub(r"<[^>]*>", "\n", body) + "\n" + "\n".join(seen))
+
+
+def paper_texts(data: Any) -> list[str]:
+    if isinstance(data, dict):
+        return [text for value in data.values() for text in paper_texts(value)]
+    if isinstance(data, list):
+        return [text for value in data for text in paper_texts(value)]
+    return [data] if isinstance(data, str) else []
+
+
+@pytest.fixture
+def everything(tmp_path: Path) -> Report:
+    """Every kind of block, each of its texts harmful."""
+    figure = Figure(tmp_path / "figure.svg", HARM, HARM, width=0.5)
+    figure.path.write_text(SQUARE, encoding="utf-8")
+    table = Table((HARM, HARM, HARM, HARM), ((HARM, HARM, HARM, HARM), ("b", "–", "one", "f" * 64)), "tnlc", HARM, True)
+    blocks: tuple[Block, ...] = (
+        Answer((HARM, HARM)), Paragraph(HARM), Note(HARM), Caution(HARM), Bullets((HARM, HARM)), Code(HARM), figure, table,
+        Table(("", ""), ((HARM, HARM),)), Film({"title": HARM}, HARM), Row((figure, table), (1.0, 2.0)),
+        Disclosure(HARM, (Row((figure,)),)), Section(HARM, (Section(HARM, (Paragraph(HARM),)),), HARM, together=True),
+    )  # fmt: skip
+    return Report(HARM, HARM, (Section(HARM, blocks, HARM),))
+
+
+def test_names_from_files_are_text(everything: Report) -> None:
+    page = render_html(everything)
+    parser = Balance()
+    parser.feed(page)
+    assert parser.open == []
+    assert "<script>window" not in page
+    film = re.search(r'<script type="application/json">(.*?)</script>', page, flags=re.DOTALL)
+    assert film is not None
+    assert json.loads(film[1]) == {"title": HARM}
+    written = sum(text == HARM for text in texts(everything))
+    # What stands in the place of a film is for paper only, the title stands twice, and so does a link.
+    assert shown_on_page(page).count(HARM.splitlines()[0]) == written - 1
+    assert sum(text == HARM for text in paper_texts(paper_data(everything, {}))) >= written
+    assert render_pdf(everything).startswith(b"%PDF")
+
+
+def test_both_have_every_text_and_every_figure(report: Report) -> None:
+    page, files = shown_on_page(render_html(report)), {}
+    paper = paper_data(report, files)
+    on_paper = set(paper_texts(paper))
+    for block in each_block(report):
+        if isinstance(block, Paragraph) and block.medium != "both":
+            assert (block.text in page) == (block.medium == "page")
+            assert (block.text in on_paper) == (block.medium == "paper")
+        elif isinstance(block, Film):
+            assert block.text in on_paper
+        else:
+            own = replace(block, blocks=()) if isinstance(block, Row | Disclosure | Section) else block
+            for text in texts(own):
+                assert text in page, text
+                assert text in on_paper, text
+    figures = [block for block in each_block(report) if isinstance(block, Figure)]
+    assert render_html(report).count("<figure>") == len(figures)
+    assert set(files) == {figure.path for figure in figures}
+    tables = [block for block in each_block(report) if isinstance(block, Table)]
+    assert render_html(report).count("<table") == len(tables) == json.dumps(paper).count('"kind": "table"')
+    assert (
+        render_html(report).count('class="film"') == sum(isinstance(block, Film) for block in each_block(report)) >= 1
+    )
+
+
+def test_the_renderers_hold_no_words() -> None:
+    assert shown_on_page(render_html(Report("Title", "", ()))).split() == ["Title"]
+    source = resources.files("overturning").joinpath("report/templates/report.typ").read_text(encoding="utf-8")
+    source = re.sub(r"^//.*$", "", source, flags=re.MULTILINE)
+    strings = re.findall(r'"([^"\n]*)"', source)
+    assert [text for text in strings if " " in text] == ["1 / 1", "Libertinus Serif", "no such kind of block: "]
+
+
+def test_each_figure_keeps_its_own_identifiers(everything: Report) -> None:
+    ids = re.findall(r'id="(figure[^"]*)"', render_html(everything))
+    assert len(ids) == len(set(ids)) == 3
+
+
+def test_paper_draws_what_it_is_given(everything: Report) -> None:
+    section = everything.blocks[0]
+    without = replace(everything, blocks=(replace(section, blocks=section.blocks[:3]),))
+    assert drawn(render_pdf(everything)) > drawn(render_pdf(without)) + 1000
+    assert render_pdf(everything) == render_pdf(everything)
+
+
+def test_a_missing_or_torn_figure_is_named(hostile: Path, tmp_path: Path, everything: Report) -> None:
+    rose, kept = hostile / "figures" / "rose.svg", tmp_path / "rose.svg"
+    rose.rename(kept)
+    try:
+        with pytest.raises(ResultError, match=r"rose\.svg: no such figure; run the figures"):
+            write_report(hostile, tmp_path / "report.html", tmp_path / "report.pdf")
+        assert list(tmp_path.glob("report.*")) == []
+    finally:
+        kept.rename(rose)
+    (tmp_path / "figure.svg").write_text("<svg", encoding="utf-8")
+    with pytest.raises(ResultError, match="draw the figures again"):
+        render_pdf(everything)
+
+
+def test_a_section_on_a_terminal() -> None:
+    table = Table(("what", "number"), (("apples", "7"), ("a", "123456789")))
+    lines = list(plain_lines(Section("", (Answer(("Yes.",)), table, Note("small"), Paragraph("So.")))))
+    assert lines == ["Yes.", "", "  what       number", "  apples          7", "  a       123456789", "\nSo."]

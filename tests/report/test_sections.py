@@ -1,0 +1,224 @@
+"""What the sections say of results that are made in memory."""
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from reading import column, tables, text_of
+
+from conftest import BAD
+from overturning.report.blocks import Figure, Report, Section, each_block
+from overturning.report.build import SECTIONS, build_report
+from overturning.report.results import Results
+from overturning.report.sections.cause import cause
+from overturning.report.sections.published import published
+from overturning.report.sections.records import records
+from overturning.statistics.logistic import LogisticFit
+from overturning.study.sections import Published
+
+Make = Callable[..., Results]
+
+
+def titles(report: Report) -> list[str]:
+    return [section.title for section in report.blocks]
+
+
+def section(report: Report, title: str) -> Section:
+    (found,) = [block for block in each_block(report) if isinstance(block, Section) and block.title == title]
+    return found
+
+
+def test_sections_of_a_study_of_a_block(report: Report, opened: Results) -> None:
+    assert titles(report) == [
+        *(
+            "Answer",
+            "Cases to watch",
+            "Where blocks fall",
+            "What makes a block fall",
+            "How far the answers hold",
+            "Records",
+        ),
+        *("Record by record", "How this was made"),
+    ]
+    assert len(SECTIONS) == len(titles(report)) + 4  # no scene, no survey, nothing published, not run again
+    assert report.title == BAD
+    peaks, directions = tables(section(report, "Records"))
+    assert column(peaks, "record") == column(directions, "record") == ["one", "two"]
+    assert column(peaks, "pulse") == ["yes", "no"]
+    assert column(peaks, "fault normal") == ["60°", "30°"]
+    largest = opened.intensity["pga"].max("azimuth").to_numpy() * 100
+    assert column(peaks, "PGA, Gal") == [f"{value:.0f}" for value in largest]
+    (digest,) = (row[3] for row in tables(section(report, "Sources"))[0].rows[:1])
+    assert digest == "0" * 64
+    assert opened.cube.attrs["content_sha256"] in text_of(section(report, "Versions"))
+
+
+def test_every_figure_has_a_text_for_those_who_cannot_see_it(report: Report) -> None:
+    figures = [block for block in each_block(report) if isinstance(block, Figure)]
+    assert all(figure.alt and figure.path.is_file() for figure in figures)
+    assert len({figure.path for figure in figures}) == len(figures)
+
+
+def test_cells_and_their_outcomes_are_counted(report: Report, opened: Results) -> None:
+    (quality,) = tables(section(report, "Energy, penetration, outcomes"))
+    counts = {label: value for label, value in quality.rows if label.startswith("cells")}
+    assert sum(int(value.replace(",", "")) for value in counts.values()) == opened.cube["overturned"].size
+    assert f"The study has {opened.cube['overturned'].size} cases" in text_of(section(report, "Answer"))
+    assert "No outcome is missing." in text_of(section(report, "Answer"))
+
+
+def test_a_fall_normal_to_the_fault_is_said(one_record: Make) -> None:
+    text = text_of(build_report(one_record(4)).blocks[0])
+    assert text.split("\n")[1].startswith("Blocks fall on average ")
+    assert " ± " in text.split(":")[0].replace("\u00a0", " ")
+    assert "(4 earthquakes)" in text
+    assert "falls lie closer to the fault normal than to the fault" in text
+    assert "4 of 4 earthquakes lie closer to the normal" in text
+
+
+def test_alignment_by_shape_is_the_mean_over_earthquakes(report: Report, one_record: Make) -> None:
+    shapes = tables(section(report, "Where blocks fall"))[0]
+    assert shapes.sortable
+    assert column(shapes, "B/H") == ["0.2", "0.3", "0.4"]
+    assert shapes.heads[2:4] == ("earthquakes with falls, with a velocity pulse", "alignment, with a velocity pulse")
+    pulse = column(shapes, "alignment, with a velocity pulse")
+    four = tables(section(build_report(one_record(4)), "Where blocks fall"))[0]
+    assert column(four, "alignment, all records") == pulse, "four times the same earthquake"
+    assert set(column(four, "earthquakes with falls, all records")) <= {"4", "0"}
+
+
+def test_one_record(one_record: Make) -> None:
+    text = text_of(build_report(one_record()))
+    assert "1 record of 1 earthquake." in text
+    assert "from the fault normal (1 earthquake): " in text
+    assert "1 earthquake is too few for an interval" in text
+
+
+def test_maps_where_coordinates_are_known(one_record: Make) -> None:
+    results = one_record(3)
+    place = {"station_latitude": [35.275, 35.725, 10.0], "station_longitude": [133.46, 133.35, 20.0]}
+    epicentre = {"epicentre_latitude": [35.275] * 2 + [np.nan], "epicentre_longitude": [133.35] * 2 + [np.nan]}
+    names = {"station": ["near", "far", "alone"], "event": ["Tottori", "Tottori", "of one point, which is no map"]}
+    columns: dict[str, Any] = place | epicentre | names
+    cube = results.cube.assign({name: ("record", values) for name, values in columns.items()})
+    found = records(replace(results, cube=cube))
+    (map_,) = [block for block in each_block(found) if isinstance(block, Figure)]
+    # A degree of latitude is 111.2 km; of longitude cos 35.275° of that.
+    assert map_.caption == (
+        "near: 10 km from the epicentre, in the direction 90°. far: 50 km from the epicentre, in the direction 0°."
+    )
+    assert map_.alt == "map: Tottori"
+    assert map_.path == results.figures / "maps" / "1.svg"
+
+
+def test_no_map_and_no_gap_without_coordinates(report: Report) -> None:
+    assert "epicentre" not in text_of(report)
+    assert "map: " not in text_of(report)
+
+
+def test_no_falls(one_record: Make) -> None:
+    report = build_report(one_record(overturned=0.0, probability_towards=0.0, probability_away=0.0))
+    assert "No block overturned in any direction" in text_of(report)
+    assert "No fit: nothing falls" in text_of(report)
+    # No table of nothing but dashes.
+    assert "Rayleigh" not in text_of(report)
+    assert "Where blocks fall" not in titles(report)
+    assert len(tables(section(report, "Records"))) == 1
+
+
+def test_everything_falls(one_record: Make) -> None:
+    text = text_of(build_report(one_record(overturned=1.0)))
+    assert "there is no axis along which blocks fall more easily" in text
+    assert "Rayleigh" not in text  # no axis is told either
+
+
+def test_no_outcome(one_record: Make) -> None:
+    text = text_of(build_report(one_record(overturned=np.nan)))
+    assert "No outcome was found, so nothing can be said" in text
+    assert "Without an outcome: " in text
+
+
+def test_some_outcomes_missing(one_record: Make) -> None:
+    results = one_record()
+    cube = results.cube.copy()
+    cube["overturned"] = cube["overturned"].where(cube["b_over_h"] > 0.25)
+    text = text_of(build_report(replace(results, cube=cube, cubes={"nominal": cube})))
+    found = re.search(r"Without an outcome: (\d+) simulated, (\d+) at rest\.", text)
+    assert found is not None
+    assert int(found[1]) + int(found[2]) == cube["overturned"].size // 3
+
+
+def test_an_unknown_fault(one_record: Make) -> None:
+    text = text_of(build_report(one_record(fault_normal=np.nan)))
+    assert "no fault normal is known" in text
+    assert "station 0: mean fall direction " in text
+    assert "Alignment" not in text
+
+
+def test_one_azimuth(one_record: Make) -> None:
+    text = text_of(build_report(one_record(azimuth=slice(4, 5))))
+    assert "with a single plane of motion nothing is said about direction" in text
+
+
+def test_vertical_motion_is_counted(one_record: Make) -> None:
+    results = one_record(2, vertical=1)
+    assert "Vertical motion is in 2 of 2 records." in text_of(build_report(results))
+    results.cube["vertical"][0] = 0
+    text = text_of(build_report(replace(results)))
+    assert "Vertical motion is in 1 of 2 records." in text
+    assert "have vertical motion, the others none." in text
+
+
+def test_published_values(one_record: Make) -> None:
+    results = one_record()
+    peak = float(results.intensity["pga"].sel(azimuth=60)[0]) * 100
+    common: dict[str, Any] = {"record": "record_id 0", "b_over_h": 0.2}
+    rows = [
+        Published(azimuth=60, label="along", pga_gal=peak / 1.005, overturns=True, **common),
+        Published(azimuth=150, pga_gal=peak, overturns=False, **common),
+    ]
+    results = replace(results, study=results.study.model_copy(update={"published": rows}))
+    found = published(results)
+    assert found is not None
+    peaks, findings = tables(found)
+    assert peaks.rows[0] == (
+        *("along", "PGA, Gal", f"{peak / 1.005:.1f}", f"{peak:.1f}", "+0.5\u00a0%", "1\u00a0%", "agrees"),
+    )
+    assert peaks.rows[1][0] == "record_id 0, 150°"
+    assert peaks.rows[1][-2:] == ("1\u00a0%", "differs")
+    assert peaks.rows[1][4].startswith("−")
+    assert findings.heads[3:5] == ("along: overturns", "record_id 0, 150°: stands")
+    assert findings.rows == (("nominal", "0.6", "1", "overturns", "stands", "holds"),)
+    assert "found for H = 0.6 m (1 of 1)" in text_of(found)
+    nothing = results.cube.assign(overturned=results.cube["overturned"] * np.nan)
+    unknown = published(replace(results, cubes={"nominal": nothing}))
+    assert unknown is not None
+    assert tables(unknown)[1].rows[0][3:] == ("not found", "not found", "does not hold")
+    assert "for none of the sizes (0 of 1)" in text_of(unknown)
+
+
+def test_the_fit(opened: Results, monkeypatch: pytest.MonkeyPatch) -> None:
+    numbers = [np.array([0.5, 3.0, 1.0, -2.0, -1.0]) + shift for shift in (0.0, -1.0, 1.0)]
+    names = ("intercept", "PGA", "ratio", "shape", "size")
+    fit = LogisticFit(
+        names, numbers[0], np.zeros(5), *numbers[1:], np.eye(5), 1234, 5, np.full(4, -0.5), np.ones(4), 0.95
+    )
+    monkeypatch.setattr("overturning.report.sections.cause.overturning_fit", lambda *_: fit)
+    shown = cause(opened)
+    (table,) = tables(shown)
+    assert table.rows[0] == ("intercept", "0.50", "−0.50 to 1.50", "–")
+    assert table.rows[3] == ("shape", "−2.00", "−3.00 to −1.00", "−0.50 to 1.00")
+    assert "1,234 planes and cases of 5 earthquakes" in text_of(shown)
+    assert "The odds of a fall are multiplied by 8" in text_of(shown)
+
+
+@pytest.mark.parametrize("run", [True, False])
+def test_the_ensemble(report: Report, one_record: Make, run: bool) -> None:
+    if run:
+        assert "was run 4 more times" in text_of(section(report, "How far the answers hold"))
+    else:
+        none = one_record(probability_towards=np.nan)
+        assert "the ensemble had nothing to run" in text_of(section(build_report(none), "How far the answers hold"))

@@ -1,13 +1,16 @@
 """What `run_cases` promises: amplitudes, tilts, progress, threads, free flight, the cache."""
 
+import runpy
 import subprocess
 import sys
 from pathlib import Path
 
+import numba
 import numpy as np
+import pytest
 
 from overturning.dem.blocks import Cases
-from overturning.dem.cache import cache_directory, sources_digest
+from overturning.dem.cache import cache_directory, keep_compiled, sources_digest
 from overturning.dem.cases import run_cases
 from overturning.motion.motion import Motion
 
@@ -56,30 +59,29 @@ def test_progress_counts_block_steps_up_to_the_whole() -> None:
     assert found.block_steps.sum() > 0
 
 
-def test_a_torn_cache_file_is_a_miss(tmp_path: Path) -> None:
-    program = (
-        "import numpy as np; from overturning import Motion, Cases, run_cases\n"
-        "w = 4 * np.sin(np.arange(200) * 0.1)\n"
-        "print(run_cases(Motion(w, 0 * w, sampling_interval=0.01), Cases(0, 0.6, 0.3, 1.0)).peak_rotation[0])"
-    )
+def test_a_torn_cache_file_is_a_miss(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    (tmp_path / "tiny.py").write_text("def twice(x):\n    return 2 * x\n", encoding="utf-8")
 
-    def run() -> str:
-        import os
+    def compiled() -> tuple[int, int]:
+        """Compile anew what a fresh process would, and tell how often the cache had it and how often not."""
+        kept = keep_compiled(numba.njit(runpy.run_path(str(tmp_path / "tiny.py"))["twice"]))
+        assert kept(21.0) == 42.0
+        return sum(kept.stats.cache_hits.values()), sum(kept.stats.cache_misses.values())
 
-        environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-        done = subprocess.run(
-            [sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=False
-        )
-        assert done.returncode == 0, done.stderr
-        return done.stdout
+    assert compiled() == (0, 1)
+    assert compiled() == (1, 0)
+    for ending in ("nbc", "nbi"):
+        (torn,) = (tmp_path / "cache").rglob(f"*.{ending}")
+        torn.write_bytes(torn.read_bytes()[:100])
+        assert compiled() == (0, 1)
+        assert compiled() == (1, 0)
 
-    first = run()
-    files = sorted(tmp_path.rglob("*.nb*"))
-    assert files, "the kernel was not cached"
-    for path in files:
-        path.write_bytes(path.read_bytes()[:100])
-    assert run() == first
-    assert any(path.stat().st_size > 100 for path in tmp_path.rglob("*.nbc"))
+
+def test_the_kernel_is_kept_for_the_next_process() -> None:
+    run_cases(Motion(4.0 * WAVE, 0 * T, sampling_interval=0.01), Cases(0.0, 0.6, 0.3, 1.0))
+    assert list(cache_directory().glob("*.nbi"))
+    assert list(cache_directory().glob("*.nbc"))
 
 
 def test_the_cache_folder_is_named_after_the_kernels_sources(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[2]
 SMALL = """\
 name: small
 question: Which way?
-records: {use: [rinaldi, saticoy, petrolia]}
+records: {use: [rinaldi, petrolia]}
 azimuth: {step: 30, also: [32]}
 b_over_h: [0.2, 0.4]
 height: [0.6]

@@ -89,13 +89,12 @@ def test_mirrored_half_is_exact(vertical: bool) -> None:
 
 
 SSE2 = {"NUMBA_CPU_NAME": "x86-64", "NUMBA_CPU_FEATURES": "+sse2"}
-# By target: the processor's feature that it needs, the environment, threads.
+# Environment and threads by target; the host's own code is of its widest set, AVX-512 where it has that.
 TARGETS = {
-    "host": ("", {}, 2),
-    "sse2": ("", SSE2, 1),
-    "without fma": ("", {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-AVX2", **SSE2}, 1),
-    "avx2": ("avx2", {"NUMBA_CPU_NAME": "haswell", "NUMBA_CPU_FEATURES": ""}, 1),
-    "avx512": ("avx512f", {"NUMBA_CPU_NAME": "skylake-avx512", "NUMBA_CPU_FEATURES": "-prefer-256-bit"}, 1),
+    "host": ({}, 2),
+    "sse2": (SSE2, 1),
+    "without fma": ({"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-AVX2", **SSE2}, 1),
+    "avx2": ({"NUMBA_CPU_NAME": "haswell", "NUMBA_CPU_FEATURES": ""}, 1),
 }
 
 
@@ -111,7 +110,7 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def hashes(stored: Path, target: str) -> str:
-    _, variables, threads = TARGETS[target]
+    variables, threads = TARGETS[target]
     inputs = [str(stored / "motion.npz"), str(stored / "motion.nc")]
     command = [sys.executable, "-m", "tests.dem.bits", *inputs, str(threads), str(stored / target / "cube")]
     done = subprocess.run(command, cwd=ROOT, env=os.environ | variables, capture_output=True, text=True, check=False)
@@ -130,8 +129,7 @@ def test_same_bits_for_each_instruction_set(target: str, stored: Path, nominal: 
         if os.environ.get("OVERTURNING_NO_SKIP"):
             pytest.fail("not an x86-64 processor")
         pytest.skip("instruction sets of x86-64 only")
-    needed = TARGETS[target][0]
-    if not needed or llvm.get_host_cpu_features().get(needed):
+    if target != "avx2" or llvm.get_host_cpu_features().get("avx2"):
         assert hashes(stored, target) == nominal
 
 

@@ -26,7 +26,7 @@ from overturning.figures.telling import spectra
 from overturning.motion.motion import Motion
 from overturning.statistics.boundary import boundary
 from overturning.statistics.earthquakes import axes_by_earthquake, summarise_axes
-from overturning.statistics.logistic import overturning_fit
+from overturning.statistics.logistic import LogisticFit, overturning_fit
 from overturning.statistics.survey import Stone
 from overturning.statistics.survey_comparison import compare_survey
 
@@ -124,10 +124,15 @@ def survey() -> Figure:
     return survey_figure(compare_survey(stones, cube().isel(record=[0])), "survey.csv, E 0")
 
 
+@cache
+def fit() -> LogisticFit:
+    return overturning_fit(cube(), intensity())
+
+
 FIGURES: dict[str, Callable[[], Figure]] = {
     "probability": lambda: probability_map_figure(cube().isel(record=0), "Station, earthquake"),
     "boundary": lambda: boundary_figure(boundary(cube().isel(record=0)), 0.4, 30.0, "Station, earthquake"),
-    "plane": lambda: intensity_plane_figure(cube(), intensity(), overturning_fit(cube(), intensity()), 1.0),
+    "plane": lambda: intensity_plane_figure(cube(), intensity(), fit(), 1.0),
     "hodograph": hodograph,
     "axes": axes,
     "map": site,

@@ -26,7 +26,7 @@ from overturning.figures.telling import spectra
 from overturning.motion.motion import Motion
 from overturning.statistics.boundary import boundary
 from overturning.statistics.earthquakes import axes_by_earthquake, summarise_axes
-from overturning.statistics.logistic import LogisticFit, overturning_fit
+from overturning.statistics.logistic import overturning_fit
 from overturning.statistics.survey import Stone
 from overturning.statistics.survey_comparison import compare_survey
 
@@ -125,7 +125,7 @@ def survey() -> Figure:
 
 
 @cache
-def fit() -> LogisticFit:
+def fit():  # type: ignore[no-untyped-def]
     return overturning_fit(cube(), intensity())
 
 

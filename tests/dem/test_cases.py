@@ -1,16 +1,13 @@
 """What `run_cases` promises: amplitudes, tilts, progress, threads, free flight, the cache."""
 
-import runpy
 import subprocess
 import sys
 from pathlib import Path
 
-import numba
 import numpy as np
-import pytest
 
 from overturning.dem.blocks import Cases
-from overturning.dem.cache import cache_directory, keep_compiled, sources_digest
+from overturning.dem.cache import cache_directory, sources_digest
 from overturning.dem.cases import run_cases
 from overturning.motion.motion import Motion
 
@@ -57,31 +54,6 @@ def test_progress_counts_block_steps_up_to_the_whole() -> None:
     assert calls[-1][0] == calls[-1][1] > 0
     assert [done for done, _ in calls] == sorted(done for done, _ in calls)
     assert found.block_steps.sum() > 0
-
-
-def test_a_torn_cache_file_is_a_miss(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
-    (tmp_path / "tiny.py").write_text("def twice(x):\n    return 2 * x\n", encoding="utf-8")
-
-    def compiled() -> tuple[int, int]:
-        """Compile anew what a fresh process would, and tell how often the cache had it and how often not."""
-        kept = keep_compiled(numba.njit(runpy.run_path(str(tmp_path / "tiny.py"))["twice"]))
-        assert kept(21.0) == 42.0
-        return sum(kept.stats.cache_hits.values()), sum(kept.stats.cache_misses.values())
-
-    assert compiled() == (0, 1)
-    assert compiled() == (1, 0)
-    for ending in ("nbc", "nbi"):
-        (torn,) = (tmp_path / "cache").rglob(f"*.{ending}")
-        torn.write_bytes(torn.read_bytes()[:100])
-        assert compiled() == (0, 1)
-        assert compiled() == (1, 0)
-
-
-def test_the_kernel_is_kept_for_the_next_process() -> None:
-    run_cases(Motion(4.0 * WAVE, 0 * T, sampling_interval=0.01), Cases(0.0, 0.6, 0.3, 1.0))
-    assert list(cache_directory().glob("*.nbi"))
-    assert list(cache_directory().glob("*.nbc"))
 
 
 def test_the_cache_folder_is_named_after_the_kernels_sources(tmp_path: Path) -> None:

@@ -77,7 +77,7 @@ def test_same_motion_until_the_second_impact() -> None:
         # The fast kernel's origin is the base's middle, the scene's too.
         for column, name in ((8, "x"), (9, "z"), (10, "rotation")):
             assert np.abs(path[:end, column] - exact[name].to_numpy()[:end]).max() < 1e-9, given
-    assert seen > 120
+    assert seen > 50
 
 
 def test_the_gravestone_scene_is_the_fast_kernel() -> None:

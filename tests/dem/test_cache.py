@@ -33,6 +33,7 @@ def test_a_torn_cache_file_is_a_miss(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 def test_the_kernel_is_kept_for_the_next_process() -> None:
     wave = 4.0 * np.sin(0.1 * np.arange(200))
-    simulate_arrays(Motion(wave, 0 * wave, sampling_interval=0.01), azimuth_deg=[0], height=[0.6], b_over_h=[0.3])
+    case = {"azimuth_deg": [0.0], "height": [0.6], "b_over_h": [0.3], "friction": [1.0]}
+    simulate_arrays(Motion(wave, 0 * wave, sampling_interval=0.01), **case)
     assert list(cache_directory().glob("*.nbi"))
     assert list(cache_directory().glob("*.nbc"))

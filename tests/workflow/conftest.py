@@ -57,7 +57,7 @@ class Checkout:
             env=self.environment,
             capture_output=True,
             text=True,
-            timeout=300,
+            timeout=1200,  # so that nothing hangs, however busy the machine
             check=False,
         )
         if check:

@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 CORES ?= 2
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: setup run test lint format peers bench verify lock clean help
+.PHONY: setup run test tests lint format peers bench verify lock clean help
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -24,7 +24,10 @@ setup: $(VENV)/.stamp ## make .venv from the hashed lock
 run: setup ## run the default study, or another: make run STUDY=config/mine.yaml; goes on after a killed run
 	@$(BIN)/python workflow/scripts/run.py --cores $(CORES) $(if $(STUDY),--configfile $(STUDY))
 
-test: lint ## lint, then all tests
+test: setup ## lint and all tests, side by side
+	@$(MAKE) --no-print-directory --jobs=2 lint tests
+
+tests: setup
 	$(BIN)/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder
 
 lint: setup ## ruff, mypy, snakefmt, snakemake --lint

@@ -56,32 +56,6 @@ def test_progress_counts_block_steps_up_to_the_whole() -> None:
     assert found.block_steps.sum() > 0
 
 
-def test_a_torn_cache_file_is_a_miss(tmp_path: Path) -> None:
-    program = (
-        "import numpy as np; from overturning import Motion, Cases, run_cases\n"
-        "w = 4 * np.sin(np.arange(200) * 0.1)\n"
-        "print(run_cases(Motion(w, 0 * w, sampling_interval=0.01), Cases(0, 0.6, 0.3, 1.0)).peak_rotation[0])"
-    )
-
-    def run() -> str:
-        import os
-
-        environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-        done = subprocess.run(
-            [sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=False
-        )
-        assert done.returncode == 0, done.stderr
-        return done.stdout
-
-    first = run()
-    files = sorted(tmp_path.rglob("*.nb*"))
-    assert files, "the kernel was not cached"
-    for path in files:
-        path.write_bytes(path.read_bytes()[:100])
-    assert run() == first
-    assert any(path.stat().st_size > 100 for path in tmp_path.rglob("*.nbc"))
-
-
 def test_the_cache_folder_is_named_after_the_kernels_sources(tmp_path: Path) -> None:
     (tmp_path / "a.py").write_text("from numba import njit")
     before = sources_digest(tmp_path)

@@ -124,10 +124,15 @@ def survey() -> Figure:
     return survey_figure(compare_survey(stones, cube().isel(record=[0])), "survey.csv, E 0")
 
 
+@cache
+def fit():  # type: ignore[no-untyped-def]
+    return overturning_fit(cube(), intensity())
+
+
 FIGURES: dict[str, Callable[[], Figure]] = {
     "probability": lambda: probability_map_figure(cube().isel(record=0), "Station, earthquake"),
     "boundary": lambda: boundary_figure(boundary(cube().isel(record=0)), 0.4, 30.0, "Station, earthquake"),
-    "plane": lambda: intensity_plane_figure(cube(), intensity(), overturning_fit(cube(), intensity()), 1.0),
+    "plane": lambda: intensity_plane_figure(cube(), intensity(), fit(), 1.0),
     "hodograph": hodograph,
     "axes": axes,
     "map": site,
@@ -139,14 +144,14 @@ FIGURES: dict[str, Callable[[], Figure]] = {
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_the_same_bytes_each_time(name: str, tmp_path: Path) -> None:
+    """Drawn twice as SVG; one of them also as PNG of few colours, whose writer knows nothing of the figure."""
+    files = [f"{name}.svg", *([f"{name}.png"] if name == "boundary" else [])]
     for folder in ("one", "two"):
-        for kind, colours in (("svg", 0), ("png", 32)):
+        for file in files:
             with style():
-                save(FIGURES[name](), tmp_path / folder / f"{name}-{colours}.{kind}", colours)
-    files = sorted((tmp_path / "one").iterdir())
-    assert len(files) == 2
-    for path in files:
-        assert path.read_bytes() == (tmp_path / "two" / path.name).read_bytes(), path.name
+                save(FIGURES[name](), tmp_path / folder / file, 32 if file.endswith("png") else 0)
+    for file in files:
+        assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes(), file
 
 
 @pytest.mark.parametrize("factor", [0.85, 1.0, 1.6])

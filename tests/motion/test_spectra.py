@@ -108,7 +108,7 @@ def test_rotd_agrees_with_pyrotd(name):
     pyrotd.processes = 1
     record = read_record(read_catalogue(TABLE)[name], Path("unused"))
     # pyrotd convolves in a circle: rest before and after keeps one end's motion from ringing into the other.
-    ends = round(5 / record.sampling_interval), round(100 / record.sampling_interval)
+    ends = round(5 / record.sampling_interval), round(50 / record.sampling_interval)
     pair = np.pad(np.stack([record.north, record.east]), ((0, 0), ends))
     periods = np.geomspace(0.01, 4.0, 6)
     mine = rotd(Motion(*pair, sampling_interval=record.sampling_interval), periods)["psa"]

@@ -28,26 +28,6 @@ def bytes_of(results: Path) -> dict[str, bytes]:
     }
 
 
-def assert_same(one: dict[str, bytes], other: dict[str, bytes]) -> None:
-    assert one.keys() == other.keys()
-    assert [name for name in one if one[name] != other[name]] == []
-
-
-def test_two_cores_in_another_folder_give_the_same_bytes(finished: Checkout, tmp_path: Path) -> None:
-    other = Checkout(tmp_path / "elsewhere")
-    printed = other.run(cores=2).stdout
-    assert "results/small/cube.nc" in printed
-    assert "results/small/report.html" in printed
-    made = bytes_of(other.results)
-    assert {"cube.nc", "report.html", "intensity.nc", "figures/rose.svg"} <= made.keys()
-    assert_same(bytes_of(finished.results), made)
-
-
-def test_second_run_has_nothing_to_do(finished: Checkout) -> None:
-    done = finished.run()
-    assert "Nothing to be done" in done.stdout + done.stderr
-
-
 def test_report_and_cube_name_no_clock_no_host_no_path(finished: Checkout) -> None:
     report = (finished.results / "report.html").read_text(encoding="utf-8")
     with open_cube(finished.results / "cube.nc") as cube:
@@ -59,7 +39,7 @@ def test_report_and_cube_name_no_clock_no_host_no_path(finished: Checkout) -> No
 def test_timing_has_a_row_per_record(finished: Checkout) -> None:
     lines = (finished.results / "timing.csv").read_text(encoding="utf-8").splitlines()
     assert lines[0].startswith("record,variant,cases,block_steps,wall_s,cpu_s,processor")
-    assert [line.split(",")[0] for line in lines[1:]] == ["rinaldi", "saticoy", "petrolia", "all"]
+    assert [line.split(",")[0] for line in lines[1:]] == ["rinaldi", "petrolia", "all"]
 
 
 @pytest.mark.parametrize(
@@ -80,9 +60,12 @@ def test_change_of_a_key_runs_only_what_depends_on_it(finished: Checkout, change
 
 @pytest.fixture(scope="module")
 def with_sources(tmp_path_factory: pytest.TempPathFactory, finished: Checkout) -> Checkout:
+    """A copy of the finished study with sources of its own, in which a second run has nothing to do."""
     checkout = Checkout(tmp_path_factory.mktemp("sources") / "checkout", own_sources=True)
     shutil.copytree(finished.folder / "results", checkout.folder / "results")
     shutil.copytree(finished.folder / ".snakemake", checkout.folder / ".snakemake")
+    done = checkout.run()
+    assert "Nothing to be done" in done.stdout + done.stderr
     return checkout
 
 
@@ -97,7 +80,6 @@ def with_sources(tmp_path_factory: pytest.TempPathFactory, finished: Checkout) -
 def test_change_of_a_source_runs_what_depends_on_it(with_sources: Checkout, module: str, again: set[str]) -> None:
     path = with_sources.folder / "src" / "overturning" / module
     text = path.read_text(encoding="utf-8")
-    assert with_sources.planned() == set()
     path.write_text(text + "\n# changed\n", encoding="utf-8")
     try:
         assert with_sources.planned() == again
@@ -105,8 +87,10 @@ def test_change_of_a_source_runs_what_depends_on_it(with_sources: Checkout, modu
         path.write_text(text, encoding="utf-8")
 
 
-def test_killed_in_the_sweep_resumes_and_ends_in_the_same_bytes(finished: Checkout, tmp_path: Path) -> None:
-    checkout = Checkout(tmp_path / "checkout")
+def test_killed_in_the_sweep_resumes_on_two_cores_in_another_folder_and_ends_in_the_same_bytes(
+    finished: Checkout, tmp_path: Path
+) -> None:
+    checkout = Checkout(tmp_path / "elsewhere")
     run = subprocess.Popen(
         checkout.command(cores=1),
         cwd=checkout.folder,
@@ -116,7 +100,7 @@ def test_killed_in_the_sweep_resumes_and_ends_in_the_same_bytes(finished: Checko
         stderr=subprocess.DEVNULL,
     )
     parts = checkout.results / "sweep" / "nominal"
-    deadline = time.monotonic() + 240
+    deadline = time.monotonic() + 1200
     while not list(parts.glob("*.nc")):
         assert run.poll() is None, "the run ended before its first part"
         assert time.monotonic() < deadline
@@ -128,11 +112,15 @@ def test_killed_in_the_sweep_resumes_and_ends_in_the_same_bytes(finished: Checko
     # The part that Snakemake had not yet taken note of is made again; the motions were complete long before.
     motions = {path: path.stat().st_mtime_ns for path in (checkout.results / "motion").glob("*.nc")}
     time.sleep(1.1)
-    done = checkout.run(cores=1)
+    done = checkout.run(cores=2)
     assert "An earlier run was killed" in done.stderr
+    assert "results/small/cube.nc" in done.stdout
+    assert "results/small/report.html" in done.stdout
     assert {path: path.stat().st_mtime_ns for path in motions} == motions
     assert sum(path.stat().st_mtime_ns != before for path, before in kept.items()) <= 1
-    assert_same(bytes_of(finished.results), bytes_of(checkout.results))
+    one, other = bytes_of(finished.results), bytes_of(checkout.results)
+    assert {"cube.nc", "report.html", "intensity.nc", "figures/rose.svg"} <= one.keys() == other.keys()
+    assert [name for name in one if one[name] != other[name]] == []
 
 
 def test_refuses_to_run_beside_another(tmp_path: Path) -> None:
@@ -155,7 +143,7 @@ def test_refuses_to_run_beside_another(tmp_path: Path) -> None:
 def test_cube_holds_what_the_config_asked_for(finished: Checkout) -> None:
     with open_cube(finished.results / "cube.nc", chunks={"record": 1}) as cube:
         assert cube["overturned"].chunks is not None
-        assert dict(cube.sizes) == {"record": 3, "azimuth": 13, "height": 1, "b_over_h": 2, "friction": 2}
+        assert dict(cube.sizes) == {"record": 2, "azimuth": 13, "height": 1, "b_over_h": 2, "friction": 2}
         assert 32 in cube["azimuth"]
         overturned = cube.set_index(record="record_id")["overturned"].sel(b_over_h=0.4, friction=1.0, height=0.6).load()
         # Rinaldi's fault-normal component overturns B/H = 0.4, and at N32E that is all there is.
@@ -177,7 +165,7 @@ def test_bad_record_is_named_and_leaves_nothing_half_written(tmp_path: Path) -> 
     assert done.returncode != 0
     assert "broken.csv" in done.stdout + done.stderr
     assert "Traceback" not in done.stdout + done.stderr
-    assert sorted(path.name for path in (checkout.results / "motion").iterdir()) == ["rinaldi.nc", "saticoy.nc"]
+    assert sorted(path.name for path in (checkout.results / "motion").iterdir()) == ["rinaldi.nc"]
     assert not (checkout.results / "cube.nc").exists()
 
 

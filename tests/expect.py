@@ -1,0 +1,24 @@
+"""What many tests expect: a refusal that names what is wrong, and tools that are there."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import NoReturn
+
+import pytest
+
+
+@contextmanager
+def refused(kind: type[Exception], *words: str, brief: bool = False) -> Iterator[None]:
+    """Expect an error whose message holds all the words; where it is to be brief, on one line."""
+    with pytest.raises(kind) as problem:
+        yield
+    message = str(problem.value)
+    assert [word for word in words if word not in message] == [], message
+    assert not brief or "\n" not in message
+
+
+def lacking(reason: str) -> NoReturn:
+    """Skip a test that lacks something of its surroundings; fail it where nothing may skip."""
+    (pytest.fail if "OVERTURNING_NO_SKIP" in os.environ else pytest.skip)(reason)
+    raise AssertionError

@@ -4,9 +4,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from overturning.study.comparison import wilson
 from overturning.study.config import Study
-from overturning.verification.intervals import wilson
-from overturning.verification.study import KINDS, WARN_ABOVE, is_verified, read_verification
+from overturning.study.own_error import KINDS, WARN_ABOVE, is_verified
+from overturning.study.own_error_file import read_verification
 
 _NAMES: Final = {"finer": "steps {finer_by} times finer", "stiffer": "springs {stiffer_by:g} times stiffer"}
 

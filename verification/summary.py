@@ -12,6 +12,7 @@ ALSO: Final = (
     "wrong flags against a far finer step, records, rocking",
     "wrong flags against a far finer step, records, sliding",
     "wrong flags against rigid rocking, records, no sliding",
+    "largest error of peak slip against exact sliding",
     "agreement with the rocking solution",
 )
 """Figures without a target that stand in the summary too."""

@@ -2,9 +2,8 @@
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from enum import IntEnum
-from typing import Final, TypeVar
+from typing import Any, Final, TypeVar
 
 import numpy as np
 import pandas as pd
@@ -19,6 +18,7 @@ from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
+from verification.measures import FloatArray
 from verification.stability.cases import PAPER_DAMPING, StabilityCase, motion_of_case
 
 Item = TypeVar("Item")
@@ -48,41 +48,6 @@ class Ending(IntEnum):
     """A flag that a check contradicts. There must be none."""
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """One row of the map.
-
-    Attributes
-    ----------
-    ending : Ending
-        How the case ended.
-    reason : str
-        Argument that a refusal names, or the check that does not hold.
-    overturned : int
-        Flag; −128 where there is none.
-    energy_error, penetration, rotation, slip : float
-        As in the cube; the penetration in B; NaN where nothing was computed.
-    block_steps : int
-        Work.
-    penetration_ratio, damping, step_ratio, acceleration_ratio, friction_ratio : float
-        The dimensionless groups δ/B, ξ of heave, Δt/Δt_stable, a/(g·B/H) and μ·H/B.
-    """
-
-    ending: Ending
-    reason: str
-    overturned: int
-    energy_error: float
-    penetration: float
-    rotation: float
-    slip: float
-    block_steps: int
-    penetration_ratio: float
-    damping: float
-    step_ratio: float
-    acceleration_ratio: float
-    friction_ratio: float
-
-
 GROUPS: Final = ("penetration_ratio", "damping", "step_ratio", "acceleration_ratio", "friction_ratio")
 
 
@@ -93,8 +58,8 @@ def contact_of_case(case: StabilityCase) -> Contact:
     return Contact(stiffness=case.stiffness, damping_ratio=case.damping_ratio)
 
 
-def run_case(case: StabilityCase, number: int, budget: int = BUDGET) -> Outcome:
-    """Run one case and check its answer.
+def run_case(case: StabilityCase, number: int, budget: int = BUDGET) -> dict[str, Any]:
+    """Run one case and check its answer: a row of the map, named as in `MEANINGS`.
 
     Parameters
     ----------
@@ -106,28 +71,26 @@ def run_case(case: StabilityCase, number: int, budget: int = BUDGET) -> Outcome:
         Block steps.
     """
     motion, contact = motion_of_case(case, number), contact_of_case(case)
-    groups = _groups(case, contact, motion)
+    row: dict[str, Any] = {"ending": Ending.REFUSED, "reason": "", "overturned": INT8_MISSING, "block_steps": 0}
+    row |= dict.fromkeys(("energy_error", "penetration", "rotation", "slip"), float("nan"))
+    row |= _groups(case, contact, motion)
+    cases = Cases(0.0, case.height, case.b_over_h, case.friction)
+    given: dict[str, Any] = {"scheme": case.scheme, "time_step": case.time_step, "budget": budget}
     try:
-        cases = Cases(0.0, case.height, case.b_over_h, case.friction)
-        found = run_cases(
-            motion,
-            cases,
-            density=case.density,
-            contact=contact,
-            scheme=case.scheme,
-            time_step=case.time_step,
-            budget=budget,
-        )
+        found = run_cases(motion, cases, density=case.density, contact=contact, **given)
     except ArgumentError as error:
-        nothing = (float("nan"),) * 4
-        return Outcome(Ending.REFUSED, str(error).partition(":")[0], INT8_MISSING, *nothing, 0, **groups)
-    status, flag = Status(int(found.status[0])), int(found.overturned[0])
+        return row | {"reason": str(error).partition(":")[0]}
     reason = contradiction(case, motion, found)
-    ending = Ending.SILENT if reason else Ending(int(status))
-    return Outcome(
-        ending, reason, flag, float(found.energy_error[0]), float(found.peak_penetration[0]) / (case.b_over_h * case.height),
-        float(found.peak_rotation[0]), float(found.peak_slip[0]), int(found.block_steps[0]), **groups,
-    )  # fmt: skip
+    return row | {
+        "ending": Ending.SILENT if reason else Ending(int(found.status[0])),
+        "reason": reason,
+        "overturned": int(found.overturned[0]),
+        "energy_error": float(found.energy_error[0]),
+        "penetration": float(found.peak_penetration[0]) / (case.b_over_h * case.height),
+        "rotation": float(found.peak_rotation[0]),
+        "slip": float(found.peak_slip[0]),
+        "block_steps": int(found.block_steps[0]),
+    }
 
 
 def contradiction(case: StabilityCase, motion: Motion, found: CaseResults) -> str:
@@ -194,6 +157,18 @@ def demand_of(motion: Motion) -> float:
     return float(np.max(np.abs(motion.north) / weight))
 
 
+def step_ratio(
+    case: StabilityCase, square: FloatArray, rate: FloatArray, interval: float, period: FloatArray | None = None
+) -> float:
+    """Δt/Δt_stable of a case, from the highest eigenvalues of springs and dashpots; what was asked for where it is refused."""
+    scheme = scheme_of(case.scheme)
+    try:
+        per_sample = float(steps_per_sample(scheme, case.time_step, square, rate, interval, period)[0])
+    except ArgumentError:
+        return case.step_fraction
+    return interval / per_sample / float(stable_step(scheme, square, rate, period)[0])
+
+
 def _groups(case: StabilityCase, contact: Contact, motion: Motion) -> dict[str, float]:
     width = np.array([case.b_over_h * case.height])
     height = np.array([case.height])
@@ -201,12 +176,7 @@ def _groups(case: StabilityCase, contact: Contact, motion: Motion) -> dict[str, 
     square = highest_eigenvalue(normal, tangential, 0.5 * width, 0.5 * height)
     rate = highest_eigenvalue(dashpot, dashpot, 0.5 * width, 0.5 * height)
     period = rocking_time(width, height)
-    scheme = scheme_of(case.scheme)
-    try:
-        per_sample = float(steps_per_sample(scheme, case.time_step, square, rate, motion.sampling_interval, period)[0])
-        ratio = motion.sampling_interval / per_sample / float(stable_step(scheme, square, rate, period)[0])
-    except ArgumentError:
-        ratio = case.step_fraction
+    ratio = step_ratio(case, square, rate, motion.sampling_interval, period)
     return {
         "penetration_ratio": static_penetration(case) / float(width[0]),
         "damping": float(dashpot[0]) / (2.0 * np.sqrt(0.5 * float(normal[0]))),
@@ -222,7 +192,7 @@ def run_map(
     budget: int = BUDGET,
     threads: int = 1,
     progress: Callable[[int, int], None] | None = None,
-) -> list[Outcome]:
+) -> list[dict[str, Any]]:
     """Run all cases; the outcome does not depend on the threads."""
     return numbered(lambda number, case: run_case(case, number, budget), cases, threads, progress, 1000)
 
@@ -244,9 +214,9 @@ def numbered(
     return found
 
 
-def table_of(cases: Sequence[StabilityCase], outcomes: Sequence[Outcome]) -> pd.DataFrame:
+def table_of(cases: Sequence[StabilityCase], outcomes: Sequence[dict[str, Any]]) -> pd.DataFrame:
     """The map as a table: what was asked, and what came of it."""
-    rows = pd.DataFrame([vars(case) | vars(outcome) for case, outcome in zip(cases, outcomes, strict=True)])
+    rows = pd.DataFrame([vars(case) | outcome for case, outcome in zip(cases, outcomes, strict=True)])
     return rows.astype({"ending": np.int8, "overturned": np.int8})
 
 

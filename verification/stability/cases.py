@@ -1,6 +1,6 @@
 """The cases of the stability map: blocks, contacts and motions from the whole range, and adversarial motions."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -128,17 +128,12 @@ def adversarial_cases(count: int, seed: int) -> list[StabilityCase]:
         for case in space_filling(count, seed + 1 + number):
             # Ordinary sizes and stiff contacts, so that most cases get an answer instead of a refusal.
             height = 0.1 * (case.height / 0.01) ** 0.4
-            width = height * case.b_over_h
             penetration = 2e-6 * (case.stiffness / 1e4) ** (1 / 3)
             stiffness = case.density * height * STANDARD_GRAVITY / (2.0 * penetration)
             interval = {"ten minutes": 0.02, "0.01 Hz sine": 0.05, "50 Hz sine": 0.002}.get(motion, 0.01)
             peak = case.peak if motion != "ten minutes" else min(case.peak, STANDARD_GRAVITY)
-            rows.append(
-                StabilityCase(
-                    stiffness, case.damping_ratio, width / height, height, case.density, case.friction, peak, interval,
-                    case.step_fraction, case.scheme, motion, case.period, case.vertical,
-                )
-            )  # fmt: skip
+            changed = {"stiffness": stiffness, "height": height, "peak": peak, "sampling_interval": interval}
+            rows.append(replace(case, motion=motion, **changed))
     return rows
 
 

@@ -16,13 +16,12 @@ from overturning.dem.polygon.geometry import Placed, native_size
 from overturning.dem.polygon.prepare import Prepared, prepare
 from overturning.dem.polygon.simulate import block_contact, is_block
 from overturning.dem.status import Status
-from overturning.dem.time_step import scheme_of, stable_step, steps_per_sample
 from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
+from verification.stability.blocks import GROUPS, Ending, demand_of, numbered, step_ratio, unsound
 from verification.stability.blocks import MEANINGS as BLOCK_MEANINGS
-from verification.stability.blocks import Ending, demand_of, numbered, unsound
 from verification.stability.cases import ADVERSARIAL
 from verification.stability.fallen import flags_fit
 from verification.stability.scene_cases import (
@@ -176,22 +175,12 @@ def rocking_bound(placed: Sequence[Placed]) -> float:
 
 
 def _groups(setting: SceneSetting, prepared: Prepared | None, motion: Motion) -> Rows:
-    nan = np.full(TOGETHER, np.nan)
     if prepared is None:
-        names = ("penetration_ratio", "damping", "step_ratio", "acceleration_ratio", "friction_ratio")
-        return dict.fromkeys(names, nan)
+        return dict.fromkeys(GROUPS, np.full(TOGETHER, np.nan))
     size = min(item.size for item in prepared.placed if not item.fixed)
     bound = max(rocking_bound(prepared.placed), 1e-9)
     square, rate = np.array([prepared.square]), np.array([prepared.rate])
-    stable = float(stable_step(scheme_of(setting.common.scheme), square, rate)[0])
-    try:
-        step = setting.common.time_step
-        per_sample = float(
-            steps_per_sample(scheme_of(setting.common.scheme), step, square, rate, motion.sampling_interval)[0]
-        )
-        ratio = motion.sampling_interval / per_sample / stable
-    except ArgumentError:
-        ratio = setting.common.step_fraction
+    ratio = step_ratio(setting.common, square, rate, motion.sampling_interval)
     loaded = prepared.laws.carried > 0
     heave = 2.0 * np.sqrt(0.5 * prepared.laws.normal * prepared.laws.carried / STANDARD_GRAVITY)
     damping = prepared.laws.dashpot[loaded] / heave[loaded]

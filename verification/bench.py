@@ -241,6 +241,8 @@ def main(
     parts: Annotated[list[str] | None, typer.Argument(help=f"{', '.join(PARTS)}; all where none is named")] = None,
 ) -> None:
     """Measure how fast the kernel is; parts that are not named keep their figures."""
+    if unknown := set(parts or ()) - set(PARTS):
+        raise typer.BadParameter(f"{', '.join(unknown)}; known: {', '.join(PARTS)}")
     bodies, rows = {}, []
     for name in parts or PARTS:
         found = PARTS[name]()

@@ -221,7 +221,7 @@ def table_of(cases: Sequence[StabilityCase], outcomes: Sequence[dict[str, Any]])
 
 
 MEANINGS: Final = {
-    "stiffness": ("normal stiffness of a corner", "N m-1"),
+    "stiffness": ("normal stiffness of a corner, per metre of depth", "N m-1"),
     "damping_ratio": ("damping ratio of heave asked for; NaN: the paper's dashpot", "1"),
     "b_over_h": ("slenderness", "1"),
     "height": ("height of the block", "m"),

@@ -28,31 +28,7 @@ SHARE_WITH_VERTICAL: Final = 1 / 3
 
 @dataclass(frozen=True)
 class StabilityCase:
-    """One case of the map.
-
-    Attributes
-    ----------
-    stiffness : float
-        K_n, N/m per metre of depth.
-    damping_ratio : float
-        ξ of heave; NaN where the paper's dashpot is taken.
-    b_over_h, height, density, friction : float
-        Block and base, SI.
-    peak : float
-        Largest horizontal acceleration, m/s².
-    sampling_interval : float
-        s.
-    step_fraction : float
-        Δt/Δt_stable; NaN where the step is the automatic one.
-    scheme : str
-        Integration scheme.
-    motion : str
-        One of `SHAPES` or `ADVERSARIAL`.
-    period : float
-        Of pulse and square wave, in samples.
-    vertical : float
-        Largest upward over largest horizontal acceleration; 0 without vertical motion.
-    """
+    """One case of the map: block, contact and motion, in SI; `verification.stability.blocks.MEANINGS` says what each is."""
 
     stiffness: float
     damping_ratio: float

@@ -74,11 +74,11 @@ def _blocks(rows: pd.DataFrame) -> str:
 
 def _scenes(rows: pd.DataFrame) -> str:
     """How the cases of the scenes end."""
-    harm = rows["motion"].isin(ADVERSARIAL)
+    adversarial = rows["motion"].isin(ADVERSARIAL)
     kinds: dict[str, pd.Series[bool]] = {}
     for scene in SCENES:
         mine = rows["scene"] == scene
-        kinds |= {f"{scene}, space-filling": mine & ~harm, f"{scene}, adversarial motions": mine & harm}
+        kinds |= {f"{scene}, space-filling": mine & ~adversarial, f"{scene}, adversarial motions": mine & adversarial}
     compared = rows["as_block"][rows["as_block"] >= 0]
     return (
         f"{_counted('scene', kinds, rows)}\n\n{len(rows)} cases in all, at most {rows.attrs['budget']:.3g} steps each, "

@@ -159,7 +159,7 @@ def read_table(path: Path) -> pd.DataFrame:
     import xarray as xr
 
     try:
-        with xr.open_dataset(path, engine="netcdf4") as table:
+        with xr.open_dataset(path, engine="netcdf4", decode_times=False) as table:  # a column in s is a number
             rows = table.to_dataframe()
             rows.attrs = dict(table.attrs)
     except (OSError, ValueError) as error:

@@ -8,12 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.dem.polygon.scene import ContactLaw, Material, Scene, load_scene
-from overturning.motion.motion import Motion
 from verification.stability.cases import (
     ADVERSARIAL,
     PAPER_DAMPING,
     StabilityCase,
-    motion_of_case,
     space_filling,
 )
 
@@ -109,8 +107,3 @@ def scene_of_setting(setting: SceneSetting, root: Path = Path()) -> Scene:
     else:
         law = law.model_copy(update={"static_penetration": setting.static_penetration})
     return scene.model_copy(update={"materials": {"stone": Material(density=case.density)}, "contacts": (law,)})
-
-
-def motion_of_setting(setting: SceneSetting, number: int) -> Motion:
-    """The motion of a setting, before the amplitudes; the noise is seeded with its number."""
-    return motion_of_case(setting.common, number)

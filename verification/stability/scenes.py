@@ -22,12 +22,11 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from verification.stability.blocks import GROUPS, Ending, demand_of, numbered, step_ratio, unsound
 from verification.stability.blocks import MEANINGS as BLOCK_MEANINGS
-from verification.stability.cases import ADVERSARIAL
+from verification.stability.cases import ADVERSARIAL, motion_of_case
 from verification.stability.fallen import flags_fit
 from verification.stability.scene_cases import (
     TOGETHER,
     SceneSetting,
-    motion_of_setting,
     scene_of_setting,
 )
 
@@ -58,7 +57,7 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> Rows
         Columns of the map.
     """
     case = setting.common
-    scene, motion = scene_of_setting(setting, root), motion_of_setting(setting, number)
+    scene, motion = scene_of_setting(setting, root), motion_of_case(setting.common, number)
     ratio = native_size(scene)[1] * case.b_over_h
     budget = ADVERSARIAL_BUDGET if case.motion in ADVERSARIAL else BUDGET
     rows: Rows = {

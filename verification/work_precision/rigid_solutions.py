@@ -117,13 +117,13 @@ def against_exact_sliding(say: Say) -> list[dict[str, Any]]:
     return rows
 
 
-def engines_against_rigid_rocking(say: Say, groups: dict[str, list[Group]] | None = None) -> list[dict[str, Any]]:
+def engines_against_rigid_rocking(say: Say) -> list[dict[str, Any]]:
     """Rigid-body engines that are installed, over their time steps, on the cases that cannot slide."""
     engines = installed(("Box2D", "pymunk", "MuJoCo"))
     if not engines:  # a table without engines has one row that says so
         return [{"cases_of": "sine pulses", "method": "no engine installed", "against": "rigid rocking", "default": 0}]
     rows = []
-    for cases_of, every in (groups or rigid_sets()).items():
+    for cases_of, every in rigid_sets().items():
         kept, right = robust(every)
         thin = ENGINES_EVERY[cases_of]
         few, flags = thinned(kept, thin), thinned_values(kept, right[0], thin)

@@ -34,27 +34,28 @@ lint: setup ## ruff, mypy, snakefmt, snakemake --lint
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/snakefmt --check Snakefile workflow
+	$(BIN)/snakefmt --check Snakefile workflow verification
 	$(BIN)/snakemake --lint
+	$(BIN)/snakemake --lint --snakefile verification/Snakefile
 
 peers: setup ## install the other engines (group `peers`): for bench, verify and one live test
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "mujoco>=3.2" "pymunk>=6.9"
 
 bench: peers ## how fast the kernel is, against scalar code and other engines
-	$(BIN)/python -m benchmarks.bench
-	$(BIN)/python -m benchmarks.default_step
-	$(BIN)/python -m benchmarks.step_and_contact
-	$(BIN)/python -m benchmarks.fine_steps
-	$(BIN)/python -m benchmarks.scenes
+	$(BIN)/python -m verification.bench
+	$(BIN)/python -m verification.default_step
+	$(BIN)/python -m verification.step_and_contact
+	$(BIN)/python -m verification.fine_steps
+	$(BIN)/python -m verification.scene_speed
 
-verify: setup ## error against run time, map of stability; puts the figures into docs/validation.md
+verify: setup ## error against run time, map of stability; puts the figures into the docs
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "mujoco>=3.2" "pymunk>=6.9" || echo "without other engines"
-	$(BIN)/snakemake --cores $(CORES) verify
+	$(BIN)/snakemake --snakefile verification/Snakefile --cores $(CORES)
 
 format: setup
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
-	$(BIN)/snakefmt Snakefile workflow
+	$(BIN)/snakefmt Snakefile workflow verification
 
 lock: setup ## resolve the hashed lock again
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check uv

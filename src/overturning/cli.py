@@ -21,7 +21,6 @@ COMMANDS = {
     "members": ("members", "Draw the members of a study's ensemble."),
     "gather": ("gather", "Gather the parts of a sweep into the cube."),
     "figures": ("figures", "Draw the figures of a study."),
-    "verify": ("verify", "Verify the kernel itself: error against run time, map of stability."),
     "verify-study": ("verify_study", "Run a random part of a study again, with finer steps and with stiffer springs."),
     "report": ("report", "Write the report of a study."),
     "survey": ("survey", "Compare a survey of fallen stones with the cube of its site."),

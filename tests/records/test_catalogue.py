@@ -1,8 +1,8 @@
 import pytest
-from tests.expect import refused
 
 from overturning.errors import ConfigError
 from overturning.records.catalogue import read_catalogue
+from tests.expect import refused
 
 HEAD = "id\tformat\tsource\tstation\tevent\tfault_strike_deg\tpulse\n"
 

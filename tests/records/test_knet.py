@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from record_writers import knet_text, write_knet_set
-from tests.expect import lacking, refused
 
 from overturning.errors import MissingDataError, RecordError
 from overturning.records.catalogue import RecordEntry
@@ -15,6 +14,7 @@ from overturning.records.component import check_peak
 from overturning.records.formats import knet
 from overturning.records.read import read_path, read_record
 from overturning.records.source import SourceFile, read_source
+from tests.expect import lacking, refused
 
 GAIN = 2000 / 8388608 * 0.01
 random = np.random.default_rng(20001006)

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 from pydantic import TypeAdapter, ValidationError
-from tests.expect import refused
 
 from overturning.errors import RecordError
 from overturning.records.integration import integrate
@@ -22,6 +21,7 @@ from overturning.records.steps import (
     Scale,
     Taper,
 )
+from tests.expect import refused
 
 DT = 0.01
 TIME = np.arange(6000) * DT

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from tests.expect import refused
 
 from overturning.errors import ConfigError
 from overturning.motion.motion import Motion
@@ -12,6 +11,7 @@ from overturning.records.catalogue import RecordEntry
 from overturning.records.pulses import parse_pulse, pulse_record
 from overturning.records.read import read_record
 from overturning.study.load import check_study, entries_of
+from tests.expect import refused
 
 
 def along(line: str):

@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 from seed_writers import START, trace, write_inventory, write_mseed, write_sac
-from tests.expect import refused
 
 from overturning.errors import RecordError
 from overturning.records.catalogue import RecordEntry
 from overturning.records.options import ReadOptions
 from overturning.records.read import read_path, read_record
+from tests.expect import refused
 
 random = np.random.default_rng(11)
 N, E, Z = (random.integers(-400_000, 400_000, 500) for _ in range(3))

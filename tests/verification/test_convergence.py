@@ -5,10 +5,11 @@ import pytest
 
 from overturning.dem.blocks import Cases
 from overturning.dem.cases import run_cases
-from overturning.verification.measures import BRACKET, answers, bisect, boundaries, ends, kernel, order, rotation_error
-from overturning.verification.rigid_solutions import rocking
-from overturning.verification.work_precision import settings
-from overturning.verification.work_precision_cases import Group, pulse_groups
+from verification.measures import order, rotation_error
+from verification.work_precision.boundaries import BRACKET, answers, bisect, boundaries, ends, kernel
+from verification.work_precision.cases import Group, pulse_groups
+from verification.work_precision.rigid_solutions import rocking
+from verification.work_precision.table import settings
 
 STEPS = np.array([0.5, 0.25, 0.125])
 

@@ -11,10 +11,10 @@ from overturning.dem.polygon.cases import SceneResults, run_scene_cases
 from overturning.dem.polygon.geometry import native_size
 from overturning.dem.polygon.prepare import Prepared, prepare
 from overturning.dem.polygon.scene import ContactLaw, Scene
-from overturning.verification.fallen import falls_from, flags_fit, lies_from
-from overturning.verification.stability_scenes import contradiction
 from tests.dem.polygon_scenes import shipped
 from tests.verification.test_stability_scenes import pulse
+from verification.stability.fallen import falls_from, flags_fit, lies_from
+from verification.stability.scenes import contradiction
 
 
 def run(scene: Scene) -> SceneResults:

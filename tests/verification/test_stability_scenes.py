@@ -17,10 +17,10 @@ from overturning.dem.polygon.simulate import block_contact
 from overturning.dem.status import Status
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
-from overturning.verification.stability import Ending
-from overturning.verification.stability_scene_cases import SCENES, TOGETHER, scene_settings
-from overturning.verification.stability_scenes import MEANINGS, contradiction, rocking_bound, run_scene_map
 from tests.dem.polygon_scenes import shipped
+from verification.stability.blocks import Ending
+from verification.stability.scene_cases import SCENES, TOGETHER, scene_settings
+from verification.stability.scenes import MEANINGS, contradiction, rocking_bound, run_scene_map
 
 ROOT = Path(__file__).parents[2]
 

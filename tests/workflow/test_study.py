@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 from overturning.study.cube import open_cube
-
-from .conftest import SMALL, Checkout
+from tests.workflow.conftest import SMALL, Checkout
 
 # make test keeps the tests of a file in one process: these share a finished study.
 pytestmark = pytest.mark.workflow

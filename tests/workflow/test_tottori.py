@@ -7,8 +7,7 @@ import pytest
 from record_writers import write_knet_set
 
 from overturning.study.cube import open_cube
-
-from .conftest import ROOT, Checkout
+from tests.workflow.conftest import ROOT, Checkout
 
 pytestmark = pytest.mark.workflow
 

@@ -10,7 +10,7 @@ from overturning.statistics.survey import read_survey
 from overturning.records.read import find_paths
 from overturning.study.load import check_study, entries_of, load_study
 from overturning.study.sources import source_hash
-from overturning.verification.study import is_verified
+from overturning.study.own_error import is_verified
 
 DEFAULT_STUDY = Path("config/near-fault.yaml")
 

@@ -22,11 +22,12 @@ def verify_study(
     """Run a part of a study again, with finer steps and with stiffer springs."""
     from overturning.errors import ConfigError
     from overturning.records.store import read_motion
+    from overturning.study.choice import read_sample
     from overturning.study.load import study_from
+    from overturning.study.own_error import repeat_sample
+    from overturning.study.own_error_file import write_verification
     from overturning.study.progress import logged_to
     from overturning.study.timing import block_steps_of, timed
-    from overturning.verification.choice import read_sample
-    from overturning.verification.study import repeat_sample, write_verification
 
     with logged_to(log) as say, timed(timing) as row:
         settings = study_from(study)

@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from overturning.figures.svg import compact
 from overturning.files import whole
 
 if TYPE_CHECKING:
@@ -78,6 +79,8 @@ def save(figure: "Figure", path: Path, colours: int = 0) -> None:
             _save_small(figure, part, colours)
         else:
             figure.savefig(part, format=kind, metadata=metadata, dpi=_DPI[kind])
+        if kind == "svg":
+            part.write_text(compact(part.read_text(encoding="utf-8")), encoding="utf-8")
     plt.close(figure)
 
 

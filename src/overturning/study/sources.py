@@ -1,4 +1,4 @@
-"""Which source files of the package a job depends on, as one hash: a change of them makes the workflow run the job again."""
+"""Which source files a job depends on, as one hash: a change of them makes the workflow run the job again."""
 
 import ast
 import hashlib
@@ -8,30 +8,31 @@ from pathlib import Path
 _ROOT = Path(__file__).parents[1]
 
 
-def _file_of(name: str) -> Path | None:
+def _file_of(name: str, roots: tuple[Path, ...]) -> Path | None:
     parts = name.split(".")
-    if parts[0] != _ROOT.name:
+    root = next((root for root in roots if root.name == parts[0]), None)
+    if root is None:
         return None
-    path = _ROOT.joinpath(*parts[1:])
+    path = root.joinpath(*parts[1:])
     if (path / "__init__.py").is_file():
         return path / "__init__.py"
     return path.with_suffix(".py") if path.with_suffix(".py").is_file() else None
 
 
 @cache
-def _imports(path: Path) -> frozenset[Path]:
+def _imports(path: Path, roots: tuple[Path, ...]) -> frozenset[Path]:
     names = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
             names |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
-    found = {_file_of(name) for name in names}
+    found = {_file_of(name, roots) for name in names}
     return frozenset(file for file in found if file is not None)
 
 
-def sources_of(module: str) -> list[Path]:
-    """Source files that a module of the package is made of: its own and those it imports, at any depth.
+def sources_of(module: str, *others: Path) -> list[Path]:
+    """Source files that a module is made of: its own and those it imports from the package, at any depth.
 
     Imports inside functions count; the package's own ``__init__`` does not, since it imports nothing by itself.
 
@@ -39,6 +40,8 @@ def sources_of(module: str) -> list[Path]:
     ----------
     module : str
         Full name, for instance ``overturning.commands.sweep``.
+    *others : Path
+        Folders of further packages that are followed too.
 
     Returns
     -------
@@ -48,9 +51,10 @@ def sources_of(module: str) -> list[Path]:
     Raises
     ------
     ValueError
-        If the package has no such module.
+        If there is no such module.
     """
-    first = _file_of(module)
+    roots = (_ROOT, *others)
+    first = _file_of(module, roots)
     if first is None:
         raise ValueError(f"{module} is no module of the package")
     seen: set[Path] = set()
@@ -59,24 +63,26 @@ def sources_of(module: str) -> list[Path]:
         path = waiting.pop()
         if path not in seen and path != _ROOT / "__init__.py":
             seen.add(path)
-            waiting.extend(_imports(path))
+            waiting.extend(_imports(path, roots))
     return sorted(seen)
 
 
-def source_hash(module: str) -> str:
+def source_hash(module: str, *others: Path) -> str:
     """Hash of the sources a module is made of, and of the data files (templates, styles) beside them.
 
     Parameters
     ----------
     module : str
         Full name of the module.
+    *others : Path
+        As for `sources_of`.
 
     Returns
     -------
     str
         Sixteen hexadecimal digits.
     """
-    files = sources_of(module)
+    files = sources_of(module, *others)
     beside = {
         data
         for path in files
@@ -85,6 +91,7 @@ def source_hash(module: str) -> str:
     }
     digest = hashlib.sha256()
     for path in sorted({*files, *beside}):
-        digest.update(path.relative_to(_ROOT).as_posix().encode())
+        root = next(root for root in (_ROOT, *others) if path.is_relative_to(root))
+        digest.update(path.relative_to(root).as_posix().encode())
         digest.update(hashlib.sha256(path.read_bytes()).digest())
     return digest.hexdigest()[:16]

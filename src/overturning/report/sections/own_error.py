@@ -5,8 +5,8 @@ from typing import Any, Final
 from overturning.report.blocks import Block, Caution, Note, Paragraph, Section, Table
 from overturning.report.results import Results
 from overturning.report.text import percent
-from overturning.verification.intervals import wilson
-from overturning.verification.study import KINDS, WARN_ABOVE
+from overturning.study.comparison import wilson
+from overturning.study.own_error import KINDS, WARN_ABOVE
 
 _NAMES: Final = {"finer": "steps {finer_by} times finer", "stiffer": "springs {stiffer_by:g} times stiffer"}
 

@@ -1,1 +1,0 @@
-"""How fast and how exact, against peers."""

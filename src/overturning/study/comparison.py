@@ -1,0 +1,87 @@
+"""Two answers to the same cases, counted, and how well a share is known from a sample."""
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.dem.variables import INT8_MISSING
+
+Z_95: Final = 1.959963984540054
+"""Two-sided 95 % point of the normal distribution."""
+
+
+@dataclass(frozen=True)
+class Counts:
+    """How far the answers to the same cases differ.
+
+    Attributes
+    ----------
+    cases : int
+        Cases with an answer in both.
+    flags : int
+        Of these, cases that fall in one answer and stand in the other.
+    fallen : int
+        Cases that fall in both.
+    sides : int
+        Of these, cases that fall to the other side.
+    unanswered : int
+        Cases without an answer in one or both.
+    """
+
+    cases: int = 0
+    flags: int = 0
+    fallen: int = 0
+    sides: int = 0
+    unanswered: int = 0
+
+    def __add__(self, other: "Counts") -> "Counts":
+        names = self.__dataclass_fields__
+        return Counts(**{name: getattr(self, name) + getattr(other, name) for name in names})
+
+
+def compare(first: NDArray[np.int8], second: NDArray[np.int8]) -> Counts:
+    """Count how far two arrays of `overturned` differ.
+
+    Parameters
+    ----------
+    first, second : ndarray of int8, shape (n,)
+        +1, −1, 0, or −128 where there is no answer.
+    """
+    known = (first != INT8_MISSING) & (second != INT8_MISSING)
+    fell, fell_too = first != 0, second != 0
+    both = known & fell & fell_too
+    return Counts(
+        cases=int(known.sum()),
+        flags=int((known & (fell != fell_too)).sum()),
+        fallen=int(both.sum()),
+        sides=int((both & (first != second)).sum()),
+        unanswered=int((~known).sum()),
+    )
+
+
+def wilson(count: int, total: int, z: float = Z_95) -> tuple[float, float]:
+    """Interval of a share by Wilson (1927), Journal of the American Statistical Association 22.
+
+    Written out here because a sweep's companion should not wait for scipy.stats; a test holds it against scipy.
+
+    Parameters
+    ----------
+    count, total : int
+        Cases with the property, and all.
+    z : float
+        Point of the normal distribution.
+
+    Returns
+    -------
+    low, high : float
+        Shares between 0 and 1; (0, 1) where there are no cases.
+    """
+    if total == 0:
+        return 0.0, 1.0
+    share, square = count / total, z * z / total
+    middle = (share + 0.5 * square) / (1.0 + square)
+    half = z / (1.0 + square) * math.sqrt(share * (1.0 - share) / total + 0.25 * square / total)
+    return (0.0 if count == 0 else middle - half), (1.0 if count == total else middle + half)

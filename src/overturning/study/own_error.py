@@ -1,0 +1,168 @@
+"""Part of a study run again, with finer steps and with stiffer springs: how far its answers hang on the computation."""
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.dem.cases import Cases
+from overturning.errors import ArgumentError
+from overturning.records.record import Record
+from overturning.study.choice import Sample
+from overturning.study.comparison import compare
+from overturning.study.config import Study
+from overturning.study.grid import Grid
+from overturning.study.repetition import FINER, STIFFER, Again, repetitions
+from overturning.study.sweep import motion_of
+
+WARN_ABOVE: Final = 0.01
+"""Share of changed flags above which the report warns."""
+
+KINDS: Final = ("finer", "stiffer")
+
+PILOT: Final = 16
+"""Cases that tell what a case costs before more are run."""
+
+FINER_OVER_STIFFER: Final = 4.4
+"""Block steps of the first repetition over those of the second: 8 over √4, and a tenth for the rounding of steps."""
+
+
+def is_verified(study: Study) -> bool:
+    """Whether a part of the study is to be run again."""
+    return study.verification != "none"
+
+
+def repeat_sample(
+    study: Study,
+    records: Sequence[Record],
+    sample: Sample,
+    study_block_steps: int,
+    threads: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> dict[str, Any]:
+    """Run chosen cases again, with finer steps and with stiffer springs, as many as cost no more than is allowed.
+
+    The stiffer repetition goes first, in growing parts: its block steps tell what the finer one will cost. The finer one
+    takes the first cases of the same random order, as many as the rest of the allowance pays for, and both are counted on these.
+
+    Parameters
+    ----------
+    study : Study
+        The study, whose `verification` is not "none".
+    records : sequence of Record
+        The processed records in the order of the study.
+    sample : Sample
+        Chosen cases.
+    study_block_steps : int
+        Work of the study itself.
+    threads : int
+        Records run at the same time; the result does not depend on it.
+    progress : callable, optional
+        Called with the cases done and all cases of both repetitions.
+
+    Returns
+    -------
+    dict
+        Counts and block steps by repetition, the same for every run: no clock.
+    """
+    settings = study.verification
+    assert not isinstance(settings, str)  # the workflow does not ask for it
+    allowed = round(settings.cost * study_block_steps)
+    runs = _Runs(study, records, sample, threads, progress)
+    first, factor = "stiffer", 1.0 + FINER_OVER_STIFFER
+    if not _run_affordable(runs, first, factor, allowed):
+        # Springs four times stiffer may be beyond what numbers hold: the finer steps alone then.
+        first, factor = "finer", 1.0
+        _run_affordable(runs, first, factor, allowed)
+    spent = runs.block_steps[first]
+    rest = allowed - int(spent.sum())
+    count = len(spent)
+    if first == "stiffer":
+        count = int(np.searchsorted(np.cumsum(FINER_OVER_STIFFER * spent), rest, side="right"))
+        runs.run("finer", count)
+    elements = Grid.of(study).element or ("",)
+    found: dict[str, Any] = {
+        "seed": settings.seed,
+        "wanted": sample.size,
+        "chosen": count,
+        "at_rest": int((sample.status[:count] == 1).sum()),
+        "cells": len(records) * Grid.of(study).size,
+        "study_block_steps": study_block_steps,
+        "cost": settings.cost,
+        "finer_by": FINER,
+        "stiffer_by": STIFFER,
+    }
+    for kind in KINDS:
+        if kind in runs.refused:
+            found[kind] = {"refused": runs.refused[kind]}
+            continue
+        answers = runs.overturned[kind][:count]
+        outcomes = [
+            {"element": name, **asdict(compare(sample.overturned[:count, column], answers[:, column]))}
+            for column, name in enumerate(elements)
+        ]
+        found[kind] = {"block_steps": int(runs.block_steps[kind].sum()), "outcomes": outcomes}
+    return found
+
+
+def _run_affordable(runs: "_Runs", kind: str, factor: float, allowed: int) -> bool:
+    """Run the first cases, until what all repetitions of them cost, `factor` times this one, reaches the allowance."""
+    size = min(PILOT, runs.sample.size, max(runs.sample.computed // 12, 1))
+    while size > 0:
+        done = len(runs.block_steps[kind]) + size
+        if not runs.run(kind, done):
+            return False
+        mean = factor * float(runs.block_steps[kind].mean())
+        affordable = runs.sample.size if mean == 0 else min(runs.sample.size, int(0.95 * allowed / mean))
+        size = min(affordable - done, 3 * done)
+    return True
+
+
+class _Runs:
+    """Repetitions of the first cases of a sample, kept as they grow."""
+
+    def __init__(
+        self,
+        study: Study,
+        records: Sequence[Record],
+        sample: Sample,
+        threads: int,
+        progress: Callable[[int, int], None] | None,
+    ) -> None:
+        self.sample, self.threads, self.progress = sample, threads, progress
+        self.motions = [motion_of(study, record) for record in records]
+        self.repetitions: Mapping[str, Again] = repetitions(study)
+        grid = Grid.of(study)
+        self.axes = (grid.azimuth.astype(np.float64), grid.height, grid.b_over_h, grid.friction)
+        nothing = np.zeros((0, sample.overturned.shape[1]), np.int8)
+        self.overturned: dict[str, NDArray[np.int8]] = dict.fromkeys(KINDS, nothing)
+        self.block_steps: dict[str, NDArray[np.int64]] = dict.fromkeys(KINDS, np.zeros(0, np.int64))
+        self.refused: dict[str, str] = {}
+
+    def run(self, kind: str, until: int) -> bool:
+        """Go on until so many cases have been run again; False where they are refused."""
+        begin = len(self.block_steps[kind])
+        rows = np.arange(begin, until)
+        overturned = np.zeros((rows.size, self.sample.overturned.shape[1]), np.int8)
+        block_steps = np.zeros(rows.size, np.int64)
+
+        def one(number: int) -> None:
+            mine = rows[self.sample.record[rows] == number]
+            chosen = self.sample.index[mine]
+            cases = Cases(*(axis[chosen[:, column]] for column, axis in enumerate(self.axes)))
+            overturned[mine - begin], block_steps[mine - begin] = self.repetitions[kind](self.motions[number], cases)
+
+        try:
+            with ThreadPoolExecutor(max_workers=self.threads) as pool:
+                list(pool.map(one, np.unique(self.sample.record[rows]).tolist()))
+        except ArgumentError as error:
+            self.refused[kind] = str(error)
+            return False
+        self.overturned[kind] = np.concatenate([self.overturned[kind], overturned])
+        self.block_steps[kind] = np.concatenate([self.block_steps[kind], block_steps])
+        if self.progress:
+            self.progress(sum(map(len, self.block_steps.values())), 2 * self.sample.size)
+        return True

@@ -1,1 +1,0 @@
-"""How exact the answers are, what they cost, and where they end."""

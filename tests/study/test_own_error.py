@@ -1,0 +1,303 @@
+"""A part of a study run again: what is chosen, what is counted, and that it is the same each time."""
+
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.stats import binomtest
+
+from overturning.dem.cases import Cases, run_cases
+from overturning.dem.contact import STATIC_PENETRATION, Contact
+from overturning.dem.plan import plan
+from overturning.dem.polygon.cases import run_scene_cases
+from overturning.dem.polygon.prepare import prepare
+from overturning.dem.polygon.simulate import simulate_scene_arrays
+from overturning.dem.simulate import simulate_arrays
+from overturning.motion.motion import Motion
+from overturning.records.record import Record
+from overturning.report.blocks import Paragraph, Table
+from overturning.report.sections.own_error import own_error
+from overturning.study.choice import Sample, choose
+from overturning.study.comparison import Counts, compare, wilson
+from overturning.study.config import Study
+from overturning.study.grid import Grid
+from overturning.study.load import check_study
+from overturning.study.own_error import KINDS, is_verified, repeat_sample
+from overturning.study.own_error_file import read_verification, write_verification
+from overturning.study.repetition import repetitions, stiffer_scene
+from overturning.study.sections import Verification
+from tests.dem.near_field import near_field
+from tests.study.small_study import study
+
+
+@pytest.mark.parametrize(("count", "total"), [(0, 200), (3, 200), (200, 200), (17, 40), (1, 1)])
+def test_interval_is_scipys(count: int, total: int) -> None:
+    expected = binomtest(count, total).proportion_ci(method="wilson")
+    assert wilson(count, total) == pytest.approx((expected.low, expected.high), abs=1e-12)
+
+
+def test_interval_without_cases_says_nothing() -> None:
+    assert wilson(0, 0) == (0.0, 1.0)
+
+
+def test_comparison_counts_each_kind_of_change_once() -> None:
+    first = np.array([0, 0, 1, 1, -1, -1, -128, 1, -128], np.int8)
+    second = np.array([0, 1, 0, -1, -1, 1, 0, -128, -128], np.int8)
+    found = compare(first, second)
+    assert found == Counts(cases=6, flags=2, fallen=3, sides=2, unanswered=3)
+    assert found + Counts(flags=1) == Counts(cases=6, flags=3, fallen=3, sides=2, unanswered=3)
+
+
+def test_choice_has_the_wanted_size_no_mirrored_cell_and_none_twice() -> None:
+    computed = np.ones((10, 1, 20, 2), bool)
+    computed[5:] = False
+    record, cells = choose(Verification(share=0.1, at_least=7), 3, computed)
+    assert len(record) == round(0.1 * 3 * 400)
+    assert computed[tuple(cells.T)].all()
+    assert len(np.unique(np.column_stack([record, cells]), axis=0)) == len(cells)
+    fewer = choose(Verification(share=0.001, at_least=50), 3, computed)
+    assert len(fewer[0]) == 50
+    np.testing.assert_array_equal(fewer[1], cells[:50], "a first part of the order is a choice too")
+    assert len(choose(Verification(at_least=10_000), 3, computed)[0]) == 600, "all of a small study"
+    other = choose(Verification(share=0.1, seed=2), 3, computed)
+    assert not np.array_equal(other[1], cells)
+
+
+def record(motion: Motion, name: str) -> Record:
+    return Record(
+        record_id=name, north=motion.north, east=motion.east, up=None, sampling_interval=motion.sampling_interval
+    )
+
+
+def reported(settings: Study, found: dict[str, Any], folder: Path) -> tuple[Any, ...]:
+    """What the report says of an outcome, by way of its file."""
+    write_verification(found, folder / "verification.json")
+    read: Any = SimpleNamespace(study=settings, verification=read_verification(folder / "verification.json"))
+    section = own_error(read)
+    assert section is not None
+    return section.blocks
+
+
+def paragraphs(blocks: tuple[Any, ...]) -> list[str]:
+    """Its paragraphs, without the note below the table."""
+    return [block.text for block in blocks[:-1] if isinstance(block, Paragraph)]
+
+
+def short(number: int) -> Motion:
+    """The strong part of a record."""
+    motion, _, _ = near_field(number)
+    peak = int(np.argmax(np.abs(motion.north) + np.abs(motion.east)))
+    part = slice(max(peak - 200, 0), peak + 400)
+    return Motion(motion.north[part], motion.east[part], sampling_interval=motion.sampling_interval)
+
+
+@dataclass(frozen=True)
+class Swept:
+    """A study's own answers, without files."""
+
+    records: list[Record]
+    sample: Sample
+    block_steps: int
+
+
+def swept(settings: Study, motions: list[Motion]) -> Swept:
+    """All of a small study, and its sample as the rule draws it from the cube."""
+    flags, status, mirrored, work = [], [], None, 0
+    for motion in motions:
+        grid = Grid.of(settings)
+        axes = {name: getattr(grid, name) for name in ("height", "b_over_h", "friction")}
+        azimuth = grid.azimuth.astype(np.float64)
+        if settings.scene is None:
+            found = simulate_arrays(motion, azimuth_deg=azimuth, **axes)
+        else:
+            found = simulate_scene_arrays(settings.scene, motion, azimuth_deg=azimuth, **axes)
+        flags.append(found["overturned"].reshape(*grid.shape, -1))
+        status.append(found["status"])
+        mirrored, work = found["mirrored"], work + int(found["block_steps"].sum())
+    assert isinstance(settings.verification, Verification)
+    assert mirrored is not None
+    chosen, index = choose(settings.verification, len(motions), mirrored == 0)
+    where = (chosen, *index.T)
+    sample = Sample(
+        chosen, index, np.stack(flags)[where], np.stack(status)[where], len(motions) * int((mirrored == 0).sum())
+    )
+    records = [record(motion, name) for motion, name in zip(motions, "abcd", strict=False)]
+    return Swept(records, sample, work)
+
+
+def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threads() -> None:
+    settings = study(verification={"at_least": 10, "cost": 20})
+    done = swept(settings, [short(7), short(8)])
+    found = repeat_sample(settings, done.records, done.sample, done.block_steps)
+    assert found["chosen"] == found["wanted"] == 10
+    (finer,), (stiffer,) = found["finer"]["outcomes"], found["stiffer"]["outcomes"]
+    assert finer["cases"] + finer["unanswered"] == 10
+
+    def steps(**changed: Any) -> int:
+        chosen = (cases_of(settings, done.sample.index[done.sample.record == number]) for number in (0, 1))
+        return sum(
+            int(run_cases(short(7 + number), one, **changed).block_steps.sum()) for number, one in enumerate(chosen)
+        )
+
+    def whole(**changed: Any) -> np.ndarray:
+        given = {
+            "contact": Contact(),
+            "density": 2650.0,
+            "scheme": "centred",
+            "time_step": "0.01 stable",
+            "leave_out": True,
+        }
+        return plan(short(7), cases_of(settings, done.sample.index), **(given | changed)).steps
+
+    stiff = {"contact": Contact(static_penetration=STATIC_PENETRATION / 4)}
+    np.testing.assert_array_equal(whole(refinement=8), 8 * whole())
+    # Rounded up to five binary digits.
+    np.testing.assert_allclose(whole(**stiff) / whole(), 2.0, rtol=0.07)
+    assert found["finer"]["block_steps"] == steps(refinement=8)
+    assert found["stiffer"]["block_steps"] == steps(**stiff)
+    opposite = np.where(done.sample.overturned == 0, 1, 0).astype(np.int8)
+    wrong = repeat_sample(settings, done.records, replace(done.sample, overturned=opposite), done.block_steps)
+    assert wrong["finer"]["outcomes"][0]["flags"] == 10 - finer["flags"]
+    assert wrong["stiffer"]["outcomes"][0]["flags"] == 10 - stiffer["flags"]
+    again = repeat_sample(settings, done.records, done.sample, done.block_steps, threads=2)
+    assert json.dumps(again) == json.dumps(found)
+
+
+def cases_of(settings: Study, index: np.ndarray) -> Cases:
+    grid = Grid.of(settings)
+    axes = (grid.azimuth.astype(np.float64), grid.height, grid.b_over_h, grid.friction)
+    return Cases(*(axis[index[:, column]] for column, axis in enumerate(axes)))
+
+
+@pytest.mark.parametrize(("step", "least"), [(90, 0), (20, 3), (5, 12)])
+def test_repetition_of_a_small_study_costs_no_more_than_the_study(step: int, least: int, tmp_path: Path) -> None:
+    settings = study(azimuth={"step": step}, verification={})
+    done = swept(settings, [short(7), short(8)])
+    found = repeat_sample(settings, done.records, done.sample, done.block_steps)
+    assert found["wanted"] == min(200, done.sample.computed)
+    spent = found["finer"]["block_steps"] + found["stiffer"]["block_steps"]
+    assert spent <= done.block_steps
+    assert least <= found["chosen"] < found["wanted"]
+    assert found["chosen"] < 4 or spent > 0.5 * done.block_steps, "the allowance is made use of"
+    (text,) = paragraphs(reported(settings, found, tmp_path))
+    assert "more block steps than the study itself" in text
+    assert str(found["chosen"] or "No case") in text
+
+
+def test_repetition_goes_on_with_finer_steps_where_stiffer_springs_are_refused() -> None:
+    settings = study(contact={"stiffness": 3e13}, verification={"at_least": 4, "cost": 50})
+    sample = Sample(
+        np.zeros(2, np.int64), np.zeros((2, 4), np.int64), np.zeros((2, 1), np.int8), np.zeros(2, np.int8), 36
+    )
+    quiet = Motion(np.zeros(50), np.zeros(50), sampling_interval=0.01)
+    found = repeat_sample(settings, [record(quiet, "a")], sample, 0)
+    assert "stiffness" in found["stiffer"]["refused"]
+    assert found["finer"]["outcomes"][0]["cases"] == found["chosen"] == 2
+
+
+@pytest.fixture(scope="module")
+def row_of_two() -> dict[str, object]:
+    """A slender and a squat stone beside each other: two free elements."""
+    return {
+        "name": "row",
+        "elements": [
+            {"name": "ground", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]},
+            {"name": "slender", "width": 0.1, "height": 0.4, "at": [-0.6, 0]},
+            {"name": "squat", "width": 0.3, "height": 0.2, "at": [0.6, 0]},
+        ],
+    }
+
+
+def test_scenes_are_verified_element_by_element(row_of_two: dict[str, object], tmp_path: Path) -> None:
+    settings = check_study(
+        {
+            "name": "row", "records": {"use": ["a"]}, "azimuth": {"step": 60}, "scene": row_of_two, "friction": [0.7],
+            "verification": {"at_least": 4, "cost": 20},
+        },
+        "row",
+    )  # fmt: skip
+    assert is_verified(settings)
+    done = swept(settings, [short(7)])
+    found = repeat_sample(settings, done.records, done.sample, done.block_steps)
+    assert [one["element"] for one in found["finer"]["outcomes"]] == ["slender", "squat"]
+    for kind in KINDS:
+        for outcome in found[kind]["outcomes"]:
+            assert outcome["cases"] + outcome["unanswered"] == found["chosen"] == 4
+    # The slender one alone is said to have stood where it fell.
+    wrong = done.sample.overturned.copy()
+    fell = int((wrong[:, 0] != 0).sum())
+    assert fell > 0
+    wrong[:, 0] = 0
+    found = repeat_sample(settings, done.records, replace(done.sample, overturned=wrong), done.block_steps)
+    assert [one["flags"] for one in found["finer"]["outcomes"]] == [fell, 0]
+    warning, _ = paragraphs(reported(settings, found, tmp_path))
+    assert "with steps 8 times finer and with springs 4 times stiffer" in warning
+    (table,) = (block for block in reported(settings, found, tmp_path) if isinstance(block, Table))
+    assert [row[1:4] for row in table.rows[:4] if "falls or stands" in row[1]] == [
+        ("slender falls or stands", str(fell), "4"), ("squat falls or stands", "0", "4"),
+    ]  # fmt: skip
+
+
+def test_scene_repetitions_are_finer_and_stiffer(row_of_two: dict[str, object]) -> None:
+    settings = check_study(
+        {"name": "row", "records": {"use": ["a"]}, "scene": row_of_two, "simulation": {"time_step": "auto"}}, "row"
+    )
+    assert settings.scene is not None
+    motion, cases = short(7), Cases([0.0, 60.0], 0.4, 0.25, 0.7)
+    own = run_scene_cases(settings.scene, motion, cases)
+    steps = {
+        name: again(motion, cases)[1].sum() / own.block_steps.sum() for name, again in repetitions(settings).items()
+    }
+    assert steps["finer"] == pytest.approx(8, rel=0.1)
+    assert steps["stiffer"] == pytest.approx(2, rel=0.15)
+    soft, stiff = prepare(settings.scene).laws, prepare(stiffer_scene(settings.scene)).laws
+    np.testing.assert_allclose(stiff.normal, 4 * soft.normal)
+    np.testing.assert_allclose(stiff.dashpot, 2 * soft.dashpot, err_msg="the damping ratio stays")
+
+
+def test_the_gravestone_scene_is_verified_with_the_fast_kernel() -> None:
+    scene = study(scene="gravestone", ensemble={"members": 0}, b_over_h=[0.2], height=[0.6])
+    block = study(ensemble={"members": 0}, b_over_h=[0.2])
+    cases = Cases([0.0, 60.0], 0.6, 0.2, 0.58)
+    for kind, again in repetitions(scene).items():
+        flags, steps = again(short(7), cases)
+        expected, expected_steps = repetitions(block)[kind](short(7), cases)
+        np.testing.assert_array_equal(flags, expected)
+        np.testing.assert_array_equal(steps, expected_steps)
+
+
+def test_the_command_reads_a_scenes_cube_and_writes_what_the_report_reads(
+    row_of_two: dict[str, object], tmp_path: Path
+) -> None:
+    from overturning.commands.verify_study import verify_study
+    from overturning.records.store import read_motion, write_motion
+    from overturning.study.gather import gather
+    from overturning.study.sweep import sweep_record
+    from overturning.study.timing import block_steps_of, timed
+
+    data = {
+        "name": "row", "records": {"use": ["a"]}, "azimuth": {"step": 30}, "scene": row_of_two, "friction": [0.4, 0.7],
+        "verification": {"cost": 4},
+    }  # fmt: skip
+    settings = check_study(data, "row")
+    (tmp_path / "motion").mkdir()
+    write_motion(record(short(7), "a"), tmp_path / "motion" / "a.nc")
+    kept = read_motion(tmp_path / "motion" / "a.nc")
+    with timed(tmp_path / "a.csv") as row:
+        row["block_steps"] = sweep_record(settings, kept, tmp_path / "a.nc")
+    gather(settings, [kept], [tmp_path / "a.nc"], tmp_path / "cube.nc")
+    verify_study(
+        json.dumps(data), tmp_path / "motion", tmp_path / "cube.nc", tmp_path, tmp_path / "verification.json",
+        tmp_path / "verification.csv", 1, tmp_path / "log",
+    )  # fmt: skip
+    found = json.loads((tmp_path / "verification.json").read_text(encoding="utf-8"))
+    assert 6 <= found["chosen"] < found["wanted"] == 24, "none of the scene's azimuths is mirrored"
+    assert block_steps_of(tmp_path / "verification.csv") <= 4 * block_steps_of(tmp_path / "a.csv")
+    assert "Each element of the scene is counted by itself" in paragraphs(reported(settings, found, tmp_path))[-1]
+    # Few change with the step, so the answers read from the cube are those of the same cells.
+    assert sum(outcome["fallen"] for outcome in found["finer"]["outcomes"]) > 0
+    assert all(outcome["flags"] <= 1 for outcome in found["finer"]["outcomes"])

@@ -1,0 +1,263 @@
+"""`make bench`: how fast the kernel is, as ratios measured in one run; writes a CSV per machine and the figures in the docs.
+
+Every time is the smallest of several runs after a warm-up, in the process itself.
+"""
+
+import os
+import platform
+import re
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from numba import njit
+
+from overturning.dem import columns
+from overturning.dem.blocks import Cases
+from overturning.dem.cases import run_cases
+from overturning.dem.centred import advance_centred
+from overturning.dem.contact import Contact
+from overturning.dem.cundall import advance_cundall
+from overturning.dem.simulate import simulate_arrays
+from overturning.motion.motion import Motion
+from overturning.reference.rocking import rocking_outcome
+from overturning.units import GRANITE_DENSITY
+from verification import leave_out, scalar, summary
+from verification.engines import installed, side_of_block
+from verification.inputs import half_grid, near_fault
+from verification.measures import difference, percent, wrong_sides
+from verification.tables import RESULTS, Figure, figures_table, publish, write_figures
+from verification.timing import fastest
+
+IN_README = {
+    "time per case, default",
+    "agreement with the rocking solution",
+    "pymunk: time per case",
+    "pymunk: agreement with the rocking solution",
+    "default study: flags, mirrored half included",
+    "default study: processor time, both threads together",
+    "default study: wrong flags where the neighbours agree",
+    "default study: wrong flags of all cells, against an eighth of the step",
+}
+
+
+@njit
+def _independent_multiply_adds(rounds: int) -> float:
+    values = np.ones(256)
+    for _ in range(rounds):
+        for j in range(256):
+            v = values[j]
+            for _q in range(8):
+                v = v * 0.999 + 0.1
+            values[j] = v
+    return values.sum()
+
+
+def peak_operations() -> float:
+    """Floating-point operations per second of independent multiply–adds without contraction."""
+    rounds = 200_000
+    return rounds * 256 * 16 / fastest(lambda: _independent_multiply_adds(rounds))
+
+
+def operations_per_step(advance: Any) -> int:
+    """Additions, multiplications, divisions, minima and maxima of one block step, counted in the machine code.
+
+    Each operation stands there once in vector form; what is left over of the columns is done in scalar form, not counted.
+    """
+    assembly = next(iter(advance.inspect_asm().values()))
+    return len(re.findall(r"\bv?(?:add|sub|mul|div|min|max)pd", assembly))
+
+
+def standing_motion() -> Motion:
+    """Twenty seconds that rock no block of the throughput benchmark over."""
+    t = np.arange(2000) * 0.01
+    return Motion(2.0 * np.sin(2 * np.pi * t / 0.7), 0 * t, sampling_interval=0.01)
+
+
+def scalar_runs(motion: Motion, centred: bool, blocks: int = 8, steps: int = 128) -> tuple[Callable[[], object], int]:
+    """Some of the blocks in the scalar loop, at a step at which both schemes are stable; and the block steps."""
+    width, height = np.array([0.24]), np.array([0.6])
+    stiff, _, dashpot = (float(one[0]) for one in Contact().specific(width, height, GRANITE_DENSITY))
+    wave, own = motion.along(0.0), (motion.sampling_interval, steps, 0.12, 0.3, stiff, dashpot)
+    frictions = np.linspace(0.3, 1.0, blocks).tolist()
+    return lambda: [scalar.run(centred, wave, *own, mu) for mu in frictions], blocks * steps * (motion.samples - 1)
+
+
+def throughput() -> list[Figure]:
+    """Block steps per second and core, those done again included, nothing left out; against a scalar loop and the limit."""
+    rows: list[Figure] = []
+    motion, peak = standing_motion(), peak_operations()
+    many = Cases(0.0, 0.6, 0.4, np.linspace(0.3, 1.0, 512))
+    state = np.zeros(columns.ROWS * columns.COLUMNS)
+    advance_centred(state, 8, 1, 9.8, None, True)
+    advance_cundall(state, 8, 1, 9.8, None)
+    for scheme, advance in (("centred", advance_centred), ("cundall", advance_cundall)):
+        wide = run_cases(motion, many, scheme=scheme, leave_out=False).block_steps.sum()
+        plain_run, narrow = scalar_runs(motion, scheme == "centred")
+        # Interleaved, so that both see the same neighbours on the machine.
+        ratios, speeds = [], []
+        for _ in range(3):
+            speed = wide / fastest(lambda s=scheme: run_cases(motion, many, scheme=s, leave_out=False), 1)  # type: ignore[misc]
+            ratios.append(speed / (narrow / fastest(plain_run, 1)))
+            speeds.append(speed)
+        operations = operations_per_step(advance)
+        rows += [
+            Figure(f"block steps per second and core, {scheme}", max(speeds) / 1e6, "million/s"),
+            Figure(f"against the scalar kernel, {scheme}", float(np.median(ratios)), "x", ">= 15"),
+            Figure(f"operations per block step, {scheme}", operations),
+            Figure(f"share of the floating-point limit, {scheme}", max(speeds) * operations / peak, "", ">= 0.6"),
+        ]
+    return [Figure("floating-point limit", peak / 1e9, "10^9/s"), *rows]
+
+
+def against_peers(cases_of_peers: int = 150) -> list[Figure]:
+    """Time per case in a sweep of more than 1000 20-s cases, and agreement with the rocking solution."""
+    motion = near_fault()["rinaldi"]
+    axes = np.meshgrid(np.arange(0.0, 360.0, 5.0), [0.6, 1.2], [0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4], indexing="ij")
+    azimuth, height, ratio = (values.ravel() for values in axes)
+    waves = {angle: motion.along(angle) for angle in np.unique(azimuth)}
+    rigid = np.array(
+        [
+            [rocking_outcome(f * waves[a], motion.sampling_interval, h, r)[0] for f in (0.99, 1.0, 1.01)]
+            for a, h, r in zip(azimuth, height, ratio, strict=True)
+        ]
+    )
+    firm = (rigid == rigid[:, :1]).all(axis=1)
+    cases = Cases(azimuth, height, ratio, 10.0)
+    # As a user would: the grid, with its mirrored half left out in the second run.
+    grid: dict[str, Any] = {
+        "azimuth_deg": np.unique(azimuth),
+        "height": [0.6, 1.2],
+        "b_over_h": np.unique(ratio),
+        "friction": [10.0],
+    }
+    whole = fastest(lambda: run_cases(motion, cases, leave_out=False), 15) / cases.size
+    default = fastest(lambda: simulate_arrays(motion, **grid), 15) / cases.size
+    agreement = float((run_cases(motion, cases).overturned == rigid[:, 1])[firm].mean())
+    rows: list[Figure] = [
+        Figure("cases of the sweep", cases.size, "", ">= 1000"),
+        Figure("time per case, nothing left out", whole * 1e3, "ms"),
+        Figure("time per case, default", default * 1e3, "ms"),
+        Figure("agreement with the rocking solution", 100 * agreement, "%"),
+    ]
+    chosen = np.random.default_rng(1).choice(np.flatnonzero(firm), min(cases_of_peers, firm.sum()), replace=False)
+    for name, engine in installed().items():
+        start = time.process_time()
+        sides = [
+            side_of_block(engine, waves[azimuth[i]], motion.sampling_interval, height[i], ratio[i], 10.0)
+            for i in chosen
+        ]
+        each = (time.process_time() - start) / chosen.size
+        rows += [
+            Figure(f"{name}: time per case", each * 1e3, "ms"),
+            Figure(
+                f"{name}: agreement with the rocking solution", 100 * float((sides == rigid[chosen, 1]).mean()), "%"
+            ),
+            Figure(f"faster than {name}, nothing left out", each / whole, "x", ">= 40"),
+            Figure(f"faster than {name}, default", each / default, "x", ">= 150"),
+        ]
+    return rows
+
+
+def compilation() -> list[Figure]:
+    """A cold start into an empty cache folder, less a warm one."""
+    program = (
+        "import time, numpy as np; from overturning import Motion, Cases, run_cases\n"
+        "w = np.sin(np.arange(50.0)); m = Motion(w, w, sampling_interval=0.01); t = time.process_time()\n"
+        "run_cases(m, Cases(0, 0.6, 0.05, 1.0)); print(time.process_time() - t)"
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        environment = {**os.environ, "NUMBA_CACHE_DIR": folder}
+        cold, warm = (
+            float(
+                subprocess.run([sys.executable, "-c", program], env=environment, check=True, capture_output=True).stdout
+            )
+            for _ in range(2)
+        )
+    return [Figure("compilation, cold", cold - warm, "s", "<= 10"), Figure("loading a compiled kernel", warm, "s")]
+
+
+def default_study(azimuths: int = 36) -> list[Figure]:
+    """Kernel time of the default study's 133,056 flags on two threads, and its wrong flags."""
+    cases, motions = half_grid(azimuths), near_fault()
+    run_cases(next(iter(motions.values())), half_grid(2))
+    start, busy = time.perf_counter(), time.process_time()
+    found = {name: run_cases(motion, cases, threads=2) for name, motion in motions.items()}
+    seconds, busy = time.perf_counter() - start, time.process_time() - busy
+    fine = {name: run_cases(motion, cases, threads=2, time_step="0.125 stable") for name, motion in motions.items()}
+    far = difference(found, fine, (azimuths, 2, -1, 3))
+    named = {"where the neighbours agree": far.firm, "of all cells, against an eighth of the step": far.counts}
+    rows = [
+        Figure("default study: flags, mirrored half included", 2 * cases.size * len(motions)),
+        Figure("default study: kernel time on two threads", seconds, "s", "<= 20"),
+        Figure("default study: processor time, both threads together", busy, "s"),
+    ]
+    for where, counts in named.items():
+        target = "<= 0.5" if counts is far.firm else ""
+        rows += [
+            Figure(f"default study: wrong flags {where}", percent(counts.flags, counts.cases), "%", "<= 0.5"),
+            Figure(f"default study: wrong sides {where}", percent(wrong_sides(counts), counts.cases), "%", target),
+        ]
+    return rows
+
+
+def growth() -> list[Figure]:
+    """Memory at a million cases, and how the time grows from ten thousand on."""
+    t = np.arange(60) * 0.02
+    motion = Motion(6.0 * np.sin(2 * np.pi * t / 0.5), 0 * t, sampling_interval=0.02)
+    rng = np.random.default_rng(2)
+    rows: list[Figure] = []
+    each = {}
+    run_cases(motion, Cases(0.0, 0.6, 0.3, 0.5))  # loads the compiled kernel
+    for count in (10_000, 100_000, 1_000_000):
+        cases = Cases(0.0, 0.6, rng.choice(np.linspace(0.2, 0.5, 31), count), rng.choice([0.4, 0.7, 1.0], count))
+        before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        start = time.process_time()
+        run_cases(motion, cases)
+        each[count] = (time.process_time() - start) / count
+        rows.append(Figure(f"time per case of {count} short cases", each[count] * 1e6, "us"))
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    rows += [
+        Figure("time per case at 10^6 over that at 10^4", each[1_000_000] / each[10_000], "x", "<= 1.1"),
+        Figure("peak memory at 10^6 cases", peak / 2**20, "GiB", "<= 1"),
+        Figure("of it added by the 10^6 cases", (peak - before) / 2**20, "GiB"),
+    ]
+    return rows
+
+
+PARTS: dict[str, Callable[[], list[Figure]]] = {
+    "growth": growth, "throughput": throughput, "peers": against_peers, "compilation": compilation,
+    "study": default_study, "left-out": leave_out.counts,
+}  # fmt: skip
+
+
+def main(
+    parts: Annotated[list[str] | None, typer.Argument(help=f"{', '.join(PARTS)}; all where none is named")] = None,
+) -> None:
+    """Measure how fast the kernel is; parts that are not named keep their figures."""
+    if unknown := set(parts or ()) - set(PARTS):
+        raise typer.BadParameter(f"{', '.join(unknown)}; known: {', '.join(PARTS)}")
+    bodies, rows = {}, []
+    for name in parts or PARTS:
+        found = PARTS[name]()
+        rows += found
+        print(figures_table(found), flush=True)
+        if name == "left-out":
+            bodies[name] = figures_table(found)
+    machine = re.sub(r"[^a-z0-9]+", "-", f"{platform.machine()} {os.cpu_count()} cores".lower()).strip("-")
+    rows = write_figures(rows, RESULTS / f"{machine}.csv", keep=bool(parts))
+    bodies |= {
+        "bench": figures_table(rows),
+        "bench-short": figures_table(row for row in rows if row.quantity in IN_README),
+    }
+    publish(bodies | summary.bodies())
+
+
+if __name__ == "__main__":
+    typer.run(main)

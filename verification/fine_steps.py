@@ -1,0 +1,87 @@
+"""What the steps after a change of contact give: the centred scheme with one thing changed at a time, on real records.
+
+Run it with ``python -m verification.fine_steps``. Each variant is compiled in a process of its own, into an empty cache.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from verification.tables import ROOT, markdown, publish
+
+VARIANTS: dict[str, dict[str, float]] = {
+    "as it is": {},
+    "one tick for half as long": {"EARLY_TICKS": 16.0},
+    "one tick for twice as long": {"EARLY_TICKS": 64.0},
+    "then steps twice as long": {"LATE_STEP": 8},
+    "then steps half as long": {"LATE_STEP": 2},
+    "fine steps for two whole steps": {"SETTLING": 10.0},
+    "half the tail": {"TAIL": 4.0, "LEAST_TAIL": 1.0},
+    "twice the tail": {"TAIL": 16.0, "LEAST_TAIL": 4.0},
+    "half as many ticks": {"TICKS": 64, "EARLY_TICKS": 16.0, "LATE_STEP": 2, "TAIL_STEP": 16},
+    "no step done once more, only shorter": {"MOST_TRIES": 0.0},
+    "up to four tries": {"MOST_TRIES": 4.0},
+}  # fmt: skip
+HEAD = (
+    "", "million block steps", "processor time, s", "wrong flags, %", "wrong sides, %", "median error of peak rotation",
+    "90th percentile", "marked", "largest energy error",
+)  # fmt: skip
+REFERENCE = "0.03125 stable"
+
+
+def measure(changes: dict[str, float], reference: Path, azimuths: int = 12, every_record: int = 4) -> list[str]:
+    """Run a variant in this process, before the kernel is imported; the first run of all leaves the reference in a file."""
+    from overturning.dem import columns
+
+    for name, value in changes.items():
+        if not hasattr(columns, name):
+            raise ValueError(f"the kernel has no constant {name}")
+        setattr(columns, name, value)
+    from overturning.dem.cases import CaseResults, run_cases
+    from verification.inputs import half_grid, near_fault
+    from verification.measures import difference, percent, wrong_sides
+
+    cases, motions = half_grid(azimuths), dict(list(near_fault().items())[::every_record])
+    run_cases(next(iter(motions.values())), half_grid(2))
+    names = CaseResults.__dataclass_fields__
+    if not reference.exists():
+        exact = {name: run_cases(motion, cases, time_step=REFERENCE, threads=2) for name, motion in motions.items()}
+        kept = {f"{name}-{key}": getattr(one, key) for name, one in exact.items() for key in names}
+        np.savez(reference, allow_pickle=False, **kept)
+    with np.load(reference) as arrays:
+        exact = {name: CaseResults(**{key: arrays[f"{name}-{key}"] for key in names}) for name in motions}
+    start = time.process_time()
+    found = {name: run_cases(motion, cases) for name, motion in motions.items()}
+    seconds = time.process_time() - start
+    far = difference(found, exact)
+    return [
+        f"{far.block_steps / 1e6:.1f}", f"{seconds:.2f}", f"{percent(far.counts.flags, far.counts.cases):.2f}",
+        f"{percent(wrong_sides(far.counts), far.counts.cases):.2f}", f"{np.median(far.rotation):.2g}",
+        f"{np.quantile(far.rotation, 0.9):.2g}", str(far.unstable), f"{far.energy_error:.2g}",
+    ]  # fmt: skip
+
+
+def main() -> None:
+    """Measure each variant and put the table into the docs."""
+    lines: list[tuple[str, ...]] = []
+    with tempfile.TemporaryDirectory() as folder:
+        for name, changes in VARIANTS.items():
+            environment = {**os.environ, "NUMBA_CACHE_DIR": f"{folder}/{len(lines)}"}
+            command = [sys.executable, "-m", "verification.fine_steps", json.dumps(changes), f"{folder}/reference.npz"]
+            done = subprocess.run(command, cwd=ROOT, env=environment, check=True, capture_output=True, text=True)
+            lines.append((name, *json.loads(done.stdout)))
+            print(*lines[-1], sep=" | ", flush=True)
+    publish({"fine-steps": markdown(HEAD, lines)})
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 1:
+        print(json.dumps(measure(json.loads(sys.argv[1]), Path(sys.argv[2]))))
+    else:
+        main()

@@ -1,0 +1,68 @@
+"""How a stacked grave falls in other engines: answers that the tests compare the general kernel with.
+
+Run it with ``python -m verification.scene_peers``. It needs pymunk and Box2D (dependency group `peers`), which the tests do not;
+so their answers are kept in a table. Both run at 1/960 s and 30 iterations (at 1/240 s one in ten of their answers is
+another), for a sample of slendernesses, frictions and azimuths under five of the default records.
+"""
+
+from typing import Final
+
+import numpy as np
+import pandas as pd
+
+from overturning.dem.polygon.geometry import native_size, place
+from overturning.dem.polygon.scene import load_scene
+from overturning.errors import ArgumentError
+from verification.engines import installed, sides_of_scene
+from verification.inputs import near_field
+from verification.scene_speed import SHAFT
+from verification.tables import RESULTS, ROOT, lines_of, write_csv
+
+TABLE: Final = RESULTS / "three-tier-peers.csv"
+RECORDS: Final = (6, 7, 8, 9, 10)
+EACH: Final = 24
+STEP: Final = 1.0 / 960.0
+
+
+def sample() -> pd.DataFrame:
+    """Record, azimuth (degrees), B/H of the shaft and µ of each case."""
+    generator = np.random.Generator(np.random.PCG64(3))
+    rows = [
+        (
+            number,
+            float(generator.integers(0, 360)),
+            float(generator.choice([0.2, 0.25, 0.3, 0.35])),
+            float(generator.choice([0.5, 0.7, 1.0])),
+        )
+        for number in RECORDS
+        for _ in range(EACH)
+    ]
+    return pd.DataFrame(rows, columns=["record", "azimuth_deg", "b_over_h", "friction"])
+
+
+def answers(cases: pd.DataFrame) -> dict[str, list[int]]:
+    """Side to which the shaft falls, by engine that is installed."""
+    scene = load_scene("three-tier", ROOT)
+    height, _ = native_size(scene)
+    found: dict[str, list[int]] = {}
+    for name, engine in installed(("pymunk", "Box2D")).items():
+        found[name.lower()] = []
+        for number, azimuth, ratio, friction in lines_of(cases):
+            motion, placed = near_field(number), place(scene, height, ratio)[1:]
+            wave = motion.along(azimuth)
+            sides = sides_of_scene(engine, placed, wave, motion.sampling_interval, friction, STEP)
+            found[name.lower()].append(sides[SHAFT])
+    return found
+
+
+def main() -> None:
+    """Write the table."""
+    cases = sample()
+    found = answers(cases)
+    if len(found) < 2:
+        raise ArgumentError("both engines are needed: make peers")
+    write_csv(cases.assign(**found), TABLE)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,151 @@
+"""The cases of the stability map: blocks, contacts and motions from the whole range, and adversarial motions."""
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.motion.motion import Motion
+from overturning.units import STANDARD_GRAVITY
+
+FloatArray = NDArray[np.float64]
+
+SAMPLES: Final = 256
+"""Samples of a motion of the space-filling part: two blocks of the map in a hundred shake for 25 s, most for less."""
+
+PAPER_DAMPING: Final = 3500.0
+"""The paper's dashpot, N·s/m."""
+
+SHAPES: Final = ("pulse", "noise", "square")
+"""Motions of the space-filling part: one sine cycle, white noise, a square wave."""
+
+ADVERSARIAL: Final = ("impulse", "ten minutes", "0.01 Hz sine", "50 Hz sine", "vertical above g", "constant offset")
+"""Adversarial motions."""
+
+SHARE_WITH_VERTICAL: Final = 1 / 3
+
+
+@dataclass(frozen=True)
+class StabilityCase:
+    """One case of the map: block, contact and motion, in SI; `verification.stability.blocks.MEANINGS` says what each is."""
+
+    stiffness: float
+    damping_ratio: float
+    b_over_h: float
+    height: float
+    density: float
+    friction: float
+    peak: float
+    sampling_interval: float
+    step_fraction: float
+    scheme: str
+    motion: str
+    period: float
+    vertical: float
+
+    @property
+    def time_step(self) -> str:
+        """The step as `run_cases` takes it."""
+        return "auto" if np.isnan(self.step_fraction) else f"{self.step_fraction:.6f} stable"
+
+
+def _logarithmic(u: FloatArray, low: float, high: float) -> FloatArray:
+    return np.asarray(low * (high / low) ** u)
+
+
+def space_filling(count: int, seed: int) -> list[StabilityCase]:
+    """Cases from a scrambled Sobol sequence (Owen 1998) over the ranges of the map.
+
+    Stiffness, sizes, density and sampling interval are spread evenly over their logarithms; damping, friction and peak
+    acceleration reach down to 0.
+
+    Parameters
+    ----------
+    count : int
+        Number of cases.
+    seed : int
+        Of the scramble.
+    """
+    from scipy.stats import qmc
+
+    sobol = qmc.Sobol(d=13, scramble=True, rng=np.random.Generator(np.random.PCG64(seed)))
+    u = np.clip(sobol.random_base2(max(int(np.ceil(np.log2(count))), 1))[:count], 0.0, 1.0 - 1e-12).T
+    damping = np.where(u[1] < 0.05, 0.0, _logarithmic(np.clip((u[1] - 0.05) / 0.85, 0.0, 1.0), 1e-3, 20.0))
+    columns = {
+        "stiffness": _logarithmic(u[0], 1e4, 1e13),
+        "damping_ratio": np.where(u[1] > 0.9, np.nan, damping),
+        "b_over_h": _logarithmic(u[2], 0.02, 5.0),
+        "height": _logarithmic(u[3], 0.01, 50.0),
+        "density": _logarithmic(u[4], 500.0, 20_000.0),
+        "friction": np.where(u[5] < 0.05, 0.0, _logarithmic((u[5] - 0.05) / 0.95, 0.01, 10.0)),
+        "peak": np.where(u[6] < 0.02, 0.0, 20.0 * u[6] ** 3) * STANDARD_GRAVITY,
+        "sampling_interval": _logarithmic(u[7], 1e-4, 0.1),
+        "step_fraction": np.where(u[8] < 0.5, np.nan, _logarithmic((u[8] - 0.5) / 0.5, 0.05, 1.0)),
+        "period": _logarithmic(u[11], 2.0, 200.0),
+        "vertical": np.where(u[12] < SHARE_WITH_VERTICAL, 1.5 * u[12] / SHARE_WITH_VERTICAL, 0.0),
+    }
+    schemes = np.where(u[9] < 0.8, "centred", "cundall")
+    shapes = np.array(SHAPES)[(u[10] * len(SHAPES)).astype(int)]
+    return [
+        StabilityCase(
+            scheme=str(schemes[row]),
+            motion=str(shapes[row]),
+            **{name: float(values[row]) for name, values in columns.items()},
+        )
+        for row in range(count)
+    ]
+
+
+def adversarial_cases(count: int, seed: int) -> list[StabilityCase]:
+    """Cases under the adversarial motions: blocks of ordinary stone and size, the rest from the whole range."""
+    rows = []
+    for number, motion in enumerate(ADVERSARIAL):
+        for case in space_filling(count, seed + 1 + number):
+            # Ordinary sizes and stiff contacts, so that most cases get an answer instead of a refusal.
+            height = 0.1 * (case.height / 0.01) ** 0.4
+            penetration = 2e-6 * (case.stiffness / 1e4) ** (1 / 3)
+            stiffness = case.density * height * STANDARD_GRAVITY / (2.0 * penetration)
+            interval = {"ten minutes": 0.02, "0.01 Hz sine": 0.05, "50 Hz sine": 0.002}.get(motion, 0.01)
+            peak = case.peak if motion != "ten minutes" else min(case.peak, STANDARD_GRAVITY)
+            changed = {"stiffness": stiffness, "height": height, "peak": peak, "sampling_interval": interval}
+            rows.append(replace(case, motion=motion, **changed))
+    return rows
+
+
+def motion_of_case(case: StabilityCase, number: int) -> Motion:
+    """The motion of a case; the noise is seeded with its number."""
+    generator = np.random.Generator(np.random.PCG64([7, number]))
+    peak, interval = case.peak, case.sampling_interval
+    time = np.arange(SAMPLES, dtype=np.float64)
+    match case.motion:
+        case "pulse":
+            north = np.where(time <= case.period, peak * np.sin(2 * np.pi * time / case.period), 0.0)
+        case "noise":
+            north = generator.uniform(-peak, peak, SAMPLES)
+        case "square":
+            north = np.where(time % case.period < 0.5 * case.period, peak, -peak)
+        case "impulse":
+            north = np.where(time == 20, peak, 0.0)
+        case "ten minutes":
+            time = np.arange(int(600 / interval), dtype=np.float64)
+            # Swelling and fading noise.
+            north = peak * np.sin(np.pi * time / time.size) * generator.uniform(-1.0, 1.0, time.size)
+        case "0.01 Hz sine":
+            time = np.arange(int(200 / interval), dtype=np.float64)
+            north = peak * np.sin(2 * np.pi * 0.01 * interval * time)
+        case "50 Hz sine":
+            time = np.arange(2000, dtype=np.float64)
+            north = peak * np.sin(2 * np.pi * 50.0 * interval * time)
+        case "vertical above g":
+            north = peak * np.sin(2 * np.pi * time / 64)
+        case "constant offset":
+            north = np.full(SAMPLES, peak)
+        case _:
+            raise ValueError(f"motion: {case.motion!r} is not known")
+    up = None
+    if case.motion == "vertical above g":
+        up = STANDARD_GRAVITY * (1.5 + case.vertical) * np.sin(2 * np.pi * time / 48 + 1.0)
+    elif case.vertical > 0:
+        up = case.vertical * peak * generator.uniform(-1.0, 1.0, time.size)
+    return Motion(north, np.zeros(time.size), up, sampling_interval=interval)

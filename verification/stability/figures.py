@@ -1,0 +1,135 @@
+"""Where, over the dimensionless groups, an extreme case has an answer and where it is marked or refused."""
+
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+
+from overturning.figures.style import save, style
+from verification.stability.blocks import Ending
+from verification.stability.scene_cases import SCENES
+
+_KINDS: Final = (
+    ("right", (Ending.RIGHT,), "#9ecae1"),
+    ("at rest", (Ending.AT_REST,), "#cfcfca"),
+    ("undecided", (Ending.UNDECIDED,), "#009e73"),
+    ("unstable", (Ending.UNSTABLE, Ending.FAILED), "#d55e00"),
+    ("over budget", (Ending.OVER_BUDGET,), "#cc79a7"),
+    ("refused", (Ending.REFUSED,), "#222222"),
+    ("silent", (Ending.SILENT,), "#ff0000"),
+)
+_LABELS: Final = {
+    "penetration_ratio": "δ/B",
+    "damping": "ξ",
+    "step_ratio": "Δt / Δt stable",
+    "acceleration_ratio": "a / (g·B/H)",
+    "friction_ratio": "µ·H/B",
+}
+_LIMITS: Final = {
+    "penetration_ratio": (1e-12, 1e4),
+    "damping": (1e-4, 1e3),
+    "step_ratio": (1e-3, 1.0),
+    "acceleration_ratio": (1e-4, 1e3),
+    "friction_ratio": (1e-3, 1e3),
+}
+_PAIRS: Final = (
+    ("penetration_ratio", "damping"),
+    ("penetration_ratio", "step_ratio"),
+    ("penetration_ratio", "acceleration_ratio"),
+    ("friction_ratio", "acceleration_ratio"),
+)
+_BINS: Final = 24
+
+
+def draw_map(rows: pd.DataFrame, path: Path) -> None:
+    """Draw every case as a point over four pairs of groups; what lies outside a panel stands at its edge."""
+    import matplotlib.pyplot as plt
+
+    with style():
+        figure, axes = plt.subplots(2, 2, figsize=(8.2, 7.6), layout="constrained")
+        for axis, (across, up) in zip(axes.ravel(), _PAIRS, strict=True):
+            _points(axis, rows, across, up, 1.6)
+            axis.set_xlabel(_LABELS[across])
+            axis.set_ylabel(_LABELS[up])
+        _legend(figure, rows)
+        save(figure, path)
+
+
+def draw_scenes(rows: pd.DataFrame, path: Path) -> None:
+    """Draw every case of each shipped scene over acceleration and three more groups; the threshold of rocking is the scene's."""
+    import matplotlib.pyplot as plt
+
+    labels = _LABELS | {"acceleration_ratio": "a / (g · threshold)", "friction_ratio": "µ / threshold"}
+    across_of = ("penetration_ratio", "damping", "friction_ratio")
+    with style():
+        figure, axes = plt.subplots(
+            3, len(SCENES), figsize=(10.0, 8.0), layout="constrained", sharex="row", sharey=True
+        )
+        for column, scene in enumerate(SCENES):
+            for axis, across in zip(axes[:, column], across_of, strict=True):
+                _points(axis, rows[rows["scene"] == scene], across, "acceleration_ratio", 2.4)
+                axis.set_xlabel(labels[across])
+                if column == 0:
+                    axis.set_ylabel(labels["acceleration_ratio"])
+            axes[0, column].set_title(scene)
+        _legend(figure, rows)
+        save(figure, path)
+
+
+def _points(axis: Any, rows: pd.DataFrame, across: str, up: str, size: float) -> None:
+    # The kinds lie on one another in a fixed random order, so that none hides the others. Squares of one plain colour:
+    # with smoothed edges the picture inside the SVG is four times the bytes and shows no more.
+    rows = rows[np.isfinite(rows[across]) & np.isfinite(rows[up])]
+    rows = rows.iloc[np.random.Generator(np.random.PCG64(1)).permutation(len(rows))]
+    colour_of = {int(ending): colour for _, endings, colour in _KINDS for ending in endings}
+    x, y = (np.clip(rows[group], *_LIMITS[group]) for group in (across, up))
+    colours = [colour_of[ending] for ending in rows["ending"]]
+    axis.scatter(x, y, s=size**2, c=colours, marker="s", linewidths=0, antialiaseds=False, rasterized=True)
+    axis.set_xscale("log")
+    axis.set_yscale("log")
+    axis.set_xlim(*_LIMITS[across])
+    axis.set_ylim(*_LIMITS[up])
+
+
+def _legend(figure: Any, rows: pd.DataFrame) -> None:
+    from matplotlib.lines import Line2D
+
+    handles = [
+        Line2D([], [], linestyle="none", marker="o", markersize=7, markeredgewidth=0, color=colour, label=name)
+        for name, endings, colour in _KINDS
+        if np.isin(rows["ending"], endings).any()
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
+
+
+def draw_shares(rows: pd.DataFrame, path: Path) -> None:
+    """Draw, along each group, the share of cases that end in each way."""
+    import matplotlib.pyplot as plt
+
+    with style():
+        figure, axes = plt.subplots(2, 3, figsize=(9.0, 5.2), layout="constrained", sharey=True)
+        for axis, group in zip(axes.ravel(), _LABELS, strict=False):
+            low, high = _LIMITS[group]
+            edges = np.geomspace(low, high, _BINS + 1)
+            known = rows[np.isfinite(rows[group])]  # a refused case may have no step
+            place = np.clip(known[group], low, high * (1 - 1e-9))
+            total = np.histogram(place, edges)[0]
+            bottom = np.zeros(_BINS)
+            for name, endings, colour in _KINDS:
+                counted = np.histogram(place[np.isin(known["ending"], endings)], edges)[0]
+                # Fewer than ten cases say nothing about a share.
+                top = bottom + np.where(total >= 10, counted / np.maximum(total, 1), 0.0)
+                if counted.any():
+                    axis.stairs(top, edges, baseline=bottom, fill=True, color=colour, label=name)
+                bottom = top
+            axis.set_xscale("log")
+            axis.set_xlim(low, high)
+            axis.set_ylim(0, 1)
+            axis.set_xlabel(_LABELS[group])
+        for axis in axes[:, 0]:
+            axis.set_ylabel("share of cases")
+        axes[1, 2].axis("off")
+        handles, labels = axes[0, 0].get_legend_handles_labels()
+        axes[1, 2].legend(handles, labels, loc="center")
+        save(figure, path)

@@ -1,0 +1,121 @@
+"""The map of stability as Markdown: how cases end, and what is out of reach, counted in the run."""
+
+import itertools
+from collections.abc import Mapping
+from typing import Final
+
+import numpy as np
+import pandas as pd
+
+from overturning.dem.cases import BUDGET, ENERGY_BOUND
+from overturning.dem.contact import PRECISION_FLOOR
+from overturning.dem.plan import DEEPEST
+from verification.stability.blocks import Ending
+from verification.stability.cases import ADVERSARIAL
+from verification.stability.scene_cases import SCENES
+from verification.tables import Figure, markdown
+
+_HEADS: Final = tuple(ending.name.lower().replace("_", " ") for ending in Ending)
+
+
+def bodies(blocks: pd.DataFrame, scenes: pd.DataFrame) -> dict[str, str]:
+    """The tables by mark."""
+    return {"stability": _blocks(blocks), "scenes": _scenes(scenes), "reach": _reach(blocks, scenes)}
+
+
+def figures(blocks: pd.DataFrame, scenes: pd.DataFrame) -> list[Figure]:
+    """What the summary says."""
+    made = []
+    for name, rows in (("blocks", blocks), ("scenes", scenes)):
+        silent, right = rows["ending"] == Ending.SILENT, rows["ending"] == Ending.RIGHT
+        energy = float(rows["energy_error"][right].max())
+        made += [
+            Figure(f"map of stability, {name}: cases", len(rows)),
+            Figure(f"map of stability, {name}: wrong without a mark", int(silent.sum()), "", "0"),
+            Figure(
+                f"map of stability, {name}: largest residual of work and energy", energy, "", f"<= {ENERGY_BOUND:g}"
+            ),
+        ]
+    return made
+
+
+def _counted(first: str, kinds: Mapping[str, "pd.Series[bool]"], rows: pd.DataFrame) -> str:
+    lines = []
+    for name, chosen in kinds.items():
+        endings = rows["ending"][chosen]
+        lines.append((name, len(endings), *((endings == ending).sum() for ending in Ending)))
+    return markdown((first, "cases", *_HEADS), lines)
+
+
+def _summary(rows: pd.DataFrame) -> str:
+    energy = rows["energy_error"][rows["ending"] == Ending.RIGHT]
+    reasons = rows["reason"][rows["ending"] == Ending.REFUSED].value_counts().sort_index()
+    refusals = ", ".join(f"{count} for `{name}`" for name, count in reasons.items())
+    return (
+        f"The largest residual of work and energy among the {len(energy)} right ones is {energy.max():.4f}, its median "
+        f"{energy.median():.2g}. Refused: {refusals or 'none'}. Silent: {(rows['ending'] == Ending.SILENT).sum()}."
+    )
+
+
+def _blocks(rows: pd.DataFrame) -> str:
+    """How the blocks of the map end."""
+    kinds = {"space-filling": ~rows["motion"].isin(ADVERSARIAL)} | {n: rows["motion"] == n for n in ADVERSARIAL}
+    by_motion = _counted("motion", kinds, rows)
+    lines = []
+    edges = (0.0, 1e-9, 1e-7, 1e-5, 1e-3, 1e-2, 1e-1, np.inf)
+    for low, high in itertools.pairwise(edges):
+        endings = rows["ending"][(rows["penetration_ratio"] >= low) & (rows["penetration_ratio"] < high)]
+        shares = [f"{100 * (endings == e).mean():.1f} %" if len(endings) else "–" for e in Ending]
+        lines.append((f"{low:g} to {high:g}", len(endings), *shares))
+    by_penetration = markdown(("δ/B", "cases", *_HEADS), lines)
+    budget = f"{len(rows)} cases in all, at most {rows.attrs['budget']:.3g} block steps each."
+    return f"{by_motion}\n\n{budget} {_summary(rows)}\n\n{by_penetration}"
+
+
+def _scenes(rows: pd.DataFrame) -> str:
+    """How the cases of the scenes end."""
+    adversarial = rows["motion"].isin(ADVERSARIAL)
+    kinds: dict[str, pd.Series[bool]] = {}
+    for scene in SCENES:
+        mine = rows["scene"] == scene
+        kinds |= {f"{scene}, space-filling": mine & ~adversarial, f"{scene}, adversarial motions": mine & adversarial}
+    compared = rows["as_block"][rows["as_block"] >= 0]
+    return (
+        f"{_counted('scene', kinds, rows)}\n\n{len(rows)} cases in all, at most {rows.attrs['budget']:.3g} steps each, "
+        f"{rows.attrs['adversarial_budget']:.3g} under adversarial motions. {_summary(rows)} Of {len(compared)} gravestones that "
+        f"stay on the ground and are answered by the block's own kernel too, {(compared == 0).sum()} have another flag there."
+    )
+
+
+def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
+    """What is out of reach, and why, with the shares of this run, as a Markdown list."""
+    ending, ratio = blocks["ending"], blocks["penetration_ratio"]
+    soft = ratio > 0.1
+    unstable = (ending == Ending.UNSTABLE) & (ratio < 1e-2)
+    # The penetration is in B, its limit a share of half the smaller side.
+    sunk = blocks["penetration"] > 0.5 * DEEPEST * np.minimum(1.0, 1.0 / blocks["b_over_h"])
+    over, undecided = ending == Ending.OVER_BUDGET, ending == Ending.UNDECIDED
+    in_scenes = (scenes["ending"] == Ending.UNSTABLE) & (scenes["penetration_ratio"] < 1e-2)
+    lines = [
+        f"δ/B above about 0.1, or δ above a tenth of the smaller side: the block's own weight presses its corners in so far that the "
+        f"contact law means nothing. Marked `unstable`: {_percent(ending[soft] == Ending.UNSTABLE)} of the {int(soft.sum())} blocks "
+        "with δ/B above 0.1.",
+        f"δ below {PRECISION_FLOOR * np.finfo(float).eps:.1g} H: double precision does not hold the penetration of a block at rest. "
+        "Refused, naming `stiffness`; a scene likewise, by its height.",
+        f"Strong shaking on lightly damped contacts: corners are thrown up and come down fast. Of the {int(unstable.sum())} unstable "
+        f"blocks with δ/B below 10⁻² {_percent(blocks['damping'][unstable] < 0.1)} have ξ below 0.1; half of them have a peak above "
+        f"{np.median(blocks['acceleration_ratio'][unstable]):.0f} g·B/H. {_percent(sunk[unstable])} sink in too deep; of the others work "
+        f"and energy do not balance to 10⁻². Of the {int(in_scenes.sum())} such cases of scenes "
+        f"{_percent(scenes['damping'][in_scenes] < 0.1)} have ξ below 0.1, and half a peak above "
+        f"{np.median(scenes['acceleration_ratio'][in_scenes]):.0f} times the threshold of rocking.",
+        f"Stiff springs on small blocks under long records: the stable step is so short that the budget of block steps runs out "
+        f"(`over_budget`). Of {int(over.sum())} such blocks half are lower than {np.median(blocks['height'][over]):.2g} m. The map's "
+        f"budget, {blocks.attrs['budget']:.2g}, is far below a study's, {BUDGET:.0e}.",
+        f"Blocks on little friction that still slide 20/p seconds after the record, with energy enough to fall if they tripped: "
+        f"`undecided`. Of {int(undecided.sum())} such blocks {_percent(blocks['friction'][undecided] < 0.02)} have µ below 0.02.",
+    ]
+    return "\n".join(f"- {line}" for line in lines)
+
+
+def _percent(chosen: "pd.Series[bool]") -> str:
+    return f"{100 * np.mean(chosen):.0f} %" if len(chosen) else "none"

@@ -1,0 +1,167 @@
+"""Everything measured goes through here: NetCDF and CSV files, Markdown tables, and the marks in the docs where they belong."""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+import pandas as pd
+
+from overturning.errors import ResultError
+from overturning.files import whole
+
+ROOT: Final = Path(__file__).parents[1]
+RESULTS: Final = ROOT / "verification" / "results"
+"""Tables kept in the repository; the pages of the docs link to them."""
+
+
+class Figure(NamedTuple):
+    """One measured figure."""
+
+    quantity: str
+    value: float
+    unit: str = ""
+    target: str = ""
+
+
+def markdown(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """A Markdown table."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines)
+
+
+def figures_table(figures: Iterable[Figure]) -> str:
+    """Figures as a Markdown table."""
+    return markdown(("", "measured", "target"), [(one.quantity, said(one), one.target) for one in figures])
+
+
+def said(figure: Figure) -> str:
+    """Value and unit of a figure, four digits of it."""
+    number = f"{figure.value:.4g}" if abs(figure.value) < 1e4 else f"{figure.value:,.0f}"
+    return f"{number} {figure.unit}".strip()
+
+
+def write_figures(figures: Sequence[Figure], path: Path, keep: bool = False) -> list[Figure]:
+    """Write figures as CSV and return what stands there now.
+
+    Parameters
+    ----------
+    figures : sequence of Figure
+        What was measured.
+    path : Path
+        The file.
+    keep : bool
+        Keep the file's figures that were not measured again.
+    """
+    new = {one.quantity: one for one in figures}
+    if keep and path.is_file():
+        new = {one.quantity: one for one in read_figures(path)} | new
+    with whole(path) as part:
+        pd.DataFrame(list(new.values())).to_csv(part, index=False, float_format="%.6g", lineterminator="\n")
+    return list(new.values())
+
+
+def read_figures(path: Path) -> list[Figure]:
+    """Read what `write_figures` wrote."""
+    rows = pd.read_csv(path, keep_default_na=False)
+    return [Figure(str(row.quantity), float(row.value), str(row.unit), str(row.target)) for row in lines_of(rows)]
+
+
+def publish(bodies: Mapping[str, str], root: Path = ROOT) -> None:
+    """Put every body between the lines ``<!-- mark:begin -->`` and ``<!-- mark:end -->`` of the pages that have its mark.
+
+    Parameters
+    ----------
+    bodies : mapping of str to str
+        Markdown by mark.
+    root : Path
+        Folder of README.md and docs/*.md.
+
+    Raises
+    ------
+    ResultError
+        If no page has one of the marks; the others are published all the same.
+    """
+    missing = set(bodies)
+    for page in (root / "README.md", *sorted((root / "docs").glob("*.md"))):
+        if page.is_file():
+            old = text = page.read_text(encoding="utf-8")
+            for mark, body in bodies.items():
+                begin, end = f"<!-- {mark}:begin -->", f"<!-- {mark}:end -->"
+                if begin in text and end in text:
+                    missing.discard(mark)
+                    new = f"{begin}\n\n{body}\n\n{end}"
+                    text = re.sub(f"{begin}.*?{end}", lambda _, new=new: new, text, flags=re.DOTALL)  # type: ignore[misc]
+            if text != old:
+                with whole(page) as part:
+                    part.write_text(text, encoding="utf-8")
+    if missing:
+        names = ", ".join(f"<!-- {mark}:begin --> and <!-- {mark}:end -->" for mark in sorted(missing))
+        raise ResultError(f"no page of docs/ nor README.md has {names}; put them where the figures belong")
+
+
+def write_table(
+    rows: pd.DataFrame,
+    path: Path,
+    *,
+    meanings: Mapping[str, tuple[str, str]],
+    attributes: Mapping[str, Any] | None = None,
+    dimension: str = "row",
+) -> None:
+    """Write a table as NetCDF, and as CSV beside it; the same bytes for the same numbers.
+
+    Parameters
+    ----------
+    rows : DataFrame
+        Numbers and texts.
+    path : Path
+        The NetCDF file; the CSV file has the same name with another ending.
+    meanings : mapping of str to (str, str)
+        Long name and unit of each column.
+    attributes : mapping, optional
+        What else to say of the table: numbers.
+    dimension : str
+        Name of the dimension.
+    """
+    table = rows.rename_axis(dimension).to_xarray().drop_vars(dimension).assign_attrs(attributes or {})
+    encoding: dict[str, dict[str, Any]] = {}
+    for name, column in table.data_vars.items():
+        long_name, unit = meanings[str(name)]
+        number = column.dtype.kind in "iufb"
+        column.attrs = {"long_name": long_name} | ({"units": unit} if number else {})
+        encoding[str(name)] = {"zlib": True, "complevel": 1, "shuffle": True, "_FillValue": None} if number else {}
+        if not number:
+            table[name] = column.astype(object)
+    with whole(path) as part:
+        table.to_netcdf(part, engine="netcdf4", encoding=encoding)
+    write_csv(rows, path.with_suffix(".csv"))
+
+
+def lines_of(rows: pd.DataFrame) -> Iterator[Any]:
+    """The rows of a table, their columns as attributes."""
+    yield from rows.itertuples(index=False)
+
+
+def write_csv(rows: pd.DataFrame, path: Path) -> None:
+    """Write a table as CSV, six digits of each number."""
+    with whole(path) as part:
+        rows.to_csv(part, index=False, float_format="%.6g", na_rep="nan", lineterminator="\n")
+
+
+def read_table(path: Path) -> pd.DataFrame:
+    """Read what `write_table` wrote as NetCDF; its attributes are those of the frame.
+
+    Raises
+    ------
+    ResultError
+        If the file is missing or no such table.
+    """
+    import xarray as xr
+
+    try:
+        with xr.open_dataset(path, engine="netcdf4", decode_times=False) as table:  # a column in s is a number
+            rows = table.to_dataframe()
+            rows.attrs = dict(table.attrs)
+    except (OSError, ValueError) as error:
+        raise ResultError(f"{path}: cannot be read ({error}); run `make verify`") from None
+    return rows

@@ -1,0 +1,200 @@
+"""Overturning boundaries: the B/H at which the flag changes, a measure of error that is continuous."""
+
+import itertools
+from collections.abc import Callable, Sequence
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.dem.blocks import Cases
+from overturning.dem.cases import CaseResults, run_cases
+from overturning.dem.columns import COLUMNS
+from overturning.dem.variables import INT8_MISSING
+from verification.measures import Flags, FloatArray
+from verification.work_precision.cases import Group
+
+Runner = Callable[[Group], tuple[Flags, FloatArray]]
+
+HALVINGS: Final = 15
+"""Of the bracket of an overturning boundary: it is then known to 3e-7 of B/H."""
+
+AT_ONCE: Final = 3
+"""Halvings, at most, whose middles are run together to fill the kernel's columns; the answer is that of one after another."""
+
+BRACKET: Final = 0.005
+"""Half the bracket's width, as a share of B/H, in which a method's boundary is looked for."""
+
+RESOLUTION: Final = 2 * BRACKET / 2**HALVINGS
+"""Width of the last bracket, as a share of B/H: a smaller shift is not seen and comes out as 0."""
+
+
+class Boundary(NamedTuple):
+    """A falling case whose neighbour along B/H stands."""
+
+    group: int
+    """Number of its group."""
+    falling: dict[str, float]
+    """Azimuth (degrees), height (m), friction and B/H of the falling case."""
+    stands_at: float
+    """B/H of its standing neighbour."""
+
+
+def kernel(**arguments: Any) -> Runner:
+    """The kernel with some settings, as a function of a group: flags and peak rotations."""
+
+    def run(group: Group) -> tuple[Flags, FloatArray]:
+        found: CaseResults = run_cases(group.motion, group.cases, **arguments)
+        return found.overturned, found.peak_rotation.astype(np.float64)
+
+    return run
+
+
+def answers(groups: Sequence[Group], run: Runner) -> tuple[Flags, FloatArray]:
+    """Flags and peak rotations of all groups in a row."""
+    parts = [run(group) for group in groups]
+    return np.concatenate([flags for flags, _ in parts]), np.concatenate([peaks for _, peaks in parts])
+
+
+def boundaries(groups: Sequence[Group], flags: Flags, most: int) -> list[Boundary]:
+    """Where, along B/H, a falling block has a standing neighbour.
+
+    Parameters
+    ----------
+    groups : sequence of Group
+        Whose cases differ in B/H and agree in the rest.
+    flags : ndarray of int8
+        Of all groups in a row.
+    most : int
+        Boundaries of one group.
+    """
+    found: list[Boundary] = []
+    begin = 0
+    for number, group in enumerate(groups):
+        names = ("azimuth_deg", "height", "friction", "b_over_h")
+        rows = np.stack([np.asarray(getattr(group.cases, name)) for name in names], axis=1)
+        mine = flags[begin : begin + len(rows)]
+        begin += len(rows)
+        order = np.lexsort((rows[:, 3], rows[:, 2], rows[:, 1], rows[:, 0]))
+        here = 0
+        for falls, stands in itertools.pairwise(order):
+            same = np.array_equal(rows[falls, :3], rows[stands, :3])
+            if same and mine[stands] == 0 and mine[falls] not in (0, INT8_MISSING) and here < most:
+                case = dict(zip(names, rows[falls].tolist(), strict=True))
+                found.append(Boundary(number, case, float(rows[stands, 3])))
+                here += 1
+    return found
+
+
+def located(
+    groups: Sequence[Group], where: Sequence[Boundary], usual: Runner, finest: Runner, bracket: float = BRACKET
+) -> tuple[FloatArray, FloatArray]:
+    """The boundaries of a usual method and, within a bracket about them, those of a fine one, as B/H.
+
+    Parameters
+    ----------
+    groups, where
+        As given to and by `boundaries`.
+    usual, finest : callable
+        The method of the way there, and that of its last piece.
+    bracket : float
+        Half the bracket's width, as a share of B/H.
+    """
+    near = bisect(groups, where, usual, *ends(where), 2 * HALVINGS)
+    return near, bisect(groups, where, finest, near * (1 - bracket), near * (1 + bracket))
+
+
+def ends(where: Sequence[Boundary]) -> tuple[FloatArray, FloatArray]:
+    """B/H of the falling cases and of their standing neighbours."""
+    return np.array([place.falling["b_over_h"] for place in where]), np.array([place.stands_at for place in where])
+
+
+def bisect(
+    groups: Sequence[Group],
+    where: Sequence[Boundary],
+    run: Runner,
+    low: FloatArray,
+    high: FloatArray,
+    halvings: int = HALVINGS,
+) -> FloatArray:
+    """B/H between a falling and a standing block at which the flag changes, by bisection; all boundaries together.
+
+    Parameters
+    ----------
+    groups, where
+        As given to and by `boundaries`.
+    run : callable
+        The method.
+    low, high : ndarray
+        B/H that fall and that stand; NaN comes back where they do not, or are NaN.
+    halvings : int
+        Of the brackets.
+    """
+    known = np.isfinite(low) & np.isfinite(high)
+    low, high = np.where(known, low, 1.0), np.where(known, high, 1.0)
+    fell = _falls(groups, where, run, np.stack([low, high]))
+    good = known & fell[0] & ~fell[1]
+    most = max(sum(place.group == number for place in where) for number in range(len(groups)))
+    together = max(1, min(AT_ONCE, int(np.log2(COLUMNS / max(most, 1) + 1))))
+    while halvings > 0:
+        depth = min(together, halvings)
+        halvings -= depth
+        # All middles that the next halvings may need: those of the intervals of a binary tree, level by level.
+        lows, highs, middles = low[None], high[None], []
+        for _ in range(depth):
+            middle = 0.5 * (lows + highs)
+            middles.append(middle)
+            lows = np.stack([lows, middle], axis=1).reshape(-1, low.size)
+            highs = np.stack([middle, highs], axis=1).reshape(-1, low.size)
+        fell = _falls(groups, where, run, np.concatenate(middles))
+        node, begin, each = np.zeros(low.size, np.int64), 0, np.arange(low.size)
+        for middle in middles:
+            falls, at = fell[begin + node, each], middle[node, each]
+            low, high = np.where(falls, at, low), np.where(falls, high, at)
+            node, begin = 2 * node + falls, begin + len(middle)
+    return np.where(good, 0.5 * (low + high), np.nan)
+
+
+def _falls(groups: Sequence[Group], where: Sequence[Boundary], run: Runner, b_over_h: FloatArray) -> NDArray[np.bool_]:
+    """Whether blocks of other B/H fall at each boundary; shape (values, boundaries) as given."""
+    fell = np.zeros(b_over_h.shape, bool)
+    for number, group in enumerate(groups):
+        rows = [row for row, place in enumerate(where) if place.group == number]
+        if rows:
+            axes = {
+                name: np.tile([where[row].falling[name] for row in rows], len(b_over_h))
+                for name in ("azimuth_deg", "height", "friction")
+            }
+            flags = run(Group(group.motion, Cases(b_over_h=b_over_h[:, rows].ravel(), **axes)))[0]
+            fell[:, rows] = (flags != 0).reshape(-1, len(rows))
+    return fell
+
+
+def boundary_shift(
+    groups: Sequence[Group],
+    where: Sequence[Boundary],
+    run: Runner,
+    near: FloatArray,
+    right: FloatArray,
+    bracket: float = BRACKET,
+) -> float:
+    """Median shift of the overturning boundary as a share of B/H; a boundary out of reach counts as the bracket's half.
+
+    Parameters
+    ----------
+    groups, where, run
+        As for `bisect`.
+    near : ndarray
+        Middles of the brackets, the same for the method and for the reference: where the flag changes more than once
+        within a bracket, both then look for the same change.
+    right : ndarray
+        The reference's boundaries; NaN where it has none in the bracket.
+    bracket : float
+        Half the bracket's width, as a share of B/H.
+    """
+    usable = np.isfinite(right)
+    if not usable.any():
+        return float("nan")
+    chosen = [place for place, use in zip(where, usable, strict=True) if use]
+    found = bisect(groups, chosen, run, near[usable] * (1 - bracket), near[usable] * (1 + bracket))
+    return float(np.median(np.where(np.isnan(found), bracket, np.abs(found / right[usable] - 1.0))))

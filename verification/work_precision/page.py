@@ -1,0 +1,174 @@
+"""Error against run time as tables of the docs; the rows that are not shown stand in verification/results/work-precision.csv."""
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+
+from overturning.dem.contact import STATIC_PENETRATION
+from overturning.study.comparison import wilson
+from verification.measures import order
+from verification.tables import Figure, lines_of, markdown
+from verification.work_precision.boundaries import RESOLUTION
+from verification.work_precision.table import SCHEMES
+
+ORDER_FRACTIONS: Final = (0.5, 0.05)
+"""Largest and smallest Δt/Δt_stable between which the order of convergence is read off."""
+
+SHOWN_FRACTIONS: Final = (1.0, 0.5, 0.12)
+SHOWN_ENGINE_STEPS: Final = (1 / 240, 1 / 960)
+"""Time steps of the kernel, over the stable one, and of engines, s, that the docs show."""
+
+_ERRORS: Final = ("wrong flags (95 %)", "wrong sides (95 %)", "peak rotation", "boundary")
+
+
+def over_steps(rows: pd.DataFrame, kind: str) -> "pd.Series[bool]":
+    """The rows of a set of records in which the time step varies and the stiffness does not."""
+    own = np.isclose(rows["penetration_ratio"], STATIC_PENETRATION)
+    return (rows["cases_of"] == f"records, {kind}") & (rows["against"] == "finer step") & own
+
+
+def orders(rows: pd.DataFrame) -> dict[str, float]:
+    """Order of convergence of each scheme on each continuous measure."""
+    high, low = ORDER_FRACTIONS
+    steps = (rows["step_fraction"] <= high) & (rows["step_fraction"] >= low)
+    parts = [
+        (f"{kind}, {measure}", over_steps(rows, kind), measure)
+        for kind in ("rocking", "sliding")
+        for measure in ("rotation_error", "boundary_shift")
+    ]
+    found = {}
+    for name, part, measure in (*parts, ("energy", rows["against"] == "energy balance", "energy_error")):
+        for method in SCHEMES:
+            chosen = rows[steps & part & (rows["method"] == method)]
+            found[f"{name}, {method}"] = order(chosen["step_fraction"].to_numpy(), chosen[measure].to_numpy())
+    return found
+
+
+def bodies(rows: pd.DataFrame, found_orders: Mapping[str, float]) -> dict[str, str]:
+    """The tables by mark."""
+    return {
+        "steps": _steps(rows),
+        "orders": _orders(found_orders),
+        "stiffness": _stiffness(rows),
+        "rigid": _rigid(rows),
+    }
+
+
+def figures(rows: pd.DataFrame, found_orders: Mapping[str, float]) -> list[Figure]:
+    """What the summary says: the default setting, and the least order of each scheme."""
+    default = rows[rows["default"] == 1]
+    made = []
+    for kind in ("rocking", "sliding"):
+        (at,) = lines_of(default[over_steps(default, kind)])
+        made += [
+            Figure(f"wrong flags against a far finer step, records, {kind}", 100 * at.wrong_flags / at.cases, "%"),
+            Figure(f"wrong sides against a far finer step, records, {kind}", 100 * at.wrong_sides / at.fallen, "%"),
+        ]
+    for name in ("sine pulses", "records, no sliding"):
+        (at,) = lines_of(default[(default["cases_of"] == name) & (default["against"] == "rigid rocking")])
+        target = "0" if name == "sine pulses" else ""
+        made.append(Figure(f"wrong flags against rigid rocking, {name}", 100 * at.wrong_flags / at.cases, "%", target))
+    (at,) = lines_of(default[default["against"] == "exact sliding"])
+    made.append(Figure("largest error of peak slip against exact sliding", 100 * at.slip_error, "%"))
+    for method in SCHEMES:
+        of_rotation = [value for name, value in found_orders.items() if "rotation" in name and name.endswith(method)]
+        target = ">= 1" if method == "centred" else ">= 0.9"
+        made.append(Figure(f"order of convergence of peak rotation, {method}, least", min(of_rotation), "", target))
+    return made
+
+
+def _share(count: float, total: float) -> str:
+    low, high = wilson(int(count), int(total))
+    return f"{100 * count / max(total, 1):.2f} % ({int(count)} of {int(total)}; {100 * low:.2f} to {100 * high:.2f})"
+
+
+def _number(value: float, percent: bool = False) -> str:
+    if not np.isfinite(value):
+        return "–"
+    if percent and value == 0:
+        return f"< {100 * RESOLUTION:.2g} %"
+    return f"{100 * value:.2g} %" if percent else f"{value:.2g}"
+
+
+def _errors(at: Any) -> tuple[str, ...]:
+    """The cells under `_ERRORS`."""
+    return (
+        _share(at.wrong_flags, at.cases),
+        _share(at.wrong_sides, at.fallen),
+        _number(at.rotation_error),
+        _number(at.boundary_shift, percent=True),
+    )
+
+
+def _marked(at: Any, text: str) -> str:
+    return f"{text} **default**" if at.default == 1 else text
+
+
+def _shown(rows: pd.DataFrame) -> "pd.Series[bool]":
+    """Time steps that the docs show, and every stiffness."""
+    engine = rows["penetration_ratio"].isna()
+    steps = np.where(
+        engine, rows["step_fraction"].isin(SHOWN_ENGINE_STEPS), rows["step_fraction"].isin(SHOWN_FRACTIONS)
+    )
+    return pd.Series(steps, index=rows.index).astype(bool)
+
+
+def _steps(rows: pd.DataFrame) -> str:
+    """Errors of both schemes against a far finer step."""
+    chosen = rows[(over_steps(rows, "rocking") | over_steps(rows, "sliding")) & _shown(rows)]
+    lines = [
+        (at.cases_of, _marked(at, at.method), f"{at.step_fraction:g}", f"{at.seconds_per_case:.2g}", *_errors(at))
+        for at in lines_of(chosen)
+    ]
+    return markdown(("cases", "scheme", "Δt/Δt stable", "s per case", *_ERRORS), lines)
+
+
+def _stiffness(rows: pd.DataFrame) -> str:
+    """Errors of the default scheme and step over stiffness."""
+    ratio = rows["penetration_ratio"]
+    several = ratio.notna() & ~np.isclose(ratio, STATIC_PENETRATION) & (rows["against"] == "finer step")
+    names = {"finer step": "the same, finer steps", "stiffest springs": "stiffest, finer steps"}
+    lines = [
+        (at.cases_of, _marked(at, f"{at.penetration_ratio:.0e}"), f"{at.seconds_per_case:.2g}", names[at.against], *_errors(at))
+        for at in lines_of(rows[several | (rows["against"] == "stiffest springs")])
+    ]  # fmt: skip
+    return markdown(("cases", "δ/B", "s per case", "against", *_ERRORS), lines)
+
+
+def _rigid(rows: pd.DataFrame) -> str:
+    """Errors against rigid rocking and sliding, engines included."""
+    head = (
+        "cases",
+        "method",
+        "step",
+        "δ/B",
+        "s per case",
+        "wrong flags (95 %)",
+        "wrong sides",
+        "peak rotation",
+        "peak slip",
+    )
+    lines = []
+    for at in lines_of(rows[rows["against"].isin(("rigid rocking", "exact sliding")) & _shown(rows)]):
+        engine, counted = not np.isfinite(at.penetration_ratio), np.isfinite(at.wrong_flags)
+        lines.append((
+            at.cases_of,
+            _marked(at, at.method),
+            f"1/{1 / at.step_fraction:.0f} s" if engine else f"{at.step_fraction:g}",
+            "–" if engine else f"{at.penetration_ratio:.0e}",
+            f"{at.seconds_per_case:.2g}",
+            _share(at.wrong_flags, at.cases) if counted else "–",
+            f"{at.wrong_sides:.0f} of {at.fallen:.0f}" if counted else "–",
+            _number(at.rotation_error),
+            _number(at.slip_error, percent=True),
+        ))  # fmt: skip
+    return markdown(head, lines)
+
+
+def _orders(found: Mapping[str, float]) -> str:
+    """Orders of convergence."""
+    unseen = "shifts below what bisection resolves"
+    lines = [(name.replace("_", " "), f"{v:.2f}" if np.isfinite(v) else unseen) for name, v in found.items()]
+    return markdown(("measure", "order"), lines)

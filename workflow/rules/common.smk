@@ -6,7 +6,7 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 
 from overturning.errors import OverturningError
-from overturning.statistics.survey import read_survey
+from overturning.surveys.stones import read_survey
 from overturning.records.read import find_paths
 from overturning.study.load import check_study, entries_of, load_study
 from overturning.study.sources import source_hash

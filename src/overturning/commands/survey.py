@@ -8,7 +8,7 @@ import typer
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from overturning.statistics.survey_file import SurveyResult
+    from overturning.surveys.result import SurveyResult
 
 app = typer.Typer(rich_markup_mode=None)
 
@@ -26,10 +26,10 @@ def survey(
 ) -> None:
     """Compare the directions in which stones fell with those that the cube predicts."""
     from overturning.errors import ArgumentError
-    from overturning.statistics.survey import read_survey
-    from overturning.statistics.survey_comparison import compare_survey
-    from overturning.statistics.survey_file import survey_result, write_survey
     from overturning.study.cube import open_cube
+    from overturning.surveys.comparison import compare_survey
+    from overturning.surveys.result import survey_result, write_survey
+    from overturning.surveys.stones import read_survey
 
     if figure is not None and figure.suffix.lower() not in {".svg", ".png"}:
         raise ArgumentError(f"{figure.name}: unknown kind of figure; end it in .svg or .png")
@@ -50,7 +50,7 @@ def survey(
         write_survey(result, output)
     if figure is not None:
         from overturning.figures.style import save, style
-        from overturning.figures.survey_rose import survey_figure
+        from overturning.surveys.rose import survey_figure
 
         with style():
             save(survey_figure(found, f"{stones.name}, {name}"), figure)

@@ -19,9 +19,9 @@ from overturning.figures.spectra import spectra_figure
 from overturning.figures.style import save
 from overturning.files import whole
 from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi
+from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
 from overturning.motion.spectra import spectra_by_azimuth
-from overturning.records.integration import integrate
 from overturning.records.store import read_motion
 from overturning.statistics.boundary import boundary
 from overturning.statistics.telling import TellingCase, telling_cases

@@ -1,11 +1,12 @@
 """Ground motion as the simulation takes it: three accelerations and a sampling interval, nothing else."""
 
+from typing import Protocol
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from overturning.errors import ArgumentError
 from overturning.motion.direction import along
-from overturning.records.record import Record
 
 
 def _component(name: str, values: ArrayLike) -> NDArray[np.float64]:
@@ -16,6 +17,19 @@ def _component(name: str, values: ArrayLike) -> NDArray[np.float64]:
         raise ArgumentError(f"{name}: sample {int(np.flatnonzero(~np.isfinite(samples))[0])} is not finite")
     samples.flags.writeable = False
     return samples
+
+
+class Recorded(Protocol):
+    """What a motion is taken from: anything that has its components, as a record does."""
+
+    @property
+    def north(self) -> NDArray[np.float64]: ...  # noqa: D102
+    @property
+    def east(self) -> NDArray[np.float64]: ...  # noqa: D102
+    @property
+    def up(self) -> NDArray[np.float64] | None: ...  # noqa: D102
+    @property
+    def sampling_interval(self) -> float: ...  # noqa: D102
 
 
 class Motion:
@@ -52,7 +66,7 @@ class Motion:
         self.sampling_interval = float(sampling_interval)
 
     @classmethod
-    def of(cls, record: Record) -> "Motion":
+    def of(cls, record: Recorded) -> "Motion":
         """The motion of a record."""
         return cls(record.north, record.east, record.up, sampling_interval=record.sampling_interval)
 

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from overturning.errors import ArgumentError
+from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
 from overturning.motion.oscillator import POINTS_PER_PERIOD, Oscillators, checked_periods
 from overturning.motion.rotation import checked_azimuths, cosines_of, largest_along
-from overturning.records.integration import integrate
 
 FloatArray = NDArray[np.float64]
 

@@ -8,9 +8,9 @@ from datetime import UTC, datetime, timedelta
 from typing import Any, Literal
 
 from overturning.errors import RecordError
+from overturning.motion.direction import direction_cosines
 from overturning.records.axes import is_vertical_of_unknown_sense
 from overturning.records.component import Component, check_peak
-from overturning.records.direction import direction_cosines
 from overturning.records.record import FloatArray, Record
 
 MAXIMUM_SPREAD = 0.5

@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from overturning.errors import OverturningError
+from overturning.motion.integration import peaks
 from overturning.records.assembly import VerticalSense, assemble
 from overturning.records.component import Component
 from overturning.records.grouping import group_components
-from overturning.records.integration import peaks
 from overturning.records.options import ReadOptions
 from overturning.records.read import read_files
 from overturning.records.record import Record

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from overturning.errors import RecordError
+from overturning.motion.integration import integrate, peaks
 from overturning.records.assembly import iso
-from overturning.records.integration import integrate, peaks
 from overturning.records.record import FloatArray, Record
 from overturning.records.steps import (
     Baseline,

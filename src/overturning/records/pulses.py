@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from overturning.errors import ConfigError
-from overturning.records.direction import direction_cosines
+from overturning.motion.direction import direction_cosines
 from overturning.records.record import Record
 from overturning.units import GAL
 

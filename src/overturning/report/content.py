@@ -15,9 +15,9 @@ from overturning.report.published import compare_findings, compare_peaks, summar
 from overturning.report.scene_content import scene_content
 from overturning.statistics.falls import overturns
 from overturning.statistics.groups import record_groups
-from overturning.statistics.survey_file import read_survey_result
 from overturning.study.config import Study
 from overturning.study.cube import sources_of_records, study_of
+from overturning.surveys.result import read_survey_result
 from overturning.units import CM, GAL
 
 if TYPE_CHECKING:

@@ -6,10 +6,10 @@ from typing import Any
 from overturning.figures.style import short
 from overturning.report.sentences import percent, signed
 from overturning.statistics.circular import TestResult
-from overturning.statistics.survey import OCTANTS
-from overturning.statistics.survey_comparison import SurveyComparison
-from overturning.statistics.survey_file import SurveyResult
-from overturning.statistics.survey_prediction import SIDES
+from overturning.surveys.comparison import SurveyComparison
+from overturning.surveys.prediction import SIDES
+from overturning.surveys.result import SurveyResult
+from overturning.surveys.stones import OCTANTS
 
 SIGNIFICANT = 0.05
 """Below this p-value a test is said to show something."""

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from overturning.errors import ArgumentError
 from overturning.statistics.circular import TestResult, grouped_watson_test, resultant, watson_u2_test
-from overturning.statistics.survey import Stone
-from overturning.statistics.survey_prediction import BACKGROUND, SIDES, SitePrediction, knows_face, observed_side
+from overturning.surveys.prediction import BACKGROUND, SIDES, SitePrediction, knows_face, observed_side
+from overturning.surveys.stones import Stone
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from overturning.errors import ArgumentError
 from overturning.statistics.planes import fall_probability, plane_index, plane_weight
-from overturning.statistics.survey import Stone
+from overturning.surveys.stones import Stone
 
 if TYPE_CHECKING:
     import xarray as xr

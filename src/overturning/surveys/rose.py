@@ -9,7 +9,7 @@ from overturning.figures.style import FALLS, INK, compass
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from overturning.statistics.survey_comparison import SurveyComparison
+    from overturning.surveys.comparison import SurveyComparison
 
 
 def draw_survey(axes: Any, comparison: "SurveyComparison") -> None:

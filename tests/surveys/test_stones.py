@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from overturning.errors import RecordError
-from overturning.statistics.survey import COLUMNS, read_survey
+from overturning.surveys.stones import COLUMNS, read_survey
 
 
 def write(folder: Path, text: str, encoding: str = "utf-8") -> Path:

@@ -12,7 +12,7 @@ import numpy as np
 from overturning.errors import ResultError
 from overturning.files import whole
 from overturning.statistics.circular import TestResult
-from overturning.statistics.survey_comparison import SurveyComparison
+from overturning.surveys.comparison import SurveyComparison
 
 _TESTS = ("fit_octants", "fit_octants_watson", "fit_exact", "uniform_octants")
 _ARRAYS = ("octant_observed", "octant_predicted", "confusion")

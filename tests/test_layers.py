@@ -10,6 +10,8 @@ import overturning
 LAYERS = [
     "units",
     "errors",
+    "files",
+    "tables",
     "motion",
     "records",
     "dem",

@@ -71,7 +71,7 @@ def settings(*keys, use=RECORDS):
 
 
 def sources(command):
-    """Hash of the package's sources that a subcommand is made of."""
+    """Hash of the package's sources that a subcommand is made of: a module of commands, or `module:function`."""
     return source_hash(f"overturning.commands.{command}")
 
 

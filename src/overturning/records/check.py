@@ -7,7 +7,7 @@ from pathlib import Path
 from overturning.errors import OverturningError
 from overturning.motion.integration import peaks
 from overturning.records.assembly import VerticalSense, assemble
-from overturning.records.component import Component
+from overturning.records.component import Component, largest
 from overturning.records.grouping import group_components
 from overturning.records.options import ReadOptions
 from overturning.records.read import read_files
@@ -137,13 +137,9 @@ def describe(finding: Finding) -> str:
 def _axis(component: Component) -> str:
     sense = {1: "up", -1: "down", 0: "direction unknown"}[component.vertical]
     direction = f"azimuth {component.azimuth_deg:g}" if component.azimuth_deg is not None else sense
-    samples = component.samples
+    text = f"{component.axis}: {direction}, {component.samples.size} samples, peak {largest(component) * 100:.4g} Gal"
     peak = component.peak
-    text = f"{component.axis}: {direction}, {samples.size} samples, peak "
-    centred = samples - samples.mean() if peak is not None and peak.after_mean else samples
-    found = float(abs(centred).max())
-    text += f"{found * 100:.4g} Gal"
     if peak is None:
         return text + ", header states none"
-    difference = abs(found - peak.value) / peak.value if peak.value else 0.0
+    difference = abs(largest(component) - peak.value) / peak.value if peak.value else 0.0
     return text + f", header {peak.value * 100:.4g} Gal ({difference * 100:.2f} % apart)"

@@ -7,7 +7,7 @@ from snakemake.exceptions import WorkflowError
 
 from overturning.errors import OverturningError
 from overturning.surveys.stones import read_survey
-from overturning.records.read import find_paths
+from overturning.records.locate import find_paths
 from overturning.study.load import check_study, entries_of, load_study
 from overturning.study.sources import source_hash
 from overturning.verification.study import is_verified

@@ -157,38 +157,16 @@ def assemble(
     """
     name = components[0].file if components else record_id
     components = _with_sense(components, vertical_sense)
-    differences = {}
-    for component in components:
-        if not trust_data:
-            difference = check_peak(component)
-            if difference is not None:
-                differences[component.axis] = round(difference, 6)
-    vertical = [c for c in components if c.vertical]
-    horizontal = [c for c in components if not c.vertical]
-    if len(horizontal) != 2 or len(vertical) > 1:
-        axes = ", ".join(c.axis for c in components) or "none"
-        raise RecordError(
-            f"{name}: components {axes}; a record has two horizontal components and at most one vertical one: "
-            "give the files of one sensor together"
-        )
-    if azimuths_deg is not None:
-        if len(azimuths_deg) != 2:
-            raise RecordError(f"{name}: {len(azimuths_deg)} azimuths given; two are needed, one per horizontal axis")
-        horizontal = [replace(c, azimuth_deg=float(a)) for c, a in zip(horizontal, azimuths_deg, strict=True)]
-    for component in horizontal:
-        if component.azimuth_deg is None:
-            raise RecordError(
-                f"{component.file}: axis {component.axis!r} says nothing about north; "
-                "give the azimuths of the two axes (azimuths_deg in the record table, --azimuths here)"
-            )
+    differences = {c.axis: check_peak(c) for c in components} if not trust_data else {}
+    horizontal, vertical = _axes(components, azimuths_deg, name)
     window = common_window([*horizontal, *vertical], trust_data=trust_data)
     azimuths = [((c.azimuth_deg or 0.0) + correction_deg) % 360.0 for c in window[:2]]
     north, east = to_north_east(window[0].samples, azimuths[0], window[1].samples, azimuths[1], name)
     first = window[0]
     extra: dict[str, Any] = dict(first.extra) | {"format": first.format, "processed": first.processed}
     extra["axes"] = [c.axis for c in window]
-    if differences:
-        extra["header_peak_difference"] = differences
+    if known := {axis: round(difference, 6) for axis, difference in differences.items() if difference is not None}:
+        extra["header_peak_difference"] = known
     if trust_data:
         extra["trusted_data"] = True
     fields: dict[str, Any] = {
@@ -213,9 +191,34 @@ def assemble(
     )
 
 
+def _axes(
+    components: Sequence[Component], azimuths_deg: Sequence[float] | None, name: str
+) -> tuple[list[Component], list[Component]]:
+    """The two horizontal components, with their azimuths, and the vertical one, if any."""
+    vertical = [c for c in components if c.vertical]
+    horizontal = [c for c in components if not c.vertical]
+    if len(horizontal) != 2 or len(vertical) > 1:
+        axes = ", ".join(c.axis for c in components) or "none"
+        raise RecordError(
+            f"{name}: components {axes}; a record has two horizontal components and at most one vertical one: "
+            "give the files of one sensor together"
+        )
+    if azimuths_deg is not None:
+        if len(azimuths_deg) != 2:
+            raise RecordError(f"{name}: {len(azimuths_deg)} azimuths given; two are needed, one per horizontal axis")
+        horizontal = [replace(c, azimuth_deg=float(a)) for c, a in zip(horizontal, azimuths_deg, strict=True)]
+    for component in horizontal:
+        if component.azimuth_deg is None:
+            raise RecordError(
+                f"{component.file}: axis {component.axis!r} says nothing about north; "
+                "give the azimuths of the two axes (azimuths_deg in the record table, --azimuths here)"
+            )
+    return horizontal, vertical
+
+
 def _with_sense(components: Sequence[Component], sense: VerticalSense | None) -> list[Component]:
     """Give vertical axes of unknown sense the declared one."""
-    found = []
+    turned = []
     for component in components:
         unknown = (
             component.azimuth_deg is None and not component.vertical and is_vertical_of_unknown_sense(component.axis)
@@ -227,8 +230,8 @@ def _with_sense(components: Sequence[Component], sense: VerticalSense | None) ->
             )
         if unknown and sense == "none":
             continue
-        found.append(replace(component, vertical=1 if sense == "up" else -1) if unknown else component)
-    return found
+        turned.append(replace(component, vertical=1 if sense == "up" else -1) if unknown else component)
+    return turned
 
 
 def _joint_hash(components: Sequence[Component]) -> str:

@@ -1,7 +1,7 @@
 """Say of files what they are: records that can be read, with what was found and compared, or the reason why not."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from overturning.errors import OverturningError
@@ -66,14 +66,10 @@ def check_paths(
         Files that cannot be read first, then records in the order of their files.
     """
     sources, findings = _sources(paths)
-    options = options or ReadOptions()
-    from overturning.records.formats import stationxml
-
-    metadata = tuple(s for s in sources if stationxml.detect(s))
-    options = replace(options, metadata=(*options.metadata, *metadata))
+    options = (options or ReadOptions()).with_metadata_of(sources)
     components: list[Component] = []
     for source in sources:
-        if source in metadata:
+        if source in options.metadata:
             continue
         try:
             components += read_files([source], None, options)

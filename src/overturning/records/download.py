@@ -2,11 +2,13 @@
 
 import os
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import urlsplit
 
 from overturning.errors import ArgumentError, MissingDataError, RecordError
+from overturning.records.source import is_web_page
 
 USER: Final = "OVERTURNING_FETCH_USER"
 PASSWORD: Final = "OVERTURNING_FETCH_PASSWORD"
@@ -19,6 +21,14 @@ def credentials() -> tuple[str, str] | None:
     """User and password from the environment, if both are set."""
     user, password = os.environ.get(USER), os.environ.get(PASSWORD)
     return (user, password) if user and password else None
+
+
+def attempts(tries: int, wait: float) -> Iterator[int]:
+    """Numbers of the tries, from 0, with a pause before each but the first: ``wait`` seconds, doubled each time."""
+    for attempt in range(tries):
+        if attempt:
+            time.sleep(wait * 2.0 ** (attempt - 1))
+        yield attempt
 
 
 def fetch_url(
@@ -116,8 +126,7 @@ def shown(url: str) -> str:
 
 
 def _no_page(path: Path, name: str) -> None:
-    head = path.open("rb").read(200).lstrip().lower()
-    if head.startswith((b"<!doctype html", b"<html")):
+    if is_web_page(path.open("rb").read(400)):
         raise RecordError(
             f"{name}: the server sent a web page instead of the file; sign in there, or check the address"
         )
@@ -128,9 +137,7 @@ def _continued(url: str, part: Path, tries: int, timeout: float, wait: float) ->
     import requests
 
     last = ""
-    for attempt in range(tries):
-        if attempt:
-            time.sleep(wait * 2.0 ** (attempt - 1))
+    for _ in attempts(tries, wait):
         try:
             if _once(url, part, timeout):
                 return

@@ -6,7 +6,6 @@ of the formula, not of an integration, so any sampling interval gives points of 
 
 import hashlib
 import math
-from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
@@ -42,10 +41,7 @@ class _Pulse(BaseModel):
         raise NotImplementedError
 
 
-class Sine(_Pulse):
-    """a = A sin(2πt/T) over whole or half cycles."""
-
-    shape: Literal["sine"] = "sine"
+class _Wave(_Pulse):
     period_s: Annotated[float, Field(gt=0, le=1000, description="Period T, s.")]
     cycles: Annotated[float, Field(gt=0, le=1000, description="Number of cycles.")] = 1.0
 
@@ -53,23 +49,22 @@ class Sine(_Pulse):
     def length(self) -> float:
         """T times the number of cycles, s."""
         return self.period_s * self.cycles
+
+
+class Sine(_Wave):
+    """a = A sin(2πt/T) over whole or half cycles."""
+
+    shape: Literal["sine"] = "sine"
 
     def acceleration(self, time: FloatArray) -> FloatArray:
         """See the class."""
         return self.amplitude_gal * GAL * np.sin(2.0 * np.pi * time / self.period_s)
 
 
-class Cosine(_Pulse):
+class Cosine(_Wave):
     """a = A cos(2πt/T) over whole or half cycles."""
 
     shape: Literal["cosine"] = "cosine"
-    period_s: Annotated[float, Field(gt=0, le=1000, description="Period T, s.")]
-    cycles: Annotated[float, Field(gt=0, le=1000, description="Number of cycles.")] = 1.0
-
-    @property
-    def length(self) -> float:
-        """T times the number of cycles, s."""
-        return self.period_s * self.cycles
 
     def acceleration(self, time: FloatArray) -> FloatArray:
         """See the class."""
@@ -188,19 +183,16 @@ _ADAPTER: TypeAdapter[Pulse] = TypeAdapter(Pulse)
 SHAPES = ("sine", "cosine", "ricker", "mavroeidis-papageorgiou", "constant", "noise")
 
 
-@dataclass(frozen=True)
-class _Words:
-    text: str
-
-    def parsed(self) -> dict[str, str]:
-        shape, *rest = self.text.split() or [""]
-        values = {"shape": shape}
-        for word in rest:
-            key, equals, value = word.partition("=")
-            if not equals or key in values:
-                raise ConfigError(f"pulse {self.text!r}: {word!r}; write each parameter once, as key=value")
-            values[key] = value
-        return values
+def _parameters(text: str) -> dict[str, str]:
+    """The words of a pulse's line by key."""
+    shape, *rest = text.split() or [""]
+    values = {"shape": shape}
+    for word in rest:
+        key, equals, value = word.partition("=")
+        if not equals or key in values:
+            raise ConfigError(f"pulse {text!r}: {word!r}; write each parameter once, as key=value")
+        values[key] = value
+    return values
 
 
 def parse_pulse(text: str) -> Pulse:
@@ -216,7 +208,7 @@ def parse_pulse(text: str) -> Pulse:
     ConfigError
         Naming the wrong word, its value and the bound.
     """
-    values = _Words(text).parsed()
+    values = _parameters(text)
     try:
         return _ADAPTER.validate_python(values)
     except ValidationError as problem:

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from overturning.figures.style import FAULT, INK, SERIES
+from overturning.figures.style import FAULT, INK, SERIES, caption
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -83,5 +83,5 @@ def axes_figure(groups: "dict[str, xr.Dataset]", summaries: "dict[str, AxisSumma
     rows = len(names) + len(groups)
     figure, axes = plt.subplots(figsize=(6.6, 1.6 + 0.27 * rows), layout="constrained")
     draw_axes(axes, groups, summaries, names)
-    figure.legend(loc="outside lower center", ncols=3, fontsize=8)
+    caption(figure, "", axes, 3)
     return figure

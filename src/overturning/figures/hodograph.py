@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.figures.style import FALLS, FAULT, INK, SERIES, short
+from overturning.figures.style import FALLS, FAULT, INK, SERIES, caption, labels, short
 from overturning.units import CM, GAL
 
 if TYPE_CHECKING:
@@ -49,9 +49,7 @@ def draw_hodograph(axes: Any, north: FloatArray, east: FloatArray, label: str, f
     axes.axhline(0, color="#c8c8c8", linewidth=0.5, zorder=0)
     axes.axvline(0, color="#c8c8c8", linewidth=0.5, zorder=0)
     axes.locator_params(nbins=5)
-    axes.tick_params(labelsize=7)
-    axes.set_xlabel("east", fontsize=8)
-    axes.set_ylabel("north", fontsize=8)
+    labels(axes, "east", "north")
     arrow = {"arrowstyle": "-|>", "color": INK, "linewidth": 0.8}
     axes.annotate("N", (0.93, 0.99), (0.93, 0.84), xycoords="axes fraction", ha="center", fontsize=8, arrowprops=arrow)
 
@@ -82,8 +80,5 @@ def hodograph_figure(motion: "xr.Dataset", fault_normal_deg: float, title: str) 
     ):
         north, east = motion[f"{name}_north"].to_numpy() / unit, motion[f"{name}_east"].to_numpy() / unit
         draw_hodograph(axes, north, east, label, fault_normal_deg)
-    lines, names = panels[0].get_legend_handles_labels()
-    if lines:
-        figure.legend(lines, names, loc="outside lower center", ncols=2, fontsize=8)
-    figure.suptitle(title, fontsize=10, parse_math=False)
+    caption(figure, title, panels[0], 2)
     return figure

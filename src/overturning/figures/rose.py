@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.figures.style import FALLS, FAULT, compass, mark_fault_normal
+from overturning.figures.style import FALLS, FAULT, compass, mark_fault_normal, radius_labels
 from overturning.statistics.falls import falls_towards
 from overturning.statistics.groups import record_groups
 from overturning.statistics.planes import plane_index, plane_weight
@@ -55,8 +55,7 @@ def draw_rose(axes: Any, shares: NDArray[np.float64]) -> None:
     axes.set_ylim(0.0, top)
     levels = [level for level in (0.01, 0.05, 0.1, 0.2, 0.4, 0.8) if 0.25 * top < np.sqrt(level) <= top]
     axes.set_yticks(np.sqrt(levels), [f"{level:.0%}" for level in levels])
-    axes.set_rlabel_position(112.5)
-    axes.tick_params(axis="y", labelsize=7, zorder=6)
+    radius_labels(axes, zorder=6)
 
 
 def rose_figure(cube: "xr.Dataset") -> "Figure":

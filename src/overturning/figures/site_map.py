@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from overturning.errors import ArgumentError
-from overturning.figures.style import FALLS, FAULT, INK, SERIES
+from overturning.figures.style import FALLS, FAULT, INK, SERIES, caption, labels
 from overturning.statistics.circular import resultant
 
 if TYPE_CHECKING:
@@ -129,9 +129,7 @@ def draw_site_map(axes: Any, site: "xr.Dataset") -> None:
         )  # fmt: skip
     extent = 1.35 * max(reach)
     axes.set(xlim=(-extent, extent), ylim=(-extent, extent), aspect="equal")
-    axes.set_xlabel("east, km", fontsize=8)
-    axes.set_ylabel("north, km", fontsize=8)
-    axes.tick_params(labelsize=7)
+    labels(axes, "east, km", "north, km")
     axes.spines[:].set_visible(True)
     scale = _scale_length(2 * extent)
     x0, y0 = -0.92 * extent, -0.9 * extent
@@ -153,7 +151,5 @@ def site_map_figure(site: "xr.Dataset", title: str) -> "Figure":
 
     figure, axes = plt.subplots(figsize=(4.6, 5.1), layout="constrained")
     draw_site_map(axes, site)
-    lines, names = axes.get_legend_handles_labels()
-    figure.legend(lines, names, loc="outside lower center", ncols=3, fontsize=8)
-    figure.suptitle(title, fontsize=10, parse_math=False)
+    caption(figure, title, axes, 3)
     return figure

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from overturning.figures.style import DASHES, SERIES
+from overturning.figures.style import DASHES, SERIES, caption, labels
 from overturning.units import CM, GAL
 
 if TYPE_CHECKING:
@@ -35,9 +35,7 @@ def draw_spectrum(axes: Any, spectra: "xr.DataArray", along: str, factor: float,
             linewidth=1.3, label=f"N{azimuth:g}°E",
         )  # fmt: skip
     axes.set(xscale="log", yscale="log")
-    axes.set_xlabel("period, s" if along == "period" else "frequency, Hz", fontsize=8)
-    axes.set_ylabel(label, fontsize=8)
-    axes.tick_params(labelsize=7)
+    labels(axes, "period, s" if along == "period" else "frequency, Hz", label)
     axes.grid(True, which="major")
 
 
@@ -64,7 +62,5 @@ def spectra_figure(fourier: "xr.DataArray", response: "xr.DataArray", title: str
     figure, (left, right) = plt.subplots(1, 2, figsize=(7.4, 3.5), layout="constrained")
     draw_spectrum(left, fourier, "frequency", CM, "Fourier amplitude, Gal·s")
     draw_spectrum(right, response, "period", GAL, f"spectral acceleration (damping {damping:.0%}), Gal")
-    lines, names = right.get_legend_handles_labels()
-    figure.legend(lines, names, loc="outside lower center", ncols=4, fontsize=8)
-    figure.suptitle(title, fontsize=10, parse_math=False)
+    caption(figure, title, right, 4)
     return figure

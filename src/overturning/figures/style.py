@@ -107,6 +107,28 @@ def probability_colours() -> Any:
     return LinearSegmentedColormap.from_list("probability", [STANDS, "#f6c9a0", "#e58a4b", FALLS, "#6e2300"])
 
 
+def caption(figure: "Figure", title: str, of: Any = None, columns: int = 1) -> None:
+    """Put a title above a figure and below it the legend of one of its panels, where that has anything to tell."""
+    lines, names = of.get_legend_handles_labels() if of is not None else ([], [])
+    if lines:
+        figure.legend(lines, names, loc="outside lower center", ncols=columns, fontsize=8)
+    if title:
+        figure.suptitle(title, fontsize=10, parse_math=False)
+
+
+def labels(axes: Any, across: str, up: str, which: str = "major") -> None:
+    """Name both axes of a panel, in small letters."""
+    axes.set_xlabel(across, fontsize=8)
+    axes.set_ylabel(up, fontsize=8)
+    axes.tick_params(labelsize=7, which=which)
+
+
+def radius_labels(axes: Any, **settings: Any) -> None:
+    """Small numbers along the radius of a compass, between two of its named directions."""
+    axes.set_rlabel_position(112.5)
+    axes.tick_params(axis="y", labelsize=7, **settings)
+
+
 def compass(axes: Any) -> None:
     """Turn a polar axes into a compass: north up, clockwise, eight directions named."""
     import numpy as np

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from overturning.figures.style import FALLS, INK, compass
+from overturning.figures.style import FALLS, INK, caption, compass, radius_labels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,8 +26,7 @@ def draw_survey(axes: Any, comparison: "SurveyComparison") -> None:
     counts = [n for n in (1, 2, 5, 10, 20, 50, 100, 200, 500) if 0.3 * top < np.sqrt(n) <= top * 1.05] or [1]
     axes.set_ylim(0, top * 1.08)
     axes.set_yticks(np.sqrt(counts), [str(n) for n in counts])
-    axes.set_rlabel_position(112.5)
-    axes.tick_params(axis="y", labelsize=7)
+    radius_labels(axes)
 
 
 def survey_figure(comparison: "SurveyComparison", title: str) -> "Figure":
@@ -36,6 +35,5 @@ def survey_figure(comparison: "SurveyComparison", title: str) -> "Figure":
 
     figure, axes = plt.subplots(figsize=(4.2, 4.6), subplot_kw={"projection": "polar"}, layout="constrained")
     draw_survey(axes, comparison)
-    figure.legend(loc="outside lower center", ncols=2, fontsize=8)
-    figure.suptitle(f"{title}\nfallen stones by octant", fontsize=10, parse_math=False)
+    caption(figure, f"{title}\nfallen stones by octant", axes, 2)
     return figure

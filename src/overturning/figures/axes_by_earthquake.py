@@ -22,8 +22,6 @@ def draw_axes(
 
     Parameters
     ----------
-    axes : Axes
-        Where to draw.
     groups : dict of xarray.Dataset
         From `statistics.earthquakes.axes_by_earthquake`, by name of the group.
     summaries : dict of AxisSummary
@@ -72,10 +70,6 @@ def axes_figure(groups: "dict[str, xr.Dataset]", summaries: "dict[str, AxisSumma
     ----------
     groups, summaries
         As in `draw_axes`.
-
-    Returns
-    -------
-    matplotlib Figure
     """
     import matplotlib.pyplot as plt
 

@@ -17,8 +17,6 @@ def draw_boundary(axes: Any, bounds: "xr.Dataset", top: float) -> None:
 
     Parameters
     ----------
-    axes : polar Axes
-        Where to draw.
     bounds : xarray.Dataset, dimensions azimuth, friction
         ``boundary``, ``boundary_low``, ``boundary_high``, ``falls_beyond`` of `statistics.boundary.boundary`.
     top : float
@@ -70,12 +68,6 @@ def boundary_figure(bounds: "xr.Dataset", top: float, fault_normal_deg: float, t
         Largest B/H of the cube.
     fault_normal_deg : float
         Azimuth of the fault normal, degrees, or NaN.
-    title : str
-        Title of the figure.
-
-    Returns
-    -------
-    matplotlib Figure
     """
     import matplotlib.pyplot as plt
 

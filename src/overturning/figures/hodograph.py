@@ -20,8 +20,6 @@ def draw_hodograph(axes: Any, north: FloatArray, east: FloatArray, label: str, f
 
     Parameters
     ----------
-    axes : Axes
-        Where to draw.
     north, east : ndarray, shape (n,)
         Motion, in the unit of the label.
     label : str
@@ -63,12 +61,6 @@ def hodograph_figure(motion: "xr.Dataset", fault_normal_deg: float, title: str) 
         ``acceleration_north``, ``acceleration_east`` (m/s²), and the same of ``velocity`` (m/s) and ``displacement`` (m).
     fault_normal_deg : float
         Azimuth of the fault normal, degrees, or NaN.
-    title : str
-        Title of the figure.
-
-    Returns
-    -------
-    matplotlib Figure
     """
     import matplotlib.pyplot as plt
 

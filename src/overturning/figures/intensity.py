@@ -21,12 +21,6 @@ def intensity_figure(intensity: "xr.Dataset", fault_normal_deg: float, title: st
         ``pga`` (m/s²) and ``pgv`` (m/s) over azimuth (degrees), one record.
     fault_normal_deg : float
         Azimuth of the fault normal, degrees, or NaN.
-    title : str
-        Title of the figure.
-
-    Returns
-    -------
-    matplotlib Figure
     """
     import matplotlib.pyplot as plt
 

@@ -43,8 +43,6 @@ def draw_intensity_plane(
 
     Parameters
     ----------
-    axes : Axes
-        Where to draw.
     points : tuple of ndarray
         From `plane_points`.
     height, b_over_h : float
@@ -102,10 +100,6 @@ def intensity_plane_figure(
         The fitted probability.
     friction : float
         Friction coefficient to show.
-
-    Returns
-    -------
-    matplotlib Figure
     """
     import matplotlib.pyplot as plt
 

@@ -24,8 +24,6 @@ def draw_fall_map(axes: Any, cells: "xr.DataArray") -> None:
 
     Parameters
     ----------
-    axes : polar Axes
-        Where to draw.
     cells : xarray.DataArray, dimensions azimuth, b_over_h
         ``overturned`` by azimuth: +1, 0, −1, or NaN where it was not found.
     """
@@ -44,12 +42,6 @@ def fall_map_figure(cube: "xr.Dataset", title: str) -> "Figure":
     ----------
     cube : xarray.Dataset
         One record of the cube, or any dataset with ``overturned`` over azimuth, height, b_over_h and friction.
-    title : str
-        Title of the figure.
-
-    Returns
-    -------
-    matplotlib Figure
     """
     from matplotlib.patches import Patch
 

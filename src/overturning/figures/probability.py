@@ -18,8 +18,6 @@ def draw_probability_map(axes: Any, towards: "xr.DataArray") -> Any:
 
     Parameters
     ----------
-    axes : polar Axes
-        Where to draw.
     towards : xarray.DataArray, dimensions azimuth, b_over_h
         Probability of falling towards the azimuth, 0 to 1, NaN where it was not found.
 
@@ -44,12 +42,6 @@ def probability_map_figure(cube: "xr.Dataset", title: str) -> "Figure":
     ----------
     cube : xarray.Dataset
         One record of the cube; with the ensemble's probabilities, or flags as 0 and 1.
-    title : str
-        Title of the figure.
-
-    Returns
-    -------
-    matplotlib Figure
     """
     towards = fall_probability(cube)["towards"].compute()
     figure, panels = case_panels(towards, more_width=0.5)

@@ -68,10 +68,6 @@ def rose_figure(cube: "xr.Dataset") -> "Figure":
     ----------
     cube : xarray.Dataset
         The cube, lazily opened or not.
-
-    Returns
-    -------
-    matplotlib Figure
     """
     import matplotlib.pyplot as plt
 

@@ -84,8 +84,6 @@ def draw_site_map(axes: Any, site: "xr.Dataset") -> None:
 
     Parameters
     ----------
-    axes : Axes
-        Where to draw.
     site : xarray.Dataset
         ``station_latitude``, ``station_longitude`` (degrees) over dimension ``station`` with its names; optionally
         ``epicentre_latitude``, ``epicentre_longitude``, ``fault_strike`` (degrees; drawn through the epicentre) and

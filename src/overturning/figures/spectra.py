@@ -15,8 +15,6 @@ def draw_spectrum(axes: Any, spectra: "xr.DataArray", along: str, factor: float,
 
     Parameters
     ----------
-    axes : Axes
-        Where to draw.
     spectra : xarray.DataArray, dimensions azimuth and ``along``
         Spectral amplitudes, SI.
     along : str
@@ -48,14 +46,8 @@ def spectra_figure(fourier: "xr.DataArray", response: "xr.DataArray", title: str
         Fourier amplitude of the acceleration, m/s.
     response : xarray.DataArray, dimensions azimuth, period
         Spectral acceleration, m/s².
-    title : str
-        Title of the figure.
     damping : float
         Damping ratio of the response spectra.
-
-    Returns
-    -------
-    matplotlib Figure
     """
     import matplotlib.pyplot as plt
 

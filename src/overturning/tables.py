@@ -82,15 +82,15 @@ def read_rows(
                 f"{path} line {number}: {len(cells)} cells, the header names {len(columns)} columns; set off cells by "
                 f"{'tabs' if delimiter == chr(9) else 'commas'}"
             )
-        given = {column: cell for column, cell in zip(columns, cells, strict=False) if cell}
+        values = {column: cell for column, cell in zip(columns, cells, strict=False) if cell}
         try:
-            row = adapter.validate_python(given)
+            row = adapter.validate_python(values)
         except ValidationError as problem:
-            raise error(f"{path} line {number}: {_what_is_wrong(problem, model, given)}") from None
+            raise error(f"{path} line {number}: {_what_is_wrong(problem, model, values)}") from None
         yield number, row
 
 
-def _what_is_wrong(problem: ValidationError, model: type[BaseModel], given: dict[str, str]) -> str:
+def _what_is_wrong(problem: ValidationError, model: type[BaseModel], values: dict[str, str]) -> str:
     """The first error of a row: column and value, and what belongs there."""
     first: Any = problem.errors()[0]
     message = str(first["msg"]).removeprefix("Value error, ")
@@ -106,4 +106,4 @@ def _what_is_wrong(problem: ValidationError, model: type[BaseModel], given: dict
         message = f"give a {'whole ' if field.annotation is int else ''}number from {low:g} to {high:g}"
     elif first["type"] != "value_error":
         message = message[0].lower() + message[1:]
-    return f"column {column} {given.get(column, '')!r}: {message}"
+    return f"column {column} {values.get(column, '')!r}: {message}"

@@ -43,8 +43,8 @@ def survey(
         if record is not None and record not in names:
             raise ArgumentError(f"{cube.name}: no record {record!r}; it has {', '.join(names)}")
         name = record or names[0]
-        found = compare_survey(rows, data.isel(record=[names.index(name)]).load(), background=background)
-    result = survey_result(stones, name, found)
+        comparison = compare_survey(rows, data.isel(record=[names.index(name)]).load(), background=background)
+    result = survey_result(stones, name, comparison)
     _print(result)
     if output is not None:
         write_survey(result, output)
@@ -53,7 +53,7 @@ def survey(
         from overturning.surveys.rose import survey_figure
 
         with style():
-            save(survey_figure(found, f"{stones.name}, {name}"), figure)
+            save(survey_figure(comparison, f"{stones.name}, {name}"), figure)
         print(f"figure: {figure}")
 
 

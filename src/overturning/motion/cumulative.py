@@ -36,10 +36,10 @@ def cumulative_absolute_velocity(motion: Motion, azimuth_deg: ArrayLike) -> Floa
         m/s.
     """
     cosines = cosines_of(checked_azimuths(azimuth_deg))
-    found = np.empty(cosines.shape[0])
+    measure = np.empty(cosines.shape[0])
     for row, (c, s) in enumerate(cosines):
-        found[row] = np.trapezoid(np.abs(c * motion.north + s * motion.east), dx=motion.sampling_interval)
-    return found
+        measure[row] = np.trapezoid(np.abs(c * motion.north + s * motion.east), dx=motion.sampling_interval)
+    return measure
 
 
 def significant_duration(
@@ -60,15 +60,15 @@ def significant_duration(
     for row, product in enumerate(_products(motion)):
         np.cumsum(0.5 * interval * (product[1:] + product[:-1]), out=summed[row, 1:])
     time = np.arange(motion.samples) * interval
-    found = np.zeros(cosines.shape[0])
+    measure = np.zeros(cosines.shape[0])
     for row, form in enumerate(_forms(cosines)):
         along = form @ summed
         # The form of a motion at right angles rounds to a tiny negative number: it must not fall.
         along = np.maximum.accumulate(along)
         if along[-1] > 1e-12 * (summed[0, -1] + summed[2, -1]):
             first, last = np.interp([start * along[-1], end * along[-1]], along, time)
-            found[row] = last - first
-    return found
+            measure[row] = last - first
+    return measure
 
 
 def _products(motion: Motion) -> FloatArray:

@@ -54,13 +54,13 @@ def spectra_by_azimuth(
     periods, cosines = checked_periods(period_s), cosines_of(checked_azimuths(azimuth_deg))
     acceleration = np.stack([motion.north, motion.east])
     oscillators = Oscillators(acceleration, motion.sampling_interval, float(periods.max()), points_per_period)
-    found = {name: np.empty((periods.size, cosines.shape[0])) for name in ("displacement", "velocity")}
+    spectra = {name: np.empty((periods.size, cosines.shape[0])) for name in ("displacement", "velocity")}
     for row, period in enumerate(periods):
         responses = oscillators.response(float(period), damping, ("displacement", "velocity"))
         for name, response in zip(("displacement", "velocity"), responses, strict=True):
-            found[name][row] = largest_along(response, cosines)
-    found["acceleration"] = found["displacement"] * (2.0 * np.pi / periods[:, None]) ** 2
-    return found
+            spectra[name][row] = largest_along(response, cosines)
+    spectra["acceleration"] = spectra["displacement"] * (2.0 * np.pi / periods[:, None]) ** 2
+    return spectra
 
 
 def rotd(

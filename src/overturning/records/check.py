@@ -53,12 +53,8 @@ def check_paths(
         Files; of a folder, the files in it.
     options : ReadOptions, optional
         What the files do not say about themselves.
-    azimuths_deg : sequence of float, optional
-        Azimuths of the two horizontal axes where the files do not state them.
-    trust_data : bool
-        Go on where a header's peak contradicts the data.
-    vertical_sense : {"up", "down", "none"}, optional
-        Which way a vertical axis points that does not say so itself.
+    azimuths_deg, trust_data, vertical_sense
+        As in `assemble`.
 
     Returns
     -------

@@ -106,7 +106,7 @@ def fetch_url(
 
     pooch.get_logger().setLevel("WARNING")
     try:
-        found = pooch.retrieve(
+        path = pooch.retrieve(
             url, known_hash=f"sha256:{sha256.lower()}", fname=target, path=folder, downloader=download
         )
     except ValueError as problem:
@@ -116,7 +116,7 @@ def fetch_url(
             f"{target}: the file from {parts.hostname} has another SHA-256 than {sha256[:12]}…; nothing was kept: check address and "
             "hash"
         ) from None
-    return Path(found)
+    return Path(path)
 
 
 def shown(url: str) -> str:

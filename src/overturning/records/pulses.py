@@ -124,10 +124,7 @@ class MavroeidisPapageorgiou(_Pulse):
         return -0.5 * self.amplitude_gal * GAL * bracket
 
 
-class Constant(_Pulse):
-    """a = A for a given time: the base accelerates steadily towards the azimuth."""
-
-    shape: Literal["constant"] = "constant"
+class _Lasting(_Pulse):
     duration_s: Annotated[float, Field(gt=0, le=1000, description="How long, s.")]
 
     @property
@@ -135,12 +132,18 @@ class Constant(_Pulse):
         """The duration, s."""
         return self.duration_s
 
+
+class Constant(_Lasting):
+    """a = A for a given time: the base accelerates steadily towards the azimuth."""
+
+    shape: Literal["constant"] = "constant"
+
     def acceleration(self, time: FloatArray) -> FloatArray:
         """See the class."""
         return np.full_like(time, self.amplitude_gal * GAL)
 
 
-class Noise(_Pulse):
+class Noise(_Lasting):
     """A burst of band-limited white noise under a cosine bell.
 
     a = A/N^½ sin²(πt/D) Σ_k √2 cos(2πf_k t + φ_k), with f_k = k/D from low to high, N of them: each frequency has the same
@@ -153,11 +156,6 @@ class Noise(_Pulse):
     low_hz: Annotated[float, Field(gt=0, le=1000, description="Lowest frequency, Hz.")] = 0.1
     high_hz: Annotated[float, Field(gt=0, le=1000, description="Highest frequency, Hz.")] = 20.0
     seed: Annotated[int, Field(ge=0, description="Another seed, another burst.")] = 0
-
-    @property
-    def length(self) -> float:
-        """The duration, s."""
-        return self.duration_s
 
     def acceleration(self, time: FloatArray) -> FloatArray:
         """See the class."""
@@ -216,8 +214,8 @@ def parse_pulse(text: str) -> Pulse:
         key = str(first["loc"][-1]) if first["loc"] else "shape"
         if first["type"].startswith("union_tag"):
             raise ConfigError(f"pulse {text!r}: shape {values['shape']!r}; known are {', '.join(SHAPES)}") from None
-        given = f" {values[key]!r}" if key in values else ""
-        raise ConfigError(f"pulse {text!r}: {key}{given}: {first['msg'].lower()}") from None
+        value = f" {values[key]!r}" if key in values else ""
+        raise ConfigError(f"pulse {text!r}: {key}{value}: {first['msg'].lower()}") from None
 
 
 def pulse_record(pulse: Pulse, record_id: str = "pulse") -> Record:

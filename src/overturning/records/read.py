@@ -200,10 +200,8 @@ def read_path(
         Name of the record; default: the first file's stem.
     sensor : {"surface", "borehole"}
         Which sensor, where there are two.
-    azimuths_deg : sequence of float, optional
-        Azimuths of the two horizontal axes, where the file does not state them.
-    trust_data : bool
-        Go on where a header's peak contradicts the data.
+    azimuths_deg, trust_data
+        As in `assemble`.
     options : ReadOptions, optional
         Unit, columns and metadata that the files do not state.
 

@@ -53,8 +53,8 @@ def crossing_values(probability: ArrayLike, b_over_h: ArrayLike, crossings: int)
     flat = values.reshape(-1, values.shape[-1])
     out = np.full((flat.shape[0], crossings), np.nan)
     for row, line in zip(out, flat, strict=True):
-        found = _crossings_of_line(line, slenderness)[0][-crossings:]  # of too many, the last: they bound what falls
-        row[: found.size] = found
+        crossed = _crossings_of_line(line, slenderness)[0][-crossings:]  # of too many, the last: they bound what falls
+        row[: crossed.size] = crossed
     return out.reshape(*values.shape[:-1], crossings)
 
 
@@ -84,8 +84,8 @@ def crossing_bounds(
     rows = [values.reshape(-1, length) for values in (whole, *parts)]
     out = np.full((rows[0].shape[0], crossings, 2), np.nan)
     for place, lines in enumerate(zip(*rows, strict=True)):
-        (found, ends), *others = (_crossings_of_line(line, slenderness) for line in lines)
-        for index, (at, end) in enumerate(zip(found[-crossings:], ends[-crossings:], strict=True)):
+        (crossed, ends), *others = (_crossings_of_line(line, slenderness) for line in lines)
+        for index, (at, end) in enumerate(zip(crossed[-crossings:], ends[-crossings:], strict=True)):
             alike = [values[kinds == end] for values, kinds in others]
             if all(values.size for values in alike):
                 near = [at, *(values[np.abs(values - at).argmin()] for values in alike)]
@@ -106,7 +106,7 @@ def _along_b_over_h(
     import xarray as xr
 
     lazy = [one.chunk({"b_over_h": -1}) if one.chunks is not None else one for one in values]
-    found: xr.DataArray = xr.apply_ufunc(
+    crossed: xr.DataArray = xr.apply_ufunc(
         function,
         *lazy,
         input_core_dims=[["b_over_h"]] * len(lazy),
@@ -115,7 +115,7 @@ def _along_b_over_h(
         dask_gufunc_kwargs={"output_sizes": sizes},
         output_dtypes=[np.float64],
     )
-    return found
+    return crossed
 
 
 def _crossings(probability: "xr.DataArray", count: int) -> "xr.DataArray":
@@ -154,7 +154,7 @@ def boundary(cube: "xr.Dataset", *, crossings: int = 6, ensemble: bool = True) -
     if ensemble and "scramble_difference_towards" in cube:
         gap = (cube["scramble_difference_towards"] + cube["scramble_difference_away"]).fillna(0.0)
         sides = [falls + gap / 2, falls - gap / 2]
-    found = _crossings(falls, crossings).assign_attrs(
+    crossed = _crossings(falls, crossings).assign_attrs(
         long_name="slenderness at which the probability of falling is one half", units="1"
     )
     beyond = _along_b_over_h(last_known, {}, falls) >= HALF
@@ -165,10 +165,10 @@ def boundary(cube: "xr.Dataset", *, crossings: int = 6, ensemble: bool = True) -
         falls["b_over_h"].astype("float64"),
     )
     edges = [_crossings(side, crossings).max("crossing").where(~beyond) for side in sides]
-    return found.to_dataset(name="crossing_b_over_h").assign(
+    return crossed.to_dataset(name="crossing_b_over_h").assign(
         crossing_low=bounds.isel(bound=0).assign_attrs(long_name="lowest crossing of two scrambles", units="1"),
         crossing_high=bounds.isel(bound=1).assign_attrs(long_name="highest crossing of two scrambles", units="1"),
-        boundary=found.max("crossing").where(~beyond).assign_attrs(long_name="overturning boundary", units="1"),
+        boundary=crossed.max("crossing").where(~beyond).assign_attrs(long_name="overturning boundary", units="1"),
         boundary_low=xr.apply_ufunc(np.fmin, *edges, dask="allowed").assign_attrs(
             long_name="overturning boundary, lower of two scrambles", units="1"
         ),

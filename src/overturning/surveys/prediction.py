@@ -109,15 +109,15 @@ class SitePrediction:
         """
         side = stone.b_over_h if math.isnan(stone.b_over_h_side) else stone.b_over_h_side
         shapes = (stone.b_over_h, side, stone.b_over_h, side)
-        found = [self._at(stone.face_azimuth_deg + 90.0 * i, shape) for i, shape in enumerate(shapes)]
-        p = np.array([probability for probability, _ in found])
+        planes = [self._at(stone.face_azimuth_deg + 90.0 * i, shape) for i, shape in enumerate(shapes)]
+        p = np.array([probability for probability, _ in planes])
         known = np.isfinite(p).all(axis=0)
         blind = np.concatenate([[0.5], np.full(4, 0.125)])
         if not known.any():
             return blind
         p = p[:, known]
         front, across = np.minimum(p[0] + p[2], 1.0), np.minimum(p[1] + p[3], 1.0)
-        front_time, across_time = found[0][1][known], found[1][1][known]
+        front_time, across_time = planes[0][1][known], planes[1][1][known]
         total = front + across
         by_chance = np.divide(front, total, out=np.full(front.size, 0.5), where=total > 0)
         first = np.where(front_time < across_time, 1.0, np.where(front_time > across_time, 0.0, by_chance))

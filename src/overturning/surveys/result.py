@@ -80,12 +80,12 @@ def read_survey_result(path: Path) -> SurveyResult:
     """
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
-        found = data["comparison"]
+        comparison = data["comparison"]
         for name in _TESTS:
-            found[name] = TestResult(**{key: _number(value) for key, value in found[name].items()})
+            comparison[name] = TestResult(**{key: _number(value) for key, value in comparison[name].items()})
         for name in _ARRAYS:
-            found[name] = None if found[name] is None else np.array(found[name])
-        known = {key: value if key == "confusion" else _number(value) for key, value in found.items()}
+            comparison[name] = None if comparison[name] is None else np.array(comparison[name])
+        known = {key: value if key == "confusion" else _number(value) for key, value in comparison.items()}
         return SurveyResult(data["stones"], data["sha256"], data["record"], SurveyComparison(**known))
     except OSError:
         raise ResultError(f"{path}: no such comparison; run the study again") from None

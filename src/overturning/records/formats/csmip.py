@@ -126,10 +126,10 @@ def _channel(source: SourceFile, block: Lines, volume: int) -> Component:
 
 
 def _needed(text: Lines, pattern: str, missing: str) -> tuple[re.Match[str], int]:
-    found = text.find(pattern)
-    if found is None:
+    match = text.find(pattern)
+    if match is None:
         raise text.error(0, f"{missing} in the channel's header; get the file again")
-    return found
+    return match
 
 
 def _unit(line: str, text: Lines, volume: int) -> str:

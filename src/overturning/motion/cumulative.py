@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from overturning.motion.motion import Motion
-from overturning.motion.rotation import checked_azimuths, cosines_of
+from overturning.motion.rotation import cosines_of
 from overturning.units import STANDARD_GRAVITY
 
 FloatArray = NDArray[np.float64]
@@ -22,7 +22,7 @@ def arias_intensity(motion: Motion, azimuth_deg: ArrayLike) -> FloatArray:
     ndarray, shape (m,)
         m/s.
     """
-    cosines = cosines_of(checked_azimuths(azimuth_deg))
+    cosines = cosines_of(azimuth_deg)
     squares = np.array([np.trapezoid(p, dx=motion.sampling_interval) for p in _products(motion)])
     return math.pi / (2.0 * STANDARD_GRAVITY) * (_forms(cosines) @ squares)
 
@@ -35,7 +35,7 @@ def cumulative_absolute_velocity(motion: Motion, azimuth_deg: ArrayLike) -> Floa
     ndarray, shape (m,)
         m/s.
     """
-    cosines = cosines_of(checked_azimuths(azimuth_deg))
+    cosines = cosines_of(azimuth_deg)
     measure = np.empty(cosines.shape[0])
     for row, (c, s) in enumerate(cosines):
         measure[row] = np.trapezoid(np.abs(c * motion.north + s * motion.east), dx=motion.sampling_interval)
@@ -54,7 +54,7 @@ def significant_duration(
     ndarray, shape (m,)
         s; 0 along an azimuth without motion.
     """
-    cosines = cosines_of(checked_azimuths(azimuth_deg))
+    cosines = cosines_of(azimuth_deg)
     interval = motion.sampling_interval
     summed = np.zeros((3, motion.samples))
     for row, product in enumerate(_products(motion)):

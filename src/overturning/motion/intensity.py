@@ -55,8 +55,8 @@ def peaks_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> dict[str, FloatA
     dict of str to ndarray, shape (m,)
         ``pga`` in m/s², ``pgv`` in m/s, ``pgd`` in m.
     """
-    cosines = cosines_of(checked_azimuths(azimuth_deg))
-    acceleration = np.stack([motion.north, motion.east])
+    cosines = cosines_of(azimuth_deg)
+    acceleration = motion.horizontal
     velocity = integrate(acceleration, motion.sampling_interval)
     displacement = integrate(velocity, motion.sampling_interval)
     series = zip(PEAKS, (acceleration, velocity, displacement), strict=True)

@@ -71,6 +71,11 @@ class Motion:
         return cls(record.north, record.east, record.up, sampling_interval=record.sampling_interval)
 
     @property
+    def horizontal(self) -> NDArray[np.float64]:
+        """Acceleration towards north and east, m/s², shape (2, n)."""
+        return np.stack([self.north, self.east])
+
+    @property
     def samples(self) -> int:
         """Number of samples n."""
         return int(self.north.size)

@@ -28,9 +28,9 @@ def checked_azimuths(azimuth_deg: ArrayLike) -> FloatArray:
     return azimuths
 
 
-def cosines_of(azimuth_deg: FloatArray) -> FloatArray:
-    """Direction cosines, shape (m, 2): north, east."""
-    return np.array([direction_cosines(float(azimuth)) for azimuth in azimuth_deg])
+def cosines_of(azimuth_deg: ArrayLike) -> FloatArray:
+    """Direction cosines, shape (m, 2): north, east; azimuths as in `checked_azimuths`."""
+    return np.array([direction_cosines(float(azimuth)) for azimuth in checked_azimuths(azimuth_deg)])
 
 
 def largest_along(pair: FloatArray, cosines: FloatArray) -> FloatArray:

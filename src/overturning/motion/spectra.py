@@ -9,7 +9,7 @@ from overturning.errors import ArgumentError
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
 from overturning.motion.oscillator import POINTS_PER_PERIOD, Oscillators, checked_periods
-from overturning.motion.rotation import checked_azimuths, cosines_of, largest_along
+from overturning.motion.rotation import cosines_of, largest_along
 
 FloatArray = NDArray[np.float64]
 
@@ -51,8 +51,8 @@ def spectra_by_azimuth(
         ``displacement`` (m) and ``velocity`` (m/s) relative to the ground, ``acceleration`` = ω² × displacement (m/s²,
         pseudo-acceleration).
     """
-    periods, cosines = checked_periods(period_s), cosines_of(checked_azimuths(azimuth_deg))
-    acceleration = np.stack([motion.north, motion.east])
+    periods, cosines = checked_periods(period_s), cosines_of(azimuth_deg)
+    acceleration = motion.horizontal
     oscillators = Oscillators(acceleration, motion.sampling_interval, float(periods.max()), points_per_period)
     spectra = {name: np.empty((periods.size, cosines.shape[0])) for name in ("displacement", "velocity")}
     for row, period in enumerate(periods):
@@ -90,8 +90,8 @@ def rotd(
     dict of str to ndarray
         ``pga`` (q,) in m/s², ``pgv`` (q,) in m/s, ``psa`` (q, p) in m/s².
     """
-    periods, cosines = checked_periods(period_s), cosines_of(checked_azimuths(azimuth_deg))
-    acceleration = np.stack([motion.north, motion.east])
+    periods, cosines = checked_periods(period_s), cosines_of(azimuth_deg)
+    acceleration = motion.horizontal
     oscillators = Oscillators(acceleration, motion.sampling_interval, float(periods.max()))
     psa = np.empty((len(percentiles), periods.size))
     for column, period in enumerate(periods):
@@ -125,8 +125,8 @@ def spectrum_intensity(motion: Motion, azimuth_deg: ArrayLike, *, damping: float
     ndarray, shape (m,)
         m/s.
     """
-    cosines = cosines_of(checked_azimuths(azimuth_deg))
-    acceleration = np.stack([motion.north, motion.east])
+    cosines = cosines_of(azimuth_deg)
+    acceleration = motion.horizontal
     # A mean over 121 strongly damped spectra: 24 points per period (0.9 % at worst, 0.3 % on average for one of them) will do.
     oscillators = Oscillators(acceleration, motion.sampling_interval, float(SI_PERIODS.max()), points_per_period=24)
     peaks = np.empty((SI_PERIODS.size, cosines.shape[0]))

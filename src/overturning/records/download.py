@@ -79,23 +79,7 @@ def fetch_url(
     """
     import pooch
 
-    parts = urlsplit(url)
-    if parts.scheme not in ("http", "https") or not parts.hostname:
-        raise ArgumentError(f"url: {shown(url)!r}; give an http or https address")
-    if parts.username or parts.password:
-        raise ArgumentError(
-            f"url: credentials do not belong in an address; set {USER} and {PASSWORD} in the environment"
-        )
-    if parts.hostname.endswith("bosai.go.jp"):
-        raise MissingDataError(
-            f"{parts.hostname}: NIED gives records to registered users only; download them in a browser "
-            "(www.kyoshin.bosai.go.jp, free account) and put them into the study's data folder"
-        )
-    if len(sha256) != 64 or set(sha256.lower()) - set("0123456789abcdef"):
-        raise ArgumentError(f"sha256: {sha256!r}; it has 64 hexadecimal digits")
-    target = name or Path(parts.path).name
-    if not target or Path(target).name != target or target.startswith("."):
-        raise ArgumentError(f"name: {target!r}; give a plain file name")
+    target = _checked(url, sha256, name)
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
 
@@ -113,10 +97,32 @@ def fetch_url(
         if isinstance(problem, RecordError | ArgumentError):
             raise
         raise RecordError(
-            f"{target}: the file from {parts.hostname} has another SHA-256 than {sha256[:12]}…; nothing was kept: check address and "
+            f"{target}: the file from {urlsplit(url).hostname} has another SHA-256 than {sha256[:12]}…; nothing was kept: check address and "
             "hash"
         ) from None
     return Path(path)
+
+
+def _checked(url: str, sha256: str, name: str | None) -> str:
+    """File name of a download whose address, hash and name can be used."""
+    parts = urlsplit(url)
+    if parts.scheme not in ("http", "https") or not parts.hostname:
+        raise ArgumentError(f"url: {shown(url)!r}; give an http or https address")
+    if parts.username or parts.password:
+        raise ArgumentError(
+            f"url: credentials do not belong in an address; set {USER} and {PASSWORD} in the environment"
+        )
+    if parts.hostname.endswith("bosai.go.jp"):
+        raise MissingDataError(
+            f"{parts.hostname}: NIED gives records to registered users only; download them in a browser "
+            "(www.kyoshin.bosai.go.jp, free account) and put them into the study's data folder"
+        )
+    if len(sha256) != 64 or set(sha256.lower()) - set("0123456789abcdef"):
+        raise ArgumentError(f"sha256: {sha256!r}; it has 64 hexadecimal digits")
+    target = name or Path(parts.path).name
+    if not target or Path(target).name != target or target.startswith("."):
+        raise ArgumentError(f"name: {target!r}; give a plain file name")
+    return target
 
 
 def shown(url: str) -> str:

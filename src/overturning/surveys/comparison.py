@@ -70,8 +70,10 @@ def _sector(stone: Stone) -> int:
     return int(((stone.azimuth_deg + 22.5) % 360) // 45)
 
 
-def _side_density(site: SitePrediction, stone: Stone) -> FloatArray:
-    """Fall directions of a stone of known face: one sector of 90° about each of its four normals."""
+def _density(site: SitePrediction, stone: Stone) -> FloatArray:
+    """Fall directions of a stone; where its face is known one sector of 90° about each of its four normals."""
+    if not knows_face(stone):
+        return site.density(stone.b_over_h)
     sides = site.sides(stone)[1:]
     quarter = (((site.azimuth - stone.face_azimuth_deg + 45.0) % 360) // 90).astype(int)
     mass = np.array([site.share[quarter == i].sum() for i in range(4)])
@@ -110,11 +112,7 @@ def compare_survey(
         raise ArgumentError("stones: none; a survey needs at least one row")
     site = SitePrediction(cube, background=background)
     fallen = [stone for stone in stones if stone.fell for _ in range(stone.count)]
-    densities = {
-        id(stone): _side_density(site, stone) if knows_face(stone) else site.density(stone.b_over_h)
-        for stone in stones
-        if stone.fell
-    }
+    densities = {id(stone): _density(site, stone) for stone in stones if stone.fell}
     uniform_octant = site.octants(site.share)
     observed = np.bincount([_sector(stone) for stone in fallen], minlength=8).astype(np.float64)
     octants = {key: site.octants(density) for key, density in densities.items()}

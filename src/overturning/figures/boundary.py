@@ -12,15 +12,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def draw_boundary(axes: Any, bounds: "xr.Dataset", top: float) -> None:
+def _draw_boundary(axes: Any, bounds: "xr.Dataset", top: float) -> None:
     """Draw the curves of one height.
 
-    Parameters
-    ----------
-    bounds : xarray.Dataset, dimensions azimuth, friction
-        ``boundary``, ``boundary_low``, ``boundary_high``, ``falls_beyond`` of `statistics.boundary.boundary`.
-    top : float
-        Largest B/H of the cube; where the block still falls there, the curve is drawn at it with triangles.
+    Where the block still falls at the largest B/H of the cube, ``top``, the curve is drawn there with triangles.
     """
     compass(axes)
     azimuth = np.radians(bounds["azimuth"].to_numpy().astype(np.float64))
@@ -86,7 +81,7 @@ def boundary_figure(bounds: "xr.Dataset", top: float, fault_normal_deg: float, t
     for axes in panels.flat[heights.size :]:
         axes.set_visible(False)
     for axes, height in zip(panels.flat, heights, strict=False):
-        draw_boundary(axes, loaded.sel(height=height), top)
+        _draw_boundary(axes, loaded.sel(height=height), top)
         mark_fault_normal(axes, fault_normal_deg, axes.get_ylim()[1])
         axes.set_title(f"H = {height:g} m", pad=4)
     lines, names = panels[0, 0].get_legend_handles_labels()

@@ -15,18 +15,8 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 
-def draw_hodograph(axes: Any, north: FloatArray, east: FloatArray, label: str, fault_normal_deg: float) -> None:
-    """Draw one path: east to the right, north up, one scale for both.
-
-    Parameters
-    ----------
-    north, east : ndarray, shape (n,)
-        Motion, in the unit of the label.
-    label : str
-        Quantity and unit.
-    fault_normal_deg : float
-        Azimuth of the fault normal, degrees, or NaN.
-    """
+def _draw_hodograph(axes: Any, north: FloatArray, east: FloatArray, label: str, fault_normal_deg: float) -> None:
+    """Draw one path in the unit of the label: east to the right, north up, one scale for both."""
     size = float(np.hypot(north, east).max(initial=0.0))
     largest = 1.12 * size or 1.0
     if np.isfinite(fault_normal_deg):
@@ -71,6 +61,6 @@ def hodograph_figure(motion: "xr.Dataset", fault_normal_deg: float, title: str) 
         (panels[2], "displacement", CM, "displacement, cm"),
     ):
         north, east = motion[f"{name}_north"].to_numpy() / unit, motion[f"{name}_east"].to_numpy() / unit
-        draw_hodograph(axes, north, east, label, fault_normal_deg)
+        _draw_hodograph(axes, north, east, label, fault_normal_deg)
     caption(figure, title, panels[0], 2)
     return figure

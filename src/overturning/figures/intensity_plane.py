@@ -32,24 +32,14 @@ def plane_points(
     return pga[known], (pgv / np.where(pga > 0, pga, 1))[known], falls[known]
 
 
-def draw_intensity_plane(
+def _draw_intensity_plane(
     axes: Any,
     points: tuple[FloatArray, FloatArray, FloatArray],
     height: float,
     b_over_h: float,
     fit: "LogisticFit | None" = None,
 ) -> None:
-    """Draw one block's plane.
-
-    Parameters
-    ----------
-    points : tuple of ndarray
-        From `plane_points`.
-    height, b_over_h : float
-        H (m) and slenderness of the block, for the limits.
-    fit : LogisticFit, optional
-        From `statistics.logistic.overturning_fit`; its line of probability one half is drawn.
-    """
+    """Draw one block's plane: the points of `plane_points`, the limits, and the fit's line of probability one half."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     pga, ratio, falls = points
@@ -117,6 +107,6 @@ def intensity_plane_figure(
     for row, height in enumerate(shown):
         for column, b_over_h in enumerate(chosen):
             points = plane_points(cube, intensity, float(height), float(b_over_h), friction)
-            draw_intensity_plane(panels[row, column], points, float(height), float(b_over_h), fit)
+            _draw_intensity_plane(panels[row, column], points, float(height), float(b_over_h), fit)
     caption(figure, f"Every plane of every record, µ = {friction:g}", panels[0, 0], 3)
     return figure

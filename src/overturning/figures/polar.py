@@ -19,14 +19,8 @@ _KINDS = (
 )
 
 
-def draw_fall_map(axes: Any, cells: "xr.DataArray") -> None:
-    """Draw one panel.
-
-    Parameters
-    ----------
-    cells : xarray.DataArray, dimensions azimuth, b_over_h
-        ``overturned`` by azimuth: +1, 0, −1, or NaN where it was not found.
-    """
+def _draw_fall_map(axes: Any, cells: "xr.DataArray") -> None:
+    """Draw one panel: ``overturned`` by azimuth and B/H, +1, 0, −1, or NaN where it was not found."""
     from matplotlib.colors import ListedColormap
 
     values = cells.transpose("b_over_h", "azimuth").to_numpy()
@@ -47,7 +41,7 @@ def fall_map_figure(cube: "xr.Dataset", title: str) -> "Figure":
 
     figure, panels = case_panels(cube["overturned"])
     for axes, cells in blocks_of(cube["overturned"], panels):
-        draw_fall_map(axes, cells)
+        _draw_fall_map(axes, cells)
     mark_normals(cube, panels)
     handles = [Patch(facecolor=colour, edgecolor="#777777", linewidth=0.4, label=text) for _, colour, text in _KINDS]
     lines, _ = panels[0, 0].get_legend_handles_labels()

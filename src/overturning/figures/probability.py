@@ -13,19 +13,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def draw_probability_map(axes: Any, towards: "xr.DataArray") -> Any:
-    """Draw one panel.
-
-    Parameters
-    ----------
-    towards : xarray.DataArray, dimensions azimuth, b_over_h
-        Probability of falling towards the azimuth, 0 to 1, NaN where it was not found.
-
-    Returns
-    -------
-    QuadMesh
-        For a colour bar.
-    """
+def _draw_probability_map(axes: Any, towards: "xr.DataArray") -> Any:
+    """Draw one panel: probability of falling towards an azimuth by azimuth and B/H, NaN where it was not found."""
     values = np.ma.masked_invalid(towards.transpose("b_over_h", "azimuth").to_numpy())
     mesh = draw_cells(axes, towards, values, cmap=probability_colours(), vmin=0.0, vmax=1.0)
     axes.set_facecolor(MISSING if values.mask.any() else "white")
@@ -47,7 +36,7 @@ def probability_map_figure(cube: "xr.Dataset", title: str) -> "Figure":
     figure, panels = case_panels(towards, more_width=0.5)
     mesh: Any = None
     for axes, cells in blocks_of(towards, panels):
-        mesh = draw_probability_map(axes, cells)
+        mesh = _draw_probability_map(axes, cells)
     mark_normals(cube, panels)
     bar = figure.colorbar(mesh, ax=panels, shrink=0.7, pad=0.02, aspect=30)
     bar.set_label("probability of falling towards the azimuth", fontsize=8)

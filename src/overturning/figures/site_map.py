@@ -36,7 +36,7 @@ def sites_by_earthquake(cube: "xr.Dataset") -> "dict[str, xr.Dataset]":
     Returns
     -------
     dict of xarray.Dataset
-        By name of the earthquake in the order of the cube, each as `draw_site_map` takes it. The strike is the mean axis
+        By name of the earthquake in the order of the cube, each as `site_map_figure` takes it. The strike is the mean axis
         of those that the records state; the epicentre the first that is known.
     """
     import xarray as xr
@@ -79,21 +79,8 @@ def _scale_length(extent: float) -> float:
     return float(max(step * power for step in (1, 2, 5) if step * power <= target))
 
 
-def draw_site_map(axes: Any, site: "xr.Dataset") -> None:
-    """Draw the map.
-
-    Parameters
-    ----------
-    site : xarray.Dataset
-        ``station_latitude``, ``station_longitude`` (degrees) over dimension ``station`` with its names; optionally
-        ``epicentre_latitude``, ``epicentre_longitude``, ``fault_strike`` (degrees; drawn through the epicentre) and
-        ``fault_length`` (km), scalars, NaN where not known.
-
-    Raises
-    ------
-    ArgumentError
-        If no station has coordinates.
-    """
+def _draw_site_map(axes: Any, site: "xr.Dataset") -> None:
+    """Draw the map of a site."""
 
     def scalar(name: str) -> float:
         return float(site[name]) if name in site else float("nan")
@@ -144,10 +131,23 @@ def draw_site_map(axes: Any, site: "xr.Dataset") -> None:
 
 
 def site_map_figure(site: "xr.Dataset", title: str) -> "Figure":
-    """Figure of the map; parameters as in `draw_site_map`."""
+    """Figure of the map.
+
+    Parameters
+    ----------
+    site : xarray.Dataset
+        ``station_latitude``, ``station_longitude`` (degrees) over dimension ``station`` with its names; optionally
+        ``epicentre_latitude``, ``epicentre_longitude``, ``fault_strike`` (degrees; drawn through the epicentre) and
+        ``fault_length`` (km), scalars, NaN where not known.
+
+    Raises
+    ------
+    ArgumentError
+        If no station has coordinates.
+    """
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(figsize=(4.6, 5.1), layout="constrained")
-    draw_site_map(axes, site)
+    _draw_site_map(axes, site)
     caption(figure, title, axes, 3)
     return figure

@@ -10,20 +10,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def draw_spectrum(axes: Any, spectra: "xr.DataArray", along: str, factor: float, label: str) -> None:
-    """Draw one spectrum per azimuth on logarithmic axes.
-
-    Parameters
-    ----------
-    spectra : xarray.DataArray, dimensions azimuth and ``along``
-        Spectral amplitudes, SI.
-    along : str
-        ``period`` (s) or ``frequency`` (Hz).
-    factor : float
-        SI per unit of the label.
-    label : str
-        Label of the ordinate, with its unit.
-    """
+def _draw_spectrum(axes: Any, spectra: "xr.DataArray", along: str, factor: float, label: str) -> None:
+    """Draw one spectrum per azimuth ``along`` period (s) or frequency (Hz), divided by ``factor``, on logarithmic axes."""
     x = spectra[along].to_numpy()
     for index, azimuth in enumerate(spectra["azimuth"].to_numpy()):
         values = spectra.isel(azimuth=index).to_numpy() / factor
@@ -52,7 +40,7 @@ def spectra_figure(fourier: "xr.DataArray", response: "xr.DataArray", title: str
     import matplotlib.pyplot as plt
 
     figure, (left, right) = plt.subplots(1, 2, figsize=(7.4, 3.5), layout="constrained")
-    draw_spectrum(left, fourier, "frequency", CM, "Fourier amplitude, Gal·s")
-    draw_spectrum(right, response, "period", GAL, f"spectral acceleration (damping {damping:.0%}), Gal")
+    _draw_spectrum(left, fourier, "frequency", CM, "Fourier amplitude, Gal·s")
+    _draw_spectrum(right, response, "period", GAL, f"spectral acceleration (damping {damping:.0%}), Gal")
     caption(figure, title, right, 4)
     return figure

@@ -30,31 +30,13 @@ def iso(moment: datetime | None) -> str | None:
     return text.rstrip("0").rstrip(".") + "Z"
 
 
-def to_north_east(
+def _to_north_east(
     first: FloatArray, first_azimuth_deg: float, second: FloatArray, second_azimuth_deg: float, name: str
 ) -> tuple[FloatArray, FloatArray]:
-    """Turn two horizontal components to north and east.
+    """Turn two horizontal components to north and east; ``name`` is what an error names.
 
     Solves a₁ = n cos φ₁ + e sin φ₁, a₂ = n cos φ₂ + e sin φ₂, so that axes that are not quite at right angles are
-    allowed too.
-
-    Parameters
-    ----------
-    first, second : ndarray, shape (n,)
-        Acceleration along the two axes.
-    first_azimuth_deg, second_azimuth_deg : float
-        Azimuths φ₁, φ₂ of the axes, degrees clockwise from north.
-    name : str
-        What an error names.
-
-    Returns
-    -------
-    north, east : ndarray, shape (n,)
-
-    Raises
-    ------
-    RecordError
-        If the axes are too close to parallel (more than 26° off a right angle).
+    allowed too; a RecordError says so where they are more than 26° off one.
     """
     c1, s1 = direction_cosines(first_azimuth_deg)
     c2, s2 = direction_cosines(second_azimuth_deg)
@@ -70,15 +52,11 @@ def to_north_east(
     return north, east
 
 
-def common_window(components: Sequence[Component], *, trust_data: bool = False) -> list[Component]:
+def _common_window(components: Sequence[Component], *, trust_data: bool = False) -> list[Component]:
     """Cut components to the samples that all of them have.
 
-    Starts are rounded to whole samples relative to the latest; less than half a sample of shift remains.
-
-    Raises
-    ------
-    RecordError
-        If the rates differ, or starts or lengths differ by more than 0.5 s (lengths only where ``trust_data`` is not set).
+    Starts are rounded to whole samples relative to the latest; less than half a sample of shift remains. A RecordError says
+    so where the rates differ, or starts or lengths by more than 0.5 s (lengths only where ``trust_data`` is not set).
     """
     interval = components[0].sampling_interval
     for other in components[1:]:
@@ -159,9 +137,9 @@ def assemble(
     components = _with_sense(components, vertical_sense)
     differences = {c.axis: check_peak(c) for c in components} if not trust_data else {}
     horizontal, vertical = _axes(components, azimuths_deg, name)
-    window = common_window([*horizontal, *vertical], trust_data=trust_data)
+    window = _common_window([*horizontal, *vertical], trust_data=trust_data)
     azimuths = [((c.azimuth_deg or 0.0) + correction_deg) % 360.0 for c in window[:2]]
-    north, east = to_north_east(window[0].samples, azimuths[0], window[1].samples, azimuths[1], name)
+    north, east = _to_north_east(window[0].samples, azimuths[0], window[1].samples, azimuths[1], name)
     first = window[0]
     extra: dict[str, Any] = dict(first.extra) | {"format": first.format, "processed": first.processed}
     extra["axes"] = [c.axis for c in window]

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from overturning.surveys.comparison import SurveyComparison
 
 
-def draw_survey(axes: Any, comparison: "SurveyComparison") -> None:
+def _draw_survey(axes: Any, comparison: "SurveyComparison") -> None:
     """Draw stones per octant as sectors, and the expected ones as an outline; the radius is the square root of the count."""
     compass(axes)
     width = np.pi / 4
@@ -30,10 +30,10 @@ def draw_survey(axes: Any, comparison: "SurveyComparison") -> None:
 
 
 def survey_figure(comparison: "SurveyComparison", title: str) -> "Figure":
-    """Figure of a survey; parameters as in `draw_survey`."""
+    """Figure of a survey's comparison: fallen stones by octant, observed and predicted."""
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(figsize=(4.2, 4.6), subplot_kw={"projection": "polar"}, layout="constrained")
-    draw_survey(axes, comparison)
+    _draw_survey(axes, comparison)
     caption(figure, f"{title}\nfallen stones by octant", axes, 2)
     return figure

@@ -39,30 +39,19 @@ KEYS: Final = (
     "Last Correction",
     "Memo.",
 )
-AXES: Final[dict[str, tuple[float | None, int, Sensor]]] = {
-    "N-S": (0.0, 0, "surface"),
-    "E-W": (90.0, 0, "surface"),
-    "U-D": (None, 1, "surface"),
-    "1": (0.0, 0, "borehole"),
-    "2": (90.0, 0, "borehole"),
-    "3": (None, 1, "borehole"),
-    "4": (0.0, 0, "surface"),
-    "5": (90.0, 0, "surface"),
-    "6": (None, 1, "surface"),
-}
-"""Direction code: azimuth, vertical sense, sensor."""
+"""Of the header's lines, in their order."""
 
-EXTENSIONS: Final = {
-    "ns": "N-S",
-    "ew": "E-W",
-    "ud": "U-D",
-    "ns1": "1",
-    "ew1": "2",
-    "ud1": "3",
-    "ns2": "4",
-    "ew2": "5",
-    "ud2": "6",
+_SENSORS: Final[tuple[tuple[tuple[str, ...], str, Sensor], ...]] = (
+    (("N-S", "E-W", "U-D"), "", "surface"),
+    (("1", "2", "3"), "1", "borehole"),
+    (("4", "5", "6"), "2", "surface"),
+)
+AXES: Final[dict[str, tuple[str, float | None, int, Sensor]]] = {
+    code: (f"{axis}{number}", azimuth, vertical, sensor)
+    for codes, number, sensor in _SENSORS
+    for code, (axis, azimuth, vertical) in zip(codes, (("NS", 0.0, 0), ("EW", 90.0, 0), ("UD", None, 1)), strict=True)
 }
+"""Direction code: extension of the file's name, azimuth, vertical sense, sensor."""
 
 JAPAN: Final = timedelta(hours=9)
 
@@ -93,7 +82,8 @@ def read(source: SourceFile) -> list[Component]:
     direction = header["Dir."]
     if direction not in AXES:
         raise header.error("Dir.", f"direction {direction!r}; known are {', '.join(AXES)}: correct it")
-    if EXTENSIONS.get(source.suffix, direction) != direction:
+    extension, azimuth, vertical, sensor = AXES[direction]
+    if source.suffix.upper() != extension and source.suffix.upper() in [known for known, *_ in AXES.values()]:
         raise header.error(
             "Dir.",
             f"direction {direction!r} in a file named .{source.suffix.upper()}; components are swapped: give the file its right "
@@ -108,12 +98,11 @@ def read(source: SourceFile) -> list[Component]:
             "the file is cut or holds more than one record: get it again"
         )
     trace = _through_obspy(source, header, counts)
-    azimuth, vertical, sensor = AXES[direction]
     return [
         Component.of(
             source,
             NAME,
-            next((k.upper() for k, v in EXTENSIONS.items() if v == direction), direction),
+            extension,
             (azimuth, vertical),
             np.asarray(trace, dtype=np.float64) * gain,
             1.0 / rate,

@@ -63,17 +63,11 @@ def components_of(stream: Any, inventory: Any, source: SourceFile, form: str) ->
     RecordError
         If a trace has a gap or is not in the inventory.
     """
-    return [_component(trace, inventory, source, form) for trace in without_gaps(stream, source)]
+    return [_component(trace, inventory, source, form) for trace in _without_gaps(stream, source)]
 
 
-def without_gaps(stream: Any, source: SourceFile) -> Any:
-    """One trace per channel.
-
-    Raises
-    ------
-    RecordError
-        If a channel has a gap or overlapping data that differs.
-    """
+def _without_gaps(stream: Any, source: SourceFile) -> Any:
+    """One trace per channel; a RecordError where a channel has a gap or overlapping data that differs."""
     try:
         stream.merge(method=-1)
     except Exception as problem:

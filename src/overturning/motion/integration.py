@@ -25,12 +25,12 @@ def integrate(samples: NDArray[np.float64], sampling_interval: float) -> NDArray
 
 
 def peaks(samples: NDArray[np.float64], sampling_interval: float) -> tuple[float, float, float]:
-    """Largest absolute acceleration, velocity and displacement of one component, starting from rest.
+    """Largest absolute acceleration, velocity and displacement of any component, starting from rest.
 
     Parameters
     ----------
-    samples : ndarray, shape (n,)
-        Acceleration, m/s².
+    samples : ndarray, shape (..., n)
+        Acceleration of one or more components, m/s².
     sampling_interval : float
         Time between samples, s.
 

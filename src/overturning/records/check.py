@@ -106,12 +106,7 @@ def describe(finding: Finding) -> str:
     if record is None:
         axes = "".join(f"\n  {_axis(c)}" for c in finding.components)
         return f"{head}\n  refused: {finding.reason}{axes}"
-    pga, pgv, pgd = (
-        max(pair)
-        for pair in zip(
-            peaks(record.north, record.sampling_interval), peaks(record.east, record.sampling_interval), strict=True
-        )
-    )
+    pga, pgv, pgd = peaks(record.horizontal, record.sampling_interval)
     place = "" if record.latitude is None else f" ({record.latitude:.4f}, {record.longitude:.4f})"
     what = [x for x in (record.station + place, record.event, record.start or "start not stated") if x.strip()]
     kind = "processed by its agency" if record.extra.get("processed") else "raw"

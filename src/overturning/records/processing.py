@@ -90,11 +90,8 @@ def _shift(step: Step, interval: float) -> float:
 
 
 def _horizontal_peaks(record: Record) -> tuple[float, float, float]:
-    pairs = zip(
-        peaks(record.north, record.sampling_interval), peaks(record.east, record.sampling_interval), strict=True
-    )
     # Nine digits are plenty for a report and the same on every processor.
-    return tuple(float(f"{max(pair):.9g}") for pair in pairs)  # type: ignore[return-value]
+    return tuple(float(f"{peak:.9g}") for peak in peaks(record.horizontal, record.sampling_interval))  # type: ignore[return-value]
 
 
 def _later(start: str | None, seconds: float) -> str | None:

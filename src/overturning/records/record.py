@@ -88,6 +88,11 @@ class Record:
             )
 
     @property
+    def horizontal(self) -> FloatArray:
+        """Acceleration towards north and east, m/s², shape (2, n)."""
+        return np.stack([self.north, self.east])
+
+    @property
     def duration(self) -> float:
         """Time from the first to the last sample, s."""
         return (self.north.size - 1) * self.sampling_interval

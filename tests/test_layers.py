@@ -10,6 +10,7 @@ import overturning
 LAYERS = [
     "units",
     "errors",
+    "arrays",
     "files",
     "tables",
     "motion",

@@ -3,16 +3,14 @@
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.figures.style import FALLS, FAULT, INK, SERIES, caption, labels, short
 from overturning.units import CM, GAL
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
-
-FloatArray = NDArray[np.float64]
 
 
 def _draw_hodograph(axes: Any, north: FloatArray, east: FloatArray, label: str, fault_normal_deg: float) -> None:

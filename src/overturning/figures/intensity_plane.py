@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.figures.style import FALLS, INK, SERIES, STANDS, caption, labels
 from overturning.statistics.direction import fall_shares
 from overturning.statistics.limits import ishiyama_velocity, west_acceleration
@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from overturning.statistics.logistic import LogisticFit
-
-FloatArray = NDArray[np.float64]
 
 
 def plane_points(

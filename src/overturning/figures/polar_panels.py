@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.figures.style import compass, mark_fault_normal, radius_labels
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def blocks_of(blocks: Any, panels: Any) -> "Iterator[tuple[Any, Any]]":
         yield axes, one
 
 
-def cell_edges(centres: NDArray[np.float64]) -> NDArray[np.float64]:
+def cell_edges(centres: FloatArray) -> FloatArray:
     """Edges of cells half-way between their centres, the outer ones symmetric; a single cell spans a tenth of its value."""
     if centres.size == 1:
         return np.array([0.95, 1.05]) * centres[0]
@@ -72,7 +72,7 @@ def cell_edges(centres: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.concatenate([[2 * centres[0] - between[0]], between, [2 * centres[-1] - between[-1]]])
 
 
-def azimuth_edges(azimuth_deg: NDArray[np.float64]) -> NDArray[np.float64]:
+def azimuth_edges(azimuth_deg: FloatArray) -> FloatArray:
     """Edges of azimuth cells closed around the compass, radians: one more than azimuths, ascending over one turn."""
     if azimuth_deg.size == 1:
         return np.radians(azimuth_deg[0] + np.array([-2.5, 2.5]))

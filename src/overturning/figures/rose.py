@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.figures.style import FALLS, FAULT, compass, mark_fault_normal, radius_labels
 from overturning.statistics.falls import falls_towards
 from overturning.statistics.groups import record_groups
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 SECTOR_DEG = 15.0
 
 
-def sector_shares(azimuth_deg: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
+def sector_shares(azimuth_deg: FloatArray, weights: FloatArray) -> FloatArray:
     """Share of the falls in each sector of 15°, the first centred on 0°.
 
     Parameters
@@ -37,7 +37,7 @@ def sector_shares(azimuth_deg: NDArray[np.float64], weights: NDArray[np.float64]
     return counts / total if total > 0 else counts
 
 
-def azimuth_weight(azimuth_deg: NDArray[np.float64]) -> NDArray[np.float64]:
+def azimuth_weight(azimuth_deg: FloatArray) -> FloatArray:
     """How much each azimuth counts: 1 on a regular grid; one added between its points shares their part of the circle."""
     plane = np.round(azimuth_deg % 180.0, 6) % 180.0
     index = plane_index(azimuth_deg)
@@ -45,7 +45,7 @@ def azimuth_weight(azimuth_deg: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(weight[np.searchsorted(plane[index], plane)])
 
 
-def draw_rose(axes: Any, shares: NDArray[np.float64]) -> None:
+def draw_rose(axes: Any, shares: FloatArray) -> None:
     """Draw one rose: sectors with an area in proportion to their share, so that a wide one does not look too large."""
     compass(axes)
     width = np.radians(SECTOR_DEG)

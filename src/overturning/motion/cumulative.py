@@ -3,13 +3,12 @@
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from overturning.arrays import FloatArray
 from overturning.motion.motion import Motion
 from overturning.motion.rotation import cosines_of
 from overturning.units import STANDARD_GRAVITY
-
-FloatArray = NDArray[np.float64]
 
 
 def arias_intensity(motion: Motion, azimuth_deg: ArrayLike) -> FloatArray:

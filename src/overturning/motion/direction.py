@@ -3,8 +3,9 @@
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 
 _DECIMALS = 12
@@ -47,7 +48,7 @@ def direction_cosines(azimuth_deg: float) -> tuple[float, float]:
             return second, -first
 
 
-def along(north: ArrayLike, east: ArrayLike, azimuth_deg: float) -> NDArray[np.float64]:
+def along(north: ArrayLike, east: ArrayLike, azimuth_deg: float) -> FloatArray:
     """Horizontal motion along an azimuth: a(φ) = a_north cos φ + a_east sin φ.
 
     Parameters

@@ -4,8 +4,9 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from overturning.arrays import FloatArray
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
 from overturning.motion.rotation import checked_azimuths, cosines_of, largest_along
@@ -13,7 +14,6 @@ from overturning.motion.rotation import checked_azimuths, cosines_of, largest_al
 if TYPE_CHECKING:
     import xarray
 
-FloatArray = NDArray[np.float64]
 
 PEAKS = {
     "pga": ("m s-2", "peak ground acceleration"),

@@ -1,12 +1,11 @@
 """Largest motion along many azimuths, without holding the rotated motions."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.motion.direction import direction_cosines
-
-FloatArray = NDArray[np.float64]
 
 _SEEDS = 12
 _STRIDE = 8

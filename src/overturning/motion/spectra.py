@@ -3,15 +3,14 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
 from overturning.motion.oscillator import POINTS_PER_PERIOD, Oscillators, checked_periods
 from overturning.motion.rotation import cosines_of, largest_along
-
-FloatArray = NDArray[np.float64]
 
 PERIODS = np.geomspace(0.01, 10.0, 100)
 """Periods of the spectra unless others are asked for, s."""

@@ -7,11 +7,12 @@ from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from typing import Any, Literal
 
+from overturning.arrays import FloatArray
 from overturning.errors import RecordError
 from overturning.motion.direction import direction_cosines
 from overturning.records.axes import is_vertical_of_unknown_sense
 from overturning.records.component import Component, check_peak
-from overturning.records.record import FloatArray, Record
+from overturning.records.record import Record
 
 MAXIMUM_SPREAD = 0.5
 """Largest difference in start or in length between components of one record, s."""

@@ -6,8 +6,8 @@ from datetime import datetime
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.errors import RecordError
 from overturning.records.source import SourceFile
 
@@ -77,7 +77,7 @@ class Component:
         What else the file states.
     """
 
-    samples: NDArray[np.float64]
+    samples: FloatArray
     sampling_interval: float
     axis: str
     azimuth_deg: float | None
@@ -102,7 +102,7 @@ class Component:
         form: str,
         axis: str,
         direction: tuple[float | None, int],
-        samples: NDArray[np.float64],
+        samples: FloatArray,
         sampling_interval: float,
         **more: Any,
     ) -> "Component":

@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from overturning.arrays import FloatArray
 from overturning.errors import RecordError
 from overturning.motion.integration import integrate, peaks
 from overturning.records.assembly import iso
-from overturning.records.record import FloatArray, Record
+from overturning.records.record import Record
 from overturning.records.steps import (
     Baseline,
     Cut,

@@ -9,15 +9,13 @@ import math
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
+from overturning.arrays import FloatArray
 from overturning.errors import ConfigError
 from overturning.motion.direction import direction_cosines
 from overturning.records.record import Record
 from overturning.units import GAL
-
-FloatArray = NDArray[np.float64]
 
 
 class _Pulse(BaseModel):

@@ -4,11 +4,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.errors import RecordError
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

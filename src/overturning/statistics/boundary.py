@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.statistics.circular import resultant
 from overturning.statistics.planes import fall_probability, plane_index, plane_weight
@@ -21,9 +22,7 @@ if TYPE_CHECKING:
 HALF = 0.5
 
 
-def _crossings_of_line(
-    line: NDArray[np.float64], slenderness: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+def _crossings_of_line(line: FloatArray, slenderness: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
     """All crossings of one line, ascending, and whether falling ends (rather than begins) at each."""
     known = np.isfinite(line)
     p, x = line[known] - HALF, slenderness[known]
@@ -31,7 +30,7 @@ def _crossings_of_line(
     return x[at] + (x[at + 1] - x[at]) * p[at] / (p[at] - p[at + 1]), p[at] >= 0
 
 
-def crossing_values(probability: ArrayLike, b_over_h: ArrayLike, crossings: int) -> NDArray[np.float64]:
+def crossing_values(probability: ArrayLike, b_over_h: ArrayLike, crossings: int) -> FloatArray:
     """All B/H at which the probability crosses one half, by linear interpolation between neighbouring known cells.
 
     Parameters
@@ -60,7 +59,7 @@ def crossing_values(probability: ArrayLike, b_over_h: ArrayLike, crossings: int)
 
 def crossing_bounds(
     probability: ArrayLike, first: ArrayLike, second: ArrayLike, b_over_h: ArrayLike, crossings: int
-) -> NDArray[np.float64]:
+) -> FloatArray:
     """Interval of each crossing between the scrambles of an ensemble.
 
     Parameters
@@ -93,7 +92,7 @@ def crossing_bounds(
     return out.reshape(*whole.shape[:-1], crossings, 2)
 
 
-def last_known(probability: ArrayLike) -> NDArray[np.float64]:
+def last_known(probability: ArrayLike) -> FloatArray:
     """The last value along the last axis that is not NaN, NaN where all are; shape (…, n) to (…)."""
     values = np.asarray(probability, dtype=np.float64)
     at = values.shape[-1] - 1 - np.isfinite(values)[..., ::-1].argmax(axis=-1)
@@ -101,7 +100,7 @@ def last_known(probability: ArrayLike) -> NDArray[np.float64]:
 
 
 def _along_b_over_h(
-    function: Callable[..., NDArray[np.float64]], sizes: dict[str, int], *values: "xr.DataArray"
+    function: Callable[..., FloatArray], sizes: dict[str, int], *values: "xr.DataArray"
 ) -> "xr.DataArray":
     import xarray as xr
 
@@ -207,7 +206,7 @@ def easiest_azimuth(bounds: "xr.Dataset", b_over_h: ArrayLike) -> "xr.Dataset":
     edge = planes["boundary"].where(~planes["falls_beyond"], grid.max()).where(~planes["stands_throughout"], grid.min())
     highest, lowest = edge.max("azimuth"), edge.min("azimuth")
 
-    def axis(line: NDArray[np.float64], standing: NDArray[np.bool_]) -> float:
+    def axis(line: FloatArray, standing: NDArray[np.bool_]) -> float:
         if standing.all() or not np.isfinite(line).any():
             return np.nan
         ties = np.abs(line - np.nanmax(line)) < 1e-9

@@ -9,11 +9,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-
-FloatArray = NDArray[np.float64]
 
 # Below this resultant length a mean is rounding noise: the vectors cancel and point nowhere.
 NO_DIRECTION = 1e-9

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.statistics.circular import wrap_axis
 from overturning.statistics.planes import fall_probability, plane_index
 
@@ -54,7 +55,7 @@ Candidate = tuple[float, TellingCase]
 """How well a case tells what it shows, and the case."""
 
 
-def _values(cube: "xr.Dataset", name: str, record: int) -> NDArray[np.float64]:
+def _values(cube: "xr.Dataset", name: str, record: int) -> FloatArray:
     """A variable of one record by azimuth, height, B/H and friction."""
     return np.asarray(cube[name].isel(record=record).transpose("azimuth", "height", "b_over_h", "friction").to_numpy())
 

@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.files import whole
 from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi
 from overturning.motion.intensity import PEAKS, intensity_by_azimuth, record_measures
@@ -15,8 +15,6 @@ from overturning.motion.spectra import rotd
 from overturning.records.record import Record
 from overturning.study.config import Study
 from overturning.study.grid import Grid
-
-FloatArray = NDArray[np.float64]
 
 PERCENTILES = (0.0, 50.0, 100.0)
 SPECTRUM_PERIODS = np.geomspace(0.01, 10.0, 61)

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.errors import ResultError
 from overturning.files import whole
 from overturning.study.sections import Ensemble
@@ -34,12 +35,12 @@ class Members:
     """
 
     scramble: NDArray[np.int64]
-    amplitude: NDArray[np.float64]
-    b_over_h: NDArray[np.float64]
-    friction: NDArray[np.float64]
-    damping: NDArray[np.float64]
-    azimuth_deg: NDArray[np.float64]
-    initial_tilt: NDArray[np.float64]
+    amplitude: FloatArray
+    b_over_h: FloatArray
+    friction: FloatArray
+    damping: FloatArray
+    azimuth_deg: FloatArray
+    initial_tilt: FloatArray
 
     @property
     def size(self) -> int:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.statistics.circular import TestResult, chi_square_test, grouped_watson_test, resultant, watson_u2_test
 from overturning.surveys.prediction import BACKGROUND, SIDES, SitePrediction, knows_face, observed_side
@@ -15,8 +16,6 @@ from overturning.surveys.stones import Stone
 
 if TYPE_CHECKING:
     import xarray as xr
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

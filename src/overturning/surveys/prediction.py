@@ -4,8 +4,8 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.statistics.planes import fall_probability, plane_index, plane_weight
 from overturning.surveys.stones import Stone
@@ -13,7 +13,6 @@ from overturning.surveys.stones import Stone
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 
 SIDES = ("stood", "forwards", "to its right", "backwards", "to its left")
 """Outcomes of a stone whose face is known: towards the face's azimuth, then clockwise by 90° each."""

@@ -7,13 +7,13 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.dem.blocks import Cases
 from overturning.dem.cases import CaseResults, run_cases
 from overturning.dem.variables import INT8_MISSING
 from overturning.verification.comparison import Counts, compare
 from overturning.verification.work_precision_cases import Group
 
-FloatArray = NDArray[np.float64]
 Runner = Callable[[Group], tuple[NDArray[np.int8], FloatArray]]
 
 HALVINGS: Final = 15

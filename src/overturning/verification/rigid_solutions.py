@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.dem.cases import run_cases
 from overturning.dem.contact import STATIC_PENETRATION
 from overturning.dem.time_step import AUTO_FRACTION, DEFAULT_SCHEME, scheme_of
@@ -17,7 +18,6 @@ from overturning.verification.work_precision import (
     PENETRATIONS,
     REPEATS,
     SCHEMES,
-    FloatArray,
     Say,
     errors,
     measured,

@@ -7,13 +7,13 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.dem.cases import run_cases
 from overturning.dem.contact import STATIC_PENETRATION, Contact
 from overturning.dem.time_step import AUTO_FRACTION, DEFAULT_SCHEME, scheme_of
 from overturning.verification.measures import counts, rotation_error
 from overturning.verification.work_precision_cases import Group
 
-FloatArray = NDArray[np.float64]
 Say = Callable[[str], None]
 
 FRACTIONS: Final = (1.0, 0.9, 0.5, 0.25, 0.12, 0.06, 0.03, 0.01)

@@ -9,6 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.errors import RecordError
 
 FLOAT: Final = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eEdD][+-]?[0-9]+)?"
@@ -81,7 +82,7 @@ class Lines:
                 index, f"start {year}-{month}-{of_month} {hour}:{minute} ({problem}); correct it"
             ) from problem
 
-    def column(self, first: int) -> NDArray[np.float64]:
+    def column(self, first: int) -> FloatArray:
         """All numbers of the free-format lines from ``first`` on, in reading order.
 
         Raises
@@ -120,7 +121,7 @@ class Lines:
             if len(before) != len(last):
                 raise self.error(len(self.lines) - 1, f"the last number, {words[1]!r}, is cut; get the file again")
 
-    def fixed_columns(self, first: int, *, width: int, per_line: int, count: int) -> NDArray[np.float64]:
+    def fixed_columns(self, first: int, *, width: int, per_line: int, count: int) -> FloatArray:
         """Numbers in columns of fixed width, which may touch (FORTRAN ``8F10.3``).
 
         Parameters

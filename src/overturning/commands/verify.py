@@ -96,7 +96,7 @@ def page(
 
     from overturning.figures.stability_map import draw_map, draw_scenes, draw_shares
     from overturning.figures.work_precision import draw_against_finer_steps, draw_against_rigid_solutions
-    from overturning.files import whole
+    from overturning.files import atomic_write
     from overturning.verification import page as pages
     from overturning.verification import page_map, page_tables
     from overturning.verification.table import read_table
@@ -123,6 +123,6 @@ def page(
         "reach": page_map.reach(blocks, about, scenes),
     }
     pages.write_page(docs / "validation.md", bodies)
-    with whole(output) as part:
+    with atomic_write(output) as part:
         known = {name: None if value != value else value for name, value in found.items()}
         part.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from overturning.files import whole
+from overturning.files import atomic_write
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -73,7 +73,7 @@ def save(figure: "Figure", path: Path, colours: int = 0) -> None:
     kind = path.suffix.removeprefix(".")
     # No date and no version of the program that drew it: both would change bytes that nobody sees.
     metadata: dict[str, Any] = {"Date": None, "Creator": None} if kind == "svg" else {"Software": None}
-    with whole(path) as part:
+    with atomic_write(path) as part:
         if kind == "png" and colours:
             _save_small(figure, part, colours)
         else:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from overturning.errors import ArgumentError, MissingDataError, RecordError
-from overturning.files import whole
+from overturning.files import atomic_write
 from overturning.records.download import PASSWORD, USER, attempts, credentials
 from overturning.records.source import is_web_page
 
@@ -186,7 +186,7 @@ def _stations(client: Any, codes: tuple[str, ...], start: Any, end: Any, path: P
     data = answer.getvalue()
     _no_page(data, "StationXML")
     read_inventory([SourceFile("StationXML", data)])
-    with whole(path) as part:
+    with atomic_write(path) as part:
         part.write_bytes(data)
 
 
@@ -205,7 +205,7 @@ def _waveforms(client: Any, codes: tuple[str, ...], start: Any, end: Any, path: 
         raise RecordError(f"no readable MiniSEED ({type(problem).__name__})") from None
     if any(abs(t.stats.endtime - end) > 60 + 0.5 * (end - start) for t in stream):
         raise RecordError("MiniSEED of another time than asked for")
-    with whole(path) as part:
+    with atomic_write(path) as part:
         part.write_bytes(data)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from overturning.errors import ResultError
-from overturning.files import whole
+from overturning.files import atomic_write
 from overturning.records.record import Record
 
 DECIMALS = 9
@@ -43,7 +43,7 @@ def write_motion(record: Record, path: Path | str) -> None:
     import netCDF4
 
     record = rounded(record)
-    with whole(Path(path)) as part, netCDF4.Dataset(part, "w", format="NETCDF4") as file:
+    with atomic_write(Path(path)) as part, netCDF4.Dataset(part, "w", format="NETCDF4") as file:
         file.setncatts(_attributes(record))
         file.createDimension("time", record.north.size)
         time = file.createVariable("time", "f8", ("time",), zlib=True, shuffle=True)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from overturning.errors import ResultError
-from overturning.files import whole
+from overturning.files import atomic_write
 
 
 def write_report(results: Path, path: Path, pdf: Path | None = None) -> None:
@@ -53,7 +53,7 @@ def write_report(results: Path, path: Path, pdf: Path | None = None) -> None:
     page = environment.get_template("report.html.j2").render(
         **data, figure=figure, films=films, player=Markup(player_script()), player_style=Markup(player_style())
     )
-    with whole(path) as part:
+    with atomic_write(path) as part:
         part.write_text(page, encoding="utf-8")
     if pdf is not None:
         write_paper(data, results / "figures", pdf)

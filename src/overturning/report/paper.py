@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from overturning.errors import ResultError
-from overturning.files import whole
+from overturning.files import atomic_write
 from overturning.report import survey_content, words
 from overturning.report.sentences import percent
 
@@ -212,5 +212,5 @@ def write_paper(data: dict[str, Any], figures: Path, path: Path) -> None:
             raise ResultError(
                 f"{path}: the PDF cannot be made ({str(error).splitlines()[0]}); draw the figures again"
             ) from None
-    with whole(path) as part:
+    with atomic_write(path) as part:
         part.write_bytes(made)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.files import whole
+from overturning.files import atomic_write
 from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi
 from overturning.motion.intensity import PEAKS, intensity_by_azimuth, record_measures
 from overturning.motion.motion import Motion
@@ -52,7 +52,7 @@ def write_intensity(study: Study, records: Sequence[Record], path: Path) -> None
     # A coordinate has no missing values, and CF forbids it to say what they would look like.
     for name in table.coords:
         table[name].encoding["_FillValue"] = None
-    with whole(path) as part:
+    with atomic_write(path) as part:
         table.to_netcdf(part, engine="netcdf4")
 
 

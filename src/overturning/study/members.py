@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ResultError
-from overturning.files import whole
+from overturning.files import atomic_write
 from overturning.study.sections import Ensemble
 
 SCRAMBLES = 2
@@ -87,7 +87,7 @@ def draw_members(settings: Ensemble) -> Members:
 
 def write_members(members: Members, path: Path) -> None:
     """Write the members as CSV."""
-    with whole(path) as part, part.open("w", encoding="utf-8", newline="") as file:
+    with atomic_write(path) as part, part.open("w", encoding="utf-8", newline="") as file:
         table = csv.writer(file, lineterminator="\n")
         table.writerow(COLUMNS)
         for row in range(members.size):

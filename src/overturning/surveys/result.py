@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from overturning.errors import ResultError
-from overturning.files import whole
+from overturning.files import atomic_write
 from overturning.statistics.circular import TestResult
 from overturning.surveys.comparison import SurveyComparison
 
@@ -53,7 +53,7 @@ def _plain(value: Any) -> Any:
 
 def write_survey(result: SurveyResult, path: Path) -> None:
     """Write a comparison as JSON; numbers that are not known become null."""
-    with whole(path) as part:
+    with atomic_write(path) as part:
         part.write_text(json.dumps(_plain(asdict(result)), ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from overturning.dem.contact import STATIC_PENETRATION
 from overturning.errors import ResultError
-from overturning.files import whole
+from overturning.files import atomic_write
 from overturning.verification.measures import order
 from overturning.verification.table import Columns, read_table
 
@@ -52,7 +52,7 @@ def write_page(page: Path, bodies: Mapping[str, str]) -> None:
         raise ResultError(f"{page}: cannot be read ({error.strerror})") from None
     for mark, body in bodies.items():
         text = insert(text, mark, body)
-    with whole(page) as part:
+    with atomic_write(page) as part:
         part.write_text(text, encoding="utf-8")
 
 

@@ -13,7 +13,7 @@ from pydantic import BaseModel, Discriminator, Field, Tag, ValidationError
 
 from overturning.dem.cases import Cases
 from overturning.errors import ArgumentError, ResultError
-from overturning.files import whole
+from overturning.files import atomic_write
 from overturning.records.record import Record
 from overturning.study.config import Study
 from overturning.study.grid import Grid
@@ -174,7 +174,7 @@ class _Runs:
 
 def write_verification(found: Mapping[str, Any], path: Path) -> None:
     """Write the outcome of `repeat_sample` as JSON."""
-    with whole(path) as part:
+    with atomic_write(path) as part:
         part.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.errors import ResultError
-from overturning.files import whole
+from overturning.files import atomic_write
 
 Columns = dict[str, NDArray[Any]]
 
@@ -41,7 +41,7 @@ def write_table(
     from netCDF4 import Dataset
 
     length = len(next(iter(columns.values())))
-    with whole(path) as part, Dataset(part, "w", format="NETCDF4") as file:
+    with atomic_write(path) as part, Dataset(part, "w", format="NETCDF4") as file:
         file.createDimension(dimension, length)
         for name, values in columns.items():
             text = values.dtype.kind in "UO"
@@ -52,7 +52,7 @@ def write_table(
             made.setncatts({"long_name": long_name} | ({} if text else {"units": unit}))
             made[:] = values.astype(object) if text else values
         file.setncatts({name: json.dumps(value) for name, value in (attributes or {}).items()})
-    with whole(path.with_suffix(".csv")) as part, part.open("w", encoding="utf-8", newline="") as text_file:
+    with atomic_write(path.with_suffix(".csv")) as part, part.open("w", encoding="utf-8", newline="") as text_file:
         table = csv.writer(text_file, lineterminator="\n")
         table.writerow(columns)
         table.writerows(

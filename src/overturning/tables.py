@@ -55,26 +55,11 @@ def read_rows(
         Naming file, line, column, value and remedy: the file cannot be read, a column is unknown or named twice, a line has
         another number of cells, or a cell is not what its column holds.
     """
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise error(f"{path}: cannot be read: no such {kind}; check the path in the config or the command") from None
-    except (OSError, UnicodeDecodeError) as problem:
-        raise error(f"{path}: cannot be read ({problem}); save the {kind} as text in UTF-8") from None
-    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
-    if not lines:
-        raise error(f"{path}: the {kind} is empty; its first line names columns of {', '.join(model.model_fields)}")
+    lines = _lines(path, model, error, kind)
     cells_of = [[cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))] for _, line in lines]
     columns = [cell.lower() for cell in cells_of[0]]
-    for column in columns:
-        if column not in model.model_fields:
-            near = difflib.get_close_matches(column, model.model_fields, 1)
-            hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(model.model_fields)}"
-            raise error(f"{path} line {lines[0][0]}: column {column!r} is not known; {hint}")
-    if len(set(columns)) < len(columns):
-        raise error(f"{path} line {lines[0][0]}: a column is named twice; name each column once: {', '.join(columns)}")
-    if one_of and not set(one_of) & set(columns):
-        raise error(f"{path} line {lines[0][0]}: no column {' or '.join(one_of)}; name one of them in the header")
+    if why := _wrong_columns(columns, model, one_of):
+        raise error(f"{path} line {lines[0][0]}: {why}")
     adapter = TypeAdapter(model)
     for (number, _), cells in zip(lines[1:], cells_of[1:], strict=True):
         if len(cells) > len(columns) or (len(cells) < len(columns) and delimiter != "\t"):
@@ -88,6 +73,34 @@ def read_rows(
         except ValidationError as problem:
             raise error(f"{path} line {number}: {_what_is_wrong(problem, model, values)}") from None
         yield number, row
+
+
+def _lines(path: Path, model: type[BaseModel], error: type[OverturningError], kind: str) -> list[tuple[int, str]]:
+    """The lines that are neither empty nor comments, with their numbers; at least one."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise error(f"{path}: cannot be read: no such {kind}; check the path in the config or the command") from None
+    except (OSError, UnicodeDecodeError) as problem:
+        raise error(f"{path}: cannot be read ({problem}); save the {kind} as text in UTF-8") from None
+    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
+    if not lines:
+        raise error(f"{path}: the {kind} is empty; its first line names columns of {', '.join(model.model_fields)}")
+    return lines
+
+
+def _wrong_columns(columns: Sequence[str], model: type[BaseModel], one_of: Sequence[str]) -> str:
+    """What is wrong with the columns of a header; empty where nothing is."""
+    for column in columns:
+        if column not in model.model_fields:
+            near = difflib.get_close_matches(column, model.model_fields, 1)
+            hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(model.model_fields)}"
+            return f"column {column!r} is not known; {hint}"
+    if len(set(columns)) < len(columns):
+        return f"a column is named twice; name each column once: {', '.join(columns)}"
+    if one_of and not set(one_of) & set(columns):
+        return f"no column {' or '.join(one_of)}; name one of them in the header"
+    return ""
 
 
 def _what_is_wrong(problem: ValidationError, model: type[BaseModel], values: dict[str, str]) -> str:

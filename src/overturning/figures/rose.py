@@ -61,8 +61,8 @@ def draw_rose(axes: Any, shares: FloatArray) -> None:
 def rose_figure(cube: "xr.Dataset") -> "Figure":
     """Rose of all falls of a study: by azimuth from north, and from the fault normal where it is known.
 
-    Each plane of motion counts once, and azimuths added to the grid share the weight of their neighbourhood. Records with and without a velocity pulse have a column of their own where the study
-    has both.
+    Each plane of motion counts once, and azimuths added to the grid share the weight of their neighbourhood. Records with
+    and without a velocity pulse have a column of their own where the study has both.
 
     Parameters
     ----------

@@ -81,8 +81,9 @@ class SurveyRow(BaseModel):
     @model_validator(mode="after")
     def _one_direction_if_it_fell(self) -> "SurveyRow":
         exact, octant = math.isfinite(self.azimuth_deg), self.octant is not None
-        if exact and octant:
-            raise ValueError("give azimuth_deg or octant, not both")
+        if exact and self.octant is not None:
+            named = f"azimuth_deg {self.azimuth_deg:g} and octant {OCTANTS[self.octant]}"
+            raise ValueError(f"{named}: give azimuth_deg or octant, not both")
         if self.fell and not (exact or octant):
             raise ValueError("fell: a stone that fell needs azimuth_deg or octant")
         if self.fell is False and (exact or octant):

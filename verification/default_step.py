@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from overturning.arrays import FloatArray
 from overturning.dem.cases import CaseResults, run_cases
 from verification.inputs import half_grid, near_fault
-from verification.measures import Flags, FloatArray, difference, percent, wrong_sides
+from verification.measures import Flags, difference, percent, wrong_sides
 from verification.tables import RESULTS, markdown, publish, write_csv
 
 AZIMUTHS = 18

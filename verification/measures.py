@@ -7,11 +7,11 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.dem.cases import CaseResults
 from overturning.dem.status import Status
 from overturning.study.comparison import Counts, compare
 
-FloatArray = NDArray[np.float64]
 Peaks = NDArray[np.floating[Any]]
 Flags = NDArray[np.int8]
 

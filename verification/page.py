@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from overturning.files import whole
+from overturning.files import atomic_write
 from verification import summary
 from verification.stability import figures as map_figures
 from verification.stability import page as map_page
@@ -35,7 +35,7 @@ def main(
     kept = root / RESULTS.relative_to(ROOT)
     write_csv(rows, kept / "work-precision.csv")
     write_figures([*error_page.figures(rows, orders), *map_page.figures(blocks, scenes)], kept / "exactness.csv")
-    with whole(output) as part:
+    with atomic_write(output) as part:
         known = {name: value if np.isfinite(value) else None for name, value in orders.items()}
         part.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
     publish(error_page.bodies(rows, orders) | map_page.bodies(blocks, scenes) | summary.bodies(kept), root)

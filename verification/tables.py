@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 import pandas as pd
 
 from overturning.errors import ResultError
-from overturning.files import whole
+from overturning.files import atomic_write
 
 ROOT: Final = Path(__file__).parents[1]
 RESULTS: Final = ROOT / "verification" / "results"
@@ -56,7 +56,7 @@ def write_figures(figures: Sequence[Figure], path: Path, keep: bool = False) -> 
     new = {one.quantity: one for one in figures}
     if keep and path.is_file():
         new = {one.quantity: one for one in read_figures(path)} | new
-    with whole(path) as part:
+    with atomic_write(path) as part:
         pd.DataFrame(list(new.values())).to_csv(part, index=False, float_format="%.6g", lineterminator="\n")
     return list(new.values())
 
@@ -93,7 +93,7 @@ def publish(bodies: Mapping[str, str], root: Path = ROOT) -> None:
                     new = f"{begin}\n\n{body}\n\n{end}"
                     text = re.sub(f"{begin}.*?{end}", lambda _, new=new: new, text, flags=re.DOTALL)  # type: ignore[misc]
             if text != old:
-                with whole(page) as part:
+                with atomic_write(page) as part:
                     part.write_text(text, encoding="utf-8")
     if missing:
         names = ", ".join(f"<!-- {mark}:begin --> and <!-- {mark}:end -->" for mark in sorted(missing))
@@ -132,7 +132,7 @@ def write_table(
         encoding[str(name)] = {"zlib": True, "complevel": 1, "shuffle": True, "_FillValue": None} if number else {}
         if not number:
             table[name] = column.astype(object)
-    with whole(path) as part:
+    with atomic_write(path) as part:
         table.to_netcdf(part, engine="netcdf4", encoding=encoding)
     write_csv(rows, path.with_suffix(".csv"))
 
@@ -144,7 +144,7 @@ def lines_of(rows: pd.DataFrame) -> Iterator[Any]:
 
 def write_csv(rows: pd.DataFrame, path: Path) -> None:
     """Write a table as CSV, six digits of each number."""
-    with whole(path) as part:
+    with atomic_write(path) as part:
         rows.to_csv(part, index=False, float_format="%.6g", na_rep="nan", lineterminator="\n")
 
 

@@ -10,19 +10,19 @@ from typer.core import TyperGroup
 
 from overturning.errors import OverturningError
 
-# Subcommand: module in overturning.commands that holds a typer app named `app`, and its line in --help. Only the module
-# of the subcommand that runs is imported.
+# Subcommand: module in overturning.commands that holds a typer app named `app`, with that subcommand alone, with a command of
+# that name, or with commands of its own; and its line in --help. Only the module of the subcommand that runs is imported.
 COMMANDS = {
     "study": ("study", "Check a study's configuration; write the schema and the key table."),
     "records": ("records", "Say what record files are, or why they are refused; fetch records."),
-    "read": ("read", "Read one record of the table into motion.nc."),
-    "rotate": ("rotate", "Intensity measures per azimuth of all records into intensity.nc."),
-    "sweep": ("sweep", "Simulate every case of one record."),
-    "members": ("members", "Draw the members of a study's ensemble."),
-    "gather": ("gather", "Gather the parts of a sweep into the cube."),
-    "figures": ("figures", "Draw the figures of a study."),
+    "read": ("workflow", "Read one record of the table into motion.nc."),
+    "rotate": ("workflow", "Intensity measures per azimuth of all records into intensity.nc."),
+    "sweep": ("workflow", "Simulate every case of one record."),
+    "members": ("workflow", "Draw the members of a study's ensemble."),
+    "gather": ("workflow", "Gather the parts of a sweep into the cube."),
+    "figures": ("workflow", "Draw the figures of a study."),
     "verify-study": ("verify_study", "Run a random part of a study again, with finer steps and with stiffer springs."),
-    "report": ("report", "Write the report of a study."),
+    "report": ("workflow", "Write the report of a study."),
     "survey": ("survey", "Compare a survey of fallen stones with the cube of its site."),
     "recheck": ("recheck", "Compute a random sample of a cube's cells again and compare bit for bit."),
     "one": ("one", "Simulate one block; print what it does, and make a film of it."),
@@ -38,6 +38,7 @@ class _LazyGroup(TyperGroup):
             return None
         module = importlib.import_module(f"overturning.commands.{COMMANDS[cmd_name][0]}")
         command = typer.main.get_command(module.app)
+        command = getattr(command, "commands", {}).get(cmd_name, command)  # one of the steps of a module with several
         command.name = cmd_name
         return command
 

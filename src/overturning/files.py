@@ -1,4 +1,4 @@
-"""Results that are either whole or not there."""
+"""Atomic writes: results that are either complete or not there."""
 
 import os
 import tempfile
@@ -8,7 +8,7 @@ from pathlib import Path
 
 
 @contextmanager
-def whole(path: Path) -> Iterator[Path]:
+def atomic_write(path: Path) -> Iterator[Path]:
     """Write a file under another name in the same folder and move it into place when complete.
 
     Parameters

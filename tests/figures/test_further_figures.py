@@ -21,14 +21,14 @@ from overturning.figures.response import response_figure
 from overturning.figures.site_map import local_km, site_map_figure
 from overturning.figures.spectra import spectra_figure
 from overturning.figures.style import save, style
-from overturning.figures.survey_rose import survey_figure
 from overturning.figures.telling import spectra
 from overturning.motion.motion import Motion
 from overturning.statistics.boundary import boundary
 from overturning.statistics.earthquakes import axes_by_earthquake, summarise_axes
 from overturning.statistics.logistic import overturning_fit
-from overturning.statistics.survey import Stone
-from overturning.statistics.survey_comparison import compare_survey
+from overturning.surveys.comparison import compare_survey
+from overturning.surveys.rose import survey_figure
+from overturning.surveys.stones import Stone
 
 AZIMUTH = np.arange(0, 360, 15)
 

@@ -5,7 +5,8 @@ import pytest
 import xarray as xr
 
 from overturning.figures.intensity import intensity_figure
-from overturning.figures.polar import azimuth_edges, cell_edges, fall_map_figure
+from overturning.figures.polar import fall_map_figure
+from overturning.figures.polar_panels import azimuth_edges, cell_edges
 from overturning.figures.rose import azimuth_weight, rose_figure, sector_shares
 from overturning.figures.style import save, style
 

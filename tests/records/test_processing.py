@@ -7,7 +7,7 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 
 from overturning.errors import RecordError
-from overturning.records.integration import integrate
+from overturning.motion.integration import integrate
 from overturning.records.processing import Step, default_steps, process
 from overturning.records.record import Record
 from overturning.records.steps import (

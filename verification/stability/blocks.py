@@ -8,6 +8,7 @@ from typing import Any, Final, TypeVar
 import numpy as np
 import pandas as pd
 
+from overturning.arrays import FloatArray
 from overturning.dem.cases import ENERGY_BOUND, CaseResults, Cases, run_cases
 from overturning.dem.contact import Contact
 from overturning.dem.plan import DEEPEST
@@ -18,7 +19,6 @@ from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-from verification.measures import FloatArray
 from verification.stability.cases import PAPER_DAMPING, StabilityCase, motion_of_case
 
 Item = TypeVar("Item")

@@ -4,12 +4,10 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-
-FloatArray = NDArray[np.float64]
 
 SAMPLES: Final = 256
 """Samples of a motion of the space-filling part: two blocks of the map in a hundred shake for 25 s, most for less."""

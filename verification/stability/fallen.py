@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.dem.polygon.geometry import Placed
 from overturning.dem.polygon.prepare import Prepared
 from overturning.units import STANDARD_GRAVITY
@@ -26,7 +27,7 @@ ROUNDING: Final = 1e-6
 """Of a rotation that is kept as a share of the critical angle in single precision."""
 
 
-def lies_from(prepared: Prepared) -> NDArray[np.float64]:
+def lies_from(prepared: Prepared) -> FloatArray:
     """Rotation from which each free element surely has fallen, rad.
 
     A stone that lies level on a face of length L presses both ends in by δ = m g/(2 K_n). With the near end in by δ the
@@ -51,7 +52,7 @@ def lies_from(prepared: Prepared) -> NDArray[np.float64]:
     return np.where(angle > LEVEL, np.inf, angle)
 
 
-def falls_from(prepared: Prepared) -> NDArray[np.float64]:
+def falls_from(prepared: Prepared) -> FloatArray:
     """Rotation below which no free element has fallen, rad: that of its scene, less `LAST_GAP` for 90°; 0 where it may drop.
 
     Parameters
@@ -64,7 +65,7 @@ def falls_from(prepared: Prepared) -> NDArray[np.float64]:
     return np.where(drops, 0.0, np.where(asked == LEVEL, LEVEL - np.arcsin(LAST_GAP), np.minimum(asked, LEVEL)))
 
 
-def flags_fit(prepared: Prepared, fallen: NDArray[np.bool_], rotation: NDArray[np.float64]) -> bool:
+def flags_fit(prepared: Prepared, fallen: NDArray[np.bool_], rotation: FloatArray) -> bool:
     """Whether the flags of the free elements go with their largest rotations.
 
     Parameters
@@ -81,7 +82,7 @@ def flags_fit(prepared: Prepared, fallen: NDArray[np.bool_], rotation: NDArray[n
     return not (early | missed).any()
 
 
-def _asked(prepared: Prepared) -> NDArray[np.float64]:
+def _asked(prepared: Prepared) -> FloatArray:
     return np.radians([prepared.placed[index].element.fallen_rotation_deg for index in prepared.free])
 
 

@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.dem.polygon.scene import ContactLaw, Material, Scene, load_scene
 from verification.stability.cases import (
     ADVERSARIAL,
@@ -45,9 +45,9 @@ class SceneSetting:
     scene: str
     common: StabilityCase
     static_penetration: float
-    friction: NDArray[np.float64]
-    amplitude: NDArray[np.float64]
-    azimuth_deg: NDArray[np.float64]
+    friction: FloatArray
+    amplitude: FloatArray
+    azimuth_deg: FloatArray
 
 
 def scene_settings(per_scene: int, adversarial: int, seed: int) -> list[SceneSetting]:

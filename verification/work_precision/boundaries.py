@@ -7,11 +7,12 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.dem.blocks import Cases
 from overturning.dem.cases import CaseResults, run_cases
 from overturning.dem.columns import COLUMNS
 from overturning.dem.variables import INT8_MISSING
-from verification.measures import Flags, FloatArray
+from verification.measures import Flags
 from verification.work_precision.cases import Group
 
 Runner = Callable[[Group], tuple[Flags, FloatArray]]

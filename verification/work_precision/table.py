@@ -8,11 +8,12 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
+from overturning.arrays import FloatArray
 from overturning.dem.cases import run_cases
 from overturning.dem.contact import STATIC_PENETRATION, Contact
 from overturning.dem.time_step import AUTO_FRACTION, DEFAULT_SCHEME, scheme_of
 from overturning.study.comparison import compare
-from verification.measures import Flags, FloatArray, rotation_error
+from verification.measures import Flags, rotation_error
 from verification.tables import read_table
 from verification.timing import measured
 from verification.work_precision.cases import Group

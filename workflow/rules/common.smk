@@ -6,8 +6,8 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 
 from overturning.errors import OverturningError
-from overturning.statistics.survey import read_survey
-from overturning.records.read import find_paths
+from overturning.surveys.stones import read_survey
+from overturning.records.locate import find_paths
 from overturning.study.load import check_study, entries_of, load_study
 from overturning.study.sources import source_hash
 from overturning.study.own_error import is_verified
@@ -71,7 +71,7 @@ def settings(*keys, use=RECORDS):
 
 
 def sources(command):
-    """Hash of the package's sources that a subcommand is made of."""
+    """Hash of the package's sources that a subcommand is made of: a module of commands, or `module:function`."""
     return source_hash(f"overturning.commands.{command}")
 
 

@@ -47,7 +47,7 @@ rule figures:
     params:
         folder=lambda wildcards, output: Path(output.rose).parent,
         motions=lambda wildcards, input: Path(input.motions[0]).parent,
-        sources=sources("figures"),
+        sources=sources("workflow:figures"),
     shell:
         "overturning figures --cube {input.cube} --intensity {input.intensity} --motions {params.motions}"
         " --output {params.folder} --threads {threads} 2> {log}"

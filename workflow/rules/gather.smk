@@ -18,7 +18,7 @@ rule gather:
         variant=variant_of,
         motions=lambda wildcards, input: Path(input.motions[0]).parent,
         parts=lambda wildcards, input: Path(input.parts[0]).parent,
-        sources=sources("gather"),
+        sources=sources("workflow:gather"),
     shell:
         "overturning gather --study {params.study:q} --variant {params.variant} --motions {params.motions}"
         " --parts {params.parts} --output {output} 2> {log}"

@@ -13,6 +13,6 @@ rule read:
     params:
         study=lambda wildcards: settings("processing", use=[wildcards.record]),
         entry=lambda wildcards: ENTRIES[wildcards.record].model_dump_json(),
-        sources=sources("read"),
+        sources=sources("workflow:read"),
     shell:
         "overturning read --study {params.study:q} --record {wildcards.record} --output {output} 2> {log}"

@@ -22,6 +22,6 @@ rule report:
         mem_mb=1000,
     params:
         folder=lambda wildcards, output: Path(output[0]).parent,
-        sources=sources("report"),
+        sources=sources("workflow:report"),
     shell:
         "overturning report --results {params.folder} --output {output.page} --pdf {output.pdf} 2> {log}"

@@ -13,6 +13,6 @@ rule rotate:
     params:
         folder=lambda wildcards, input: Path(input.motions[0]).parent,
         study=settings("azimuth"),
-        sources=sources("rotate"),
+        sources=sources("workflow:rotate"),
     shell:
         "overturning rotate --study {params.study:q} --motions {params.folder} --output {output} 2> {log}"

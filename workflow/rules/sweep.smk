@@ -9,7 +9,7 @@ rule members:
         f"{LOGS}/members.log",
     params:
         study=settings("ensemble"),
-        sources=sources("members"),
+        sources=sources("workflow:members"),
     shell:
         "overturning members --study {params.study:q} --output {output} 2> {log}"
 
@@ -34,7 +34,7 @@ rule sweep:
             *("contact", "simulation", "variants", "ensemble"),
             use=[wildcards.record],
         ),
-        sources=sources("sweep"),
+        sources=sources("workflow:sweep"),
         members=f"--members {MEMBERS}" if STUDY.ensemble.members else "",
     shell:
         "overturning sweep --study {params.study:q} --variant {wildcards.variant} --motion {input.motion}"

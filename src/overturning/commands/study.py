@@ -11,8 +11,8 @@ app = typer.Typer(rich_markup_mode=None, no_args_is_help=True, help="Check a stu
 @app.command()
 def check(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> None:
     """Check a study file and say how many cases it has."""
-    from overturning.statistics.survey import read_survey
     from overturning.study.load import entries_of, load_study
+    from overturning.surveys.stones import read_survey
 
     study = load_study(path)
     records = entries_of(study, str(path))

@@ -23,10 +23,10 @@ def survey(
     from overturning.errors import ArgumentError
     from overturning.report.plain import plain_lines
     from overturning.report.sections.survey import survey_section
-    from overturning.statistics.survey import read_survey
-    from overturning.statistics.survey_comparison import compare_survey
-    from overturning.statistics.survey_file import survey_result, write_survey
     from overturning.study.cube import open_cube
+    from overturning.surveys.comparison import compare_survey
+    from overturning.surveys.result import survey_result, write_survey
+    from overturning.surveys.stones import read_survey
 
     if figure is not None and figure.suffix.lower() not in {".svg", ".png"}:
         raise ArgumentError(f"{figure.name}: unknown kind of figure; end it in .svg or .png")
@@ -40,16 +40,16 @@ def survey(
         if record is not None and record not in names:
             raise ArgumentError(f"{cube.name}: no record {record!r}; it has {', '.join(names)}")
         name = record or names[0]
-        found = compare_survey(rows, data.isel(record=[names.index(name)]).load(), background=background)
-    result = survey_result(stones, name, found)
+        comparison = compare_survey(rows, data.isel(record=[names.index(name)]).load(), background=background)
+    result = survey_result(stones, name, comparison)
     print(f"{result.stones} against {result.record}")
     print(*plain_lines(survey_section(result)), sep="\n")
     if output is not None:
         write_survey(result, output)
     if figure is not None:
         from overturning.figures.style import save, style
-        from overturning.figures.survey_rose import survey_figure
+        from overturning.surveys.rose import survey_figure
 
         with style():
-            save(survey_figure(found, f"{stones.name}, {name}"), figure)
+            save(survey_figure(comparison, f"{stones.name}, {name}"), figure)
         print(f"figure: {figure}")

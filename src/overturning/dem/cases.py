@@ -8,6 +8,7 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.dem.blocks import Cases
 from overturning.dem.contact import Contact
 from overturning.dem.plan import DEEPEST, plan
@@ -18,7 +19,6 @@ from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
 from overturning.units import GRANITE_DENSITY, STANDARD_GRAVITY
 
-FloatArray = NDArray[np.float64]
 Progress = Callable[[int, int], None]
 
 QUEUE: Final = 4096

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.units import STANDARD_GRAVITY
 
@@ -15,8 +16,6 @@ STATIC_PENETRATION: Final = 2e-5
 
 PRECISION_FLOOR: Final = 1e5
 """δ must be this many times the rounding of a coordinate, so that the static force has five digits."""
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

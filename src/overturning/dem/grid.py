@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from overturning.arrays import FloatArray
 from overturning.dem.blocks import Cases, check_count
 from overturning.dem.cases import CaseResults
 from overturning.dem.variables import INT8_MISSING, PER_ELEMENT, VARIABLES
@@ -15,7 +16,6 @@ from overturning.errors import ArgumentError
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 
 DIMENSIONS: Final = ("azimuth", "height", "b_over_h", "friction")
 

@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.dem.blocks import Cases
 from overturning.dem.columns import LEAST_TAIL, SETTLING, TAIL, TICKS
 from overturning.dem.contact import Contact, check_precision
@@ -20,8 +21,6 @@ from overturning.dem.time_step import (
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-
-FloatArray = NDArray[np.float64]
 
 DEEPEST: Final = 0.2
 """Penetration, in half the smaller side, beyond which the contact law no longer holds."""

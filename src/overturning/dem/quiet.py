@@ -5,6 +5,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
@@ -13,8 +14,6 @@ SAFE_SHARE: Final = 0.1
 
 LEAD: Final = 2.0
 """And from this long before, s."""
-
-FloatArray = NDArray[np.float64]
 
 
 def quiet_windows(

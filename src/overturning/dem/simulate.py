@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from overturning.arrays import FloatArray
 from overturning.dem.blocks import Cases
 from overturning.dem.cases import BUDGET, Progress, run_cases
 from overturning.dem.contact import Contact
@@ -17,8 +18,6 @@ from overturning.units import GRANITE_DENSITY, STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     import xarray as xr
-
-FloatArray = NDArray[np.float64]
 
 
 def simulate_arrays(

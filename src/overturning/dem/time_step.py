@@ -6,10 +6,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.units import STANDARD_GRAVITY
-
-FloatArray = NDArray[np.float64]
 
 
 class Scheme(IntEnum):

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from overturning.figures.style import FAULT, INK, SERIES
+from overturning.figures.style import FAULT, INK, SERIES, caption
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -15,22 +15,10 @@ if TYPE_CHECKING:
 MARKERS = ("o", "D", "s")
 
 
-def draw_axes(
+def _draw_axes(
     axes: Any, groups: "dict[str, xr.Dataset]", summaries: "dict[str, AxisSummary]", names: list[str]
 ) -> None:
-    """Draw one point per earthquake and group.
-
-    Parameters
-    ----------
-    axes : Axes
-        Where to draw.
-    groups : dict of xarray.Dataset
-        From `statistics.earthquakes.axes_by_earthquake`, by name of the group.
-    summaries : dict of AxisSummary
-        Mean axis and interval of each group, drawn as a line with a band below the points.
-    names : list of str
-        Earthquakes from top to bottom.
-    """
+    """Draw one point per earthquake, named from top to bottom, and group; below the mean axis of each group with its interval."""
     for index, (name, data) in enumerate(groups.items()):
         colour = SERIES[(1, 0, 2)[index % 3]]
         height = [names.index(str(event)) + 0.16 * (index - (len(groups) - 1) / 2) for event in data["event"].values]
@@ -70,18 +58,16 @@ def axes_figure(groups: "dict[str, xr.Dataset]", summaries: "dict[str, AxisSumma
 
     Parameters
     ----------
-    groups, summaries
-        As in `draw_axes`.
-
-    Returns
-    -------
-    matplotlib Figure
+    groups : dict of xarray.Dataset
+        From `statistics.earthquakes.axes_by_earthquake`, by name of the group.
+    summaries : dict of AxisSummary
+        Mean axis and interval of each group.
     """
     import matplotlib.pyplot as plt
 
     names = list(dict.fromkeys(str(event) for data in groups.values() for event in data["event"].values))
     rows = len(names) + len(groups)
     figure, axes = plt.subplots(figsize=(6.6, 1.6 + 0.27 * rows), layout="constrained")
-    draw_axes(axes, groups, summaries, names)
-    figure.legend(loc="outside lower center", ncols=3, fontsize=8)
+    _draw_axes(axes, groups, summaries, names)
+    caption(figure, "", axes, 3)
     return figure

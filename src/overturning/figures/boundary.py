@@ -5,24 +5,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from overturning.figures.polar_panels import MOST_IN_A_ROW
-from overturning.figures.style import DASHES, SERIES, compass, mark_fault_normal
+from overturning.figures.style import DASHES, SERIES, caption, compass, mark_fault_normal, radius_labels
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
 
-def draw_boundary(axes: Any, bounds: "xr.Dataset", top: float) -> None:
+def _draw_boundary(axes: Any, bounds: "xr.Dataset", top: float) -> None:
     """Draw the curves of one height.
 
-    Parameters
-    ----------
-    axes : polar Axes
-        Where to draw.
-    bounds : xarray.Dataset, dimensions azimuth, friction
-        ``boundary``, ``boundary_low``, ``boundary_high``, ``falls_beyond`` of `statistics.boundary.boundary`.
-    top : float
-        Largest B/H of the cube; where the block still falls there, the curve is drawn at it with triangles.
+    Where the block still falls at the largest B/H of the cube, ``top``, the curve is drawn there with triangles.
     """
     compass(axes)
     azimuth = np.radians(bounds["azimuth"].to_numpy().astype(np.float64))
@@ -34,10 +27,10 @@ def draw_boundary(axes: Any, bounds: "xr.Dataset", top: float) -> None:
     for index, friction in enumerate(bounds["friction"].to_numpy()):
         one = bounds.isel(friction=index)
         beyond = one["falls_beyond"].to_numpy()
-        radius = np.where(beyond, top, one["boundary"].to_numpy())
         colour = SERIES[index % len(SERIES)]
-        low = np.where(beyond, top, one["boundary_low"].to_numpy())
-        high = np.where(beyond, top, one["boundary_high"].to_numpy())
+        radius, low, high = (
+            np.where(beyond, top, one[name].to_numpy()) for name in ("boundary", "boundary_low", "boundary_high")
+        )
         if np.isfinite(low).any():
             # Where a band is not known it has no width; a gap would leave the layout without a size.
             low, high = np.nan_to_num(low, nan=0.0), np.where(np.isnan(low), 0.0, high)
@@ -56,8 +49,7 @@ def draw_boundary(axes: Any, bounds: "xr.Dataset", top: float) -> None:
     axes.set_ylim(0.0, top * 1.04)
     ticks = [tick for tick in (0.2, 0.4, 0.6, 0.8, 1.0) if tick <= top] or [round(top, 2)]
     axes.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
-    axes.set_rlabel_position(112.5)
-    axes.tick_params(axis="y", labelsize=7)
+    radius_labels(axes)
 
 
 def boundary_figure(bounds: "xr.Dataset", top: float, fault_normal_deg: float, title: str) -> "Figure":
@@ -71,12 +63,6 @@ def boundary_figure(bounds: "xr.Dataset", top: float, fault_normal_deg: float, t
         Largest B/H of the cube.
     fault_normal_deg : float
         Azimuth of the fault normal, degrees, or NaN.
-    title : str
-        Title of the figure.
-
-    Returns
-    -------
-    matplotlib Figure
     """
     import matplotlib.pyplot as plt
 
@@ -95,7 +81,7 @@ def boundary_figure(bounds: "xr.Dataset", top: float, fault_normal_deg: float, t
     for axes in panels.flat[heights.size :]:
         axes.set_visible(False)
     for axes, height in zip(panels.flat, heights, strict=False):
-        draw_boundary(axes, loaded.sel(height=height), top)
+        _draw_boundary(axes, loaded.sel(height=height), top)
         mark_fault_normal(axes, fault_normal_deg, axes.get_ylim()[1])
         axes.set_title(f"H = {height:g} m", pad=4)
     lines, names = panels[0, 0].get_legend_handles_labels()
@@ -103,5 +89,5 @@ def boundary_figure(bounds: "xr.Dataset", top: float, fault_normal_deg: float, t
         lines.append(plt.Line2D([], [], color="#555555", marker="^", linestyle="none", markersize=4))
         names.append("falls at every B/H of the study")
     figure.legend(lines, names, loc="outside lower center", ncols=3, fontsize=8)
-    figure.suptitle(f"{title}\nlargest B/H that falls, by azimuth of the motion", fontsize=10, parse_math=False)
+    caption(figure, f"{title}\nlargest B/H that falls, by azimuth of the motion")
     return figure

@@ -8,11 +8,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-
-FloatArray = NDArray[np.float64]
 
 FRAME_INTERVAL = 0.02
 """Time between frames, s. A block of 0.5 m rocks in seconds; between frames the player interpolates."""

@@ -8,7 +8,7 @@ import numpy as np
 from overturning.errors import ArgumentError, MissingDataError
 from overturning.figures.film import Film, corners, view
 from overturning.figures.style import FALLS, INK, SERIES, style
-from overturning.files import whole
+from overturning.files import atomic_write
 from overturning.units import GAL
 
 if TYPE_CHECKING:
@@ -110,7 +110,7 @@ def write_film_movie(film: Film, path: Path) -> None:
             writer = animation.FFMpegWriter(
                 fps=rate, codec="libx264", extra_args=["-pix_fmt", "yuv420p", "-fflags", "+bitexact", "-flags:v", "+bitexact"]
             )  # fmt: skip
-        with whole(path) as part:
+        with atomic_write(path) as part:
             named = part.with_name(f"{part.name}{kind}")  # the writers tell the kind by the name
             try:
                 with writer.saving(stage.figure, str(named), dpi=90):

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.figures.film import FRAME_INTERVAL, Body, Film, Panel, about_the_peak, frame_times
 from overturning.figures.film_of_trajectory import compass_name
@@ -13,7 +13,6 @@ from overturning.figures.film_of_trajectory import compass_name
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 
 GROUND_SHOWN = 3.0
 """Half of the width to which a ground far wider than the picture is cut, as a multiple of the scene's height."""

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from overturning.figures.film import Film, film_data
-from overturning.files import whole
+from overturning.files import atomic_write
 
 
 def _template(name: str) -> str:
@@ -55,5 +55,5 @@ def film_page(film: Film) -> str:
 
 def write_film_page(film: Film, path: Path) -> None:
     """Write the page into a file."""
-    with whole(path) as part:
+    with atomic_write(path) as part:
         part.write_text(film_page(film), encoding="utf-8")

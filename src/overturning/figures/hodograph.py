@@ -3,32 +3,18 @@
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from overturning.figures.style import FALLS, FAULT, INK, SERIES, short
+from overturning.arrays import FloatArray
+from overturning.figures.style import FALLS, FAULT, INK, SERIES, caption, labels, short
 from overturning.units import CM, GAL
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-FloatArray = NDArray[np.float64]
 
-
-def draw_hodograph(axes: Any, north: FloatArray, east: FloatArray, label: str, fault_normal_deg: float) -> None:
-    """Draw one path: east to the right, north up, one scale for both.
-
-    Parameters
-    ----------
-    axes : Axes
-        Where to draw.
-    north, east : ndarray, shape (n,)
-        Motion, in the unit of the label.
-    label : str
-        Quantity and unit.
-    fault_normal_deg : float
-        Azimuth of the fault normal, degrees, or NaN.
-    """
+def _draw_hodograph(axes: Any, north: FloatArray, east: FloatArray, label: str, fault_normal_deg: float) -> None:
+    """Draw one path in the unit of the label: east to the right, north up, one scale for both."""
     size = float(np.hypot(north, east).max(initial=0.0))
     largest = 1.12 * size or 1.0
     if np.isfinite(fault_normal_deg):
@@ -49,9 +35,7 @@ def draw_hodograph(axes: Any, north: FloatArray, east: FloatArray, label: str, f
     axes.axhline(0, color="#c8c8c8", linewidth=0.5, zorder=0)
     axes.axvline(0, color="#c8c8c8", linewidth=0.5, zorder=0)
     axes.locator_params(nbins=5)
-    axes.tick_params(labelsize=7)
-    axes.set_xlabel("east", fontsize=8)
-    axes.set_ylabel("north", fontsize=8)
+    labels(axes, "east", "north")
     arrow = {"arrowstyle": "-|>", "color": INK, "linewidth": 0.8}
     axes.annotate("N", (0.93, 0.99), (0.93, 0.84), xycoords="axes fraction", ha="center", fontsize=8, arrowprops=arrow)
 
@@ -65,12 +49,6 @@ def hodograph_figure(motion: "xr.Dataset", fault_normal_deg: float, title: str) 
         ``acceleration_north``, ``acceleration_east`` (m/s²), and the same of ``velocity`` (m/s) and ``displacement`` (m).
     fault_normal_deg : float
         Azimuth of the fault normal, degrees, or NaN.
-    title : str
-        Title of the figure.
-
-    Returns
-    -------
-    matplotlib Figure
     """
     import matplotlib.pyplot as plt
 
@@ -81,9 +59,6 @@ def hodograph_figure(motion: "xr.Dataset", fault_normal_deg: float, title: str) 
         (panels[2], "displacement", CM, "displacement, cm"),
     ):
         north, east = motion[f"{name}_north"].to_numpy() / unit, motion[f"{name}_east"].to_numpy() / unit
-        draw_hodograph(axes, north, east, label, fault_normal_deg)
-    lines, names = panels[0].get_legend_handles_labels()
-    if lines:
-        figure.legend(lines, names, loc="outside lower center", ncols=2, fontsize=8)
-    figure.suptitle(title, fontsize=10, parse_math=False)
+        _draw_hodograph(axes, north, east, label, fault_normal_deg)
+    caption(figure, title, panels[0], 2)
     return figure

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from overturning.figures.style import SERIES, compass, mark_fault_normal, short
+from overturning.figures.style import SERIES, caption, compass, mark_fault_normal, radius_labels, short
 from overturning.units import CM, GAL
 
 if TYPE_CHECKING:
@@ -21,12 +21,6 @@ def intensity_figure(intensity: "xr.Dataset", fault_normal_deg: float, title: st
         ``pga`` (m/s²) and ``pgv`` (m/s) over azimuth (degrees), one record.
     fault_normal_deg : float
         Azimuth of the fault normal, degrees, or NaN.
-    title : str
-        Title of the figure.
-
-    Returns
-    -------
-    matplotlib Figure
     """
     import matplotlib.pyplot as plt
 
@@ -45,13 +39,9 @@ def intensity_figure(intensity: "xr.Dataset", fault_normal_deg: float, title: st
         axes.plot(np.append(theta, theta[0] + 2 * np.pi), np.append(values, values[0]), color=colour, linewidth=1.4)
         top = float(values.max()) * 1.08 or 1.0
         axes.set_ylim(0.0, top)
-        axes.set_rlabel_position(112.5)
+        radius_labels(axes)
         axes.yaxis.set_major_locator(plt.MaxNLocator(4))
-        axes.tick_params(axis="y", labelsize=7)
         mark_fault_normal(axes, fault_normal_deg, top)
         axes.set_title(f"{label}\nlargest {short(values.max())} at N{around[order][values.argmax()] % 180:g}°E", pad=4)
-    if np.isfinite(fault_normal_deg):
-        lines, names = panels[0].get_legend_handles_labels()
-        figure.legend(lines, names, loc="outside lower center", fontsize=8)
-    figure.suptitle(title, fontsize=10, parse_math=False)
+    caption(figure, title, panels[0])
     return figure

@@ -3,9 +3,9 @@
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from overturning.figures.style import FALLS, INK, SERIES, STANDS
+from overturning.arrays import FloatArray
+from overturning.figures.style import FALLS, INK, SERIES, STANDS, caption, labels
 from overturning.statistics.direction import fall_shares
 from overturning.statistics.limits import ishiyama_velocity, west_acceleration
 from overturning.statistics.planes import by_plane
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from overturning.statistics.logistic import LogisticFit
 
-FloatArray = NDArray[np.float64]
-
 
 def plane_points(
     cube: "xr.Dataset", intensity: "xr.Dataset", height: float, b_over_h: float, friction: float
@@ -27,32 +25,19 @@ def plane_points(
     planes = by_plane(cube.sel(height=height, b_over_h=b_over_h, friction=friction, method="nearest")).compute()
     along = intensity[["pga", "pgv"]].sel(azimuth=planes["azimuth"], method="nearest")
     falls = planes["falls"].transpose("record", "azimuth").to_numpy().ravel()
-    pga = along["pga"].transpose("record", "azimuth").to_numpy().ravel()
-    pgv = along["pgv"].transpose("record", "azimuth").to_numpy().ravel()
+    pga, pgv = (along[name].transpose("record", "azimuth").to_numpy().ravel() for name in ("pga", "pgv"))
     known = np.isfinite(falls) & (pga > 0)
     return pga[known], (pgv / np.where(pga > 0, pga, 1))[known], falls[known]
 
 
-def draw_intensity_plane(
+def _draw_intensity_plane(
     axes: Any,
     points: tuple[FloatArray, FloatArray, FloatArray],
     height: float,
     b_over_h: float,
     fit: "LogisticFit | None" = None,
 ) -> None:
-    """Draw one block's plane.
-
-    Parameters
-    ----------
-    axes : Axes
-        Where to draw.
-    points : tuple of ndarray
-        From `plane_points`.
-    height, b_over_h : float
-        H (m) and slenderness of the block, for the limits.
-    fit : LogisticFit, optional
-        From `statistics.logistic.overturning_fit`; its line of probability one half is drawn.
-    """
+    """Draw one block's plane: the points of `plane_points`, the limits, and the fit's line of probability one half."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     pga, ratio, falls = points
@@ -74,23 +59,16 @@ def draw_intensity_plane(
     axes.plot(x / GAL, velocity / x, color=INK, linewidth=1.4, linestyle=(0, (1, 1.2)), label="Ishiyama: PGV limit")
     if fit is not None and not fit.note and abs(fit.coefficient[2]) > 1e-9:
         # Probability one half: the linear predictor is zero.
-        size, shape = (
-            np.nan_to_num(fit.coefficient[4]) * np.log(height),
-            np.nan_to_num(fit.coefficient[3]) * np.log(b_over_h),
-        )
-        y = np.exp(
-            -(fit.coefficient[0] + fit.coefficient[1] * np.log(x / (STANDARD_GRAVITY * b_over_h)) + shape + size)
-            / fit.coefficient[2]
-        )
+        constant, over_west, over_ratio, over_shape, over_size = fit.coefficient
+        shape, size = np.nan_to_num(over_shape) * np.log(b_over_h), np.nan_to_num(over_size) * np.log(height)
+        y = np.exp(-(constant + over_west * np.log(x / (STANDARD_GRAVITY * b_over_h)) + shape + size) / over_ratio)
         axes.plot(x / GAL, y, color=SERIES[2], linewidth=1.6, label="fit: probability ½")
     axes.set(xlim=(low_x / GAL, high_x / GAL), ylim=(low_y, high_y))
-    for axis, steps in ((axes.xaxis, (1, 2, 5)), (axes.yaxis, (1, 2, 5))):
-        axis.set_major_locator(LogLocator(subs=steps))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axis.set_minor_formatter(NullFormatter())
-    axes.set_xlabel("PGA, Gal", fontsize=8)
-    axes.set_ylabel("PGV/PGA, s", fontsize=8)
-    axes.tick_params(labelsize=7, which="both")
+    labels(axes, "PGA, Gal", "PGV/PGA, s", which="both")
     axes.grid(True, which="major")
     axes.set_title(f"B/H = {b_over_h:g}, H = {height:g} m", fontsize=9)
 
@@ -110,10 +88,6 @@ def intensity_plane_figure(
         The fitted probability.
     friction : float
         Friction coefficient to show.
-
-    Returns
-    -------
-    matplotlib Figure
     """
     import matplotlib.pyplot as plt
 
@@ -131,8 +105,6 @@ def intensity_plane_figure(
     for row, height in enumerate(shown):
         for column, b_over_h in enumerate(chosen):
             points = plane_points(cube, intensity, float(height), float(b_over_h), friction)
-            draw_intensity_plane(panels[row, column], points, float(height), float(b_over_h), fit)
-    lines, names = panels[0, 0].get_legend_handles_labels()
-    figure.legend(lines, names, loc="outside lower center", ncols=3, fontsize=8)
-    figure.suptitle(f"Every plane of every record, µ = {friction:g}", fontsize=10)
+            _draw_intensity_plane(panels[row, column], points, float(height), float(b_over_h), fit)
+    caption(figure, f"Every plane of every record, µ = {friction:g}", panels[0, 0], 3)
     return figure

@@ -4,7 +4,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from overturning.figures.style import mark_fault_normal
+from overturning.arrays import FloatArray
+from overturning.figures.style import compass, mark_fault_normal, radius_labels
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -63,13 +64,41 @@ def blocks_of(blocks: Any, panels: Any) -> "Iterator[tuple[Any, Any]]":
         yield axes, one
 
 
+def cell_edges(centres: FloatArray) -> FloatArray:
+    """Edges of cells half-way between their centres, the outer ones symmetric; a single cell spans a tenth of its value."""
+    if centres.size == 1:
+        return np.array([0.95, 1.05]) * centres[0]
+    between = (centres[1:] + centres[:-1]) / 2
+    return np.concatenate([[2 * centres[0] - between[0]], between, [2 * centres[-1] - between[-1]]])
+
+
+def azimuth_edges(azimuth_deg: FloatArray) -> FloatArray:
+    """Edges of azimuth cells closed around the compass, radians: one more than azimuths, ascending over one turn."""
+    if azimuth_deg.size == 1:
+        return np.radians(azimuth_deg[0] + np.array([-2.5, 2.5]))
+    next_one = np.append(azimuth_deg[1:], azimuth_deg[0] + 360.0)
+    after = (azimuth_deg + next_one) / 2
+    return np.radians(np.append(after[-1] - 360.0, after))
+
+
+def draw_cells(axes: Any, cells: "xr.DataArray", values: Any, **colours: Any) -> Any:
+    """Colour the cells of a compass by ``values`` (b_over_h, azimuth), and return the mesh for a colour bar."""
+    compass(axes)
+    axes.grid(False)
+    theta = azimuth_edges(cells["azimuth"].to_numpy().astype(np.float64))
+    radius = cell_edges(cells["b_over_h"].to_numpy().astype(np.float64))
+    mesh = axes.pcolormesh(theta, radius, values, rasterized=True, shading="flat", **colours)
+    radius_ticks(axes, radius[-1], float(radius.mean()))
+    axes.yaxis.grid(True, linewidth=0.4)
+    return mesh
+
+
 def radius_ticks(axes: Any, top: float, middle: float) -> None:
     """Ticks of B/H from the centre to ``top``; of a narrow range the ``middle`` alone."""
     axes.set_ylim(0.0, top)
     ticks = [tick for tick in (0.2, 0.4, 0.6, 0.8, 1.0) if tick < top] or [round(middle, 2)]
     axes.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
-    axes.set_rlabel_position(112.5)
-    axes.tick_params(axis="y", labelsize=7)
+    radius_labels(axes)
 
 
 def fault_normal_of(cube: "xr.Dataset") -> float:

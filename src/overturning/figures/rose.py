@@ -3,9 +3,9 @@
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from overturning.figures.style import FALLS, FAULT, compass, mark_fault_normal
+from overturning.arrays import FloatArray
+from overturning.figures.style import FALLS, FAULT, compass, mark_fault_normal, radius_labels
 from overturning.statistics.falls import falls_towards
 from overturning.statistics.groups import record_groups
 from overturning.statistics.planes import plane_index, plane_weight
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 SECTOR_DEG = 15.0
 
 
-def sector_shares(azimuth_deg: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
+def sector_shares(azimuth_deg: FloatArray, weights: FloatArray) -> FloatArray:
     """Share of the falls in each sector of 15°, the first centred on 0°.
 
     Parameters
@@ -37,7 +37,7 @@ def sector_shares(azimuth_deg: NDArray[np.float64], weights: NDArray[np.float64]
     return counts / total if total > 0 else counts
 
 
-def azimuth_weight(azimuth_deg: NDArray[np.float64]) -> NDArray[np.float64]:
+def azimuth_weight(azimuth_deg: FloatArray) -> FloatArray:
     """How much each azimuth counts: 1 on a regular grid; one added between its points shares their part of the circle."""
     plane = np.round(azimuth_deg % 180.0, 6) % 180.0
     index = plane_index(azimuth_deg)
@@ -45,7 +45,7 @@ def azimuth_weight(azimuth_deg: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(weight[np.searchsorted(plane[index], plane)])
 
 
-def draw_rose(axes: Any, shares: NDArray[np.float64]) -> None:
+def draw_rose(axes: Any, shares: FloatArray) -> None:
     """Draw one rose: sectors with an area in proportion to their share, so that a wide one does not look too large."""
     compass(axes)
     width = np.radians(SECTOR_DEG)
@@ -55,24 +55,19 @@ def draw_rose(axes: Any, shares: NDArray[np.float64]) -> None:
     axes.set_ylim(0.0, top)
     levels = [level for level in (0.01, 0.05, 0.1, 0.2, 0.4, 0.8) if 0.25 * top < np.sqrt(level) <= top]
     axes.set_yticks(np.sqrt(levels), [f"{level:.0%}" for level in levels])
-    axes.set_rlabel_position(112.5)
-    axes.tick_params(axis="y", labelsize=7, zorder=6)
+    radius_labels(axes, zorder=6)
 
 
 def rose_figure(cube: "xr.Dataset") -> "Figure":
     """Rose of all falls of a study: by azimuth from north, and from the fault normal where it is known.
 
-    Each plane of motion counts once, and azimuths added to the grid share the weight of their neighbourhood. Records with and without a velocity pulse have a column of their own where the study
-    has both.
+    Each plane of motion counts once, and azimuths added to the grid share the weight of their neighbourhood. Records with
+    and without a velocity pulse have a column of their own where the study has both.
 
     Parameters
     ----------
     cube : xarray.Dataset
         The cube, lazily opened or not.
-
-    Returns
-    -------
-    matplotlib Figure
     """
     import matplotlib.pyplot as plt
 

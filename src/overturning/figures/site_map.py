@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from overturning.errors import ArgumentError
-from overturning.figures.style import FALLS, FAULT, INK, SERIES
+from overturning.figures.style import FALLS, FAULT, INK, SERIES, caption, labels
 from overturning.statistics.circular import resultant
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def sites_by_earthquake(cube: "xr.Dataset") -> "dict[str, xr.Dataset]":
     Returns
     -------
     dict of xarray.Dataset
-        By name of the earthquake in the order of the cube, each as `draw_site_map` takes it. The strike is the mean axis
+        By name of the earthquake in the order of the cube, each as `site_map_figure` takes it. The strike is the mean axis
         of those that the records state; the epicentre the first that is known.
     """
     import xarray as xr
@@ -79,23 +79,8 @@ def _scale_length(extent: float) -> float:
     return float(max(step * power for step in (1, 2, 5) if step * power <= target))
 
 
-def draw_site_map(axes: Any, site: "xr.Dataset") -> None:
-    """Draw the map.
-
-    Parameters
-    ----------
-    axes : Axes
-        Where to draw.
-    site : xarray.Dataset
-        ``station_latitude``, ``station_longitude`` (degrees) over dimension ``station`` with its names; optionally
-        ``epicentre_latitude``, ``epicentre_longitude``, ``fault_strike`` (degrees; drawn through the epicentre) and
-        ``fault_length`` (km), scalars, NaN where not known.
-
-    Raises
-    ------
-    ArgumentError
-        If no station has coordinates.
-    """
+def _draw_site_map(axes: Any, site: "xr.Dataset") -> None:
+    """Draw the map of a site."""
 
     def scalar(name: str) -> float:
         return float(site[name]) if name in site else float("nan")
@@ -129,9 +114,7 @@ def draw_site_map(axes: Any, site: "xr.Dataset") -> None:
         )  # fmt: skip
     extent = 1.35 * max(reach)
     axes.set(xlim=(-extent, extent), ylim=(-extent, extent), aspect="equal")
-    axes.set_xlabel("east, km", fontsize=8)
-    axes.set_ylabel("north, km", fontsize=8)
-    axes.tick_params(labelsize=7)
+    labels(axes, "east, km", "north, km")
     axes.spines[:].set_visible(True)
     scale = _scale_length(2 * extent)
     x0, y0 = -0.92 * extent, -0.9 * extent
@@ -148,12 +131,23 @@ def draw_site_map(axes: Any, site: "xr.Dataset") -> None:
 
 
 def site_map_figure(site: "xr.Dataset", title: str) -> "Figure":
-    """Figure of the map; parameters as in `draw_site_map`."""
+    """Figure of the map.
+
+    Parameters
+    ----------
+    site : xarray.Dataset
+        ``station_latitude``, ``station_longitude`` (degrees) over dimension ``station`` with its names; optionally
+        ``epicentre_latitude``, ``epicentre_longitude``, ``fault_strike`` (degrees; drawn through the epicentre) and
+        ``fault_length`` (km), scalars, NaN where not known.
+
+    Raises
+    ------
+    ArgumentError
+        If no station has coordinates.
+    """
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(figsize=(4.6, 5.1), layout="constrained")
-    draw_site_map(axes, site)
-    lines, names = axes.get_legend_handles_labels()
-    figure.legend(lines, names, loc="outside lower center", ncols=3, fontsize=8)
-    figure.suptitle(title, fontsize=10, parse_math=False)
+    _draw_site_map(axes, site)
+    caption(figure, title, axes, 3)
     return figure

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from overturning.figures.style import DASHES, SERIES
+from overturning.figures.style import DASHES, SERIES, caption, labels
 from overturning.units import CM, GAL
 
 if TYPE_CHECKING:
@@ -10,22 +10,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def draw_spectrum(axes: Any, spectra: "xr.DataArray", along: str, factor: float, label: str) -> None:
-    """Draw one spectrum per azimuth on logarithmic axes.
-
-    Parameters
-    ----------
-    axes : Axes
-        Where to draw.
-    spectra : xarray.DataArray, dimensions azimuth and ``along``
-        Spectral amplitudes, SI.
-    along : str
-        ``period`` (s) or ``frequency`` (Hz).
-    factor : float
-        SI per unit of the label.
-    label : str
-        Label of the ordinate, with its unit.
-    """
+def _draw_spectrum(axes: Any, spectra: "xr.DataArray", along: str, factor: float, label: str) -> None:
+    """Draw one spectrum per azimuth ``along`` period (s) or frequency (Hz), divided by ``factor``, on logarithmic axes."""
     x = spectra[along].to_numpy()
     for index, azimuth in enumerate(spectra["azimuth"].to_numpy()):
         values = spectra.isel(azimuth=index).to_numpy() / factor
@@ -35,9 +21,7 @@ def draw_spectrum(axes: Any, spectra: "xr.DataArray", along: str, factor: float,
             linewidth=1.3, label=f"N{azimuth:g}°E",
         )  # fmt: skip
     axes.set(xscale="log", yscale="log")
-    axes.set_xlabel("period, s" if along == "period" else "frequency, Hz", fontsize=8)
-    axes.set_ylabel(label, fontsize=8)
-    axes.tick_params(labelsize=7)
+    labels(axes, "period, s" if along == "period" else "frequency, Hz", label)
     axes.grid(True, which="major")
 
 
@@ -50,21 +34,13 @@ def spectra_figure(fourier: "xr.DataArray", response: "xr.DataArray", title: str
         Fourier amplitude of the acceleration, m/s.
     response : xarray.DataArray, dimensions azimuth, period
         Spectral acceleration, m/s².
-    title : str
-        Title of the figure.
     damping : float
         Damping ratio of the response spectra.
-
-    Returns
-    -------
-    matplotlib Figure
     """
     import matplotlib.pyplot as plt
 
     figure, (left, right) = plt.subplots(1, 2, figsize=(7.4, 3.5), layout="constrained")
-    draw_spectrum(left, fourier, "frequency", CM, "Fourier amplitude, Gal·s")
-    draw_spectrum(right, response, "period", GAL, f"spectral acceleration (damping {damping:.0%}), Gal")
-    lines, names = right.get_legend_handles_labels()
-    figure.legend(lines, names, loc="outside lower center", ncols=4, fontsize=8)
-    figure.suptitle(title, fontsize=10, parse_math=False)
+    _draw_spectrum(left, fourier, "frequency", CM, "Fourier amplitude, Gal·s")
+    _draw_spectrum(right, response, "period", GAL, f"spectral acceleration (damping {damping:.0%}), Gal")
+    caption(figure, title, right, 4)
     return figure

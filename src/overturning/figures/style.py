@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from overturning.figures.svg import compact
-from overturning.files import whole
+from overturning.files import atomic_write
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -74,7 +74,7 @@ def save(figure: "Figure", path: Path, colours: int = 0) -> None:
     kind = path.suffix.removeprefix(".")
     # No date and no version of the program that drew it: both would change bytes that nobody sees.
     metadata: dict[str, Any] = {"Date": None, "Creator": None} if kind == "svg" else {"Software": None}
-    with whole(path) as part:
+    with atomic_write(path) as part:
         if kind == "png" and colours:
             _save_small(figure, part, colours)
         else:
@@ -108,6 +108,28 @@ def probability_colours() -> Any:
     from matplotlib.colors import LinearSegmentedColormap
 
     return LinearSegmentedColormap.from_list("probability", [STANDS, "#f6c9a0", "#e58a4b", FALLS, "#6e2300"])
+
+
+def caption(figure: "Figure", title: str, of: Any = None, columns: int = 1) -> None:
+    """Put a title above a figure and below it the legend of one of its panels, where that has anything to tell."""
+    lines, names = of.get_legend_handles_labels() if of is not None else ([], [])
+    if lines:
+        figure.legend(lines, names, loc="outside lower center", ncols=columns, fontsize=8)
+    if title:
+        figure.suptitle(title, fontsize=10, parse_math=False)
+
+
+def labels(axes: Any, across: str, up: str, which: str = "major") -> None:
+    """Name both axes of a panel, in small letters."""
+    axes.set_xlabel(across, fontsize=8)
+    axes.set_ylabel(up, fontsize=8)
+    axes.tick_params(labelsize=7, which=which)
+
+
+def radius_labels(axes: Any, **settings: Any) -> None:
+    """Small numbers along the radius of a compass, between two of its named directions."""
+    axes.set_rlabel_position(112.5)
+    axes.tick_params(axis="y", labelsize=7, **settings)
 
 
 def compass(axes: Any) -> None:

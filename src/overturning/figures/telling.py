@@ -17,11 +17,11 @@ from overturning.figures.hodograph import hodograph_figure
 from overturning.figures.response import response_figure
 from overturning.figures.spectra import spectra_figure
 from overturning.figures.style import save
-from overturning.files import whole
+from overturning.files import atomic_write
 from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi
+from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
 from overturning.motion.spectra import spectra_by_azimuth
-from overturning.records.integration import integrate
 from overturning.records.store import read_motion
 from overturning.statistics.boundary import boundary
 from overturning.statistics.telling import TellingCase, telling_cases
@@ -49,7 +49,7 @@ def draw_telling_cases(cube: "xr.Dataset", motions: Path, folder: Path) -> None:
     rows = []
     for number, case in enumerate(telling_cases(cube), 1):
         rows.append(_draw(cube, case, motions, folder, number))
-    with whole(folder / "telling.json") as part:
+    with atomic_write(folder / "telling.json") as part:
         part.write_text(json.dumps(rows, ensure_ascii=False, separators=(",", ":")), encoding="utf-8")
 
 

@@ -3,13 +3,12 @@
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from overturning.arrays import FloatArray
 from overturning.motion.motion import Motion
-from overturning.motion.rotation import checked_azimuths, cosines_of
+from overturning.motion.rotation import cosines_of
 from overturning.units import STANDARD_GRAVITY
-
-FloatArray = NDArray[np.float64]
 
 
 def arias_intensity(motion: Motion, azimuth_deg: ArrayLike) -> FloatArray:
@@ -22,7 +21,7 @@ def arias_intensity(motion: Motion, azimuth_deg: ArrayLike) -> FloatArray:
     ndarray, shape (m,)
         m/s.
     """
-    cosines = cosines_of(checked_azimuths(azimuth_deg))
+    cosines = cosines_of(azimuth_deg)
     squares = np.array([np.trapezoid(p, dx=motion.sampling_interval) for p in _products(motion)])
     return math.pi / (2.0 * STANDARD_GRAVITY) * (_forms(cosines) @ squares)
 
@@ -35,11 +34,11 @@ def cumulative_absolute_velocity(motion: Motion, azimuth_deg: ArrayLike) -> Floa
     ndarray, shape (m,)
         m/s.
     """
-    cosines = cosines_of(checked_azimuths(azimuth_deg))
-    found = np.empty(cosines.shape[0])
+    cosines = cosines_of(azimuth_deg)
+    measure = np.empty(cosines.shape[0])
     for row, (c, s) in enumerate(cosines):
-        found[row] = np.trapezoid(np.abs(c * motion.north + s * motion.east), dx=motion.sampling_interval)
-    return found
+        measure[row] = np.trapezoid(np.abs(c * motion.north + s * motion.east), dx=motion.sampling_interval)
+    return measure
 
 
 def significant_duration(
@@ -54,21 +53,21 @@ def significant_duration(
     ndarray, shape (m,)
         s; 0 along an azimuth without motion.
     """
-    cosines = cosines_of(checked_azimuths(azimuth_deg))
+    cosines = cosines_of(azimuth_deg)
     interval = motion.sampling_interval
     summed = np.zeros((3, motion.samples))
     for row, product in enumerate(_products(motion)):
         np.cumsum(0.5 * interval * (product[1:] + product[:-1]), out=summed[row, 1:])
     time = np.arange(motion.samples) * interval
-    found = np.zeros(cosines.shape[0])
+    measure = np.zeros(cosines.shape[0])
     for row, form in enumerate(_forms(cosines)):
         along = form @ summed
         # The form of a motion at right angles rounds to a tiny negative number: it must not fall.
         along = np.maximum.accumulate(along)
         if along[-1] > 1e-12 * (summed[0, -1] + summed[2, -1]):
             first, last = np.interp([start * along[-1], end * along[-1]], along, time)
-            found[row] = last - first
-    return found
+            measure[row] = last - first
+    return measure
 
 
 def _products(motion: Motion) -> FloatArray:

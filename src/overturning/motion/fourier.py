@@ -1,11 +1,10 @@
 """Fourier amplitude spectra, raw and smoothed after Konno & Ohmachi."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-
-FloatArray = NDArray[np.float64]
 
 
 def amplitude_spectrum(acceleration: ArrayLike, sampling_interval: float) -> tuple[FloatArray, FloatArray]:

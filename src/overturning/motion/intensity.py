@@ -1,19 +1,19 @@
 """Intensity measures by azimuth, and of the whole record."""
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from overturning.arrays import FloatArray
+from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
 from overturning.motion.rotation import checked_azimuths, cosines_of, largest_along
-from overturning.records.integration import integrate
-from overturning.records.record import Record
 
 if TYPE_CHECKING:
     import xarray
 
-FloatArray = NDArray[np.float64]
 
 PEAKS = {
     "pga": ("m s-2", "peak ground acceleration"),
@@ -55,8 +55,8 @@ def peaks_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> dict[str, FloatA
     dict of str to ndarray, shape (m,)
         ``pga`` in m/s², ``pgv`` in m/s, ``pgd`` in m.
     """
-    cosines = cosines_of(checked_azimuths(azimuth_deg))
-    acceleration = np.stack([motion.north, motion.east])
+    cosines = cosines_of(azimuth_deg)
+    acceleration = motion.horizontal
     velocity = integrate(acceleration, motion.sampling_interval)
     displacement = integrate(velocity, motion.sampling_interval)
     series = zip(PEAKS, (acceleration, velocity, displacement), strict=True)
@@ -72,15 +72,15 @@ def measures_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> dict[str, Flo
     from overturning.motion.spectra import spectra_by_azimuth, spectrum_intensity
 
     half, back = np.unique(np.round(checked_azimuths(azimuth_deg) % 180.0, 9), return_inverse=True)
-    found = peaks_by_azimuth(motion, half)
-    found["arias"] = arias_intensity(motion, half)
-    found["cav"] = cumulative_absolute_velocity(motion, half)
-    found["duration"] = significant_duration(motion, half)
-    found["si20"] = spectrum_intensity(motion, half, damping=0.20)
-    found["si05"] = spectrum_intensity(motion, half, damping=0.05)
+    measures = peaks_by_azimuth(motion, half)
+    measures["arias"] = arias_intensity(motion, half)
+    measures["cav"] = cumulative_absolute_velocity(motion, half)
+    measures["duration"] = significant_duration(motion, half)
+    measures["si20"] = spectrum_intensity(motion, half, damping=0.20)
+    measures["si05"] = spectrum_intensity(motion, half, damping=0.05)
     spectra = spectra_by_azimuth(motion, PREDOMINANT_PERIODS, half, points_per_period=24)["acceleration"]
-    found["predominant_period"] = PREDOMINANT_PERIODS[spectra.argmax(axis=0)]
-    return {name: values[back] for name, values in found.items()}
+    measures["predominant_period"] = PREDOMINANT_PERIODS[spectra.argmax(axis=0)]
+    return {name: values[back] for name, values in measures.items()}
 
 
 def intensity_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> "xarray.Dataset":
@@ -108,28 +108,28 @@ def intensity_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> "xarray.Data
     return xr.Dataset(variables, {"azimuth": coordinate})
 
 
-def record_measures(record: Record) -> dict[str, Any]:
-    """Measures of a whole record, and what processing did to its peaks.
+def record_measures(motion: Motion, processing: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """JMA intensity of a whole record, and what processing did to its peaks.
+
+    Parameters
+    ----------
+    motion : Motion
+        The processed record.
+    processing : sequence of mapping
+        The steps applied to it, in order, each with its ``effect`` on the peaks.
 
     Returns
     -------
     dict
-        ``jma_intensity`` (None without a vertical component); ``pga_rotd``, ``pgv_rotd`` (lists of RotD00, 50, 100, m/s² and
-        m/s); ``pga_unprocessed``, ``pgv_unprocessed``, ``pgd_unprocessed`` and ``pga_processed`` … (largest of north and
-        east, SI): the peaks before the first and after the last processing step, None for a record left alone.
+        ``jma_intensity`` (None without a vertical component); ``pga_unprocessed``, ``pgv_unprocessed``, ``pgd_unprocessed`` and
+        ``pga_processed`` … (largest of north and east, SI): the peaks before the first and after the last processing step,
+        None for a record left alone.
     """
     from overturning.motion.jma_intensity import instrumental_intensity
-    from overturning.motion.spectra import ROTD_AZIMUTHS
 
-    motion = Motion.of(record)
-    peaks = peaks_by_azimuth(motion, ROTD_AZIMUTHS)
-    found: dict[str, Any] = {
-        "jma_intensity": None if motion.up is None else instrumental_intensity(motion),
-        "pga_rotd": np.percentile(peaks["pga"], [0, 50, 100]).tolist(),
-        "pgv_rotd": np.percentile(peaks["pgv"], [0, 50, 100]).tolist(),
-    }
+    measures: dict[str, Any] = {"jma_intensity": None if motion.up is None else instrumental_intensity(motion)}
     for name in PEAKS:
-        effects = [step["effect"][name] for step in record.processing]
-        found[f"{name}_unprocessed"] = effects[0][0] if effects else None
-        found[f"{name}_processed"] = effects[-1][1] if effects else None
-    return found
+        effects = [step["effect"][name] for step in processing]
+        measures[f"{name}_unprocessed"] = effects[0][0] if effects else None
+        measures[f"{name}_processed"] = effects[-1][1] if effects else None
+    return measures

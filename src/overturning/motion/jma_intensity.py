@@ -3,8 +3,8 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
 from overturning.units import GAL
@@ -13,7 +13,7 @@ DURATION = 0.3
 """The filtered acceleration is exceeded for this long in all, s."""
 
 
-def amplitude(frequency: NDArray[np.float64]) -> NDArray[np.float64]:
+def amplitude(frequency: FloatArray) -> FloatArray:
     """The three filters of the notice: period effect (f^-½), high cut, low cut; 0 at f = 0."""
     x = frequency / 10.0
     high_cut = (

@@ -1,14 +1,16 @@
 """Ground motion as the simulation takes it: three accelerations and a sampling interval, nothing else."""
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from typing import Protocol
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.motion.direction import along
-from overturning.records.record import Record
 
 
-def _component(name: str, values: ArrayLike) -> NDArray[np.float64]:
+def _component(name: str, values: ArrayLike) -> FloatArray:
     samples = np.array(values, dtype=np.float64)
     if samples.ndim != 1 or samples.size < 2:
         raise ArgumentError(f"{name}: shape {samples.shape}; a component is one row of at least 2 samples")
@@ -16,6 +18,19 @@ def _component(name: str, values: ArrayLike) -> NDArray[np.float64]:
         raise ArgumentError(f"{name}: sample {int(np.flatnonzero(~np.isfinite(samples))[0])} is not finite")
     samples.flags.writeable = False
     return samples
+
+
+class Recorded(Protocol):
+    """What a motion is taken from: anything that has its components, as a record does."""
+
+    @property
+    def north(self) -> FloatArray: ...  # noqa: D102
+    @property
+    def east(self) -> FloatArray: ...  # noqa: D102
+    @property
+    def up(self) -> FloatArray | None: ...  # noqa: D102
+    @property
+    def sampling_interval(self) -> float: ...  # noqa: D102
 
 
 class Motion:
@@ -52,9 +67,14 @@ class Motion:
         self.sampling_interval = float(sampling_interval)
 
     @classmethod
-    def of(cls, record: Record) -> "Motion":
+    def of(cls, record: Recorded) -> "Motion":
         """The motion of a record."""
         return cls(record.north, record.east, record.up, sampling_interval=record.sampling_interval)
+
+    @property
+    def horizontal(self) -> FloatArray:
+        """Acceleration towards north and east, m/s², shape (2, n)."""
+        return np.stack([self.north, self.east])
 
     @property
     def samples(self) -> int:
@@ -66,6 +86,6 @@ class Motion:
         """Time from the first to the last sample, s."""
         return (self.samples - 1) * self.sampling_interval
 
-    def along(self, azimuth_deg: float) -> NDArray[np.float64]:
+    def along(self, azimuth_deg: float) -> FloatArray:
         """Horizontal acceleration towards an azimuth, m/s², shape (n,)."""
         return along(self.north, self.east, azimuth_deg)

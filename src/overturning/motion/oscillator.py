@@ -13,9 +13,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 
-FloatArray = NDArray[np.float64]
 Quantity = Literal["displacement", "velocity"]
 
 POINTS_PER_PERIOD = 64

@@ -1,12 +1,11 @@
 """Largest motion along many azimuths, without holding the rotated motions."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.motion.direction import direction_cosines
-
-FloatArray = NDArray[np.float64]
 
 _SEEDS = 12
 _STRIDE = 8
@@ -28,9 +27,9 @@ def checked_azimuths(azimuth_deg: ArrayLike) -> FloatArray:
     return azimuths
 
 
-def cosines_of(azimuth_deg: FloatArray) -> FloatArray:
-    """Direction cosines, shape (m, 2): north, east."""
-    return np.array([direction_cosines(float(azimuth)) for azimuth in azimuth_deg])
+def cosines_of(azimuth_deg: ArrayLike) -> FloatArray:
+    """Direction cosines, shape (m, 2): north, east; azimuths as in `checked_azimuths`."""
+    return np.array([direction_cosines(float(azimuth)) for azimuth in checked_azimuths(azimuth_deg)])
 
 
 def largest_along(pair: FloatArray, cosines: FloatArray) -> FloatArray:

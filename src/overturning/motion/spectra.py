@@ -3,15 +3,14 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
+from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
 from overturning.motion.oscillator import POINTS_PER_PERIOD, Oscillators, checked_periods
-from overturning.motion.rotation import checked_azimuths, cosines_of, largest_along
-from overturning.records.integration import integrate
-
-FloatArray = NDArray[np.float64]
+from overturning.motion.rotation import cosines_of, largest_along
 
 PERIODS = np.geomspace(0.01, 10.0, 100)
 """Periods of the spectra unless others are asked for, s."""
@@ -51,16 +50,16 @@ def spectra_by_azimuth(
         ``displacement`` (m) and ``velocity`` (m/s) relative to the ground, ``acceleration`` = ω² × displacement (m/s²,
         pseudo-acceleration).
     """
-    periods, cosines = checked_periods(period_s), cosines_of(checked_azimuths(azimuth_deg))
-    acceleration = np.stack([motion.north, motion.east])
+    periods, cosines = checked_periods(period_s), cosines_of(azimuth_deg)
+    acceleration = motion.horizontal
     oscillators = Oscillators(acceleration, motion.sampling_interval, float(periods.max()), points_per_period)
-    found = {name: np.empty((periods.size, cosines.shape[0])) for name in ("displacement", "velocity")}
+    spectra = {name: np.empty((periods.size, cosines.shape[0])) for name in ("displacement", "velocity")}
     for row, period in enumerate(periods):
         responses = oscillators.response(float(period), damping, ("displacement", "velocity"))
         for name, response in zip(("displacement", "velocity"), responses, strict=True):
-            found[name][row] = largest_along(response, cosines)
-    found["acceleration"] = found["displacement"] * (2.0 * np.pi / periods[:, None]) ** 2
-    return found
+            spectra[name][row] = largest_along(response, cosines)
+    spectra["acceleration"] = spectra["displacement"] * (2.0 * np.pi / periods[:, None]) ** 2
+    return spectra
 
 
 def rotd(
@@ -90,8 +89,8 @@ def rotd(
     dict of str to ndarray
         ``pga`` (q,) in m/s², ``pgv`` (q,) in m/s, ``psa`` (q, p) in m/s².
     """
-    periods, cosines = checked_periods(period_s), cosines_of(checked_azimuths(azimuth_deg))
-    acceleration = np.stack([motion.north, motion.east])
+    periods, cosines = checked_periods(period_s), cosines_of(azimuth_deg)
+    acceleration = motion.horizontal
     oscillators = Oscillators(acceleration, motion.sampling_interval, float(periods.max()))
     psa = np.empty((len(percentiles), periods.size))
     for column, period in enumerate(periods):
@@ -125,8 +124,8 @@ def spectrum_intensity(motion: Motion, azimuth_deg: ArrayLike, *, damping: float
     ndarray, shape (m,)
         m/s.
     """
-    cosines = cosines_of(checked_azimuths(azimuth_deg))
-    acceleration = np.stack([motion.north, motion.east])
+    cosines = cosines_of(azimuth_deg)
+    acceleration = motion.horizontal
     # A mean over 121 strongly damped spectra: 24 points per period (0.9 % at worst, 0.3 % on average for one of them) will do.
     oscillators = Oscillators(acceleration, motion.sampling_interval, float(SI_PERIODS.max()), points_per_period=24)
     peaks = np.empty((SI_PERIODS.size, cosines.shape[0]))

@@ -7,11 +7,12 @@ from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from typing import Any, Literal
 
+from overturning.arrays import FloatArray
 from overturning.errors import RecordError
+from overturning.motion.direction import direction_cosines
 from overturning.records.axes import is_vertical_of_unknown_sense
 from overturning.records.component import Component, check_peak
-from overturning.records.direction import direction_cosines
-from overturning.records.record import FloatArray, Record
+from overturning.records.record import Record
 
 MAXIMUM_SPREAD = 0.5
 """Largest difference in start or in length between components of one record, s."""
@@ -30,31 +31,13 @@ def iso(moment: datetime | None) -> str | None:
     return text.rstrip("0").rstrip(".") + "Z"
 
 
-def to_north_east(
+def _to_north_east(
     first: FloatArray, first_azimuth_deg: float, second: FloatArray, second_azimuth_deg: float, name: str
 ) -> tuple[FloatArray, FloatArray]:
-    """Turn two horizontal components to north and east.
+    """Turn two horizontal components to north and east; ``name`` is what an error names.
 
     Solves a₁ = n cos φ₁ + e sin φ₁, a₂ = n cos φ₂ + e sin φ₂, so that axes that are not quite at right angles are
-    allowed too.
-
-    Parameters
-    ----------
-    first, second : ndarray, shape (n,)
-        Acceleration along the two axes.
-    first_azimuth_deg, second_azimuth_deg : float
-        Azimuths φ₁, φ₂ of the axes, degrees clockwise from north.
-    name : str
-        What an error names.
-
-    Returns
-    -------
-    north, east : ndarray, shape (n,)
-
-    Raises
-    ------
-    RecordError
-        If the axes are too close to parallel (more than 26° off a right angle).
+    allowed too; a RecordError says so where they are more than 26° off one.
     """
     c1, s1 = direction_cosines(first_azimuth_deg)
     c2, s2 = direction_cosines(second_azimuth_deg)
@@ -70,15 +53,11 @@ def to_north_east(
     return north, east
 
 
-def common_window(components: Sequence[Component], *, trust_data: bool = False) -> list[Component]:
+def _common_window(components: Sequence[Component], *, trust_data: bool = False) -> list[Component]:
     """Cut components to the samples that all of them have.
 
-    Starts are rounded to whole samples relative to the latest; less than half a sample of shift remains.
-
-    Raises
-    ------
-    RecordError
-        If the rates differ, or starts or lengths differ by more than 0.5 s (lengths only where ``trust_data`` is not set).
+    Starts are rounded to whole samples relative to the latest; less than half a sample of shift remains. A RecordError says
+    so where the rates differ, or starts or lengths by more than 0.5 s (lengths only where ``trust_data`` is not set).
     """
     interval = components[0].sampling_interval
     for other in components[1:]:
@@ -157,38 +136,16 @@ def assemble(
     """
     name = components[0].file if components else record_id
     components = _with_sense(components, vertical_sense)
-    differences = {}
-    for component in components:
-        if not trust_data:
-            difference = check_peak(component)
-            if difference is not None:
-                differences[component.axis] = round(difference, 6)
-    vertical = [c for c in components if c.vertical]
-    horizontal = [c for c in components if not c.vertical]
-    if len(horizontal) != 2 or len(vertical) > 1:
-        axes = ", ".join(c.axis for c in components) or "none"
-        raise RecordError(
-            f"{name}: components {axes}; a record has two horizontal components and at most one vertical one: "
-            "give the files of one sensor together"
-        )
-    if azimuths_deg is not None:
-        if len(azimuths_deg) != 2:
-            raise RecordError(f"{name}: {len(azimuths_deg)} azimuths given; two are needed, one per horizontal axis")
-        horizontal = [replace(c, azimuth_deg=float(a)) for c, a in zip(horizontal, azimuths_deg, strict=True)]
-    for component in horizontal:
-        if component.azimuth_deg is None:
-            raise RecordError(
-                f"{component.file}: axis {component.axis!r} says nothing about north; "
-                "give the azimuths of the two axes (azimuths_deg in the record table, --azimuths here)"
-            )
-    window = common_window([*horizontal, *vertical], trust_data=trust_data)
+    differences = {c.axis: check_peak(c) for c in components} if not trust_data else {}
+    horizontal, vertical = _axes(components, azimuths_deg, name)
+    window = _common_window([*horizontal, *vertical], trust_data=trust_data)
     azimuths = [((c.azimuth_deg or 0.0) + correction_deg) % 360.0 for c in window[:2]]
-    north, east = to_north_east(window[0].samples, azimuths[0], window[1].samples, azimuths[1], name)
+    north, east = _to_north_east(window[0].samples, azimuths[0], window[1].samples, azimuths[1], name)
     first = window[0]
     extra: dict[str, Any] = dict(first.extra) | {"format": first.format, "processed": first.processed}
     extra["axes"] = [c.axis for c in window]
-    if differences:
-        extra["header_peak_difference"] = differences
+    if known := {axis: round(difference, 6) for axis, difference in differences.items() if difference is not None}:
+        extra["header_peak_difference"] = known
     if trust_data:
         extra["trusted_data"] = True
     fields: dict[str, Any] = {
@@ -213,9 +170,34 @@ def assemble(
     )
 
 
+def _axes(
+    components: Sequence[Component], azimuths_deg: Sequence[float] | None, name: str
+) -> tuple[list[Component], list[Component]]:
+    """The two horizontal components, with their azimuths, and the vertical one, if any."""
+    vertical = [c for c in components if c.vertical]
+    horizontal = [c for c in components if not c.vertical]
+    if len(horizontal) != 2 or len(vertical) > 1:
+        axes = ", ".join(c.axis for c in components) or "none"
+        raise RecordError(
+            f"{name}: components {axes}; a record has two horizontal components and at most one vertical one: "
+            "give the files of one sensor together"
+        )
+    if azimuths_deg is not None:
+        if len(azimuths_deg) != 2:
+            raise RecordError(f"{name}: {len(azimuths_deg)} azimuths given; two are needed, one per horizontal axis")
+        horizontal = [replace(c, azimuth_deg=float(a)) for c, a in zip(horizontal, azimuths_deg, strict=True)]
+    for component in horizontal:
+        if component.azimuth_deg is None:
+            raise RecordError(
+                f"{component.file}: axis {component.axis!r} says nothing about north; "
+                "give the azimuths of the two axes (azimuths_deg in the record table, --azimuths here)"
+            )
+    return horizontal, vertical
+
+
 def _with_sense(components: Sequence[Component], sense: VerticalSense | None) -> list[Component]:
     """Give vertical axes of unknown sense the declared one."""
-    found = []
+    turned = []
     for component in components:
         unknown = (
             component.azimuth_deg is None and not component.vertical and is_vertical_of_unknown_sense(component.axis)
@@ -227,8 +209,8 @@ def _with_sense(components: Sequence[Component], sense: VerticalSense | None) ->
             )
         if unknown and sense == "none":
             continue
-        found.append(replace(component, vertical=1 if sense == "up" else -1) if unknown else component)
-    return found
+        turned.append(replace(component, vertical=1 if sense == "up" else -1) if unknown else component)
+    return turned
 
 
 def _joint_hash(components: Sequence[Component]) -> str:

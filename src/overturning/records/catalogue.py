@@ -1,26 +1,21 @@
 """The record table: which records there are, where they come from, and what is known about them."""
 
-import csv
-import difflib
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from overturning.errors import ConfigError
 from overturning.records.options import Unit
-
-
-def _none_if_empty(value: Any) -> Any:
-    return None if value == "" else value
+from overturning.tables import read_rows
 
 
 def _numbers(value: Any) -> Any:
     return [part for part in value.replace(",", " ").split() if part] or None if isinstance(value, str) else value
 
 
-_Latitude = Annotated[float | None, BeforeValidator(_none_if_empty), Field(ge=-90, le=90, allow_inf_nan=False)]
-_Longitude = Annotated[float | None, BeforeValidator(_none_if_empty), Field(ge=-180, le=180, allow_inf_nan=False)]
+_Latitude = Annotated[float | None, Field(ge=-90, le=90, allow_inf_nan=False)]
+_Longitude = Annotated[float | None, Field(ge=-180, le=180, allow_inf_nan=False)]
 
 
 class RecordEntry(BaseModel):
@@ -39,16 +34,13 @@ class RecordEntry(BaseModel):
     ] = ""
     fault_strike_deg: Annotated[
         float | None,
-        BeforeValidator(_none_if_empty),
         Field(
             ge=0,
             lt=360.001,
             description="Strike of the fault, degrees clockwise from north; the normal is strike + 90.",
         ),
     ] = None
-    pulse: Annotated[
-        bool | None, BeforeValidator(_none_if_empty), Field(description="Whether the record has a velocity pulse.")
-    ] = None
+    pulse: Annotated[bool | None, Field(description="Whether the record has a velocity pulse.")] = None
     station_latitude_deg: Annotated[
         _Latitude, Field(description="Of the station, north positive, for the map; empty: as the file says.")
     ] = None
@@ -74,7 +66,6 @@ class RecordEntry(BaseModel):
     ] = None
     unit: Annotated[
         Unit | None,
-        BeforeValidator(_none_if_empty),
         Field(description="Unit of the samples where the format leaves it open (SAC)."),
     ] = None
     columns: Annotated[
@@ -82,12 +73,10 @@ class RecordEntry(BaseModel):
     ] = ""
     sampling_interval_s: Annotated[
         float | None,
-        BeforeValidator(_none_if_empty),
         Field(gt=0, le=1, description="Of a CSV file without a time column, s."),
     ] = None
     vertical_sense: Annotated[
         Literal["up", "down", "none"] | None,
-        BeforeValidator(_none_if_empty),
         Field(description="Which way a vertical axis points that does not say so (`Vert`); `none` leaves it out."),
     ] = None
     sensor: Annotated[
@@ -99,6 +88,15 @@ class RecordEntry(BaseModel):
         Field(pattern=r"^([0-9a-f]{64})?$", description="Expected SHA-256 of the record's file; empty: not checked."),
     ] = ""
     licence: Annotated[str, Field(description="Terms under which the data may be used.")] = ""
+
+    @model_validator(mode="after")
+    def _places_in_pairs(self) -> "RecordEntry":
+        for place in ("station", "epicentre"):
+            pair = [f"{place}_{name}_deg" for name in ("latitude", "longitude")]
+            empty = [column for column in pair if getattr(self, column) is None]
+            if len(empty) == 1:
+                raise ValueError(f"column {empty[0]}: empty; give both {pair[0]} and {pair[1]}, or neither")
+        return self
 
     @property
     def azimuth_correction_deg(self) -> float:
@@ -125,50 +123,9 @@ def read_catalogue(path: Path | str) -> dict[str, RecordEntry]:
         Naming file, line, column and value: unknown or doubled columns, a doubled id, a value out of bounds.
     """
     path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise ConfigError(f"{path}: no such record table; check `records_table` in the config") from None
-    except (OSError, UnicodeDecodeError) as problem:
-        raise ConfigError(f"{path}: cannot be read as UTF-8 text ({problem})") from None
-    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
-    if not lines:
-        raise ConfigError(
-            f"{path}: the record table is empty; its first line names the columns (id, format, source, …)"
-        )
-    columns = [c.strip() for c in lines[0][1].split("\t")]
-    for column in columns:
-        if column not in RecordEntry.model_fields:
-            near = difflib.get_close_matches(column, RecordEntry.model_fields, 1)
-            hint = f"; did you mean {near[0]!r}?" if near else f"; known are {', '.join(RecordEntry.model_fields)}"
-            raise ConfigError(f"{path} line {lines[0][0]}: unknown column {column!r}{hint}")
-    if len(set(columns)) < len(columns):
-        raise ConfigError(f"{path} line {lines[0][0]}: a column is named twice; columns are {', '.join(columns)}")
     entries: dict[str, RecordEntry] = {}
-    for number, line in lines[1:]:
-        cells = [c.strip() for c in next(csv.reader([line], delimiter="\t"))]
-        if len(cells) > len(columns):
-            raise ConfigError(
-                f"{path} line {number}: {len(cells)} cells for {len(columns)} columns; columns are set off by tabs"
-            )
-        # An empty cell means the default, except where empty is itself a value.
-        given = {c: v for c, v in zip(columns, cells, strict=False) if v != ""}
-        try:
-            entry = RecordEntry.model_validate(given)
-        except ValidationError as problem:
-            first = problem.errors()[0]
-            column = str(first["loc"][0])
-            raise ConfigError(
-                f"{path} line {number}: column {column}: {given.get(column, '')!r}: {first['msg'].lower()}"
-            ) from None
-        for place in ("station", "epicentre"):
-            pair = [f"{place}_{name}_deg" for name in ("latitude", "longitude")]
-            empty = [column for column in pair if getattr(entry, column) is None]
-            if len(empty) == 1:
-                raise ConfigError(
-                    f"{path} line {number}: column {empty[0]}: empty; give both {pair[0]} and {pair[1]}, or neither"
-                )
+    for line, entry in read_rows(path, RecordEntry, delimiter="\t", error=ConfigError, kind="record table"):
         if entry.id in entries:
-            raise ConfigError(f"{path} line {number}: column id: {entry.id!r} stands twice; ids must differ")
+            raise ConfigError(f"{path} line {line}: column id {entry.id!r}: it stands twice; ids must differ")
         entries[entry.id] = entry
     return entries

@@ -1,14 +1,14 @@
 """Say of files what they are: records that can be read, with what was found and compared, or the reason why not."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from overturning.errors import OverturningError
+from overturning.motion.integration import peaks
 from overturning.records.assembly import VerticalSense, assemble
-from overturning.records.component import Component
+from overturning.records.component import Component, largest
 from overturning.records.grouping import group_components
-from overturning.records.integration import peaks
 from overturning.records.options import ReadOptions
 from overturning.records.read import read_files
 from overturning.records.record import Record
@@ -53,12 +53,8 @@ def check_paths(
         Files; of a folder, the files in it.
     options : ReadOptions, optional
         What the files do not say about themselves.
-    azimuths_deg : sequence of float, optional
-        Azimuths of the two horizontal axes where the files do not state them.
-    trust_data : bool
-        Go on where a header's peak contradicts the data.
-    vertical_sense : {"up", "down", "none"}, optional
-        Which way a vertical axis points that does not say so itself.
+    azimuths_deg, trust_data, vertical_sense
+        As in `assemble`.
 
     Returns
     -------
@@ -66,14 +62,10 @@ def check_paths(
         Files that cannot be read first, then records in the order of their files.
     """
     sources, findings = _sources(paths)
-    options = options or ReadOptions()
-    from overturning.records.formats import stationxml
-
-    metadata = tuple(s for s in sources if stationxml.detect(s))
-    options = replace(options, metadata=(*options.metadata, *metadata))
+    options = (options or ReadOptions()).with_metadata_of(sources)
     components: list[Component] = []
     for source in sources:
-        if source in metadata:
+        if source in options.metadata:
             continue
         try:
             components += read_files([source], None, options)
@@ -114,12 +106,7 @@ def describe(finding: Finding) -> str:
     if record is None:
         axes = "".join(f"\n  {_axis(c)}" for c in finding.components)
         return f"{head}\n  refused: {finding.reason}{axes}"
-    pga, pgv, pgd = (
-        max(pair)
-        for pair in zip(
-            peaks(record.north, record.sampling_interval), peaks(record.east, record.sampling_interval), strict=True
-        )
-    )
+    pga, pgv, pgd = peaks(record.horizontal, record.sampling_interval)
     place = "" if record.latitude is None else f" ({record.latitude:.4f}, {record.longitude:.4f})"
     what = [x for x in (record.station + place, record.event, record.start or "start not stated") if x.strip()]
     kind = "processed by its agency" if record.extra.get("processed") else "raw"
@@ -137,13 +124,9 @@ def describe(finding: Finding) -> str:
 def _axis(component: Component) -> str:
     sense = {1: "up", -1: "down", 0: "direction unknown"}[component.vertical]
     direction = f"azimuth {component.azimuth_deg:g}" if component.azimuth_deg is not None else sense
-    samples = component.samples
+    text = f"{component.axis}: {direction}, {component.samples.size} samples, peak {largest(component) * 100:.4g} Gal"
     peak = component.peak
-    text = f"{component.axis}: {direction}, {samples.size} samples, peak "
-    centred = samples - samples.mean() if peak is not None and peak.after_mean else samples
-    found = float(abs(centred).max())
-    text += f"{found * 100:.4g} Gal"
     if peak is None:
         return text + ", header states none"
-    difference = abs(found - peak.value) / peak.value if peak.value else 0.0
+    difference = abs(largest(component) - peak.value) / peak.value if peak.value else 0.0
     return text + f", header {peak.value * 100:.4g} Gal ({difference * 100:.2f} % apart)"

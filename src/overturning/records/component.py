@@ -6,9 +6,10 @@ from datetime import datetime
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.errors import RecordError
+from overturning.records.source import SourceFile
 
 PEAK_TOLERANCE = 0.005
 """Largest relative difference between a header's peak and the data's, 0.5 %."""
@@ -76,7 +77,7 @@ class Component:
         What else the file states.
     """
 
-    samples: NDArray[np.float64]
+    samples: FloatArray
     sampling_interval: float
     axis: str
     azimuth_deg: float | None
@@ -94,6 +95,21 @@ class Component:
     processed: bool = False
     extra: Mapping[str, Any] = field(default_factory=dict)
 
+    @classmethod
+    def of(
+        cls,
+        source: SourceFile,
+        form: str,
+        axis: str,
+        direction: tuple[float | None, int],
+        samples: FloatArray,
+        sampling_interval: float,
+        **more: Any,
+    ) -> "Component":
+        """A component of a file: its format, axis with azimuth and vertical sense, samples, and what else is known."""
+        azimuth, vertical = direction
+        return cls(samples, sampling_interval, axis, azimuth, vertical, source.name, source.sha256, form, **more)
+
     def __post_init__(self) -> None:
         bad = np.flatnonzero(~np.isfinite(self.samples))
         if bad.size:
@@ -107,6 +123,14 @@ class Component:
                 f"{self.file}: sampling interval {self.sampling_interval:g} s; 0.00001 to 1 s is what accelerographs have: "
                 "correct the header"
             )
+
+
+def largest(component: Component) -> float:
+    """Peak of the data as the header takes it, m/s²: of the samples, or of the samples less their mean."""
+    samples = component.samples
+    if component.peak is not None and component.peak.after_mean:
+        samples = samples - samples.mean()
+    return float(np.abs(samples).max())
 
 
 def check_peak(component: Component) -> float | None:
@@ -125,15 +149,14 @@ def check_peak(component: Component) -> float | None:
     if component.peak is None:
         return None
     stated = component.peak
-    samples = component.samples - component.samples.mean() if stated.after_mean else component.samples
-    found = float(np.abs(samples).max())
-    difference = abs(found - stated.value)
+    peak = largest(component)
+    difference = abs(peak - stated.value)
     # A hundredth of the last digit on top: the header's own decimal number is not exact in binary.
     if difference > max(PEAK_TOLERANCE * abs(stated.value), 0.51 * stated.resolution):
         line = f" line {stated.line}" if stated.line else ""
         raise RecordError(
             f"{component.file}{line}: the header states a peak of {stated.value * 100:.6g} Gal along {component.axis}, the data "
-            f"has {found * 100:.6g} Gal (0.5 % allowed); the file is cut or its units are not what they seem: "
+            f"has {peak * 100:.6g} Gal (0.5 % allowed); the file is cut or its units are not what they seem: "
             "get it again, or say --trust-data"
         )
     return difference / stated.value if stated.value else 0.0

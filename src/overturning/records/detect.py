@@ -67,8 +67,7 @@ def detect_format(source: SourceFile) -> Format:
     for form in FORMATS:
         if form.detect(source):
             return form
-    head = source.data[:400].lstrip(b"\xef\xbb\xbf \r\n\t").lower()
-    if head.startswith((b"<!doctype html", b"<html", b"<?xml", b"<")):
+    if source.data[:400].lstrip(b"\xef\xbb\xbf \r\n\t").startswith(b"<"):
         raise RecordError(
             f"{source.name}: a web page or XML, not a record; sign in where you downloaded it, and get it again"
         )

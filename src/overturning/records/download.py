@@ -2,11 +2,13 @@
 
 import os
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import urlsplit
 
 from overturning.errors import ArgumentError, MissingDataError, RecordError
+from overturning.records.source import is_web_page
 
 USER: Final = "OVERTURNING_FETCH_USER"
 PASSWORD: Final = "OVERTURNING_FETCH_PASSWORD"
@@ -19,6 +21,14 @@ def credentials() -> tuple[str, str] | None:
     """User and password from the environment, if both are set."""
     user, password = os.environ.get(USER), os.environ.get(PASSWORD)
     return (user, password) if user and password else None
+
+
+def attempts(tries: int, wait: float) -> Iterator[int]:
+    """Numbers of the tries, from 0, with a pause before each but the first: ``wait`` seconds, doubled each time."""
+    for attempt in range(tries):
+        if attempt:
+            time.sleep(wait * 2.0 ** (attempt - 1))
+        yield attempt
 
 
 def fetch_url(
@@ -69,6 +79,32 @@ def fetch_url(
     """
     import pooch
 
+    target = _checked(url, sha256, name)
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+
+    def download(address: str, output: str, _pooch: object) -> None:
+        _continued(address, folder / f".{target}.part", tries, timeout, wait)
+        os.replace(folder / f".{target}.part", output)
+        _no_page(Path(output), target)
+
+    pooch.get_logger().setLevel("WARNING")
+    try:
+        path = pooch.retrieve(
+            url, known_hash=f"sha256:{sha256.lower()}", fname=target, path=folder, downloader=download
+        )
+    except ValueError as problem:
+        if isinstance(problem, RecordError | ArgumentError):
+            raise
+        raise RecordError(
+            f"{target}: the file from {urlsplit(url).hostname} has another SHA-256 than {sha256[:12]}…; nothing was kept: check address and "
+            "hash"
+        ) from None
+    return Path(path)
+
+
+def _checked(url: str, sha256: str, name: str | None) -> str:
+    """File name of a download whose address, hash and name can be used."""
     parts = urlsplit(url)
     if parts.scheme not in ("http", "https") or not parts.hostname:
         raise ArgumentError(f"url: {shown(url)!r}; give an http or https address")
@@ -86,27 +122,7 @@ def fetch_url(
     target = name or Path(parts.path).name
     if not target or Path(target).name != target or target.startswith("."):
         raise ArgumentError(f"name: {target!r}; give a plain file name")
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-
-    def download(address: str, output: str, _pooch: object) -> None:
-        _continued(address, folder / f".{target}.part", tries, timeout, wait)
-        os.replace(folder / f".{target}.part", output)
-        _no_page(Path(output), target)
-
-    pooch.get_logger().setLevel("WARNING")
-    try:
-        found = pooch.retrieve(
-            url, known_hash=f"sha256:{sha256.lower()}", fname=target, path=folder, downloader=download
-        )
-    except ValueError as problem:
-        if isinstance(problem, RecordError | ArgumentError):
-            raise
-        raise RecordError(
-            f"{target}: the file from {parts.hostname} has another SHA-256 than {sha256[:12]}…; nothing was kept: check address and "
-            "hash"
-        ) from None
-    return Path(found)
+    return target
 
 
 def shown(url: str) -> str:
@@ -116,8 +132,7 @@ def shown(url: str) -> str:
 
 
 def _no_page(path: Path, name: str) -> None:
-    head = path.open("rb").read(200).lstrip().lower()
-    if head.startswith((b"<!doctype html", b"<html")):
+    if is_web_page(path.open("rb").read(400)):
         raise RecordError(
             f"{name}: the server sent a web page instead of the file; sign in there, or check the address"
         )
@@ -128,9 +143,7 @@ def _continued(url: str, part: Path, tries: int, timeout: float, wait: float) ->
     import requests
 
     last = ""
-    for attempt in range(tries):
-        if attempt:
-            time.sleep(wait * 2.0 ** (attempt - 1))
+    for _ in attempts(tries, wait):
         try:
             if _once(url, part, timeout):
                 return

@@ -1,15 +1,15 @@
 """Records from FDSN web services, through obspy: MiniSEED with the StationXML that belongs to it."""
 
 import io
-import os
 import re
-import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from overturning.errors import ArgumentError, MissingDataError, RecordError
-from overturning.records.download import PASSWORD, USER, credentials
+from overturning.files import atomic_write
+from overturning.records.download import PASSWORD, USER, attempts, credentials
+from overturning.records.source import is_web_page
 
 
 @dataclass(frozen=True)
@@ -95,9 +95,9 @@ def fetch_fdsn(
     waves, metadata = folder / f"{stem}.mseed", folder / f"{stem}.xml"
     codes = (request.network, request.station, request.location, request.channel)
     if not metadata.exists():
-        _retried(lambda: _keep(metadata, _stations(client, codes, start, end)), request, tries, wait)
+        _retried(lambda: _stations(client, codes, start, end, metadata), request, tries, wait)
     if not waves.exists():
-        _retried(lambda: _keep(waves, _waveforms(client, codes, start, end)), request, tries, wait)
+        _retried(lambda: _waveforms(client, codes, start, end, waves), request, tries, wait)
     return [waves, metadata]
 
 
@@ -148,9 +148,7 @@ def _retried(action: Any, request: Request, tries: int, wait: float) -> Any:
 
     what = f"{request.server} {request.network}.{request.station}"
     last = ""
-    for attempt in range(tries):
-        if attempt:
-            time.sleep(wait * 2.0 ** (attempt - 1))
+    for _ in attempts(tries, wait):
         try:
             return action()
         except (ArgumentError, MissingDataError):
@@ -178,7 +176,7 @@ def _retried(action: Any, request: Request, tries: int, wait: float) -> Any:
     raise RecordError(f"{what}: not to be had in {tries} tries ({last}); nothing was kept: try again later")
 
 
-def _stations(client: Any, codes: tuple[str, ...], start: Any, end: Any) -> bytes:
+def _stations(client: Any, codes: tuple[str, ...], start: Any, end: Any, path: Path) -> None:
     from overturning.records.formats.stationxml import read_inventory
     from overturning.records.source import SourceFile
 
@@ -188,10 +186,11 @@ def _stations(client: Any, codes: tuple[str, ...], start: Any, end: Any) -> byte
     data = answer.getvalue()
     _no_page(data, "StationXML")
     read_inventory([SourceFile("StationXML", data)])
-    return data
+    with atomic_write(path) as part:
+        part.write_bytes(data)
 
 
-def _waveforms(client: Any, codes: tuple[str, ...], start: Any, end: Any) -> bytes:
+def _waveforms(client: Any, codes: tuple[str, ...], start: Any, end: Any, path: Path) -> None:
     import obspy
 
     answer = io.BytesIO()
@@ -206,21 +205,12 @@ def _waveforms(client: Any, codes: tuple[str, ...], start: Any, end: Any) -> byt
         raise RecordError(f"no readable MiniSEED ({type(problem).__name__})") from None
     if any(abs(t.stats.endtime - end) > 60 + 0.5 * (end - start) for t in stream):
         raise RecordError("MiniSEED of another time than asked for")
-    return data
+    with atomic_write(path) as part:
+        part.write_bytes(data)
 
 
 def _no_page(data: bytes, what: str) -> None:
-    head = data[:200].lstrip().lower()
     if not data:
         raise RecordError(f"an empty answer instead of {what}")
-    if head.startswith((b"<!doctype html", b"<html")):
+    if is_web_page(data):
         raise RecordError(f"a web page instead of {what}")
-
-
-def _keep(path: Path, data: bytes) -> None:
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        part.write_bytes(data)
-        os.replace(part, path)
-    finally:
-        part.unlink(missing_ok=True)

@@ -56,14 +56,14 @@ def sisters(path: Path) -> list[Path]:
     They lie in the same folder, and have the same stem with another extension, or a name of the same length that differs in
     one stretch of at most three characters (``0111a.smc``, ``RSN1063_NORTHR_RRS228.AT2``).
     """
-    found = [path]
+    files = [path]
     for other in sorted(path.parent.iterdir()):
         if other == path or not other.is_file():
             continue
         same_stem = other.stem == path.stem and len(other.suffix) <= 5
         if same_stem or _differs_in_one_stretch(path.name, other.name):
-            found.append(other)
-    return found
+            files.append(other)
+    return files
 
 
 def _differs_in_one_stretch(first: str, second: str) -> bool:

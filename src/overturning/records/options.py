@@ -1,7 +1,7 @@
 """What a reader may need to be told because the file does not say it."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from typing import Final, Literal, get_args
 
 from overturning.records.source import SourceFile
@@ -43,3 +43,9 @@ class ReadOptions:
     columns: str = ""
     sampling_interval_s: float | None = None
     metadata: Sequence[SourceFile] = ()
+
+    def with_metadata_of(self, files: Iterable[SourceFile]) -> "ReadOptions":
+        """The same, with the StationXML among files added to the metadata."""
+        from overturning.records.formats import stationxml
+
+        return replace(self, metadata=(*self.metadata, *(file for file in files if stationxml.detect(file))))

@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from overturning.arrays import FloatArray
 from overturning.errors import RecordError
+from overturning.motion.integration import integrate, peaks
 from overturning.records.assembly import iso
-from overturning.records.integration import integrate, peaks
-from overturning.records.record import FloatArray, Record
+from overturning.records.record import Record
 from overturning.records.steps import (
     Baseline,
     Cut,
@@ -90,11 +91,8 @@ def _shift(step: Step, interval: float) -> float:
 
 
 def _horizontal_peaks(record: Record) -> tuple[float, float, float]:
-    pairs = zip(
-        peaks(record.north, record.sampling_interval), peaks(record.east, record.sampling_interval), strict=True
-    )
     # Nine digits are plenty for a report and the same on every processor.
-    return tuple(float(f"{max(pair):.9g}") for pair in pairs)  # type: ignore[return-value]
+    return tuple(float(f"{peak:.9g}") for peak in peaks(record.horizontal, record.sampling_interval))  # type: ignore[return-value]
 
 
 def _later(start: str | None, seconds: float) -> str | None:

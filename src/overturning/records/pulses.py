@@ -6,19 +6,16 @@ of the formula, not of an integration, so any sampling interval gives points of 
 
 import hashlib
 import math
-from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
+from overturning.arrays import FloatArray
 from overturning.errors import ConfigError
-from overturning.records.direction import direction_cosines
+from overturning.motion.direction import direction_cosines
 from overturning.records.record import Record
 from overturning.units import GAL
-
-FloatArray = NDArray[np.float64]
 
 
 class _Pulse(BaseModel):
@@ -42,10 +39,7 @@ class _Pulse(BaseModel):
         raise NotImplementedError
 
 
-class Sine(_Pulse):
-    """a = A sin(2πt/T) over whole or half cycles."""
-
-    shape: Literal["sine"] = "sine"
+class _Wave(_Pulse):
     period_s: Annotated[float, Field(gt=0, le=1000, description="Period T, s.")]
     cycles: Annotated[float, Field(gt=0, le=1000, description="Number of cycles.")] = 1.0
 
@@ -53,23 +47,22 @@ class Sine(_Pulse):
     def length(self) -> float:
         """T times the number of cycles, s."""
         return self.period_s * self.cycles
+
+
+class Sine(_Wave):
+    """a = A sin(2πt/T) over whole or half cycles."""
+
+    shape: Literal["sine"] = "sine"
 
     def acceleration(self, time: FloatArray) -> FloatArray:
         """See the class."""
         return self.amplitude_gal * GAL * np.sin(2.0 * np.pi * time / self.period_s)
 
 
-class Cosine(_Pulse):
+class Cosine(_Wave):
     """a = A cos(2πt/T) over whole or half cycles."""
 
     shape: Literal["cosine"] = "cosine"
-    period_s: Annotated[float, Field(gt=0, le=1000, description="Period T, s.")]
-    cycles: Annotated[float, Field(gt=0, le=1000, description="Number of cycles.")] = 1.0
-
-    @property
-    def length(self) -> float:
-        """T times the number of cycles, s."""
-        return self.period_s * self.cycles
 
     def acceleration(self, time: FloatArray) -> FloatArray:
         """See the class."""
@@ -129,10 +122,7 @@ class MavroeidisPapageorgiou(_Pulse):
         return -0.5 * self.amplitude_gal * GAL * bracket
 
 
-class Constant(_Pulse):
-    """a = A for a given time: the base accelerates steadily towards the azimuth."""
-
-    shape: Literal["constant"] = "constant"
+class _Lasting(_Pulse):
     duration_s: Annotated[float, Field(gt=0, le=1000, description="How long, s.")]
 
     @property
@@ -140,12 +130,18 @@ class Constant(_Pulse):
         """The duration, s."""
         return self.duration_s
 
+
+class Constant(_Lasting):
+    """a = A for a given time: the base accelerates steadily towards the azimuth."""
+
+    shape: Literal["constant"] = "constant"
+
     def acceleration(self, time: FloatArray) -> FloatArray:
         """See the class."""
         return np.full_like(time, self.amplitude_gal * GAL)
 
 
-class Noise(_Pulse):
+class Noise(_Lasting):
     """A burst of band-limited white noise under a cosine bell.
 
     a = A/N^½ sin²(πt/D) Σ_k √2 cos(2πf_k t + φ_k), with f_k = k/D from low to high, N of them: each frequency has the same
@@ -158,11 +154,6 @@ class Noise(_Pulse):
     low_hz: Annotated[float, Field(gt=0, le=1000, description="Lowest frequency, Hz.")] = 0.1
     high_hz: Annotated[float, Field(gt=0, le=1000, description="Highest frequency, Hz.")] = 20.0
     seed: Annotated[int, Field(ge=0, description="Another seed, another burst.")] = 0
-
-    @property
-    def length(self) -> float:
-        """The duration, s."""
-        return self.duration_s
 
     def acceleration(self, time: FloatArray) -> FloatArray:
         """See the class."""
@@ -188,19 +179,16 @@ _ADAPTER: TypeAdapter[Pulse] = TypeAdapter(Pulse)
 SHAPES = ("sine", "cosine", "ricker", "mavroeidis-papageorgiou", "constant", "noise")
 
 
-@dataclass(frozen=True)
-class _Words:
-    text: str
-
-    def parsed(self) -> dict[str, str]:
-        shape, *rest = self.text.split() or [""]
-        values = {"shape": shape}
-        for word in rest:
-            key, equals, value = word.partition("=")
-            if not equals or key in values:
-                raise ConfigError(f"pulse {self.text!r}: {word!r}; write each parameter once, as key=value")
-            values[key] = value
-        return values
+def _parameters(text: str) -> dict[str, str]:
+    """The words of a pulse's line by key."""
+    shape, *rest = text.split() or [""]
+    values = {"shape": shape}
+    for word in rest:
+        key, equals, value = word.partition("=")
+        if not equals or key in values:
+            raise ConfigError(f"pulse {text!r}: {word!r}; write each parameter once, as key=value")
+        values[key] = value
+    return values
 
 
 def parse_pulse(text: str) -> Pulse:
@@ -216,7 +204,7 @@ def parse_pulse(text: str) -> Pulse:
     ConfigError
         Naming the wrong word, its value and the bound.
     """
-    values = _Words(text).parsed()
+    values = _parameters(text)
     try:
         return _ADAPTER.validate_python(values)
     except ValidationError as problem:
@@ -224,8 +212,8 @@ def parse_pulse(text: str) -> Pulse:
         key = str(first["loc"][-1]) if first["loc"] else "shape"
         if first["type"].startswith("union_tag"):
             raise ConfigError(f"pulse {text!r}: shape {values['shape']!r}; known are {', '.join(SHAPES)}") from None
-        given = f" {values[key]!r}" if key in values else ""
-        raise ConfigError(f"pulse {text!r}: {key}{given}: {first['msg'].lower()}") from None
+        value = f" {values[key]!r}" if key in values else ""
+        raise ConfigError(f"pulse {text!r}: {key}{value}: {first['msg'].lower()}") from None
 
 
 def pulse_record(pulse: Pulse, record_id: str = "pulse") -> Record:

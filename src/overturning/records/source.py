@@ -68,6 +68,11 @@ def is_archive(data: bytes) -> bool:
     return data[:4] == b"PK\x03\x04" or data[:2] == b"\x1f\x8b" or data[257:262] == b"ustar"
 
 
+def is_web_page(data: bytes) -> bool:
+    """Whether bytes begin like an HTML page, as a server sends it to those who have not signed in."""
+    return data[:400].lstrip(b"\xef\xbb\xbf \r\n\t").lower().startswith((b"<!doctype html", b"<html"))
+
+
 def read_source(path: Path) -> SourceFile:
     """Read a file whole.
 

@@ -1,7 +1,6 @@
 """``motion.nc``: a record as one NetCDF file, the same bytes each time."""
 
 import json
-import os
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -9,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from overturning.errors import ResultError
+from overturning.files import atomic_write
 from overturning.records.record import Record
 
 DECIMALS = 9
@@ -38,30 +38,24 @@ def write_motion(record: Record, path: Path | str) -> None:
     ----------
     record : Record
     path : path
-        The file to write; its folder must exist.
+        The file to write; its folder is made where it is missing.
     """
     import netCDF4
 
-    path = Path(path)
     record = rounded(record)
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with netCDF4.Dataset(part, "w", format="NETCDF4") as file:
-            file.setncatts(_attributes(record))
-            file.createDimension("time", record.north.size)
-            time = file.createVariable("time", "f8", ("time",), zlib=True, shuffle=True)
-            time.setncatts({"long_name": "time after the start of the record", "units": "s"})
-            time[:] = np.arange(record.north.size) * record.sampling_interval
-            for name in ("north", "east", "up"):
-                samples = getattr(record, name)
-                if samples is None:
-                    continue
-                variable = file.createVariable(name, "f8", ("time",), zlib=True, shuffle=True)
-                variable.setncatts({"long_name": _NAMES.get(name, "upward ground acceleration"), "units": "m s-2"})
-                variable[:] = samples
-        os.replace(part, path)
-    finally:
-        part.unlink(missing_ok=True)
+    with atomic_write(Path(path)) as part, netCDF4.Dataset(part, "w", format="NETCDF4") as file:
+        file.setncatts(_attributes(record))
+        file.createDimension("time", record.north.size)
+        time = file.createVariable("time", "f8", ("time",), zlib=True, shuffle=True)
+        time.setncatts({"long_name": "time after the start of the record", "units": "s"})
+        time[:] = np.arange(record.north.size) * record.sampling_interval
+        for name in ("north", "east", "up"):
+            samples = getattr(record, name)
+            if samples is None:
+                continue
+            variable = file.createVariable(name, "f8", ("time",), zlib=True, shuffle=True)
+            variable.setncatts({"long_name": _NAMES.get(name, "upward ground acceleration"), "units": "m s-2"})
+            variable[:] = samples
 
 
 def _attributes(record: Record) -> dict[str, Any]:

@@ -9,11 +9,9 @@ import itertools
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from overturning.units import STANDARD_GRAVITY
-
-FloatArray = NDArray[np.float64]
 
 
 def slide(acceleration: ArrayLike, sampling_interval: float, friction: float) -> tuple[float, float]:

@@ -15,12 +15,12 @@ from overturning.statistics import earthquakes
 from overturning.statistics.falls import overturns
 from overturning.statistics.groups import record_groups
 from overturning.statistics.planes import plane_index
-from overturning.statistics.survey_file import SurveyResult, read_survey_result
 from overturning.study.config import Study
 from overturning.study.cube import open_cube, study_of
 from overturning.study.own_error import is_verified
 from overturning.study.own_error_file import read_verification
 from overturning.study.scenes import NOMINAL, scene_of
+from overturning.surveys.result import SurveyResult, read_survey_result
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from overturning.errors import ResultError
-from overturning.files import whole
+from overturning.files import atomic_write
 from overturning.report.blocks import Figure, each_block
 from overturning.report.build import build_report
 from overturning.report.html import render_html
@@ -33,8 +33,8 @@ def write_report(results: Path, path: Path, pdf: Path | None = None) -> None:
         for block in each_block(report):
             if isinstance(block, Figure) and not block.path.is_file():
                 raise ResultError(f"{block.path}: no such figure; run the figures of the study first")
-        with whole(path) as part:
+        with atomic_write(path) as part:
             part.write_text(render_html(report), encoding="utf-8")
         if pdf is not None:
-            with whole(pdf) as part:
+            with atomic_write(pdf) as part:
                 part.write_bytes(render_pdf(report))

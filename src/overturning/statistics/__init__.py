@@ -1,1 +1,1 @@
-"""Direction statistics, overturning boundaries, survey comparison."""
+"""Direction statistics and overturning boundaries."""

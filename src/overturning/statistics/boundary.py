@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.statistics.circular import resultant
 from overturning.statistics.planes import fall_probability, plane_index, plane_weight
@@ -21,9 +22,7 @@ if TYPE_CHECKING:
 HALF = 0.5
 
 
-def _crossings_of_line(
-    line: NDArray[np.float64], slenderness: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+def _crossings_of_line(line: FloatArray, slenderness: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
     """All crossings of one line, ascending, and whether falling ends (rather than begins) at each."""
     known = np.isfinite(line)
     p, x = line[known] - HALF, slenderness[known]
@@ -31,7 +30,7 @@ def _crossings_of_line(
     return x[at] + (x[at + 1] - x[at]) * p[at] / (p[at] - p[at + 1]), p[at] >= 0
 
 
-def crossing_values(probability: ArrayLike, b_over_h: ArrayLike, crossings: int) -> NDArray[np.float64]:
+def crossing_values(probability: ArrayLike, b_over_h: ArrayLike, crossings: int) -> FloatArray:
     """All B/H at which the probability crosses one half, by linear interpolation between neighbouring known cells.
 
     Parameters
@@ -53,14 +52,14 @@ def crossing_values(probability: ArrayLike, b_over_h: ArrayLike, crossings: int)
     flat = values.reshape(-1, values.shape[-1])
     out = np.full((flat.shape[0], crossings), np.nan)
     for row, line in zip(out, flat, strict=True):
-        found = _crossings_of_line(line, slenderness)[0][-crossings:]  # of too many, the last: they bound what falls
-        row[: found.size] = found
+        crossed = _crossings_of_line(line, slenderness)[0][-crossings:]  # of too many, the last: they bound what falls
+        row[: crossed.size] = crossed
     return out.reshape(*values.shape[:-1], crossings)
 
 
 def crossing_bounds(
     probability: ArrayLike, first: ArrayLike, second: ArrayLike, b_over_h: ArrayLike, crossings: int
-) -> NDArray[np.float64]:
+) -> FloatArray:
     """Interval of each crossing between the scrambles of an ensemble.
 
     Parameters
@@ -84,8 +83,8 @@ def crossing_bounds(
     rows = [values.reshape(-1, length) for values in (whole, *parts)]
     out = np.full((rows[0].shape[0], crossings, 2), np.nan)
     for place, lines in enumerate(zip(*rows, strict=True)):
-        (found, ends), *others = (_crossings_of_line(line, slenderness) for line in lines)
-        for index, (at, end) in enumerate(zip(found[-crossings:], ends[-crossings:], strict=True)):
+        (crossed, ends), *others = (_crossings_of_line(line, slenderness) for line in lines)
+        for index, (at, end) in enumerate(zip(crossed[-crossings:], ends[-crossings:], strict=True)):
             alike = [values[kinds == end] for values, kinds in others]
             if all(values.size for values in alike):
                 near = [at, *(values[np.abs(values - at).argmin()] for values in alike)]
@@ -93,7 +92,7 @@ def crossing_bounds(
     return out.reshape(*whole.shape[:-1], crossings, 2)
 
 
-def last_known(probability: ArrayLike) -> NDArray[np.float64]:
+def last_known(probability: ArrayLike) -> FloatArray:
     """The last value along the last axis that is not NaN, NaN where all are; shape (…, n) to (…)."""
     values = np.asarray(probability, dtype=np.float64)
     at = values.shape[-1] - 1 - np.isfinite(values)[..., ::-1].argmax(axis=-1)
@@ -101,12 +100,12 @@ def last_known(probability: ArrayLike) -> NDArray[np.float64]:
 
 
 def _along_b_over_h(
-    function: Callable[..., NDArray[np.float64]], sizes: dict[str, int], *values: "xr.DataArray"
+    function: Callable[..., FloatArray], sizes: dict[str, int], *values: "xr.DataArray"
 ) -> "xr.DataArray":
     import xarray as xr
 
     lazy = [one.chunk({"b_over_h": -1}) if one.chunks is not None else one for one in values]
-    found: xr.DataArray = xr.apply_ufunc(
+    crossed: xr.DataArray = xr.apply_ufunc(
         function,
         *lazy,
         input_core_dims=[["b_over_h"]] * len(lazy),
@@ -115,7 +114,7 @@ def _along_b_over_h(
         dask_gufunc_kwargs={"output_sizes": sizes},
         output_dtypes=[np.float64],
     )
-    return found
+    return crossed
 
 
 def _crossings(probability: "xr.DataArray", count: int) -> "xr.DataArray":
@@ -154,7 +153,7 @@ def boundary(cube: "xr.Dataset", *, crossings: int = 6, ensemble: bool = True) -
     if ensemble and "scramble_difference_towards" in cube:
         gap = (cube["scramble_difference_towards"] + cube["scramble_difference_away"]).fillna(0.0)
         sides = [falls + gap / 2, falls - gap / 2]
-    found = _crossings(falls, crossings).assign_attrs(
+    crossed = _crossings(falls, crossings).assign_attrs(
         long_name="slenderness at which the probability of falling is one half", units="1"
     )
     beyond = _along_b_over_h(last_known, {}, falls) >= HALF
@@ -165,10 +164,10 @@ def boundary(cube: "xr.Dataset", *, crossings: int = 6, ensemble: bool = True) -
         falls["b_over_h"].astype("float64"),
     )
     edges = [_crossings(side, crossings).max("crossing").where(~beyond) for side in sides]
-    return found.to_dataset(name="crossing_b_over_h").assign(
+    return crossed.to_dataset(name="crossing_b_over_h").assign(
         crossing_low=bounds.isel(bound=0).assign_attrs(long_name="lowest crossing of two scrambles", units="1"),
         crossing_high=bounds.isel(bound=1).assign_attrs(long_name="highest crossing of two scrambles", units="1"),
-        boundary=found.max("crossing").where(~beyond).assign_attrs(long_name="overturning boundary", units="1"),
+        boundary=crossed.max("crossing").where(~beyond).assign_attrs(long_name="overturning boundary", units="1"),
         boundary_low=xr.apply_ufunc(np.fmin, *edges, dask="allowed").assign_attrs(
             long_name="overturning boundary, lower of two scrambles", units="1"
         ),
@@ -207,7 +206,7 @@ def easiest_azimuth(bounds: "xr.Dataset", b_over_h: ArrayLike) -> "xr.Dataset":
     edge = planes["boundary"].where(~planes["falls_beyond"], grid.max()).where(~planes["stands_throughout"], grid.min())
     highest, lowest = edge.max("azimuth"), edge.min("azimuth")
 
-    def axis(line: NDArray[np.float64], standing: NDArray[np.bool_]) -> float:
+    def axis(line: FloatArray, standing: NDArray[np.bool_]) -> float:
         if standing.all() or not np.isfinite(line).any():
             return np.nan
         ties = np.abs(line - np.nanmax(line)) < 1e-9

@@ -5,14 +5,14 @@ as the direction of twice its angle, halved again (Mardia & Jupp 2000, Direction
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-
-FloatArray = NDArray[np.float64]
 
 # Below this resultant length a mean is rounding noise: the vectors cancel and point nowhere.
 NO_DIRECTION = 1e-9
@@ -214,10 +214,48 @@ def grouped_watson_test(
         raise ArgumentError(f"probability: shape {expected.shape}, counts {observed.shape}; one probability per sector")
     if (expected < 0).any() or abs(expected.sum() - 1) > 1e-9:
         raise ArgumentError(f"probability: sums to {expected.sum():.6g}; it must sum to 1 without negative values")
-    n = int(observed.sum())
+    return _simulated_test("grouped Watson U²", _grouped_u2, observed, expected, simulations, seed)
+
+
+def _chi_square(counts: FloatArray, probability: FloatArray) -> FloatArray:
+    expected = counts.sum(axis=-1, keepdims=True) * probability
+    return np.asarray(((counts - expected) ** 2 / expected).sum(axis=-1))
+
+
+def chi_square_test(
+    counts: FloatArray, probability: FloatArray, *, simulations: int = 20_000, seed: int = 1
+) -> TestResult:
+    """Pearson's chi-square of counts against probabilities, with a p-value simulated from the multinomial distribution.
+
+    Simulated because octants of a survey often hold fewer than the five expected stones that the chi-square
+    distribution needs (Mardia & Jupp 2000, section 6.3.3).
+
+    Parameters
+    ----------
+    counts, probability, simulations, seed
+        As in `grouped_watson_test`.
+
+    Returns
+    -------
+    TestResult
+        With X² as statistic.
+    """
+    return _simulated_test("chi-square", _chi_square, counts, probability, simulations, seed)
+
+
+def _simulated_test(
+    name: str,
+    function: Callable[[FloatArray, FloatArray], FloatArray],
+    counts: FloatArray,
+    probability: FloatArray,
+    simulations: int,
+    seed: int,
+) -> TestResult:
+    """A test of counts against probabilities by simulation; the function takes counts of shape (…, k)."""
+    n = int(counts.sum())
     if n == 0:
-        return TestResult("grouped Watson U²", 0, math.nan, math.nan)
-    statistic = float(_grouped_u2(observed, expected))
-    draws = np.random.Generator(np.random.PCG64(seed)).multinomial(n, expected / expected.sum(), size=simulations)
-    extreme = int((_grouped_u2(draws.astype(np.float64), expected) >= statistic * (1 - 1e-12)).sum())
-    return TestResult("grouped Watson U²", n, statistic, (1 + extreme) / (1 + simulations))
+        return TestResult(name, 0, math.nan, math.nan)
+    statistic = float(function(counts, probability))
+    draws = np.random.Generator(np.random.PCG64(seed)).multinomial(n, probability / probability.sum(), size=simulations)
+    extreme = int((function(draws.astype(np.float64), probability) >= statistic * (1 - 1e-12)).sum())
+    return TestResult(name, n, statistic, (1 + extreme) / (1 + simulations))

@@ -1,20 +1,21 @@
 """The classical overturning limits, drawn beside the simulated ones."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.units import STANDARD_GRAVITY
 
 
-def _positive(name: str, values: ArrayLike) -> NDArray[np.float64]:
+def _positive(name: str, values: ArrayLike) -> FloatArray:
     array = np.asarray(values, dtype=np.float64)
     if not (np.isfinite(array).all() and (array > 0).all()):
         raise ArgumentError(f"{name}: {array.min() if array.size else 'nothing'}; it must be positive and finite")
     return array
 
 
-def west_acceleration(b_over_h: ArrayLike) -> NDArray[np.float64]:
+def west_acceleration(b_over_h: ArrayLike) -> FloatArray:
     """Acceleration at which a rigid block begins to rock: a = g B/H.
 
     West's formula as given by Milne (1885, Transactions of the Seismological Society of Japan 8).
@@ -37,7 +38,7 @@ def west_acceleration(b_over_h: ArrayLike) -> NDArray[np.float64]:
     return STANDARD_GRAVITY * _positive("b_over_h", b_over_h)
 
 
-def ishiyama_velocity(height: ArrayLike, b_over_h: ArrayLike) -> NDArray[np.float64]:
+def ishiyama_velocity(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
     """Peak ground velocity below which a block that rocks does not overturn.
 
     v = 0.4 √(8 g R/3 · (1 − cos α)/cos² α), R half the diagonal, tan α = B/H (Ishiyama 1982, Earthquake Engineering and

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.statistics.planes import by_plane
 
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 
 PREDICTORS = ("ln PGA/(g B/H)", "ln PGV/PGA", "ln B/H", "ln H")
 """Predictors of `overturning_fit`: PGA over West's limit, PGV/PGA in s, slenderness, height in m."""
@@ -63,25 +63,6 @@ class LogisticFit:
         """Fitted probability; ``predictors`` of shape (…, k − 1) in the order of `names`."""
         x = np.asarray(predictors, dtype=np.float64)
         return np.asarray(1 / (1 + np.exp(-(self.coefficient[0] + x @ self.coefficient[1:]))))
-
-
-def _failed(names: tuple[str, ...], rows: int, clusters: int, level: float, x: FloatArray, note: str) -> LogisticFit:
-    nothing = np.full(len(names), np.nan)
-    low, high = (x.min(axis=0), x.max(axis=0)) if rows else (nothing[1:], nothing[1:])
-    return LogisticFit(
-        names=names,
-        coefficient=nothing,
-        standard_error=nothing,
-        low=nothing,
-        high=nothing,
-        covariance=np.full((nothing.size, nothing.size), np.nan),
-        rows=rows,
-        clusters=clusters,
-        minimum=low,
-        maximum=high,
-        level=level,
-        note=note,
-    )
 
 
 def logistic_fit(
@@ -135,48 +116,31 @@ def logistic_fit(
     _, member = np.unique(np.asarray(cluster), return_inverse=True)
     groups = int(member.max()) + 1 if y.size else 0
     label = ("intercept", *(names or [f"x{i + 1}" for i in range(x.shape[1])]))
+    coefficient, covariance = np.full(len(label), np.nan), np.full((len(label), len(label)), np.nan)
+    note = ""
     if y.size == 0 or y.min() == y.max():
         which = "no outcome is known" if y.size == 0 else ("everything falls" if y[0] else "nothing falls")
-        return _failed(label, int(y.size), groups, level, x, f"no fit: {which}")
-    # Predictors are centred and scaled while iterating, so that the information matrix is well conditioned.
-    centre, scale = x.mean(axis=0), x.std(axis=0)
-    varies = scale > 1e-12 * np.maximum(1.0, np.abs(centre))
-    design = np.column_stack([np.ones_like(y), (x[:, varies] - centre[varies]) / scale[varies]])
-    beta = np.zeros(design.shape[1])
-    for _ in range(MOST_ITERATIONS):
-        linear = np.clip(design @ beta, -700, 700)
-        p = 1 / (1 + np.exp(-linear))
-        information = (design * (w * p * (1 - p))[:, None]).T @ design
-        try:
-            step = np.linalg.solve(information, design.T @ (w * (y - p)))
-        except np.linalg.LinAlgError:
-            return _failed(label, int(y.size), groups, level, x, "no fit: predictors are linearly dependent")
-        beta = beta + step
-        if np.abs(design @ beta).max() > SEPARATED and np.abs(step).max() > 0.1:
-            return _failed(label, int(y.size), groups, level, x, "no fit: predictors separate falls from stands")
-        if np.abs(step).max() < 1e-10:
-            break
+        note = f"no fit: {which}"
     else:
-        return _failed(label, int(y.size), groups, level, x, "no fit: the iteration does not converge")
-    p = 1 / (1 + np.exp(-(design @ beta)))
-    score = np.zeros((groups, design.shape[1]))
-    np.add.at(score, member, design * (w * (y - p))[:, None])
-    bread = np.linalg.inv((design * (w * p * (1 - p))[:, None]).T @ design)
-    # Back to the predictors' own units; a predictor that does not vary gets no coefficient.
-    back = np.zeros((x.shape[1] + 1, design.shape[1]))
-    back[0, 0] = 1.0
-    back[0, 1:] = -centre[varies] / scale[varies]
-    back[1 + np.flatnonzero(varies), 1 + np.arange(int(varies.sum()))] = 1 / scale[varies]
-    used = np.concatenate(([True], varies))
-    coefficient = np.where(used, back @ beta, np.nan)
-    if groups < 2:
-        covariance = np.full((used.size, used.size), np.nan)
-        note = "no interval: a single earthquake"
-    else:
-        covariance = groups / (groups - 1) * back @ bread @ (score.T @ score) @ bread @ back.T
-        note = ""
-    error = np.where(used, np.sqrt(np.diag(covariance)), np.nan)
+        # Predictors are centred and scaled while iterating, so that the information matrix is well conditioned.
+        centre, scale = x.mean(axis=0), x.std(axis=0)
+        varies = scale > 1e-12 * np.maximum(1.0, np.abs(centre))
+        design = np.column_stack([np.ones_like(y), (x[:, varies] - centre[varies]) / scale[varies]])
+        beta, note = _newton(design, y, w)
+    if not note:
+        # Back to the predictors' own units; a predictor that does not vary gets no coefficient.
+        back = np.zeros((x.shape[1] + 1, design.shape[1]))
+        back[0, 0] = 1.0
+        back[0, 1:] = -centre[varies] / scale[varies]
+        back[1 + np.flatnonzero(varies), 1 + np.arange(int(varies.sum()))] = 1 / scale[varies]
+        coefficient = np.where(np.concatenate(([True], varies)), back @ beta, np.nan)
+        if groups > 1:
+            covariance = _sandwich(design, y, w, beta, member, groups, back)
+        else:
+            note = "no interval: a single earthquake"
+    error = np.where(np.isfinite(coefficient), np.sqrt(np.diag(covariance)), np.nan)
     half = _student_quantile((1 + level) / 2, groups - 1) * error if groups > 1 else error
+    nowhere = np.full(len(label) - 1, np.nan)
     return LogisticFit(
         names=label,
         coefficient=coefficient,
@@ -186,11 +150,46 @@ def logistic_fit(
         covariance=covariance,
         rows=int(y.size),
         clusters=groups,
-        minimum=x.min(axis=0),
-        maximum=x.max(axis=0),
+        minimum=x.min(axis=0) if y.size else nowhere,
+        maximum=x.max(axis=0) if y.size else nowhere,
         level=level,
         note=note,
     )
+
+
+def _newton(design: FloatArray, y: FloatArray, w: FloatArray) -> tuple[FloatArray, str]:
+    """Estimates by Newton's method, and a note where there are none."""
+    beta = np.zeros(design.shape[1])
+    for _ in range(MOST_ITERATIONS):
+        p = 1 / (1 + np.exp(-np.clip(design @ beta, -700, 700)))
+        information = (design * (w * p * (1 - p))[:, None]).T @ design
+        try:
+            step = np.linalg.solve(information, design.T @ (w * (y - p)))
+        except np.linalg.LinAlgError:
+            return beta, "no fit: predictors are linearly dependent"
+        beta = beta + step
+        if np.abs(design @ beta).max() > SEPARATED and np.abs(step).max() > 0.1:
+            return beta, "no fit: predictors separate falls from stands"
+        if np.abs(step).max() < 1e-10:
+            return beta, ""
+    return beta, "no fit: the iteration does not converge"
+
+
+def _sandwich(
+    design: FloatArray,
+    y: FloatArray,
+    w: FloatArray,
+    beta: FloatArray,
+    member: NDArray[np.intp],
+    groups: int,
+    back: FloatArray,
+) -> FloatArray:
+    """Cluster-robust covariance of the estimates in the predictors' own units, to which ``back`` leads."""
+    p = 1 / (1 + np.exp(-(design @ beta)))
+    score = np.zeros((groups, design.shape[1]))
+    np.add.at(score, member, design * (w * (y - p))[:, None])
+    bread = np.linalg.inv((design * (w * p * (1 - p))[:, None]).T @ design)
+    return np.asarray(groups / (groups - 1) * back @ bread @ (score.T @ score) @ bread @ back.T)
 
 
 def _student_quantile(probability: float, freedom: int) -> float:
@@ -227,7 +226,7 @@ def overturning_rows(
     """
     from overturning.units import STANDARD_GRAVITY
 
-    predictors, outcome, events, weights = [], [], [], []
+    parts = []
     for i in range(cube.sizes["record"]):
         planes = by_plane(cube.isel(record=i), ensemble=ensemble)
         where = planes["azimuth"].values
@@ -250,14 +249,13 @@ def overturning_rows(
         table = np.stack([np.broadcast_to(c, shape).ravel() for c in columns], axis=1)
         value = falls.values.astype(np.float64).ravel()
         weight = np.broadcast_to(planes["weight"].values[:, None, None, None] * shape[0], shape).ravel()
+        event = np.full(value.size, str(cube["event"].values[i]))
         known = np.isfinite(value)
-        predictors.append(table[known])
-        outcome.append(value[known])
-        weights.append(weight[known])
-        events.append(np.full(int(known.sum()), str(cube["event"].values[i])))
-    if not predictors:
+        parts.append((table[known], value[known], event[known], weight[known]))
+    if not parts:
         return np.empty((0, 4)), np.empty(0), np.empty(0, dtype=str), np.empty(0)
-    return np.concatenate(predictors), np.concatenate(outcome), np.concatenate(events), np.concatenate(weights)
+    predictors, outcome, events, weights = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return predictors, outcome, events, weights
 
 
 def overturning_fit(

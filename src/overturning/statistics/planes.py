@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from overturning.arrays import FloatArray
 from overturning.errors import ResultError
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ def plane_index(azimuth_deg: ArrayLike) -> NDArray[np.intp]:
     return order[np.concatenate(([True], np.diff(plane[order]) > 0))] if azimuth.size else order
 
 
-def plane_weight(plane_azimuth_deg: ArrayLike) -> NDArray[np.float64]:
+def plane_weight(plane_azimuth_deg: ArrayLike) -> FloatArray:
     """Share of the half circle that each plane stands for: half the way to both neighbours (trapezoidal rule).
 
     A regular grid gets equal weights; azimuths added between its points share the weight of their neighbourhood, so that

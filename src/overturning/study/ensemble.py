@@ -10,6 +10,7 @@ from typing import Any, Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.dem.cases import Cases
 from overturning.dem.variables import INT8_MISSING, Variable
 from overturning.motion.motion import Motion
@@ -182,13 +183,11 @@ def run_ensemble(
 def _cases(grid: Grid, cells: NDArray[np.int64], members: Members) -> Cases:
     """Every member of every cell, the members of a cell together."""
 
-    def spread(
-        values: NDArray[np.generic], column: int, changed: NDArray[np.float64], add: bool
-    ) -> NDArray[np.float64]:
+    def spread(values: NDArray[np.generic], column: int, changed: FloatArray, add: bool) -> FloatArray:
         nominal = values[cells[:, column]].astype(np.float64)[:, None]
         return np.asarray((nominal + changed if add else nominal * changed).ravel())
 
-    def every(changed: NDArray[np.float64]) -> NDArray[np.float64]:
+    def every(changed: FloatArray) -> FloatArray:
         return np.tile(changed, len(cells))
 
     return Cases(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from overturning.dem.variables import INT8_MISSING, Variable
 from overturning.errors import ResultError
-from overturning.files import whole
+from overturning.files import atomic_write
 from overturning.records.record import Record
 from overturning.study.config import Study
 from overturning.study.grid import DIMENSIONS, Grid
@@ -58,7 +58,7 @@ def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path:
     grid, variables = Grid.of(study, variant), variables_of(study)
     index_of = {record.record_id: index for index, record in enumerate(records)}
     digest = hashlib.sha256()
-    with whole(path) as unfinished, Dataset(unfinished, "w", format="NETCDF4") as cube:
+    with atomic_write(path) as unfinished, Dataset(unfinished, "w", format="NETCDF4") as cube:
         cube.createDimension("record", len(records))
         _add_records(cube, records, study.simulation.vertical)
         add_coordinates(cube, grid.coordinates())

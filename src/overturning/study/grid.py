@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.dem.variables import PER_ELEMENT
 from overturning.study.config import Study
 from overturning.study.scenes import NOMINAL, scene_of
@@ -40,9 +41,9 @@ class Grid:
     """
 
     azimuth: NDArray[np.generic]
-    height: NDArray[np.float64]
-    b_over_h: NDArray[np.float64]
-    friction: NDArray[np.float64]
+    height: FloatArray
+    b_over_h: FloatArray
+    friction: FloatArray
     element: tuple[str, ...] = ()
 
     @classmethod

@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from overturning.files import whole
+from overturning.arrays import FloatArray
+from overturning.files import atomic_write
 from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi
 from overturning.motion.intensity import PEAKS, intensity_by_azimuth, record_measures
 from overturning.motion.motion import Motion
@@ -15,8 +15,6 @@ from overturning.motion.spectra import rotd
 from overturning.records.record import Record
 from overturning.study.config import Study
 from overturning.study.grid import Grid
-
-FloatArray = NDArray[np.float64]
 
 PERCENTILES = (0.0, 50.0, 100.0)
 SPECTRUM_PERIODS = np.geomspace(0.01, 10.0, 61)
@@ -54,13 +52,13 @@ def write_intensity(study: Study, records: Sequence[Record], path: Path) -> None
     # A coordinate has no missing values, and CF forbids it to say what they would look like.
     for name in table.coords:
         table[name].encoding["_FillValue"] = None
-    with whole(path) as part:
+    with atomic_write(path) as part:
         table.to_netcdf(part, engine="netcdf4")
 
 
 def _of_records(records: Sequence[Record]) -> dict[str, Any]:
     """Variables of whole records; missing (not a number) where a record has no such measure."""
-    found = [record_measures(record) for record in records]
+    found = [record_measures(Motion.of(record), record.processing) for record in records]
 
     def column(name: str) -> FloatArray:
         return np.array([np.nan if one[name] is None else one[name] for one in found], dtype=np.float64)

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.errors import ResultError
-from overturning.files import whole
+from overturning.files import atomic_write
 from overturning.study.sections import Ensemble
 
 SCRAMBLES = 2
@@ -34,12 +35,12 @@ class Members:
     """
 
     scramble: NDArray[np.int64]
-    amplitude: NDArray[np.float64]
-    b_over_h: NDArray[np.float64]
-    friction: NDArray[np.float64]
-    damping: NDArray[np.float64]
-    azimuth_deg: NDArray[np.float64]
-    initial_tilt: NDArray[np.float64]
+    amplitude: FloatArray
+    b_over_h: FloatArray
+    friction: FloatArray
+    damping: FloatArray
+    azimuth_deg: FloatArray
+    initial_tilt: FloatArray
 
     @property
     def size(self) -> int:
@@ -86,7 +87,7 @@ def draw_members(settings: Ensemble) -> Members:
 
 def write_members(members: Members, path: Path) -> None:
     """Write the members as CSV."""
-    with whole(path) as part, part.open("w", encoding="utf-8", newline="") as file:
+    with atomic_write(path) as part, part.open("w", encoding="utf-8", newline="") as file:
         table = csv.writer(file, lineterminator="\n")
         table.writerow(COLUMNS)
         for row in range(members.size):

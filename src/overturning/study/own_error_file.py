@@ -8,12 +8,12 @@ from typing import Annotated, Any
 from pydantic import BaseModel, Discriminator, Field, Tag, ValidationError
 
 from overturning.errors import ResultError
-from overturning.files import whole
+from overturning.files import atomic_write
 
 
 def write_verification(found: Mapping[str, Any], path: Path) -> None:
     """Write the outcome of `repeat_sample` as JSON."""
-    with whole(path) as part:
+    with atomic_write(path) as part:
         part.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
 
 

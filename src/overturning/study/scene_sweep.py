@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.dem.blocks import Cases
 from overturning.dem.cases import run_cases
 from overturning.dem.polygon.cases import run_scene_cases
@@ -24,7 +25,7 @@ def simulate_study_scene(
     study: Study,
     variant: str,
     motion: Motion,
-    azimuth_deg: NDArray[np.float64],
+    azimuth_deg: FloatArray,
     threads: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, NDArray[Any]]:

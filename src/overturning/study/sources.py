@@ -19,16 +19,43 @@ def _file_of(name: str, roots: tuple[Path, ...]) -> Path | None:
     return path.with_suffix(".py") if path.with_suffix(".py").is_file() else None
 
 
+def _named(name: str, roots: tuple[Path, ...]) -> tuple[Path, str]:
+    """File and function of a name such as ``overturning.commands.workflow:sweep``."""
+    module, _, function = name.partition(":")
+    path = _file_of(module, roots)
+    if path is None:
+        raise ValueError(f"{module} is no module of the package")
+    return path, function
+
+
 @cache
-def _imports(path: Path, roots: tuple[Path, ...]) -> frozenset[Path]:
+def _imports(path: Path, roots: tuple[Path, ...], function: str = "") -> frozenset[Path]:
     names = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(_part_of(path, function)):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
             names |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
-    found = {_file_of(name, roots) for name in names}
-    return frozenset(file for file in found if file is not None)
+    files = {_file_of(name, roots) for name in names}
+    return frozenset(file for file in files if file is not None)
+
+
+def _part_of(path: Path, function: str) -> ast.Module:
+    """A module without the functions that one of its functions does not call; the whole module without a function's name."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    if not function:
+        return tree
+    functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
+    if function not in functions:
+        raise ValueError(f"{path.name} has no function {function!r}")
+    kept = [function]
+    for name in kept:
+        inside = list(ast.walk(functions[name]))
+        named = {node.id for node in inside if isinstance(node, ast.Name)}
+        named -= {node.arg for node in inside if isinstance(node, ast.arg)}  # a parameter may be called like a function
+        kept += sorted((named & set(functions)) - set(kept))
+    tree.body = [node for node in tree.body if not isinstance(node, ast.FunctionDef) or node.name in kept]
+    return tree
 
 
 def sources_of(module: str, *others: Path) -> list[Path]:
@@ -39,7 +66,8 @@ def sources_of(module: str, *others: Path) -> list[Path]:
     Parameters
     ----------
     module : str
-        Full name, for instance ``overturning.commands.sweep``.
+        Full name of a module, for instance ``overturning.commands.survey``, or of one of its functions after a colon, for
+        instance ``overturning.commands.workflow:sweep``: then only what that function needs counts.
     *others : Path
         Folders of further packages that are followed too.
 
@@ -51,14 +79,12 @@ def sources_of(module: str, *others: Path) -> list[Path]:
     Raises
     ------
     ValueError
-        If there is no such module.
+        If there is no such module, or the module has no such function.
     """
     roots = (_ROOT, *others)
-    first = _file_of(module, roots)
-    if first is None:
-        raise ValueError(f"{module} is no module of the package")
-    seen: set[Path] = set()
-    waiting = [first]
+    first, function = _named(module, roots)
+    seen = {first}
+    waiting = list(_imports(first, roots, function))
     while waiting:
         path = waiting.pop()
         if path not in seen and path != _ROOT / "__init__.py":
@@ -73,7 +99,7 @@ def source_hash(module: str, *others: Path) -> str:
     Parameters
     ----------
     module : str
-        Full name of the module.
+        As in `sources_of`; of a function's own file only the part counts that the function is made of.
     *others : Path
         As for `sources_of`.
 
@@ -82,16 +108,20 @@ def source_hash(module: str, *others: Path) -> str:
     str
         Sixteen hexadecimal digits.
     """
+    roots = (_ROOT, *others)
     files = sources_of(module, *others)
+    first, function = _named(module, roots)
     beside = {
         data
         for path in files
+        if path.parent != _ROOT  # what lies beside a file of the package's root belongs to other parts
         for data in path.parent.rglob("*")
         if data.suffix in {".html", ".css", ".js", ".typ", ".j2"}
     }
     digest = hashlib.sha256()
     for path in sorted({*files, *beside}):
-        root = next(root for root in (_ROOT, *others) if path.is_relative_to(root))
+        root = next(root for root in roots if path.is_relative_to(root))
         digest.update(path.relative_to(root).as_posix().encode())
-        digest.update(hashlib.sha256(path.read_bytes()).digest())
+        content = ast.unparse(_part_of(first, function)).encode() if function and path == first else path.read_bytes()
+        digest.update(hashlib.sha256(content).digest())
     return digest.hexdigest()[:16]

@@ -11,7 +11,7 @@ from overturning.dem.contact import Contact
 from overturning.dem.simulate import simulate_arrays
 from overturning.dem.variables import FLOAT32_MISSING, VARIABLES, Variable
 from overturning.errors import ConfigError
-from overturning.files import whole
+from overturning.files import atomic_write
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.study.config import Study
@@ -165,7 +165,7 @@ def write_part(
     """Write the outcome on a grid, or on a piece of one, as a part of the cube."""
     from netCDF4 import Dataset
 
-    with whole(path) as part, Dataset(part, "w", format="NETCDF4") as file:
+    with atomic_write(path) as part, Dataset(part, "w", format="NETCDF4") as file:
         add_coordinates(file, grid.coordinates())
         add_elements(file, grid.element)
         for variable in variables:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from overturning.errors import ResultError
-from overturning.files import whole
+from overturning.files import atomic_write
 
 
 @contextmanager
@@ -34,7 +34,7 @@ def timed(path: Path) -> Iterator[dict[str, Any]]:
         "cpu_s": round(time.process_time() - cpu, 3),
         "processor": _processor(),
     }
-    with whole(path) as part, part.open("w", encoding="utf-8", newline="") as file:
+    with atomic_write(path) as part, part.open("w", encoding="utf-8", newline="") as file:
         table = csv.DictWriter(file, list(row), lineterminator="\n")
         table.writeheader()
         table.writerow(row)

@@ -5,11 +5,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.dem.polygon import tables as t
 from overturning.dem.polygon.geometry import Placed, common_stretch
 from overturning.dem.polygon.prepare import Prepared, deepest_allowed
-
-FloatArray = NDArray[np.float64]
 
 WIDE: Final = 20.0
 """Width of the ground, in widths or heights of the block, that is more than any slide."""

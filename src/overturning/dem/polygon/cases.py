@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.dem.blocks import Cases
 from overturning.dem.cases import BUDGET, QUEUE, CaseResults, Progress, check_positive, run_queues, shared_out
 from overturning.dem.contact import check_precision
@@ -20,9 +21,6 @@ from overturning.dem.time_step import DEFAULT_SCHEME, Scheme, scheme_of, steps_p
 from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
-
-FloatArray = NDArray[np.float64]
-
 
 SAFE_UPLIFT: Final = 0.7
 """Share of the uplift acceleration of an element alone, below which shaking leaves it standing after another has fallen."""

@@ -4,13 +4,11 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.dem.polygon.scene import Element, Scene
 from overturning.dem.polygon.shape import Polygon, polygon, rectangle
 from overturning.errors import ArgumentError
-
-FloatArray = NDArray[np.float64]
 
 TOUCHING: Final = 1e-7
 """Gap, as a share of the smaller element's size, up to which two elements touch at rest."""

@@ -3,9 +3,8 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from overturning.arrays import FloatArray
 
 
 def solve(matrix: FloatArray, right: FloatArray) -> FloatArray | None:

@@ -5,11 +5,10 @@ from functools import cached_property
 from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-
-FloatArray = NDArray[np.float64]
 
 SYMMETRY: Final = 1e-9
 """Vertices that mirror each other to this share of the polygon's size are made to mirror each other exactly."""

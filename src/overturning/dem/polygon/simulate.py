@@ -21,8 +21,6 @@ from overturning.units import STANDARD_GRAVITY
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
-
 
 def is_block(scene: Scene) -> bool:
     """Whether a scene is one upright free rectangle in the middle of a driven one: the fast kernel's scene."""

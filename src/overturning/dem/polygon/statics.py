@@ -3,13 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.dem.polygon.geometry import End, Placed, resting
 from overturning.dem.polygon.linear import highest_eigenvalue, solve
 from overturning.dem.polygon.scene import Scene
-
-FloatArray = NDArray[np.float64]
 
 Touch = tuple[int, int, End]
 

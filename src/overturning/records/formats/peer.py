@@ -10,7 +10,7 @@ from typing import Final
 from overturning.errors import RecordError
 from overturning.records.axes import parse_axis
 from overturning.records.component import Component
-from overturning.records.formats.numbers import FLOAT, check_last_number, column, number
+from overturning.records.formats.lines import FLOAT, Lines
 from overturning.records.source import SourceFile
 from overturning.units import STANDARD_GRAVITY
 
@@ -35,42 +35,27 @@ def read(source: SourceFile) -> list[Component]:
     RecordError
         If it is no acceleration in g, or holds more or fewer samples than the header says.
     """
-    name, lines = source.name, source.lines
+    lines = source.lines
+    text = Lines(source.name, lines)
     if len(lines) < 5:
-        raise RecordError(f"{name} line {len(lines)}: the file ends in the header; get it again")
+        raise text.error(len(lines) - 1, "the file ends in the header; get it again")
     if not re.search(r"ACCELERATION.*UNITS OF G\b", lines[2], re.IGNORECASE):
-        raise RecordError(
-            f"{name} line 3: {lines[2].strip()[:60]!r}; only acceleration in units of g is read: get the .AT2 file"
-        )
+        raise text.error(2, f"{lines[2].strip()[:60]!r}; only acceleration in units of g is read: get the .AT2 file")
     match = next((m for pattern in _COUNTS if (m := pattern.search(lines[3]))), None)
     if match is None:
-        raise RecordError(f"{name} line 4: {lines[3].strip()[:60]!r} states no NPTS and DT; correct it")
-    count, interval = int(match[1]), number(match[2], name, 4, "DT")
-    samples = column(lines[4:], name, 5)
-    check_last_number(source.text[-200:], name, len(lines))
+        raise text.error(3, f"{lines[3].strip()[:60]!r} states no NPTS and DT; correct it")
+    count, interval = int(match[1]), text.number(match[2], 3, "DT")
+    samples = text.column(4)
+    text.check_last_number(source.text[-200:])
     if samples.size != count:
         raise RecordError(
-            f"{name}: {samples.size} samples, line 4 promises {count}; the file is cut or joined: get it again"
+            f"{source.name}: {samples.size} samples, line 4 promises {count}; the file is cut or joined: get it again"
         )
     parts = [p.strip() for p in lines[1].split(",")]
     axis = re.sub(r"\(.*\)", "", parts[-1]).strip()
-    azimuth, vertical = parse_axis(axis)
     event, station = _names(parts)
-    return [
-        Component(
-            samples=samples * STANDARD_GRAVITY,
-            sampling_interval=interval,
-            axis=axis,
-            azimuth_deg=azimuth,
-            vertical=vertical,
-            file=name,
-            sha256=source.sha256,
-            format=NAME,
-            station=station,
-            event=event,
-            processed=True,
-        )
-    ]
+    more = {"station": station, "event": event, "processed": True}
+    return [Component.of(source, NAME, axis, parse_axis(axis), samples * STANDARD_GRAVITY, interval, **more)]
 
 
 def _names(parts: list[str]) -> tuple[str, str]:

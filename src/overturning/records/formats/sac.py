@@ -1,6 +1,5 @@
 """SAC, through obspy: one component per file; unit from StationXML or declared, for the header leaves it open."""
 
-import io
 import struct
 from datetime import UTC
 from typing import Any, Final
@@ -9,7 +8,7 @@ import numpy as np
 
 from overturning.errors import RecordError
 from overturning.records.component import Component, StatedPeak
-from overturning.records.formats.stationxml import components_of, read_inventory
+from overturning.records.formats.stationxml import components_of, read_inventory, read_stream
 from overturning.records.options import UNITS, ReadOptions
 from overturning.records.source import SourceFile
 
@@ -22,10 +21,7 @@ def detect(source: SourceFile) -> bool:
     if len(source.data) < 632:
         return False
     for order in "<>":
-        version, npts = (
-            struct.unpack(f"{order}i", source.data[304:308])[0],
-            struct.unpack(f"{order}i", source.data[316:320])[0],
-        )
+        version, npts = (struct.unpack(f"{order}i", source.data[at : at + 4])[0] for at in (304, 316))
         if version in (6, 7) and 0 <= npts < 2**28:
             return True
     return False
@@ -39,16 +35,11 @@ def read(source: SourceFile, options: ReadOptions) -> list[Component]:
     RecordError
         If it is damaged, or neither StationXML nor a declared unit says what its numbers are.
     """
-    import obspy
-
     # obspy divides by the interval before anybody can look at it.
     intervals = [struct.unpack(f"{order}f", source.data[:4])[0] for order in "<>"]
     if not any(1e-6 < interval < 1e3 for interval in intervals):
         raise RecordError(f"{source.name}: sampling interval {intervals[0]:g} s in the header; get the file again")
-    try:
-        stream = obspy.read(io.BytesIO(source.data), format="SAC", checksize=True)
-    except Exception as problem:  # struct, obspy and numpy each raise their own
-        raise RecordError(f"{source.name}: damaged SAC ({problem}); get it again") from problem
+    stream = read_stream(source, "SAC", checksize=True)
     inventory = read_inventory(options.metadata)
     if inventory is not None:
         return components_of(stream, inventory, source, NAME)
@@ -67,18 +58,15 @@ def _component(trace: Any, source: SourceFile, scale: float) -> Component:
         value = header.get(key)
         return None if value is None or value == UNDEFINED else float(value)
 
-    azimuth, vertical = _orientation(known("cmpaz"), known("cmpinc"))
     peaks = [abs(v) for key in ("depmin", "depmax") if (v := known(key)) is not None and np.isfinite(v)]
     moment = trace.stats.starttime
-    return Component(
-        samples=np.asarray(trace.data, dtype=np.float64) * scale,
-        sampling_interval=round(float(trace.stats.delta), 9),
-        axis=trace.stats.channel or "unnamed",
-        azimuth_deg=azimuth,
-        vertical=vertical,
-        file=source.name,
-        sha256=source.sha256,
-        format=NAME,
+    return Component.of(
+        source,
+        NAME,
+        trace.stats.channel or "unnamed",
+        _orientation(known("cmpaz"), known("cmpinc")),
+        np.asarray(trace.data, dtype=np.float64) * scale,
+        round(float(trace.stats.delta), 9),
         start=moment.datetime.replace(tzinfo=UTC) if moment.timestamp > 0 else None,
         station=trace.stats.station,
         event=str(header.get("kevnm", "")).strip(),

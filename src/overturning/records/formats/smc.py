@@ -13,7 +13,7 @@ import numpy as np
 from overturning.errors import RecordError
 from overturning.records.axes import agree, parse_axis
 from overturning.records.component import Component, StatedPeak
-from overturning.records.formats.numbers import fixed_columns, fixed_integers
+from overturning.records.formats.lines import Lines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
@@ -38,61 +38,71 @@ def read(source: SourceFile) -> list[Component]:
     RecordError
         If the file is no accelerogram, is cut, or its header contradicts itself.
     """
-    name, lines = source.name, source.lines
+    lines = source.lines
+    text = Lines(source.name, lines)
     kind = lines[0].strip()
     if kind not in KINDS:
-        raise RecordError(f"{name} line 1: {kind!r}; only accelerograms are read (kinds 1 and 2): get that file")
+        raise text.error(0, f"{kind!r}; only accelerograms are read (kinds 1 and 2): get that file")
     if len(lines) < TEXT_LINES + 16:
-        raise RecordError(f"{name} line {len(lines)}: the file ends in the header; get it again")
-    whole = fixed_integers(lines[11:17], name, 12, width=10, per_line=8, count=48)
-    real = fixed_columns(lines[17:27], name, 18, width=15, per_line=5, count=50)
-    null = real[0]
-    comments, count = int(whole[15]), int(whole[16])
-    if count < 2 or not 0 <= comments <= 10_000:
-        raise RecordError(f"{name} line 14: {count} samples and {comments} comment lines; correct the header")
-    if not 1.0 <= real[1] <= 100_000.0:
-        raise RecordError(
-            f"{name} line 18: {real[1]:g} samples per second; unevenly sampled or senseless: use the corrected file"
-        )
-    first = TEXT_LINES + 16 + comments
-    for index in range(27, min(first, len(lines))):
-        if not lines[index].startswith("|"):
-            raise RecordError(f"{name} line {index + 1}: a comment should begin with |; get the file again")
-    samples = fixed_columns(lines[first:], name, first + 1, width=10, per_line=8, count=count)
-    rest = [line for line in lines[first + -(-count // 8) :] if line.strip()]
-    if rest:
-        raise RecordError(f"{name}: {len(rest)} lines after the last of {count} samples; the header's count is wrong")
-    word = re.search(r"component=\s*(\S+)", lines[5])
-    axis = word[1] if word else str(whole[13])
-    azimuth, vertical = parse_axis(axis)
-    if whole[12] == 90 and not vertical and whole[13] != NULL:
-        agree(name, 6, axis, azimuth, float(whole[13]))
-        azimuth = float(whole[13]) % 360.0
-    elif whole[12] in (0, 180):
-        vertical = 1 if whole[12] == 0 else -1
-        azimuth = None
-    peaks = [abs(float(real[i])) for i in (29, 31) if real[i] != null]
+        raise text.error(len(lines) - 1, "the file ends in the header; get it again")
+    whole = text.fixed_integers(11, width=10, per_line=8, count=48)
+    real = text.fixed_columns(17, width=15, per_line=5, count=50)
+    known = {index: float(value) for index, value in enumerate(real) if value != real[0]}
+    peaks = [abs(known[index]) for index in (29, 31) if index in known]
+    samples = _samples(text, whole, real)
+    axis, direction = _axis(text, whole)
     return [
-        Component(
-            samples=samples * GAL,
-            sampling_interval=1.0 / float(real[1]),
-            axis=axis,
-            azimuth_deg=azimuth,
-            vertical=vertical,
-            file=name,
-            sha256=source.sha256,
-            format=NAME,
-            start=_start(whole, name),
+        Component.of(
+            source,
+            NAME,
+            axis,
+            direction,
+            samples * GAL,
+            1.0 / float(real[1]),
+            start=_start(whole, text),
             station=_station(lines[5]) or lines[2].strip(),
             event=re.sub(r"^\s*\d+\s+\d+\s+\d+\s+\d*\s*", "", lines[3]).strip(),
-            latitude=float(real[10]) if real[10] != null else None,
-            longitude=float(real[11]) if real[11] != null else None,
+            latitude=known.get(10),
+            longitude=known.get(11),
             # Seven digits in the header, five in the data: half a unit of the data's last digit is what may differ.
             peak=StatedPeak(max(peaks) * GAL, 1e-4 * max(peaks) * GAL, line=23) if peaks else None,
             processed=KINDS[kind],
-            extra={"magnitude": float(real[5])} if real[5] != null else {},
+            extra={"magnitude": known[5]} if 5 in known else {},
         )
     ]
+
+
+def _samples(text: Lines, whole: np.ndarray, real: np.ndarray) -> np.ndarray:
+    """The samples, in cm/s², after the comments."""
+    comments, count = int(whole[15]), int(whole[16])
+    if count < 2 or not 0 <= comments <= 10_000:
+        raise text.error(13, f"{count} samples and {comments} comment lines; correct the header")
+    if not 1.0 <= real[1] <= 100_000.0:
+        raise text.error(17, f"{real[1]:g} samples per second; unevenly sampled or senseless: use the corrected file")
+    first = TEXT_LINES + 16 + comments
+    for index in range(27, min(first, len(text.lines))):
+        if not text.lines[index].startswith("|"):
+            raise text.error(index, "a comment should begin with |; get the file again")
+    samples = text.fixed_columns(first, width=10, per_line=8, count=count)
+    rest = [line for line in text.lines[first + -(-count // 8) :] if line.strip()]
+    if rest:
+        raise RecordError(
+            f"{text.file}: {len(rest)} lines after the last of {count} samples; the header's count is wrong"
+        )
+    return samples
+
+
+def _axis(text: Lines, whole: np.ndarray) -> tuple[str, tuple[float | None, int]]:
+    """Name of the axis, azimuth and vertical sense, from the text and from the numbers, which must agree."""
+    word = re.search(r"component=\s*(\S+)", text.lines[5])
+    axis = word[1] if word else str(whole[13])
+    azimuth, vertical = parse_axis(axis)
+    if whole[12] == 90 and not vertical and whole[13] != NULL:
+        agree(text.file, 6, axis, azimuth, float(whole[13]))
+        return axis, (float(whole[13]) % 360.0, 0)
+    if whole[12] in (0, 180):
+        return axis, (None, 1 if whole[12] == 0 else -1)
+    return axis, (azimuth, vertical)
 
 
 def _station(line: str) -> str:
@@ -100,13 +110,13 @@ def _station(line: str) -> str:
     return match[1].rstrip(" ,") if match else ""
 
 
-def _start(whole: np.ndarray, file: str) -> datetime | None:
+def _start(whole: np.ndarray, text: Lines) -> datetime | None:
     """Year, day of the year, hour, minute, second, millisecond; None where the header does not know them."""
     year, day, hour, minute, second, millis = (int(n) for n in whole[1:7])
     if NULL in (year, day, hour, minute) or year == 0:
         return None
     if not (1 <= day <= 366 and 0 <= hour < 24 and 0 <= minute < 60 and 1880 <= year <= 2200):
-        raise RecordError(f"{file} line 12: start {year}, day {day}, {hour}:{minute}; correct the header")
+        raise text.error(11, f"start {year}, day {day}, {hour}:{minute}; correct the header")
     moment = datetime(year, 1, 1, hour, minute, tzinfo=UTC) + timedelta(days=day - 1)
     if second != NULL:
         moment += timedelta(seconds=second)

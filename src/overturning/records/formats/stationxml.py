@@ -2,6 +2,7 @@
 
 import io
 from collections.abc import Sequence
+from datetime import UTC
 from typing import Any, Final
 
 import numpy as np
@@ -16,6 +17,22 @@ _ACCELERATION: Final = {"M/S**2", "M/S2", "M/S^2", "M/(S**2)", "M/SEC**2"}
 def detect(source: SourceFile) -> bool:
     """Whether a file is StationXML."""
     return b"FDSNStationXML" in source.data[:2000]
+
+
+def read_stream(source: SourceFile, form: str, **options: Any) -> Any:
+    """The traces of a file, by obspy.
+
+    Raises
+    ------
+    RecordError
+        If it is damaged.
+    """
+    import obspy
+
+    try:
+        return obspy.read(io.BytesIO(source.data), format=form, **options)
+    except Exception as problem:  # struct, numpy, libmseed and obspy each raise their own
+        raise RecordError(f"{source.name}: damaged {form} ({problem}); get it again") from problem
 
 
 def read_inventory(files: Sequence[SourceFile]) -> Any:
@@ -46,17 +63,11 @@ def components_of(stream: Any, inventory: Any, source: SourceFile, form: str) ->
     RecordError
         If a trace has a gap or is not in the inventory.
     """
-    return [_component(trace, inventory, source, form) for trace in without_gaps(stream, source)]
+    return [_component(trace, inventory, source, form) for trace in _without_gaps(stream, source)]
 
 
-def without_gaps(stream: Any, source: SourceFile) -> Any:
-    """One trace per channel.
-
-    Raises
-    ------
-    RecordError
-        If a channel has a gap or overlapping data that differs.
-    """
+def _without_gaps(stream: Any, source: SourceFile) -> Any:
+    """One trace per channel; a RecordError where a channel has a gap or overlapping data that differs."""
     try:
         stream.merge(method=-1)
     except Exception as problem:
@@ -92,24 +103,21 @@ def _component(trace: Any, inventory: Any, source: SourceFile, form: str) -> Com
         raise RecordError(f"{name}: channel {trace.id} has a gain of {gain}; correct the StationXML")
     counts = np.asarray(trace.data, dtype=np.float64)
     if unit in _ACCELERATION:
-        samples, how = counts / gain, "gain"
+        samples, removed = counts / gain, "gain"
     else:
-        samples, how = _deconvolved(trace, inventory, name), "response"
-    azimuth, vertical = _orientation(place)
-    return Component(
-        samples=samples,
-        sampling_interval=float(trace.stats.delta),
-        axis=trace.stats.channel,
-        azimuth_deg=azimuth,
-        vertical=vertical,
-        file=name,
-        sha256=source.sha256,
-        format=form,
-        start=moment.datetime.replace(tzinfo=_utc()),
+        samples, removed = _deconvolved(trace, inventory, name), "response"
+    return Component.of(
+        source,
+        form,
+        trace.stats.channel,
+        _orientation(place),
+        samples,
+        float(trace.stats.delta),
+        start=moment.datetime.replace(tzinfo=UTC),
         station=trace.stats.station,
         latitude=place["latitude"],
         longitude=place["longitude"],
-        extra={"removed": how, "network": trace.stats.network},
+        extra={"removed": removed, "network": trace.stats.network},
     )
 
 
@@ -140,9 +148,3 @@ def _orientation(place: dict[str, Any]) -> tuple[float | None, int]:
     if azimuth is None or dip is None or abs(dip) > 1.0:
         return None, 0
     return float(azimuth) % 360.0, 0
-
-
-def _utc() -> Any:
-    from datetime import UTC
-
-    return UTC

@@ -7,10 +7,10 @@ from overturning.figures.style import short
 from overturning.report.blocks import Answer, Block, Figure, Note, Paragraph, Row, Section, Table
 from overturning.report.results import Results
 from overturning.report.text import counted, number, percent
-from overturning.statistics.survey import OCTANTS
-from overturning.statistics.survey_comparison import SurveyComparison
-from overturning.statistics.survey_file import SurveyResult
-from overturning.statistics.survey_prediction import SIDES
+from overturning.surveys.comparison import SurveyComparison
+from overturning.surveys.prediction import SIDES
+from overturning.surveys.result import SurveyResult
+from overturning.surveys.stones import OCTANTS
 
 SIGNIFICANT = 0.05
 """Below this p-value a test is said to show something."""

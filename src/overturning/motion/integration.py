@@ -1,10 +1,11 @@
 """Velocity and displacement from acceleration."""
 
 import numpy as np
-from numpy.typing import NDArray
+
+from overturning.arrays import FloatArray
 
 
-def integrate(samples: NDArray[np.float64], sampling_interval: float) -> NDArray[np.float64]:
+def integrate(samples: FloatArray, sampling_interval: float) -> FloatArray:
     """Running integral by the trapezoidal rule, zero at the first sample.
 
     Parameters
@@ -24,13 +25,13 @@ def integrate(samples: NDArray[np.float64], sampling_interval: float) -> NDArray
     return integral
 
 
-def peaks(samples: NDArray[np.float64], sampling_interval: float) -> tuple[float, float, float]:
-    """Largest absolute acceleration, velocity and displacement of one component, starting from rest.
+def peaks(samples: FloatArray, sampling_interval: float) -> tuple[float, float, float]:
+    """Largest absolute acceleration, velocity and displacement of any component, starting from rest.
 
     Parameters
     ----------
-    samples : ndarray, shape (n,)
-        Acceleration, m/s².
+    samples : ndarray, shape (..., n)
+        Acceleration of one or more components, m/s².
     sampling_interval : float
         Time between samples, s.
 

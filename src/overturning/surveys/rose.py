@@ -4,15 +4,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from overturning.figures.style import FALLS, INK, compass
+from overturning.figures.style import FALLS, INK, caption, compass, radius_labels
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from overturning.statistics.survey_comparison import SurveyComparison
+    from overturning.surveys.comparison import SurveyComparison
 
 
-def draw_survey(axes: Any, comparison: "SurveyComparison") -> None:
+def _draw_survey(axes: Any, comparison: "SurveyComparison") -> None:
     """Draw stones per octant as sectors, and the expected ones as an outline; the radius is the square root of the count."""
     compass(axes)
     width = np.pi / 4
@@ -26,16 +26,14 @@ def draw_survey(axes: Any, comparison: "SurveyComparison") -> None:
     counts = [n for n in (1, 2, 5, 10, 20, 50, 100, 200, 500) if 0.3 * top < np.sqrt(n) <= top * 1.05] or [1]
     axes.set_ylim(0, top * 1.08)
     axes.set_yticks(np.sqrt(counts), [str(n) for n in counts])
-    axes.set_rlabel_position(112.5)
-    axes.tick_params(axis="y", labelsize=7)
+    radius_labels(axes)
 
 
 def survey_figure(comparison: "SurveyComparison", title: str) -> "Figure":
-    """Figure of a survey; parameters as in `draw_survey`."""
+    """Figure of a survey's comparison: fallen stones by octant, observed and predicted."""
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(figsize=(4.2, 4.6), subplot_kw={"projection": "polar"}, layout="constrained")
-    draw_survey(axes, comparison)
-    figure.legend(loc="outside lower center", ncols=2, fontsize=8)
-    figure.suptitle(f"{title}\nfallen stones by octant", fontsize=10, parse_math=False)
+    _draw_survey(axes, comparison)
+    caption(figure, f"{title}\nfallen stones by octant", axes, 2)
     return figure

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from overturning.errors import RecordError
-from overturning.statistics.survey import COLUMNS, read_survey
+from overturning.surveys.stones import COLUMNS, read_survey
 
 
 def write(folder: Path, text: str, encoding: str = "utf-8") -> Path:
@@ -55,7 +55,7 @@ def test_byte_order_mark_and_crlf(tmp_path: Path) -> None:
         ("direction\nN\n", "'direction' is not known"),
         ("count\n3\n", "azimuth_deg or octant"),
         ("octant,octant\nN,N\n", "each column once"),
-        ("octant\nNNE\n", "line 2: octant 'NNE'"),
+        ("octant\nNNE\n", "line 2: column octant 'NNE'"),
         ("azimuth_deg\n400\n", "from -360 to 360"),
         ("azimuth_deg\nnan\n", "from -360 to 360"),
         ("azimuth_deg\nnorth\n", "give a number"),

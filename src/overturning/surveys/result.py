@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from overturning.errors import ResultError
-from overturning.files import whole
+from overturning.files import atomic_write
 from overturning.statistics.circular import TestResult
-from overturning.statistics.survey_comparison import SurveyComparison
+from overturning.surveys.comparison import SurveyComparison
 
 _TESTS = ("fit_octants", "fit_octants_watson", "fit_exact", "uniform_octants")
 _ARRAYS = ("octant_observed", "octant_predicted", "confusion")
@@ -53,7 +53,7 @@ def _plain(value: Any) -> Any:
 
 def write_survey(result: SurveyResult, path: Path) -> None:
     """Write a comparison as JSON; numbers that are not known become null."""
-    with whole(path) as part:
+    with atomic_write(path) as part:
         part.write_text(json.dumps(_plain(asdict(result)), ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
 
 
@@ -80,12 +80,12 @@ def read_survey_result(path: Path) -> SurveyResult:
     """
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
-        found = data["comparison"]
+        comparison = data["comparison"]
         for name in _TESTS:
-            found[name] = TestResult(**{key: _number(value) for key, value in found[name].items()})
+            comparison[name] = TestResult(**{key: _number(value) for key, value in comparison[name].items()})
         for name in _ARRAYS:
-            found[name] = None if found[name] is None else np.array(found[name])
-        known = {key: value if key == "confusion" else _number(value) for key, value in found.items()}
+            comparison[name] = None if comparison[name] is None else np.array(comparison[name])
+        known = {key: value if key == "confusion" else _number(value) for key, value in comparison.items()}
         return SurveyResult(data["stones"], data["sha256"], data["record"], SurveyComparison(**known))
     except OSError:
         raise ResultError(f"{path}: no such comparison; run the study again") from None

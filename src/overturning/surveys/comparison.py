@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.statistics.circular import TestResult, grouped_watson_test, resultant, watson_u2_test
-from overturning.statistics.survey import Stone
-from overturning.statistics.survey_prediction import BACKGROUND, SIDES, SitePrediction, knows_face, observed_side
+from overturning.statistics.circular import TestResult, chi_square_test, grouped_watson_test, resultant, watson_u2_test
+from overturning.surveys.prediction import BACKGROUND, SIDES, SitePrediction, knows_face, observed_side
+from overturning.surveys.stones import Stone
 
 if TYPE_CHECKING:
     import xarray as xr
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -66,41 +65,14 @@ class SurveyComparison:
     background: float
 
 
-def chi_square_test(counts: FloatArray, probability: FloatArray, *, draws: int = 20_000, seed: int = 1) -> TestResult:
-    """Pearson's chi-square of counts against probabilities, with a p-value simulated from the multinomial distribution.
-
-    Simulated because octants of a survey often hold fewer than the five expected stones that the chi-square
-    distribution needs (Mardia & Jupp 2000, section 6.3.3).
-
-    Parameters
-    ----------
-    counts, probability : ndarray, shape (k,)
-        Observed counts and the probabilities of the null hypothesis.
-    draws, seed : int
-        Simulated tables and their seed.
-
-    Returns
-    -------
-    TestResult
-        With X² as statistic.
-    """
-    n = int(counts.sum())
-    if n == 0:
-        return TestResult("chi-square", 0, math.nan, math.nan)
-    expected = n * probability
-    tables = np.random.Generator(np.random.PCG64(seed)).multinomial(n, probability / probability.sum(), size=draws)
-    statistic = float(((counts - expected) ** 2 / expected).sum())
-    simulated = ((tables - expected) ** 2 / expected).sum(axis=1)
-    extreme = int((simulated >= statistic * (1 - 1e-12)).sum())
-    return TestResult("chi-square", n, statistic, (1 + extreme) / (1 + draws))
-
-
 def _sector(stone: Stone) -> int:
     return int(((stone.azimuth_deg + 22.5) % 360) // 45)
 
 
-def _side_density(site: SitePrediction, stone: Stone) -> FloatArray:
-    """Fall directions of a stone of known face: one sector of 90° about each of its four normals."""
+def _density(site: SitePrediction, stone: Stone) -> FloatArray:
+    """Fall directions of a stone; where its face is known one sector of 90° about each of its four normals."""
+    if not knows_face(stone):
+        return site.density(stone.b_over_h)
     sides = site.sides(stone)[1:]
     quarter = (((site.azimuth - stone.face_azimuth_deg + 45.0) % 360) // 90).astype(int)
     mass = np.array([site.share[quarter == i].sum() for i in range(4)])
@@ -139,20 +111,51 @@ def compare_survey(
         raise ArgumentError("stones: none; a survey needs at least one row")
     site = SitePrediction(cube, background=background)
     fallen = [stone for stone in stones if stone.fell for _ in range(stone.count)]
-    densities = {
-        id(stone): _side_density(site, stone) if knows_face(stone) else site.density(stone.b_over_h)
-        for stone in stones
-        if stone.fell
-    }
+    densities = {id(stone): _density(site, stone) for stone in stones if stone.fell}
     uniform_octant = site.octants(site.share)
     observed = np.bincount([_sector(stone) for stone in fallen], minlength=8).astype(np.float64)
-    predicted, ratios, tables = np.zeros(8), [], []
+    octants = {key: site.octants(density) for key, density in densities.items()}
+    predicted = sum((octants[id(stone)] for stone in fallen), np.zeros(8))
+    ratio, p_value = _likelihood_ratio(site, fallen, densities, octants, draws, seed)
+    share = predicted / predicted.sum() if fallen else uniform_octant
+    exact = [stone for stone in fallen if not stone.octant]
+    mean, length = resultant([stone.azimuth_deg for stone in fallen]) if fallen else (math.nan, math.nan)
+    return SurveyComparison(
+        fallen=len(fallen),
+        stood=sum(stone.count for stone in stones if not stone.fell),
+        mean_direction_deg=mean,
+        resultant=length,
+        octant_observed=observed,
+        octant_predicted=predicted,
+        log_likelihood_ratio=ratio,
+        likelihood_ratio_p=p_value,
+        fit_octants=chi_square_test(observed, share),
+        fit_octants_watson=grouped_watson_test(observed, share),
+        fit_exact=watson_u2_test([_distribution(site, densities[id(s)], s.azimuth_deg) for s in exact]),
+        uniform_octants=grouped_watson_test(observed, uniform_octant),
+        confusion=_confusion(site, stones),
+        turned_every_way=sum(1 for stone in fallen if not knows_face(stone)),
+        background=background,
+    )
+
+
+def _likelihood_ratio(
+    site: SitePrediction,
+    fallen: Sequence[Stone],
+    densities: dict[int, FloatArray],
+    octants: dict[int, FloatArray],
+    draws: int,
+    seed: int,
+) -> tuple[float, float]:
+    """Sum of ln(predicted/uniform) over the fallen stones, and the share of surveys of "any way" that reach it."""
+    if not fallen:
+        return math.nan, math.nan
+    uniform_octant = site.octants(site.share)
+    ratios, tables = [], []
     for stone in fallen:
         density = densities[id(stone)]
-        octant = site.octants(density)
-        predicted += octant
         if stone.octant:
-            table, sector, chance = octant / uniform_octant, _sector(stone), uniform_octant
+            table, sector, chance = octants[id(stone)] / uniform_octant, _sector(stone), uniform_octant
         else:
             table, chance = density / site.share, site.share
             distance = np.abs((site.azimuth - stone.azimuth_deg + 180.0) % 360 - 180.0)
@@ -163,34 +166,19 @@ def compare_survey(
     simulated = np.zeros(draws)
     for table, chance in tables:
         simulated += table[generator.choice(chance.size, size=draws, p=chance / chance.sum())]
-    total = float(np.sum(ratios)) if ratios else math.nan
-    p_value = (1 + int((simulated >= total - 1e-12).sum())) / (1 + draws) if ratios else math.nan
-    share = predicted / predicted.sum() if fallen else uniform_octant
-    exact = [stone for stone in fallen if not stone.octant]
+    total = float(np.sum(ratios))
+    return total, (1 + int((simulated >= total - 1e-12).sum())) / (1 + draws)
+
+
+def _confusion(site: SitePrediction, stones: Sequence[Stone]) -> NDArray[np.int64] | None:
+    """Observed against most probable sides of the stones whose face and B/H are known; None without any."""
     known = [stone for stone in stones if knows_face(stone)]
-    confusion = None
-    if known:
-        confusion = np.zeros((len(SIDES), len(SIDES)), dtype=np.int64)
-        for stone in known:
-            confusion[observed_side(stone), int(np.argmax(site.sides(stone)))] += stone.count
-    mean, length = resultant([stone.azimuth_deg for stone in fallen]) if fallen else (math.nan, math.nan)
-    return SurveyComparison(
-        fallen=len(fallen),
-        stood=sum(stone.count for stone in stones if not stone.fell),
-        mean_direction_deg=mean,
-        resultant=length,
-        octant_observed=observed,
-        octant_predicted=predicted,
-        log_likelihood_ratio=total,
-        likelihood_ratio_p=p_value,
-        fit_octants=chi_square_test(observed, share),
-        fit_octants_watson=grouped_watson_test(observed, share),
-        fit_exact=watson_u2_test([_distribution(site, densities[id(s)], s.azimuth_deg) for s in exact]),
-        uniform_octants=grouped_watson_test(observed, uniform_octant),
-        confusion=confusion,
-        turned_every_way=sum(1 for stone in fallen if not knows_face(stone)),
-        background=background,
-    )
+    if not known:
+        return None
+    confusion = np.zeros((len(SIDES), len(SIDES)), dtype=np.int64)
+    for stone in known:
+        confusion[observed_side(stone), int(np.argmax(site.sides(stone)))] += stone.count
+    return confusion
 
 
 def _distribution(site: SitePrediction, density: FloatArray, azimuth_deg: float) -> float:

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from overturning.errors import ArgumentError
-from overturning.statistics.survey import OCTANTS, Stone
-from overturning.statistics.survey_comparison import chi_square_test, compare_survey
-from overturning.statistics.survey_prediction import SIDES, SitePrediction, observed_side
+from overturning.statistics.circular import chi_square_test
+from overturning.surveys.comparison import compare_survey
+from overturning.surveys.prediction import SIDES, SitePrediction, observed_side
+from overturning.surveys.stones import OCTANTS, Stone
 
 
 @pytest.fixture

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from overturning.errors import ResultError
-from overturning.statistics.survey import Stone
-from overturning.statistics.survey_comparison import compare_survey
-from overturning.statistics.survey_file import read_survey_result, survey_result, write_survey
+from overturning.surveys.comparison import compare_survey
+from overturning.surveys.result import read_survey_result, survey_result, write_survey
+from overturning.surveys.stones import Stone
 
 
 @pytest.mark.parametrize("faces", [True, False])

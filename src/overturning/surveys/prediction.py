@@ -4,16 +4,15 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.statistics.planes import fall_probability, plane_index, plane_weight
-from overturning.statistics.survey import Stone
+from overturning.surveys.stones import Stone
 
 if TYPE_CHECKING:
     import xarray as xr
 
-FloatArray = NDArray[np.float64]
 
 SIDES = ("stood", "forwards", "to its right", "backwards", "to its left")
 """Outcomes of a stone whose face is known: towards the face's azimuth, then clockwise by 90° each."""
@@ -109,15 +108,15 @@ class SitePrediction:
         """
         side = stone.b_over_h if math.isnan(stone.b_over_h_side) else stone.b_over_h_side
         shapes = (stone.b_over_h, side, stone.b_over_h, side)
-        found = [self._at(stone.face_azimuth_deg + 90.0 * i, shape) for i, shape in enumerate(shapes)]
-        p = np.array([probability for probability, _ in found])
+        planes = [self._at(stone.face_azimuth_deg + 90.0 * i, shape) for i, shape in enumerate(shapes)]
+        p = np.array([probability for probability, _ in planes])
         known = np.isfinite(p).all(axis=0)
         blind = np.concatenate([[0.5], np.full(4, 0.125)])
         if not known.any():
             return blind
         p = p[:, known]
         front, across = np.minimum(p[0] + p[2], 1.0), np.minimum(p[1] + p[3], 1.0)
-        front_time, across_time = found[0][1][known], found[1][1][known]
+        front_time, across_time = planes[0][1][known], planes[1][1][known]
         total = front + across
         by_chance = np.divide(front, total, out=np.full(front.size, 0.5), where=total > 0)
         first = np.where(front_time < across_time, 1.0, np.where(front_time > across_time, 0.0, by_chance))

@@ -1,0 +1,191 @@
+"""Lines of a text file, read strictly: what is not the number that it should be is an error that names file and line."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.arrays import FloatArray
+from overturning.errors import RecordError
+
+FLOAT: Final = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eEdD][+-]?[0-9]+)?"
+_NUMBER: Final = re.compile(rf"\s*({FLOAT})\s*")
+_ALLOWED: Final = set("0123456789+-.eE")
+
+
+def resolution(text: str) -> float:
+    """Unit of the last printed digit of a number: 0.001 for ``927.174``, 10 for ``1.23E3``."""
+    mantissa, _, exponent = text.strip().upper().replace("D", "E").partition("E")
+    decimals = len(mantissa.partition(".")[2])
+    return float(10.0 ** (int(exponent or 0) - decimals))
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Lines of a file or of one channel in it; every index counts from 0 within them.
+
+    Attributes
+    ----------
+    file : str
+        What an error names.
+    lines : sequence of str
+        The lines.
+    before : int
+        Lines of the file that come before these.
+    """
+
+    file: str
+    lines: Sequence[str]
+    before: int = 0
+
+    def error(self, index: int, why: str) -> RecordError:
+        """An error that names file and line."""
+        return RecordError(f"{self.file} line {self.before + index + 1}: {why}")
+
+    def number(self, text: str, index: int, what: str) -> float:
+        """A finite number that fills a text taken from a line.
+
+        Raises
+        ------
+        RecordError
+            If the text is anything else (blank, ``nan``, ``******``, two numbers that touch).
+        """
+        match = _NUMBER.fullmatch(text)
+        if match is None:
+            raise self.error(index, f"{what} is {text.strip()!r}, not a number; correct it or get the file again")
+        return float(match[1].replace("D", "E").replace("d", "e"))
+
+    def find(self, pattern: str, stop: int | None = None) -> tuple[re.Match[str], int] | None:
+        """First match of a pattern, whichever case, and its line, before the line ``stop``; None without one."""
+        for index, line in enumerate(self.lines[:stop]):
+            if match := re.search(pattern, line, re.IGNORECASE):
+                return match, index
+        return None
+
+    def time(self, index: int, day: Sequence[int], hour: int, minute: int, seconds: float) -> datetime:
+        """A time in UTC from year, month and day, and the time of the day.
+
+        Raises
+        ------
+        RecordError
+            If there is no such time.
+        """
+        year, month, of_month = day
+        try:
+            return datetime(year, month, of_month, hour, minute, tzinfo=UTC) + timedelta(seconds=seconds)
+        except ValueError as problem:
+            raise self.error(
+                index, f"start {year}-{month}-{of_month} {hour}:{minute} ({problem}); correct it"
+            ) from problem
+
+    def column(self, first: int) -> FloatArray:
+        """All numbers of the free-format lines from ``first`` on, in reading order.
+
+        Raises
+        ------
+        RecordError
+            At the first line that holds something else.
+        """
+        words = " ".join(self.lines[first:]).split()
+        try:
+            # "nan", "inf" and "1_000" are numbers to Python but not to any of the formats.
+            if any(set(word) - _ALLOWED for word in words):
+                raise ValueError
+            return np.array(words, dtype=np.float64)
+        except ValueError:
+            rest = enumerate(self.lines[first:], first)
+            values = [self.number(word, index, "a sample") for index, line in rest for word in line.split()]
+            return np.array(values, dtype=np.float64)
+
+    def check_last_number(self, end: str) -> None:
+        """Refuse a last number that was cut off: fewer decimals than the one before it, and no line end behind it.
+
+        Parameters
+        ----------
+        end : str
+            The end of the file, at least two numbers.
+
+        Raises
+        ------
+        RecordError
+        """
+        if end[-1:] in "\r\n":
+            return
+        words = end.split()[-2:]
+        if len(words) == 2 and len(words[0].lstrip("+-")) != len(words[1].lstrip("+-")):
+            before, last = (w.partition(".")[2] for w in words)
+            if len(before) != len(last):
+                raise self.error(len(self.lines) - 1, f"the last number, {words[1]!r}, is cut; get the file again")
+
+    def fixed_columns(self, first: int, *, width: int, per_line: int, count: int) -> FloatArray:
+        """Numbers in columns of fixed width, which may touch (FORTRAN ``8F10.3``).
+
+        Parameters
+        ----------
+        first : int
+            Line of the first number; lines after those that hold the numbers are left.
+        width, per_line, count : int
+            Characters per number, numbers per full line, and how many numbers there are.
+
+        Returns
+        -------
+        ndarray, shape (count,)
+
+        Raises
+        ------
+        RecordError
+            If lines are missing, or a column holds something else than a number.
+        """
+        needed = -(-count // per_line)
+        there = max(len(self.lines) - first, 0)
+        if there < needed:
+            raise self.error(
+                first + there, f"the file ends after {there} of {needed} lines of samples; it is cut: get it again"
+            )
+        words: list[str] = []
+        for index in range(first, first + needed):
+            words += self._cells(index, width, min(per_line, count - len(words)))
+        try:
+            return np.array(words, dtype=np.float64)
+        except ValueError:
+            for index, word in enumerate(words):
+                self.number(word, first + index // per_line, "a sample")
+            raise
+
+    def _cells(self, index: int, width: int, count: int) -> list[str]:
+        """The columns of one line, each of characters that numbers have."""
+        line = self.lines[index].rstrip()
+        cells = [line[k * width : (k + 1) * width] for k in range(count)]
+        rest = line[count * width :].strip()
+        # Numbers are set flush right, so a line that is shorter than its columns has lost the end of its last number.
+        cut = len(line) < count * width
+        if rest or cut or not all(cell.strip() and not set(cell.strip()) - _ALLOWED for cell in cells):
+            for cell in cells:
+                self.number(cell, index, "a sample")
+            if rest:
+                why = f"{rest!r} after the last of {count} columns of {width} characters; the columns have moved"
+            else:
+                why = f"{len(line)} characters where {count} columns of {width} belong; the line is cut"
+            raise self.error(index, f"{why}: get the file again")
+        return cells
+
+    def fixed_integers(self, first: int, *, width: int, per_line: int, count: int) -> NDArray[np.int64]:
+        """Whole numbers in columns of fixed width (FORTRAN ``10I8``); see :meth:`fixed_columns`.
+
+        Raises
+        ------
+        RecordError
+            Also if a number is not whole or has more than nine digits.
+        """
+        values = self.fixed_columns(first, width=width, per_line=per_line, count=count)
+        wrong = np.flatnonzero((np.abs(values) >= 1e9) | (values != np.round(values)))
+        if wrong.size:
+            raise self.error(
+                first + int(wrong[0]) // per_line,
+                f"{values[wrong[0]]:g} where a whole number belongs; get the file again",
+            )
+        return values.astype(np.int64)

@@ -1,0 +1,140 @@
+"""A survey of fallen gravestones as somebody wrote it down: one row per stone, or per group of like stones."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import BaseModel, BeforeValidator, Field, model_validator
+
+from overturning.errors import RecordError
+from overturning.tables import read_rows
+
+OCTANTS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
+"""Compass octants in their order; octant i is centred on 45° i."""
+
+_YES, _NO = {"yes", "fell", "true", "1", "y"}, {"no", "stood", "false", "0", "n"}
+
+
+@dataclass(frozen=True)
+class Stone:
+    """One row of a survey.
+
+    Attributes
+    ----------
+    fell : bool
+        Whether it fell.
+    azimuth_deg : float
+        Direction towards which it fell, degrees clockwise from true north; NaN where it stood.
+    octant : bool
+        The direction was given as a compass octant, so it is known to ±22.5°.
+    count : int
+        Stones in this row.
+    b_over_h : float
+        Width over height in the plane through the normal of the face; NaN where not given.
+    b_over_h_side : float
+        The same in the plane at right angles; NaN where not given (a square plan is assumed then).
+    face_azimuth_deg : float
+        Direction that the front face looks to, degrees clockwise from true north; NaN where not given.
+    line : int
+        Line of the file.
+    """
+
+    fell: bool
+    azimuth_deg: float
+    octant: bool
+    count: int = 1
+    b_over_h: float = math.nan
+    b_over_h_side: float = math.nan
+    face_azimuth_deg: float = math.nan
+    line: int = 0
+
+
+def _yes_or_no(text: str) -> bool:
+    if text.lower() not in _YES | _NO:
+        raise ValueError("write yes or no")
+    return text.lower() in _YES
+
+
+def _octant_number(text: str) -> int:
+    if text.upper() not in OCTANTS:
+        raise ValueError(f"use one of {' '.join(OCTANTS)}")
+    return OCTANTS.index(text.upper())
+
+
+_Degrees = Annotated[float, Field(ge=-360, le=360)]
+_Slenderness = Annotated[float, Field(ge=0.01, le=5)]
+
+
+class SurveyRow(BaseModel):
+    """One line of a survey: its columns."""
+
+    fell: Annotated[bool | None, BeforeValidator(_yes_or_no)] = None
+    azimuth_deg: _Degrees = math.nan
+    octant: Annotated[int | None, BeforeValidator(_octant_number)] = None
+    count: Annotated[int, Field(ge=1, le=1_000_000)] = 1
+    b_over_h: _Slenderness = math.nan
+    b_over_h_side: _Slenderness = math.nan
+    face_azimuth_deg: _Degrees = math.nan
+    magnetic_declination_deg: Annotated[float, Field(ge=-180, le=180)] = 0.0
+
+    @model_validator(mode="after")
+    def _one_direction_if_it_fell(self) -> "SurveyRow":
+        exact, octant = math.isfinite(self.azimuth_deg), self.octant is not None
+        if exact and self.octant is not None:
+            named = f"azimuth_deg {self.azimuth_deg:g} and octant {OCTANTS[self.octant]}"
+            raise ValueError(f"{named}: give azimuth_deg or octant, not both")
+        if self.fell and not (exact or octant):
+            raise ValueError("fell: a stone that fell needs azimuth_deg or octant")
+        if self.fell is False and (exact or octant):
+            raise ValueError("fell: a stone that stood has no fall direction; empty azimuth_deg and octant")
+        return self
+
+    def stone(self, line: int) -> Stone:
+        """The stone, its directions counted from true north."""
+        azimuth = self.azimuth_deg if self.octant is None else 45.0 * self.octant
+        return Stone(
+            fell=math.isfinite(azimuth),
+            azimuth_deg=(azimuth + self.magnetic_declination_deg) % 360,
+            octant=self.octant is not None,
+            count=self.count,
+            b_over_h=self.b_over_h,
+            b_over_h_side=self.b_over_h_side,
+            face_azimuth_deg=(self.face_azimuth_deg + self.magnetic_declination_deg) % 360,
+            line=line,
+        )
+
+
+COLUMNS = tuple(SurveyRow.model_fields)
+"""Columns a survey may have; ``azimuth_deg`` or ``octant`` is needed."""
+
+
+def read_survey(path: Path) -> list[Stone]:
+    """Read a survey.
+
+    A CSV with a header; columns as `COLUMNS`. ``magnetic_declination_deg`` (east positive) is added to the stone's
+    directions, so leave it empty where they were taken from true north. Lines that begin with ``#`` are comments.
+
+    Parameters
+    ----------
+    path : Path
+        The file, UTF-8 with or without byte order mark.
+
+    Returns
+    -------
+    list of Stone
+        In the order of the file.
+
+    Raises
+    ------
+    RecordError
+        If the file cannot be read, has no stone or an unknown column, or a cell is wrong; names file, line, column.
+    """
+    one_of = ("azimuth_deg", "octant")
+    stones = [
+        row.stone(line)
+        for line, row in read_rows(path, SurveyRow, delimiter=",", error=RecordError, kind="survey", one_of=one_of)
+    ]
+    if not stones:
+        raise RecordError(f"{path}: no stone; write one row per stone below the header")
+    return stones

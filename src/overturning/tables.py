@@ -1,0 +1,122 @@
+"""Tables that a user writes by hand: one header line, one row per line, each row checked by a pydantic model."""
+
+import csv
+import difflib
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, TypeAdapter, ValidationError
+
+from overturning.errors import OverturningError
+
+Row = TypeVar("Row", bound=BaseModel)
+
+
+def read_rows(
+    path: Path,
+    model: type[Row],
+    *,
+    delimiter: str,
+    error: type[OverturningError],
+    kind: str,
+    one_of: Sequence[str] = (),
+) -> Iterator[tuple[int, Row]]:
+    """Read a table.
+
+    Lines that begin with ``#`` are comments; empty lines are passed over; an empty cell means the column's default. A
+    table set off by tabs may leave out the empty cells at a line's end.
+
+    Parameters
+    ----------
+    path : Path
+        The file, UTF-8 with or without byte order mark.
+    model : type of BaseModel
+        Its fields are the columns that the table may have.
+    delimiter : str
+        What sets off the cells: a comma or a tab.
+    error : type of OverturningError
+        What to raise.
+    kind : str
+        What the table is called in a message.
+    one_of : sequence of str
+        Columns of which the header must name one.
+
+    Yields
+    ------
+    line : int
+        Number of the line in the file.
+    row : BaseModel
+        The model of that line.
+
+    Raises
+    ------
+    OverturningError
+        Naming file, line, column, value and remedy: the file cannot be read, a column is unknown or named twice, a line has
+        another number of cells, or a cell is not what its column holds.
+    """
+    lines = _lines(path, model, error, kind)
+    cells_of = [[cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))] for _, line in lines]
+    columns = [cell.lower() for cell in cells_of[0]]
+    if why := _wrong_columns(columns, model, one_of):
+        raise error(f"{path} line {lines[0][0]}: {why}")
+    adapter = TypeAdapter(model)
+    for (number, _), cells in zip(lines[1:], cells_of[1:], strict=True):
+        if len(cells) > len(columns) or (len(cells) < len(columns) and delimiter != "\t"):
+            raise error(
+                f"{path} line {number}: {len(cells)} cells, the header names {len(columns)} columns; set off cells by "
+                f"{'tabs' if delimiter == chr(9) else 'commas'}"
+            )
+        values = {column: cell for column, cell in zip(columns, cells, strict=False) if cell}
+        try:
+            row = adapter.validate_python(values)
+        except ValidationError as problem:
+            raise error(f"{path} line {number}: {_what_is_wrong(problem, model, values)}") from None
+        yield number, row
+
+
+def _lines(path: Path, model: type[BaseModel], error: type[OverturningError], kind: str) -> list[tuple[int, str]]:
+    """The lines that are neither empty nor comments, with their numbers; at least one."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise error(f"{path}: cannot be read: no such {kind}; check the path in the config or the command") from None
+    except (OSError, UnicodeDecodeError) as problem:
+        raise error(f"{path}: cannot be read ({problem}); save the {kind} as text in UTF-8") from None
+    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
+    if not lines:
+        raise error(f"{path}: the {kind} is empty; its first line names columns of {', '.join(model.model_fields)}")
+    return lines
+
+
+def _wrong_columns(columns: Sequence[str], model: type[BaseModel], one_of: Sequence[str]) -> str:
+    """What is wrong with the columns of a header; empty where nothing is."""
+    for column in columns:
+        if column not in model.model_fields:
+            near = difflib.get_close_matches(column, model.model_fields, 1)
+            hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(model.model_fields)}"
+            return f"column {column!r} is not known; {hint}"
+    if len(set(columns)) < len(columns):
+        return f"a column is named twice; name each column once: {', '.join(columns)}"
+    if one_of and not set(one_of) & set(columns):
+        return f"no column {' or '.join(one_of)}; name one of them in the header"
+    return ""
+
+
+def _what_is_wrong(problem: ValidationError, model: type[BaseModel], values: dict[str, str]) -> str:
+    """The first error of a row: column and value, and what belongs there."""
+    first: Any = problem.errors()[0]
+    message = str(first["msg"]).removeprefix("Value error, ")
+    if not first["loc"]:
+        return message
+    column = str(first["loc"][0])
+    field = model.model_fields[column]
+    low, high = (
+        next((getattr(bound, name) for bound in field.metadata if getattr(bound, name, None) is not None), None)
+        for name in ("ge", "le")
+    )
+    if low is not None and high is not None:
+        message = f"give a {'whole ' if field.annotation is int else ''}number from {low:g} to {high:g}"
+    elif first["type"] != "value_error":
+        message = message[0].lower() + message[1:]
+    return f"column {column} {values.get(column, '')!r}: {message}"

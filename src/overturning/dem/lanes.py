@@ -73,6 +73,7 @@ class Rows:
         self.count: Final = len(numbers)
         self.size: Final = lanes * self.count
         self._rows = {number: lanes * row for row, number in enumerate(numbers)}
+        self._made: dict[tuple[object, ...], Access] = {}
 
     def row(self, of: type, path: str) -> int:
         """Where a row begins: of the number at a path of field names, such as ``left.spring``, of one of the tuples."""
@@ -94,8 +95,15 @@ class Rows:
         for name in path.split(".") if path else ():
             kind, prefix = get_type_hints(kind)[name], f"{prefix}{name}."
         inner = [inner for inner in _paths(kind) if not set(inner.split(".")) & set(without)]
-        place = {p: f"array[{self._rows[of, prefix + p]} + j]" for p in inner}
-        space: dict[str, Any] = {}
+        key = (of, path, *inner)
+        if key not in self._made:
+            self._made[key] = self._make(of, kind, prefix, inner)
+        return self._made[key]
+
+    def _make(self, of: type, kind: type, prefix: str, inner: list[str]) -> Access:
+        # Unsigned: Numba lets a signed index count from the end, and LLVM cannot always see that this one does not.
+        place = {p: f"array[unsigned({self._rows[of, prefix + p]}) + j]" for p in inner}
+        space: dict[str, Any] = {"unsigned": np.uintp}
         value = _construction(kind, place, space)
         stores = [f"{at} = value.{p}" for p, at in place.items()]
         choices = [f"{at} = {at} if keep else value.{p}" for p, at in place.items()]
@@ -105,7 +113,7 @@ class Rows:
             "store_unless(array, j, keep, value)": choices or ["pass"],
         }
         for head, body in source.items():
-            exec("\n    ".join([f"def {head}:", *body]), space)
+            exec("\n    ".join([f"def {head}:", "j = unsigned(j)", *body]), space)
         return Access(*(njit(**INLINE)(space[name]) for name in Access._fields))
 
 

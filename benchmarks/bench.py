@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from tests.dem.second_opinion import scalar_outcomes
+from tests.dem.scalar_kernel import outcomes
 
 from benchmarks import leave_out
 from benchmarks.agreement import agreeing_neighbours
@@ -96,17 +96,17 @@ def throughput() -> list[Row]:
     rows: list[Row] = []
     motion, peak = standing_motion(), peak_operations()
     many = Cases(0.0, 0.6, 0.4, np.linspace(0.3, 1.0, 512))
-    few = Cases(0.0, 0.6, 0.4, np.linspace(0.3, 1.0, 8))
+    few = [(0.0, 0.6, 0.4, friction) for friction in np.linspace(0.3, 1.0, 8)]
     for scheme, module in (("centred", centred), ("cundall", cundall)):
         advance = module.loops(vertical=False, rough=True)
         advance(np.zeros(ROWS.size), 8, 1, 9.8)
         wide = run_cases(motion, many, scheme=scheme, leave_out=False).block_steps.sum()
-        narrow = scalar_outcomes(motion, few, scheme=scheme)[:, 3].sum()
+        narrow = outcomes(motion, few)[:, 3].sum()
         # Interleaved, so that both see the same neighbours on the machine.
         ratios, speeds = [], []
         for _ in range(3):
             speed = wide / fastest(lambda s=scheme: run_cases(motion, many, scheme=s, leave_out=False), 1)
-            plain = narrow / fastest(lambda s=scheme: scalar_outcomes(motion, few, scheme=s), 1)
+            plain = narrow / fastest(lambda: outcomes(motion, few), 1)
             ratios.append(speed / plain)
             speeds.append(speed)
         operations = operations_per_step(advance)

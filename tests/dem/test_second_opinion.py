@@ -1,8 +1,8 @@
 """The block's kernel against a plain loop written from the equations, which shares nothing with it.
 
 Both are taken in steps so short that what they still differ by is their own error. How large that is was read from the second
-opinion alone: in steps twice as long its peak rotations change by 1e-7 in the median and by up to 2e-3 where a block nearly falls
-or slides for long, its slips by 1e-8 m; the bounds below lie above that and far below any change of the mechanics.
+opinion alone: in steps twice as long its peak rotations over α change by 6e-6 or less in the median of a record and by up to 2e-3
+where a block nearly falls, its slips by 3e-8 m in the median; the bounds below are of that size.
 """
 
 from itertools import product
@@ -58,7 +58,7 @@ def test_sides_rotations_and_slips_are_those_of_the_equations(number: int, pulse
         assert (rotation < 5e-3).mean() >= 0.95, scheme
         assert np.median(slip) < 5e-7, scheme
         assert (slip < 1e-4).mean() >= 0.95, scheme
-    # As users take it, in steps a thousand times as long.
+    # As users take it, in steps hundreds of times as long.
     same, rotation, slip = differences(run_cases(motion, cases(CELLS), leave_out=False), plain)
     assert same.mean() >= 0.95
     assert np.median(rotation) < 1e-3

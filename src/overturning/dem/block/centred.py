@@ -198,10 +198,8 @@ def solve(block: Block, s: State, attempt: Attempt, w: Foreseen, gravity: float)
     late = attempt.fine > block.tail
     nl, on_l = presses(block, left, s.left, late)
     nr, on_r = presses(block, right, s.right, late)
-    guess_l, guess_r = (
-        guess(block, left, nl, attempt.slid_left, late),
-        guess(block, right, nr, attempt.slid_right, late),
-    )
+    guess_l = guess(block, left, nl, attempt.slid_left, late)
+    guess_r = guess(block, right, nr, attempt.slid_right, late)
     slid_l, slides_l = jam(guess_l, guess_r, on_r)
     slid_r, slides_r = jam(guess_r, guess_l, on_l)
     p = share(block, left, half, nl, on_l, guess_l.f, slides_l, slid_l)

@@ -177,18 +177,9 @@ def _loops_of(scheme: Any, upward: Any, friction: Any) -> Any:
 
 @njit(nogil=True, **OPTIONS)
 def run_queue(
-    scheme: Any,
-    queue: Any,
-    cases: Any,
-    row_of_case: Any,
-    friction: Any,
-    ground: Ground,
-    steps: int,
-    limits: Limits,
-    counter: Any,
-    path: Any,
-    results: Any,
-) -> int:
+    scheme: Any, queue: Any, cases: Any, row_of_case: Any, friction: Any, ground: Ground, steps: int, limits: Limits,
+    counter: Any, path: Any, results: Any,
+) -> int:  # fmt: skip
     """Run the cases of a queue, all with the same number of steps per sample; a finished column takes the next one.
 
     Parameters

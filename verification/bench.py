@@ -18,12 +18,11 @@ import numpy as np
 import typer
 from numba import njit
 
-from overturning.dem import columns
+from overturning.dem.block import centred, cundall
+from overturning.dem.block.rows import ROWS
 from overturning.dem.blocks import Cases
 from overturning.dem.cases import run_cases
-from overturning.dem.centred import advance_centred
 from overturning.dem.contact import Contact
-from overturning.dem.cundall import advance_cundall
 from overturning.dem.simulate import simulate_arrays
 from overturning.motion.motion import Motion
 from overturning.reference.rocking import rocking_outcome
@@ -94,10 +93,9 @@ def throughput() -> list[Figure]:
     rows: list[Figure] = []
     motion, peak = standing_motion(), peak_operations()
     many = Cases(0.0, 0.6, 0.4, np.linspace(0.3, 1.0, 512))
-    state = np.zeros(columns.ROWS * columns.COLUMNS)
-    advance_centred(state, 8, 1, 9.8, None, True)
-    advance_cundall(state, 8, 1, 9.8, None)
-    for scheme, advance in (("centred", advance_centred), ("cundall", advance_cundall)):
+    for scheme, module in (("centred", centred), ("cundall", cundall)):
+        advance = module.loops(vertical=False, rough=True)
+        advance(np.zeros(ROWS.size), 8, 1, 9.8)
         wide = run_cases(motion, many, scheme=scheme, leave_out=False).block_steps.sum()
         plain_run, narrow = scalar_runs(motion, scheme == "centred")
         # Interleaved, so that both see the same neighbours on the machine.

@@ -37,12 +37,12 @@ REFERENCE = "0.03125 stable"
 
 def measure(changes: dict[str, float], reference: Path, azimuths: int = 12, every_record: int = 4) -> list[str]:
     """Run a variant in this process, before the kernel is imported; the first run of all leaves the reference in a file."""
-    from overturning.dem import columns
+    from overturning.dem.block import rows
 
     for name, value in changes.items():
-        if not hasattr(columns, name):
+        if not hasattr(rows, name):
             raise ValueError(f"the kernel has no constant {name}")
-        setattr(columns, name, value)
+        setattr(rows, name, value)
     from overturning.dem.cases import CaseResults, run_cases
     from verification.inputs import half_grid, near_fault
     from verification.measures import difference, percent, wrong_sides

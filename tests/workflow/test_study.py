@@ -72,7 +72,7 @@ def with_sources(tmp_path_factory: pytest.TempPathFactory, finished: Checkout) -
     ("module", "again"),
     [
         ("figures/rose.py", {"figures", "report", "all"}),
-        ("dem/kernel.py", {"sweep", "timing", "gather", "verification", "figures", "report", "all"}),
+        ("dem/block/queue.py", {"sweep", "timing", "gather", "verification", "figures", "report", "all"}),
         ("report/page.py", {"report", "all"}),
     ],
 )

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
+from overturning.dem.block.rows import COLUMNS
 from overturning.dem.blocks import Cases
 from overturning.dem.cases import CaseResults, run_cases
-from overturning.dem.columns import COLUMNS
 from overturning.dem.variables import INT8_MISSING
 from verification.measures import Flags
 from verification.work_precision.cases import Group

@@ -38,8 +38,9 @@ def sources_digest(folder: Path) -> str:
 def cache_directory(sources: Path | None = None) -> Path:
     """Folder of the compiled kernels of these sources.
 
-    Numba looks only at the file of the function that it loads; a helper that changed in another file goes unnoticed.
-    The folder is therefore named after a hash of every module of the layer: constants are compiled in, too.
+    Numba looks only at the file of the function that it loads; a function that changed in another file goes unnoticed.
+    The folder is therefore named after a hash of every module of the layer, with those of its subfolders: they share
+    functions, and constants are compiled in, too.
 
     Parameters
     ----------
@@ -57,6 +58,12 @@ def cache_directory(sources: Path | None = None) -> Path:
 
         base = str(Path(platformdirs.user_cache_dir("overturning")) / "kernels")
     return Path(base) / f"overturning-{sources_digest(sources or Path(__file__).parent)}"
+
+
+def layer_of(module: Path) -> Path:
+    """Folder of the layer of the package that a module is in, with all that it may have been compiled with."""
+    package = Path(__file__).parents[1]
+    return package / module.relative_to(package).parts[0]
 
 
 def keep_compiled(dispatcher: Any) -> Any:
@@ -82,7 +89,7 @@ def keep_compiled(dispatcher: Any) -> Any:
         return dispatcher
     cache = dispatcher._cache
     file = cache._cache_file
-    folder = cache_directory(Path(dispatcher.py_func.__code__.co_filename).parent)
+    folder = cache_directory(layer_of(Path(dispatcher.py_func.__code__.co_filename)))
     cache._cache_path = str(folder)
     file._cache_path = str(folder)
     file._index_path = str(folder / Path(file._index_path).name)

@@ -1,0 +1,130 @@
+"""Cases side by side: how both kernels are compiled, and how named tuples lie in the rows of an array.
+
+A kernel keeps its cases in one flat array of numbers: a row per quantity, a lane (column) per case, so that quantity ``Q`` of
+lane ``j`` is ``array[Q + j]``. The equations are written for ONE case, as functions of named tuples; a loop over the lanes
+loads the tuples, calls the functions and stores what comes out. LLVM makes full-width vector code of such a loop if
+
+- every function that it calls is compiled with `INLINE`;
+- nothing branches on a case's numbers: select (``a if c else b``) instead;
+- the arrays are `aligned`: a vector that straddles two cache lines costs a fifth of the speed.
+
+Three forms that read as well do not become vector code, or become slow: a named tuple *of arrays* (each array would be a base of
+its own, which may overlap the others); choosing between two whole tuples before they are stored; and storing under a
+condition (a masked store). `Access.store_unless` selects number by number instead.
+"""
+
+from collections.abc import Collection, Iterator
+from typing import Any, Final, NamedTuple, get_type_hints
+
+import numpy as np
+from numba import njit
+
+from overturning.dem.cache import prefer_full_width
+
+prefer_full_width()  # before anything is compiled
+
+OPTIONS: Final[dict[str, Any]] = {"fastmath": False, "error_model": "numpy", "boundscheck": False}
+"""Of every jitted function: no fast-math, no contraction, so that the bits are the same everywhere."""
+
+INLINE: Final[dict[str, Any]] = {**OPTIONS, "forceinline": True}
+"""Of those called within a loop over the lanes."""
+
+_LINE: Final = 8
+"""Numbers in a cache line, and in the widest vector."""
+
+
+@njit(**OPTIONS)
+def aligned(size: int) -> Any:
+    """Zeros, as an array whose first number begins a cache line; Numba's own begin at any multiple of 32 bytes."""
+    numbers = np.zeros(size + _LINE)
+    skip = -(numbers.ctypes.data // 8) % _LINE
+    return numbers[skip : skip + size]
+
+
+class Access(NamedTuple):
+    """Compiled functions that take a tuple from a lane and put it there."""
+
+    load: Any
+    """``load(array, j)`` gives the tuple of lane j;"""
+    store: Any
+    """``store(array, j, value)`` puts it there;"""
+    store_unless: Any
+    """``store_unless(array, j, keep, value)`` does where not `keep`, and else leaves the lane as it is."""
+
+
+class Rows:
+    """Which row of an array holds which number of some named tuples.
+
+    Parameters
+    ----------
+    lanes : int
+        Numbers in a row.
+    *tuples : type
+        Named tuples of numbers or of further such tuples; their numbers get the rows in the order of the fields.
+
+    Notes
+    -----
+    Rows count from the array that the functions are given: it may as well be a slice of a larger one, with the rows of one
+    body or pair out of many.
+    """
+
+    def __init__(self, lanes: int, *tuples: type) -> None:
+        numbers = [(of, path) for of in tuples for path in _paths(of)]
+        self.count: Final = len(numbers)
+        self.size: Final = lanes * self.count
+        self._rows = {number: lanes * row for row, number in enumerate(numbers)}
+
+    def row(self, of: type, path: str) -> int:
+        """Where a row begins: of the number at a path of field names, such as ``left.spring``, of one of the tuples."""
+        return self._rows[of, path]
+
+    def access(self, of: type, path: str = "", without: Collection[str] = ()) -> Access:
+        """Functions that load and store a tuple.
+
+        Parameters
+        ----------
+        of : type
+            One of the table's tuples.
+        path : str
+            Path of field names to a tuple within it; the whole one where not given.
+        without : collection of str
+            Names of fields, at any depth, that a variant of a kernel does without: they are not stored, and loaded as 0.
+        """
+        kind, prefix = of, ""
+        for name in path.split(".") if path else ():
+            kind, prefix = get_type_hints(kind)[name], f"{prefix}{name}."
+        inner = [inner for inner in _paths(kind) if not set(inner.split(".")) & set(without)]
+        place = {p: f"array[{self._rows[of, prefix + p]} + j]" for p in inner}
+        space: dict[str, Any] = {}
+        value = _construction(kind, place, space)
+        stores = [f"{at} = value.{p}" for p, at in place.items()]
+        choices = [f"{at} = {at} if keep else value.{p}" for p, at in place.items()]
+        source = {
+            "load(array, j)": [f"return {value}"],
+            "store(array, j, value)": stores or ["pass"],
+            "store_unless(array, j, keep, value)": choices or ["pass"],
+        }
+        for head, body in source.items():
+            exec("\n    ".join([f"def {head}:", *body]), space)
+        return Access(*(njit(**INLINE)(space[name]) for name in Access._fields))
+
+
+def _paths(of: type, prefix: str = "") -> Iterator[str]:
+    """Paths of field names to the numbers of a tuple, depth first."""
+    for name, kind in get_type_hints(of).items():
+        if hasattr(kind, "_fields"):
+            yield from _paths(kind, f"{prefix}{name}.")
+        else:
+            yield prefix + name
+
+
+def _construction(of: Any, place: dict[str, str], space: dict[str, Any], prefix: str = "") -> str:
+    """Source of the call that builds a tuple of numbers by their places; the types it names are put into `space`."""
+    space[of.__name__] = of
+    parts = [
+        _construction(kind, place, space, f"{prefix}{name}.")
+        if hasattr(kind, "_fields")
+        else place.get(prefix + name, "0.0")
+        for name, kind in get_type_hints(of).items()
+    ]
+    return f"{of.__name__}({', '.join(parts)})"

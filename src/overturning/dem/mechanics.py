@@ -1,0 +1,44 @@
+"""What the kernels of blocks and of polygons share of the mechanics, in the order of docs/method.md.
+
+Only ``+ - * /``, comparisons and selections: the bits of libm's functions differ between processors.
+"""
+
+import math
+
+from numba import njit
+
+from overturning.dem.lanes import INLINE
+
+
+@njit(**INLINE)
+def turned(c: float, s: float, turn: float) -> tuple[float, float]:
+    """Cosine and sine of an angle turned by a small one, rad, by series to the fifth order."""
+    square = turn * turn
+    sine = turn * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)))
+    versine = square * (0.5 - square * (1.0 / 24.0))
+    return c - (c * versine + s * sine), s - (s * versine - c * sine)
+
+
+@njit(**INLINE)
+def renormalised(c: float, s: float) -> tuple[float, float]:
+    """A pair (c, s) near length 1 brought back to it: one step of Newton's rule for the inverse root."""
+    unit = 1.5 - 0.5 * (c * c + s * s)
+    return c * unit, s * unit
+
+
+@njit(**INLINE)
+def within(force: float, limit: float) -> float:
+    """A force, or a spring's stretch, brought within ±limit; it keeps its sign."""
+    return math.copysign(limit, force) if abs(force) > limit else force
+
+
+@njit(**INLINE)
+def larger(peak: float, value: float) -> float:
+    """The larger of a peak so far and a value; a value that is not a number leaves the peak as it is."""
+    return value if value > peak else peak
+
+
+@njit(**INLINE)
+def line(first: float, second: float, per_step: float) -> tuple[float, float]:
+    """Value and slope of the line between two samples of the ground motion, whose steps (or ticks) are `per_step` of it."""
+    return first, (second - first) * per_step

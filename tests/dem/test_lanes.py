@@ -1,0 +1,92 @@
+"""Rows of an array as named tuples, and the small functions of the mechanics that both kernels share."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from numba import njit
+
+from overturning.dem.lanes import OPTIONS, Rows, aligned
+from overturning.dem.mechanics import larger, line, renormalised, turned, within
+
+
+class Memory(NamedTuple):
+    spring: float
+    force: float
+
+
+class Pair(NamedTuple):
+    depth: float
+    one: Memory
+    two: Memory
+
+
+class Other(NamedTuple):
+    mass: float
+
+
+ROWS = Rows(4, Other, Pair)
+PAIR, TWO = ROWS.access(Pair), ROWS.access(Pair, "two")
+NO_SPRINGS = ROWS.access(Pair, without=["spring"])
+
+
+def lanes() -> np.ndarray:
+    return np.arange(float(ROWS.size))
+
+
+def test_rows_follow_the_fields() -> None:
+    assert (ROWS.count, ROWS.size) == (6, 24)
+    assert [ROWS.row(Other, "mass"), ROWS.row(Pair, "depth"), ROWS.row(Pair, "two.spring")] == [0, 4, 16]
+    with pytest.raises(KeyError):
+        ROWS.row(Pair, "three")
+    assert PAIR.load(lanes(), 1) == Pair(5.0, Memory(9.0, 13.0), Memory(17.0, 21.0))
+    assert TWO.load(lanes(), 3) == Memory(19.0, 23.0)
+
+
+def test_a_tuple_is_stored_where_it_is_loaded_from() -> None:
+    array, value = lanes(), Pair(-1.0, Memory(-2.0, -3.0), Memory(-4.0, -5.0))
+    PAIR.store(array, 2, value)
+    assert PAIR.load(array, 2) == value
+    assert np.count_nonzero(array < 0) == 5
+    # In a slice of a larger array, as the rows of one pair of many.
+    many = np.concatenate([lanes(), lanes()])
+    TWO.store(many[ROWS.size :], 0, value.two)
+    assert np.flatnonzero(many < 0).tolist() == [24 + 16, 24 + 20]
+
+
+def test_a_lane_that_keeps_its_numbers_and_fields_left_out() -> None:
+    array, value = lanes(), Pair(-1.0, Memory(-2.0, -3.0), Memory(-4.0, -5.0))
+    PAIR.store_unless(array, 0, True, value)
+    np.testing.assert_array_equal(array, lanes())
+    NO_SPRINGS.store_unless(array, 0, False, value)
+    assert PAIR.load(array, 0) == Pair(-1.0, Memory(8.0, -3.0), Memory(16.0, -5.0))
+    assert NO_SPRINGS.load(array, 0) == Pair(-1.0, Memory(0.0, -3.0), Memory(0.0, -5.0))
+
+
+def test_compiled_code_gets_aligned_zeros() -> None:
+    @njit(**OPTIONS)
+    def address(size: int) -> tuple[int, int, float]:
+        numbers = aligned(size)
+        return numbers.ctypes.data, numbers.size, np.abs(numbers).sum()
+
+    for size in (1, 100, 4032):
+        place, length, total = address(size)
+        assert (place % 64, length, total) == (0, size, 0.0)
+
+
+def test_a_turned_pair_stays_on_the_circle() -> None:
+    c, s = np.cos(0.4), np.sin(0.4)
+    for turn in (1e-2, -1e-3, 0.0):
+        np.testing.assert_allclose(
+            turned(c, s, turn), (np.cos(0.4 + turn), np.sin(0.4 + turn)), atol=2 * turn**6 + 1e-16
+        )
+    long = (1.0 + 1e-6) * c, (1.0 + 1e-6) * s
+    np.testing.assert_allclose(np.hypot(*renormalised(*long)), 1.0, atol=2e-12)
+
+
+def test_limits_keep_the_sign_and_pass_on_what_is_no_number() -> None:
+    assert [within(force, 2.0) for force in (3.0, -3.0, 1.0, 2.0)] == [2.0, -2.0, 1.0, 2.0]
+    assert np.signbit(within(-1.0, 0.0))
+    assert np.isnan(within(np.nan, 1.0))
+    assert [larger(1.0, 2.0), larger(1.0, 0.0), larger(1.0, np.nan)] == [2.0, 1.0, 1.0]
+    assert line(1.0, 3.0, 0.25) == (1.0, 0.5)

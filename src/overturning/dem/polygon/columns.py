@@ -1,71 +1,251 @@
-"""How the general kernel keeps its cases: one array, a row per quantity, a column per case.
+"""How the general kernel keeps its cases: named tuples of one case, in rows of an array with a column per case.
 
-Quantity ``Q`` of column ``j`` stands at ``[Q + j]`` of a block of rows: the column's own, then one block per element and
-one per pair. The innermost loops run over columns without branches and LLVM makes vector code of them; they know only
-``+ - * /`` and comparisons, so that a column's bits depend neither on its neighbours, nor on the thread, nor on the width
-of the processor's vectors.
-
-All modules of this folder count as the kernel's sources (`overturning.dem.cache`); nothing that is compiled may come from
-another one.
+The array has the rows of the column itself (`Case`), then a block of rows for each element (`Element`) and for each pair
+(`Pair`). A function that computes one case takes and gives such tuples; `load_element(rows, j)`, `store_pose(rows, j, pose)`
+and the like fetch and keep those of column j. The innermost loops run over columns without branches and LLVM makes vector code
+of them; they know only ``+ - * /`` and comparisons, so that a column's bits depend neither on its neighbours, nor on the
+thread, nor on the width of the processor's vectors.
 """
 
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from numba import njit
 from numba.extending import intrinsic
 
-from overturning.dem.cache import prefer_full_width
-
-prefer_full_width()  # before anything is compiled
+from overturning.dem.lanes import OPTIONS, Rows
 
 COLUMNS: Final = 16
 """Cases side by side: enough to hide the latency of one case's operations, few enough for the first cache."""
 
-OPTIONS: Final[dict[str, Any]] = {"fastmath": False, "error_model": "numpy", "boundscheck": False}
-"""Of every jitted function: no fast-math, no contraction, so that the bits are the same everywhere."""
-
-INLINE: Final[dict[str, Any]] = {**OPTIONS, "forceinline": True}
-"""Of those called within a loop over the columns: without it the loop would not become vector code."""
-
-# A column's own rows,
-(STEP, RATE, TICK, BASE, SLOPE, UP_BASE, UP_SLOPE, GROUND, UP) = (i * COLUMNS for i in range(9))
-(AMPLITUDE, SAMPLE, CALM, AFTER, ENERGY) = (i * COLUMNS for i in range(9, 14))
-OWN: Final = 14
-# those of an element: pose, velocity at the half step, motion of the last step, force at the whole step,
-(X, Z, ANGLE, COS, SIN, VX, VZ, VW, MOVED, TURNED, FX, FZ, MOMENT) = (i * COLUMNS for i in range(13))
-# velocity at the whole step, with the forces known so far, acceleration,
-(NOW_X, NOW_Z, NOW_W, AX, AZ, AW) = (i * COLUMNS for i in range(13, 19))
-# constants,
-(INVERSE_MASS, INVERSE_INERTIA, MASS, FRAME, WEIGHT, HELD, CRITICAL) = (i * COLUMNS for i in range(19, 26))
-# what is booked, and what is looked at once per sample only;
-(WORK, PEAK_ANGLE, LAST_UPRIGHT) = (i * COLUMNS for i in range(26, 29))
-(UPRIGHT_UNTIL, SIDE, PEAK_SLIP, SLIP) = (i * COLUMNS for i in range(29, 33))
-# points of its base and of what it stands on, whose distance is the slip.
-(BASE_X, BASE_Z, SUPPORT_X, SUPPORT_Z) = (i * COLUMNS for i in range(33, 37))
-# Sample from which on the shaking is too weak to throw it down from rest.
-SAFE_FROM = 37 * COLUMNS
-BODY: Final = 38
-# those of a pair, of its first element's face: outward normal, distance from the centre, ends along the tangent,
-(ANX, ANZ, AOFF, ALO, AHI) = (i * COLUMNS for i in range(5))
-# the same of the pair's second element,
-(BNX, BNZ, BOFF, BLO, BHI) = (i * COLUMNS for i in range(5, 10))
-# contact law, reach of a rotation, limits of motion: before faces can change, before a contact can begin; face indices,
-(KN, KS, DASHPOT, FRICTION, COMPLIANCE, LEVER, LIMIT, REACH, FACE_A, FACE_B) = (i * COLUMNS for i in range(10, 20))
-# depths and places along the face (along its opposite for b's) one step ago of a's first and second vertex and of b's,
-(DA1, SA1, DA2, SA2, DB1, SB1, DB2, SB2) = (i * COLUMNS for i in range(20, 28))
-# memory of both ends: spring, contact, forces along normal and tangent; `SECOND` leads from end 1's to end 2's,
-(SPRING, CONTACT, NORMAL, TANGENT) = (i * COLUMNS for i in range(28, 32))
-MEMORY: Final = 4
-SECOND: Final = MEMORY * COLUMNS
-# motion since the search, largest penetration, energy taken from the elements, force on a, moments on a and b.
-(USED, DEEPEST, TAKEN, SUM_X, SUM_Z, MOMENT_A, MOMENT_B) = (i * COLUMNS for i in range(36, 43))
-PAIR: Final = 43
-
-# What an end's CONTACT says: open, closed by a's vertex or by b's, or found anew by a search.
+# What an end's `Memory.carrier` says: open, closed by a's vertex or by b's, or found anew by a search.
 OPEN: Final = 0.0
 MINE: Final = 1.0
 THEIRS: Final = -1.0
 HANDED_ON: Final = 2.0
+
+
+class Shaking(NamedTuple):
+    """Acceleration of the base, linear between two samples, and time."""
+
+    base: float
+    """Towards the azimuth: at the sample (m/s²) and per step,"""
+    slope: float
+    up_base: float
+    """upwards,"""
+    up_slope: float
+    tick: float
+    """steps since the sample."""
+
+
+class Case(NamedTuple):
+    """What a column holds of its case besides elements and pairs."""
+
+    shaking: Shaking
+    step: float
+    """Time step (s), and steps per second,"""
+    rate: float
+    amplitude: float
+    """factor on the record,"""
+    sample: float
+    """sample of the record,"""
+    calm: float
+    """samples after which it can be at rest for good, and after which it is undecided,"""
+    after: float
+    energy: float
+    """energy at the start, J."""
+
+
+class Pose(NamedTuple):
+    """Centre (m), rotation (rad) and its cosine and sine."""
+
+    x: float
+    z: float
+    angle: float
+    cos: float
+    sin: float
+
+
+class Plane(NamedTuple):
+    """Velocity or acceleration (m, s, rad), or force (N) with moment (N m), in the plane."""
+
+    x: float
+    z: float
+    w: float
+
+
+class Body(NamedTuple):
+    """Constants of an element; inverse masses are 0 where forces do not move it."""
+
+    inverse_mass: float
+    inverse_inertia: float
+    mass: float
+    weight: float
+    """1 where gravity acts, else 0,"""
+    frame: float
+    """1 where the base moves under it, 0 where it moves with the base,"""
+    held: float
+    """1 where it stays in space, else 0,"""
+    critical: float
+    """α, rad."""
+
+
+class Course(NamedTuple):
+    """What is noted of an element's motion at each step."""
+
+    moved: float
+    """Motion (m) and rotation (rad) of the last step,"""
+    turned: float
+    work: float
+    """work of what moves the base and of what holds the element, J,"""
+    peak_angle: float
+    last_upright: float
+    """steps of this sample up to the last with |rotation| < α, −1 if none."""
+
+
+class Standing(NamedTuple):
+    """What is looked at once per sample."""
+
+    upright_until: float
+    """Last time with |rotation| < α, s,"""
+    side: float
+    """where it has fallen: ±1, else 0,"""
+    peak_slip: float
+    slip: float
+    safe_from: float
+    """sample from which on the shaking is too weak to throw it down from rest,"""
+    base_x: float
+    """points of its base and of what it stands on, whose distance is the slip, m."""
+    base_z: float
+    support_x: float
+    support_z: float
+
+
+class Element(NamedTuple):
+    """An element; velocity half a step ago, force at the whole step."""
+
+    pose: Pose
+    velocity: Plane
+    now: Plane
+    """Velocity at the whole step with the forces known so far."""
+    acceleration: Plane
+    force: Plane
+    body: Body
+    course: Course
+    standing: Standing
+
+
+class Face(NamedTuple):
+    """A face in its element's axes: outward normal, distance from the centre, ends along the tangent (−n_z, n_x)."""
+
+    nx: float
+    nz: float
+    off: float
+    low: float
+    high: float
+
+
+class Law(NamedTuple):
+    """Contact law at a vertex: stiffnesses (N/m), dashpot (N s/m), friction, 1/tangential stiffness."""
+
+    normal: float
+    tangential: float
+    dashpot: float
+    friction: float
+    compliance: float
+
+
+class Nearest(NamedTuple):
+    """Which faces are nearest, and for how much motion that holds, m."""
+
+    face_a: float
+    face_b: float
+    lever: float
+    """Reach of a rotation,"""
+    limit: float
+    """motion before the faces can change, and before a contact can begin (−1: there may be one now),"""
+    reach: float
+    used: float
+    """motion since the search."""
+
+
+class Seen(NamedTuple):
+    """Depth behind the other face of a face's end, and place along it (of b's along its opposite), m."""
+
+    depth: float
+    place: float
+
+
+class Vertices(NamedTuple):
+    """Both ends of a's face and of b's."""
+
+    a1: Seen
+    a2: Seen
+    b1: Seen
+    b2: Seen
+
+
+class Memory(NamedTuple):
+    """What an end remembers: stretch of its tangential spring, carrier, forces along normal and tangent."""
+
+    spring: float
+    carrier: float
+    normal: float
+    tangent: float
+
+
+class Action(NamedTuple):
+    """What both ends do: force on a (N), the opposite on b; moments about the centres of a and, reversed, of b, N m."""
+
+    x: float
+    z: float
+    moment_a: float
+    moment_b: float
+
+
+class Pair(NamedTuple):
+    """Two elements a and b that can meet; vertices as a step ago."""
+
+    face_a: Face
+    face_b: Face
+    law: Law
+    nearest: Nearest
+    before: Vertices
+    one: Memory
+    two: Memory
+    action: Action
+    deepest: float
+    """Largest penetration, m; energy taken from the elements, J."""
+    taken: float
+
+
+CASE: Final = Rows(COLUMNS, Case)
+ELEMENT: Final = Rows(COLUMNS, Element)
+PAIR: Final = Rows(COLUMNS, Pair)
+CASE_SIZE: Final = CASE.size
+ELEMENT_SIZE: Final = ELEMENT.size
+PAIR_SIZE: Final = PAIR.size
+
+load_case, store_case, _ = CASE.access(Case)
+load_shaking, store_shaking, _ = CASE.access(Case, "shaking")
+load_element, store_element, _ = ELEMENT.access(Element)
+load_pose, store_pose, _ = ELEMENT.access(Element, "pose")
+_, store_velocity, _ = ELEMENT.access(Element, "velocity")
+_, store_now, _ = ELEMENT.access(Element, "now")
+_, store_acceleration, _ = ELEMENT.access(Element, "acceleration")
+_, store_force, _ = ELEMENT.access(Element, "force")
+load_body, _, _ = ELEMENT.access(Element, "body")
+_, store_course, _ = ELEMENT.access(Element, "course")
+load_standing, store_standing, _ = ELEMENT.access(Element, "standing")
+load_pair, store_pair, _ = PAIR.access(Pair)
+load_nearest, store_nearest, _ = PAIR.access(Pair, "nearest")
+load_face_a, store_face_a, _ = PAIR.access(Pair, "face_a")
+load_vertices, store_vertices, _ = PAIR.access(Pair, "before")
+# Of end 1; with `SECOND` added to the column, of end 2.
+load_memory, store_memory, _ = PAIR.access(Pair, "one")
+_, store_action, _ = PAIR.access(Pair, "action")
+SECOND: Final = PAIR.row(Pair, "two.spring") - PAIR.row(Pair, "one.spring")
+DEEPEST: Final = PAIR.row(Pair, "deepest")
+TAKEN: Final = PAIR.row(Pair, "taken")
 
 
 @intrinsic
@@ -87,12 +267,12 @@ def borrowed(_: Any, array: Any) -> Any:
 @njit(inline="always", **OPTIONS)
 def element_rows(state: Any, element: int) -> Any:
     """The rows of an element."""
-    at = (OWN + element * BODY) * COLUMNS
-    return state[at : at + BODY * COLUMNS]
+    at = CASE_SIZE + element * ELEMENT_SIZE
+    return state[at : at + ELEMENT_SIZE]
 
 
 @njit(inline="always", **OPTIONS)
 def pair_rows(state: Any, elements: int, pair: int) -> Any:
     """The rows of a pair; those of all elements come before them."""
-    at = (OWN + elements * BODY + pair * PAIR) * COLUMNS
-    return state[at : at + PAIR * COLUMNS]
+    at = CASE_SIZE + elements * ELEMENT_SIZE + pair * PAIR_SIZE
+    return state[at : at + PAIR_SIZE]

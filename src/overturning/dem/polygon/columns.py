@@ -7,6 +7,7 @@ of them; they know only ``+ - * /`` and comparisons, so that a column's bits dep
 thread, nor on the width of the processor's vectors.
 """
 
+from collections.abc import Iterable
 from typing import Any, Final, NamedTuple
 
 from numba import njit
@@ -99,7 +100,7 @@ class Course(NamedTuple):
     """work of what moves the base and of what holds the element, J,"""
     peak_angle: float
     last_upright: float
-    """steps of this sample up to the last with |rotation| < α, −1 if none."""
+    """steps of this sample up to the last at which |rotation| was below α, −1 if none."""
 
 
 class Standing(NamedTuple):
@@ -226,26 +227,44 @@ ELEMENT_SIZE: Final = ELEMENT.size
 PAIR_SIZE: Final = PAIR.size
 
 load_case, store_case, _ = CASE.access(Case)
-load_shaking, store_shaking, _ = CASE.access(Case, "shaking")
-load_element, store_element, _ = ELEMENT.access(Element)
+_, store_shaking, _ = CASE.access(Case, "shaking")
+load_element, _, _ = ELEMENT.access(Element)
 load_pose, store_pose, _ = ELEMENT.access(Element, "pose")
 _, store_velocity, _ = ELEMENT.access(Element, "velocity")
 _, store_now, _ = ELEMENT.access(Element, "now")
 _, store_acceleration, _ = ELEMENT.access(Element, "acceleration")
 _, store_force, _ = ELEMENT.access(Element, "force")
-load_body, _, _ = ELEMENT.access(Element, "body")
 _, store_course, _ = ELEMENT.access(Element, "course")
-load_standing, store_standing, _ = ELEMENT.access(Element, "standing")
-load_pair, store_pair, _ = PAIR.access(Pair)
+load_pair, _, _ = PAIR.access(Pair)
+_, store_face_a, _ = PAIR.access(Pair, "face_a")
+_, store_face_b, _ = PAIR.access(Pair, "face_b")
+_, store_law, _ = PAIR.access(Pair, "law")
 load_nearest, store_nearest, _ = PAIR.access(Pair, "nearest")
-load_face_a, store_face_a, _ = PAIR.access(Pair, "face_a")
-load_vertices, store_vertices, _ = PAIR.access(Pair, "before")
-# Of end 1; with `SECOND` added to the column, of end 2.
+_, store_vertices, _ = PAIR.access(Pair, "before")
 load_memory, store_memory, _ = PAIR.access(Pair, "one")
 _, store_action, _ = PAIR.access(Pair, "action")
+
+# Rows of numbers that are changed by themselves. Added to a column, SECOND leads from end 1's memory to end 2's.
 SECOND: Final = PAIR.row(Pair, "two.spring") - PAIR.row(Pair, "one.spring")
+TICK: Final = CASE.row(Case, "shaking.tick")
+SAMPLE: Final = CASE.row(Case, "sample")
+ENERGY: Final = CASE.row(Case, "energy")
+LAST_UPRIGHT: Final = ELEMENT.row(Element, "course.last_upright")
+UPRIGHT_UNTIL: Final = ELEMENT.row(Element, "standing.upright_until")
+SIDE: Final = ELEMENT.row(Element, "standing.side")
+PEAK_SLIP: Final = ELEMENT.row(Element, "standing.peak_slip")
+SLIP: Final = ELEMENT.row(Element, "standing.slip")
+SAFE_FROM: Final = ELEMENT.row(Element, "standing.safe_from")
+LIMIT: Final = PAIR.row(Pair, "nearest.limit")
+REACH: Final = PAIR.row(Pair, "nearest.reach")
+USED: Final = PAIR.row(Pair, "nearest.used")
 DEEPEST: Final = PAIR.row(Pair, "deepest")
 TAKEN: Final = PAIR.row(Pair, "taken")
+
+
+def flat(values: Iterable[Any]) -> list[float]:
+    """The numbers of nested tuples, in the order of their rows."""
+    return [number for value in values for number in (flat(value) if isinstance(value, tuple) else [float(value)])]
 
 
 @intrinsic

@@ -1,21 +1,20 @@
 """Where the nearest faces of a pair lie to each other: depths and places of their four vertices, and the two ends."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from numba import njit
 
 from overturning.dem.lanes import INLINE, OPTIONS
 from overturning.dem.mechanics import turned
 from overturning.dem.polygon.columns import (
+    THEIRS,
+    Element,
     Face,
     Memory,
     Pair,
     Pose,
     Seen,
     Vertices,
-    load_element,
-    load_pair,
-    store_vertices,
 )
 
 
@@ -171,26 +170,23 @@ def common_stretch(pair: Pair, a: Pose, b: Pose) -> Stretch:
 
 
 @njit(**OPTIONS)
-def pose_before(e: Any, j: int, dt: float) -> Pose:
-    """Pose of an element a time dt ago."""
-    item = load_element(e, j)
-    pose, v = item.pose, item.velocity
-    c, s = turned(pose.cos, pose.sin, -dt * v.w)
-    return Pose(pose.x - dt * v.x, pose.z - dt * v.z, pose.angle, c, s)
+def seen_before(pair: Pair, a: Element, b: Element, dt: float) -> Vertices:
+    """Depths and places of the faces' vertices a time dt ago, 0 for now."""
+    f = facing(pair.face_a, pair.face_b, pose_before(a, dt), pose_before(b, dt))
+    a1, a2, b1, b2 = vertices(pair.face_a, pair.face_b, f, pair.before)
+    return Vertices(a1.seen, a2.seen, b1.seen, b2.seen)
 
 
 @njit(**OPTIONS)
-def see_before(q: Any, a: Any, b: Any, j: int, dt: float) -> None:
-    """Keep depths and places of the faces' vertices a time dt ago, 0 for now."""
-    pair = load_pair(q, j)
-    f = facing(pair.face_a, pair.face_b, pose_before(a, j, dt), pose_before(b, j, dt))
-    a1, a2, b1, b2 = vertices(pair.face_a, pair.face_b, f, pair.before)
-    store_vertices(q, j, Vertices(a1.seen, a2.seen, b1.seen, b2.seen))
+def pose_before(e: Element, dt: float) -> Pose:
+    """Pose of an element a time dt ago."""
+    c, s = turned(e.pose.cos, e.pose.sin, -dt * e.velocity.w)
+    return Pose(e.pose.x - dt * e.velocity.x, e.pose.z - dt * e.velocity.z, e.pose.angle, c, s)
 
 
-@njit(**INLINE)
-def carried_by(memory: Memory, end: int, v: Vertices) -> Seen:
-    """The vertex that carries an end (0 or 1): of a's first and second, of b's second and first."""
-    if memory.carrier != -1.0:
-        return v.a1 if end == 0 else v.a2
-    return v.b2 if end == 0 else v.b1
+@njit(**OPTIONS)
+def carried(memory: Memory, end: int, of: Vertices) -> Seen:
+    """The vertex that carries an end, 0 or 1: of a's first and second, of b's second and first."""
+    if memory.carrier != THEIRS:
+        return of.a1 if end == 0 else of.a2
+    return of.b2 if end == 0 else of.b1

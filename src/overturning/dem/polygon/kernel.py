@@ -16,29 +16,20 @@ import numpy as np
 from numba import njit
 
 from overturning.dem.cache import keep_compiled
-from overturning.dem.polygon.advance import advance, count_motion, shake
+from overturning.dem.lanes import OPTIONS, aligned
+from overturning.dem.mechanics import line, renormalised
+from overturning.dem.polygon import columns as c
+from overturning.dem.polygon import tables as t
+from overturning.dem.polygon.advance import advance
 from overturning.dem.polygon.centred import contact_centred
-
-# isort: off
-from overturning.dem.polygon.columns import (
-    AFTER, AMPLITUDE, ANGLE, AW, AX, AZ, BASE, CALM, COLUMNS, CONTACT, COS, DASHPOT, ENERGY, FRAME, FRICTION, LIMIT, MINE,
-    NORMAL, OPEN, OPTIONS, OWN, RATE, REACH, SAFE_FROM, SAMPLE, SECOND, SIN, SLOPE, STEP, TAKEN, TANGENT, TICK,
-    UPRIGHT_UNTIL, UP_BASE, UP_SLOPE, USED, VW, VX, VZ, X, Z, borrowed, element_rows, pair_rows,
-)  # fmt: skip
+from overturning.dem.polygon.columns import COLUMNS, Case, Law, Pose, Shaking, element_rows, pair_rows
 from overturning.dem.polygon.cundall import contact_cundall
 from overturning.dem.polygon.energy import energy, springs
 from overturning.dem.polygon.memory import end_place, load_at_rest
-from overturning.dem.polygon.search import search
-from overturning.dem.polygon.tables import (
-    FORCE_COLUMNS, IS_FREE, P_AFTER, P_AMPLITUDE, P_CALM, P_DAMPING, P_FIRST, P_FRICTION, PARAMETERS, SUPPORT, T_ANGLE,
-    T_FX, T_FZ, T_GROUND, T_LOAD, T_LOAD_X, T_LOAD_Z, T_TIME, T_VW, T_VX, T_VZ, T_X, T_Z,
-)  # fmt: skip
-
-# isort: on
-from overturning.dem.polygon.verdict import book_slip, book_upright, finish, verdict
-
-CENTRED: Final = 1
-"""The number of the centred scheme."""
+from overturning.dem.polygon.search import count_motion, search
+from overturning.dem.polygon.verdict import GOING_ON, finish, note_slip, note_upright, verdict
+from overturning.dem.status import Status
+from overturning.dem.time_step import Scheme
 
 LOOK: Final = 0.1
 """A case is looked at after each so many seconds of its record, or each sample where that is longer."""
@@ -46,137 +37,128 @@ LOOK: Final = 0.1
 
 @njit(**OPTIONS)
 def start(
-    state: Any, j: int, case: Any, initial: Any, layout: Any, sizes: Any, shapes: Any, interval: float, steps: int,
-    gravity: float,
-) -> None:  # fmt: skip
+    state: Any, j: int, case: Any, initial: Any, layout: Any, sizes: Any, shapes: Any, interval: float, steps: int, gravity: float
+) -> None:
     """Put a case into column j: the scene's column at rest, its own friction, damping and amplitude."""
     for row in range(initial.size):
         state[row * COLUMNS + j] = initial[row]
-    own = state[: OWN * COLUMNS]
-    own[STEP + j], own[RATE + j] = interval / steps, steps / interval
-    own[AMPLITUDE + j], own[SAMPLE + j] = case[P_AMPLITUDE], case[P_FIRST]
-    own[CALM + j], own[AFTER + j] = case[P_CALM], case[P_AFTER]
+    step, still = interval / steps, Shaking(0.0, 0.0, 0.0, 0.0, 0.0)
+    now, calm, after = case[t.P_FIRST], case[t.P_CALM], case[t.P_AFTER]
+    c.store_case(state, j, Case(still, step, steps / interval, case[t.P_AMPLITUDE], now, calm, after, 0.0))
     for e in range(sizes.size):
-        body = element_rows(state, e)
-        body[UPRIGHT_UNTIL + j] = case[P_FIRST] * interval
-        body[SAFE_FROM + j] = case[PARAMETERS + e]
+        rows = element_rows(state, e)
+        rows[c.UPRIGHT_UNTIL + j] = case[t.P_FIRST] * interval
+        rows[c.SAFE_FROM + j] = case[t.PARAMETERS + e]
     for p in range(layout.shape[0]):
-        first, second = layout[p, 0], layout[p, 1]
-        q, a, b = pair_rows(state, sizes.size, p), element_rows(state, first), element_rows(state, second)
-        q[FRICTION + j] = q[FRICTION + j] if q[FRICTION + j] >= 0.0 else case[P_FRICTION]
-        q[DASHPOT + j] = q[DASHPOT + j] * case[P_DAMPING]
-        settled = q[LIMIT + j] == np.inf
-        search(q, a, b, own, j, sizes[first], sizes[second], shapes[first], shapes[second])
+        i, k = layout[p, 0], layout[p, 1]
+        q, a, b = pair_rows(state, sizes.size, p), element_rows(state, i), element_rows(state, k)
+        pair = c.load_pair(q, j)
+        law, settled = pair.law, pair.nearest.limit == np.inf
+        friction = law.friction if law.friction >= 0.0 else case[t.P_FRICTION]
+        dashpot = law.dashpot * case[t.P_DAMPING]
+        c.store_law(q, j, Law(law.normal, law.tangential, dashpot, friction, law.compliance))
+        search(q, a, b, j, step, shapes[i, : sizes[i]], shapes[k, : sizes[k]])
         if settled:
-            q[LIMIT + j], q[REACH + j] = np.inf, -1.0
+            q[c.LIMIT + j], q[c.REACH + j] = np.inf, -1.0
         load_at_rest(q, a, b, j)
-        q[TAKEN + j] = springs(q, j)
-    own[ENERGY + j] = energy(state, j, layout, sizes.size, gravity)
+        q[c.TAKEN + j] = springs(c.load_pair(q, j))
+    state[c.ENERGY + j] = energy(state, j, layout, sizes.size, gravity)
 
 
 @njit(**OPTIONS)
 def next_sample(state: Any, elements: int, row: Any, ground: Any, upward: Any, steps: int) -> None:
     """Bring the turning pairs back to length 1 and load the ground motion of each column's sample."""
-    scale = 1.0 / steps
-    last = ground.shape[1] - 3
     for e in range(elements):
-        body = element_rows(state, e)
+        rows = element_rows(state, e)
         for j in range(COLUMNS):
-            c, s = body[COS + j], body[SIN + j]
-            unit = 1.5 - 0.5 * (c * c + s * s)
-            body[COS + j], body[SIN + j] = c * unit, s * unit
+            pose = c.load_pose(rows, j)
+            cos, sin = renormalised(pose.cos, pose.sin)
+            c.store_pose(rows, j, Pose(pose.x, pose.z, pose.angle, cos, sin))
+    scale, last = 1.0 / steps, ground.shape[1] - 3
     for j in range(COLUMNS):
-        i = min(int(state[SAMPLE + j]), last)
-        factor = state[AMPLITUDE + j]
-        a0, a1 = ground[row[j], i] * factor, ground[row[j], i + 1] * factor
-        state[BASE + j], state[SLOPE + j] = a0, (a1 - a0) * scale
+        case = c.load_case(state, j)
+        i, factor = min(int(case.sample), last), case.amplitude
+        base, slope = line(ground[row[j], i] * factor, ground[row[j], i + 1] * factor, scale)
+        up_base, up_slope = 0.0, 0.0
         if upward.size > 0:
-            a0, a1 = upward[i] * factor, upward[i + 1] * factor
-            state[UP_BASE + j], state[UP_SLOPE + j] = a0, (a1 - a0) * scale
-        state[TICK + j] = 0.0
+            up_base, up_slope = line(upward[i] * factor, upward[i + 1] * factor, scale)
+        c.store_shaking(state, j, Shaking(base, slope, up_base, up_slope, 0.0))
 
 
 @njit(**OPTIONS)
 def end_sample(state: Any, elements: int, rules: Any, steps: int, interval: float) -> None:
     """Each element's slip, and the last time at which a standing one's rotation was below the critical angle."""
-    own = state[: OWN * COLUMNS]
-    for k in range(elements):
-        if rules[k, IS_FREE] == 0.0:
-            continue
-        body = element_rows(state, k)
-        book_slip(body, element_rows(state, int(rules[k, SUPPORT])))
-        book_upright(body, own, 1.0 / steps, interval)
+    for e in range(elements):
+        if rules[e, t.IS_FREE] > 0.0:
+            rows = element_rows(state, e)
+            note_slip(rows, element_rows(state, int(rules[e, t.SUPPORT])))
+            note_upright(rows, state, 1.0 / steps, interval)
     for j in range(COLUMNS):
-        own[SAMPLE + j] = own[SAMPLE + j] + 1.0
+        state[c.SAMPLE + j] = state[c.SAMPLE + j] + 1.0
 
 
 @njit(**OPTIONS)
 def note(state: Any, j: int, elements: int, interval: float, path: Any) -> None:
     """Write a column's state into a row of its trajectory, velocities brought to the whole step."""
-    path[T_TIME] = state[SAMPLE + j] * interval
-    path[T_GROUND] = state[BASE + j]
-    half = 0.5 * state[STEP + j]
+    case = c.load_case(state, j)
+    path[t.T_TIME] = case.sample * interval
+    path[t.T_GROUND] = case.shaking.base
+    half = 0.5 * case.step
     for e in range(elements):
-        body = element_rows(state, e)
+        item = c.load_element(element_rows(state, e), j)
+        pose, v, a = item.pose, item.velocity, item.acceleration
         to = 2 + 6 * e
-        path[to + T_X], path[to + T_Z], path[to + T_ANGLE] = body[X + j], body[Z + j], body[ANGLE + j]
-        path[to + T_VX] = body[VX + j] + half * body[AX + j]
-        path[to + T_VZ] = body[VZ + j] + half * body[AZ + j]
-        path[to + T_VW] = body[VW + j] + half * body[AW + j]
+        path[to + t.T_X], path[to + t.T_Z], path[to + t.T_ANGLE] = pose.x, pose.z, pose.angle
+        path[to + t.T_VX], path[to + t.T_VZ] = v.x + half * a.x, v.z + half * a.z
+        path[to + t.T_VW] = v.w + half * a.w
 
 
 @njit(**OPTIONS)
 def note_forces(state: Any, j: int, layout: Any, elements: int, share: float, path: Any, row: int) -> None:
     """Add a step's share of a column's contact forces to the row of its trajectory, with the places where they act."""
     for p in range(layout.shape[0]):
-        q, a = pair_rows(state, elements, p), element_rows(state, layout[p, 0])
-        b = element_rows(state, layout[p, 1])
+        pair = c.load_pair(pair_rows(state, elements, p), j)
+        a, b = c.load_pose(element_rows(state, layout[p, 0]), j), c.load_pose(element_rows(state, layout[p, 1]), j)
         for end in range(2):
-            at = end * SECOND + j
-            if q[CONTACT + at] == OPEN:
+            memory = pair.one if end == 0 else pair.two
+            if memory.carrier == c.OPEN:
                 continue
-            n, t = share * q[NORMAL + at], share * q[TANGENT + at]
-            rx, rz, nx, nz = end_place(q, a, b, j, end, q[CONTACT + at] == MINE)
-            to = 2 + 6 * elements + FORCE_COLUMNS * (2 * p + end)
-            path[row, to + T_FX] += n * nx + t * nz
-            path[row, to + T_FZ] += n * nz - t * nx
-            path[row, to + T_LOAD] += n
-            path[row, to + T_LOAD_X] += n * (a[X + j] + rx)
-            path[row, to + T_LOAD_Z] += n * (a[Z + j] + rz)
+            n, tangent = share * memory.normal, share * memory.tangent
+            rx, rz, nx, nz = end_place(pair, a, b, end, memory.carrier == c.MINE)
+            to = 2 + 6 * elements + t.FORCE_COLUMNS * (2 * p + end)
+            path[row, to + t.T_FX] += n * nx + tangent * nz
+            path[row, to + t.T_FZ] += n * nz - tangent * nx
+            path[row, to + t.T_LOAD] += n
+            path[row, to + t.T_LOAD_X] += n * (a.x + rx)
+            path[row, to + t.T_LOAD_Z] += n * (a.z + rz)
 
 
 @njit(**OPTIONS)
 def step(state: Any, scheme: int, layout: Any, sizes: Any, shapes: Any, variant: Any, gravity: float) -> None:
     """One step of all columns."""
-    own = state[: OWN * COLUMNS]
-    shake(own)
-    elements = sizes.size
     for p in range(layout.shape[0]):
-        first, second = layout[p, 0], layout[p, 1]
-        q, a, b = pair_rows(state, elements, p), element_rows(state, first), element_rows(state, second)
-        flags = count_motion(q, a, b)
-        if flags >= 1024:
+        i, k = layout[p, 0], layout[p, 1]
+        q, a, b = pair_rows(state, sizes.size, p), element_rows(state, i), element_rows(state, k)
+        near, due = count_motion(q, a, b)
+        if due > 0:
+            near = 0
             for j in range(COLUMNS):
-                if q[USED + j] >= q[LIMIT + j]:
-                    search(
-                        q, a, b, own, j, sizes[first], sizes[second], shapes[variant[j], first],
-                        shapes[variant[j], second],
-                    )  # fmt: skip
-            flags = 0
-            for j in range(COLUMNS):
-                flags += 1 if q[USED + j] >= q[REACH + j] else 0
-        if flags > 0:
-            if scheme == CENTRED:
-                contact_centred(q, a, b, own)
+                if q[c.USED + j] >= q[c.LIMIT + j]:
+                    v, dt = variant[j], c.load_case(state, j).step
+                    search(q, a, b, j, dt, shapes[v, i, : sizes[i]], shapes[v, k, : sizes[k]])
+                near += 1 if q[c.USED + j] >= q[c.REACH + j] else 0
+        if near > 0:
+            if scheme == Scheme.CENTRED:
+                contact_centred(q, a, b, state)
             else:
-                contact_cundall(q, a, b, own)
-    for e in range(elements):
-        body = element_rows(state, e)
+                contact_cundall(q, a, b, state)
+    for e in range(sizes.size):
+        rows = element_rows(state, e)
         # Free or held; a driven one rests in the frame of the base.
-        if body[FRAME] != 0.0:
-            advance(body, own, gravity)
+        if c.load_element(rows, 0).body.frame != 0.0:
+            advance(rows, state, gravity)
     for j in range(COLUMNS):
-        own[TICK + j] = own[TICK + j] + 1.0
+        state[c.TICK + j] = state[c.TICK + j] + 1.0
 
 
 @njit(nogil=True, **OPTIONS)
@@ -231,23 +213,24 @@ def run_queue(
         Rows of `path` that were filled.
     """
     rows, elements = initial.shape[1], sizes.size
-    owner = np.zeros(rows * COLUMNS)
-    state: Any = borrowed(owner)  # type: ignore[call-arg]
+    owner = aligned(rows * COLUMNS)
+    state: Any = c.borrowed(owner)  # type: ignore[call-arg]
     case, row = np.zeros(COLUMNS, np.int64), np.zeros(COLUMNS, np.int64)
     variant, done = np.zeros(COLUMNS, np.int64), np.zeros(COLUMNS, np.int64)
     free = 0
     for e in range(elements):
-        free += 1 if rules[0, e, IS_FREE] > 0.0 else 0
+        free += 1 if rules[0, e, t.IS_FREE] > 0.0 else 0
     # Not literals: for those Numba would compile everything that they go into once more.
     active, head, noted, filled = np.int64(0), np.int64(0), np.int64(0), np.int64(0)
     stride = max(int(LOOK / interval), 1)
     with_forces = path.shape[0] > 0 and path.shape[1] > 2 + 6 * elements
     while True:
         while active < COLUMNS and head < queue.size:
-            c = queue[head]
-            case[active], row[active], variant[active], done[active] = c, row_of_case[c], variant_of_case[c], 0
+            number = queue[head]
+            case[active], row[active] = number, row_of_case[number]
+            variant[active], done[active] = variant_of_case[number], 0
             start(
-                state, active, cases[c], initial[variant[active]], layout, sizes, shapes[variant[active]], interval,
+                state, active, cases[number], initial[variant[active]], layout, sizes, shapes[variant[active]], interval,
                 steps, gravity,
             )  # fmt: skip
             active, head = active + 1, head + 1
@@ -274,13 +257,13 @@ def run_queue(
         counter[0] += active * steps * free
         for j in range(active - 1, -1, -1):
             done[j] += steps
-            if int(state[SAMPLE + j]) % stride != 0 and done[j] < budget:
+            if int(state[c.SAMPLE + j]) % stride != 0 and done[j] < budget:
                 continue
             scene = variant[j]
             ended = verdict(state, j, layout, elements, rules[scene], limits[scene], float(samples), gravity)
-            if ended < 0 and done[j] >= budget:
-                ended = 5
-            if ended < 0:
+            if ended == GOING_ON and done[j] >= budget:
+                ended = Status.OVER_BUDGET
+            if ended == GOING_ON:
                 continue
             finish(
                 state, j, layout, elements, limits[scene], ended, done[j], gravity, results[case[j]],

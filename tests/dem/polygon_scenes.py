@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from overturning.dem.blocks import Cases
-from overturning.dem.polygon import columns as k
+from overturning.dem.polygon import rows as k
 from overturning.dem.polygon.cases import ScenePlan, plan_scene
 from overturning.dem.polygon.geometry import native_size
 from overturning.dem.polygon.scene import Scene, check_scene, load_scene
@@ -58,6 +58,7 @@ def run(how: ScenePlan, motion: Motion, more: int = 0) -> tuple[np.ndarray, np.n
 
 def put(how: ScenePlan, element: int, **values: float) -> None:
     """Set x, z, angle, vx, vz or vw of an element at the start; it touches nothing there."""
+
     def put_number(path: str, number: float) -> None:
         row = k.CASE.count + element * k.ELEMENT.count + k.ELEMENT.row(k.Element, path) // k.COLUMNS
         how.initial[0, row] = number

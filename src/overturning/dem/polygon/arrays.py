@@ -24,7 +24,7 @@ FLAT: Final = round(0.999 * 0.5 * np.pi, 12)
 
 def kernel_column(prepared: Prepared) -> FloatArray:
     """The rows of a column at rest, as the kernel wants them, shape (rows,)."""
-    from overturning.dem.polygon import columns as k
+    from overturning.dem.polygon import rows as k
 
     placed, laws, still = prepared.placed, prepared.laws, k.Plane(0.0, 0.0, 0.0)
     elements = []
@@ -45,7 +45,8 @@ def kernel_column(prepared: Prepared) -> FloatArray:
         )  # fmt: skip
     settled = np.inf if rests_on_one_face(placed) else 0.0
     nearest = k.Nearest(face_a=-1.0, face_b=-1.0, lever=0.0, limit=settled, reach=-1.0, used=0.0)
-    face, seen, zero = k.Face(0.0, 0.0, 0.0, 0.0, 0.0), k.Seen(0.0, 0.0), k.Action(0.0, 0.0, 0.0, 0.0)
+    seen, face, zero = k.Seen(0.0, 0.0), k.Face(0.0, 0.0, 0.0, 0.0, 0.0), k.Action(0.0, 0.0, 0.0, 0.0)
+    unseen = k.Vertices(seen, seen, seen, seen)
     pairs = []
     for index, (i, j) in enumerate(prepared.pairs):
         tangential = laws.tangential[index]
@@ -55,7 +56,7 @@ def kernel_column(prepared: Prepared) -> FloatArray:
         for at, side, slip in prepared.springs:
             if at == index:
                 ends[side] = k.Memory(slip, k.MINE if _is_first(placed[i], placed[j], side) else k.THEIRS, 0.0, 0.0)
-        pairs.append(k.Pair(face, face, law, nearest, k.Vertices(seen, seen, seen, seen), *ends, zero, 0.0, 0.0))
+        pairs.append(k.Pair(face, face, law, nearest, unseen, ends[0], ends[1], zero, 0.0, 0.0))
     return np.array([0.0] * k.CASE.count + k.flat(elements) + k.flat(pairs))
 
 

@@ -10,19 +10,14 @@ from numba import njit
 
 from overturning.dem.lanes import INLINE, OPTIONS
 from overturning.dem.mechanics import within
-from overturning.dem.polygon.columns import (
-    COLUMNS,
-    Body,
-    Element,
-    Pair,
-    Plane,
-    load_case,
-    load_element,
-    load_pair,
-    store_now,
-)
+from overturning.dem.polygon import rows
 from overturning.dem.polygon.contact import Force, act, stretched
 from overturning.dem.polygon.faces import End, Stretch, common_stretch
+from overturning.dem.polygon.rows import Body, Element, Pair, Plane
+
+
+class Centred(NamedTuple):
+    """Stands for the scheme where the kernel is compiled."""
 
 
 class Answer(NamedTuple):
@@ -116,14 +111,19 @@ def corrected(now: Plane, body: Body, half: float, x: float, z: float, moment: f
 
 
 @njit(**OPTIONS)
-def contact_centred(q: Any, a: Any, b: Any, own: Any) -> None:
+def contact(q: Any, a: Any, b: Any, own: Any) -> None:
     """Forces of one pair: spring, dashpot and slider at both ends of the faces' common stretch."""
-    for j in range(COLUMNS):
-        pair, first, second, dt = load_pair(q, j), load_element(a, j), load_element(b, j), load_case(own, j).step
+    for j in range(rows.COLUMNS):
+        pair, first, second, dt = (
+            rows.load_pair(q, j),
+            rows.load_element(a, j),
+            rows.load_element(b, j),
+            rows.load_case(own, j).step,
+        )
         ends = common_stretch(pair, first.pose, second.pose)
         f1, f2 = forces(pair, first, second, dt, ends)
         more = act(q, a, b, j, pair, first, second, ends, f1, f2)
         # The elements' velocities with this pair's new forces in place of its old.
         half = 0.5 * dt
-        store_now(a, j, corrected(first.now, first.body, half, more.x, more.z, more.moment_a))
-        store_now(b, j, corrected(second.now, second.body, half, -more.x, -more.z, -more.moment_b))
+        rows.store_now(a, j, corrected(first.now, first.body, half, more.x, more.z, more.moment_a))
+        rows.store_now(b, j, corrected(second.now, second.body, half, -more.x, -more.z, -more.moment_b))

@@ -9,25 +9,9 @@ from numba import njit
 
 from overturning.dem.lanes import INLINE
 from overturning.dem.mechanics import larger
-from overturning.dem.polygon.columns import (
-    DEEPEST,
-    HANDED_ON,
-    MINE,
-    OPEN,
-    SECOND,
-    TAKEN,
-    THEIRS,
-    Action,
-    Element,
-    Memory,
-    Pair,
-    Plane,
-    store_action,
-    store_force,
-    store_memory,
-    store_vertices,
-)
+from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import End, Stretch
+from overturning.dem.polygon.rows import Action, Element, Memory, Pair, Plane
 
 
 class Force(NamedTuple):
@@ -44,19 +28,19 @@ def stretched(old: Memory, end: End, ends: Stretch, compliance: float, drag: flo
 
     A new contact begins unstretched.
     """
-    carrier = MINE if end.mine else THEIRS
+    carrier = rows.MINE if end.mine else rows.THEIRS
     share = -((carrier * ends.turn_r) * old.normal) - old.tangent * ends.turn_q
-    share = old.tangent if old.carrier == HANDED_ON else share
+    share = old.tangent if old.carrier == rows.HANDED_ON else share
     kept = -(share + drag) * compliance
     stretch = old.spring + end.slip if old.carrier == carrier else kept
-    return stretch if old.carrier != OPEN else 0.0
+    return stretch if old.carrier != rows.OPEN else 0.0
 
 
 @njit(**INLINE)
 def remembered(end: End, force: Force) -> Memory:
     """What an end remembers of its force until the next step."""
-    carrier = MINE if end.mine else THEIRS
-    return Memory(force.spring, carrier if end.closed else OPEN, force.n, force.t)
+    carrier = rows.MINE if end.mine else rows.THEIRS
+    return Memory(force.spring, carrier if end.closed else rows.OPEN, force.n, force.t)
 
 
 @njit(**INLINE)
@@ -86,12 +70,12 @@ def act(
     deepest = larger(deepest, two.depth) if two.closed else deepest
     new = action_of(one, two, f1, f2)
     on_a, on_b = first.force, second.force
-    store_force(a, j, Plane(on_a.x + new.x, on_a.z + new.z, on_a.w + new.moment_a))
-    store_force(b, j, Plane(on_b.x - new.x, on_b.z - new.z, on_b.w - new.moment_b))
-    store_vertices(q, j, ends.now)
-    store_memory(q, j, remembered(one, f1))
-    store_memory(q, j + SECOND, remembered(two, f2))
-    store_action(q, j, new)
-    q[DEEPEST + j] = deepest
-    q[TAKEN + j] = pair.taken + 0.5 * (twice_taken(one, pair.one, f1) + twice_taken(two, pair.two, f2))
+    rows.store_force(a, j, Plane(on_a.x + new.x, on_a.z + new.z, on_a.w + new.moment_a))
+    rows.store_force(b, j, Plane(on_b.x - new.x, on_b.z - new.z, on_b.w - new.moment_b))
+    rows.store_vertices(q, j, ends.now)
+    rows.store_memory(q, j, remembered(one, f1))
+    rows.store_memory(q, j + rows.SECOND, remembered(two, f2))
+    rows.store_action(q, j, new)
+    q[rows.DEEPEST + j] = deepest
+    q[rows.TAKEN + j] = pair.taken + 0.5 * (twice_taken(one, pair.one, f1) + twice_taken(two, pair.two, f2))
     return Action(new.x - old.x, new.z - old.z, new.moment_a - old.moment_a, new.moment_b - old.moment_b)

@@ -1,14 +1,19 @@
 """Cundall's scheme: springs at the whole step, dashpots at the half step before it, from the difference of depths."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from numba import njit
 
 from overturning.dem.lanes import INLINE, OPTIONS
 from overturning.dem.mechanics import within
-from overturning.dem.polygon.columns import COLUMNS, Law, Memory, load_case, load_element, load_pair
+from overturning.dem.polygon import rows
 from overturning.dem.polygon.contact import Force, act, stretched
 from overturning.dem.polygon.faces import End, Stretch, common_stretch
+from overturning.dem.polygon.rows import Law, Memory
+
+
+class Cundall(NamedTuple):
+    """Stands for the scheme where the kernel is compiled."""
 
 
 @njit(**INLINE)
@@ -26,10 +31,15 @@ def end_force(law: Law, old: Memory, end: End, ends: Stretch, rate: float) -> Fo
 
 
 @njit(**OPTIONS)
-def contact_cundall(q: Any, a: Any, b: Any, own: Any) -> None:
+def contact(q: Any, a: Any, b: Any, own: Any) -> None:
     """Forces of one pair: spring, dashpot and slider at both ends of the faces' common stretch."""
-    for j in range(COLUMNS):
-        pair, first, second, case = load_pair(q, j), load_element(a, j), load_element(b, j), load_case(own, j)
+    for j in range(rows.COLUMNS):
+        pair, first, second, case = (
+            rows.load_pair(q, j),
+            rows.load_element(a, j),
+            rows.load_element(b, j),
+            rows.load_case(own, j),
+        )
         ends = common_stretch(pair, first.pose, second.pose)
         f1 = end_force(pair.law, pair.one, ends.one, ends, case.rate)
         f2 = end_force(pair.law, pair.two, ends.two, ends, case.rate)

@@ -5,8 +5,9 @@ from typing import Any
 from numba import njit
 
 from overturning.dem.lanes import OPTIONS
-from overturning.dem.polygon.columns import OPEN, THEIRS, Element, Pair, element_rows, load_case, load_element, load_pair, pair_rows
+from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import carried, seen_before
+from overturning.dem.polygon.rows import Element, Pair
 
 
 @njit(**OPTIONS)
@@ -14,7 +15,7 @@ def energy(state: Any, j: int, layout: Any, elements: int, gravity: float) -> fl
     """Kinetic and gravitational energy of a column at the last half step and spring energy at the whole step before, J."""
     total = 0.0
     for p in range(layout.shape[0]):
-        total += springs(load_pair(pair_rows(state, elements, p), j))
+        total += springs(rows.load_pair(rows.of_pair(state, elements, p), j))
     return total + moving_energy(state, j, elements, gravity)
 
 
@@ -22,9 +23,9 @@ def energy(state: Any, j: int, layout: Any, elements: int, gravity: float) -> fl
 def moving_energy(state: Any, j: int, elements: int, gravity: float) -> float:
     """Kinetic and gravitational energy of a column at the last half step, J."""
     total = 0.0
-    half = 0.5 * load_case(state, j).step
+    half = 0.5 * rows.load_case(state, j).step
     for e in range(elements):
-        item = load_element(element_rows(state, e), j)
+        item = rows.load_element(rows.of_element(state, e), j)
         if item.body.inverse_mass != 0.0:
             height = item.pose.z - half * item.velocity.z
             total += kinetic(item) + item.body.mass * gravity * height
@@ -37,7 +38,7 @@ def springs(pair: Pair) -> float:
     total = 0.0
     for end in range(2):
         memory = pair.one if end == 0 else pair.two
-        if memory.carrier != OPEN:
+        if memory.carrier != rows.OPEN:
             depth = carried(memory, end, pair.before).depth
             total += 0.5 * (pair.law.normal * depth * depth + pair.law.tangential * memory.spring**2)
     return total
@@ -59,15 +60,15 @@ def closing_work(state: Any, j: int, layout: Any, elements: int) -> float:
     """
     work = 0.0
     for p in range(layout.shape[0]):
-        pair = load_pair(pair_rows(state, elements, p), j)
-        if pair.one.carrier == OPEN and pair.two.carrier == OPEN:
+        pair = rows.load_pair(rows.of_pair(state, elements, p), j)
+        if pair.one.carrier == rows.OPEN and pair.two.carrier == rows.OPEN:
             continue
-        a, b = element_rows(state, layout[p, 0]), element_rows(state, layout[p, 1])
-        later = seen_before(pair, load_element(a, j), load_element(b, j), 0.0)
+        a, b = rows.of_element(state, layout[p, 0]), rows.of_element(state, layout[p, 1])
+        later = seen_before(pair, rows.load_element(a, j), rows.load_element(b, j), 0.0)
         for end in range(2):
             memory = pair.one if end == 0 else pair.two
             old, new = carried(memory, end, pair.before), carried(memory, end, later)
             slip = old.place - new.place
-            slip = -slip if memory.carrier == THEIRS else slip
+            slip = -slip if memory.carrier == rows.THEIRS else slip
             work += 0.5 * (memory.normal * (new.depth - old.depth) - memory.tangent * slip)
     return work

@@ -6,16 +6,8 @@ from numba import njit
 
 from overturning.dem.lanes import INLINE, OPTIONS
 from overturning.dem.mechanics import turned
-from overturning.dem.polygon.columns import (
-    THEIRS,
-    Element,
-    Face,
-    Memory,
-    Pair,
-    Pose,
-    Seen,
-    Vertices,
-)
+from overturning.dem.polygon import rows
+from overturning.dem.polygon.rows import Element, Face, Memory, Pair, Pose, Seen, Vertices
 
 
 class Facing(NamedTuple):
@@ -187,6 +179,6 @@ def pose_before(e: Element, dt: float) -> Pose:
 @njit(**OPTIONS)
 def carried(memory: Memory, end: int, of: Vertices) -> Seen:
     """The vertex that carries an end, 0 or 1: of a's first and second, of b's second and first."""
-    if memory.carrier != THEIRS:
+    if memory.carrier != rows.THEIRS:
         return of.a1 if end == 0 else of.a2
     return of.b2 if end == 0 else of.b1

@@ -5,37 +5,23 @@ from typing import Any
 from numba import njit
 
 from overturning.dem.lanes import OPTIONS
-from overturning.dem.polygon.columns import (
-    HANDED_ON,
-    MINE,
-    OPEN,
-    SECOND,
-    THEIRS,
-    Action,
-    Memory,
-    Pair,
-    Pose,
-    load_memory,
-    load_pair,
-    load_pose,
-    store_action,
-    store_memory,
-)
+from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import carried, rotated
+from overturning.dem.polygon.rows import Action, Memory, Pair, Pose
 
 
 @njit(**OPTIONS)
 def forget(q: Any, j: int) -> None:
     """Forget what both ends of a pair remember."""
-    store_memory(q, j, Memory(0.0, OPEN, 0.0, 0.0))
-    store_memory(q, j + SECOND, Memory(0.0, OPEN, 0.0, 0.0))
+    rows.store_memory(q, j, Memory(0.0, rows.OPEN, 0.0, 0.0))
+    rows.store_memory(q, j + rows.SECOND, Memory(0.0, rows.OPEN, 0.0, 0.0))
 
 
 @njit(**OPTIONS)
 def let_go(q: Any, j: int) -> None:
     """Forget both ends of a pair that is out of reach, and its forces."""
     forget(q, j)
-    store_action(q, j, Action(0.0, 0.0, 0.0, 0.0))
+    rows.store_action(q, j, Action(0.0, 0.0, 0.0, 0.0))
 
 
 @njit(**OPTIONS)
@@ -45,29 +31,27 @@ def hand_on(q: Any, a: Pose, b: Pose, j: int, old_a: int, old_b: int, shape_a: A
     Its forces are turned into the directions of the new end, so that the next step stretches the spring to the share of
     the old force along the new face.
     """
-    pair = load_pair(q, j)
+    pair = rows.load_pair(q, j)
     face_a, face_b = int(pair.nearest.face_a), int(pair.nearest.face_b)
     forget(q, j)
     for end in range(2):
         old = pair.one if end == 0 else pair.two
-        if old.carrier == OPEN:
+        if old.carrier == rows.OPEN:
             continue
-        mine = old.carrier != THEIRS
+        mine = old.carrier != rows.THEIRS
         if mine:
             target = nearest_end(shape_a, old_a + end, face_a, face_a + 1)
         else:
             target = nearest_end(shape_b, old_b + 1 - end, face_b + 1, face_b)
         old_x, old_z = end_normal(a, b, shape_a, shape_b, old_a, old_b, mine)
         x, z = old.normal * old_x + old.tangent * old_z, old.normal * old_z - old.tangent * old_x
-        if target == 0:
-            inner = pair.before.a1.place <= pair.face_b.high
-        else:
-            inner = pair.before.a2.place >= pair.face_b.low
+        first, second = pair.before.a1.place <= pair.face_b.high, pair.before.a2.place >= pair.face_b.low
+        inner = first if target == 0 else second
         new_x, new_z = end_normal(a, b, shape_a, shape_b, face_a, face_b, inner)
         n, t = x * new_x + z * new_z, x * new_z - z * new_x
-        there = load_memory(q, j + target * SECOND)
-        if there.carrier == OPEN or there.normal < n:
-            store_memory(q, j + target * SECOND, Memory(old.spring, HANDED_ON, n, t))
+        there = rows.load_memory(q, j + target * rows.SECOND)
+        if there.carrier == rows.OPEN or there.normal < n:
+            rows.store_memory(q, j + target * rows.SECOND, Memory(old.spring, rows.HANDED_ON, n, t))
 
 
 @njit(**OPTIONS)
@@ -114,18 +98,18 @@ def end_place(pair: Pair, a: Pose, b: Pose, end: int, mine: bool) -> tuple[float
 @njit(**OPTIONS)
 def load_at_rest(q: Any, a: Any, b: Any, j: int) -> None:
     """Give the ends of a scene at rest, whose springs are loaded, the forces that go with them."""
-    pair, on, by = load_pair(q, j), load_pose(a, j), load_pose(b, j)
+    pair, on, by = rows.load_pair(q, j), rows.load_pose(a, j), rows.load_pose(b, j)
     dx, dz = on.x - by.x, on.z - by.z
     total_x, total_z, moment_a, moment_b = 0.0, 0.0, 0.0, 0.0
     for end in range(2):
         old = pair.one if end == 0 else pair.two
-        if old.carrier == OPEN:
+        if old.carrier == rows.OPEN:
             continue
         n = max(pair.law.normal * carried(old, end, pair.before).depth, 0.0)
         t = -pair.law.tangential * old.spring
-        store_memory(q, j + end * SECOND, Memory(old.spring, old.carrier, n, t))
-        rx, rz, nx, nz = end_place(pair, on, by, end, old.carrier == MINE)
+        rows.store_memory(q, j + end * rows.SECOND, Memory(old.spring, old.carrier, n, t))
+        rx, rz, nx, nz = end_place(pair, on, by, end, old.carrier == rows.MINE)
         x, z = n * nx + t * nz, n * nz - t * nx
         total_x, total_z = total_x + x, total_z + z
         moment_a, moment_b = moment_a + (rz * x - rx * z), moment_b + ((rz + dz) * x - (rx + dx) * z)
-    store_action(q, j, Action(total_x, total_z, moment_a, moment_b))
+    rows.store_action(q, j, Action(total_x, total_z, moment_a, moment_b))

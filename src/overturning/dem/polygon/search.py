@@ -9,22 +9,10 @@ import numpy as np
 from numba import njit
 
 from overturning.dem.lanes import OPTIONS
-from overturning.dem.polygon.columns import (
-    COLUMNS,
-    USED,
-    Face,
-    Nearest,
-    Pose,
-    load_element,
-    load_nearest,
-    load_pair,
-    store_face_a,
-    store_face_b,
-    store_nearest,
-    store_vertices,
-)
+from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import rotated, seen_before
 from overturning.dem.polygon.memory import hand_on, let_go
+from overturning.dem.polygon.rows import Face, Nearest, Pose
 
 
 class Candidate(NamedTuple):
@@ -117,7 +105,7 @@ def search(q: Any, a: Any, b: Any, j: int, step: float, shape_a: Any, shape_b: A
     Of all faces the one with the largest separation from the other element is nearest; with it goes the other
     element's face most nearly opposite. A pair that has no faces yet, those of a column at rest, keeps its memory.
     """
-    old, first, second = load_nearest(q, j), load_element(a, j), load_element(b, j)
+    old, first, second = rows.load_nearest(q, j), rows.load_element(a, j), rows.load_element(b, j)
     on, by = first.pose, second.pose
     best = nearest_of(on, by, shape_a, shape_b, old)
     dx, dz = on.x - by.x, on.z - by.z
@@ -127,15 +115,15 @@ def search(q: Any, a: Any, b: Any, j: int, step: float, shape_a: Any, shape_b: A
     moved, turned = first.course.moved + second.course.moved, first.course.turned + second.course.turned
     clear = 0.9 * best.gap - 2.0 * (moved + lever * turned)
     reach = clear if clear > 0.0 else -1.0
-    store_nearest(q, j, Nearest(best.a, best.b, lever, max(limit, reach), reach, 0.0))
+    rows.store_nearest(q, j, Nearest(best.a, best.b, lever, max(limit, reach), reach, 0.0))
     if clear > 0.0:
         let_go(q, j)
     changed = old.face_a != best.a or old.face_b != best.b
     if changed:
-        store_face_a(q, j, face_of(shape_a, best.a))
-        store_face_b(q, j, face_of(shape_b, best.b))
+        rows.store_face_a(q, j, face_of(shape_a, best.a))
+        rows.store_face_b(q, j, face_of(shape_b, best.b))
     if changed or old.reach > 0.0 or clear > 0.0:
-        store_vertices(q, j, seen_before(load_pair(q, j), first, second, step))
+        rows.store_vertices(q, j, seen_before(rows.load_pair(q, j), first, second, step))
     if changed and old.face_a >= 0.0:
         hand_on(q, on, by, j, int(old.face_a), int(old.face_b), shape_a, shape_b)
 
@@ -152,10 +140,10 @@ def face_of(shape: Any, face: int) -> Face:
 def count_motion(q: Any, a: Any, b: Any) -> tuple[int, int]:
     """Add the last step's motion; in how many columns the pair could touch, and in how many it has to be searched."""
     near, due = 0, 0
-    for j in range(COLUMNS):
-        old, first, second = load_nearest(q, j), load_element(a, j).course, load_element(b, j).course
+    for j in range(rows.COLUMNS):
+        old, first, second = rows.load_nearest(q, j), rows.load_element(a, j).course, rows.load_element(b, j).course
         used = (old.used + (first.moved + second.moved)) + old.lever * (first.turned + second.turned)
-        q[USED + j] = used
+        q[rows.USED + j] = used
         near += 1 if used >= old.reach else 0
         due += 1 if used >= old.limit else 0
     return near, due

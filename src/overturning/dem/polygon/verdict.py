@@ -7,26 +7,11 @@ from numba import njit
 
 from overturning.dem.lanes import INLINE, OPTIONS
 from overturning.dem.mechanics import larger
+from overturning.dem.polygon import rows
 from overturning.dem.polygon import tables as t
-from overturning.dem.polygon.columns import (
-    COLUMNS,
-    LAST_UPRIGHT,
-    OPEN,
-    PEAK_SLIP,
-    SIDE,
-    SLIP,
-    UPRIGHT_UNTIL,
-    Element,
-    Pose,
-    element_rows,
-    load_case,
-    load_element,
-    load_pair,
-    load_pose,
-    pair_rows,
-)
 from overturning.dem.polygon.energy import closing_work, energy, kinetic, moving_energy
 from overturning.dem.polygon.faces import rotated
+from overturning.dem.polygon.rows import Element, Pose
 from overturning.dem.status import Status
 
 SAFE_TILT: Final = 0.1
@@ -35,45 +20,47 @@ SAFE_ENERGY: Final = 0.1
 """After a fall: rotation over α, slip over half its height and kinetic energy over its barrier up to which an element that
 the rest of the record cannot lift is taken to stand for good."""
 
-GOING_ON: Final = -1
+GOES_ON: Final = -1
 """Instead of a `Status`: the case has not ended."""
 
 
 @njit(**OPTIONS)
 def verdict(state: Any, j: int, layout: Any, elements: int, rules: Any, limits: Any, end: float, gravity: float) -> int:
-    """`Status` of a column at the end of a sample, or `GOING_ON`."""
-    case = load_case(state, j)
+    """`Status` of a column at the end of a sample, or `GOES_ON`."""
+    case = rows.load_case(state, j)
     check, moving, standing, fallen, safe, slid = 0.0, 0.0, 0, 0, 0, False
-    for e in range(elements):
-        rows = element_rows(state, e)
-        item = load_element(rows, j)
+    for i in range(elements):
+        e = rows.of_element(state, i)
+        item = rows.load_element(e, j)
         check += item.pose.x + item.pose.z + item.velocity.x + item.velocity.z + item.velocity.w + item.pose.cos
-        if rules[e, t.IS_FREE] == 0.0:
+        if rules[i, t.IS_FREE] == 0.0:
             continue
         moving += kinetic(item)
         slid = slid or abs(item.standing.slip) > 0.1 * abs(item.standing.base_z)
         if item.standing.side == 0.0:
-            rows[SIDE + j] = side_of(item, load_pose(element_rows(state, int(rules[e, t.SUPPORT])), j), rules[e])
-        if rows[SIDE + j] != 0.0:
+            e[rows.SIDE + j] = side_of(
+                item, rows.load_pose(rows.of_element(state, int(rules[i, t.SUPPORT])), j), rules[i]
+            )
+        if e[rows.SIDE + j] != 0.0:
             fallen += 1
         else:
             standing += 1
-            safe += 1 if is_safe(item, case.sample, rules[e, t.BARRIER]) else 0
+            safe += 1 if is_safe(item, case.sample, rules[i, t.BARRIER]) else 0
     if not np.isfinite(check):
         return Status.UNSTABLE
     grip = 0
     for p in range(layout.shape[0]):
-        pair = load_pair(pair_rows(state, elements, p), j)
+        pair = rows.load_pair(rows.of_pair(state, elements, p), j)
         if pair.deepest > limits[t.DEEPEST_ALLOWED]:
             return Status.UNSTABLE
-        touching = (1 if pair.one.carrier != OPEN else 0) + (1 if pair.two.carrier != OPEN else 0)
+        touching = (1 if pair.one.carrier != rows.OPEN else 0) + (1 if pair.two.carrier != rows.OPEN else 0)
         for e in (layout[p, 0], layout[p, 1]):
-            if rules[e, t.IS_FREE] > 0.0 and element_rows(state, e)[SIDE + j] == 0.0:
+            if rules[e, t.IS_FREE] > 0.0 and rows.of_element(state, e)[rows.SIDE + j] == 0.0:
                 grip += touching
     if standing == 0 or (fallen > 0 and safe == standing):
         return Status.SIMULATED
     if case.sample < end and case.sample < case.calm:
-        return GOING_ON
+        return GOES_ON
     # A scene at rest after the last instant at which it could start stays as it is: nothing moves, and every standing
     # element has at least two loaded ends.
     if moving < limits[t.REST_ENERGY] and grip >= 2 * standing:
@@ -86,7 +73,7 @@ def verdict(state: Any, j: int, layout: Any, elements: int, rules: Any, limits: 
             return Status.SIMULATED
         if case.sample >= case.after:
             return Status.SIMULATED if moving < 1e-4 * limits[t.LEAST_BARRIER] else Status.UNDECIDED
-    return GOING_ON
+    return GOES_ON
 
 
 @njit(**OPTIONS)
@@ -116,7 +103,7 @@ def is_safe(e: Element, sample: float, barrier: float) -> bool:
 def may_rise(state: Any, j: int, elements: int, rules: Any, spare: float) -> bool:
     """Whether an energy could turn an element that has rocked farther than it has been: E/E_max = 1 − (1 − θ/α)²."""
     for e in range(elements):
-        item = load_element(element_rows(state, e), j)
+        item = rows.load_element(rows.of_element(state, e), j)
         reached = item.course.peak_angle / item.body.critical
         if rules[e, t.IS_FREE] == 0.0 or reached < 1e-3:
             continue
@@ -136,45 +123,54 @@ def point_of(pose: Pose, px: float, pz: float) -> tuple[float, float]:
 @njit(**OPTIONS)
 def note_slip(e: Any, on: Any) -> None:
     """Distance of an element's base from its place on the support, along the support."""
-    for j in range(COLUMNS):
-        item, support = load_element(e, j), load_pose(on, j)
+    for j in range(rows.COLUMNS):
+        item, support = rows.load_element(e, j), rows.load_pose(on, j)
         x, z = point_of(item.pose, item.standing.base_x, item.standing.base_z)
         ox, oz = point_of(support, item.standing.support_x, item.standing.support_z)
         slip = support.cos * (x - ox) - support.sin * (z - oz)
-        e[SLIP + j] = slip
-        e[PEAK_SLIP + j] = larger(item.standing.peak_slip, abs(slip))
+        e[rows.SLIP + j] = slip
+        e[rows.PEAK_SLIP + j] = larger(item.standing.peak_slip, abs(slip))
 
 
 @njit(**OPTIONS)
 def note_upright(e: Any, own: Any, scale: float, interval: float) -> None:
     """The last time at which a standing element's rotation was below the critical angle."""
-    for j in range(COLUMNS):
-        item = load_element(e, j)
+    for j in range(rows.COLUMNS):
+        item = rows.load_element(e, j)
         passed = item.course.last_upright
-        now = (load_case(own, j).sample + passed * scale) * interval
+        now = (rows.load_case(own, j).sample + passed * scale) * interval
         stood = (passed >= 0.0) & (item.standing.side == 0.0)
-        e[UPRIGHT_UNTIL + j] = now if stood else item.standing.upright_until
-        e[LAST_UPRIGHT + j] = -1.0
+        e[rows.UPRIGHT_UNTIL + j] = now if stood else item.standing.upright_until
+        e[rows.LAST_UPRIGHT + j] = -1.0
 
 
 @njit(**OPTIONS)
 def finish(
-    state: Any, j: int, layout: Any, elements: int, limits: Any, status: int, steps: int, gravity: float, out: Any, each: Any
+    state: Any,
+    j: int,
+    layout: Any,
+    elements: int,
+    limits: Any,
+    status: int,
+    steps: int,
+    gravity: float,
+    out: Any,
+    each: Any,
 ) -> None:
     """Write the results of a column."""
     deepest, work, taken = 0.0, 0.0, closing_work(state, j, layout, elements)
     for p in range(layout.shape[0]):
-        pair = load_pair(pair_rows(state, elements, p), j)
+        pair = rows.load_pair(rows.of_pair(state, elements, p), j)
         deepest = max(deepest, pair.deepest)
         taken += pair.taken
     for e in range(elements):
-        item = load_element(element_rows(state, e), j)
+        item = rows.load_element(rows.of_element(state, e), j)
         course, standing = item.course, item.standing
         work += course.work
         each[e, t.E_SIDE] = standing.side
         each[e, t.E_TIME] = standing.upright_until if standing.side != 0.0 else np.nan
         each[e, t.E_ANGLE] = min(course.peak_angle, 0.5 * np.pi) / item.body.critical
         each[e, t.E_SLIP], each[e, t.E_RESIDUAL] = standing.peak_slip, standing.slip
-    balance = (moving_energy(state, j, elements, gravity) - load_case(state, j).energy) - work + taken
+    balance = (moving_energy(state, j, elements, gravity) - rows.load_case(state, j).energy) - work + taken
     out[t.R_STATUS], out[t.R_DEPTH], out[t.R_STEPS] = status, deepest, steps
     out[t.R_ENERGY] = abs(balance) / max(work, limits[t.LEAST_BARRIER], taken)

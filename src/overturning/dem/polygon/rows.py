@@ -284,14 +284,14 @@ def borrowed(_: Any, array: Any) -> Any:
 
 
 @njit(inline="always", **OPTIONS)
-def element_rows(state: Any, element: int) -> Any:
+def of_element(state: Any, element: int) -> Any:
     """The rows of an element."""
     at = CASE_SIZE + element * ELEMENT_SIZE
     return state[at : at + ELEMENT_SIZE]
 
 
 @njit(inline="always", **OPTIONS)
-def pair_rows(state: Any, elements: int, pair: int) -> Any:
+def of_pair(state: Any, elements: int, pair: int) -> Any:
     """The rows of a pair; those of all elements come before them."""
     at = CASE_SIZE + elements * ELEMENT_SIZE + pair * PAIR_SIZE
     return state[at : at + PAIR_SIZE]

@@ -40,7 +40,7 @@ def springs(pair: Pair) -> float:
         memory = pair.one if end == 0 else pair.two
         if memory.carrier != rows.OPEN:
             depth = carried(memory, end, pair.before).depth
-            total += 0.5 * (pair.law.normal * depth * depth + pair.law.tangential * memory.spring**2)
+            total += 0.5 * (pair.law.normal * depth * depth + pair.law.tangential * (memory.spring * memory.spring))
     return total
 
 

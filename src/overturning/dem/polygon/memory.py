@@ -64,9 +64,8 @@ def nearest_end(shape: Any, vertex: int, one: int, two: int) -> int:
     if vertex == one:
         return 0
     x, z = shape[vertex, 0], shape[vertex, 1]
-    to_one = (shape[one, 0] - x) ** 2 + (shape[one, 1] - z) ** 2
-    to_two = (shape[two, 0] - x) ** 2 + (shape[two, 1] - z) ** 2
-    return 0 if to_one <= to_two else 1
+    x1, z1, x2, z2 = shape[one, 0] - x, shape[one, 1] - z, shape[two, 0] - x, shape[two, 1] - z
+    return 0 if x1 * x1 + z1 * z1 <= x2 * x2 + z2 * z2 else 1
 
 
 @njit(**OPTIONS)

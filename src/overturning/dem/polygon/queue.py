@@ -27,7 +27,7 @@ from overturning.dem.polygon.path import note, note_forces
 from overturning.dem.polygon.rows import Case, Law, Pose, Shaking
 from overturning.dem.polygon.search import search
 from overturning.dem.polygon.step import step_of
-from overturning.dem.polygon.verdict import GOES_ON, finish, note_slip, note_upright, verdict
+from overturning.dem.polygon.verdict import GOES_ON, finish, note_standing, verdict
 from overturning.dem.status import Status
 from overturning.dem.time_step import Scheme
 
@@ -121,8 +121,7 @@ def end_sample(state: Any, elements: int, rules: Any, steps: int, interval: floa
     for i in range(elements):
         if rules[i, t.IS_FREE] > 0.0:
             e = rows.of_element(state, i)
-            note_slip(e, rows.of_element(state, int(rules[i, t.SUPPORT])))
-            note_upright(e, state, 1.0 / steps, interval)
+            note_standing(e, rows.of_element(state, int(rules[i, t.SUPPORT])), state, 1.0 / steps, interval)
     for j in range(rows.COLUMNS):
         state[rows.SAMPLE + j] = state[rows.SAMPLE + j] + 1.0
 
@@ -184,7 +183,9 @@ def run_queue(
     case, row = np.zeros(rows.COLUMNS, np.int64), np.zeros(rows.COLUMNS, np.int64)
     variant, done = np.zeros(rows.COLUMNS, np.int64), np.zeros(rows.COLUMNS, np.int64)
     step = chosen_step(scheme, upward)
-    free = int(np.sum(rules[0, :, t.IS_FREE]))
+    free = 0
+    for i in range(elements):
+        free += 1 if rules[0, i, t.IS_FREE] > 0.0 else 0
     # Not literals: for those Numba would compile everything that they go into once more.
     active, head, noted, filled = np.int64(0), np.int64(0), np.int64(0), np.int64(0)
     stride = max(int(LOOK / interval), 1)

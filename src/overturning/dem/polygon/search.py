@@ -82,7 +82,7 @@ def farthest(shape: Any) -> float:
     """Square of the distance of an element's farthest vertex from its centre, m²."""
     square = 0.0
     for k in range(shape.shape[0]):
-        square = max(square, shape[k, 0] ** 2 + shape[k, 1] ** 2)
+        square = max(square, shape[k, 0] * shape[k, 0] + shape[k, 1] * shape[k, 1])
     return square
 
 

@@ -121,26 +121,18 @@ def point_of(pose: Pose, px: float, pz: float) -> tuple[float, float]:
 
 
 @njit(**OPTIONS)
-def note_slip(e: Any, on: Any) -> None:
-    """Distance of an element's base from its place on the support, along the support."""
+def note_standing(e: Any, on: Any, own: Any, scale: float, interval: float) -> None:
+    """Distance of an element's base from its place on the support, along it, and when it was last below the critical angle."""
     for j in range(rows.COLUMNS):
-        item, support = rows.load_element(e, j), rows.load_pose(on, j)
-        x, z = point_of(item.pose, item.standing.base_x, item.standing.base_z)
-        ox, oz = point_of(support, item.standing.support_x, item.standing.support_z)
+        item, support, sample = rows.load_element(e, j), rows.load_pose(on, j), rows.load_case(own, j).sample
+        standing, passed = item.standing, item.course.last_upright
+        x, z = point_of(item.pose, standing.base_x, standing.base_z)
+        ox, oz = point_of(support, standing.support_x, standing.support_z)
         slip = support.cos * (x - ox) - support.sin * (z - oz)
+        stood = (passed >= 0.0) & (standing.side == 0.0)
         e[rows.SLIP + j] = slip
-        e[rows.PEAK_SLIP + j] = larger(item.standing.peak_slip, abs(slip))
-
-
-@njit(**OPTIONS)
-def note_upright(e: Any, own: Any, scale: float, interval: float) -> None:
-    """The last time at which a standing element's rotation was below the critical angle."""
-    for j in range(rows.COLUMNS):
-        item = rows.load_element(e, j)
-        passed = item.course.last_upright
-        now = (rows.load_case(own, j).sample + passed * scale) * interval
-        stood = (passed >= 0.0) & (item.standing.side == 0.0)
-        e[rows.UPRIGHT_UNTIL + j] = now if stood else item.standing.upright_until
+        e[rows.PEAK_SLIP + j] = larger(standing.peak_slip, abs(slip))
+        e[rows.UPRIGHT_UNTIL + j] = (sample + passed * scale) * interval if stood else standing.upright_until
         e[rows.LAST_UPRIGHT + j] = -1.0
 
 

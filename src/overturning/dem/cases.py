@@ -149,7 +149,8 @@ def run_cases(
     ArgumentError
         If an argument is outside its bounds, or the time step is not stable.
     """
-    from overturning.dem import kernel as k
+    from overturning.dem.block import queue as kernel
+    from overturning.dem.block import tables as k
 
     check_positive(threads=threads, refinement=refinement, budget=budget)
     how = plan(
@@ -165,14 +166,15 @@ def run_cases(
     kind = 2 * how.steps + smooth
     order = moving[np.lexsort((-length, kind[moving]))]
     total = int(length.sum())
+    ground = kernel.Ground(how.ground, how.upward, motion.samples, motion.sampling_interval)
+    limits = kernel.Limits(STANDARD_GRAVITY, DEEPEST, budget)
 
     def run(chosen: NDArray[np.int64]) -> None:
         out = np.empty((chosen.size, k.RESULTS))
-        rough = True if smooth[chosen[0]] == 0 else None
-        k.run_queue(
-            int(how.scheme), np.arange(chosen.size), how.table(chosen), how.row[chosen], how.ground, how.upward, rough,
-            motion.samples, motion.sampling_interval, int(how.steps[chosen[0]]), STANDARD_GRAVITY, DEEPEST, budget,
-            counter, np.zeros((0, k.TRAJECTORY)), out,
+        friction = np.asarray(cases.friction)[chosen] if smooth[chosen[0]] == 0 else None
+        kernel.run_queue(
+            kernel.SCHEMES[how.scheme][0], np.arange(chosen.size), how.table(chosen), how.row[chosen], friction, ground,
+            int(how.steps[chosen[0]]), limits, counter, np.zeros((0, k.TRAJECTORY)), out,
         )  # fmt: skip
         results.store(
             chosen, out[:, k.R_STATUS], out[:, k.R_DEPTH], out[:, k.R_ENERGY], out[:, k.R_STEPS], out[:, k.R_SIDE],

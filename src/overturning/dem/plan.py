@@ -6,8 +6,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.dem.block.rows import LEAST_TAIL, SETTLING, TAIL, TICKS
 from overturning.dem.blocks import Cases
-from overturning.dem.columns import LEAST_TAIL, SETTLING, TAIL, TICKS
 from overturning.dem.contact import Contact, check_precision
 from overturning.dem.quiet import quiet_windows
 from overturning.dem.time_step import (
@@ -53,7 +53,7 @@ class Plan:
 
     def table(self, chosen: NDArray[np.int64]) -> FloatArray:
         """Rows of the kernel's case table."""
-        from overturning.dem import kernel as k
+        from overturning.dem.block import tables as k
 
         cases = self.cases
         height, ratio = np.asarray(cases.height)[chosen], np.asarray(cases.b_over_h)[chosen]
@@ -62,7 +62,6 @@ class Plan:
         table[:, k.P_WIDTH], table[:, k.P_HEIGHT] = ratio * height, height
         table[:, k.P_STIFFNESS], table[:, k.P_TANGENTIAL] = self.normal[chosen], self.tangential[chosen]
         table[:, k.P_DASHPOT] = self.dashpot[chosen]
-        table[:, k.P_FRICTION] = np.asarray(cases.friction)[chosen]
         table[:, k.P_ALPHA] = _rounded(np.arctan, ratio)
         table[:, k.P_AMPLITUDE] = np.asarray(cases.amplitude)[chosen]
         table[:, k.P_TILT] = tilt

@@ -166,7 +166,8 @@ def trajectory(
     """
     import xarray as xr
 
-    from overturning.dem import kernel as k
+    from overturning.dem.block import queue as kernel
+    from overturning.dem.block import tables as k
 
     case = Cases([azimuth_deg], [height], [b_over_h], [friction], [amplitude], 1.0, [initial_tilt])
     how = plan(
@@ -181,11 +182,10 @@ def trajectory(
     if not how.never[0]:
         # The first run counts the rows, the second fills them.
         for _ in range(2):
-            noted = k.run_queue(
-                int(how.scheme), one, how.table(one), one, how.ground, how.upward,
-                True if friction > 0 else None, motion.samples,
-                motion.sampling_interval, int(how.steps[0]), STANDARD_GRAVITY, DEEPEST, BUDGET,
-                np.zeros(1, np.int64), path, out,
+            noted = kernel.run_queue(
+                kernel.SCHEMES[how.scheme][0], one, how.table(one), one, np.full(1, friction) if friction > 0 else None,
+                kernel.Ground(how.ground, how.upward, motion.samples, motion.sampling_interval), int(how.steps[0]),
+                kernel.Limits(STANDARD_GRAVITY, DEEPEST, BUDGET), np.zeros(1, np.int64), path, out,
             )  # fmt: skip
             path = path if noted else np.zeros((int(out[0, k.R_STEPS]) // int(how.steps[0]), k.TRAJECTORY))
     path = np.concatenate([_rest(motion, how, noted), path[:noted]])
@@ -220,7 +220,7 @@ def trajectory(
 
 def _rest(motion: Motion, how: Any, noted: int) -> FloatArray:
     """Rows of the time that was left out before the first computed sample, the block at rest."""
-    from overturning.dem import kernel as k
+    from overturning.dem.block import tables as k
 
     count = int(how.first[0]) if noted else motion.samples
     rows = np.zeros((count, k.TRAJECTORY))

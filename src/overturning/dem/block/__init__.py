@@ -1,0 +1,1 @@
+"""One rectangular block on its base: the fastest kernel."""

@@ -1,0 +1,147 @@
+"""Cundall's scheme: central differences, spring at the whole step, dashpot at the half step before it (docs/method.md)."""
+
+from functools import cache
+from typing import Any, Final, NamedTuple
+
+from numba import njit
+
+from overturning.dem.block.rows import (
+    ROWS,
+    TICKS,
+    Account,
+    Block,
+    Corner,
+    Line,
+    Peaks,
+    Shaking,
+    State,
+    arm_of,
+    base_slip,
+)
+from overturning.dem.lanes import INLINE, OPTIONS
+from overturning.dem.mechanics import larger, turned, within
+
+WHOLE: Final = float(TICKS)
+
+
+class Cundall(NamedTuple):
+    """What the kernel has to know of the scheme."""
+
+    lag: float = 0.5
+    """Steps by which velocities lag behind positions."""
+
+
+class Force(NamedTuple):
+    """What the base does to a corner."""
+
+    n: float
+    """Normal"""
+    f: float
+    """and tangential force, along s;"""
+    arm: float
+    """the corner from the centre, along s"""
+    drop: float
+    """and down;"""
+    corner: Corner
+    """what it remembers;"""
+    opened: float
+    """energy that its springs let go, normal"""
+    shortened: float
+    """and tangential, over half their stiffness;"""
+    damping: float
+    """the part of the normal force that is not the spring's,"""
+    sliding: float
+    """and of the tangential one."""
+
+
+@njit(**INLINE)
+def act(side: float, block: Block, s: State, old: Corner, rate: float) -> Force:
+    """Contact law at a corner; `rate` is that of its dashpots per displacement of a step."""
+    arm, drop = arm_of(side, block, s.cos, s.sin)
+    place, depth = s.x + arm, drop - s.z
+    slip, sinking = place - old.place, depth - old.depth
+    inside, was = depth > 0.0, old.depth > 0.0
+    # Spring and dashpot while the corner is in, never tension.
+    n = block.stiffness * depth + rate * sinking
+    n = n if inside & (n > 0.0) else 0.0
+    # A new contact starts with an unstretched spring; one that slips has it shortened to what friction holds.
+    stretch = old.spring + slip if was else 0.0
+    most = block.friction * n
+    whole = -(block.tangential * stretch) - rate * slip
+    f = within(whole, most)
+    kept = within(stretch, most * block.compliance) if abs(whole) > most else stretch
+    let_go = old.depth if was & (not inside) else 0.0
+    return Force(
+        n, f, arm, drop, Corner(kept, place, depth, 0.0), let_go * let_go, (old.spring + kept) * (stretch - kept),
+        n - block.stiffness * (depth if inside else 0.0), f + block.tangential * kept,
+    )  # fmt: skip
+
+
+@njit(**INLINE)
+def lost_at(corner: Force, vx: float, vz: float, vw: float) -> float:
+    """Power that the dashpots and the slider of a corner take from the block."""
+    return corner.damping * (vz - corner.arm * vw) + corner.sliding * (vx - corner.drop * vw)
+
+
+@njit(**INLINE)
+def at(line: Line, tick: float) -> float:
+    """A component of the shaking."""
+    return line.value + line.slope * tick
+
+
+@njit(**INLINE)
+def step(
+    block: Block, s: State, peaks: Peaks, account: Account, shaking: Shaking, gravity: float, vertical: bool
+) -> tuple[State, Peaks, Account]:
+    """One step of one block."""
+    dt = block.step * WHOLE
+    push, lift = at(shaking.push, s.tick), at(shaking.lift, s.tick)
+    rate = block.dashpot / dt
+    left, right = act(-1.0, block, s, s.left, rate), act(1.0, block, s, s.right, rate)
+    # Accelerations in the frame of the base; left and right corner as one pair.
+    ax, az = (left.f + right.f) + push, (left.n + right.n) - (gravity + lift if vertical else gravity)
+    aw = block.inertia * ((-left.drop * left.f - left.arm * left.n) + (-right.drop * right.f - right.arm * right.n))
+    # The energy account takes the velocities at the whole step.
+    half = 0.5 * dt
+    cx, cz, cw = s.vx + half * ax, s.vz + half * az, s.vw + half * aw
+    power = push * cx - lift * cz if vertical else push * cx
+    let_go = 0.5 * (
+        block.stiffness * (left.opened + right.opened) + block.tangential * (left.shortened + right.shortened)
+    )
+    lost = account.lost + (let_go - dt * (lost_at(left, cx, cz, cw) + lost_at(right, cx, cz, cw)))
+    # Velocities half a step later, position one step later.
+    vx, vz, vw = s.vx + dt * ax, s.vz + dt * az, s.vw + dt * aw
+    turn, tick = dt * vw, s.tick + WHOLE
+    c, sn = turned(s.cos, s.sin, turn)
+    x, z, angle = s.x + dt * vx, s.z + dt * vz, s.angle + turn
+    peaks = Peaks(
+        larger(peaks.angle, abs(angle)),
+        larger(peaks.slip, abs(base_slip(block, x, sn))),
+        larger(peaks.depth, left.corner.depth if left.corner.depth > right.corner.depth else right.corner.depth),
+        tick if abs(angle) < block.alpha else peaks.last_upright,
+    )
+    moved = State(x, z, angle, c, sn, vx, vz, vw, ax, az, aw, left.corner, right.corner, tick)
+    return moved, peaks, Account(account.work + dt * power, lost, 0.0, 0.0)
+
+
+@cache
+def loops(vertical: bool, rough: bool) -> Any:  # noqa: ARG001, springs without friction are let go at once
+    """The step over the lanes, for bases that move up and down or do not, and blocks with friction or without."""
+    load_block, load_shaking = ROWS.access(Block).load, ROWS.access(Shaking).load
+    load_state, store_state, _ = ROWS.access(State, without=["pressed"])
+    load_peaks, store_peaks, _ = ROWS.access(Peaks)
+    load_account, store_account, _ = ROWS.access(Account, without=["power", "loss"])
+
+    @njit(**OPTIONS)
+    def advance(state: Any, columns: int, steps: int, gravity: float) -> None:
+        for _ in range(steps):
+            for j in range(columns):
+                s, peaks, account = step(
+                    load_block(state, j), load_state(state, j), load_peaks(state, j), load_account(state, j),
+                    load_shaking(state, j), gravity, vertical,
+                )  # fmt: skip
+                store_state(state, j, s)
+                store_peaks(state, j, peaks)
+                store_account(state, j, account)
+
+    return advance

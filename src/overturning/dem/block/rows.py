@@ -1,0 +1,231 @@
+"""What the kernel of one block knows of it: named tuples, and the rows of the array that holds them.
+
+Units are per unit of mass: a stiffness is K/m (1/s²), a dashpot h/m (1/s), a force an acceleration. Coordinates and signs are
+those of docs/method.md, "The block and its base"; `overturning.dem.lanes` says how blocks lie side by side.
+"""
+
+from typing import Final, NamedTuple
+
+from numba import njit
+
+from overturning.dem.lanes import INLINE, Rows
+
+COLUMNS: Final = 48
+"""Blocks side by side: enough to hide the latency of one block's operations, few enough to stay in the first cache."""
+
+TICKS: Final = 128
+"""Ticks of a whole step, into which the centred scheme divides it where a contact changes."""
+
+EARLY_TICKS: Final = 32.0
+"""After a change of contact steps are one tick long for so many ticks."""
+
+LATE_STEP: Final = 4
+"""Then they are so many ticks long until the contact's fast transient is over (`SETTLING`)."""
+
+SETTLING: Final = 5.0
+"""Time from the change to the end of these steps, in 1/ω, rounded up to whole steps; longer where the contact rings."""
+
+TAIL_STEP: Final = 32
+"""Then steps are so many ticks long, while the slower modes settle (`TAIL`)."""
+
+TAIL: Final = 8.0
+"""Time for which they are, in 1/ω, rounded up to whole steps,"""
+
+LEAST_TAIL: Final = 2.0
+"""of which it has so many at least."""
+
+MOST_TRIES: Final = 2.0
+"""A long step is done again so often with other corners taken to slide; then it is done in shorter ones."""
+
+
+class Block(NamedTuple):
+    """Constants of a case."""
+
+    half_width: float
+    half_height: float
+    inertia: float
+    """m/I, 1/m²;"""
+    stiffness: float
+    """of a corner's normal spring,"""
+    tangential: float
+    """of its tangential one,"""
+    compliance: float
+    """1 over that, 0 where there is none;"""
+    dashpot: float
+    friction: float
+    """μ;"""
+    alpha: float
+    """arctan(B/H), rad;"""
+    step: float
+    """length of a tick, s;"""
+    window: float
+    """ticks from a change of contact until steps are whole again,"""
+    tail: float
+    """the last of them, in which the steps are `TAIL_STEP` long."""
+
+
+class Corner(NamedTuple):
+    """What a corner remembers of the end of the last step."""
+
+    spring: float
+    """Stretch of its tangential spring, m;"""
+    place: float
+    """where it was along s, m;"""
+    depth: float
+    """its penetration, m, negative in the air;"""
+    pressed: float
+    """the normal force (centred scheme)."""
+
+
+class State(NamedTuple):
+    """Where a block is: of its centre in the frame of the base, rotation with its cosine and sine, and its corners."""
+
+    x: float
+    z: float
+    angle: float
+    cos: float
+    sin: float
+    vx: float
+    vz: float
+    vw: float
+    ax: float
+    az: float
+    aw: float
+    left: Corner
+    right: Corner
+    tick: float
+    """Ticks since the sample began."""
+
+
+class Attempt(NamedTuple):
+    """How the centred scheme goes about the next step."""
+
+    fine: float
+    """Ticks until steps are whole again, none or fewer where they are;"""
+    tries: float
+    """how often this step was done again;"""
+    slid_left: float
+    """±μ where the corner is taken to slide, 0 where it is taken to stick."""
+    slid_right: float
+
+
+class Peaks(NamedTuple):
+    """What is kept of the path: largest rotation, slip of the base's midpoint and penetration, and the last tick below α."""
+
+    angle: float
+    slip: float
+    depth: float
+    last_upright: float
+
+
+class Account(NamedTuple):
+    """The energy account, per mass: work of the shaking and losses so far, and the rates of both at the last step."""
+
+    work: float
+    lost: float
+    power: float
+    loss: float
+
+
+class Line(NamedTuple):
+    """A component of the shaking over a sample: value at its begin, slope per tick, change of slope at its end."""
+
+    value: float
+    slope: float
+    bend: float
+
+
+class Shaking(NamedTuple):
+    """What the moving base does to the block in its own frame, m/s²."""
+
+    push: Line
+    """−a along s;"""
+    lift: Line
+    """a_up, which adds to gravity."""
+
+
+class Course(NamedTuple):
+    """How far a case is and when it may end; looked at once per sample only."""
+
+    amplitude: float
+    """Factor on the motion;"""
+    sample: float
+    """the sample it is in,"""
+    calm: float
+    """the one from which on the shaking can start nothing,"""
+    after: float
+    """and the one at which it is undecided;"""
+    upright_until: float
+    """last time at which abs(θ) < α, s;"""
+    energy: float
+    """energy at the start,"""
+    barrier: float
+    """what it takes to overturn the block;"""
+    look: float
+    """1 where there may be something to say at the end of this sample."""
+
+
+class ForeseenCorner(NamedTuple):
+    """A corner where the block would be if its acceleration stayed."""
+
+    arm: float
+    """From the centre along s,"""
+    drop: float
+    """and down, m;"""
+    depth: float
+    stretch: float
+    ux: float
+    """velocity along s"""
+    uz: float
+    """and up, m/s."""
+
+
+class Foreseen(NamedTuple):
+    """A step of the centred scheme before its equations are solved."""
+
+    x: float
+    z: float
+    angle: float
+    cos: float
+    sin: float
+    vx: float
+    """Velocity after half the step,"""
+    vz: float
+    vw: float
+    ex: float
+    """at its end,"""
+    ez: float
+    ew: float
+    push: float
+    """shaking at its end;"""
+    lift: float
+    half: float
+    """half its length, s."""
+    left: ForeseenCorner
+    right: ForeseenCorner
+
+
+class Change(NamedTuple):
+    """What the solution adds to the foreseen velocities, and ±μ of the corners that slide in it."""
+
+    vx: float
+    vz: float
+    vw: float
+    slid_left: float
+    slid_right: float
+
+
+ROWS: Final = Rows(COLUMNS, Block, State, Attempt, Peaks, Account, Shaking, Course, Foreseen, Change)
+
+
+@njit(**INLINE)
+def arm_of(side: float, block: Block, c: float, s: float) -> tuple[float, float]:
+    """A lower corner from the centre: along s, and down; side is −1 for the left one, +1 for the right one."""
+    b, h = side * block.half_width, block.half_height
+    return b * c - h * s, h * c + b * s
+
+
+@njit(**INLINE)
+def base_slip(block: Block, x: float, s: float) -> float:
+    """Displacement of the midpoint of the block's base, m, from the centre's and the sine of the rotation."""
+    return x - block.half_height * s

@@ -25,11 +25,10 @@ from benchmarks import leave_out
 from benchmarks.agreement import agreeing_neighbours
 from benchmarks.peers import available
 from benchmarks.study_records import ROOT, half_grid, near_fault
-from overturning.dem import columns
+from overturning.dem.block import centred, cundall
+from overturning.dem.block.rows import ROWS
 from overturning.dem.blocks import Cases
 from overturning.dem.cases import run_cases
-from overturning.dem.centred import advance_centred
-from overturning.dem.cundall import advance_cundall
 from overturning.dem.simulate import simulate_arrays
 from overturning.motion.motion import Motion
 from overturning.reference.rocking import rocking_outcome
@@ -98,10 +97,9 @@ def throughput() -> list[Row]:
     motion, peak = standing_motion(), peak_operations()
     many = Cases(0.0, 0.6, 0.4, np.linspace(0.3, 1.0, 512))
     few = Cases(0.0, 0.6, 0.4, np.linspace(0.3, 1.0, 8))
-    state = np.zeros(columns.ROWS * columns.COLUMNS)
-    advance_centred(state, 8, 1, 9.8, None, True)
-    advance_cundall(state, 8, 1, 9.8, None)
-    for scheme, advance in (("centred", advance_centred), ("cundall", advance_cundall)):
+    for scheme, module in (("centred", centred), ("cundall", cundall)):
+        advance = module.loops(vertical=False, rough=True)
+        advance(np.zeros(ROWS.size), 8, 1, 9.8)
         wide = run_cases(motion, many, scheme=scheme, leave_out=False).block_steps.sum()
         narrow = scalar_outcomes(motion, few, scheme=scheme)[:, 3].sum()
         # Interleaved, so that both see the same neighbours on the machine.

@@ -32,10 +32,10 @@ REFERENCE = "0.03125 stable"
 
 def measure(changes: dict[str, float], folder: str) -> None:
     """Run a variant and leave its answers in a file; the first run of all is the reference."""
-    from overturning.dem import columns
+    from overturning.dem.block import rows
 
     for name, value in changes.items():
-        setattr(columns, name, value)
+        setattr(rows, name, value)
     from overturning.dem.cases import run_cases
     from overturning.dem.status import Status
 

@@ -119,17 +119,3 @@ def test_same_bits_for_each_instruction_set(tmp_path: Path) -> None:
         assert done.returncode == 0, done.stderr
         hashes[name] = done.stdout.strip()
     assert len(set(hashes.values())) == 1, hashes
-
-
-def test_the_compiled_kernel_contains_no_fused_multiply_add() -> None:
-    from overturning.dem import columns
-    from overturning.dem.centred import advance_centred
-    from overturning.dem.cundall import advance_cundall
-
-    state = np.zeros(columns.ROWS * columns.COLUMNS)
-    advance_centred(state, 8, 1, 9.8, None, True)
-    advance_cundall(state, 8, 1, 9.8, None)
-    for advance in (advance_centred, advance_cundall):
-        for assembly in advance.inspect_asm().values():
-            assert "vfmadd" not in assembly
-            assert "vfnmadd" not in assembly

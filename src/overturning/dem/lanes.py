@@ -74,6 +74,7 @@ class Rows:
         self.count: Final = len(numbers)
         self.size: Final = lanes * self.count
         self._rows = {number: lanes * row for row, number in enumerate(numbers)}
+        self._made: dict[tuple[object, ...], Access] = {}
 
     def row(self, of: type, path: str) -> int:
         """Where a row begins: of the number at a path of field names, such as ``left.spring``, of one of the tuples."""
@@ -95,7 +96,10 @@ class Rows:
         for name in path.split(".") if path else ():
             kind, prefix = get_type_hints(kind)[name], f"{prefix}{name}."
         inner = [inner for inner in _paths(kind) if not set(inner.split(".")) & set(without)]
-        return _access(kind, {p: self._rows[of, prefix + p] for p in inner})
+        key = (of, path, *inner)
+        if key not in self._made:
+            self._made[key] = _access(kind, {p: self._rows[of, prefix + p] for p in inner})
+        return self._made[key]
 
 
 def _access(kind: Any, place: dict[str, int]) -> Access:

@@ -32,7 +32,7 @@ STILL_TO_SLIDE: Final = 1e-6
 
 load_block, load_state, load_peaks = (ROWS.access(of).load for of in (Block, State, Peaks))
 load_account, load_course = ROWS.access(Account).load, ROWS.access(Course).load
-load_push = ROWS.access(Shaking, "push").load
+load_shaking = ROWS.access(Shaking).load
 
 
 @njit(**OPTIONS)
@@ -123,7 +123,7 @@ def finish(state: Any, j: int, status: int, lag: float, steps: int, gravity: flo
 @njit(**OPTIONS)
 def note(state: Any, j: int, lag: float, interval: float, ticks: float, path: Any) -> None:
     """Write a column's state into a row of its trajectory."""
-    block, s, push = load_block(state, j), load_state(state, j), load_push(state, j)
+    block, s, push = load_block(state, j), load_state(state, j), load_shaking(state, j).push
     path[tables.T_TIME] = (load_course(state, j).sample + s.tick / ticks) * interval
     path[tables.T_X], path[tables.T_Z], path[tables.T_ANGLE] = s.x, s.z, s.angle
     path[tables.T_VX], path[tables.T_VZ], path[tables.T_VW] = whole_step(block, s, lag)

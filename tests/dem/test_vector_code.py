@@ -1,0 +1,81 @@
+"""The innermost loops are vector code of the processor's full width, and nothing is contracted to a fused multiply–add."""
+
+import os
+import platform
+import re
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import llvmlite.binding as llvm
+import pytest
+
+from overturning.dem.block.queue import SCHEMES
+from overturning.dem.block.rows import COLUMNS, ROWS
+from overturning.dem.lanes import aligned
+
+Compile = Callable[[], Iterator[str]]
+"""Compiles a kernel's loops and gives the assembly of each."""
+
+
+def block_loops(scheme: Any, vertical: bool, rough: bool) -> Compile:
+    def assemblies() -> Iterator[str]:
+        advance = SCHEMES[scheme][1](vertical, rough)
+        advance(aligned(ROWS.size), COLUMNS, 1, 9.80665)
+        inner = [cell.cell_contents for cell in advance.py_func.__closure__]
+        named = [part for part in inner if getattr(part, "__name__", "").endswith("_all")]
+        for loop in named or [advance]:
+            yield from loop.inspect_asm().values()
+
+    return assemblies
+
+
+LOOPS: dict[str, Compile] = {
+    f"block, {scheme.name.lower()}, {'vertical' if vertical else 'level'}, {'rough' if rough else 'smooth'}": block_loops(
+        scheme, vertical, rough
+    )
+    for scheme in SCHEMES
+    for vertical in (False, True)
+    for rough in (True, False)
+}  # fmt: skip
+
+
+def operations() -> tuple[str, str]:
+    """Patterns of packed double arithmetic at full width and of scalar double arithmetic."""
+    kind = platform.machine().lower()
+    if kind in ("x86_64", "amd64"):
+        has = llvm.get_host_cpu_features()
+        register = "zmm" if has.get("avx512f") else "ymm" if has.get("avx2") else "xmm"
+        return rf"\bv?(?:add|sub|mul|div)pd\b[^\n]*%{register}", r"\bv?(?:add|sub|mul|div)sd\b"
+    if kind in ("aarch64", "arm64"):
+        return r"\bf(?:add|sub|mul|div)(?:\.2d)?\s+v[^\n]*", r"\bf(?:add|sub|mul|div)\s+d\d"
+    if os.environ.get("OVERTURNING_NO_SKIP"):
+        pytest.fail(f"{kind}: say what vector code looks like here")
+    pytest.skip(f"{kind}: not known what vector code looks like there")
+
+
+FUSED = re.compile(r"\bv?f[n]?m(?:add|sub|addsub|subadd)\w*|\bfml[as]\b|\bfn?madd\b")
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_each_loop_is_vector_code_of_full_width_without_fused_multiply_add(name: str) -> None:
+    packed, scalar = operations()
+    for assembly in LOOPS[name]():
+        assert not FUSED.search(assembly)
+        wide, single = len(re.findall(packed, assembly)), len(re.findall(scalar, assembly))
+        # What is left over of the columns is done in scalar code: each operation stands there once in either form.
+        assert wide >= 20, name
+        assert wide >= 0.9 * single, f"{wide} packed operations beside {single} scalar ones"
+
+
+def test_a_fused_multiply_add_would_be_seen() -> None:
+    for text in (
+        "vfmadd213pd %zmm0",
+        "vfnmadd231sd",
+        "vfmsub132pd",
+        "vfnmsub213sd",
+        "fmla v0.2d",
+        "fmadd d0",
+        "vfmaddsub213pd",
+    ):
+        assert FUSED.search(f"\t{text}, x")
+    assert not FUSED.search("vmulpd %zmm0, %zmm1\n vaddpd")

@@ -46,24 +46,15 @@ def verdict(state: Any, j: int, layout: Any, elements: int, rules: Any, limits: 
         else:
             standing += 1
             safe += 1 if is_safe(item, case.sample, rules[i, t.BARRIER]) else 0
-    if not np.isfinite(check):
+    if not np.isfinite(check) or deepest_of(state, j, layout, elements) > limits[t.DEEPEST_ALLOWED]:
         return Status.UNSTABLE
-    grip = 0
-    for p in range(layout.shape[0]):
-        pair = rows.load_pair(rows.of_pair(state, elements, p), j)
-        if pair.deepest > limits[t.DEEPEST_ALLOWED]:
-            return Status.UNSTABLE
-        touching = (1 if pair.one.carrier != rows.OPEN else 0) + (1 if pair.two.carrier != rows.OPEN else 0)
-        for e in (layout[p, 0], layout[p, 1]):
-            if rules[e, t.IS_FREE] > 0.0 and rows.of_element(state, e)[rows.SIDE + j] == 0.0:
-                grip += touching
     if standing == 0 or (fallen > 0 and safe == standing):
         return Status.SIMULATED
     if case.sample < end and case.sample < case.calm:
         return GOES_ON
     # A scene at rest after the last instant at which it could start stays as it is: nothing moves, and every standing
     # element has at least two loaded ends.
-    if moving < limits[t.REST_ENERGY] and grip >= 2 * standing:
+    if moving < limits[t.REST_ENERGY] and grip(state, j, layout, elements, rules) >= 2 * standing:
         return Status.SIMULATED
     if case.sample >= end:
         spare = energy(state, j, layout, elements, gravity) - case.energy
@@ -74,6 +65,28 @@ def verdict(state: Any, j: int, layout: Any, elements: int, rules: Any, limits: 
         if case.sample >= case.after:
             return Status.SIMULATED if moving < 1e-4 * limits[t.LEAST_BARRIER] else Status.UNDECIDED
     return GOES_ON
+
+
+@njit(**OPTIONS)
+def deepest_of(state: Any, j: int, layout: Any, elements: int) -> float:
+    """Largest penetration of any pair, m."""
+    deepest = 0.0
+    for p in range(layout.shape[0]):
+        deepest = larger(deepest, rows.load_pair(rows.of_pair(state, elements, p), j).deepest)
+    return deepest
+
+
+@njit(**OPTIONS)
+def grip(state: Any, j: int, layout: Any, elements: int, rules: Any) -> int:
+    """Loaded ends at free elements that stand."""
+    total = 0
+    for p in range(layout.shape[0]):
+        pair = rows.load_pair(rows.of_pair(state, elements, p), j)
+        touching = (1 if pair.one.carrier != rows.OPEN else 0) + (1 if pair.two.carrier != rows.OPEN else 0)
+        for i in (layout[p, 0], layout[p, 1]):
+            if rules[i, t.IS_FREE] > 0.0 and rows.of_element(state, i)[rows.SIDE + j] == 0.0:
+                total += touching
+    return total
 
 
 @njit(**OPTIONS)
@@ -150,11 +163,9 @@ def finish(
     each: Any,
 ) -> None:
     """Write the results of a column."""
-    deepest, work, taken = 0.0, 0.0, closing_work(state, j, layout, elements)
+    work, taken = 0.0, closing_work(state, j, layout, elements)
     for p in range(layout.shape[0]):
-        pair = rows.load_pair(rows.of_pair(state, elements, p), j)
-        deepest = max(deepest, pair.deepest)
-        taken += pair.taken
+        taken += rows.load_pair(rows.of_pair(state, elements, p), j).taken
     for e in range(elements):
         item = rows.load_element(rows.of_element(state, e), j)
         course, standing = item.course, item.standing
@@ -164,5 +175,5 @@ def finish(
         each[e, t.E_ANGLE] = min(course.peak_angle, 0.5 * np.pi) / item.body.critical
         each[e, t.E_SLIP], each[e, t.E_RESIDUAL] = standing.peak_slip, standing.slip
     balance = (moving_energy(state, j, elements, gravity) - rows.load_case(state, j).energy) - work + taken
-    out[t.R_STATUS], out[t.R_DEPTH], out[t.R_STEPS] = status, deepest, steps
+    out[t.R_STATUS], out[t.R_DEPTH], out[t.R_STEPS] = status, deepest_of(state, j, layout, elements), steps
     out[t.R_ENERGY] = abs(balance) / max(work, limits[t.LEAST_BARRIER], taken)

@@ -41,11 +41,9 @@ def verdict(state: Any, j: int, layout: Any, elements: int, rules: Any, limits: 
             e[rows.SIDE + j] = side_of(
                 item, rows.load_pose(rows.of_element(state, int(rules[i, t.SUPPORT])), j), rules[i]
             )
-        if e[rows.SIDE + j] != 0.0:
-            fallen += 1
-        else:
-            standing += 1
-            safe += 1 if is_safe(item, case.sample, rules[i, t.BARRIER]) else 0
+        stands = e[rows.SIDE + j] == 0.0
+        standing, fallen = standing + int(stands), fallen + int(not stands)
+        safe += int(stands and is_safe(item, case.sample, rules[i, t.BARRIER]))
     if not np.isfinite(check) or deepest_of(state, j, layout, elements) > limits[t.DEEPEST_ALLOWED]:
         return Status.UNSTABLE
     if standing == 0 or (fallen > 0 and safe == standing):
@@ -62,9 +60,16 @@ def verdict(state: Any, j: int, layout: Any, elements: int, rules: Any, limits: 
         # Nothing can fall then; the largest rotations are known once what is left cannot reach them again.
         if bound and not may_rise(state, j, elements, rules, spare):
             return Status.SIMULATED
-        if case.sample >= case.after:
-            return Status.SIMULATED if moving < 1e-4 * limits[t.LEAST_BARRIER] else Status.UNDECIDED
+        return last_verdict(case.sample >= case.after, moving < 1e-4 * limits[t.LEAST_BARRIER])
     return GOES_ON
+
+
+@njit(**OPTIONS)
+def last_verdict(late: bool, still: bool) -> int:
+    """On a case whose elements could still fall after the record: undecided once it is late, unless they are still."""
+    if not late:
+        return GOES_ON
+    return Status.SIMULATED if still else Status.UNDECIDED
 
 
 @njit(**OPTIONS)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from overturning.dem.blocks import Cases
-from overturning.dem.polygon import columns as k
+from overturning.dem.polygon import rows as k
 from overturning.dem.polygon.cases import ScenePlan, plan_scene
 from overturning.dem.polygon.geometry import native_size
 from overturning.dem.polygon.scene import Scene, check_scene, load_scene
@@ -58,12 +58,16 @@ def run(how: ScenePlan, motion: Motion, more: int = 0) -> tuple[np.ndarray, np.n
 
 def put(how: ScenePlan, element: int, **values: float) -> None:
     """Set x, z, angle, vx, vz or vw of an element at the start; it touches nothing there."""
-    rows = {"x": k.X, "z": k.Z, "vx": k.VX, "vz": k.VZ, "vw": k.VW}
+
+    def put_number(path: str, number: float) -> None:
+        row = k.CASE.count + element * k.ELEMENT.count + k.ELEMENT.row(k.Element, path) // k.COLUMNS
+        how.initial[0, row] = number
+
+    paths = {"x": "pose.x", "z": "pose.z", "vx": "velocity.x", "vz": "velocity.z", "vw": "velocity.w"}
     for name, value in values.items():
-        at = k.OWN + element * k.BODY
         if name == "angle":
-            how.initial[0, at + k.ANGLE // k.COLUMNS] = value
-            how.initial[0, at + k.COS // k.COLUMNS] = np.cos(value)
-            how.initial[0, at + k.SIN // k.COLUMNS] = np.sin(value)
+            put_number("pose.angle", value)
+            put_number("pose.cos", np.cos(value))
+            put_number("pose.sin", np.sin(value))
         else:
-            how.initial[0, at + rows[name] // k.COLUMNS] = value
+            put_number(paths[name], value)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from overturning.dem.lanes import OPTIONS, Rows, aligned
+from overturning.dem.lanes import OPTIONS, Access, Rows, aligned
 from overturning.dem.mechanics import larger, line, renormalised, turned, within
 
 
@@ -25,9 +25,19 @@ class Other(NamedTuple):
     mass: float
 
 
+def compiled(access: Access) -> Access:
+    """The functions as Python can call them."""
+    load, store, store_unless = access
+    return Access(
+        njit(lambda array, j: load(array, j)),
+        njit(lambda array, j, value: store(array, j, value)),
+        njit(lambda array, j, keep, value: store_unless(array, j, keep, value)),
+    )
+
+
 ROWS = Rows(4, Other, Pair)
-PAIR, TWO = ROWS.access(Pair), ROWS.access(Pair, "two")
-NO_SPRINGS = ROWS.access(Pair, without=["spring"])
+PAIR, TWO = compiled(ROWS.access(Pair)), compiled(ROWS.access(Pair, "two"))
+NO_SPRINGS = compiled(ROWS.access(Pair, without=["spring"]))
 
 
 def lanes() -> np.ndarray:

@@ -12,7 +12,7 @@ import pytest
 import overturning.dem
 from overturning.dem.blocks import Cases
 from overturning.dem.cache import cache_directory
-from overturning.dem.polygon import kernel
+from overturning.dem.polygon import queue
 from overturning.dem.polygon.cases import SceneResults, run_scene_cases
 from overturning.dem.polygon.geometry import native_size
 from overturning.dem.polygon.scene import Scene
@@ -163,12 +163,12 @@ def test_what_is_compiled_comes_from_the_folder_that_names_the_cache() -> None:
     """Numba notices no change in another file; `keep_compiled` hashes the whole layer."""
     folder = Path(overturning.dem.__file__).parent
     compiled = [path for path in sorted(folder.rglob("*.py")) if "import njit" in path.read_text(encoding="utf-8")]
-    assert Path(kernel.__file__) in compiled
+    assert Path(queue.__file__) in compiled
     for path in compiled:
         for line in path.read_text(encoding="utf-8").splitlines():
             if line.startswith("from overturning"):
                 assert line.startswith("from overturning.dem."), path.name
-    assert kernel.run_queue._cache._cache_path.endswith(cache_directory(folder).name)
+    assert queue.run_queue._cache._cache_path.endswith(cache_directory(folder).name)
 
 
 def test_what_a_scene_does_not_have_is_refused() -> None:

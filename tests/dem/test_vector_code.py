@@ -7,11 +7,15 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import llvmlite.binding as llvm
+import numpy as np
 import pytest
 
 from overturning.dem.block.queue import SCHEMES
 from overturning.dem.block.rows import COLUMNS, ROWS
 from overturning.dem.lanes import aligned
+from overturning.dem.polygon import centred, cundall, rows
+from overturning.dem.polygon.step import advance_on
+from overturning.dem.polygon.verdict import note_standing
 
 Compile = Callable[[], Iterator[str]]
 """Compiles a kernel's loops and gives the assembly of each."""
@@ -29,6 +33,15 @@ def block_loops(scheme: Any, vertical: bool, rough: bool) -> Compile:
     return assemblies
 
 
+def polygon_loops(loop: Any, *arguments: Any) -> Compile:
+    def assemblies() -> Iterator[str]:
+        loop(*arguments)
+        yield from loop.inspect_asm().values()
+
+    return assemblies
+
+
+PAIR, ELEMENT, OWN = (np.zeros(table.size) for table in (rows.PAIR, rows.ELEMENT, rows.CASE))
 LOOPS: dict[str, Compile] = {
     f"block, {scheme.name.lower()}, {'vertical' if vertical else 'level'}, {'rough' if rough else 'smooth'}": block_loops(
         scheme, vertical, rough
@@ -36,6 +49,12 @@ LOOPS: dict[str, Compile] = {
     for scheme in SCHEMES
     for vertical in (False, True)
     for rough in (True, False)
+} | {
+    "polygons, centred contact": polygon_loops(centred.contact, PAIR, ELEMENT, ELEMENT.copy(), OWN),
+    "polygons, cundall contact": polygon_loops(cundall.contact, PAIR, ELEMENT, ELEMENT.copy(), OWN),
+    "polygons, motion, vertical": polygon_loops(advance_on(True), ELEMENT, OWN, 9.80665),
+    "polygons, motion, level": polygon_loops(advance_on(False), ELEMENT, OWN, 9.80665),
+    "polygons, slip": polygon_loops(note_standing, ELEMENT, ELEMENT.copy(), OWN, 0.1, 0.01),
 }  # fmt: skip
 
 

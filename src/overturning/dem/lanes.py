@@ -17,7 +17,8 @@ from collections.abc import Collection, Iterator
 from typing import Any, Final, NamedTuple, get_type_hints
 
 import numpy as np
-from numba import njit
+from numba import njit, types
+from numba.extending import intrinsic
 
 from overturning.dem.cache import prefer_full_width
 
@@ -97,24 +98,70 @@ class Rows:
         inner = [inner for inner in _paths(kind) if not set(inner.split(".")) & set(without)]
         key = (of, path, *inner)
         if key not in self._made:
-            self._made[key] = self._make(of, kind, prefix, inner)
+            self._made[key] = _access(kind, {p: self._rows[of, prefix + p] for p in inner})
         return self._made[key]
 
-    def _make(self, of: type, kind: type, prefix: str, inner: list[str]) -> Access:
-        # Unsigned: Numba lets a signed index count from the end, and LLVM cannot always see that this one does not.
-        place = {p: f"array[unsigned({self._rows[of, prefix + p]}) + j]" for p in inner}
-        space: dict[str, Any] = {"unsigned": np.uintp}
-        value = _construction(kind, place, space)
-        stores = [f"{at} = value.{p}" for p, at in place.items()]
-        choices = [f"{at} = {at} if keep else value.{p}" for p, at in place.items()]
-        source = {
-            "load(array, j)": [f"return {value}"],
-            "store(array, j, value)": stores or ["pass"],
-            "store_unless(array, j, keep, value)": choices or ["pass"],
-        }
-        for head, body in source.items():
-            exec("\n    ".join([f"def {head}:", "j = unsigned(j)", *body]), space)
-        return Access(*(njit(**INLINE)(space[name]) for name in Access._fields))
+
+def _access(kind: Any, place: dict[str, int]) -> Access:
+    """Functions for a tuple whose numbers begin at these rows: written in LLVM's language, which compiles in no time."""
+    tuple_type = _numba_type(kind)
+
+    def number_at(context: Any, builder: Any, array_type: Any, array: Any, j: Any, row: int) -> Any:
+        assert array_type.layout == "C", "rows lie one after another"
+        data = context.make_array(array_type)(context, builder, value=array).data
+        return builder.gep(data, [builder.add(j, j.type(row))], inbounds=True)
+
+    def stored(choose: bool) -> Any:
+        def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            array, j, value, given = values[0], values[1], values[-1], signature.args[-1]
+            for path, row in place.items():
+                number, of = value, given
+                for name in path.split("."):
+                    at = of.fields.index(name)
+                    number, of = builder.extract_value(number, at), of.types[at]
+                number = context.cast(builder, number, of, types.float64)
+                pointer = number_at(context, builder, signature.args[0], array, j, row)
+                builder.store(builder.select(values[2], builder.load(pointer), number) if choose else number, pointer)
+            return context.get_dummy_value()
+
+        return make
+
+    @intrinsic
+    def load(_: Any, array: Any, j: Any) -> Any:  # noqa: ARG001, an intrinsic is called with types
+        def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            def built(of: Any, prefix: str) -> Any:
+                parts = []
+                for name, part in zip(of.fields, of.types, strict=True):
+                    if isinstance(part, types.BaseTuple):
+                        parts.append(built(part, f"{prefix}{name}."))
+                    elif prefix + name in place:
+                        row = place[prefix + name]
+                        pointer = number_at(context, builder, signature.args[0], values[0], values[1], row)
+                        parts.append(builder.load(pointer))
+                    else:
+                        parts.append(context.get_constant(types.float64, 0.0))
+                return context.make_tuple(builder, of, parts)
+
+            return built(tuple_type, "")
+
+        return tuple_type(array, types.intp), make
+
+    @intrinsic
+    def store(_: Any, array: Any, j: Any, value: Any) -> Any:  # noqa: ARG001
+        return types.none(array, types.intp, value), stored(choose=False)
+
+    @intrinsic
+    def store_unless(_: Any, array: Any, j: Any, keep: Any, value: Any) -> Any:  # noqa: ARG001
+        return types.none(array, types.intp, types.boolean, value), stored(choose=True)
+
+    return Access(load, store, store_unless)
+
+
+def _numba_type(of: Any) -> Any:
+    """Numba's type of a tuple of numbers and of such tuples."""
+    if not hasattr(of, "_fields"):
+        return types.float64
+    return types.BaseTuple.from_types([_numba_type(kind) for kind in get_type_hints(of).values()], of)
 
 
 def _paths(of: type, prefix: str = "") -> Iterator[str]:
@@ -124,15 +171,3 @@ def _paths(of: type, prefix: str = "") -> Iterator[str]:
             yield from _paths(kind, f"{prefix}{name}.")
         else:
             yield prefix + name
-
-
-def _construction(of: Any, place: dict[str, str], space: dict[str, Any], prefix: str = "") -> str:
-    """Source of the call that builds a tuple of numbers by their places; the types it names are put into `space`."""
-    space[of.__name__] = of
-    parts = [
-        _construction(kind, place, space, f"{prefix}{name}.")
-        if hasattr(kind, "_fields")
-        else place.get(prefix + name, "0.0")
-        for name, kind in get_type_hints(of).items()
-    ]
-    return f"{of.__name__}({', '.join(parts)})"

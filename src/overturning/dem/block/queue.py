@@ -14,8 +14,8 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numba import njit, types
 from numba.extending import overload
-from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.dem.block import centred, cundall, tables
 from overturning.dem.block.rows import (
     COLUMNS,
@@ -48,9 +48,9 @@ SCHEMES: Final[dict[Scheme, tuple[Any, Any]]] = {
 class Ground(NamedTuple):
     """The motion of the base."""
 
-    along: NDArray[np.float64]
+    along: FloatArray
     """Acceleration towards +s in each azimuth, m/s², padded with zeros, shape (azimuths, samples + 3);"""
-    up: NDArray[np.float64] | None
+    up: FloatArray | None
     """upward, shape (samples + 3,); None where there is none, which compiles a kernel without it;"""
     samples: int
     interval: float

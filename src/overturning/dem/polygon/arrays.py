@@ -23,59 +23,40 @@ FLAT: Final = round(0.999 * 0.5 * np.pi, 12)
 
 def kernel_column(prepared: Prepared) -> FloatArray:
     """The rows of a column at rest, as the kernel wants them, shape (rows,)."""
-    from overturning.dem.polygon import columns as k
+    from overturning.dem.polygon import rows as k
 
-    placed = prepared.placed
-    rows = np.zeros(k.OWN + len(placed) * k.BODY + len(prepared.pairs) * k.PAIR)
-
-    def put(base: int, name: int, value: float) -> None:
-        rows[base + name // k.COLUMNS] = value
-
+    placed, laws, still = prepared.placed, prepared.laws, k.Plane(0.0, 0.0, 0.0)
+    elements = []
     for index, item in enumerate(placed):
-        at = k.OWN + index * k.BODY
         dx, dz, turn = prepared.displacement[index]
         # The pair that is turned keeps length 1 to the last digit for the minute rotations of a scene at rest.
-        put(at, k.X, item.x + dx)
-        put(at, k.Z, item.z + dz)
-        put(at, k.ANGLE, turn)
-        put(at, k.COS, 1.0 - 0.5 * turn * turn)
-        put(at, k.SIN, turn * (1.0 - turn * turn / 6.0))
-        if not item.fixed:
-            put(at, k.INVERSE_MASS, 1.0 / item.mass)
-            put(at, k.INVERSE_INERTIA, 1.0 / item.inertia)
-            put(at, k.MASS, item.mass)
-            put(at, k.WEIGHT, 1.0)
-        put(at, k.FRAME, 0.0 if item.element.kind == "driven" else 1.0)
-        put(at, k.HELD, 1.0 if item.element.kind == "held" else 0.0)
-        put(at, k.CRITICAL, float(prepared.critical[index]))
-        put(at, k.PEAK_ANGLE, abs(turn))
-        put(at, k.LAST_UPRIGHT, -1.0)
+        pose = k.Pose(item.x + dx, item.z + dz, turn, 1.0 - 0.5 * turn * turn, turn * (1.0 - turn * turn / 6.0))
+        free = (0.0, 0.0, 0.0, 0.0) if item.fixed else (1.0 / item.mass, 1.0 / item.inertia, item.mass, 1.0)
+        frame, held = float(item.element.kind != "driven"), float(item.element.kind == "held")
         support, (x, z) = placed[prepared.support[index]], prepared.base[index]
-        for name, value in zip(
-            (k.BASE_X, k.BASE_Z, k.SUPPORT_X, k.SUPPORT_Z),
-            (x - item.x, z - item.z, x - support.x, z - support.z),
-            strict=True,
-        ):
-            put(at, name, value)
-    laws = prepared.laws
-    for index in range(len(prepared.pairs)):
-        at = k.OWN + len(placed) * k.BODY + index * k.PAIR
-        put(at, k.KN, float(laws.normal[index]))
-        put(at, k.KS, float(laws.tangential[index]))
-        put(at, k.COMPLIANCE, float(1.0 / laws.tangential[index]) if laws.tangential[index] > 0 else 0.0)
-        put(at, k.DASHPOT, float(laws.dashpot[index]))
-        put(at, k.FRICTION, float(laws.friction[index]))
-        put(at, k.REACH, -1.0)
-        put(at, k.FACE_A, -1.0)
-        put(at, k.FACE_B, -1.0)
-        put(at, k.LIMIT, np.inf if rests_on_one_face(placed) else 0.0)
-    for index, side, slip in prepared.springs:
-        at = k.OWN + len(placed) * k.BODY + index * k.PAIR
-        put(at, k.SPRING + side * k.SECOND, slip)
-        i, j = prepared.pairs[index]
-        mine = _is_first(placed[i], placed[j], side)
-        put(at, k.CONTACT + side * k.SECOND, k.MINE if mine else k.THEIRS)
-    return rows
+        elements.append(
+            k.Element(
+                pose, still, still, still, still,
+                k.Body(*free, frame, held, float(prepared.critical[index])),
+                k.Course(moved=0.0, turned=0.0, work=0.0, peak_angle=abs(turn), last_upright=-1.0),
+                k.Standing(0.0, 0.0, 0.0, 0.0, 0.0, x - item.x, z - item.z, x - support.x, z - support.z),
+            )
+        )  # fmt: skip
+    settled = np.inf if rests_on_one_face(placed) else 0.0
+    nearest = k.Nearest(face_a=-1.0, face_b=-1.0, lever=0.0, limit=settled, reach=-1.0, used=0.0)
+    seen, face, zero = k.Seen(0.0, 0.0), k.Face(0.0, 0.0, 0.0, 0.0, 0.0), k.Action(0.0, 0.0, 0.0, 0.0)
+    unseen = k.Vertices(seen, seen, seen, seen)
+    pairs = []
+    for index, (i, j) in enumerate(prepared.pairs):
+        tangential = laws.tangential[index]
+        compliance = 1.0 / tangential if tangential > 0 else 0.0
+        law = k.Law(laws.normal[index], tangential, laws.dashpot[index], laws.friction[index], compliance)
+        ends = [k.Memory(0.0, k.OPEN, 0.0, 0.0)] * 2
+        for at, side, slip in prepared.springs:
+            if at == index:
+                ends[side] = k.Memory(slip, k.MINE if _is_first(placed[i], placed[j], side) else k.THEIRS, 0.0, 0.0)
+        pairs.append(k.Pair(face, face, law, nearest, unseen, ends[0], ends[1], zero, 0.0, 0.0))
+    return np.array([0.0] * k.CASE.count + k.flat(elements) + k.flat(pairs))
 
 
 def rests_on_one_face(placed: list[Placed]) -> bool:

@@ -78,13 +78,13 @@ class ScenePlan:
         budget: int = BUDGET,
     ) -> tuple[FloatArray, FloatArray, int]:
         """Run cases with the same number of steps per sample; results per case, per element, rows of the path."""
-        from overturning.dem.polygon import kernel as k
+        from overturning.dem.polygon.queue import SCHEMES, run_queue
 
         out = np.zeros((chosen.size, t.RESULTS))
         each = np.zeros((chosen.size, self.sizes.size, t.ELEMENT_RESULTS))
-        noted = k.run_queue(
-            int(self.scheme), np.arange(chosen.size), np.ascontiguousarray(self.table[chosen]), self.row[chosen], self.variant[chosen],
-            self.initial, self.layout, self.sizes, self.shapes, self.rules, self.limits, self.ground, self.upward,
+        noted = run_queue(
+            SCHEMES[self.scheme][0], np.arange(chosen.size), np.ascontiguousarray(self.table[chosen]), self.row[chosen], self.variant[chosen],
+            self.initial, self.layout, self.sizes, self.shapes, self.rules, self.limits, self.ground, self.upward if self.upward.size else None,
             motion.samples, motion.sampling_interval, int(self.steps[chosen[0]]), self.gravity, budget, counter, path,
             out, each,
         )  # fmt: skip

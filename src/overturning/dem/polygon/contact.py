@@ -1,73 +1,81 @@
 """What both schemes share of a contact's force: the tangential spring, the slider, and what an end's force does.
 
-An end's force is ``f_n n + f_t (n_z, −n_x)`` on the pair's first element, the opposite on its second.
+An end's force is ``n (n_x, n_z) + t (n_z, −n_x)`` on the pair's first element a, the opposite on its second, b.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from numba import njit
 
-# isort: off
-from overturning.dem.polygon.columns import (
-    COMPLIANCE, CONTACT, DEEPEST, FX, FZ, HANDED_ON, INLINE, MINE, MOMENT, MOMENT_A, MOMENT_B, NORMAL, OPEN, SECOND,
-    SPRING, SUM_X, SUM_Z, TAKEN, TANGENT, THEIRS,
-)  # fmt: skip
+from overturning.dem.lanes import INLINE
+from overturning.dem.mechanics import larger
+from overturning.dem.polygon import rows
+from overturning.dem.polygon.faces import End, Stretch
+from overturning.dem.polygon.rows import Action, Element, Memory, Pair, Plane
 
-# isort: on
-from overturning.dem.polygon.faces import End
+
+class Force(NamedTuple):
+    """An end's normal and tangential force, N, and the stretch that is left of its tangential spring, m."""
+
+    n: float
+    t: float
+    spring: float
 
 
 @njit(**INLINE)
-def stretched(q: Any, at: int, j: int, end: End, turn_q: float, turn_r: float, drag: float) -> float:
+def stretched(old: Memory, end: End, ends: Stretch, compliance: float, drag: float) -> float:
     """Stretch of an end's spring: grown by the slip, or, where the end has changed, such that the force is kept.
 
     A new contact begins unstretched.
     """
-    whose = MINE if end.mine else THEIRS
-    memory, n, t = q[CONTACT + at], q[NORMAL + at], q[TANGENT + at]
-    share = t if memory == HANDED_ON else -((whose * turn_r) * n) - t * turn_q
-    kept = -(share + drag) * q[COMPLIANCE + j]
-    stretch = q[SPRING + at] + end.slip if memory == whose else kept
-    return stretch if memory != OPEN else 0.0
+    carrier = rows.MINE if end.mine else rows.THEIRS
+    share = -((carrier * ends.turn_r) * old.normal) - old.tangent * ends.turn_q
+    share = old.tangent if old.carrier == rows.HANDED_ON else share
+    kept = -(share + drag) * compliance
+    stretch = old.spring + end.slip if old.carrier == carrier else kept
+    return stretch if old.carrier != rows.OPEN else 0.0
 
 
 @njit(**INLINE)
-def held_to(value: float, most: float) -> float:
-    """A value brought between −most and most."""
-    value = most if value > most else value
-    least = -most
-    return least if value < least else value
+def remembered(end: End, force: Force) -> Memory:
+    """What an end remembers of its force until the next step."""
+    carrier = rows.MINE if end.mine else rows.THEIRS
+    return Memory(force.spring, carrier if end.closed else rows.OPEN, force.n, force.t)
 
 
 @njit(**INLINE)
-def keep(q: Any, at: int, end: End, spring: float, n: float, t: float) -> float:
-    """Keep an end's spring and forces for the next step; energy that it took from the elements since the last one, twice."""
-    whose = MINE if end.mine else THEIRS
-    taken = (q[NORMAL + at] + n) * (end.depth - end.before) - (q[TANGENT + at] + t) * end.slip
-    q[SPRING + at], q[CONTACT + at] = spring, whose if end.closed else OPEN
-    q[NORMAL + at], q[TANGENT + at] = n, t
-    return taken
+def twice_taken(end: End, old: Memory, force: Force) -> float:
+    """Twice the energy that an end took from the elements since the last step: mean force times displacement, J."""
+    return (old.normal + force.n) * (end.depth - end.before) - (old.tangent + force.t) * end.slip
 
 
 @njit(**INLINE)
-def push(
-    q: Any, a: Any, b: Any, j: int, one: End, two: End, n1: float, n2: float, t1: float, t2: float, s1: float, s2: float
-) -> tuple[float, float, float, float]:
-    """Let both ends' forces act on the elements and book them; their change since the last step: force on a, moments."""
-    taken_1, taken_2 = keep(q, j, one, s1, n1, t1), keep(q, j + SECOND, two, s2, n2, t2)
-    deepest = q[DEEPEST + j]
-    deepest = one.depth if one.closed & (one.depth > deepest) else deepest
-    deepest = two.depth if two.closed & (two.depth > deepest) else deepest
-    sum_x = (n1 * one.nx + t1 * one.nz) + (n2 * two.nx + t2 * two.nz)
-    sum_z = (n1 * one.nz - t1 * one.nx) + (n2 * two.nz - t2 * two.nx)
-    moment_a = (one.an * n1 + one.at * t1) + (two.an * n2 + two.at * t2)
-    moment_b = (one.bn * n1 + one.bt * t1) + (two.bn * n2 + two.bt * t2)
-    a[FX + j], b[FX + j] = a[FX + j] + sum_x, b[FX + j] - sum_x
-    a[FZ + j], b[FZ + j] = a[FZ + j] + sum_z, b[FZ + j] - sum_z
-    a[MOMENT + j], b[MOMENT + j] = a[MOMENT + j] + moment_a, b[MOMENT + j] - moment_b
-    more_x, more_z = sum_x - q[SUM_X + j], sum_z - q[SUM_Z + j]
-    more_a, more_b = moment_a - q[MOMENT_A + j], moment_b - q[MOMENT_B + j]
-    q[DEEPEST + j] = deepest
-    q[TAKEN + j] = q[TAKEN + j] + 0.5 * (taken_1 + taken_2)
-    q[SUM_X + j], q[SUM_Z + j], q[MOMENT_A + j], q[MOMENT_B + j] = sum_x, sum_z, moment_a, moment_b
-    return more_x, more_z, more_a, more_b
+def action_of(one: End, two: End, f1: Force, f2: Force) -> Action:
+    """What both ends' forces do to the elements."""
+    return Action(
+        (f1.n * one.nx + f1.t * one.nz) + (f2.n * two.nx + f2.t * two.nz),
+        (f1.n * one.nz - f1.t * one.nx) + (f2.n * two.nz - f2.t * two.nx),
+        (one.a.n * f1.n + one.a.t * f1.t) + (two.a.n * f2.n + two.a.t * f2.t),
+        (one.b.n * f1.n + one.b.t * f1.t) + (two.b.n * f2.n + two.b.t * f2.t),
+    )
+
+
+@njit(**INLINE)
+def act(
+    q: Any, a: Any, b: Any, j: int, pair: Pair, first: Element, second: Element, ends: Stretch, f1: Force, f2: Force
+) -> Action:
+    """Let both ends' forces act on the elements and keep them; their change since the last step."""
+    one, two, old = ends.one, ends.two, pair.action
+    deepest = larger(pair.deepest, one.depth) if one.closed else pair.deepest
+    deepest = larger(deepest, two.depth) if two.closed else deepest
+    new = action_of(one, two, f1, f2)
+    on_a, on_b = first.force, second.force
+    rows.store_force(a, j, Plane(on_a.x + new.x, on_a.z + new.z, on_a.w + new.moment_a))
+    rows.store_force(b, j, Plane(on_b.x - new.x, on_b.z - new.z, on_b.w - new.moment_b))
+    rows.store_vertices(q, j, ends.now)
+    rows.store_memory(q, j, remembered(one, f1))
+    rows.store_memory(q, j + rows.SECOND, remembered(two, f2))
+    rows.store_action(q, j, new)
+    q[rows.DEEPEST + j] = deepest
+    q[rows.TAKEN + j] = pair.taken + 0.5 * (twice_taken(one, pair.one, f1) + twice_taken(two, pair.two, f2))
+    return Action(new.x - old.x, new.z - old.z, new.moment_a - old.moment_a, new.moment_b - old.moment_b)

@@ -1,21 +1,13 @@
 """Where the nearest faces of a pair lie to each other: depths and places of their four vertices, and the two ends."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-import numpy as np
 from numba import njit
 
-from overturning.dem.polygon.advance import turned
-
-# isort: off
-from overturning.dem.polygon.columns import (
-    AHI, ALO, ANX, ANZ, AOFF, BHI, BLO, BNX, BNZ, BOFF, COLUMNS, COS, DA1, DB1, INLINE, OPTIONS, REACH, SA1, SB1, SIN,
-    USED, VW, VX, VZ, X, Z,
-)  # fmt: skip
-# isort: on
-
-SECOND_VERTEX = 2 * COLUMNS
-"""From the first vertex' depth and place to the second's."""
+from overturning.dem.lanes import INLINE, OPTIONS
+from overturning.dem.mechanics import turned
+from overturning.dem.polygon import rows
+from overturning.dem.polygon.rows import Element, Face, Memory, Pair, Pose, Seen, Vertices
 
 
 class Facing(NamedTuple):
@@ -36,21 +28,25 @@ class Facing(NamedTuple):
     bt: float
 
 
+class Levers(NamedTuple):
+    """Levers of a normal and of a tangential force about a centre, m."""
+
+    n: float
+    t: float
+
+
 class Vertex(NamedTuple):
     """A vertex of one face seen from the other face."""
 
-    place: float
-    """Place along the other face (along its opposite for b's vertices), m,"""
-    depth: float
-    """depth behind it now and a step ago, m,"""
+    seen: Seen
+    """Depth behind the other face and place along it (along its opposite for b's vertices), m,"""
     before: float
+    """depth a step ago, m,"""
     slip: float
     """slip of a over b since then, along (n_z, −n_x), m,"""
-    an: float
-    """levers of a normal and of a tangential force about a's centre and about b's, m."""
-    at: float
-    bn: float
-    bt: float
+    a: Levers
+    """levers about a's centre and about b's."""
+    b: Levers
 
 
 class End(NamedTuple):
@@ -61,115 +57,128 @@ class End(NamedTuple):
     closed: bool
     """whether it touches,"""
     nx: float
-    """direction of the normal force on a; the rest as of the vertex."""
+    """direction of the normal force on a,"""
     nz: float
     depth: float
+    """the rest as of the vertex."""
     before: float
     slip: float
-    an: float
-    at: float
-    bn: float
-    bt: float
+    a: Levers
+    b: Levers
+
+
+class Stretch(NamedTuple):
+    """The common stretch of two faces: how one is turned to the other, both ends, all vertices as the next step needs them."""
+
+    turn_q: float
+    turn_r: float
+    one: End
+    two: End
+    now: Vertices
 
 
 @njit(**INLINE)
-def facing(q: Any, j: int, ca: float, sa: float, cb: float, sb: float, dx: float, dz: float) -> Facing:
-    """How the faces of a pair lie to each other, from the cosines and sines of both and the way from b's centre to a's."""
-    anx, anz = ca * q[ANX + j] + sa * q[ANZ + j], ca * q[ANZ + j] - sa * q[ANX + j]
-    bnx, bnz = cb * q[BNX + j] + sb * q[BNZ + j], cb * q[BNZ + j] - sb * q[BNX + j]
+def rotated(pose: Pose, x: float, z: float) -> tuple[float, float]:
+    """A vector of an element's axes in the plane."""
+    return pose.cos * x + pose.sin * z, pose.cos * z - pose.sin * x
+
+
+@njit(**INLINE)
+def facing(face_a: Face, face_b: Face, a: Pose, b: Pose) -> Facing:
+    """How the faces of a pair lie to each other."""
+    dx, dz = a.x - b.x, a.z - b.z
+    anx, anz = rotated(a, face_a.nx, face_a.nz)
+    bnx, bnz = rotated(b, face_b.nx, face_b.nz)
     turn_q, turn_r = bnx * anx + bnz * anz, bnz * anx - bnx * anz
     an, at = anx * dx + anz * dz, anx * dz - anz * dx
     return Facing(anx, anz, bnx, bnz, turn_q, turn_r, an, at, bnx * dx + bnz * dz, bnx * dz - bnz * dx)
 
 
 @njit(**INLINE)
-def seen(off: float, along: float, q: float, r: float) -> tuple[float, float]:
+def seen_from(off: float, along: float, q: float, r: float) -> tuple[float, float]:
     """Place of a face's point along the other face's normal and tangent, from its own centre; q, r turn it there."""
     return off * q + along * r, along * q - off * r
 
 
 @njit(**INLINE)
-def vertex_of_a(q: Any, at: int, off: float, along: float, wall: float, f: Facing) -> Vertex:
+def vertex_of_a(off: float, along: float, wall: float, f: Facing, before: Seen) -> Vertex:
     """A vertex of a behind b's face, which lies `wall` from b's centre."""
-    own_n, own_t = seen(off, along, f.turn_q, f.turn_r)
+    own_n, own_t = seen_from(off, along, f.turn_q, f.turn_r)
     height, place = own_n + f.bn, own_t + f.bt
-    return Vertex(place, wall - height, q[DA1 + at], q[SA1 + at] - place, own_t, own_n, place, height)
+    seen = Seen(wall - height, place)
+    return Vertex(seen, before.depth, before.place - place, Levers(own_t, own_n), Levers(place, height))
 
 
 @njit(**INLINE)
-def vertex_of_b(q: Any, at: int, off: float, along: float, wall: float, f: Facing) -> Vertex:
+def vertex_of_b(off: float, along: float, wall: float, f: Facing, before: Seen) -> Vertex:
     """A vertex of b behind a's face; its place along the opposite of that face grows with a's slip."""
-    own_n, own_t = seen(off, along, -f.turn_q, f.turn_r)
+    own_n, own_t = seen_from(off, along, -f.turn_q, f.turn_r)
     height, place = own_n + f.an, own_t + f.at
-    return Vertex(place, wall + height, q[DB1 + at], place - q[SB1 + at], place, height, own_t, own_n)
+    seen = Seen(wall + height, place)
+    return Vertex(seen, before.depth, place - before.place, Levers(place, height), Levers(own_t, own_n))
+
+
+@njit(**INLINE)
+def vertices(a: Face, b: Face, f: Facing, before: Vertices) -> tuple[Vertex, Vertex, Vertex, Vertex]:
+    """First and second vertex of a's face, then of b's."""
+    return (
+        vertex_of_a(a.off, a.low, b.off, f, before.a1),
+        vertex_of_a(a.off, a.high, b.off, f, before.a2),
+        vertex_of_b(b.off, b.low, a.off, f, before.b1),
+        vertex_of_b(b.off, b.high, a.off, f, before.b2),
+    )
 
 
 @njit(**INLINE)
 def end_of(mine: bool, closed: bool, f: Facing, a: Vertex, b: Vertex) -> End:
     """The end that a's or b's vertex carries."""
+    depth = a.seen.depth if mine else b.seen.depth
     return End(
         mine,
-        closed & ((a.depth if mine else b.depth) > 0.0),
+        closed & (depth > 0.0),
         f.bnx if mine else -f.anx,
         f.bnz if mine else -f.anz,
-        a.depth if mine else b.depth,
+        depth,
         a.before if mine else b.before,
         a.slip if mine else b.slip,
-        a.an if mine else b.an,
-        a.at if mine else b.at,
-        a.bn if mine else b.bn,
-        a.bt if mine else b.bt,
+        Levers(a.a.n if mine else b.a.n, a.a.t if mine else b.a.t),
+        Levers(a.b.n if mine else b.b.n, a.b.t if mine else b.b.t),
     )
 
 
 @njit(**INLINE)
-def ends(q: Any, a: Any, b: Any, j: int) -> tuple[float, float, End, End]:
-    """Both ends of a pair's common stretch now, which is noted for the next step, and how one face is turned to the other.
-
-    The inner one of a's first and b's second vertex carries end 1, of a's second and b's first end 2.
-    """
-    f = facing(q, j, a[COS + j], a[SIN + j], b[COS + j], b[SIN + j], a[X + j] - b[X + j], a[Z + j] - b[Z + j])
-    a_off, a_lo, a_hi = q[AOFF + j], q[ALO + j], q[AHI + j]
-    b_off, b_lo, b_hi = q[BOFF + j], q[BLO + j], q[BHI + j]
-    a1, a2 = vertex_of_a(q, j, a_off, a_lo, b_off, f), vertex_of_a(q, j + SECOND_VERTEX, a_off, a_hi, b_off, f)
-    b1, b2 = vertex_of_b(q, j, b_off, b_lo, a_off, f), vertex_of_b(q, j + SECOND_VERTEX, b_off, b_hi, a_off, f)
-    near = q[USED + j] >= q[REACH + j]
-    mine_1, mine_2 = a1.place <= b_hi, a2.place >= b_lo
-    a_low, a_high = -a_lo, -a_hi
-    in_1 = (mine_1 & (a1.place >= b_lo)) | ((not mine_1) & (b2.place >= a_high) & (b2.place <= a_low))
-    in_2 = (mine_2 & (a2.place <= b_hi)) | ((not mine_2) & (b1.place >= a_high) & (b1.place <= a_low))
+def common_stretch(pair: Pair, a: Pose, b: Pose) -> Stretch:
+    """Both ends of a pair's common stretch: the inner vertex carries each, of a's first and b's second end 1, of the others end 2."""
+    f = facing(pair.face_a, pair.face_b, a, b)
+    a1, a2, b1, b2 = vertices(pair.face_a, pair.face_b, f, pair.before)
+    near = pair.nearest.used >= pair.nearest.reach
+    low, high = pair.face_b.low, pair.face_b.high
+    mine_1, mine_2 = a1.seen.place <= high, a2.seen.place >= low
+    top, bottom = -pair.face_a.low, -pair.face_a.high
+    in_1 = (mine_1 & (a1.seen.place >= low)) | ((not mine_1) & (b2.seen.place >= bottom) & (b2.seen.place <= top))
+    in_2 = (mine_2 & (a2.seen.place <= high)) | ((not mine_2) & (b1.seen.place >= bottom) & (b1.seen.place <= top))
     one, two = end_of(mine_1, in_1 & near, f, a1, b2), end_of(mine_2, in_2 & near, f, a2, b1)
-    note_vertex(q, DA1 + j, a1)
-    note_vertex(q, DA1 + SECOND_VERTEX + j, a2)
-    note_vertex(q, DB1 + j, b1)
-    note_vertex(q, DB1 + SECOND_VERTEX + j, b2)
-    return f.turn_q, f.turn_r, one, two
-
-
-@njit(**INLINE)
-def note_vertex(q: Any, at: int, vertex: Vertex) -> None:
-    """Keep a vertex' depth and place for the next step."""
-    q[at], q[at + COLUMNS] = vertex.depth, vertex.place
+    return Stretch(f.turn_q, f.turn_r, one, two, Vertices(a1.seen, a2.seen, b1.seen, b2.seen))
 
 
 @njit(**OPTIONS)
-def depths_before(q: Any, a: Any, b: Any, j: int, dt: float) -> None:
+def seen_before(pair: Pair, a: Element, b: Element, dt: float) -> Vertices:
     """Depths and places of the faces' vertices a time dt ago, 0 for now."""
-    pose = np.empty((2, 4))
-    for k in range(2):
-        e = a if k == 0 else b
-        pose[k, 0], pose[k, 1] = turned(e[COS + j], e[SIN + j], -dt * e[VW + j])
-        pose[k, 2], pose[k, 3] = e[X + j] - dt * e[VX + j], e[Z + j] - dt * e[VZ + j]
-    f = facing(q, j, pose[0, 0], pose[0, 1], pose[1, 0], pose[1, 1], pose[0, 2] - pose[1, 2], pose[0, 3] - pose[1, 3])
-    for k in range(2):
-        at = j + k * SECOND_VERTEX
-        note_vertex(q, DA1 + at, vertex_of_a(q, at, q[AOFF + j], q[(ALO if k == 0 else AHI) + j], q[BOFF + j], f))
-        note_vertex(q, DB1 + at, vertex_of_b(q, at, q[BOFF + j], q[(BLO if k == 0 else BHI) + j], q[AOFF + j], f))
+    f = facing(pair.face_a, pair.face_b, pose_before(a, dt), pose_before(b, dt))
+    a1, a2, b1, b2 = vertices(pair.face_a, pair.face_b, f, pair.before)
+    return Vertices(a1.seen, a2.seen, b1.seen, b2.seen)
 
 
 @njit(**OPTIONS)
-def depth_row(mine: bool, end: int) -> int:
-    """Row of the depth of the vertex that carries an end: of a's first and second, of b's second and first."""
-    if mine:
-        return DA1 if end == 0 else DA1 + SECOND_VERTEX
-    return DB1 + SECOND_VERTEX if end == 0 else DB1
+def pose_before(e: Element, dt: float) -> Pose:
+    """Pose of an element a time dt ago."""
+    c, s = turned(e.pose.cos, e.pose.sin, -dt * e.velocity.w)
+    return Pose(e.pose.x - dt * e.velocity.x, e.pose.z - dt * e.velocity.z, e.pose.angle, c, s)
+
+
+@njit(**OPTIONS)
+def carried(memory: Memory, end: int, of: Vertices) -> Seen:
+    """The vertex that carries an end, 0 or 1: of a's first and second, of b's second and first."""
+    if memory.carrier != rows.THEIRS:
+        return of.a1 if end == 0 else of.a2
+    return of.b2 if end == 0 else of.b1

@@ -1,43 +1,52 @@
-"""Nearest faces: which two of a pair's faces can touch, and for how much motion that stays so."""
+"""Nearest faces: which two of a pair's faces can touch, and for how much motion that stays so.
 
-from typing import Any
+The faces of an element come as an array, a row per face: first and second end, outward normal, distance from the centre.
+"""
+
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 
-# isort: off
-from overturning.dem.polygon.columns import (
-    ANX, BNX, COLUMNS, COS, FACE_A, FACE_B, LEVER, LIMIT, MOVED, OPTIONS, REACH, SIN, STEP, TURNED, USED, X, Z,
-)  # fmt: skip
-
-# isort: on
-from overturning.dem.polygon.faces import depths_before
+from overturning.dem.lanes import OPTIONS
+from overturning.dem.polygon import rows
+from overturning.dem.polygon.faces import rotated, seen_before
 from overturning.dem.polygon.memory import hand_on, let_go
+from overturning.dem.polygon.rows import Face, Nearest, Pose
+
+
+class Candidate(NamedTuple):
+    """A face of either element, and the face of the other one that goes with it."""
+
+    gap: float
+    """Separation of the elements by the face, m,"""
+    a: int
+    """both faces,"""
+    b: int
+    opposed: float
+    """product of their normals, and by how much that of the next best is worse."""
+    play: float
 
 
 @njit(**OPTIONS)
-def separation(a: Any, b: Any, j: int, nb: int, shape_a: Any, shape_b: Any, face: int) -> float:
+def separation(a: Pose, b: Pose, shape_a: Any, shape_b: Any, face: int) -> float:
     """Signed distance of b's nearest vertex from the line of a face of a, positive outside."""
-    ca, sa, cb, sb = a[COS + j], a[SIN + j], b[COS + j], b[SIN + j]
-    nx = ca * shape_a[face, 4] + sa * shape_a[face, 5]
-    nz = ca * shape_a[face, 5] - sa * shape_a[face, 4]
-    dx, dz = b[X + j] - a[X + j], b[Z + j] - a[Z + j]
+    nx, nz = rotated(a, shape_a[face, 4], shape_a[face, 5])
+    dx, dz = b.x - a.x, b.z - a.z
     least = np.inf
-    for k in range(nb):
-        px, pz = shape_b[k, 0], shape_b[k, 1]
-        x, z = (cb * px + sb * pz) + dx, (cb * pz - sb * px) + dz
-        least = min(least, nx * x + nz * z)
+    for k in range(shape_b.shape[0]):
+        x, z = rotated(b, shape_b[k, 0], shape_b[k, 1])
+        least = min(least, nx * (x + dx) + nz * (z + dz))
     return least - shape_a[face, 6]
 
 
 @njit(**OPTIONS)
-def most_opposed(a: Any, b: Any, j: int, nb: int, shape_a: Any, shape_b: Any, face: int) -> tuple[int, float, float]:
+def most_opposed(a: Pose, b: Pose, shape_a: Any, shape_b: Any, face: int) -> tuple[int, float, float]:
     """The face of b most nearly opposite to one of a, the product of their normals, and by how much the next is worse."""
-    c = a[COS + j] * b[COS + j] + a[SIN + j] * b[SIN + j]
-    s = a[SIN + j] * b[COS + j] - a[COS + j] * b[SIN + j]
+    c, s = a.cos * b.cos + a.sin * b.sin, a.sin * b.cos - a.cos * b.sin
     nx, nz = c * shape_a[face, 4] + s * shape_a[face, 5], c * shape_a[face, 5] - s * shape_a[face, 4]
     best, least, second = 0, np.inf, np.inf
-    for k in range(nb):
+    for k in range(shape_b.shape[0]):
         product = nx * shape_b[k, 4] + nz * shape_b[k, 5]
         if product < least:
             best, least, second = k, product, least
@@ -47,73 +56,94 @@ def most_opposed(a: Any, b: Any, j: int, nb: int, shape_a: Any, shape_b: Any, fa
 
 
 @njit(**OPTIONS)
-def candidate(
-    a: Any, b: Any, j: int, na: int, nb: int, shape_a: Any, shape_b: Any, k: int
-) -> tuple[float, int, int, float, float]:
-    """Separation by the k-th face, a's first and then b's, the pair of faces that goes with it, and how clearly.
-
-    Clearly: the product of the normals, and by how much the next best is worse.
-    """
-    if k < na:
-        gap = separation(a, b, j, nb, shape_a, shape_b, k)
-        other, product, clear = most_opposed(a, b, j, nb, shape_a, shape_b, k)
-        return gap, k, other, product, clear
-    gap = separation(b, a, j, na, shape_b, shape_a, k - na)
-    other, product, clear = most_opposed(b, a, j, na, shape_b, shape_a, k - na)
-    return gap, other, k - na, product, clear
+def candidate(a: Pose, b: Pose, shape_a: Any, shape_b: Any, k: int) -> Candidate:
+    """What goes with the k-th face, a's first and then b's."""
+    of_b = k - shape_a.shape[0]
+    if of_b < 0:
+        other, product, clear = most_opposed(a, b, shape_a, shape_b, k)
+        return Candidate(separation(a, b, shape_a, shape_b, k), k, other, product, clear)
+    other, product, clear = most_opposed(b, a, shape_b, shape_a, of_b)
+    return Candidate(separation(b, a, shape_b, shape_a, of_b), other, of_b, product, clear)
 
 
 @njit(**OPTIONS)
-def search(q: Any, a: Any, b: Any, own: Any, j: int, na: int, nb: int, shape_a: Any, shape_b: Any) -> None:
-    """Nearest faces of a pair in one column, how much motion cannot change them, and what the springs remember.
+def nearest_of(a: Pose, b: Pose, shape_a: Any, shape_b: Any, old: Nearest) -> Candidate:
+    """The nearest faces: those of the largest separation, then of the more nearly opposite normals, then of the lower index."""
+    best = Candidate(-np.inf, int(old.face_a), int(old.face_b), np.inf, 0.0)
+    for k in range(shape_a.shape[0] + shape_b.shape[0]):
+        other = candidate(a, b, shape_a, shape_b, k)
+        if other.gap > best.gap or (other.gap == best.gap and other.opposed < best.opposed):
+            best = other
+    return best
+
+
+@njit(**OPTIONS)
+def farthest(shape: Any) -> float:
+    """Square of the distance of an element's farthest vertex from its centre, m²."""
+    square = 0.0
+    for k in range(shape.shape[0]):
+        square = max(square, shape[k, 0] * shape[k, 0] + shape[k, 1] * shape[k, 1])
+    return square
+
+
+@njit(**OPTIONS)
+def motion_left(a: Pose, b: Pose, shape_a: Any, shape_b: Any, best: Candidate, lever: float) -> float:
+    """Motion that cannot change the nearest faces, m: gaps change by no more than it, products of normals by no more than rotation."""
+    limit = 0.4 * lever * best.play
+    for k in range(shape_a.shape[0] + shape_b.shape[0]):
+        other = candidate(a, b, shape_a, shape_b, k)
+        room = 0.4 * (best.gap - other.gap)
+        agrees = other.a == best.a and other.b == best.b
+        limit = min(limit, max(room, 0.4 * lever * other.play) if agrees else room)
+    return limit
+
+
+@njit(**OPTIONS)
+def search(q: Any, a: Any, b: Any, j: int, step: float, shape_a: Any, shape_b: Any) -> None:
+    """Find the nearest faces of a pair in one column, how much motion cannot change them, and what the springs remember.
 
     Of all faces the one with the largest separation from the other element is nearest; with it goes the other
-    element's face most nearly opposite. Equal separations: the pair with the more nearly opposite normals, then the
-    lower index, those of a first. A pair that has no faces yet, those of a column at rest, keeps its memory.
+    element's face most nearly opposite. A pair that has no faces yet, those of a column at rest, keeps its memory.
     """
-    old_a, old_b = int(q[FACE_A + j]), int(q[FACE_B + j])
-    most, face_a, face_b, opposed, play = -np.inf, old_a, old_b, np.inf, 0.0
-    for k in range(na + nb):
-        gap, first, second, product, clear = candidate(a, b, j, na, nb, shape_a, shape_b, k)
-        if gap > most or (gap == most and product < opposed):
-            most, face_a, face_b, opposed, play = gap, first, second, product, clear
-    # A gap changes by no more than the motion, a product of normals by no more than the rotation.
-    dx, dz = a[X + j] - b[X + j], a[Z + j] - b[Z + j]
-    radius = 0.0
-    for k in range(na):
-        radius = max(radius, shape_a[k, 0] ** 2 + shape_a[k, 1] ** 2)
-    for k in range(nb):
-        radius = max(radius, shape_b[k, 0] ** 2 + shape_b[k, 1] ** 2)
-    lever = np.sqrt(dx * dx + dz * dz) + np.sqrt(radius)
-    limit = 0.4 * lever * play
-    for k in range(na + nb):
-        gap, first, second, _, clear = candidate(a, b, j, na, nb, shape_a, shape_b, k)
-        room = 0.4 * (most - gap)
-        agrees = first == face_a and second == face_b
-        limit = min(limit, max(room, 0.4 * lever * clear) if agrees else room)
-    was_far = q[REACH + j] > 0.0
+    old, first, second = rows.load_nearest(q, j), rows.load_element(a, j), rows.load_element(b, j)
+    on, by = first.pose, second.pose
+    best = nearest_of(on, by, shape_a, shape_b, old)
+    dx, dz = on.x - by.x, on.z - by.z
+    lever = np.sqrt(dx * dx + dz * dz) + np.sqrt(max(farthest(shape_a), farthest(shape_b)))
+    limit = motion_left(on, by, shape_a, shape_b, best, lever)
     # Two more steps like the last one are kept clear, so that the first step in reach is still one without contact.
-    last = (a[MOVED + j] + b[MOVED + j]) + lever * (a[TURNED + j] + b[TURNED + j])
-    reach = 0.9 * most - 2.0 * last
-    q[LEVER + j], q[USED + j], q[REACH + j] = lever, 0.0, reach if reach > 0.0 else -1.0
-    q[LIMIT + j] = max(limit, q[REACH + j])
-    if reach > 0.0:
+    moved, turned = first.course.moved + second.course.moved, first.course.turned + second.course.turned
+    clear = 0.9 * best.gap - 2.0 * (moved + lever * turned)
+    reach = clear if clear > 0.0 else -1.0
+    rows.store_nearest(q, j, Nearest(best.a, best.b, lever, max(limit, reach), reach, 0.0))
+    if clear > 0.0:
         let_go(q, j)
-    changed = old_a != face_a or old_b != face_b
+    changed = old.face_a != best.a or old.face_b != best.b
     if changed:
-        q[FACE_A + j], q[FACE_B + j] = face_a, face_b
-        put_face(q, ANX + j, shape_a, face_a)
-        put_face(q, BNX + j, shape_b, face_b)
-    if changed or was_far or reach > 0.0:
-        depths_before(q, a, b, j, own[STEP + j])
-    if changed and old_a >= 0:
-        hand_on(q, a, b, j, old_a, old_b, face_a, face_b, na, nb, shape_a, shape_b)
+        rows.store_face_a(q, j, face_of(shape_a, best.a))
+        rows.store_face_b(q, j, face_of(shape_b, best.b))
+    if changed or old.reach > 0.0 or clear > 0.0:
+        rows.store_vertices(q, j, seen_before(rows.load_pair(q, j), first, second, step))
+    if changed and old.face_a >= 0.0:
+        hand_on(q, on, by, j, int(old.face_a), int(old.face_b), shape_a, shape_b)
 
 
 @njit(**OPTIONS)
-def put_face(q: Any, at: int, shape: Any, face: int) -> None:
-    """Normal, distance and ends along the tangent of a face."""
+def face_of(shape: Any, face: int) -> Face:
+    """A face by its number."""
     nx, nz = shape[face, 4], shape[face, 5]
-    q[at], q[at + COLUMNS], q[at + 2 * COLUMNS] = nx, nz, shape[face, 6]
-    q[at + 3 * COLUMNS] = nx * shape[face, 1] - nz * shape[face, 0]
-    q[at + 4 * COLUMNS] = nx * shape[face, 3] - nz * shape[face, 2]
+    low, high = nx * shape[face, 1] - nz * shape[face, 0], nx * shape[face, 3] - nz * shape[face, 2]
+    return Face(nx, nz, shape[face, 6], low, high)
+
+
+@njit(**OPTIONS)
+def count_motion(q: Any, a: Any, b: Any) -> tuple[int, int]:
+    """Add the last step's motion; in how many columns the pair could touch, and in how many it has to be searched."""
+    near, due = 0, 0
+    for j in range(rows.COLUMNS):
+        old, first, second = rows.load_nearest(q, j), rows.load_element(a, j).course, rows.load_element(b, j).course
+        used = (old.used + (first.moved + second.moved)) + old.lever * (first.turned + second.turned)
+        q[rows.USED + j] = used
+        near += 1 if used >= old.reach else 0
+        due += 1 if used >= old.limit else 0
+    return near, due

@@ -61,9 +61,9 @@ def cache_directory(sources: Path | None = None) -> Path:
 
 
 def layer_of(module: Path) -> Path:
-    """Folder of the layer of the package that a module is in, with all that it may have been compiled with."""
+    """Folder of the layer of the package that a module is in, with all that it may have been compiled with; else its own."""
     package = Path(__file__).parents[1]
-    return package / module.relative_to(package).parts[0]
+    return package / module.relative_to(package).parts[0] if module.is_relative_to(package) else module.parent
 
 
 def keep_compiled(dispatcher: Any) -> Any:

@@ -73,14 +73,14 @@ def scene_content(study: Study, results: Path) -> dict[str, Any] | None:
         None for a study of a single block without a scene. ``drawing`` and ``roses`` are SVG elements; ``elements`` are
         rows of `ElementFalls` by scene, ``comparisons`` sentences.
     """
-    if study.scene is None:
+    if study.scene.single_block:
         return None
     from overturning.figures.scene import element_roses_figure, scenes_figure
     from overturning.figures.style import style
     from overturning.study.cube import open_cube
 
     names = [NOMINAL, *study.variants]
-    scenes = {name: scene for name in names if (scene := scene_of(study, name)) is not None}
+    scenes = {name: scene_of(study, name) for name in names}
     cubes = {
         name: open_cube(results / ("cube.nc" if name == NOMINAL else f"cube.{name}.nc"), element=None) for name in names
     }

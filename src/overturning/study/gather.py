@@ -1,6 +1,5 @@
 """Gathering: the parts of a sweep into one cube."""
 
-import hashlib
 import json
 from collections.abc import Sequence
 from importlib import metadata
@@ -10,13 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.dem.grid import DIMENSIONS, Grid
 from overturning.dem.variables import INT8_MISSING, Variable
 from overturning.errors import ResultError
 from overturning.files import whole
 from overturning.records.record import Record
 from overturning.study.config import Study
-from overturning.study.grid import DIMENSIONS, Grid
-from overturning.study.netcdf import add_coordinates, add_elements, add_variable
+from overturning.study.grid import grid_of
+from overturning.study.netcdf import add_coordinates, add_elements, add_variable, content_hash
 from overturning.study.scenes import NOMINAL
 from overturning.study.sweep import variables_of
 
@@ -55,17 +55,16 @@ def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path:
     """
     from netCDF4 import Dataset
 
-    grid, variables = Grid.of(study, variant), variables_of(study)
+    grid, variables = grid_of(study, variant), variables_of(study)
     index_of = {record.record_id: index for index, record in enumerate(records)}
-    digest = hashlib.sha256()
     with whole(path) as unfinished, Dataset(unfinished, "w", format="NETCDF4") as cube:
         cube.createDimension("record", len(records))
         _add_records(cube, records, study.simulation.vertical)
         add_coordinates(cube, grid.coordinates())
         add_elements(cube, grid.element)
         for variable in variables:
-            dimensions = ("record", *grid.dimensions(variable.name))
-            made = add_variable(cube, variable, dimensions, (1, *grid.shape_of(variable.name)))
+            dimensions = ("record", *grid.dimensions(variable))
+            made = add_variable(cube, variable, dimensions, (1, *grid.shape_of(variable)))
             names = " element_name" if "element" in dimensions else ""
             made.coordinates = f"{' '.join(RECORD_COORDINATES)}{names}"
         filled = np.zeros((len(records), *grid.shape), dtype=bool)
@@ -76,12 +75,8 @@ def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path:
             raise ResultError(
                 f"{path}: no part holds all cells of {', '.join(missing)}; run the sweep of these records again"
             )
-        for variable in variables:
-            digest.update(variable.name.encode())
-            for index in range(len(records)):
-                digest.update(np.ascontiguousarray(cube[variable.name][index]).tobytes())
         cube.setncatts(_attributes(study, records, variant))
-        cube.content_sha256 = digest.hexdigest()
+        cube.content_sha256 = content_hash(cube, variables)
 
 
 def _copy_part(

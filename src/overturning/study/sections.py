@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
-from overturning.dem.polygon.scene import Scene, load_scene
+from overturning.dem.scene import Scene, load_scene
 from overturning.study.quantity import Damping, Degree, Radian, Second, Stiffness
 from overturning.study.ranges import Settings
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.cases import DEEPEST
+from overturning.dem.plan import DEEPEST
 from overturning.dem.polygon.geometry import End, Placed, pairs_of, place
-from overturning.dem.polygon.scene import Scene
+from overturning.dem.scene import Scene
 from overturning.dem.polygon.statics import Laws, contact_laws, highest_modes, rest
 
 FloatArray = NDArray[np.float64]

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from overturning.dem.polygon.geometry import End, Placed, resting
 from overturning.dem.polygon.linear import highest_eigenvalue, solve
-from overturning.dem.polygon.scene import Scene
+from overturning.dem.scene import Scene
 
 FloatArray = NDArray[np.float64]
 

@@ -1,0 +1,1 @@
+"""One block on a moving base: the fast kernel."""

@@ -26,10 +26,10 @@ from benchmarks.agreement import agreeing_neighbours
 from benchmarks.peers import available
 from benchmarks.study_records import ROOT, half_grid, near_fault
 from overturning.dem import columns
-from overturning.dem.blocks import Cases
-from overturning.dem.cases import run_cases
+from overturning.dem.cases import Cases
 from overturning.dem.centred import advance_centred
 from overturning.dem.cundall import advance_cundall
+from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.motion.motion import Motion
 from overturning.reference.rocking import rocking_outcome

@@ -13,7 +13,8 @@ import numpy as np
 from benchmarks.agreement import agreeing_neighbours
 from benchmarks.bench import insert
 from benchmarks.study_records import ROOT, half_grid, near_fault
-from overturning.dem.cases import CaseResults, run_cases
+from overturning.dem.results import Results
+from overturning.dem.run import run_cases
 
 AZIMUTHS = 18
 THREADS = 2
@@ -57,7 +58,7 @@ def main() -> None:
     ratios = np.unique(cases.b_over_h)
     shape = (AZIMUTHS, 2, ratios.size, 3)
 
-    def run(scheme: str, fraction: float) -> tuple[dict[str, CaseResults], float]:
+    def run(scheme: str, fraction: float) -> tuple[dict[str, Results], float]:
         start = time.process_time()
         found = {
             name: run_cases(motion, cases, scheme=scheme, time_step=f"{fraction} stable", threads=THREADS)

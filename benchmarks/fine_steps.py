@@ -36,7 +36,7 @@ def measure(changes: dict[str, float], folder: str) -> None:
 
     for name, value in changes.items():
         setattr(columns, name, value)
-    from overturning.dem.cases import run_cases
+    from overturning.dem.run import run_cases
     from overturning.dem.status import Status
 
     cases, motions = half_grid(12), dict(list(near_fault().items())[::4])

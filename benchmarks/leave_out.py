@@ -3,7 +3,7 @@
 import numpy as np
 
 from benchmarks.study_records import half_grid, near_fault
-from overturning.dem.cases import run_cases
+from overturning.dem.run import run_cases
 
 AZIMUTHS = 18
 

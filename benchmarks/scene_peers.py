@@ -14,7 +14,7 @@ import numpy as np
 
 from benchmarks.scenes import ROOT, available, record
 from overturning.dem.polygon.geometry import native_size, place
-from overturning.dem.polygon.scene import load_scene
+from overturning.dem.scene import load_scene
 
 TABLE = ROOT / "tests" / "dem" / "three_tier_peers.csv"
 RECORDS = (6, 7, 8, 9, 10)

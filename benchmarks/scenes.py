@@ -20,11 +20,13 @@ from typing import Any
 
 import numpy as np
 
-from overturning.dem.blocks import Cases
-from overturning.dem.polygon.cases import SceneResults, run_scene_cases
+from overturning.dem.cases import Cases
+from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.geometry import Placed, native_size, place
-from overturning.dem.polygon.scene import Scene, load_scene
-from overturning.dem.polygon.simulate import simulate_scene_arrays
+from overturning.dem.results import Results
+from overturning.dem.run import run
+from overturning.dem.scene import Scene, load_scene
+from overturning.dem.simulate import simulate_arrays
 from overturning.motion.motion import Motion
 
 GRAVITY = 9.80665
@@ -135,8 +137,8 @@ def throughput() -> Iterator[Row]:
         scene = load_scene(name, ROOT)
         height, ratio = native_size(scene)
         cases = Cases(0.0, height, ratio, np.linspace(0.5, 1.0, 192))
-        steps = run_scene_cases(scene, motion, cases, leave_out=False).block_steps.sum()
-        seconds = fastest(lambda s=scene, c=cases: run_scene_cases(s, motion, c, leave_out=False), 2)
+        steps = run(scene, motion, cases, Numerics(leave_out=False)).block_steps.sum()
+        seconds = fastest(lambda s=scene, c=cases: run(s, motion, c, Numerics(leave_out=False)), 2)
         yield (f"element steps per second and core, {name}", steps / seconds / 1e6, "million/s", bound)
 
 
@@ -161,7 +163,7 @@ def against_peers(count: int) -> Iterator[Row]:
     yield ("cases without a firm outcome", 100 * float((~firm).mean()), "%", "")
     chosen = np.random.default_rng(1).choice(np.flatnonzero(firm), min(count, int(firm.sum())), replace=False)
     times, ended, found = {}, {}, {}
-    for name, run in available().items():
+    for name, engine in available().items():
         for early, spent in ((False, times), (True, ended)):
             start = time.process_time()
             sides = []
@@ -169,7 +171,7 @@ def against_peers(count: int) -> Iterator[Row]:
                 item = np.asarray(cases.azimuth_deg)[i], np.asarray(cases.b_over_h)[i], np.asarray(cases.friction)[i]
                 placed = place(scene, height, float(item[1]))[1:]
                 sides.append(
-                    run(placed, motion.along(float(item[0])), motion.sampling_interval, float(item[2]), early=early)
+                    engine(placed, motion.along(float(item[0])), motion.sampling_interval, float(item[2]), early=early)
                 )
             spent[name] = (time.process_time() - start) / chosen.size
             found[name] = np.array(sides)[:, 2]
@@ -182,10 +184,10 @@ def against_peers(count: int) -> Iterator[Row]:
     for label, penetration, damping, scheme, step in GROUPS:
         stones = with_law(scene, penetration, damping)
         options = {"scheme": scheme, "time_step": step}
-        whole = fastest(lambda s=stones, o=options: run_scene_cases(s, motion, cases, leave_out=False, **o), 2)
-        left = fastest(lambda s=stones, o=options: simulate_scene_arrays(s, motion, **o, **given), 2)
+        whole = fastest(lambda s=stones, o=options: run(s, motion, cases, Numerics(leave_out=False, **o)), 2)
+        left = fastest(lambda s=stones, o=options: simulate_arrays(motion, scene=s, **o, **given), 2)
         whole, left = whole / cases.size, left / cases.size
-        coarse = run_scene_cases(stones, motion, cases, leave_out=False, **options)
+        coarse = run(stones, motion, cases, Numerics(leave_out=False, **options))
         same = coarse.overturned[:, 2] == right
         stands = firm & same & (right == 0)
         error = np.abs(coarse.peak_rotation[stands, 2] / fine.peak_rotation[stands, 2] - 1)
@@ -214,12 +216,12 @@ GROUPS = (
 """Label, static penetration over width, damping ratio, scheme, time step."""
 
 
-def reference(scene: Scene, motion: Motion, cases: Cases) -> tuple[SceneResults, np.ndarray]:
+def reference(scene: Scene, motion: Motion, cases: Cases) -> tuple[Results, np.ndarray]:
     """Outcome at a fifth of the default step, and where twice that step and Cundall's scheme find the same side."""
-    fine = run_scene_cases(scene, motion, cases, time_step="0.1 stable")
+    fine = run(scene, motion, cases, Numerics(time_step="0.1 stable"))
     firm = np.ones(cases.size, dtype=bool)
     for scheme, step in (("centred", "0.2 stable"), ("cundall", "0.3 stable")):
-        other = run_scene_cases(scene, motion, cases, scheme=scheme, time_step=step)
+        other = run(scene, motion, cases, Numerics(scheme=scheme, time_step=step))
         firm &= other.overturned[:, 2] == fine.overturned[:, 2]
     return fine, firm
 
@@ -227,13 +229,13 @@ def reference(scene: Scene, motion: Motion, cases: Cases) -> tuple[SceneResults,
 def available() -> dict[str, Callable[..., list[int]]]:
     """The engines that are installed (dependency group `peers`)."""
     found = {}
-    for name, module, run in (("pymunk", "pymunk", pymunk), ("Box2D", "Box2D", box2d)):
+    for name, module, engine in (("pymunk", "pymunk", pymunk), ("Box2D", "Box2D", box2d)):
         try:
             __import__(module)
         except ImportError:
             print(f"{name} is not installed: pip install 'overturning[peers]'")
             continue
-        found[name] = run
+        found[name] = engine
     return found
 
 

@@ -9,8 +9,9 @@ import numpy as np
 
 from benchmarks.bench import insert
 from benchmarks.study_records import ROOT, half_grid, near_fault
-from overturning.dem.cases import CaseResults, run_cases
 from overturning.dem.contact import Contact
+from overturning.dem.results import Results
+from overturning.dem.run import run_cases
 from overturning.dem.status import Status
 
 PENETRATIONS = (2e-3, 2e-4, 2e-5, 2e-6)
@@ -29,7 +30,7 @@ def main() -> None:
     """Measure, print and put the table into the docs."""
     cases, motions = half_grid(AZIMUTHS), list(near_fault().values())[::EVERY_RECORD]
 
-    def run(contact: Contact, step: str) -> list[CaseResults]:
+    def run(contact: Contact, step: str) -> list[Results]:
         return [run_cases(motion, cases, contact=contact, time_step=step, threads=THREADS) for motion in motions]
 
     lines = ["| δ/B | ξ | 0.125 | " + " | ".join(STEPS) + " |", "|---" * (len(STEPS) + 3) + "|"]

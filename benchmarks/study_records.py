@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from overturning.dem.blocks import Cases
+from overturning.dem.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import read_catalogue
 from overturning.records.read import read_record

@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from overturning.dem.polygon.geometry import Placed, common_stretch, nearest_faces, place
-from overturning.dem.polygon.scene import Scene
+from overturning.dem.scene import Scene
 from overturning.figures.style import FALLS, FAULT, INK, save, style
 
 IMAGE = Path(__file__).parent / "images" / "nearest-faces.svg"
@@ -28,7 +28,7 @@ def _pair(*elements: dict[str, Any]) -> tuple[Placed, Placed]:
 
 
 def _element(number: int, **keys: Any) -> Any:
-    from overturning.dem.polygon.scene import Element
+    from overturning.dem.element import Element
 
     return Element(name=f"e{number}", **keys)
 

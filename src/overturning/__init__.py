@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from overturning.dem.cases import Cases
-    from overturning.dem.run import run_cases
     from overturning.dem.contact import Contact
+    from overturning.dem.run import run_cases
     from overturning.dem.simulate import simulate
     from overturning.dem.trajectory import trajectory
     from overturning.motion.motion import Motion

@@ -2,10 +2,12 @@
 
 import numpy as np
 
-from overturning.dem.blocks import Cases
+from overturning.dem.block.plan import plan_block
+from overturning.dem.cases import Cases
 from overturning.dem.contact import Contact
-from overturning.dem.kernel import P_TAIL, P_WINDOW
-from overturning.dem.plan import plan
+from overturning.dem.kernel import P_DASHPOT, P_STIFFNESS, P_TAIL, P_TANGENTIAL, P_WINDOW
+from overturning.dem.numerics import Numerics
+from overturning.dem.scene import gravestone
 from overturning.motion.motion import Motion
 from tests.dem import scalar_kernel
 
@@ -21,11 +23,9 @@ def scalar_outcomes(
     inertial: bool = False,
 ) -> np.ndarray:
     """Side, peak rotation over α, peak slip and block steps of each case."""
-    how = plan(
-        motion, cases, density=2650.0, contact=contact or Contact(), scheme=scheme, time_step=time_step,
-        leave_out=leave_out,
-    )  # fmt: skip
-    table = how.table(np.arange(cases.size))
+    numerics = Numerics(scheme=scheme, time_step=time_step, leave_out=leave_out)
+    how = plan_block(gravestone(contact), motion, cases, numerics)
+    table = how.table
     up = np.zeros(0) if motion.up is None else motion.up
     out = np.zeros((cases.size, 4))
     for i in range(cases.size):
@@ -33,7 +33,7 @@ def scalar_outcomes(
         out[i] = scalar_kernel.run(
             scheme == "centred", how.ground[how.row[i], : motion.samples] * cases.amplitude[i],
             up * cases.amplitude[i], motion.sampling_interval, how.steps[i], half_height * cases.b_over_h[i],
-            half_height, how.normal[i], how.tangential[i], how.dashpot[i], cases.friction[i], table[i, P_WINDOW],
+            half_height, table[i, P_STIFFNESS], table[i, P_TANGENTIAL], table[i, P_DASHPOT], cases.friction[i], table[i, P_WINDOW],
             table[i, P_TAIL], cases.initial_tilt[i], how.first[i], inertial,
         )  # fmt: skip
     return out

@@ -14,9 +14,9 @@ import pytest
 from benchmarks.scene_peers import TABLE, answers, sample
 from benchmarks.scenes import record
 
-from overturning.dem.blocks import Cases
-from overturning.dem.polygon.cases import run_scene_cases
+from overturning.dem.cases import Cases
 from overturning.dem.polygon.geometry import native_size
+from overturning.dem.run import run
 from tests.dem.near_field import near_field
 from tests.dem.polygon_scenes import shipped
 
@@ -39,9 +39,7 @@ def test_flags_agree_within_the_engines_mutual_disagreement() -> None:
     for number in np.unique(cases[:, 0]):
         here = cases[:, 0] == number
         _, azimuth, ratio, friction = cases[here].T
-        ours[here] = run_scene_cases(scene, record(int(number)), Cases(azimuth, height, ratio, friction)).overturned[
-            :, 2
-        ]
+        ours[here] = run(scene, record(int(number)), Cases(azimuth, height, ratio, friction)).overturned[:, 2]
     pymunk, box2d = sides["pymunk"], sides["box2d"]
     assert 0.3 < (pymunk != 0).mean() < 0.9
     for what in (np.abs, np.asarray):  # flags, then sides

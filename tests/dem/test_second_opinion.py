@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from overturning.dem.blocks import Cases
-from overturning.dem.cases import run_cases
+from overturning.dem.cases import Cases
 from overturning.dem.contact import Contact
+from overturning.dem.run import run_cases
 from overturning.motion.motion import Motion
 from tests.dem.near_field import near_field
 from tests.dem.second_opinion import scalar_outcomes

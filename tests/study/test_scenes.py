@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 from netCDF4 import Dataset
 
-from overturning.dem.blocks import Cases
-from overturning.dem.cases import run_cases
-from overturning.dem.polygon.cases import run_scene_cases
+from overturning.dem.cases import Cases
 from overturning.dem.polygon.geometry import native_size
+from overturning.dem.run import run, run_cases
 from overturning.errors import ConfigError, ResultError
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
@@ -144,7 +143,6 @@ def test_an_ensemble_of_a_scene_says_how_often_each_element_falls(tmp_path: Path
         assert (part["members"][:] == 8).all()
     assert several == (variant == "nominal")
     scene = scene_of(study, variant)
-    assert scene is not None
     height, own = native_size(scene)
     own = 0.3 if variant == "nominal" else own
     cases = Cases(
@@ -154,7 +152,7 @@ def test_an_ensemble_of_a_scene_says_how_often_each_element_falls(tmp_path: Path
     if variant == "gravestone":
         flags = run_cases(motion, cases).overturned
     else:
-        flags = run_scene_cases(scene, motion, cases).overturned[:, -1]
+        flags = run(scene, motion, cases).overturned[:, -1]
     last = (..., -1) if several else ...
     assert towards[last].ravel()[0] == pytest.approx((flags == 1).mean())
     assert away[last].ravel()[0] == pytest.approx((flags == -1).mean())

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from overturning.dem.blocks import Cases
-from overturning.dem.cases import run_cases
+from overturning.dem.cases import Cases
+from overturning.dem.run import run_cases
 from overturning.verification.measures import BRACKET, answers, bisect, boundaries, ends, kernel, order, rotation_error
 from overturning.verification.rigid_solutions import rocking
 from overturning.verification.work_precision import settings

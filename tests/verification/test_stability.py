@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from overturning.dem.cases import run_cases
+from overturning.dem.run import run_cases
 from overturning.errors import ResultError
 from overturning.verification.page import insert, write_page
 from overturning.verification.stability import (
@@ -87,7 +87,7 @@ def test_the_checks_find_a_wrong_answer() -> None:
 
 
 def _cases(case: StabilityCase):  # type: ignore[no-untyped-def]
-    from overturning.dem.blocks import Cases
+    from overturning.dem.cases import Cases
 
     return Cases(0.0, case.height, case.b_over_h, case.friction)
 

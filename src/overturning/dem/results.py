@@ -95,4 +95,6 @@ class Results:
 
     def element(self, index: int) -> Self:
         """The results of one free element."""
-        return type(self)(**{name: values[:, index] if values.ndim > 1 else values for name, values in vars(self).items()})
+        return type(self)(
+            **{name: values[:, index] if values.ndim > 1 else values for name, values in vars(self).items()}
+        )

@@ -87,6 +87,11 @@ class Scene(Model):
         return self.reference or self.free[0]
 
     @property
+    def shown_name(self) -> str:
+        """The free element that is shown where only one is: the reference element, or the last."""
+        return self.reference_name if self.reference_name in self.free else self.free[-1]
+
+    @property
     def sweeps_friction(self) -> bool:
         """Whether two elements that could meet have the friction coefficient that is swept."""
         pairs = combinations(self.elements, 2)

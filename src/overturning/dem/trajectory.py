@@ -70,7 +70,7 @@ def trajectory(
         `element`: `kind`, `critical_angle` (α, rad), `vertices` (about the centre, m, NaN beyond an element's last) and
         the cell's outcome, missing where the element is not free; the whole case's outcome without a dimension.
         The general kernel adds the forces up at each of its steps; for a single block they follow from the path.
-        Attributes: the scene's name, the weight of all free elements (N), the case's block steps and what it was
+        Attributes: the names of the scene and of its reference element, the weight of all free elements (N), the case's block steps and what it was
         called with.
 
     Raises
@@ -86,11 +86,20 @@ def trajectory(
     results.status[planned.hopeless], results.overturned[planned.hopeless] = Status.UNSTABLE, INT8_MISSING
     if answers is not None:
         results.store(np.zeros(1, np.int64), answers)
-    weight = scene.gravity * sum(item.mass for item in path.placed if not item.fixed)
-    called = {"azimuth_deg": azimuth_deg, "height": size, "b_over_h": ratio, "friction": friction, "amplitude": amplitude}
-    return _dataset(
-        path, results, {"scene": scene.name, "weight": weight, "block_steps": int(results.block_steps[0]), **called}
-    )
+    about = {
+        "scene": scene.name,
+        "reference": scene.shown_name,
+        "weight": scene.gravity * sum(item.mass for item in path.placed if not item.fixed),
+        "block_steps": int(results.block_steps[0]),
+    }
+    called = {
+        "azimuth_deg": azimuth_deg,
+        "height": size,
+        "b_over_h": ratio,
+        "friction": friction,
+        "amplitude": amplitude,
+    }
+    return _dataset(path, results, about | called)
 
 
 def _dataset(path: Path, results: Results, attributes: dict[str, Any]) -> "xr.Dataset":

@@ -8,8 +8,8 @@ import numpy as np
 
 from overturning.study.config import Study
 from overturning.study.cube import open_cube
-from overturning.study.sections import Published
 from overturning.study.scenes import NOMINAL, variant_names
+from overturning.study.sections import Published
 from overturning.units import CM, GAL
 
 if TYPE_CHECKING:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from overturning.dem.scene import gravestone
 from overturning.report.sentences import percent
 from overturning.statistics.elements import StoneComparison, compare_stones, falls_by_element
 from overturning.statistics.planes import fall_probability
@@ -73,7 +74,7 @@ def scene_content(study: Study, results: Path) -> dict[str, Any] | None:
         None for a study of a single block without a scene. ``drawing`` and ``roses`` are SVG elements; ``elements`` are
         rows of `ElementFalls` by scene, ``comparisons`` sentences.
     """
-    if study.scene.single_block:
+    if study.scene == gravestone() and not any(variant.scene for variant in study.variants.values()):
         return None
     from overturning.figures.scene import element_roses_figure, scenes_figure
     from overturning.figures.style import style

@@ -14,7 +14,7 @@ from overturning.motion.motion import Motion
 from overturning.motion.spectra import rotd
 from overturning.records.record import Record
 from overturning.study.config import Study
-from overturning.study.grid import Grid
+from overturning.study.grid import grid_of
 
 FloatArray = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ def write_intensity(study: Study, records: Sequence[Record], path: Path) -> None
     """
     import xarray as xr
 
-    azimuth = Grid.of(study).azimuth
+    azimuth = grid_of(study).azimuth
     measures = [intensity_by_azimuth(Motion.of(record), azimuth) for record in records]
     table = xr.concat(measures, dim="record", combine_attrs="override", coords="minimal", compat="override")
     table = table.assign_coords(

@@ -89,7 +89,9 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
     generator = np.random.Generator(np.random.PCG64(seed))
     with Dataset(path) as file:
         file.set_auto_maskandscale(False)
-        result = Recheck(0, len(names) * grid.size, content_as_stated=content_hash(file, variables) == file.content_sha256)
+        result = Recheck(
+            0, len(names) * grid.size, content_as_stated=content_hash(file, variables) == file.content_sha256
+        )
         chosen = np.sort(generator.choice(result.of, size=min(cells, result.of), replace=False))
         for index, name in enumerate(names):
             places = chosen[chosen // grid.size == index] % grid.size
@@ -102,7 +104,9 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
             stored = {variable.name: file[variable.name][index] for variable in variables}
             for flat in places:
                 place = tuple(int(i) for i in np.unravel_index(flat, grid.shape))
-                again = _again(motion, grid, place, study, variant, "members" in stored and stored["members"][place] > 0)
+                again = _again(
+                    motion, grid, place, study, variant, "members" in stored and stored["members"][place] > 0
+                )
                 result.ensemble_cells += "members" in again
                 result.cells += 1
                 _compare(result, name, grid, place, variables, stored, again)

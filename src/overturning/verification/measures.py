@@ -7,8 +7,9 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.blocks import Cases
-from overturning.dem.cases import CaseResults, run_cases
+from overturning.dem.cases import Cases
+from overturning.dem.results import Results
+from overturning.dem.run import run_cases
 from overturning.dem.variables import INT8_MISSING
 from overturning.verification.comparison import Counts, compare
 from overturning.verification.work_precision_cases import Group
@@ -50,7 +51,7 @@ def kernel(**arguments: Any) -> Runner:
     """The kernel with some settings, as a function of a group: flags and peak rotations."""
 
     def run(group: Group) -> tuple[NDArray[np.int8], FloatArray]:
-        found: CaseResults = run_cases(group.motion, group.cases, **arguments)
+        found: Results = run_cases(group.motion, group.cases, **arguments)
         return found.overturned, found.peak_rotation.astype(np.float64)
 
     return run

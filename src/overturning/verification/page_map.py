@@ -7,8 +7,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.cases import BUDGET
 from overturning.dem.contact import PRECISION_FLOOR
+from overturning.dem.numerics import BUDGET
 from overturning.dem.plan import DEEPEST
 from overturning.verification.stability import Ending
 from overturning.verification.stability_cases import SPECIAL

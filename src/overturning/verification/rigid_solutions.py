@@ -8,8 +8,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.cases import run_cases
 from overturning.dem.contact import STATIC_PENETRATION
+from overturning.dem.run import run_cases
 from overturning.dem.time_step import AUTO_FRACTION, DEFAULT_SCHEME, scheme_of
 from overturning.verification.measures import counts
 from overturning.verification.work_precision import (

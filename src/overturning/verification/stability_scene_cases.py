@@ -7,7 +7,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.polygon.scene import ContactLaw, Material, Scene, load_scene
+from overturning.dem.element import ContactLaw, Material
+from overturning.dem.scene import Scene, load_scene
 from overturning.motion.motion import Motion
 from overturning.verification.stability_cases import (
     PAPER_DAMPING,

@@ -7,8 +7,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.cases import run_cases
 from overturning.dem.contact import STATIC_PENETRATION, Contact
+from overturning.dem.run import run_cases
 from overturning.dem.time_step import AUTO_FRACTION, DEFAULT_SCHEME, scheme_of
 from overturning.verification.measures import counts, rotation_error
 from overturning.verification.work_precision_cases import Group

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.blocks import Cases
+from overturning.dem.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry
 from overturning.records.read import read_record

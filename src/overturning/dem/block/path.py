@@ -26,17 +26,20 @@ def block_path(scene: Scene, motion: Motion, cases: Cases, rows: FloatArray, cri
     critical : float
         α, rad.
     """
-    height, ratio, amplitude = (float(getattr(cases, name)[0]) for name in ("height", "b_over_h", "amplitude"))
+    azimuth, height, ratio, amplitude = (
+        float(getattr(cases, name)[0]) for name in ("azimuth_deg", "height", "b_over_h", "amplitude")
+    )
     placed = place(scene, height, ratio)
     ground, block = placed
     time = rows[:, k.T_TIME]
     poses = np.zeros((len(rows), 2, 6))
     poses[:, 0, :2] = ground.x, ground.z
     poses[:, 1] = rows[:, [k.T_X, k.T_Z, k.T_ANGLE, k.T_VX, k.T_VZ, k.T_VW]]
-    lift = np.zeros(time.size)
-    if motion.up is not None:
-        lift = np.interp(time, np.arange(motion.samples) * motion.sampling_interval, amplitude * motion.up, right=0.0)
-    point, force = corner_forces(time, poses[:, 1], rows[:, k.T_GROUND], lift, np.array([ratio * height, height]) / 2)
+    along, lift = (
+        _mean_between(time, amplitude * values, motion.sampling_interval)
+        for values in (motion.along(azimuth), np.zeros(1) if motion.up is None else motion.up)
+    )
+    point, force = corner_forces(time, poses[:, 1], along, lift, np.array([ratio * height, height]) / 2)
     # The kernel's origin is the middle of the ground's upper side.
     origin = np.array([ground.x, float(ground.points[:, 1].max())])
     poses[:, 1, :2] += origin
@@ -66,10 +69,12 @@ def corner_forces(
 
     Parameters
     ----------
-    time, ground, lift : ndarray, shape (rows,)
-        s; accelerations of the base towards the azimuth and upward, m/s².
+    time : ndarray, shape (rows,)
+        s.
     poses : ndarray, shape (rows, 6)
         x, z, rotation and rates of the block, z from the ground on.
+    ground, lift : ndarray, shape (rows − 1,)
+        Mean accelerations of the base towards the azimuth and upward from each row to the next, m/s².
     half : ndarray, shape (2,)
         B/2 and H/2, m.
 
@@ -85,8 +90,8 @@ def corner_forces(
         [np.stack([side * half[0] * cosine - half[1] * sine, -half[1] * cosine - side * half[0] * sine], axis=1)
          for side in (-1.0, 1.0)], axis=1,
     )  # fmt: skip
-    along = _rate(vx, time) + _mean(ground)
-    upward = np.maximum(_rate(vz, time) + STANDARD_GRAVITY + _mean(lift), 0.0)  # 0 in flight: the rounding of the difference
+    along = _rate(vx, time) + ground
+    upward = np.maximum(_rate(vz, time) + STANDARD_GRAVITY + lift, 0.0)  # 0 in flight: the rounding of the difference
     inclination = np.divide(along, upward, out=np.zeros_like(along), where=upward > 1e-9)
     down = z[:, None] + arm[:, :, 1] < 0.0
     down, arm = down[1:] | down[:-1], _mean(arm)
@@ -112,3 +117,13 @@ def _rate(values: FloatArray, time: FloatArray) -> FloatArray:
 def _mean(values: FloatArray) -> FloatArray:
     """Mean from each row to the next of what is linear between them."""
     return np.asarray(0.5 * (values[1:] + values[:-1]))
+
+
+def _mean_between(time: FloatArray, acceleration: FloatArray, interval: float) -> FloatArray:
+    """Mean from each of some times to the next of an acceleration that is linear between its samples, 0 after the last."""
+    padded = np.concatenate([acceleration, np.zeros(2)])
+    velocity = np.concatenate([[0.0], np.cumsum(_mean(padded))]) * interval
+    index = np.minimum((time / interval + 1e-9).astype(np.int64), acceleration.size)
+    past = np.minimum(time - index * interval, interval)
+    slope = (padded[index + 1] - padded[index]) / interval
+    return _rate(velocity[index] + (padded[index] + 0.5 * slope * past) * past, time)

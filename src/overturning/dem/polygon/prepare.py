@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from overturning.dem.plan import DEEPEST
 from overturning.dem.polygon.geometry import End, Placed, pairs_of, place
-from overturning.dem.scene import Scene
 from overturning.dem.polygon.statics import Laws, contact_laws, highest_modes, rest
+from overturning.dem.scene import Scene
 
 FloatArray = NDArray[np.float64]
 

@@ -55,9 +55,11 @@ def one(
     for file, kinds in ((animate, {".html", ".gif", ".mp4"}), (response, {".svg", ".png"})):
         if file is not None and file.suffix.lower() not in kinds:
             raise ArgumentError(f"{file.name}: unknown kind of file; end it in {', '.join(sorted(kinds))}")
-    found = _record(record, table, folder)
-    motion = Motion(found.north, found.east, found.up if vertical else None, sampling_interval=found.sampling_interval)
-    place = ", ".join(part for part in (found.station or found.record_id, found.event) if part)
+    shaking = _record(record, table, folder)
+    motion = Motion(
+        shaking.north, shaking.east, shaking.up if vertical else None, sampling_interval=shaking.sampling_interval
+    )
+    place = ", ".join(part for part in (shaking.station or shaking.record_id, shaking.event) if part)
     if scene is None:
         contact = Contact("auto" if stiffness is None else stiffness, damping_ratio=damping_ratio, damping=damping)
         stones = gravestone(contact, GRANITE_DENSITY if density is None else density)

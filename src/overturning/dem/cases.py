@@ -51,16 +51,16 @@ class Cases:
     initial_tilt: ArrayLike = 0.0
 
     def __post_init__(self) -> None:
-        given = {item.name: np.asarray(getattr(self, item.name), dtype=np.float64) for item in fields(self)}
-        for name, values in given.items():
+        columns = {item.name: np.asarray(getattr(self, item.name), dtype=np.float64) for item in fields(self)}
+        for name, values in columns.items():
             if values.ndim > 1:
                 raise ArgumentError(f"{name}: shape {values.shape}; give one row with a value per case")
         try:
-            arrays = np.broadcast_arrays(*(np.atleast_1d(values) for values in given.values()))
+            arrays = np.broadcast_arrays(*(np.atleast_1d(values) for values in columns.values()))
         except ValueError:
-            sizes = ", ".join(f"{name} {values.size}" for name, values in given.items())
+            sizes = ", ".join(f"{name} {values.size}" for name, values in columns.items())
             raise ArgumentError(f"cases: lengths differ ({sizes}); give one value per case, or one for all") from None
-        for name, values in zip(given, arrays, strict=True):
+        for name, values in zip(columns, arrays, strict=True):
             object.__setattr__(self, name, values)
             lowest, strict = _BOUNDS.get(name, (-np.inf, False))
             wrong = ~np.isfinite(values) | (values < lowest) | (strict & (values == lowest))

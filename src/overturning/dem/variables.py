@@ -22,7 +22,7 @@ FLOAT32_MISSING: Final = np.float32(9.969209968386869e36)
 """Fill value of float32 variables: netCDF's own default."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Variable:
     """One variable of the outcome.
 
@@ -34,24 +34,24 @@ class Variable:
         Type in the file.
     long_name, units : str
         CF attributes.
-    attributes : dict
-        Further CF attributes.
     per_element : bool
         It has the dimension `element` where a scene has more than one free element.
     odd : bool
         It changes sign when the plane is looked at from behind, from φ+180°.
     exchanged : str
         Variable with which it changes places then.
+    attributes : dict
+        Further CF attributes.
     """
 
     name: str
     dtype: str
     long_name: str
     units: str = "1"
-    attributes: Mapping[str, Any] = field(default_factory=dict)
     per_element: bool = False
     odd: bool = False
     exchanged: str = ""
+    attributes: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def fill_value(self) -> Any:
@@ -78,65 +78,25 @@ class Variable:
 
 
 VARIABLES: Final = (
+    Variable("overturned", "i1", "side to which the block falls", "1", True, odd=True, attributes={
+        "flag_values": np.array([-1, 0, 1], dtype=np.int8),
+        "flag_meanings": "falls_towards_azimuth_plus_180 stands falls_towards_azimuth",
+        "comment": "missing where the outcome was not found; see status",
+    }),
+    Variable("status", "i1", "how the outcome was found", attributes={
+        "flag_values": np.array([int(code) for code in Status], dtype=np.int8),
+        "flag_meanings": " ".join(code.name.lower() for code in Status),
+    }),
+    Variable("mirrored", "i1", "cell is the mirror of the one at the opposite azimuth", attributes={
+        "flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "computed mirrored",
+    }),
     Variable(
-        name="overturned",
-        dtype="i1",
-        long_name="side to which the block falls",
-        attributes={
-            "flag_values": np.array([-1, 0, 1], dtype=np.int8),
-            "flag_meanings": "falls_towards_azimuth_plus_180 stands falls_towards_azimuth",
-            "comment": "missing where the outcome was not found; see status",
-        },
-        per_element=True,
-        odd=True,
+        "overturning_time", "f4",
+        "last time the rotation passed the critical angle before the block fell, after the start of the record", "s", True,
     ),
-    Variable(
-        name="status",
-        dtype="i1",
-        long_name="how the outcome was found",
-        attributes={
-            "flag_values": np.array([int(code) for code in Status], dtype=np.int8),
-            "flag_meanings": " ".join(code.name.lower() for code in Status),
-        },
-    ),
-    Variable(
-        name="mirrored",
-        dtype="i1",
-        long_name="cell is the mirror of the one at the opposite azimuth",
-        attributes={"flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "computed mirrored"},
-    ),
-    Variable(
-        name="overturning_time",
-        dtype="f4",
-        long_name="last time the rotation passed the critical angle before the block fell, after the start of the record",
-        units="s",
-        per_element=True,
-    ),
-    Variable(
-        name="peak_rotation",
-        dtype="f4",
-        long_name="largest absolute rotation over the critical angle arctan(B/H)",
-        per_element=True,
-    ),
-    Variable(
-        name="peak_slip",
-        dtype="f4",
-        long_name="largest slip of the midpoint of the block's base",
-        units="m",
-        per_element=True,
-    ),
-    Variable(
-        name="residual_slip",
-        dtype="f4",
-        long_name="slip of the midpoint of the block's base at the end",
-        units="m",
-        per_element=True,
-        odd=True,
-    ),
-    Variable(name="peak_penetration", dtype="f4", long_name="largest penetration of any contact", units="m"),
-    Variable(
-        name="energy_error",
-        dtype="f4",
-        long_name="residual of work and energy over the larger of input and the energy to overturn",
-    ),
-)
+    Variable("peak_rotation", "f4", "largest absolute rotation over the critical angle arctan(B/H)", "1", True),
+    Variable("peak_slip", "f4", "largest slip of the midpoint of the block's base", "m", True),
+    Variable("residual_slip", "f4", "slip of the midpoint of the block's base at the end", "m", True, odd=True),
+    Variable("peak_penetration", "f4", "largest penetration of any contact", "m"),
+    Variable("energy_error", "f4", "residual of work and energy over the larger of input and the energy to overturn"),
+)  # fmt: skip

@@ -131,8 +131,8 @@ def spectra(motion: Motion, azimuth_deg: list[float]) -> tuple["xr.DataArray", "
         frequency, amplitude = amplitude_spectrum(motion.along(angle), motion.sampling_interval)
         smooth.append(konno_ohmachi(frequency, amplitude, at))
     periods = np.geomspace(0.05, 10.0, 60)
-    found = spectra_by_azimuth(motion, periods, azimuth_deg)["acceleration"].T
+    acceleration = spectra_by_azimuth(motion, periods, azimuth_deg)["acceleration"].T
     return (
         xr.DataArray(np.array(smooth), dims=("azimuth", "frequency"), coords={"azimuth": azimuth_deg, "frequency": at}),
-        xr.DataArray(found, dims=("azimuth", "period"), coords={"azimuth": azimuth_deg, "period": periods}),
+        xr.DataArray(acceleration, dims=("azimuth", "period"), coords={"azimuth": azimuth_deg, "period": periods}),
     )

@@ -29,38 +29,24 @@ _NEIGHBOURHOOD: Final = {
 }
 
 ENSEMBLE_VARIABLES: Final = (
-    Variable(
-        name="probability_towards",
-        dtype="f4",
-        long_name="share of ensemble members that fall towards the azimuth",
-        attributes=_NEIGHBOURHOOD,
-        per_element=True,
-        exchanged="probability_away",
+    *(
+        Variable(
+            f"probability_{side}", "f4", f"share of ensemble members that fall towards {where}", "1", True,
+            exchanged=f"probability_{other}", attributes=_NEIGHBOURHOOD,
+        )
+        for side, other, where in (
+            ("towards", "away", "the azimuth"), ("away", "towards", "the azimuth plus 180 degrees"),
+        )
     ),
-    Variable(
-        name="probability_away",
-        dtype="f4",
-        long_name="share of ensemble members that fall towards the azimuth plus 180 degrees",
-        attributes=_NEIGHBOURHOOD,
-        per_element=True,
-        exchanged="probability_towards",
+    *(
+        Variable(
+            f"scramble_difference_{side}", "f4", f"probability_{side} of the first scramble minus that of the second", "1",
+            True, exchanged=f"scramble_difference_{other}",
+        )
+        for side, other in (("towards", "away"), ("away", "towards"))
     ),
-    Variable(
-        name="scramble_difference_towards",
-        dtype="f4",
-        long_name="probability_towards of the first scramble minus that of the second",
-        per_element=True,
-        exchanged="scramble_difference_away",
-    ),
-    Variable(
-        name="scramble_difference_away",
-        dtype="f4",
-        long_name="probability_away of the first scramble minus that of the second",
-        per_element=True,
-        exchanged="scramble_difference_towards",
-    ),
-    Variable(name="members", dtype="i2", long_name="ensemble members with an outcome"),
-)
+    Variable("members", "i2", "ensemble members with an outcome"),
+)  # fmt: skip
 
 Runner = Callable[[Cases, Progress | None], Results]
 """What runs cases under the motion of the nominal ones."""

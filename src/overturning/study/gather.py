@@ -64,9 +64,9 @@ def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path:
         add_elements(cube, grid.element)
         for variable in variables:
             dimensions = ("record", *grid.dimensions(variable))
-            made = add_variable(cube, variable, dimensions, (1, *grid.shape_of(variable)))
+            created = add_variable(cube, variable, dimensions, (1, *grid.shape_of(variable)))
             names = " element_name" if "element" in dimensions else ""
-            made.coordinates = f"{' '.join(RECORD_COORDINATES)}{names}"
+            created.coordinates = f"{' '.join(RECORD_COORDINATES)}{names}"
         filled = np.zeros((len(records), *grid.shape), dtype=bool)
         for part in parts:
             _copy_part(part, cube, grid, index_of, variant, filled, variables)

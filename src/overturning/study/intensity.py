@@ -60,10 +60,10 @@ def write_intensity(study: Study, records: Sequence[Record], path: Path) -> None
 
 def _of_records(records: Sequence[Record]) -> dict[str, Any]:
     """Variables of whole records; missing (not a number) where a record has no such measure."""
-    found = [record_measures(record) for record in records]
+    columns = [record_measures(record) for record in records]
 
     def column(name: str) -> FloatArray:
-        return np.array([np.nan if one[name] is None else one[name] for one in found], dtype=np.float64)
+        return np.array([np.nan if one[name] is None else one[name] for one in columns], dtype=np.float64)
 
     variables: dict[str, Any] = {
         "jma_intensity": (

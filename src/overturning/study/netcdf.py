@@ -43,7 +43,7 @@ def add_elements(file: Any, names: tuple[str, ...]) -> None:
 
 def add_variable(file: Any, variable: Variable, dimensions: tuple[str, ...], chunks: tuple[int, ...]) -> Any:
     """Create an outcome variable, filled with "missing", in an open netCDF4 file."""
-    made = file.createVariable(
+    created = file.createVariable(
         variable.name,
         variable.dtype,
         dimensions,
@@ -53,9 +53,9 @@ def add_variable(file: Any, variable: Variable, dimensions: tuple[str, ...], chu
         chunksizes=chunks,
         fill_value=variable.fill_value,
     )
-    made.setncatts(variable.all_attributes)
-    made.set_auto_maskandscale(False)
-    return made
+    created.setncatts(variable.all_attributes)
+    created.set_auto_maskandscale(False)
+    return created
 
 
 def content_hash(file: Any, variables: Sequence[Variable]) -> str:

@@ -26,8 +26,8 @@ def _imports(path: Path) -> frozenset[Path]:
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
             names |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
-    found = {_file_of(name) for name in names}
-    return frozenset(file for file in found if file is not None)
+    files = {_file_of(name) for name in names}
+    return frozenset(file for file in files if file is not None)
 
 
 def sources_of(module: str) -> list[Path]:

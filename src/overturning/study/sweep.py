@@ -149,6 +149,6 @@ def write_part(
         add_coordinates(file, grid.coordinates())
         add_elements(file, grid.element)
         for variable in variables:
-            made = add_variable(file, variable, grid.dimensions(variable), grid.shape_of(variable))
-            made[:] = variable.stored(outcome[variable.name])
+            created = add_variable(file, variable, grid.dimensions(variable), grid.shape_of(variable))
+            created[:] = variable.stored(outcome[variable.name])
         file.setncatts(attributes)

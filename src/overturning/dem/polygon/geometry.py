@@ -189,14 +189,14 @@ def nearest_faces(a: Placed, b: Placed) -> tuple[int, int, float]:
     """
     faces_a, faces_b = a.shape.faces(), b.shape.faces()
     products = faces_a[:, 4:5] * faces_b[:, 4] + faces_a[:, 5:6] * faces_b[:, 5]
-    found: list[tuple[float, float, int, int, int]] = []
+    candidates: list[tuple[float, float, int, int, int]] = []
     for k, gap in enumerate(separations(a, b)):
         other = int(np.argmin(products[k]))
-        found.append((-float(gap), float(products[k, other]), len(found), k, other))
+        candidates.append((-float(gap), float(products[k, other]), len(candidates), k, other))
     for k, gap in enumerate(separations(b, a)):
         other = int(np.argmin(products[:, k]))
-        found.append((-float(gap), float(products[other, k]), len(found), other, k))
-    best = min(found)
+        candidates.append((-float(gap), float(products[other, k]), len(candidates), other, k))
+    best = min(candidates)
     return best[3], best[4], float(-best[0])
 
 
@@ -245,13 +245,13 @@ def pairs_of(placed: list[Placed]) -> list[tuple[int, int]]:
 
 def resting(placed: list[Placed], pairs: list[tuple[int, int]]) -> list[tuple[int, int, End]]:
     """Ends that touch: index of the pair, end (0 or 1), and the end."""
-    found = []
+    touches = []
     for index, (i, j) in enumerate(pairs):
         a, b = placed[i], placed[j]
         for side, end in enumerate(common_stretch(a, b)):
             if end.gap <= TOUCHING * min(a.size, b.size):
-                found.append((index, side, end))
-    return found
+                touches.append((index, side, end))
+    return touches
 
 
 def check_geometry(scene: Stage) -> None:

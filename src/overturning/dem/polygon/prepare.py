@@ -103,13 +103,13 @@ def prepare(scene: Scene, height: float | None = None, b_over_h: float | None = 
     placed = place(scene, height, b_over_h)
     pairs = pairs_of(placed)
     laws = contact_laws(scene, placed, pairs)
-    found = rest(scene, placed, pairs, laws.normal, laws.tangential)
-    displacement, loaded = (np.zeros((len(placed), 3)), []) if found is None else found
+    equilibrium = rest(scene, placed, pairs, laws.normal, laws.tangential)
+    displacement, loaded = (np.zeros((len(placed), 3)), []) if equilibrium is None else equilibrium
     springs = [(touch[0], touch[1], slip) for touch, _, slip in loaded]
     stands = _stands(placed, pairs, [(touch[0], touch[2]) for touch, _, _ in loaded])
     critical, barrier, support, base = _single(scene, placed, stands)
     moves_alone = any(item.element.kind == "held" for item in placed)
-    threshold = 0.0 if found is None or moves_alone else _threshold(placed, stands)
+    threshold = 0.0 if equilibrium is None or moves_alone else _threshold(placed, stands)
     frictions = [laws.friction[index] for index in {touch[0] for touch, _, _ in loaded}]
     if any(mu >= 0 and _slips(loaded, laws, index) for index, mu in enumerate(laws.friction)):
         threshold = 0.0
@@ -123,7 +123,7 @@ def prepare(scene: Scene, height: float | None = None, b_over_h: float | None = 
         laws,
         displacement,
         springs,
-        found is not None,
+        equilibrium is not None,
         *highest_modes(placed, pairs, laws),
         threshold,
         min((mu for mu in frictions if mu >= 0), default=np.inf),

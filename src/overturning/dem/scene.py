@@ -7,13 +7,13 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any, Final, Self
 
-import yaml
 from pydantic import Field, ValidationError, model_validator
 
 from overturning.dem.contact import Contact
 from overturning.dem.element import ContactLaw, Element, Material, Model, Name, Positive
 from overturning.dem.polygon.geometry import WIDE, check_geometry, native_size
 from overturning.errors import ArgumentError, ConfigError
+from overturning.files import read_mapping
 from overturning.units import GRANITE_DENSITY, STANDARD_GRAVITY
 
 MOST_ELEMENTS: Final = 64
@@ -207,17 +207,10 @@ def load_scene(name: str | Path, root: Path = Path()) -> Scene:
     path = root / name
     if path.suffix not in {".yaml", ".yml"}:
         path = root / SCENES / f"{name}.yaml"
-    try:
-        data = yaml.safe_load(path.read_text(encoding="utf-8-sig"))
-    except OSError:
+    if not path.is_file():
         known = ", ".join(sorted(file.stem for file in (root / SCENES).glob("*.yaml"))) or "none"
-        raise ConfigError(f"scene {name}: no file {path}; known: {known}") from None
-    except UnicodeDecodeError:
-        raise ConfigError(f"{path}: not a UTF-8 text; save it as UTF-8") from None
-    except yaml.YAMLError as error:
-        raise ConfigError(f"{path}: not valid YAML ({getattr(error, 'problem', None) or 'unreadable'})") from None
-    if not isinstance(data, dict):
-        raise ConfigError(f"{path}: a scene is a mapping of keys to values; see docs/scenes.md")
+        raise ConfigError(f"scene {name}: no file {path}; known: {known}")
+    data = read_mapping(path, "scene", "see docs/scenes.md")
     return check_scene(data, str(path))
 
 

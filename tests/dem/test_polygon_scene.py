@@ -98,7 +98,7 @@ def test_unreadable_files_are_named(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"no file.*known: none"):
         load_scene("gone", tmp_path)
     (tmp_path / "bad.yaml").write_text("elements: [", encoding="utf-8")
-    with pytest.raises(ConfigError, match=r"bad.yaml: not valid YAML"):
+    with pytest.raises(ConfigError, match=r"bad.yaml, line 1: not valid YAML"):
         load_scene("bad.yaml", tmp_path)
     (tmp_path / "list.yaml").write_text("- 1", encoding="utf-8")
     with pytest.raises(ConfigError, match="a mapping"):

@@ -116,23 +116,25 @@ def prepare(scene: Scene, height: float | None = None, b_over_h: float | None = 
     top = max(float(item.points[:, 1].max()) for item in placed if not item.fixed)
     low = min(float(item.points[:, 1].min()) for item in placed if not item.fixed)
     wide = max(item.shape.width for item in placed if not item.fixed)
+    square, rate = highest_modes(placed, pairs, laws)
     return Prepared(
-        scene,
-        placed,
-        pairs,
-        laws,
-        displacement,
-        springs,
-        equilibrium is not None,
-        *highest_modes(placed, pairs, laws),
-        threshold,
-        min((mu for mu in frictions if mu >= 0), default=np.inf),
-        any(mu < 0 for mu in frictions),
-        critical,
-        barrier,
-        support,
-        base,
-        0.5 * float(np.sqrt((top - low) ** 2 + wide**2)),
+        scene=scene,
+        placed=placed,
+        pairs=pairs,
+        laws=laws,
+        displacement=displacement,
+        springs=springs,
+        at_rest=equilibrium is not None,
+        square=square,
+        rate=rate,
+        threshold=threshold,
+        fixed_friction=min((mu for mu in frictions if mu >= 0), default=np.inf),
+        swept_friction=any(mu < 0 for mu in frictions),
+        critical=critical,
+        barrier=barrier,
+        support=support,
+        base=base,
+        radius=0.5 * float(np.sqrt((top - low) ** 2 + wide**2)),
     )
 
 

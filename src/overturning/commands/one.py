@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
+    from overturning.dem.scene import Scene
+    from overturning.figures.film import Film
     from overturning.records.record import Record
 
 app = typer.Typer(rich_markup_mode=None)
@@ -43,14 +45,11 @@ def one(
     ] = None,
 ) -> None:
     """Simulate one block or scene, print what it does, and make a film or a figure of it."""
-    from overturning.dem.contact import Contact
     from overturning.dem.polygon.geometry import native_size
-    from overturning.dem.scene import gravestone, load_scene
     from overturning.dem.trajectory import trajectory
     from overturning.errors import ArgumentError
     from overturning.figures.film_of_trajectory import compass_name, film_of, outcome
     from overturning.motion.motion import Motion
-    from overturning.units import GRANITE_DENSITY
 
     for file, kinds in ((animate, {".html", ".gif", ".mp4"}), (response, {".svg", ".png"})):
         if file is not None and file.suffix.lower() not in kinds:
@@ -60,13 +59,7 @@ def one(
         shaking.north, shaking.east, shaking.up if vertical else None, sampling_interval=shaking.sampling_interval
     )
     place = ", ".join(part for part in (shaking.station or shaking.record_id, shaking.event) if part)
-    if scene is None:
-        contact = Contact("auto" if stiffness is None else stiffness, damping_ratio=damping_ratio, damping=damping)
-        stones = gravestone(contact, GRANITE_DENSITY if density is None else density)
-    elif any(value is not None for value in (density, stiffness, damping_ratio, damping)):
-        raise ArgumentError("--scene has density, stiffness and damping of its own; set them in the scene file")
-    else:
-        stones = load_scene(scene)
+    stones = _scene(scene, density, stiffness, damping_ratio, damping)
     own_height, own_ratio = native_size(stones)
     height, b_over_h = own_height if height is None else height, own_ratio if b_over_h is None else b_over_h
     paths = [
@@ -86,19 +79,12 @@ def one(
             text += f"; slipped {100 * float(one['base_slip'][-1]):.1f} cm by the end{name}"
         print(f"  motion along {compass_name(path.attrs['azimuth_deg'])}: {text}")
     if animate is not None:
+        note = f" The motion is {amplitude:g} times the record." if amplitude != 1 else ""
         accelerations = [amplitude * motion.along(angle) for angle in azimuth]
-        note = "The frame moves with the base." + (
-            f" The motion is {amplitude:g} times the record." if amplitude != 1 else ""
+        film = film_of(
+            paths, accelerations, motion.sampling_interval, title, note=f"The frame moves with the base.{note}"
         )
-        film = film_of(paths, accelerations, motion.sampling_interval, title, note=note)
-        if animate.suffix.lower() == ".html":
-            from overturning.figures.film_page import write_film_page
-
-            write_film_page(film, animate)
-        else:
-            from overturning.figures.film_movie import write_film_movie
-
-            write_film_movie(film, animate)
+        _write_film(film, animate)
         print(f"film: {animate}")
     if response is not None:
         from overturning.figures.response import response_figure
@@ -107,6 +93,34 @@ def one(
         with style():
             save(response_figure(paths, title), response)
         print(f"figure: {response}")
+
+
+def _scene(
+    name: str | None, density: float | None, stiffness: float | None, damping_ratio: float | None, damping: float | None
+) -> "Scene":
+    """The scene of a name, or the gravestone of this density and contact."""
+    from overturning.dem.contact import Contact
+    from overturning.dem.scene import gravestone, load_scene
+    from overturning.errors import ArgumentError
+    from overturning.units import GRANITE_DENSITY
+
+    if name is None:
+        contact = Contact("auto" if stiffness is None else stiffness, damping_ratio=damping_ratio, damping=damping)
+        return gravestone(contact, GRANITE_DENSITY if density is None else density)
+    if any(value is not None for value in (density, stiffness, damping_ratio, damping)):
+        raise ArgumentError("--scene has density, stiffness and damping of its own; set them in the scene file")
+    return load_scene(name)
+
+
+def _write_film(film: "Film", path: Path) -> None:
+    if path.suffix.lower() == ".html":
+        from overturning.figures.film_page import write_film_page
+
+        write_film_page(film, path)
+    else:
+        from overturning.figures.film_movie import write_film_movie
+
+        write_film_movie(film, path)
 
 
 def _record(name: str, table: Path, folder: Path) -> "Record":

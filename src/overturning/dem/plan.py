@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 from overturning.dem.cases import Cases
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.geometry import Placed
-from overturning.dem.results import Answers
+from overturning.dem.results import Answers, Results
 from overturning.dem.scene import Scene
+from overturning.dem.status import Status
 from overturning.dem.time_step import Scheme
+from overturning.dem.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 
 FloatArray = NDArray[np.float64]
@@ -105,6 +107,12 @@ class Plan(ABC):
     def hopeless(self) -> NDArray[np.bool_]:
         """Cases that have no answer and are not computed."""
         return np.zeros(self.cases.size, np.bool_)
+
+    def uncomputed(self) -> Results:
+        """Results of all cases as long as none is computed: at rest, or without an answer."""
+        results = Results.at_rest(self.cases.size, self.free)
+        results.status[self.hopeless], results.overturned[self.hopeless] = Status.UNSTABLE, INT8_MISSING
+        return results
 
     @abstractmethod
     def compute(self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: FloatArray) -> tuple[Answers, int]:

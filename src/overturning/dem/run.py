@@ -13,8 +13,6 @@ from overturning.dem.numerics import Numerics, Progress
 from overturning.dem.plan import Plan
 from overturning.dem.results import Results
 from overturning.dem.scene import Scene, gravestone
-from overturning.dem.status import Status
-from overturning.dem.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.units import GRANITE_DENSITY
 
@@ -61,8 +59,7 @@ def run(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics | None = 
     """
     numerics = numerics or Numerics()
     planned = plan(scene, motion, cases, numerics)
-    results = Results.at_rest(cases.size, planned.free)
-    results.status[planned.hopeless], results.overturned[planned.hopeless] = Status.UNSTABLE, INT8_MISSING
+    results = planned.uncomputed()
     counter, nothing = np.zeros(1, np.int64), np.zeros((0, 0))
     moving = np.flatnonzero(~planned.never & ~planned.hopeless)
     length = planned.steps[moving] * np.maximum(motion.samples - planned.first[moving], 1)

@@ -12,7 +12,6 @@ from overturning.dem.plan import Path
 from overturning.dem.results import Results
 from overturning.dem.run import plan
 from overturning.dem.scene import Scene, scene_or_gravestone
-from overturning.dem.status import Status
 from overturning.dem.variables import INT8_MISSING, VARIABLES
 from overturning.motion.motion import Motion
 from overturning.units import GRANITE_DENSITY
@@ -82,8 +81,7 @@ def trajectory(
     case = Cases([azimuth_deg], [size], [ratio], [friction], [amplitude], 1.0, [initial_tilt])
     planned = plan(scene, motion, case, Numerics(**options))
     answers, path = planned.trace()
-    results = Results.at_rest(1, planned.free)
-    results.status[planned.hopeless], results.overturned[planned.hopeless] = Status.UNSTABLE, INT8_MISSING
+    results = planned.uncomputed()
     if answers is not None:
         results.store(np.zeros(1, np.int64), answers)
     about = {

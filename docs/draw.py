@@ -11,8 +11,9 @@ from pathlib import Path
 
 from pen import Pen, Point
 
+from overturning.dem.element import Element
 from overturning.dem.polygon.geometry import Placed, common_stretch, nearest_faces, place
-from overturning.dem.polygon.scene import Element, Scene
+from overturning.dem.scene import Scene
 from overturning.figures.style import FALLS, FAULT, MISSING
 
 IMAGES = Path(__file__).parent / "images"

@@ -95,19 +95,7 @@ def places() -> list[str]:
     return [line for line in section.splitlines() if line.startswith("| a ")]
 
 
-# Rows whose files are still being moved to where the table has them.
-MOVING = ("| a scheme |", "| a variable of the cube |", "| a section of the report |")
-
-
-@pytest.mark.parametrize(
-    "row",
-    [
-        pytest.param(row, marks=pytest.mark.xfail(strict=True, reason="moves"), id=row.split("|")[1].strip())
-        if row.startswith(MOVING)
-        else pytest.param(row, id=row.split("|")[1].strip())
-        for row in places()
-    ],
-)
+@pytest.mark.parametrize("row", places(), ids=lambda row: row.split("|")[1].strip())
 def test_the_places_to_add_something_exist(row):
     for name, path in re.findall(r"(?:`([A-Z]+)` in )?`([\w./-]+/[\w./-]*|\w+\.py)`", row):
         found = [base / path for base in (ROOT / "src" / "overturning", ROOT) if (base / path).exists()]

@@ -20,9 +20,9 @@ from numba import njit
 
 from overturning.dem.block import centred, cundall
 from overturning.dem.block.rows import ROWS
-from overturning.dem.blocks import Cases
-from overturning.dem.cases import run_cases
+from overturning.dem.cases import Cases
 from overturning.dem.contact import Contact
+from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.motion.motion import Motion
 from overturning.reference.rocking import rocking_outcome

@@ -11,7 +11,8 @@ import numpy as np
 import pandas as pd
 
 from overturning.arrays import FloatArray
-from overturning.dem.cases import CaseResults, run_cases
+from overturning.dem.results import Results
+from overturning.dem.run import run_cases
 from verification.inputs import half_grid, near_fault
 from verification.measures import Flags, difference, percent, wrong_sides
 from verification.tables import RESULTS, markdown, publish, write_csv
@@ -77,7 +78,7 @@ def measure(azimuths: int = AZIMUTHS, every_record: int = 1) -> pd.DataFrame:
     ratios = np.unique(cases.b_over_h)
     shape = (azimuths, np.unique(cases.height).size, ratios.size, np.unique(cases.friction).size)
 
-    def run(scheme: str, fraction: float) -> dict[str, CaseResults]:
+    def run(scheme: str, fraction: float) -> dict[str, Results]:
         given: dict[str, Any] = {"scheme": scheme, "time_step": f"{fraction} stable", "threads": THREADS}
         return {name: run_cases(motion, cases, **given) for name, motion in motions.items()}
 

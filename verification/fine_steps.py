@@ -43,19 +43,20 @@ def measure(changes: dict[str, float], reference: Path, azimuths: int = 12, ever
         if not hasattr(rows, name):
             raise ValueError(f"the kernel has no constant {name}")
         setattr(rows, name, value)
-    from overturning.dem.cases import CaseResults, run_cases
+    from overturning.dem.results import Results
+    from overturning.dem.run import run_cases
     from verification.inputs import half_grid, near_fault
     from verification.measures import difference, percent, wrong_sides
 
     cases, motions = half_grid(azimuths), dict(list(near_fault().items())[::every_record])
     run_cases(next(iter(motions.values())), half_grid(2))
-    names = CaseResults.__dataclass_fields__
+    names = Results.__dataclass_fields__
     if not reference.exists():
         exact = {name: run_cases(motion, cases, time_step=REFERENCE, threads=2) for name, motion in motions.items()}
         kept = {f"{name}-{key}": getattr(one, key) for name, one in exact.items() for key in names}
         np.savez(reference, allow_pickle=False, **kept)
     with np.load(reference) as arrays:
-        exact = {name: CaseResults(**{key: arrays[f"{name}-{key}"] for key in names}) for name in motions}
+        exact = {name: Results(**{key: arrays[f"{name}-{key}"] for key in names}) for name in motions}
     start = time.process_time()
     found = {name: run_cases(motion, cases) for name, motion in motions.items()}
     seconds = time.process_time() - start

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from overturning.dem.cases import run_cases
+from overturning.dem.run import run_cases
 from verification.inputs import half_grid, near_fault
 from verification.measures import percent
 from verification.tables import Figure

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.cases import CaseResults
+from overturning.dem.results import Results
 from overturning.dem.status import Status
 from overturning.study.comparison import Counts, compare
 
@@ -89,14 +89,12 @@ class Difference:
     energy_error: float
 
 
-def difference(
-    found: Mapping[str, CaseResults], exact: Mapping[str, CaseResults], shape: Sequence[int] = ()
-) -> Difference:
+def difference(found: Mapping[str, Results], exact: Mapping[str, Results], shape: Sequence[int] = ()) -> Difference:
     """Compare answers with a reference.
 
     Parameters
     ----------
-    found, exact : mapping of str to CaseResults
+    found, exact : mapping of str to Results
         Answers by motion.
     shape : sequence of int, optional
         Of the grid (azimuth, height, b_over_h, friction).

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from overturning.dem.polygon.geometry import native_size, place
-from overturning.dem.polygon.scene import load_scene
+from overturning.dem.scene import load_scene
 from overturning.errors import ArgumentError
 from verification.engines import installed, sides_of_scene
 from verification.inputs import near_field

@@ -12,11 +12,13 @@ from typing import Annotated, Any, Final
 import numpy as np
 import typer
 
-from overturning.dem.blocks import Cases
-from overturning.dem.polygon.cases import SceneResults, run_scene_cases
+from overturning.dem.cases import Cases
+from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.geometry import native_size, place
-from overturning.dem.polygon.scene import Scene, load_scene
-from overturning.dem.polygon.simulate import simulate_scene_arrays
+from overturning.dem.results import Results
+from overturning.dem.run import run
+from overturning.dem.scene import Scene, load_scene
+from overturning.dem.simulate import simulate_arrays
 from overturning.motion.motion import Motion
 from verification import summary
 from verification.engines import installed, sides_of_scene
@@ -46,8 +48,8 @@ def throughput() -> Iterator[Figure]:
         scene = load_scene(name, ROOT)
         height, ratio = native_size(scene)
         cases = Cases(0.0, height, ratio, np.linspace(0.5, 1.0, 192))
-        steps = run_scene_cases(scene, motion, cases, leave_out=False).block_steps.sum()
-        seconds = fastest(lambda s=scene, c=cases: run_scene_cases(s, motion, c, leave_out=False), 2)  # type: ignore[misc]
+        steps = run(scene, motion, cases, Numerics(leave_out=False)).block_steps.sum()
+        seconds = fastest(lambda s=scene, c=cases: run(s, motion, c, Numerics(leave_out=False)), 2)  # type: ignore[misc]
         yield Figure(f"element steps per second and core, {name}", steps / seconds / 1e6, "million/s", bound)
 
 
@@ -87,9 +89,9 @@ def against_peers(count: int) -> Iterator[Figure]:
     for label, penetration, damping, scheme, step in GROUPS:
         stones = with_law(scene, penetration, damping)
         options: dict[str, Any] = {"scheme": scheme, "time_step": step}
-        coarse = run_scene_cases(stones, motion, cases, leave_out=False, **options)
-        whole = fastest(lambda s=stones, o=options: run_scene_cases(s, motion, cases, leave_out=False, **o), 2)  # type: ignore[misc]
-        left = fastest(lambda s=stones, o=options: simulate_scene_arrays(s, motion, **o, **grid), 2)  # type: ignore[misc]
+        coarse = run(stones, motion, cases, Numerics(leave_out=False, **options))
+        whole = fastest(lambda s=stones, o=options: run(s, motion, cases, Numerics(leave_out=False, **o)), 2)  # type: ignore[misc]
+        left = fastest(lambda s=stones, o=options: simulate_arrays(motion, scene=s, **o, **grid), 2)  # type: ignore[misc]
         whole, left = whole / cases.size, left / cases.size
         same = coarse.overturned[:, SHAFT] == right
         stands = firm & same & (right == 0)
@@ -127,12 +129,12 @@ def engine_run(
     return np.array(sides), (time.process_time() - start) / chosen.size
 
 
-def reference(scene: Scene, motion: Motion, cases: Cases) -> tuple[SceneResults, np.ndarray]:
+def reference(scene: Scene, motion: Motion, cases: Cases) -> tuple[Results, np.ndarray]:
     """Outcome at a fifth of the default step, and where twice that step and Cundall's scheme find the same side."""
-    fine = run_scene_cases(scene, motion, cases, time_step="0.1 stable")
+    fine = run(scene, motion, cases, Numerics(time_step="0.1 stable"))
     firm = np.ones(cases.size, dtype=bool)
     for scheme, step in (("centred", "0.2 stable"), ("cundall", "0.3 stable")):
-        other = run_scene_cases(scene, motion, cases, scheme=scheme, time_step=step)
+        other = run(scene, motion, cases, Numerics(scheme=scheme, time_step=step))
         firm &= other.overturned[:, SHAFT] == fine.overturned[:, SHAFT]
     return fine, firm
 

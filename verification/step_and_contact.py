@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from overturning.dem.cases import CaseResults, run_cases
 from overturning.dem.contact import Contact
+from overturning.dem.results import Results
+from overturning.dem.run import run_cases
 from verification.inputs import half_grid, near_fault
 from verification.measures import difference, percent
 from verification.tables import markdown, publish
@@ -32,7 +33,7 @@ def main() -> None:
     cases = half_grid(AZIMUTHS)
     motions = dict(list(near_fault().items())[::EVERY_RECORD])
 
-    def run(contact: Contact, step: str) -> dict[str, CaseResults]:
+    def run(contact: Contact, step: str) -> dict[str, Results]:
         given: dict[str, Any] = {"contact": contact, "time_step": step, "threads": THREADS}
         return {name: run_cases(motion, cases, **given) for name, motion in motions.items()}
 

@@ -3,22 +3,23 @@
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from overturning.dem.blocks import Cases
-    from overturning.dem.cases import run_cases
+    from overturning.dem.cases import Cases
     from overturning.dem.contact import Contact
-    from overturning.dem.simulate import simulate, trajectory
+    from overturning.dem.run import run_cases
+    from overturning.dem.simulate import simulate
+    from overturning.dem.trajectory import trajectory
     from overturning.motion.motion import Motion
 
 __all__ = ["Cases", "Contact", "Motion", "run_cases", "simulate", "trajectory"]
 
 # Imported when first asked for, so that the command line starts without numba and xarray.
 _MODULES = {
-    "Cases": "overturning.dem.blocks",
+    "Cases": "overturning.dem.cases",
     "Contact": "overturning.dem.contact",
     "Motion": "overturning.motion.motion",
-    "run_cases": "overturning.dem.cases",
+    "run_cases": "overturning.dem.run",
     "simulate": "overturning.dem.simulate",
-    "trajectory": "overturning.dem.simulate",
+    "trajectory": "overturning.dem.trajectory",
 }
 
 

@@ -1,10 +1,13 @@
-"""Atomic writes: results that are either complete or not there."""
+"""Atomic writes: results that are either complete or not there; and files of keys and values."""
 
 import os
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
+
+from overturning.errors import ConfigError
 
 
 @contextmanager
@@ -38,3 +41,35 @@ def _umask() -> int:
     mask = os.umask(0)
     os.umask(mask)
     return mask
+
+
+def read_mapping(path: Path, what: str, about: str, remedy: str = "check its name and permissions") -> dict[str, Any]:
+    """Keys and values of a YAML file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    what, about, remedy : str
+        What it holds, where that is described, and what to do where it cannot be read, for the messages.
+
+    Raises
+    ------
+    ConfigError
+        If it cannot be read or is no mapping of keys to values; names the file and, of wrong YAML, the line.
+    """
+    import yaml
+
+    try:
+        data = yaml.safe_load(path.read_text(encoding="utf-8-sig"))
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read ({error.strerror}); {remedy}") from None
+    except UnicodeDecodeError:
+        raise ConfigError(f"{path}: not a UTF-8 text; save it as UTF-8") from None
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        line = f", line {mark.line + 1}" if mark else ""
+        raise ConfigError(f"{path}{line}: not valid YAML ({getattr(error, 'problem', None) or 'unreadable'})") from None
+    if not isinstance(data, dict):
+        raise ConfigError(f"{path}: a {what} is a mapping of keys to values; {about}")
+    return data

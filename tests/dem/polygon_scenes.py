@@ -5,11 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from overturning.dem.blocks import Cases
+from overturning.dem.cases import Cases
+from overturning.dem.numerics import Numerics
 from overturning.dem.polygon import rows as k
-from overturning.dem.polygon.cases import ScenePlan, plan_scene
 from overturning.dem.polygon.geometry import native_size
-from overturning.dem.polygon.scene import Scene, check_scene, load_scene
+from overturning.dem.polygon.plan import PolygonPlan, plan_polygons
+from overturning.dem.results import Answers
+from overturning.dem.scene import Scene, check_scene, load_scene
 from overturning.motion.motion import Motion
 
 ROOT = Path(__file__).parents[2]
@@ -44,19 +46,21 @@ def shaken(acceleration: Any, interval: float = 0.01) -> Motion:
     return Motion(values, 0 * values, sampling_interval=interval)
 
 
-def one_case(made: Scene, motion: Motion, friction: float = 1.0, **options: Any) -> ScenePlan:
+def one_case(made: Scene, motion: Motion, friction: float = 1.0, **options: Any) -> PolygonPlan:
     height, ratio = native_size(made)
-    return plan_scene(made, motion, Cases([0.0], [height], [ratio], [friction]), leave_out=False, **options)
+    return plan_polygons(
+        made, motion, Cases([0.0], [height], [ratio], [friction]), Numerics(leave_out=False, **options)
+    )
 
 
-def run(how: ScenePlan, motion: Motion, more: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Result of the case, of its elements, times and poses with velocities, shape (samples, elements, 6)."""
+def run(how: PolygonPlan, motion: Motion, more: int = 0) -> tuple[Answers, np.ndarray, np.ndarray]:
+    """Answers, times and poses with velocities, shape (samples, elements, 6)."""
     path = np.zeros((motion.samples + more, 2 + 6 * how.sizes.size))
-    out, each, noted = how.run(motion, np.zeros(1, np.int64), np.zeros(1, np.int64), path)
-    return out[0], each[0], path[:noted, 0], path[:noted, 2:].reshape(noted, -1, 6)
+    answers, noted = how.compute(np.zeros(1, np.int64), np.zeros(1, np.int64), path)
+    return answers, path[:noted, 0], path[:noted, 2:].reshape(noted, -1, 6)
 
 
-def put(how: ScenePlan, element: int, **values: float) -> None:
+def put(how: PolygonPlan, element: int, **values: float) -> None:
     """Set x, z, angle, vx, vz or vw of an element at the start; it touches nothing there."""
 
     def put_number(path: str, number: float) -> None:

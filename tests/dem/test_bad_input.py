@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from overturning.dem.blocks import Cases
-from overturning.dem.cases import run_cases
+from overturning.dem.cases import Cases
 from overturning.dem.contact import Contact
+from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.dem.status import Status
 from overturning.errors import ArgumentError

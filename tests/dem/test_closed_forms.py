@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from overturning.dem.blocks import Cases
-from overturning.dem.cases import run_cases
+from overturning.dem.cases import Cases
 from overturning.dem.contact import Contact
-from overturning.dem.simulate import trajectory
+from overturning.dem.run import run_cases
+from overturning.dem.trajectory import trajectory
 from overturning.motion.motion import Motion
 from overturning.reference.closed_forms import (
     bounce,
@@ -17,6 +17,7 @@ from overturning.reference.closed_forms import (
 )
 from overturning.reference.sliding import slide
 from overturning.units import STANDARD_GRAVITY
+from tests.dem.paths import depths, stone
 
 QUIET = np.zeros(400)
 STILL = Motion(QUIET, QUIET, sampling_interval=0.005)
@@ -44,7 +45,7 @@ def test_at_rest_nothing_moves_for_a_minute() -> None:
     )  # fmt: skip
     assert float(path.time[-1]) >= 59.9
     for name in ("x", "z", "rotation"):
-        assert float(np.abs(path[name] - path[name][0]).max()) <= 1e-9
+        assert float(np.abs(stone(path)[name] - stone(path)[name][0]).max()) <= 1e-9
 
 
 @pytest.mark.parametrize("upward", [0.0, -0.3 * STANDARD_GRAVITY, 0.2 * STANDARD_GRAVITY])
@@ -58,7 +59,7 @@ def test_uplift_begins_at_the_threshold(b_over_h: float, upward: float, seconds:
         leave_out=False, contact=Contact(static_penetration=penetration),
     )  # fmt: skip
     # The corner towards +s is the one that comes off, when its penetration is gone.
-    left = int(np.argmax(path.penetration_right.values <= 0.0))
+    left = int(np.argmax(depths(path)[1] <= 0.0))
     assert left > 0
     assert float(path.ground_acceleration[left]) == pytest.approx(threshold, rel=1e-3)
 
@@ -72,7 +73,7 @@ def test_both_corners_slip_at_the_threshold(friction: float, upward: float) -> N
         leave_out=False, contact=Contact(static_penetration=2e-6),
     )  # fmt: skip
     # Sliding is seen from its speed: beyond the threshold it is the integral of the excess of a ramp.
-    time, speed = path.time.values, -path.velocity_x.values
+    time, speed = path.time.values, -stone(path).velocity_x.values
     late = speed > 0.02
     start = time[late] - np.sqrt(2.0 * speed[late] / (1.1 * threshold / 8.0))
     onset = np.interp(np.median(start), time, path.ground_acceleration.values)
@@ -94,7 +95,7 @@ def test_free_rocking(b_over_h: float, amplitude: float) -> None:
     path = trajectory(
         fine, azimuth_deg=0, height=height, b_over_h=b_over_h, friction=10.0, initial_tilt=tilt, leave_out=False
     )
-    angle, time = path.rotation.values, path.time.values
+    angle, time = stone(path).rotation.values, path.time.values
     crossing = int(np.argmax(angle < 0.0))
     share = angle[crossing - 1] / (angle[crossing - 1] - angle[crossing])
     quarter = time[crossing - 1] + share * (time[crossing] - time[crossing - 1])
@@ -112,11 +113,14 @@ def test_energy_in_free_rocking_never_rises(b_over_h: float) -> None:
     )
     inertia = height**2 * (1.0 + b_over_h**2) / 12.0
     stiffness = STANDARD_GRAVITY / (2.0 * 2e-5 * b_over_h * height)
-    depths = np.maximum(np.stack([path.penetration_left, path.penetration_right]), 0.0)
+    sunk = np.maximum(depths(path), 0.0)
     energy = (
-        0.5 * (path.velocity_x**2 + path.velocity_z**2 + inertia * path.angular_velocity**2).values
-        + STANDARD_GRAVITY * (path.z.values - 0.5 * height)
-        + 0.5 * stiffness * (depths**2).sum(axis=0)
+        0.5
+        * (
+            stone(path).velocity_x ** 2 + stone(path).velocity_z ** 2 + inertia * stone(path).angular_velocity ** 2
+        ).values
+        + STANDARD_GRAVITY * (stone(path).z.values - 0.5 * height)
+        + 0.5 * stiffness * (sunk**2).sum(axis=0)
     )
     risen = energy - np.minimum.accumulate(energy)
     assert risen.max() <= 2e-4 * energy[0]
@@ -145,10 +149,10 @@ def test_a_drop_follows_the_exact_bounce_of_a_damped_spring() -> None:
         azimuth_deg=0, height=0.6, b_over_h=1.0, friction=0.5, contact=contact, leave_out=False,
         time_step="0.02 stable",
     )  # fmt: skip
-    height, time = path.z.values, path.time.values
+    height, time = stone(path).z.values, path.time.values
     # Free flight: the last sample before touch gives the speed at touch by energy.
-    touch = int(np.argmax((time > 0.3) & (path.penetration_left.values > 0))) - 1
-    gap, fall = -path.penetration_left.values[touch], -path.velocity_z.values[touch]
+    touch = int(np.argmax((time > 0.3) & (depths(path)[0] > 0))) - 1
+    gap, fall = -depths(path)[0][touch], -stone(path).velocity_z.values[touch]
     speed = float(np.sqrt(fall**2 + 2 * STANDARD_GRAVITY * gap))
     normal, _, dashpot = contact.specific(0.6, 0.6, 2650.0)
     duration, rebound = bounce(speed, 2.0 * float(normal), 2.0 * float(dashpot))

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from overturning.dem.blocks import Cases
-from overturning.dem.cases import run_cases
+from overturning.dem.cases import Cases
+from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.motion.motion import Motion
 from tests.dem.near_field import near_field

@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 
-from overturning.dem.polygon import tables as t
-from overturning.dem.polygon.cases import ScenePlan
+from overturning.dem.polygon.plan import PolygonPlan
 from tests.dem.polygon_scenes import GROUND, block, one_case, put, run, scene, still
 
 FLOAT = np.ndarray
 
 
-def _flight(friction: float, damping: float, seed: int, time_step: str = "auto") -> tuple[ScenePlan, FLOAT, FLOAT]:
+def _flight(friction: float, damping: float, seed: int, time_step: str = "auto") -> tuple[PolygonPlan, FLOAT, FLOAT]:
     """Two polygons thrown at each other high above the ground, nearly without gravity."""
     law = {"between": ["stone", "stone"], "friction": friction, "stiffness": 2e7, "damping": damping}
     free = {"fallen_rotation_deg": 180}
@@ -25,7 +24,7 @@ def _flight(friction: float, damping: float, seed: int, time_step: str = "auto")
     how = one_case(made, motion, time_step=time_step)
     put(how, 1, x=-0.8, z=10.0, angle=rng.uniform(-1.5, 1.5), vx=1.0, vz=0.1 * rng.normal(), vw=rng.normal())
     put(how, 2, x=0.8, z=10.0 + 0.2 * rng.normal(), angle=rng.uniform(-1.5, 1.5), vx=-1.5, vz=0.0, vw=rng.normal())
-    _, _, _, poses = run(how, motion)
+    _, _, poses = run(how, motion)
     bodies = how.variants[0].placed[1:]
     mass, inertia = np.array([b.mass for b in bodies]), np.array([b.inertia for b in bodies])
     x, z, _, vx, vz, vw = np.moveaxis(poses[:, 1:], 2, 0)
@@ -73,7 +72,7 @@ def test_a_stack_shaken_to_pieces_keeps_its_books() -> None:
 
     motion = shaken(7.0 * np.sin(2 * np.pi * time / 0.8), 0.005)
     for friction in (0.3, 0.7, 2.0):
-        out, each, _, _ = run(one_case(made, motion, friction), motion, more=4000)
-        assert out[t.R_ENERGY] < 1e-2
-        assert out[t.R_STATUS] == 0
-    assert (each[1:, t.E_SIDE] != 0).any()
+        answers, _, _ = run(one_case(made, motion, friction), motion, more=4000)
+        assert answers.energy[0] < 1e-2
+        assert answers.status[0] == 0
+    assert (answers.side != 0).any()

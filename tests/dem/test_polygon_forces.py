@@ -5,8 +5,8 @@ import pytest
 import xarray as xr
 
 from overturning.dem.polygon.geometry import place
-from overturning.dem.polygon.trajectory import scene_trajectory
-from overturning.figures.film_of_scene import film_of_scene
+from overturning.dem.trajectory import trajectory
+from overturning.figures.film_of_trajectory import film_of
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import shipped
 
@@ -21,9 +21,9 @@ def pulse(peak: float) -> Motion:
     return Motion(north, 0 * north, sampling_interval=0.01)
 
 
-@pytest.fixture(scope="module", params=["three-tier", "against-a-wall", "boulder"])
+@pytest.fixture(scope="module", params=["gravestone", "three-tier", "against-a-wall", "boulder"])
 def path(request: pytest.FixtureRequest) -> xr.Dataset:
-    return scene_trajectory(shipped(request.param), pulse(6.0), azimuth_deg=0.0, friction=FRICTION)
+    return trajectory(pulse(6.0), scene=shipped(request.param), azimuth_deg=0.0, friction=FRICTION)
 
 
 def on_element(path: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -83,7 +83,7 @@ def test_forces_press_at_vertices_and_keep_to_the_slider(path: xr.Dataset) -> No
 
 
 def test_the_film_has_them_in_weights_where_they_act(path: xr.Dataset) -> None:
-    film = film_of_scene([path], [pulse(6.0).north], 0.01, "film")
+    film = film_of([path], [pulse(6.0).north], 0.01, "film")
     panel = film.panels[0]
     assert panel.force is not None
     assert panel.force_point is not None
@@ -97,7 +97,7 @@ def test_the_film_has_them_in_weights_where_they_act(path: xr.Dataset) -> None:
 
 
 def test_a_scene_that_is_not_computed_has_no_forces() -> None:
-    path = scene_trajectory(shipped("three-tier"), pulse(0.1), azimuth_deg=0.0)
-    assert path.attrs["status"] == 1
+    path = trajectory(pulse(0.1), scene=shipped("three-tier"), azimuth_deg=0.0)
+    assert path["status"] == 1
     assert np.isnan(path["contact_force"]).all()
-    assert film_of_scene([path], [pulse(0.1).north], 0.01, "still").panels[0].force is None
+    assert film_of([path], [pulse(0.1).north], 0.01, "still").panels[0].force is None

@@ -10,19 +10,21 @@ import numpy as np
 import pytest
 
 import overturning.dem
-from overturning.dem.blocks import Cases
 from overturning.dem.cache import cache_directory
+from overturning.dem.cases import Cases
+from overturning.dem.numerics import Numerics
 from overturning.dem.polygon import queue
-from overturning.dem.polygon.cases import SceneResults, run_scene_cases
 from overturning.dem.polygon.geometry import native_size
-from overturning.dem.polygon.scene import Scene
-from overturning.dem.polygon.simulate import simulate_scene, simulate_scene_arrays
-from overturning.dem.polygon.trajectory import scene_trajectory
+from overturning.dem.results import Results
+from overturning.dem.run import run
+from overturning.dem.scene import Scene
+from overturning.dem.simulate import simulate, simulate_arrays
+from overturning.dem.trajectory import trajectory
 from overturning.motion.motion import Motion
 from tests.dem.near_field import near_field
 from tests.dem.polygon_scenes import ROOT, block, scene, shaken, shipped
 
-FIELDS = SceneResults.__dataclass_fields__
+FIELDS = Results.__dataclass_fields__
 
 
 def _motion() -> Motion:
@@ -47,7 +49,7 @@ def digest() -> str:
     """Hash of every result of a few scenes; run by the tests below in other processes."""
     made = hashlib.sha256()
     for name in ("three-tier", "boulder"):
-        found = run_scene_cases(shipped(name), _motion(), _cases(shipped(name)))
+        found = run(shipped(name), _motion(), _cases(shipped(name)))
         for field in FIELDS:
             made.update(np.ascontiguousarray(getattr(found, field)).tobytes())
     return made.hexdigest()
@@ -57,14 +59,14 @@ def digest() -> str:
 def test_threads_order_and_company_change_no_bit(name: str) -> None:
     made, motion = shipped(name), _motion()
     cases = _cases(made)
-    nominal = run_scene_cases(made, motion, cases)
+    nominal = run(made, motion, cases)
     assert (nominal.overturned != 0).any()
     order = np.random.default_rng(1).permutation(cases.size)[:50]
     mixed = Cases(
         *(np.asarray(getattr(cases, key))[order] for key in ("azimuth_deg", "height", "b_over_h", "friction"))
     )
-    threads = run_scene_cases(made, motion, cases, threads=2)
-    shuffled = run_scene_cases(made, motion, mixed)
+    threads = run(made, motion, cases, Numerics(threads=2))
+    shuffled = run(made, motion, mixed)
     for field in FIELDS:
         np.testing.assert_array_equal(getattr(threads, field), getattr(nominal, field))
         np.testing.assert_array_equal(getattr(shuffled, field), getattr(nominal, field)[order])
@@ -96,8 +98,8 @@ def test_instruction_sets_change_no_bit(target: str) -> None:
 def test_symmetric_scenes_are_mirrored_exactly() -> None:
     made, motion = shipped("three-tier"), _motion()
     azimuths = [20.0, 75.0, 130.0, 200.0, 255.0, 310.0]
-    both = simulate_scene_arrays(made, motion, azimuth_deg=azimuths, friction=[0.4, 1.0], leave_out=False)
-    half = simulate_scene_arrays(made, motion, azimuth_deg=azimuths, friction=[0.4, 1.0])
+    both = simulate_arrays(motion, scene=made, azimuth_deg=azimuths, friction=[0.4, 1.0], leave_out=False)
+    half = simulate_arrays(motion, scene=made, azimuth_deg=azimuths, friction=[0.4, 1.0])
     assert (both["overturned"] != 0).any()
     assert not both["mirrored"].any()
     assert half["mirrored"][3:].all()
@@ -108,7 +110,7 @@ def test_symmetric_scenes_are_mirrored_exactly() -> None:
 
 
 def test_lopsided_scenes_are_not_mirrored() -> None:
-    arrays = simulate_scene_arrays(shipped("boulder"), _motion(), azimuth_deg=[20.0, 200.0], friction=[1.0])
+    arrays = simulate_arrays(_motion(), scene=shipped("boulder"), azimuth_deg=[20.0, 200.0], friction=[1.0])
     assert not arrays["mirrored"].any()
     assert arrays["overturning_time"][0] != arrays["overturning_time"][1]
 
@@ -120,8 +122,8 @@ def test_leaving_out_changes_no_flag_and_no_side() -> None:
     strong = np.where((time > 4) & (time < 7), 1.0, 0.02) * np.sin(6 * time)
     for level in (2.0, 4.5, 9.0):
         motion = shaken(level * strong)
-        kept = simulate_scene_arrays(made, motion, azimuth_deg=range(0, 180, 15), friction=[0.3, 1.0], leave_out=False)
-        left = simulate_scene_arrays(made, motion, azimuth_deg=range(0, 180, 15), friction=[0.3, 1.0])
+        kept = simulate_arrays(motion, scene=made, azimuth_deg=range(0, 180, 15), friction=[0.3, 1.0], leave_out=False)
+        left = simulate_arrays(motion, scene=made, azimuth_deg=range(0, 180, 15), friction=[0.3, 1.0])
         np.testing.assert_array_equal(left["overturned"], kept["overturned"])
         assert left["block_steps"].sum() < 0.9 * kept["block_steps"].sum()
 
@@ -136,8 +138,8 @@ def test_ending_a_case_when_nothing_more_can_fall_changes_no_flag(number: int, f
     height, _ = native_size(shipped("three-tier"))
     grid = np.meshgrid(np.arange(0, 180, 15.0), [height], [0.2, 0.3], [0.6, 1.0], indexing="ij")
     cases = Cases(*(axis.ravel() for axis in grid))
-    whole = run_scene_cases(shipped("three-tier"), strong, cases, leave_out=False)
-    ended = run_scene_cases(shipped("three-tier"), strong, cases)
+    whole = run(shipped("three-tier"), strong, cases, Numerics(leave_out=False))
+    ended = run(shipped("three-tier"), strong, cases)
     assert (whole.overturned[:, 2] != 0).mean() > 0.5
     np.testing.assert_array_equal(ended.overturned, whole.overturned)
     np.testing.assert_allclose(ended.peak_rotation[:, 2], whole.peak_rotation[:, 2], rtol=5e-3)
@@ -146,13 +148,13 @@ def test_ending_a_case_when_nothing_more_can_fall_changes_no_flag(number: int, f
 
 def test_a_trajectory_is_the_cell_of_the_sweep() -> None:
     made, motion = shipped("three-tier"), _motion()
-    sweep = simulate_scene(made, motion, azimuth_deg=[30.0, 120.0], friction=[0.8])
-    path = scene_trajectory(made, motion, azimuth_deg=120.0, friction=0.8)
+    sweep = simulate(motion, scene=made, azimuth_deg=[30.0, 120.0], friction=[0.8])
+    path = trajectory(motion, scene=made, azimuth_deg=120.0, friction=0.8)
     cell = sweep.isel(azimuth=1, height=0, b_over_h=0, friction=0)
     assert list(sweep["element"].values) == ["lower-base", "upper-base", "shaft"]
     assert list(path["element"].values) == ["ground", *sweep["element"].values]
-    assert path.attrs["overturned"] == cell["overturned"].values.tolist()
-    np.testing.assert_array_equal(np.float32(path.attrs["peak_rotation"]), cell["peak_rotation"].values)
+    assert path["overturned"].values.tolist() == [-128, *cell["overturned"].values.tolist()]
+    np.testing.assert_array_equal(path["peak_rotation"].values[1:], cell["peak_rotation"].values)
     rotation = path["rotation"].sel(element="shaft").to_numpy()
     assert min(np.abs(rotation).max(), 0.5 * np.pi) / np.arctan(0.242 / 0.636) == pytest.approx(
         cell["peak_rotation"].values[2], rel=2e-2
@@ -177,10 +179,10 @@ def test_what_a_scene_does_not_have_is_refused() -> None:
     from overturning.errors import ArgumentError
 
     with pytest.raises(ArgumentError, match="scheme: 'euler'"):
-        simulate_scene_arrays(made, motion, azimuth_deg=[0], scheme="euler")
+        simulate_arrays(motion, scene=made, azimuth_deg=[0], scheme="euler")
     with pytest.raises(ArgumentError, match="threads: 0"):
-        simulate_scene_arrays(made, motion, azimuth_deg=[0], threads=0)
+        simulate_arrays(motion, scene=made, azimuth_deg=[0], threads=0)
     with pytest.raises(ArgumentError, match="not stable; at most"):
-        simulate_scene_arrays(made, motion, azimuth_deg=[0], time_step=0.005)
+        simulate_arrays(motion, scene=made, azimuth_deg=[0], time_step=0.005)
     with pytest.raises(ArgumentError, match="rotate an element"):
-        run_scene_cases(made, motion, Cases([0.0], [0.6], [0.5], [1.0], initial_tilt=0.1))
+        run(made, motion, Cases([0.0], [0.6], [0.5], [1.0], initial_tilt=0.1))

@@ -9,8 +9,7 @@ from overturning.dem.contact import Contact
 from overturning.dem.polygon.arrays import rests_on_one_face
 from overturning.dem.polygon.geometry import nearest_faces, place, symmetric
 from overturning.dem.polygon.prepare import prepare
-from overturning.dem.polygon.scene import check_scene, load_scene
-from overturning.dem.polygon.simulate import block_contact, is_block
+from overturning.dem.scene import check_scene, load_scene
 from overturning.errors import ConfigError
 from tests.dem.polygon_scenes import GROUND, SHIPPED, block, scene, shipped
 
@@ -29,15 +28,15 @@ def test_only_symmetric_scenes_are_mirrored() -> None:
 
 
 def test_only_the_gravestone_takes_the_fast_kernel() -> None:
-    assert [is_block(shipped(name)) for name in SHIPPED] == [True, False, False, False]
+    assert [shipped(name).single_block for name in SHIPPED] == [True, False, False, False]
 
 
 def test_automatic_contact_of_a_block_is_that_of_the_fast_kernel() -> None:
     made = shipped("gravestone")
     prepared = prepare(made, height=1.2, b_over_h=0.3)
     stone = prepared.placed[1]
-    normal, tangential, dashpot = block_contact(made).specific(0.36, 1.2, 2650.0)
-    assert block_contact(made) == Contact()
+    normal, tangential, dashpot = made.law(*made.elements).contact.specific(0.36, 1.2, 2650.0)
+    assert made.law(*made.elements).contact == Contact()
     assert prepared.laws.normal[0] / stone.mass == pytest.approx(float(normal), rel=1e-12)
     assert prepared.laws.tangential[0] / stone.mass == pytest.approx(float(tangential), rel=1e-12)
     assert prepared.laws.dashpot[0] / stone.mass == pytest.approx(float(dashpot), rel=1e-12)
@@ -99,7 +98,7 @@ def test_unreadable_files_are_named(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"no file.*known: none"):
         load_scene("gone", tmp_path)
     (tmp_path / "bad.yaml").write_text("elements: [", encoding="utf-8")
-    with pytest.raises(ConfigError, match=r"bad.yaml: not valid YAML"):
+    with pytest.raises(ConfigError, match=r"bad.yaml, line 1: not valid YAML"):
         load_scene("bad.yaml", tmp_path)
     (tmp_path / "list.yaml").write_text("- 1", encoding="utf-8")
     with pytest.raises(ConfigError, match="a mapping"):

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from overturning.dem.blocks import Cases
-from overturning.dem.polygon.cases import run_scene_cases
+from overturning.dem.cases import Cases
+from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.geometry import native_size
-from overturning.dem.polygon.scene import Scene
+from overturning.dem.run import run
+from overturning.dem.scene import Scene
 from overturning.dem.status import Status
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import block, scene, shaken, shipped
@@ -35,11 +36,11 @@ def test_both_schemes_converge_to_one_motion() -> None:
     time = np.arange(0, 2, 0.01)
     motion = shaken(np.round(4.0 * np.sin(9 * time) * (time < 0.7), 9))
     cases = Cases(0.0, height, [0.335, 0.34, 0.345, 0.35, 0.36], 1.0)
-    exact = run_scene_cases(made, motion, cases, scheme="cundall", time_step="0.1 stable").peak_rotation[:, 2]
+    exact = run(made, motion, cases, Numerics(scheme="cundall", time_step="0.1 stable")).peak_rotation[:, 2]
     assert (exact > 0.05).all()
     error = {}
     for fraction in (0.5, 0.12, 0.03):
-        found = run_scene_cases(made, motion, cases, time_step=f"{fraction} stable")
+        found = run(made, motion, cases, Numerics(time_step=f"{fraction} stable"))
         assert (found.overturned == 0).all()
         error[fraction] = np.abs(found.peak_rotation[:, 2] / exact - 1).max()
     assert error[0.5] < 0.05
@@ -51,7 +52,7 @@ def test_both_schemes_converge_to_one_motion() -> None:
 def test_fallen_and_standing_stones_come_to_rest_at_the_default_step(ratio: float) -> None:
     """Whatever the damping: none trembles on until it is undecided, and work and energy balance."""
     made = _damped(shipped("three-tier"), ratio)
-    found = run_scene_cases(made, _strong(), _cases(made), leave_out=False)
+    found = run(made, _strong(), _cases(made), Numerics(leave_out=False))
     assert (found.overturned[:, 2] != 0).any()
     assert (found.status == Status.SIMULATED).all()
     assert found.energy_error.max() < 1e-3
@@ -59,6 +60,6 @@ def test_fallen_and_standing_stones_come_to_rest_at_the_default_step(ratio: floa
 
 def test_a_tower_falls_and_comes_to_rest() -> None:
     made = scene(*(block(f"b{k}", 0.4, 0.2, f"b{k - 1}" if k else "ground") for k in range(6)))
-    found = run_scene_cases(made, _strong(), _cases(made), leave_out=False)
+    found = run(made, _strong(), _cases(made), Numerics(leave_out=False))
     assert (found.overturned[:, 5] != 0).any()
     assert (found.status == Status.SIMULATED).all()

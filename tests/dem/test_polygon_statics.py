@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from overturning.dem.polygon import tables as t
 from overturning.dem.polygon.prepare import Prepared, prepare
-from overturning.dem.polygon.simulate import simulate_scene_arrays
+from overturning.dem.simulate import simulate_arrays
 from tests.dem.polygon_scenes import SHIPPED, block, one_case, run, scene, shaken, shipped, still
 
 GRAVITY = 9.80665
@@ -14,7 +13,7 @@ GRAVITY = 9.80665
 @pytest.mark.parametrize("name", SHIPPED)
 def test_rests_for_a_minute_without_creep(name: str) -> None:
     motion = still(60)
-    _, _, _, poses = run(one_case(shipped(name), motion, friction=0.5), motion)
+    _, _, poses = run(one_case(shipped(name), motion, friction=0.5), motion)
     assert len(poses) == motion.samples
     assert np.abs(poses - poses[0]).max() <= 1e-8
 
@@ -22,10 +21,10 @@ def test_rests_for_a_minute_without_creep(name: str) -> None:
 def test_a_tower_of_ten_blocks_stands() -> None:
     made = scene(*(block(f"b{n}", 0.4 + 0.01 * (n % 3), 0.2, "ground" if n == 0 else f"b{n - 1}") for n in range(10)))
     motion = still(5)
-    out, each, _, poses = run(one_case(made, motion), motion)
-    assert out[t.R_STATUS] == 0
+    answers, _, poses = run(one_case(made, motion), motion)
+    assert answers.status[0] == 0
     assert np.abs(poses - poses[0]).max() <= 1e-8
-    assert (each[:, t.E_SIDE] == 0).all()
+    assert (answers.side == 0).all()
 
 
 @pytest.mark.parametrize("blocks", [2, 4, 6])
@@ -35,7 +34,7 @@ def test_harmonic_overhang(blocks: int, share: float) -> None:
     table = {"name": "table", "kind": "driven", "width": 2, "height": 1, "at": [-1, -1]}
     made = scene(table, *_harmonic(blocks, share))
     motion = still(6)
-    _, _, _, poses = run(one_case(made, motion), motion)
+    _, _, poses = run(one_case(made, motion), motion)
     fell = np.abs(poses[-1, 1:, 2]).max() > 0.05
     assert fell == (share > 1)
     assert prepare(made).at_rest == (share < 1)
@@ -66,14 +65,14 @@ def _on_slope(tangent: float, width: float, height: float) -> dict[str, object]:
 @pytest.mark.parametrize("friction", [0.297, 0.303, 0.2])
 def test_a_block_slips_on_a_slope_at_its_friction_angle(friction: float) -> None:
     motion = still(2)
-    _, _, time, poses = run(one_case(_on_slope(0.3, 0.5, 0.5), motion, friction), motion)
+    _, time, poses = run(one_case(_on_slope(0.3, 0.5, 0.5), motion, friction), motion)
     way = np.hypot(poses[:, 1, 0] - poses[0, 1, 0], poses[:, 1, 1] - poses[0, 1, 1])
     if friction > 0.3:
         # The corner with less weight slips by a part of the static sag (1e-5 m) and hands its load to the other.
         assert way.max() < 4e-6
         assert np.ptp(way[100:]) <= 1e-9
         finer = one_case(_on_slope(0.3, 0.5, 0.5), motion, friction, time_step="0.125 stable")
-        _, _, _, poses = run(finer, motion)
+        _, _, poses = run(finer, motion)
         assert np.hypot(*(poses[:, 1, :2] - poses[0, 1, :2]).T).max() < 2e-6
     else:
         angle = np.arctan(0.3)
@@ -86,7 +85,7 @@ def test_a_block_slips_on_a_slope_at_its_friction_angle(friction: float) -> None
 @pytest.mark.parametrize("slenderness", [0.297, 0.303])
 def test_a_block_tips_on_a_slope_at_its_slenderness(slenderness: float) -> None:
     motion = still(6)
-    _, _, _, poses = run(one_case(_on_slope(0.3, slenderness, 1.0), motion, 2.0), motion)
+    _, _, poses = run(one_case(_on_slope(0.3, slenderness, 1.0), motion, 2.0), motion)
     if slenderness > 0.3:
         assert np.abs(poses[-1, 1] - poses[0, 1]).max() < 5e-6
         assert np.abs(poses[-1, 1] - poses[300, 1]).max() <= 1e-8
@@ -112,7 +111,7 @@ def test_stacks_of_two_lift_off_where_statics_say(elements: tuple[dict[str, obje
     assert prepared.threshold == pytest.approx(threshold, rel=1e-9)
     rate = 1.2 * threshold * GRAVITY / 3.0
     ramp = shaken(-rate * np.linspace(0, 3, 301))
-    _, _, time, poses = run(one_case(made, ramp, 5.0), ramp)
+    _, time, poses = run(one_case(made, ramp, 5.0), ramp)
     gaps = {
         name: np.array([_lowest_gap(prepared, pose, index) for pose in poses])
         for name, index in (("lower", 1), ("upper", 2))
@@ -147,7 +146,7 @@ def test_stacks_of_two_rock_in_the_four_patterns_of_the_literature() -> None:
         for period in (0.5, 1.0, 2.0):
             time = np.arange(0, 6, 0.01)
             pulse = shaken(np.where(time < period, -1.6 * level * np.sin(2 * np.pi * time / period), 0.0))
-            _, _, _, poses = run(one_case(made, pulse, 5.0), pulse)
+            _, _, poses = run(one_case(made, pulse, 5.0), pulse)
             lower, relative = poses[:, 1, 2], poses[:, 2, 2] - poses[:, 1, 2]
             up, turned = np.abs(lower) > 2e-3, np.abs(relative) > 2e-3
             seen |= {"one body"} if (up & ~turned).any() else set()
@@ -163,16 +162,16 @@ def test_a_wall_stops_the_fall_and_the_block_leans_as_geometry_says() -> None:
     made = scene(ground, wall, block("stone", 0.24, 0.6))
     time = np.arange(0, 10, 0.01)
     pulse = shaken(np.where(time < 0.6, -6.0 * np.sin(np.pi * time / 0.6), 0.0))
-    out, each, _, poses = run(one_case(made, pulse, 3.0), pulse, more=3000)
+    answers, _, poses = run(one_case(made, pulse, 3.0), pulse, more=3000)
     x, _, angle = poses[-1, 2, :3]
     pivot = x + np.cos(angle) * 0.12 - np.sin(angle) * 0.3
-    assert out[t.R_STATUS] == 0
-    assert each[2, t.E_SIDE] == 0
+    assert answers.status[0] == 0
+    assert answers.side[0, -1] == 0
     assert np.abs(poses[-1, 2, 3:]).max() < 1e-3
     # Its upper corner touches the wall: H sin θ spans the way from the pivot.
     assert angle == pytest.approx(np.arcsin((0.42 - pivot) / 0.6), abs=1e-4)
     assert angle > np.arctan(0.4)
     # Without the wall the same pulse overturns it.
     free = scene(block("stone", 0.24, 0.6))
-    alone = simulate_scene_arrays(free, pulse, azimuth_deg=[0], friction=[3.0], general=True, leave_out=False)
+    alone = simulate_arrays(pulse, scene=free, azimuth_deg=[0], friction=[3.0], general=True, leave_out=False)
     assert alone["overturned"].item() == 1

@@ -10,14 +10,16 @@ import llvmlite.binding as llvm
 import numpy as np
 import pytest
 
-from overturning.dem import cases as cases_module
-from overturning.dem.blocks import Cases
-from overturning.dem.cases import run_cases
-from overturning.dem.simulate import simulate_arrays, trajectory
+from overturning.dem import run as run_module
+from overturning.dem.cases import Cases
+from overturning.dem.run import run_cases
+from overturning.dem.simulate import simulate_arrays
+from overturning.dem.trajectory import trajectory
 from overturning.records.catalogue import read_catalogue
 from overturning.records.read import read_record
 from overturning.records.store import write_motion
 from tests.dem.near_field import near_field
+from tests.dem.paths import stone
 
 NAMES = (
     "overturned", "status", "overturning_time", "peak_rotation", "peak_slip", "residual_slip", "peak_penetration",
@@ -50,7 +52,7 @@ def test_threads_order_and_subset_change_no_bit(cases: Cases, monkeypatch: pytes
     equal(whole, run_cases(motion, subset(cases, order)), order)
     some = order[:17]
     equal(whole, run_cases(motion, subset(cases, some)), some)
-    monkeypatch.setattr(cases_module, "QUEUE", 3)
+    monkeypatch.setattr(run_module, "QUEUE", 3)
     equal(whole, run_cases(motion, cases))
 
 
@@ -59,14 +61,14 @@ def test_a_trajectory_is_bit_equal_to_its_cell() -> None:
     cell = {"azimuth_deg": 32.0, "height": 0.6, "b_over_h": 0.35, "friction": 0.58}
     found = simulate_arrays(motion, **{name: [value] for name, value in cell.items()})
     path = trajectory(motion, **cell)
-    assert path.attrs["peak_rotation"] == found["peak_rotation"].item()
-    assert path.attrs["overturned"] == found["overturned"].item()
+    assert float(stone(path)["peak_rotation"]) == found["peak_rotation"].item()
+    assert int(stone(path)["overturned"]) == found["overturned"].item()
     assert path.attrs["block_steps"] == found["block_steps"].item()
-    largest = np.abs(path.rotation.values).max() / np.arctan(0.35)
+    largest = np.abs(stone(path).rotation.values).max() / np.arctan(0.35)
     assert (
-        0.9 * path.attrs["peak_rotation"]
+        0.9 * float(stone(path)["peak_rotation"])
         < largest
-        <= max(path.attrs["peak_rotation"], 0.5 * np.pi / np.arctan(0.35)) * 1.2
+        <= max(float(stone(path)["peak_rotation"]), 0.5 * np.pi / np.arctan(0.35)) * 1.2
     )
 
 

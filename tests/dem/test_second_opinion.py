@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from overturning.dem.blocks import Cases
-from overturning.dem.cases import CaseResults, run_cases
+from overturning.dem.cases import Cases
 from overturning.dem.contact import Contact
+from overturning.dem.results import Results
+from overturning.dem.run import run_cases
 from overturning.motion.motion import Motion
 from tests.dem.near_field import near_field
 from tests.dem.scalar_kernel import outcomes
@@ -35,7 +36,7 @@ def strong_part(number: int, pulse: bool) -> Motion:
     return Motion(motion.north[part], motion.east[part], sampling_interval=motion.sampling_interval)
 
 
-def differences(found: CaseResults, plain: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def differences(found: Results, plain: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Which sides agree, and by how much peak rotation and slip differ where both blocks stand."""
     same = found.overturned == plain[:, 0]
     stands = same & (found.overturned == 0)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from overturning.dem.blocks import Cases
-from overturning.dem.cases import run_cases
+from overturning.dem.cases import Cases
+from overturning.dem.run import run_cases
 from overturning.motion.motion import Motion
 from overturning.reference.rocking import rocking_outcome
 from overturning.units import STANDARD_GRAVITY

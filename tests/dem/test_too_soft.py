@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from overturning.dem.cases import Cases, run_cases
+from overturning.dem.cases import Cases
 from overturning.dem.contact import Contact
+from overturning.dem.run import run_cases
 from overturning.dem.status import Status
 from overturning.dem.variables import INT8_MISSING
 from overturning.motion.motion import Motion

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from overturning.dem.simulate import trajectory
+from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
 from overturning.figures.axes_by_earthquake import axes_figure
 from overturning.figures.boundary import boundary_figure

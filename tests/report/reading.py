@@ -11,6 +11,9 @@ from overturning.report.write import write_report
 
 NO_TEXT = {"kinds", "anchor", "medium"}
 
+BAD = "<script>window.hurt = 1</script>"
+"""A name from a stranger's file."""
+
 
 def texts(part: Any) -> list[str]:
     """Every text of a report, or of a part of it."""

@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from reading import column, tables, text_of
+from reading import BAD, column, tables, text_of
 
-from conftest import BAD
 from overturning.report.blocks import Figure, Report, Section, each_block
 from overturning.report.build import SECTIONS, build_report
 from overturning.report.results import Results

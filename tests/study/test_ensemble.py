@@ -5,12 +5,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from overturning.dem.cases import Cases, run_cases
+from overturning.dem.cases import Cases
+from overturning.dem.grid import Grid
+from overturning.dem.numerics import Progress
+from overturning.dem.results import Results
+from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.errors import ConfigError, ResultError
 from overturning.motion.motion import Motion
-from overturning.study.ensemble import ENSEMBLE_VARIABLES, blocks, cells_to_run, run_ensemble
-from overturning.study.grid import Grid
+from overturning.study.ensemble import ENSEMBLE_VARIABLES, cells_to_run, run_ensemble
 from overturning.study.load import check_study
 from overturning.study.members import Members, draw_members, read_members, write_members
 from overturning.study.sections import Ensemble
@@ -34,16 +37,10 @@ def nominal(motion: Motion) -> dict[str, np.ndarray]:
 
 
 def run(motion: Motion, nominal: dict[str, np.ndarray], members: Members, everywhere: bool = True, **more):
-    return run_ensemble(
-        motion,
-        GRID,
-        nominal["overturned"],
-        nominal["mirrored"],
-        members,
-        everywhere=everywhere,
-        run=blocks(density=2650.0),
-        **more,
-    )[0]
+    def members_of(cases: Cases, progress: Progress | None) -> Results:
+        return run_cases(motion, cases, progress=progress, threads=2)
+
+    return run_ensemble(motion, GRID, nominal, members, members_of, everywhere=everywhere, **more)[0]
 
 
 def test_members_fill_their_neighbourhood_and_no_more() -> None:
@@ -154,7 +151,7 @@ def test_the_same_in_any_portion(
     whole = run(motion, nominal, members)
     monkeypatch.setattr("overturning.study.ensemble.MOST_GROUND_VALUES", 1)
     reports: list[tuple[int, int]] = []
-    pieces = run(motion, nominal, members, threads=2, progress=lambda done, total: reports.append((done, total)))
+    pieces = run(motion, nominal, members, progress=lambda done, total: reports.append((done, total)))
     for variable in ENSEMBLE_VARIABLES:
         assert np.array_equal(whole[variable.name], pieces[variable.name], equal_nan=True)
     shares = [done / total for done, total in reports]

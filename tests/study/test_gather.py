@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from overturning.dem.grid import Grid
 from overturning.dem.status import Status
 from overturning.dem.variables import FLOAT32_MISSING, INT8_MISSING, VARIABLES
 from overturning.errors import ResultError
@@ -15,7 +16,7 @@ from overturning.records.record import Record
 from overturning.study.config import Study
 from overturning.study.cube import open_cube, study_of
 from overturning.study.gather import gather
-from overturning.study.grid import Grid
+from overturning.study.grid import grid_of
 from overturning.study.load import check_study
 from overturning.study.sweep import write_part
 
@@ -69,7 +70,7 @@ def outcome(shape: tuple[int, ...], seed: int) -> Outcome:
 @pytest.fixture
 def parts(study: Study, tmp_path: Path) -> Callable[..., list[Path]]:
     def make(pieces: int = 1) -> list[Path]:
-        grid, paths = Grid.of(study), []
+        grid, paths = grid_of(study), []
         for seed, name in enumerate(NAMES):
             full = outcome(grid.shape, seed)
             for piece, places in enumerate(np.array_split(np.arange(grid.azimuth.size), pieces)):
@@ -89,7 +90,7 @@ def test_every_cell_is_in_its_place(
     gather(study, records, parts(), tmp_path / "cube.nc")
     with open_cube(tmp_path / "cube.nc") as cube:
         for seed in range(2):
-            for name, values in outcome(Grid.of(study).shape, seed).items():
+            for name, values in outcome(grid_of(study).shape, seed).items():
                 np.testing.assert_array_equal(cube[name].isel(record=seed), values)
         assert cube["fault_normal"].values.tolist()[0] == 120.0
         assert np.isnan(cube["fault_normal"].values[1])
@@ -138,7 +139,7 @@ def test_missing_outcomes_are_missing_and_never_a_flag(
     study: Study, records: list[Record], parts: Callable[..., list[Path]], tmp_path: Path
 ) -> None:
     paths = parts()
-    grid = Grid.of(study)
+    grid = grid_of(study)
     cells = outcome(grid.shape, 0)
     cells["overturned"][2, 0, 1, 1] = INT8_MISSING
     cells["overturning_time"][2, 0, 1, 1] = FLOAT32_MISSING
@@ -172,7 +173,7 @@ def test_cube_passes_the_checker_of_the_convention_it_claims(
 def test_opening_something_else_is_refused(tmp_path: Path, study: Study) -> None:
     with pytest.raises(ResultError, match="no such cube"):
         open_cube(tmp_path / "none.nc")
-    write_part(tmp_path / "part.nc", Grid.of(study), outcome(Grid.of(study).shape, 0), {"record_id": "a"})
+    write_part(tmp_path / "part.nc", grid_of(study), outcome(grid_of(study).shape, 0), {"record_id": "a"})
     with pytest.raises(ResultError, match="not a cube"):
         open_cube(tmp_path / "part.nc")
 

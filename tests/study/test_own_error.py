@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
-from overturning.dem.cases import Cases, run_cases
+from overturning.dem.cases import Cases
 from overturning.dem.contact import STATIC_PENETRATION, Contact
-from overturning.dem.plan import plan
-from overturning.dem.polygon.cases import run_scene_cases
+from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.prepare import prepare
-from overturning.dem.polygon.simulate import simulate_scene_arrays
+from overturning.dem.run import plan, run, run_cases
+from overturning.dem.scene import gravestone
 from overturning.dem.simulate import simulate_arrays
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
@@ -24,7 +24,7 @@ from overturning.report.sections.own_error import own_error
 from overturning.study.choice import Sample, choose
 from overturning.study.comparison import Counts, compare, wilson
 from overturning.study.config import Study
-from overturning.study.grid import Grid
+from overturning.study.grid import grid_of
 from overturning.study.load import check_study
 from overturning.study.own_error import KINDS, is_verified, repeat_sample
 from overturning.study.own_error_file import read_verification, write_verification
@@ -108,13 +108,10 @@ def swept(settings: Study, motions: list[Motion]) -> Swept:
     """All of a small study, and its sample as the rule draws it from the cube."""
     flags, status, mirrored, work = [], [], None, 0
     for motion in motions:
-        grid = Grid.of(settings)
+        grid = grid_of(settings)
         axes = {name: getattr(grid, name) for name in ("height", "b_over_h", "friction")}
         azimuth = grid.azimuth.astype(np.float64)
-        if settings.scene is None:
-            found = simulate_arrays(motion, azimuth_deg=azimuth, **axes)
-        else:
-            found = simulate_scene_arrays(settings.scene, motion, azimuth_deg=azimuth, **axes)
+        found = simulate_arrays(motion, scene=settings.scene, azimuth_deg=azimuth, **axes)
         flags.append(found["overturned"].reshape(*grid.shape, -1))
         status.append(found["status"])
         mirrored, work = found["mirrored"], work + int(found["block_steps"].sum())
@@ -144,14 +141,9 @@ def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threa
         )
 
     def whole(**changed: Any) -> np.ndarray:
-        given = {
-            "contact": Contact(),
-            "density": 2650.0,
-            "scheme": "centred",
-            "time_step": "0.01 stable",
-            "leave_out": True,
-        }
-        return plan(short(7), cases_of(settings, done.sample.index), **(given | changed)).steps
+        scene = gravestone(changed.pop("contact", None))
+        numerics = Numerics(time_step="0.01 stable", **changed)
+        return plan(scene, short(7), cases_of(settings, done.sample.index), numerics).steps
 
     stiff = {"contact": Contact(static_penetration=STATIC_PENETRATION / 4)}
     np.testing.assert_array_equal(whole(refinement=8), 8 * whole())
@@ -168,7 +160,7 @@ def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threa
 
 
 def cases_of(settings: Study, index: np.ndarray) -> Cases:
-    grid = Grid.of(settings)
+    grid = grid_of(settings)
     axes = (grid.azimuth.astype(np.float64), grid.height, grid.b_over_h, grid.friction)
     return Cases(*(axis[index[:, column]] for column, axis in enumerate(axes)))
 
@@ -246,9 +238,8 @@ def test_scene_repetitions_are_finer_and_stiffer(row_of_two: dict[str, object]) 
     settings = check_study(
         {"name": "row", "records": {"use": ["a"]}, "scene": row_of_two, "simulation": {"time_step": "auto"}}, "row"
     )
-    assert settings.scene is not None
     motion, cases = short(7), Cases([0.0, 60.0], 0.4, 0.25, 0.7)
-    own = run_scene_cases(settings.scene, motion, cases)
+    own = run(settings.scene, motion, cases)
     steps = {
         name: again(motion, cases)[1].sum() / own.block_steps.sum() for name, again in repetitions(settings).items()
     }

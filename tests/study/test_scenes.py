@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from netCDF4 import Dataset
 
-from overturning.dem.blocks import Cases
-from overturning.dem.cases import run_cases
-from overturning.dem.polygon.cases import run_scene_cases
+from overturning.dem.cases import Cases
+from overturning.dem.contact import Contact
 from overturning.dem.polygon.geometry import native_size
+from overturning.dem.run import run, run_cases
+from overturning.dem.scene import gravestone, load_scene
 from overturning.errors import ConfigError, ResultError
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
@@ -71,6 +72,28 @@ def test_sizes_are_the_scenes_own_where_none_is_given() -> None:
 def test_refused(keys: dict[str, Any], said: str) -> None:
     with pytest.raises(ConfigError, match=said):
         _study(**keys)
+
+
+def test_a_study_without_a_scene_has_the_shipped_gravestone_with_its_own_contact_and_density() -> None:
+    study = check_study(
+        {
+            "name": "plain", "records": {"use": ["pulse"]}, "density": 2000, "contact": {"damping_ratio": 0.5},
+            "variants": {"soft": {"contact": {"stiffness": 1e7}}},
+        },
+        "study.yaml",
+    )  # fmt: skip
+    assert study.scene == gravestone() == load_scene("gravestone")
+    assert (study.height, study.b_over_h, study.ensemble.members) == ((0.6,), (0.2, 0.3, 0.4), 16)
+    scene, soft = scene_of(study), scene_of(study, "soft")
+    assert scene.single_block
+    assert scene.materials["stone"].density == soft.materials["stone"].density == 2000
+    assert scene.law(*scene.elements).contact == Contact(damping_ratio=0.5)
+    assert soft.law(*soft.elements).contact == Contact(stiffness=1e7)
+    again = Study.model_validate(study.model_dump(mode="json"))
+    assert again == study
+    assert scene_of(again, "soft") == soft
+    with pytest.raises(ConfigError, match="no variant 'hard'; known: nominal, soft"):
+        scene_of(study, "hard")
 
 
 def test_a_cube_with_elements(tmp_path: Path) -> None:
@@ -156,7 +179,6 @@ def test_an_ensemble_of_a_scene_says_how_often_each_element_falls(tmp_path: Path
         assert (part["members"][:] == 8).all()
     assert several == (variant == "nominal")
     scene = scene_of(study, variant)
-    assert scene is not None
     height, own = native_size(scene)
     own = 0.3 if variant == "nominal" else own
     cases = Cases(
@@ -166,7 +188,7 @@ def test_an_ensemble_of_a_scene_says_how_often_each_element_falls(tmp_path: Path
     if variant == "gravestone":
         flags = run_cases(motion, cases).overturned
     else:
-        flags = run_scene_cases(scene, motion, cases).overturned[:, -1]
+        flags = run(scene, motion, cases).overturned[:, -1]
     last = (..., -1) if several else ...
     assert towards[last].ravel()[0] == pytest.approx((flags == 1).mean())
     assert away[last].ravel()[0] == pytest.approx((flags == -1).mean())

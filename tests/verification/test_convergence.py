@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from overturning.dem.blocks import Cases
-from overturning.dem.cases import run_cases
+from overturning.dem.cases import Cases
+from overturning.dem.run import run_cases
 from verification.measures import order, rotation_error
 from verification.work_precision.boundaries import BRACKET, answers, bisect, boundaries, ends, kernel
 from verification.work_precision.cases import Group, pulse_groups

@@ -5,24 +5,26 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from overturning.dem.blocks import Cases
+from overturning.dem.cases import Cases
+from overturning.dem.element import ContactLaw
 from overturning.dem.polygon import arrays
-from overturning.dem.polygon.cases import SceneResults, run_scene_cases
 from overturning.dem.polygon.geometry import native_size
 from overturning.dem.polygon.prepare import Prepared, prepare
-from overturning.dem.polygon.scene import ContactLaw, Scene
+from overturning.dem.results import Results
+from overturning.dem.run import run
+from overturning.dem.scene import Scene
 from tests.dem.polygon_scenes import shipped
 from tests.verification.test_stability_scenes import pulse
 from verification.stability.fallen import falls_from, flags_fit, lies_from
 from verification.stability.scenes import contradiction
 
 
-def run(scene: Scene) -> SceneResults:
+def case(scene: Scene) -> Results:
     """A case that falls: the stone away from its wall, and of the three-tier grave the shaft alone."""
-    return run_scene_cases(scene, pulse(6.0), Cases([180.0], *native_size(scene), 0.7))
+    return run(scene, pulse(6.0), Cases([180.0], *native_size(scene), 0.7))
 
 
-def with_row(prepared: Prepared, found: SceneResults, turned_deg: list[float], flags: list[int]) -> SceneResults:
+def with_row(prepared: Prepared, found: Results, turned_deg: list[float], flags: list[int]) -> Results:
     """An answer with other rotations and flags, and the times that go with these."""
     rotation = np.radians([turned_deg]) / prepared.critical[prepared.free]
     times = np.where(np.array([flags]) != 0, 3.0, np.nan)
@@ -46,7 +48,7 @@ def with_row(prepared: Prepared, found: SceneResults, turned_deg: list[float], f
 )
 def test_flags_that_do_not_fit_the_rotations_are_found(turned_deg: list[float], flags: list[int], fits: bool) -> None:
     scene = shipped("three-tier")
-    prepared, found = prepare(scene), run(scene)
+    prepared, found = prepare(scene), case(scene)
     answer = with_row(prepared, found, turned_deg, flags)
     assert contradiction(prepared, 0.7, pulse(6.0), answer) == ("" if fits else "flag and rotation")
 
@@ -66,7 +68,7 @@ def test_a_wrong_angle_in_the_package_is_found(
     """Counted as fallen at 63° the case ends early; counted from 99° on a stone lies flat and has no flag."""
     monkeypatch.setattr(arrays, "FLAT", flat * 0.5 * np.pi)
     scene = shipped(name)
-    found = run(scene)
+    found = case(scene)
     assert (contradiction(prepare(scene), 0.7, pulse(6.0), found) == "") == right
 
 

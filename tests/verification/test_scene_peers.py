@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from overturning.dem.blocks import Cases
-from overturning.dem.polygon.cases import run_scene_cases
+from overturning.dem.cases import Cases
 from overturning.dem.polygon.geometry import native_size
+from overturning.dem.run import run
 from tests.dem.near_field import near_field as installed_near_field
 from tests.dem.polygon_scenes import shipped
 from verification.inputs import near_field
@@ -31,7 +31,7 @@ def test_flags_agree_within_the_engines_mutual_disagreement() -> None:
     ours = np.zeros(len(cases))
     for number, here in cases.groupby("record"):
         blocks = Cases(here["azimuth_deg"], height, here["b_over_h"], here["friction"])
-        ours[here.index] = run_scene_cases(scene, near_field(number), blocks).overturned[:, SHAFT]
+        ours[here.index] = run(scene, near_field(number), blocks).overturned[:, SHAFT]
     pymunk, box2d = (kept[name].to_numpy() for name in ("pymunk", "box2d"))
     assert 0.3 < (pymunk != 0).mean() < 0.9
     for what in (np.abs, np.asarray):  # flags, then sides

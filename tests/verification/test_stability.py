@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from overturning.dem.cases import run_cases
+from overturning.dem.run import run_cases
 from verification.stability.blocks import (
     MEANINGS,
     Ending,
@@ -85,7 +85,7 @@ def test_the_checks_find_a_wrong_answer() -> None:
 
 
 def _cases(case: StabilityCase):  # type: ignore[no-untyped-def]
-    from overturning.dem.blocks import Cases
+    from overturning.dem.cases import Cases
 
     return Cases(0.0, case.height, case.b_over_h, case.friction)
 

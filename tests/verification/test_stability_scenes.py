@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from overturning.dem.blocks import Cases
-from overturning.dem.cases import run_cases
-from overturning.dem.polygon.cases import SceneResults, run_scene_cases
+from overturning.dem.cases import Cases
+from overturning.dem.element import ContactLaw, Material
+from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.geometry import native_size
 from overturning.dem.polygon.prepare import prepare
-from overturning.dem.polygon.scene import ContactLaw, Material
-from overturning.dem.polygon.simulate import block_contact
+from overturning.dem.results import Results
+from overturning.dem.run import run, run_cases
 from overturning.dem.status import Status
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
@@ -65,12 +65,12 @@ def test_rocking_threshold_worked_out_from_the_shapes_is_that_of_the_kernel(name
 def test_the_checks_find_a_wrong_answer_of_one_element() -> None:
     made, motion = shipped("three-tier"), pulse(6.0)
     prepared = prepare(made)
-    found = run_scene_cases(made, motion, Cases([0.0], 0.636, 0.3805031447, 0.7))
+    found = run(made, motion, Cases([0.0], 0.636, 0.3805031447, 0.7))
     assert found.status[0] == Status.SIMULATED
     assert (found.overturned[0] != 0).tolist() == [False, False, True], "the shaft falls"
     assert contradiction(prepared, 0.7, motion, found) == ""
 
-    def changed(name: str, column: int, value: float) -> SceneResults:
+    def changed(name: str, column: int, value: float) -> Results:
         values = getattr(found, name).copy()
         values[0, column] = value
         return replace(found, **{name: values})
@@ -96,13 +96,13 @@ def test_a_scene_that_its_weight_presses_in_too_far_is_marked(name: str) -> None
     for penetration in (0.6, 8.0):
         law = ContactLaw(between=("stone", "stone"), static_penetration=penetration)
         soft = shipped(name).model_copy(update={"contacts": (law,)})
-        found = run_scene_cases(soft, pulse(3.0), Cases(0.0, *native_size(soft), 0.7, [0.0, 1.0]))
+        found = run(soft, pulse(3.0), Cases(0.0, *native_size(soft), 0.7, [0.0, 1.0]), Numerics(general=True))
         assert (found.status == Status.UNSTABLE).all()
         assert (found.overturned == -128).all()
     law = ContactLaw(between=("stone", "stone"), static_penetration=1e-13)
     stiff = shipped(name).model_copy(update={"contacts": (law,)})
     with pytest.raises(ArgumentError, match="stiffness: static penetration"):
-        run_scene_cases(stiff, pulse(3.0), Cases(0.0, *native_size(stiff), 0.7))
+        run(stiff, pulse(3.0), Cases(0.0, *native_size(stiff), 0.7), Numerics(general=True))
 
 
 # Gravestones of the map that the two kernels, with their own centred schemes at the step of the map, throw to different
@@ -132,8 +132,8 @@ def test_where_the_kernels_have_other_flags_they_go_to_one_limit(stone: tuple[An
     cases = Cases(0.0, height, ratio, [friction])
     for scheme, time_step, finer, tolerance in (("cundall", "auto", 8, 1e-5), ("centred", step, 32, 1e-2)):
         given = {"scheme": scheme, "time_step": time_step, "refinement": finer}
-        general = run_scene_cases(scene, motion, cases, **given)
-        block = run_cases(motion, cases, density=density, contact=block_contact(scene), **given)
+        general = run(scene, motion, cases, Numerics(**given, general=True))
+        block = run_cases(motion, cases, density=density, contact=scene.law(*scene.elements).contact, **given)
         assert block.overturned[0] != 0
         assert general.overturned[0, 0] == block.overturned[0]
         assert general.overturning_time[0, 0] == pytest.approx(block.overturning_time[0], rel=tolerance)

@@ -9,10 +9,11 @@ import numpy as np
 import pandas as pd
 
 from overturning.arrays import FloatArray
-from overturning.dem.cases import ENERGY_BOUND, CaseResults, Cases, run_cases
+from overturning.dem.cases import Cases
 from overturning.dem.contact import Contact
 from overturning.dem.plan import DEEPEST
-from overturning.dem.polygon.cases import SceneResults
+from overturning.dem.results import ENERGY_BOUND, Results
+from overturning.dem.run import run_cases
 from overturning.dem.status import Status
 from overturning.dem.time_step import highest_eigenvalue, rocking_time, scheme_of, stable_step, steps_per_sample
 from overturning.dem.variables import INT8_MISSING
@@ -93,7 +94,7 @@ def run_case(case: StabilityCase, number: int, budget: int = BUDGET) -> dict[str
     }
 
 
-def contradiction(case: StabilityCase, motion: Motion, found: CaseResults) -> str:
+def contradiction(case: StabilityCase, motion: Motion, found: Results) -> str:
     """The first check that an answer does not hold; empty where all hold.
 
     A marked case must have no flag. A flag must come with energy balance, bounded penetration, finite numbers, and
@@ -119,12 +120,12 @@ def contradiction(case: StabilityCase, motion: Motion, found: CaseResults) -> st
     return ""
 
 
-def unsound(found: CaseResults | SceneResults, row: int, sunk: float, limit: float) -> str:
+def unsound(found: Results, row: int, sunk: float, limit: float) -> str:
     """What is wrong with an answer by its own numbers, whatever the motion; empty where nothing is.
 
     Parameters
     ----------
-    found : CaseResults or SceneResults
+    found : Results or Results
         Answers.
     row : int
         Which of them.

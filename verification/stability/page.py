@@ -7,9 +7,10 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from overturning.dem.cases import BUDGET, ENERGY_BOUND
 from overturning.dem.contact import PRECISION_FLOOR
+from overturning.dem.numerics import BUDGET
 from overturning.dem.plan import DEEPEST
+from overturning.dem.results import ENERGY_BOUND
 from verification.stability.blocks import Ending
 from verification.stability.cases import ADVERSARIAL
 from verification.stability.scene_cases import SCENES

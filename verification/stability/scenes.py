@@ -1,6 +1,7 @@
 """The scene axis of the stability map: how each case of a scene ends, checked without the general kernel's own rules."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -8,13 +9,13 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from overturning.dem.blocks import Cases
-from overturning.dem.cases import run_cases
+from overturning.dem.cases import Cases
+from overturning.dem.numerics import Numerics
 from overturning.dem.plan import DEEPEST
-from overturning.dem.polygon.cases import SceneResults, run_scene_cases
 from overturning.dem.polygon.geometry import Placed, native_size
 from overturning.dem.polygon.prepare import Prepared, prepare
-from overturning.dem.polygon.simulate import block_contact, is_block
+from overturning.dem.results import Results
+from overturning.dem.run import run
 from overturning.dem.status import Status
 from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ArgumentError
@@ -79,7 +80,8 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> Rows
     try:
         prepared = prepare(scene, case.height, ratio)
         cases = Cases(setting.azimuth_deg, case.height, ratio, setting.friction, setting.amplitude)
-        found = run_scene_cases(scene, motion, cases, scheme=case.scheme, time_step=case.time_step, budget=budget)
+        numerics = Numerics(scheme=case.scheme, time_step=case.time_step, budget=budget, general=True)
+        found = run(scene, motion, cases, numerics)
     except ArgumentError as error:
         rows["reason"][:] = str(error).partition(":")[0].partition(" ")[0]
         return rows | _groups(setting, prepared, motion)
@@ -92,11 +94,8 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> Rows
         if not reason and found.status[row] in (Status.SIMULATED, Status.AT_REST):
             rows["fallen"][row] = np.count_nonzero(found.overturned[row])
     rows["energy_error"][:], rows["block_steps"][:] = found.energy_error, found.block_steps
-    if is_block(scene):
-        block = run_cases(
-            motion, cases, density=case.density, contact=block_contact(scene), scheme=case.scheme, time_step=case.time_step,
-            budget=budget,
-        )  # fmt: skip
+    if scene.single_block:
+        block = run(scene, motion, cases, replace(numerics, general=False)).element(0)
         # The scene's ground ends somewhere, the block's does not.
         there = found.peak_slip[:, 0] < 0.5 * prepared.placed[0].shape.width
         both = (found.overturned[:, 0] != INT8_MISSING) & (block.overturned != INT8_MISSING) & there
@@ -104,7 +103,7 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> Rows
     return rows | _groups(setting, prepared, motion)
 
 
-def contradiction(prepared: Prepared, friction: float, motion: Motion, found: SceneResults, row: int = 0) -> str:
+def contradiction(prepared: Prepared, friction: float, motion: Motion, found: Results, row: int = 0) -> str:
     """The first check that the answer of a case does not hold; empty where all hold.
 
     The checks are those of the block's map, for each free element; what can move at all is worked out here from the shapes.
@@ -117,7 +116,7 @@ def contradiction(prepared: Prepared, friction: float, motion: Motion, found: Sc
         μ of all contacts.
     motion : Motion
         The case's, amplitude included.
-    found : SceneResults
+    found : Results
         Answers.
     row : int
         Which of them.

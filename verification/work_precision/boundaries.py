@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.block.rows import COLUMNS
-from overturning.dem.blocks import Cases
-from overturning.dem.cases import CaseResults, run_cases
+from overturning.dem.cases import Cases
+from overturning.dem.results import Results
+from overturning.dem.run import run_cases
 from overturning.dem.variables import INT8_MISSING
 from verification.measures import Flags
 from verification.work_precision.cases import Group
@@ -45,7 +46,7 @@ def kernel(**arguments: Any) -> Runner:
     """The kernel with some settings, as a function of a group: flags and peak rotations."""
 
     def run(group: Group) -> tuple[Flags, FloatArray]:
-        found: CaseResults = run_cases(group.motion, group.cases, **arguments)
+        found: Results = run_cases(group.motion, group.cases, **arguments)
         return found.overturned, found.peak_rotation.astype(np.float64)
 
     return run

@@ -4,8 +4,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from overturning.dem.cases import run_cases
 from overturning.dem.contact import STATIC_PENETRATION
+from overturning.dem.run import run_cases
 from overturning.dem.time_step import AUTO_FRACTION, DEFAULT_SCHEME, scheme_of
 from verification.work_precision.boundaries import answers, boundaries, boundary_shift, kernel, located
 from verification.work_precision.cases import record_groups, thinned, thinned_values

@@ -9,8 +9,8 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.dem.cases import run_cases
 from overturning.dem.contact import STATIC_PENETRATION
+from overturning.dem.run import run_cases
 from overturning.dem.time_step import AUTO_FRACTION, DEFAULT_SCHEME, scheme_of
 from verification.engines import Engine, installed, side_of_block
 from verification.measures import Flags

@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 
 from overturning.arrays import FloatArray
-from overturning.dem.cases import run_cases
 from overturning.dem.contact import STATIC_PENETRATION, Contact
+from overturning.dem.run import run_cases
 from overturning.dem.time_step import AUTO_FRACTION, DEFAULT_SCHEME, scheme_of
 from overturning.study.comparison import compare
 from verification.measures import Flags, rotation_error

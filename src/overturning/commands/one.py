@@ -1,12 +1,13 @@
-"""`overturning one`: one block, or one scene, under one record, along one azimuth or several, and the film of it."""
+"""`overturning one`: one scene, by default a single block, under one record, along one azimuth or several, and the film of it."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 if TYPE_CHECKING:
-    from overturning.dem.contact import Contact
+    from overturning.dem.scene import Scene
+    from overturning.figures.film import Film
     from overturning.records.record import Record
 
 app = typer.Typer(rich_markup_mode=None)
@@ -44,62 +45,46 @@ def one(
     ] = None,
 ) -> None:
     """Simulate one block or scene, print what it does, and make a film or a figure of it."""
-    from overturning.dem.polygon.scene import load_scene
-    from overturning.dem.polygon.trajectory import scene_trajectory
-    from overturning.dem.simulate import trajectory
+    from overturning.dem.polygon.geometry import native_size
+    from overturning.dem.trajectory import trajectory
     from overturning.errors import ArgumentError
-    from overturning.figures.film_of_scene import element_path, film_of_scene, scene_outcome
     from overturning.figures.film_of_trajectory import compass_name, film_of, outcome
     from overturning.motion.motion import Motion
 
     for file, kinds in ((animate, {".html", ".gif", ".mp4"}), (response, {".svg", ".png"})):
         if file is not None and file.suffix.lower() not in kinds:
             raise ArgumentError(f"{file.name}: unknown kind of file; end it in {', '.join(sorted(kinds))}")
-    if damping is not None and damping_ratio is not None:
-        raise ArgumentError("--damping and --damping-ratio are both given; keep one")
-    found = _record(record, table, folder)
-    motion = Motion(found.north, found.east, found.up if vertical else None, sampling_interval=found.sampling_interval)
-    place = ", ".join(part for part in (found.station or found.record_id, found.event) if part)
-    if scene is None:
-        b_over_h, height = 0.4 if b_over_h is None else b_over_h, 0.6 if height is None else height
-        contact = _contact(stiffness, damping_ratio, damping)
-        block: dict[str, Any] = {"density": 2650.0 if density is None else density, "contact": contact}
-        block |= {"height": height, "b_over_h": b_over_h, "friction": friction, "amplitude": amplitude}
-        moved = paths = [trajectory(motion, azimuth_deg=angle, **block) for angle in azimuth]
-        title = f"{place}: B/H = {b_over_h:g}, H = {height:g} m, µ = {friction:g}"
-    else:
-        if any(value is not None for value in (density, stiffness, damping_ratio, damping)):
-            raise ArgumentError("--scene has density, stiffness and damping of its own; set them in the scene file")
-        stones = load_scene(scene)
-        sizes: dict[str, Any] = {"height": height, "b_over_h": b_over_h, "friction": friction, "amplitude": amplitude}
-        moved = [scene_trajectory(stones, motion, azimuth_deg=angle, **sizes) for angle in azimuth]
-        paths = [element_path(path, stones.reference_name) for path in moved]
-        title = f"{place}: {stones.title or stones.name}, µ = {friction:g}"
-    print(title)
-    for whole, path in zip(moved, paths, strict=True):
-        said = outcome(path) if scene is None else scene_outcome(whole)
-        if path.attrs["overturned"] == 0:
-            name = "" if scene is None else f" ({stones.reference_name})"
-            said += f"; slipped {100 * float(path['base_slip'][-1]):.1f} cm by the end{name}"
-        print(f"  motion along {compass_name(path.attrs['azimuth_deg'])}: {said}")
-    if animate is not None:
-        accelerations = [amplitude * motion.along(angle) for angle in azimuth]
-        note = "The frame moves with the base." + (
-            f" The motion is {amplitude:g} times the record." if amplitude != 1 else ""
+    shaking = _record(record, table, folder)
+    motion = Motion(
+        shaking.north, shaking.east, shaking.up if vertical else None, sampling_interval=shaking.sampling_interval
+    )
+    place = ", ".join(part for part in (shaking.station or shaking.record_id, shaking.event) if part)
+    stones = _scene(scene, density, stiffness, damping_ratio, damping)
+    own_height, own_ratio = native_size(stones)
+    height, b_over_h = own_height if height is None else height, own_ratio if b_over_h is None else b_over_h
+    paths = [
+        trajectory(
+            motion, scene=stones, azimuth_deg=angle, height=height, b_over_h=b_over_h, friction=friction,
+            amplitude=amplitude,
         )
-        make = film_of if scene is None else film_of_scene
-        up: dict[str, Any] = {}
-        if scene is None and motion.up is not None:
-            up = {"upward": amplitude * motion.up}
-        film = make(moved, accelerations, motion.sampling_interval, title, note=note, **up)
-        if animate.suffix.lower() == ".html":
-            from overturning.figures.film_page import write_film_page
-
-            write_film_page(film, animate)
-        else:
-            from overturning.figures.film_movie import write_film_movie
-
-            write_film_movie(film, animate)
+        for angle in azimuth
+    ]  # fmt: skip
+    what = "" if scene is None else f"{stones.title or stones.name}, "
+    title = f"{place}: {what}B/H = {b_over_h:g}, H = {height:g} m, µ = {friction:g}"
+    print(title)
+    for path in paths:
+        text, one = outcome(path), path.sel(element=stones.shown_name)
+        if one["overturned"] == 0:
+            name = f" ({stones.shown_name})" if len(stones.free) > 1 else ""
+            text += f"; slipped {100 * float(one['base_slip'][-1]):.1f} cm by the end{name}"
+        print(f"  motion along {compass_name(path.attrs['azimuth_deg'])}: {text}")
+    if animate is not None:
+        note = f" The motion is {amplitude:g} times the record." if amplitude != 1 else ""
+        accelerations = [amplitude * motion.along(angle) for angle in azimuth]
+        film = film_of(
+            paths, accelerations, motion.sampling_interval, title, note=f"The frame moves with the base.{note}"
+        )
+        _write_film(film, animate)
         print(f"film: {animate}")
     if response is not None:
         from overturning.figures.response import response_figure
@@ -110,13 +95,32 @@ def one(
         print(f"figure: {response}")
 
 
-def _contact(stiffness: float | None, damping_ratio: float | None, damping: float | None) -> "Contact":
+def _scene(
+    name: str | None, density: float | None, stiffness: float | None, damping_ratio: float | None, damping: float | None
+) -> "Scene":
+    """The scene of a name, or the gravestone of this density and contact."""
     from overturning.dem.contact import Contact
+    from overturning.dem.scene import gravestone, load_scene
+    from overturning.errors import ArgumentError
+    from overturning.units import GRANITE_DENSITY
 
-    springs: float | Literal["auto"] = "auto" if stiffness is None else stiffness
-    if damping is not None:
-        return Contact(stiffness=springs, damping=damping)
-    return Contact(stiffness=springs, damping_ratio=1.0 if damping_ratio is None else damping_ratio)
+    if name is None:
+        contact = Contact("auto" if stiffness is None else stiffness, damping_ratio=damping_ratio, damping=damping)
+        return gravestone(contact, GRANITE_DENSITY if density is None else density)
+    if any(value is not None for value in (density, stiffness, damping_ratio, damping)):
+        raise ArgumentError("--scene has density, stiffness and damping of its own; set them in the scene file")
+    return load_scene(name)
+
+
+def _write_film(film: "Film", path: Path) -> None:
+    if path.suffix.lower() == ".html":
+        from overturning.figures.film_page import write_film_page
+
+        write_film_page(film, path)
+    else:
+        from overturning.figures.film_movie import write_film_movie
+
+        write_film_movie(film, path)
 
 
 def _record(name: str, table: Path, folder: Path) -> "Record":

@@ -20,17 +20,17 @@ def recheck(
     """Compute a random sample of cells again and say whether they are the same, bit for bit, on this machine."""
     from overturning.study.recheck import recheck as compute_again
 
-    found = compute_again(cube, motions, cells=cells, seed=seed)
-    if not found.content_as_stated:
+    result = compute_again(cube, motions, cells=cells, seed=seed)
+    if not result.content_as_stated:
         print(f"{cube}: its numbers do not have the hash that it states; the file was changed after it was made")
-    for line in found.differences[:10]:
+    for line in result.differences[:10]:
         print(line)
-    if len(found.differences) > 10:
-        print(f"… and {len(found.differences) - 10} more")
-    with_ensemble = f", {found.ensemble_cells} of them with their ensemble" if found.ensemble_cells else ""
+    if len(result.differences) > 10:
+        print(f"… and {len(result.differences) - 10} more")
+    with_ensemble = f", {result.ensemble_cells} of them with their ensemble" if result.ensemble_cells else ""
     print(
-        f"{found.cells} of {found.of} cells computed again{with_ensemble}: "
-        + ("all the same, bit for bit" if not found.differences else f"{len(found.differences)} values differ")
+        f"{result.cells} of {result.of} cells computed again{with_ensemble}: "
+        + ("all the same, bit for bit" if not result.differences else f"{len(result.differences)} values differ")
     )
-    if not found.same:
+    if not result.same:
         raise typer.Exit(1)

@@ -1,9 +1,14 @@
-"""The variables of an outcome: names, types, fill values and meanings, the same in a simulation's dataset and in the cube."""
+"""The variables of an outcome: names, types, fill values and meanings, the same in a simulation's dataset and in the cube.
 
+A variable of the cube is one entry of a table like `VARIABLES`; whatever writes, mirrors, gathers or compares goes by it.
+"""
+
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from overturning.dem.status import Status
 
@@ -17,10 +22,6 @@ FLOAT32_MISSING: Final = np.float32(9.969209968386869e36)
 """Fill value of float32 variables: netCDF's own default."""
 
 
-PER_ELEMENT: Final = ("overturned", "overturning_time", "peak_rotation", "peak_slip", "residual_slip")
-"""Variables that have the dimension `element` where a scene has more than one free element."""
-
-
 @dataclass(frozen=True)
 class Variable:
     """One variable of the outcome.
@@ -31,71 +32,71 @@ class Variable:
         Its name in the cube.
     dtype : str
         Type in the file.
-    attributes : dict
+    long_name, units : str
         CF attributes.
+    per_element : bool
+        It has the dimension `element` where a scene has more than one free element.
+    odd : bool
+        It changes sign when the plane is looked at from behind, from φ+180°.
+    exchanged : str
+        Variable with which it changes places then.
+    attributes : dict
+        Further CF attributes.
     """
 
     name: str
     dtype: str
-    attributes: dict[str, Any] = field(default_factory=dict)
+    long_name: str
+    units: str = "1"
+    per_element: bool = False
+    odd: bool = False
+    exchanged: str = ""
+    attributes: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def fill_value(self) -> Any:
         """What stands where nothing was found."""
         return {"i1": np.int8(INT8_MISSING), "i2": np.int16(INT16_MISSING)}.get(self.dtype, FLOAT32_MISSING)
 
+    @property
+    def all_attributes(self) -> dict[str, Any]:
+        """CF attributes."""
+        return {"long_name": self.long_name, "units": self.units, **self.attributes}
+
+    def from_behind(self, arrays: Mapping[str, NDArray[Any]], chosen: Any = ...) -> NDArray[Any]:
+        """Its values at φ+180° of a scene that is its own mirror image, from arrays by name at φ."""
+        values = np.asarray(arrays[self.exchanged or self.name][chosen])
+        # 0 stays 0 and not −0, so that equal cubes are equal bytes.
+        return np.where((values == 0) | (values == self.fill_value), values, -values) if self.odd else values
+
+    def stored(self, values: Any) -> NDArray[Any]:
+        """Values in the file's type, the fill value for NaN."""
+        array = np.asarray(values)
+        if array.dtype.kind == "f":
+            array = np.where(np.isnan(array), self.fill_value, array)
+        return array.astype(self.dtype)
+
 
 VARIABLES: Final = (
+    Variable("overturned", "i1", "side to which the block falls", "1", True, odd=True, attributes={
+        "flag_values": np.array([-1, 0, 1], dtype=np.int8),
+        "flag_meanings": "falls_towards_azimuth_plus_180 stands falls_towards_azimuth",
+        "comment": "missing where the outcome was not found; see status",
+    }),
+    Variable("status", "i1", "how the outcome was found", attributes={
+        "flag_values": np.array([int(code) for code in Status], dtype=np.int8),
+        "flag_meanings": " ".join(code.name.lower() for code in Status),
+    }),
+    Variable("mirrored", "i1", "cell is the mirror of the one at the opposite azimuth", attributes={
+        "flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "computed mirrored",
+    }),
     Variable(
-        "overturned",
-        "i1",
-        {
-            "long_name": "side to which the block falls",
-            "units": "1",
-            "flag_values": np.array([-1, 0, 1], dtype=np.int8),
-            "flag_meanings": "falls_towards_azimuth_plus_180 stands falls_towards_azimuth",
-            "comment": "missing where the outcome was not found; see status",
-        },
+        "overturning_time", "f4",
+        "last time the rotation passed the critical angle before the block fell, after the start of the record", "s", True,
     ),
-    Variable(
-        "status",
-        "i1",
-        {
-            "long_name": "how the outcome was found",
-            "units": "1",
-            "flag_values": np.array([int(code) for code in Status], dtype=np.int8),
-            "flag_meanings": " ".join(code.name.lower() for code in Status),
-        },
-    ),
-    Variable(
-        "mirrored",
-        "i1",
-        {
-            "long_name": "cell is the mirror of the one at the opposite azimuth",
-            "units": "1",
-            "flag_values": np.array([0, 1], dtype=np.int8),
-            "flag_meanings": "computed mirrored",
-        },
-    ),
-    Variable(
-        "overturning_time",
-        "f4",
-        {
-            "long_name": "last time the rotation passed the critical angle before the block fell, after the start of the record",
-            "units": "s",
-        },
-    ),
-    Variable(
-        "peak_rotation",
-        "f4",
-        {"long_name": "largest absolute rotation over the critical angle arctan(B/H)", "units": "1"},
-    ),
-    Variable("peak_slip", "f4", {"long_name": "largest slip of the midpoint of the block's base", "units": "m"}),
-    Variable("residual_slip", "f4", {"long_name": "slip of the midpoint of the block's base at the end", "units": "m"}),
-    Variable("peak_penetration", "f4", {"long_name": "largest penetration of any contact", "units": "m"}),
-    Variable(
-        "energy_error",
-        "f4",
-        {"long_name": "residual of work and energy over the larger of input and the energy to overturn", "units": "1"},
-    ),
-)
+    Variable("peak_rotation", "f4", "largest absolute rotation over the critical angle arctan(B/H)", "1", True),
+    Variable("peak_slip", "f4", "largest slip of the midpoint of the block's base", "m", True),
+    Variable("residual_slip", "f4", "slip of the midpoint of the block's base at the end", "m", True, odd=True),
+    Variable("peak_penetration", "f4", "largest penetration of any contact", "m"),
+    Variable("energy_error", "f4", "residual of work and energy over the larger of input and the energy to overturn"),
+)  # fmt: skip

@@ -43,15 +43,15 @@ class _Stage:
             scene.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xticks=[], yticks=[])
             scene.spines[:].set_visible(False)
             scene.set_title(f"{panel.title}\n← {panel.left}        {panel.right} →", fontsize=8)
-            made = []
+            shapes = []
             for body in panel.bodies:
                 shape = Polygon(
                     corners(body, 0), closed=True, facecolor="#c9c4ba" if body.free else "#8a8a86",
                     edgecolor=INK if body.free else "none", linewidth=0.8,
                 )  # fmt: skip
                 scene.add_patch(shape)
-                made.append((body, shape))
-            self.bodies.append(made)
+                shapes.append((body, shape))
+            self.bodies.append(shapes)
             self.texts.append(scene.set_xlabel(" ", fontsize=8))
             time = np.arange(panel.acceleration.size) * panel.sampling_interval
             trace.plot(time, panel.acceleration / GAL, color=SERIES[0], linewidth=0.6)

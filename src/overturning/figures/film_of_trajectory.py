@@ -1,4 +1,4 @@
-"""From trajectories of the gravestone scene to a film."""
+"""From trajectories to a film of all elements of their scene."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -6,17 +6,25 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from overturning.arrays import FloatArray
+from overturning.dem.status import Status
+from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ArgumentError
 from overturning.figures.film import FRAME_INTERVAL, Body, Film, Panel, about_the_peak, frame_times
-from overturning.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-INT8_MISSING = -128
+GROUND_SHOWN = 3.0
+"""Half of the width to which a ground far wider than the picture is cut, as a multiple of the scene's height."""
 
-FORCE_NOTE = "Contact forces: means over two sampling intervals, from the block's motion."
+MOVED = 1e-3
+"""An element moves where it is so far from where it began and from where it ends, m and rad."""
+
+LAST_TURN = 0.5
+"""A path that ends with a stone about to lie down goes on for as long as the rest of the turn takes, but no longer, s."""
+
+FORCE_NOTE = "Contact forces: means over a sampling interval, over the weight of all stones that are free."
 """What the arrows of a film are."""
 
 
@@ -25,121 +33,107 @@ def compass_name(azimuth_deg: float) -> str:
     return f"N{round(azimuth_deg % 360.0, 2):g}°E"
 
 
-def overturning_time(path: "xr.Dataset") -> float:
-    """The last time abs(θ) passed arctan(B/H), s after the record's start; NaN where the block does not fall."""
-    if path.attrs["overturned"] in (0, INT8_MISSING):
-        return float("nan")
-    beyond = np.abs(path["rotation"].to_numpy()) > np.arctan(path.attrs["b_over_h"])
-    at = int(np.flatnonzero(~beyond)[-1]) + 1 if (~beyond).any() else 0
-    return float(path["time"][min(at, beyond.size - 1)])
+def free_elements(path: "xr.Dataset") -> "xr.Dataset":
+    """The part of a trajectory that is of its free elements."""
+    return path.isel(element=path["kind"].to_numpy() == "free")
 
 
 def outcome(path: "xr.Dataset") -> str:
-    """What the block does, in a few words with a number."""
-    side, azimuth = path.attrs["overturned"], path.attrs["azimuth_deg"]
-    if side == INT8_MISSING or path.attrs["status"] not in (0, 1):
+    """What the elements do, in the order in which they fall; a single one goes without its name."""
+    if int(path["status"]) not in (Status.SIMULATED, Status.AT_REST):
         return "no outcome: the simulation is not valid"
-    if side == 0:
-        return f"stands (largest rotation {path.attrs['peak_rotation']:.2f} α)"
-    towards = compass_name(azimuth if side > 0 else azimuth + 180.0)
-    return f"falls towards {towards} at {overturning_time(path):.2f} s"
+    free, azimuth = free_elements(path), path.attrs["azimuth_deg"]
+    several = free.sizes["element"] > 1
+    names, sides, times = (free[name].to_numpy().tolist() for name in ("element", "overturned", "overturning_time"))
+    falls = sorted((time, name, side) for time, name, side in zip(times, names, sides, strict=True) if side != 0)
+    if not falls:
+        highest = float(free["peak_rotation"].max())
+        return f"{'everything ' if several else ''}stands (largest rotation {highest:.2f} α)"
+    return "; ".join(
+        f"{name + ' ' if several else ''}falls towards {compass_name(azimuth if side > 0 else azimuth + 180.0)} at {time:.2f} s"
+        for time, name, side in falls
+    )
 
 
 def movement(path: "xr.Dataset") -> tuple[float, float] | None:
-    """First and last time, s, at which the block rocks (by 0.5 % of α) or slides (by 0.5 mm from where it began or ends).
-
-    None where it does neither.
-    """
-    theta, slip, time = (path[name].to_numpy() for name in ("rotation", "base_slip", "time"))
-    away = np.minimum(np.abs(slip - slip[0]), np.abs(slip - slip[-1])) > 5e-4
-    moving = np.flatnonzero((np.abs(theta) > 5e-3 * np.arctan(path.attrs["b_over_h"])) | away)
+    """First and last time, s, at which a free element is away from where it began and from where it ends; None if never."""
+    free = free_elements(path)
+    poses = np.stack([free[name].to_numpy() for name in ("x", "z", "rotation")])
+    away = np.minimum(np.abs(poses - poses[:, :1]), np.abs(poses - poses[:, -1:])).max(axis=(0, 2)) > MOVED
+    moving, time = np.flatnonzero(away), path["time"].to_numpy()
     return (float(time[moving[0]]), float(time[moving[-1]])) if moving.size else None
 
 
 def window(paths: Sequence["xr.Dataset"]) -> tuple[float, float]:
     """Time worth showing, s: from the first movement of any trajectory to the last, or about the peak of the motion."""
-    found = [times for path in paths if (times := movement(path)) is not None]
-    if found:
-        return min(first for first, _ in found), max(last for _, last in found)
+    spans = [span for path in paths if (span := movement(path)) is not None]
+    if spans:
+        return min(first for first, _ in spans), max(last for _, last in spans)
     return about_the_peak(paths[0]["time"].to_numpy(), paths[0]["ground_acceleration"].to_numpy())
 
 
-def _mean_rate(values: FloatArray, time: FloatArray) -> FloatArray:
-    """Mean rate of change between the two neighbours of each sample (at the ends: between it and its neighbour)."""
-    after, before = np.append(values[1:], values[-1]), np.append(values[0], values[:-1])
-    span = np.append(time[1:], time[-1]) - np.append(time[0], time[:-1])
-    return np.divide(after - before, span, out=np.zeros_like(values), where=span > 0)
+def _poses(path: "xr.Dataset", index: int) -> tuple[FloatArray, FloatArray]:
+    """Times, and x, z and rotation of an element then.
 
-
-def _mean(values: FloatArray, time: FloatArray) -> FloatArray:
-    """Mean over the same span of something that is linear between samples."""
-    pieces = 0.5 * (values[1:] + values[:-1]) * np.diff(time)
-    return _mean_rate(np.concatenate([[0.0], np.cumsum(pieces)]), time)
-
-
-def contact_forces(path: "xr.Dataset", upward_acceleration: FloatArray | float = 0.0) -> tuple[FloatArray, FloatArray]:
-    """Places of the two lower corners and the forces there on the block, in weights.
-
-    They are means over the time from the sample before to the sample after, and follow from the trajectory by the
-    equations of motion: the sum is the change of momentum less the weight, F = m (Δv/Δt + ü_base + g). So an impact,
-    which lasts a few milliseconds, shows as its impulse over that time, and since the contact's forces keep to the
-    slider at every instant, so do their means. A corner that is up carries nothing; where both are down the moment
-    I Δω/Δt = Σ r × f shares the force, both corners' being inclined alike.
-
-    Parameters
-    ----------
-    path : xarray.Dataset
-        From `dem.simulate.trajectory`.
-    upward_acceleration : ndarray, shape (n,), or float
-        Of the base at the times of the path, m/s².
-
-    Returns
-    -------
-    point, force : ndarray, shape (n, 2, 2)
-        Over time, corner (left, right), and (s, z).
+    The path of a single block ends with the last sample before 90°, which for a coarse record is some degrees earlier; at
+    the end it goes on about its corner until it lies.
     """
-    theta, x, z, time = (path[name].to_numpy() for name in ("rotation", "x", "z", "time"))
-    half = np.array([path.attrs["b_over_h"] * path.attrs["height"], path.attrs["height"]]) / 2
-    cosine, sine = np.cos(theta), np.sin(theta)
-    arm = np.empty((theta.size, 2, 2))
-    for corner, side in enumerate((-1.0, 1.0)):
-        s, up = side * half[0], -half[1]
-        arm[:, corner] = np.stack([s * cosine + up * sine, up * cosine - s * sine], axis=1)
-    lifted = np.broadcast_to(np.asarray(upward_acceleration, dtype=np.float64), time.shape)
-    along = _mean_rate(path["velocity_x"].to_numpy(), time) + _mean(path["ground_acceleration"].to_numpy(), time)
-    upward = _mean_rate(path["velocity_z"].to_numpy(), time) + STANDARD_GRAVITY + _mean(lifted, time)
-    upward = np.maximum(upward, 0.0)  # in flight: the rounding of the difference
-    inclination = np.divide(along, upward, out=np.zeros_like(along), where=upward > 1e-9)
-    # Moment about the centre, clockwise, of a unit of normal force at each corner with its share of the horizontal one.
-    lever = arm[:, :, 1] * inclination[:, None] - arm[:, :, 0]
-    moment = _mean_rate(path["angular_velocity"].to_numpy(), time) * (half**2).sum() / 3.0
-    apart = lever[:, 0] - lever[:, 1]
-    left = np.divide(moment - upward * lever[:, 1], apart, out=np.zeros_like(moment), where=np.abs(apart) > 1e-12)
-    down = np.stack([path["penetration_left"].to_numpy(), path["penetration_right"].to_numpy()]) > 0.0
-    down[:, 1:-1] |= down[:, 2:] | down[:, :-2]
-    left = np.where(down[0] & down[1], np.clip(left, 0.0, upward), np.where(down[0], upward, 0.0))
-    right = np.where(down[0] | down[1], upward - left, 0.0)
-    normal = np.stack([left, right], axis=1) / STANDARD_GRAVITY
-    force = np.stack([normal * inclination[:, None], normal], axis=2)
-    return np.stack([x, z], axis=1)[:, None, :] + arm, force
+    one, time = path.isel(element=index), path["time"].to_numpy()
+    poses = np.stack([one[name].to_numpy() for name in ("x", "z", "rotation")], axis=1)
+    side, speed = int(one["overturned"]), abs(float(one["angular_velocity"][-1]))
+    x, _, angle = poses[-1]
+    left = 0.5 * np.pi - abs(angle)
+    if path.sizes["element"] != 2 or side in (0, INT8_MISSING) or not 0.0 < left < LAST_TURN * speed:
+        return time, poses
+    level = float((path["z"][0] + path["vertices"][..., 1].max("vertex")).isel(element=1 - index))
+    p, q = one["vertices"].to_numpy()[np.isfinite(one["vertices"].to_numpy()[:, 0])].T
+    lowest = int(np.argmin(q * np.cos(angle) - p * np.sin(angle)))
+    corner = x + p[lowest] * np.cos(angle) + q[lowest] * np.sin(angle)
+    lying = [corner - side * q[lowest], level + side * p[lowest], side * 0.5 * np.pi]
+    return np.append(time, time[-1] + left / speed), np.concatenate([poses, [lying]])
 
 
-def _poses(path: "xr.Dataset") -> tuple[FloatArray, FloatArray]:
-    """Times, and x, z and rotation then; at the end a block that falls goes on about its corner until it lies.
+def _bodies(path: "xr.Dataset", time: FloatArray) -> tuple[Body, ...]:
+    vertices, x = path["vertices"].to_numpy(), path["x"].to_numpy()
+    free = np.flatnonzero(path["kind"].to_numpy() == "free")
+    levels = vertices[free, :, 1] + path["z"].to_numpy()[0, free, None]
+    tall = float(np.nanmax(levels) - np.nanmin(levels))
+    reach = GROUND_SHOWN * tall + float(np.abs(x[:, free]).max())
+    bodies = []
+    for index, name in enumerate(path["element"].to_numpy()):
+        shape = vertices[index][np.isfinite(vertices[index, :, 0])]
+        if index in free:
+            clock, poses = _poses(path, index)
+            pose = [np.interp(time, clock, column) for column in poses.T]
+            bodies.append(Body(str(name), shape, np.stack(pose[:2], axis=1), pose[2]))
+        else:
+            place = np.array([[x[0, index], float(path["z"][0, index])]])
+            if np.ptp(shape[:, 0]) > 2 * reach:  # the ground, cut to the picture
+                shape = np.column_stack([np.clip(shape[:, 0], -reach, reach), shape[:, 1]])
+                shape[:, 1] = np.maximum(shape[:, 1], shape[:, 1].max() - 0.4 * tall)
+            bodies.append(Body(str(name), shape, place, np.zeros(1), free=False))
+    return tuple(bodies)
 
-    The path ends with the last sample before 90°, which for a coarse record is some degrees earlier.
-    """
+
+def _forces(path: "xr.Dataset", time: FloatArray) -> tuple[FloatArray, FloatArray] | tuple[None, None]:
+    """Places and forces of the contacts that ever carry one, over frames, in weights; none after the case has ended."""
     clock = path["time"].to_numpy()
-    poses = np.stack([path[name].to_numpy() for name in ("x", "z", "rotation")], axis=1)
-    side, speed = path.attrs["overturned"], abs(float(path["angular_velocity"][-1]))
-    left = 0.5 * np.pi - abs(poses[-1, 2])
-    if side in (0, INT8_MISSING) or left <= 0.0 or speed <= 0.0:
-        return clock, poses
-    x, _, theta = poses[-1]
-    b, h = 0.5 * path.attrs["b_over_h"] * path.attrs["height"], 0.5 * path.attrs["height"]
-    corner = x + side * b * np.cos(theta) - h * np.sin(theta)
-    lying = [corner + side * h, b, side * 0.5 * np.pi]
-    return np.append(clock, clock[-1] + left / speed), np.concatenate([poses, [lying]])
+    force, place = path["contact_force"].to_numpy() / path.attrs["weight"], path["contact_place"].to_numpy()
+    ever = np.isfinite(place).any(axis=(0, 2))
+    if not ever.any():
+        return None, None
+    force, place = _filled(force[:, ever]), _filled(place[:, ever])
+    # The forces of the last sample up to each frame: between frames the player interpolates.
+    at = np.clip(np.searchsorted(clock, time + 1e-9, side="right") - 1, 0, clock.size - 1)
+    return place[at], np.where(time[:, None, None] <= clock[-1], force[at], 0.0)
+
+
+def _filled(values: FloatArray) -> FloatArray:
+    """Values over time in which what is missing is as before, or, at first, as soon as it is known."""
+    known = np.isfinite(values)
+    rows = np.arange(len(values)).reshape(-1, 1, 1)
+    before = np.maximum.accumulate(np.where(known, rows, -1), axis=0)
+    return np.take_along_axis(values, np.where(before >= 0, before, known.argmax(axis=0)), axis=0)
 
 
 def film_of(
@@ -150,14 +144,13 @@ def film_of(
     *,
     headings: Sequence[str] | None = None,
     note: str = "",
-    upward: FloatArray | None = None,
 ) -> Film:
     """A film of trajectories in step.
 
     Parameters
     ----------
     paths : sequence of xarray.Dataset
-        From `dem.simulate.trajectory`.
+        From `overturning.dem.trajectory.trajectory`.
     accelerations : sequence of ndarray
         The base's acceleration along the azimuth of each, m/s², from time 0.
     sampling_interval : float
@@ -168,8 +161,6 @@ def film_of(
         One per trajectory; the azimuth where not given.
     note : str
         Line below the film; what the contact forces are is added to it.
-    upward : ndarray, optional
-        The base's upward acceleration, m/s², from time 0; at rest where not given.
 
     Returns
     -------
@@ -184,36 +175,23 @@ def film_of(
     if not paths:
         raise ArgumentError("paths: none; a film needs at least one trajectory")
     time = frame_times(*window(paths))
-    reach = 2.0 + max(float(np.abs(path["x"]).max()) + 2 * float(path.attrs["height"]) for path in paths)
-    base = np.array([[-reach, -0.4], [reach, -0.4], [reach, 0.0], [-reach, 0.0]])
     panels = []
     for index, (path, acceleration) in enumerate(zip(paths, accelerations, strict=True)):
-        clock, azimuth = path["time"].to_numpy(), float(path.attrs["azimuth_deg"])
-        longer, poses = _poses(path)
-        x, z, theta = (np.interp(time, longer, column) for column in poses.T)
-        width, height = path.attrs["b_over_h"] * path.attrs["height"], path.attrs["height"]
-        corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * np.array([width, height]) / 2
-        up = 0.0 if upward is None else np.interp(clock, np.arange(upward.size) * sampling_interval, upward, right=0.0)
-        point, force = contact_forces(path, up)
-        last = int(np.searchsorted(time, clock[-1]))
-        force = np.stack([np.interp(time, clock, column) for column in force.reshape(clock.size, 4).T], axis=1)
-        force[last + 1 :] = 0.0  # the simulation ends at 90°, where the block hits the ground
-        point = np.stack([np.interp(time, clock, column) for column in point.reshape(clock.size, 4).T], axis=1)
+        azimuth = float(path.attrs["azimuth_deg"])
+        point, force = _forces(path, time)
+        times = path["overturning_time"].to_numpy()
         panels.append(
             Panel(
                 title=headings[index] if headings else compass_name(azimuth),
                 outcome=outcome(path),
-                outcome_time=overturning_time(path),
+                outcome_time=float(min(times[np.isfinite(times)], default=np.nan)),
                 left=compass_name(azimuth + 180.0),
                 right=compass_name(azimuth),
-                bodies=(
-                    Body("base", base, np.zeros((1, 2)), np.zeros(1), free=False),
-                    Body("block", corners, np.stack([x, z], axis=1), theta),
-                ),
+                bodies=_bodies(path, time),
                 acceleration=np.asarray(acceleration, dtype=np.float64),
                 sampling_interval=sampling_interval,
-                force_point=point.reshape(-1, 2, 2),
-                force=force.reshape(-1, 2, 2),
+                force_point=point,
+                force=force,
             )
         )
     return Film(title, float(time[0]), FRAME_INTERVAL, tuple(panels), note=f"{note} {FORCE_NOTE}".strip())

@@ -1,10 +1,11 @@
-"""Response of a block along several azimuths: rotation, slip and uplift under the motion (the paper's figure 6)."""
+"""Response of a block, or of a scene's reference element, along several azimuths: rotation, slip and uplift under the motion (the paper's figure 6)."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from overturning.dem.variables import INT8_MISSING
 from overturning.figures.film_of_trajectory import compass_name, window
 from overturning.figures.style import FALLS, SERIES
 from overturning.units import CM, GAL
@@ -22,17 +23,17 @@ ROWS = (
 
 
 def response_series(path: "xr.Dataset") -> list[Any]:
-    """The four quantities of a trajectory in the units of `ROWS`; uplift is that of the higher of the two lower corners."""
-    half = path.attrs["b_over_h"] * path.attrs["height"] / 2
-    centre = path.attrs["height"] / 2
-    theta = path["rotation"].to_numpy()
-    bottom = path["z"].to_numpy() - centre * np.cos(theta)
-    uplift = bottom + half * np.abs(np.sin(theta))
+    """The four quantities of the reference element in the units of `ROWS`; uplift is that of its highest vertex of those below."""
+    one = path.sel(element=path.attrs["reference"])
+    p, q = one["vertices"].to_numpy()[np.isfinite(one["vertices"].to_numpy()[:, 0])].T
+    lower = q <= q.min() + 1e-9 * np.ptp(q)
+    angle, z = (one[name].to_numpy()[:, None] for name in ("rotation", "z"))
+    level = z - p[lower] * np.sin(angle) + q[lower] * np.cos(angle)
     return [
         path["ground_acceleration"].to_numpy() / GAL,
-        np.degrees(theta),
-        path["base_slip"].to_numpy() / CM,
-        uplift / CM,
+        np.degrees(angle[:, 0]),
+        one["base_slip"].to_numpy() / CM,
+        (level.max(axis=1) - level[0].max()) / CM,
     ]
 
 
@@ -42,7 +43,7 @@ def response_figure(paths: Sequence["xr.Dataset"], title: str, headings: Sequenc
     Parameters
     ----------
     paths : sequence of xarray.Dataset
-        From `dem.simulate.trajectory`.
+        From `overturning.dem.trajectory.trajectory`.
     title : str
         Title of the figure.
     headings : sequence of str
@@ -67,8 +68,9 @@ def response_figure(paths: Sequence["xr.Dataset"], title: str, headings: Sequenc
     start, end = max(0.0, start - 1.5), end + 1.5
     for column, path in enumerate(paths):
         time = path["time"].to_numpy()
-        alpha = np.degrees(np.arctan(path.attrs["b_over_h"]))
-        fell = path.attrs["overturned"] not in (0, -128)
+        one = path.sel(element=path.attrs["reference"])
+        alpha = float(np.degrees(one["critical_angle"]))
+        fell = int(one["overturned"]) not in (0, INT8_MISSING)
         for row, ((label, colour), values) in enumerate(zip(ROWS, response_series(path), strict=True)):
             axes = grid[row, column]
             axes.plot(time, values, color=colour, linewidth=0.9)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from overturning.dem.polygon.geometry import place
-from overturning.dem.polygon.scene import Scene
+from overturning.dem.scene import Scene
 from overturning.figures.rose import draw_rose, sector_shares
 from overturning.figures.style import INK, SERIES
 from overturning.statistics.falls import falls_towards

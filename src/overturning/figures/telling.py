@@ -1,17 +1,14 @@
 """Films and figures of a study's telling cases."""
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from overturning.dem.polygon.trajectory import scene_trajectory
-from overturning.dem.simulate import trajectory
+from overturning.dem.trajectory import trajectory
 from overturning.figures.boundary import boundary_figure
 from overturning.figures.film import film_data
-from overturning.figures.film_of_scene import element_path, film_of_scene, scene_outcome
 from overturning.figures.film_of_trajectory import compass_name, film_of, outcome
 from overturning.figures.hodograph import hodograph_figure
 from overturning.figures.response import response_figure
@@ -25,9 +22,8 @@ from overturning.motion.spectra import spectra_by_azimuth
 from overturning.records.store import read_motion
 from overturning.statistics.boundary import boundary
 from overturning.statistics.telling import TellingCase, telling_cases
-from overturning.study.config import Study
 from overturning.study.cube import study_of
-from overturning.study.sweep import motion_of, simulation_arguments
+from overturning.study.scenes import motion_of, numerics_of, scene_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,26 +54,23 @@ def _draw(cube: "xr.Dataset", case: TellingCase, motions: Path, folder: Path, nu
     one = cube.isel(record=case.record).load()
     record = read_motion(motions / f"{one['record_id'].item()}.nc")
     motion = motion_of(study, record)
-    block = {"height": case.height, "b_over_h": case.b_over_h, "friction": case.friction}
-    arguments: dict[str, Any] = {**block, **simulation_arguments(study)}
     panels = list(zip(case.azimuth_deg, case.amplitude, strict=True))
-    moved = scene_trajectories(study, motion, panels, block)
-    paths = (
-        [trajectory(motion, azimuth_deg=angle, amplitude=factor, **arguments) for angle, factor in panels]
-        if study.scene is None
-        else [element_path(path, study.scene.reference_name) for path in moved]
-    )
+    paths = [
+        trajectory(
+            motion, scene=scene_of(study), azimuth_deg=angle, height=case.height, b_over_h=case.b_over_h,
+            friction=case.friction, amplitude=factor, **vars(numerics_of(study)),
+        )
+        for angle, factor in panels
+    ]  # fmt: skip
     place = ", ".join(text for text in (str(one["station"].item()), str(one["event"].item())) if text)
     title = f"{place}: B/H = {case.b_over_h:.3g}, H = {case.height:.3g} m, µ = {case.friction:g}"
     headings = [
         compass_name(angle) + (f", {factor:g} times the motion" if len(set(case.amplitude)) > 1 else "")
         for angle, factor in panels
     ]
-    # The film of a block shows its contact forces, which follow from its motion and the base's.
-    upward: dict[str, Any] = {"upward": motion.up} if study.scene is None else {}
-    film = (film_of if study.scene is None else film_of_scene)(
-        moved or paths, [factor * motion.along(angle) for angle, factor in panels], motion.sampling_interval, title,
-        headings=headings, note="The frame moves with the base.", **upward,
+    film = film_of(
+        paths, [factor * motion.along(angle) for angle, factor in panels], motion.sampling_interval, title,
+        headings=headings, note="The frame moves with the base.",
     )  # fmt: skip
     normal = float(one["fault_normal"])
     save(response_figure(paths, title, headings), folder / f"{number}-response.svg")
@@ -94,27 +87,9 @@ def _draw(cube: "xr.Dataset", case: TellingCase, motions: Path, folder: Path, nu
         "rule": case.rule,
         "block": title,
         "record": str(one["record_id"].item()),
-        "outcomes": [
-            f"{heading}: {outcome(path) if study.scene is None else scene_outcome(path)}"
-            for heading, path in zip(headings, moved or paths, strict=True)
-        ],
+        "outcomes": [f"{heading}: {outcome(path)}" for heading, path in zip(headings, paths, strict=True)],
         "film": film_data(film),
     }
-
-
-def scene_trajectories(
-    study: Study, motion: Motion, panels: list[tuple[float, float]], block: Mapping[str, Any]
-) -> list["xr.Dataset"]:
-    """Paths of all elements of the study's scene for azimuths and factors on the motion; none without a scene."""
-    if study.scene is None:
-        return []
-    return [
-        scene_trajectory(
-            study.scene, motion, azimuth_deg=angle, amplitude=factor, scheme=study.simulation.scheme,
-            time_step=study.simulation.time_step, leave_out=study.simulation.leave_out, **block,
-        )
-        for angle, factor in panels
-    ]  # fmt: skip
 
 
 def _hodograph(motion: Motion) -> "xr.Dataset":
@@ -156,8 +131,8 @@ def spectra(motion: Motion, azimuth_deg: list[float]) -> tuple["xr.DataArray", "
         frequency, amplitude = amplitude_spectrum(motion.along(angle), motion.sampling_interval)
         smooth.append(konno_ohmachi(frequency, amplitude, at))
     periods = np.geomspace(0.05, 10.0, 60)
-    found = spectra_by_azimuth(motion, periods, azimuth_deg)["acceleration"].T
+    acceleration = spectra_by_azimuth(motion, periods, azimuth_deg)["acceleration"].T
     return (
         xr.DataArray(np.array(smooth), dims=("azimuth", "frequency"), coords={"azimuth": azimuth_deg, "frequency": at}),
-        xr.DataArray(found, dims=("azimuth", "period"), coords={"azimuth": azimuth_deg, "period": periods}),
+        xr.DataArray(acceleration, dims=("azimuth", "period"), coords={"azimuth": azimuth_deg, "period": periods}),
     )

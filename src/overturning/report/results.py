@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from overturning.dem.scene import gravestone
 from overturning.statistics import earthquakes
 from overturning.statistics.falls import overturns
 from overturning.statistics.groups import record_groups
@@ -27,8 +28,8 @@ if TYPE_CHECKING:
 
 
 def has_scene(study: Study) -> bool:
-    """Whether the study is of a scene, not of a single block."""
-    return study.scene is not None
+    """Whether there is a scene to describe: not where the study is of the default gravestone alone."""
+    return study.scene != gravestone() or any(variant.scene for variant in study.variants.values())
 
 
 @dataclass(frozen=True)
@@ -150,10 +151,7 @@ class Results:
 
 
 def _reference_cube(study: Study, variant: str, cube: "xr.Dataset") -> "xr.Dataset":
-    scene = scene_of(study, variant)
-    if scene is None or "element" not in cube.dims:
-        return cube
-    return cube.sel(element=scene.reference_name if scene.reference_name in scene.free else scene.free[-1])
+    return cube.sel(element=scene_of(study, variant).shown_name) if "element" in cube.dims else cube
 
 
 @contextmanager

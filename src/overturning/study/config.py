@@ -4,7 +4,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
-from overturning.dem.polygon.scene import Scene
+from overturning.dem.polygon.geometry import native_size
+from overturning.dem.scene import Scene, gravestone
 from overturning.records.steps import Step
 from overturning.study.quantity import Density, Metre
 from overturning.study.ranges import AzimuthRange, Range, Settings, ascending
@@ -45,9 +46,10 @@ class Study(Settings):
         default=None,
         description="processing steps in order; not given: by kind of file (processed files are left alone)",
     )
-    scene: SceneChoice | None = Field(
-        default=None,
+    scene: SceneChoice = Field(
+        default_factory=gravestone,
         description="scene of polygons: name of a file in config/scenes, a path, or the scene itself; not given: one block",
+        json_schema_extra={"default": "gravestone"},
     )
     azimuth: AzimuthRange = Field(
         default=AzimuthRange(), description="azimuths of the motion, degrees clockwise from north"
@@ -86,11 +88,11 @@ class Study(Settings):
     @model_validator(mode="before")
     @classmethod
     def _as_the_scene_has_it(cls, data: Any) -> Any:
-        if not isinstance(data, dict) or data.get("scene") is None:
+        if not isinstance(data, dict):
             return data
-        from overturning.dem.polygon.geometry import native_size
-
-        filled = dict(data)
+        filled = {key: value for key, value in data.items() if key != "scene" or value is not None}
+        if "scene" not in filled:
+            return filled
         filled["scene"] = Scene.model_validate(scene_of_choice(data["scene"]))
         height, b_over_h = native_size(filled["scene"])
         filled.setdefault("height", [round(height, 10)])
@@ -100,11 +102,12 @@ class Study(Settings):
 
     @model_validator(mode="after")
     def _scene_has_its_own_contact(self) -> Self:
-        if self.scene is None:
+        if "scene" not in self.model_fields_set:
             named = [name for name, variant in self.variants.items() if variant.scene is not None]
             if named:
                 raise ValueError(f"variants.{named[0]}.scene: only a study with a scene can have another one beside it")
-            return self
+        if self.scene == gravestone():
+            return self  # it takes the study's contact and density
         contacts = {"": self.contact} | {
             f"variants.{name}.": variant.contact for name, variant in self.variants.items()
         }

@@ -54,9 +54,7 @@ def open_cube(
     if element is None:
         return cube
     if element == "reference":
-        scene = scene_of(study_of(cube), cube.attrs["variant"])
-        assert scene is not None  # only scenes have elements
-        element = scene.reference_name if scene.reference_name in scene.free else scene.free[-1]
+        element = scene_of(study_of(cube), cube.attrs["variant"]).shown_name
     if element not in cube["element"].to_numpy():
         names = ", ".join(cube["element"].to_numpy().tolist())
         raise ResultError(f"{path}: no element {element!r}; known: {names}")

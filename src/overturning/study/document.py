@@ -41,22 +41,22 @@ def _resolve(schema: dict[str, Any], entry: dict[str, Any]) -> dict[str, Any]:
 
 
 def _keys(schema: dict[str, Any], model: dict[str, Any], prefix: str) -> list[tuple[str, dict[str, Any], bool]]:
-    found = []
+    entries = []
     for name, raw in model.get("properties", {}).items():
         entry = _resolve(schema, raw)
         key, required = f"{prefix}{name}", name in model.get("required", [])
         below = entry.get("additionalProperties")
         if isinstance(below, dict):
-            found.append((key, {**entry, "default": entry.get("default", {})}, required))
-            found.extend(_keys(schema, _resolve(schema, below), f"{key}.NAME."))
+            entries.append((key, {**entry, "default": entry.get("default", {})}, required))
+            entries.extend(_keys(schema, _resolve(schema, below), f"{key}.NAME."))
         elif entry.get("properties"):
-            found.extend(_keys(schema, entry, f"{key}."))
+            entries.extend(_keys(schema, entry, f"{key}."))
         elif "$ref" in entry.get("items", {}):  # a list of settings
-            found.append((key, entry, required))
-            found.extend(_keys(schema, _resolve(schema, entry["items"]), f"{key}[]."))
+            entries.append((key, entry, required))
+            entries.extend(_keys(schema, _resolve(schema, entry["items"]), f"{key}[]."))
         else:
-            found.append((key, entry, required))
-    return found
+            entries.append((key, entry, required))
+    return entries
 
 
 def column_table() -> str:

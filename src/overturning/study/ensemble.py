@@ -4,17 +4,19 @@ It is the spread over that neighbourhood, no more: it says how far the answer de
 how probable the neighbourhood is.
 """
 
-from collections.abc import Callable
-from typing import Any, Final, Protocol
+from collections.abc import Callable, Mapping
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.cases import Cases
+from overturning.dem.grid import Grid, opposite_azimuths
+from overturning.dem.numerics import Progress
+from overturning.dem.results import Results
 from overturning.dem.variables import INT8_MISSING, Variable
 from overturning.motion.motion import Motion
-from overturning.study.grid import Grid
 from overturning.study.members import Members
 
 REACH = 2
@@ -23,60 +25,32 @@ REACH = 2
 MOST_GROUND_VALUES = 20_000_000
 """Samples of rotated motion held at a time (160 MB)."""
 
+_NEIGHBOURHOOD: Final = {
+    "comment": "spread over the neighbourhood stated in the study; missing where the ensemble was not run"
+}
+
 ENSEMBLE_VARIABLES: Final = (
-    Variable(
-        "probability_towards",
-        "f4",
-        {
-            "long_name": "share of ensemble members that fall towards the azimuth",
-            "units": "1",
-            "comment": "spread over the neighbourhood stated in the study; missing where the ensemble was not run",
-        },
+    *(
+        Variable(
+            f"probability_{side}", "f4", f"share of ensemble members that fall towards {where}", "1", True,
+            exchanged=f"probability_{other}", attributes=_NEIGHBOURHOOD,
+        )
+        for side, other, where in (
+            ("towards", "away", "the azimuth"), ("away", "towards", "the azimuth plus 180 degrees"),
+        )
     ),
-    Variable(
-        "probability_away",
-        "f4",
-        {
-            "long_name": "share of ensemble members that fall towards the azimuth plus 180 degrees",
-            "units": "1",
-            "comment": "spread over the neighbourhood stated in the study; missing where the ensemble was not run",
-        },
+    *(
+        Variable(
+            f"scramble_difference_{side}", "f4", f"probability_{side} of the first scramble minus that of the second", "1",
+            True, exchanged=f"scramble_difference_{other}",
+        )
+        for side, other in (("towards", "away"), ("away", "towards"))
     ),
-    Variable(
-        "scramble_difference_towards",
-        "f4",
-        {"long_name": "probability_towards of the first scramble minus that of the second", "units": "1"},
-    ),
-    Variable(
-        "scramble_difference_away",
-        "f4",
-        {"long_name": "probability_away of the first scramble minus that of the second", "units": "1"},
-    ),
-    Variable("members", "i2", {"long_name": "ensemble members with an outcome", "units": "1"}),
-)
+    Variable("members", "i2", "ensemble members with an outcome"),
+)  # fmt: skip
 
-
-class Runner(Protocol):
-    """What runs cases: of blocks or of a scene."""
-
-    def __call__(
-        self, motion: Motion, cases: Cases, *, threads: int, progress: Callable[[int, int], None] | None
-    ) -> tuple[NDArray[np.int8], int]:
-        """Flags, shape (n,) or (n, elements), and the block steps they took."""
-        ...
-
-
-def blocks(**arguments: Any) -> Runner:
-    """A runner of single blocks with arguments of `overturning.dem.cases.run_cases`: density, contact, scheme and so on."""
-    from overturning.dem.cases import run_cases
-
-    def run(
-        motion: Motion, cases: Cases, *, threads: int, progress: Callable[[int, int], None] | None
-    ) -> tuple[NDArray[np.int8], int]:
-        found = run_cases(motion, cases, threads=threads, progress=progress, **arguments)
-        return found.overturned, int(found.block_steps.sum())
-
-    return run
+Runner = Callable[[Cases, Progress | None], Results]
+"""What runs cases under the motion of the nominal ones."""
 
 
 def cells_to_run(overturned: NDArray[np.int8], everywhere: bool) -> NDArray[np.bool_]:
@@ -111,14 +85,12 @@ def cells_to_run(overturned: NDArray[np.int8], everywhere: bool) -> NDArray[np.b
 def run_ensemble(
     motion: Motion,
     grid: Grid,
-    overturned: NDArray[np.int8],
-    mirrored: NDArray[np.int8],
+    nominal: Mapping[str, NDArray[Any]],
     members: Members,
+    run: Runner,
     *,
     everywhere: bool,
-    run: Runner,
-    threads: int = 1,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> tuple[dict[str, NDArray[Any]], int]:
     """Run the ensemble beside a nominal outcome.
 
@@ -128,16 +100,15 @@ def run_ensemble(
         The ground's.
     grid : Grid
         The cases.
-    overturned, mirrored : ndarray, shape (a, h, b, f)
-        The nominal outcome, `overturned` of a scene with a last dimension of elements. Mirrored cells are not run: they mirror their member's tilt with everything else.
+    nominal : mapping of str to ndarray
+        The nominal outcome: `overturned`, shape (a, h, b, f) or (a, h, b, f, elements), and `mirrored`, (a, h, b, f).
+        Mirrored cells are not run: they mirror their member's tilt with everything else.
     members : Members
         What each member changes.
+    run : callable
+        Runs the members' cases.
     everywhere : bool
         Run all cells, not only those near a change of flag.
-    run : Runner
-        `blocks`, or `overturning.study.scene_sweep.scene_runner`.
-    threads : int
-        Threads to share the cases among.
     progress : callable, optional
         Called now and then with the work done and the whole work.
 
@@ -149,12 +120,12 @@ def run_ensemble(
     block_steps : int
         Work done.
     """
-    shape = grid.shape
+    overturned, mirrored = nominal["overturned"], nominal["mirrored"]
     chosen = cells_to_run(overturned, everywhere) & (mirrored == 0)
     arrays: dict[str, NDArray[Any]] = {
-        variable.name: np.full(overturned.shape, np.nan, np.float32)
-        if variable.dtype == "f4"
-        else np.zeros(shape, np.int16)
+        variable.name: np.full(overturned.shape, np.nan, variable.dtype)
+        if variable.per_element
+        else np.zeros(grid.shape, variable.dtype)
         for variable in ENSEMBLE_VARIABLES
     }
     azimuths = np.flatnonzero(chosen.any(axis=(1, 2, 3)))
@@ -170,13 +141,15 @@ def run_ensemble(
             if progress:
                 progress(int(1000 * (before + count * part / max(whole, 1))), 1000 * work)
 
-        cases = _cases(grid, cells, members)
-        found, steps = run(motion, cases, threads=threads, progress=step if progress else None)
-        flags = found.reshape(len(cells), members.size, *found.shape[1:])
+        results = run(_cases(grid, cells, members), step if progress else None)
+        flags = results.overturned.reshape(len(cells), members.size, *overturned.shape[4:])
         _tally(arrays, cells, flags, members)
         done += len(cells)
-        block_steps += steps
-    _mirror(arrays, grid, mirrored)
+        block_steps += int(results.block_steps.sum())
+    source, behind = opposite_azimuths(grid.azimuth), np.flatnonzero(mirrored.any(axis=(1, 2, 3)))
+    seen = {variable.name: variable.from_behind(arrays, source[behind]) for variable in ENSEMBLE_VARIABLES}
+    for name, values in seen.items():
+        arrays[name][behind] = values
     return arrays, block_steps
 
 
@@ -217,16 +190,3 @@ def _tally(
                 shares.append(np.where(count > 0, fell[:, chosen].sum(axis=1) / np.maximum(count, 1), np.nan))
         arrays[f"probability_{name}"][where] = shares[0]
         arrays[f"scramble_difference_{name}"][where] = shares[1] - shares[2]
-
-
-def _mirror(arrays: dict[str, NDArray[Any]], grid: Grid, mirrored: NDArray[np.int8]) -> None:
-    """Fill the mirrored cells from those at φ + 180°, towards and away exchanged."""
-    from overturning.dem.grid import opposite_azimuths
-
-    source = opposite_azimuths(grid.azimuth.astype(np.float64))
-    for index in np.flatnonzero(mirrored.any(axis=(1, 2, 3))):
-        opposite = source[index]
-        arrays["members"][index] = arrays["members"][opposite]
-        for name in ("probability", "scramble_difference"):
-            arrays[f"{name}_towards"][index] = arrays[f"{name}_away"][opposite]
-            arrays[f"{name}_away"][index] = arrays[f"{name}_towards"][opposite]

@@ -1,6 +1,5 @@
 """Gathering: the parts of a sweep into one cube."""
 
-import hashlib
 import json
 from collections.abc import Sequence
 from importlib import metadata
@@ -10,13 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.dem.grid import DIMENSIONS, Grid
 from overturning.dem.variables import INT8_MISSING, Variable
 from overturning.errors import ResultError
 from overturning.files import atomic_write
 from overturning.records.record import Record
 from overturning.study.config import Study
-from overturning.study.grid import DIMENSIONS, Grid
-from overturning.study.netcdf import add_coordinates, add_elements, add_variable
+from overturning.study.grid import grid_of
+from overturning.study.netcdf import add_coordinates, add_elements, add_variable, content_hash
 from overturning.study.scenes import NOMINAL
 from overturning.study.sweep import variables_of
 
@@ -55,19 +55,18 @@ def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path:
     """
     from netCDF4 import Dataset
 
-    grid, variables = Grid.of(study, variant), variables_of(study)
+    grid, variables = grid_of(study, variant), variables_of(study)
     index_of = {record.record_id: index for index, record in enumerate(records)}
-    digest = hashlib.sha256()
     with atomic_write(path) as unfinished, Dataset(unfinished, "w", format="NETCDF4") as cube:
         cube.createDimension("record", len(records))
         _add_records(cube, records, study.simulation.vertical)
         add_coordinates(cube, grid.coordinates())
         add_elements(cube, grid.element)
         for variable in variables:
-            dimensions = ("record", *grid.dimensions(variable.name))
-            made = add_variable(cube, variable, dimensions, (1, *grid.shape_of(variable.name)))
+            dimensions = ("record", *grid.dimensions(variable))
+            created = add_variable(cube, variable, dimensions, (1, *grid.shape_of(variable)))
             names = " element_name" if "element" in dimensions else ""
-            made.coordinates = f"{' '.join(RECORD_COORDINATES)}{names}"
+            created.coordinates = f"{' '.join(RECORD_COORDINATES)}{names}"
         filled = np.zeros((len(records), *grid.shape), dtype=bool)
         for part in parts:
             _copy_part(part, cube, grid, index_of, variant, filled, variables)
@@ -76,12 +75,9 @@ def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path:
             raise ResultError(
                 f"{path}: no part holds all cells of {', '.join(missing)}; run the sweep of these records again"
             )
-        for variable in variables:
-            digest.update(variable.name.encode())
-            for index in range(len(records)):
-                digest.update(np.ascontiguousarray(cube[variable.name][index]).tobytes())
-        cube.setncatts(_attributes(study, records, variant))
-        cube.content_sha256 = digest.hexdigest()
+        # First: it reads what was written, after which the order of the parts no longer shows in the file's bytes.
+        digest = content_hash(cube, variables)
+        cube.setncatts({**_attributes(study, records, variant), "content_sha256": digest})
 
 
 def _copy_part(
@@ -128,56 +124,43 @@ def _places(part: Path, name: str, values: NDArray[Any], whole_axis: NDArray[Any
 
 
 def _add_records(cube: Any, records: Sequence[Record], vertical: bool) -> None:
-    number = cube.createVariable("record", "i4", ("record",))
-    number.setncatts({"long_name": "number of the record", "units": "1"})
-    number[:] = np.arange(len(records))
-    for name, long_name, values in (
-        ("record_id", "identifier of the record", [record.record_id for record in records]),
-        ("station", "station of the record", [record.station for record in records]),
-        ("event", "earthquake of the record", [record.event for record in records]),
-    ):
-        text = cube.createVariable(name, str, ("record",))
-        text.long_name = long_name
+    """The coordinates of the dimension record; missing where neither the file nor the record table says it."""
+
+    def add(name: str, dtype: Any, values: Sequence[Any], fill: Any = None, **attributes: Any) -> None:
+        variable = cube.createVariable(name, dtype, ("record",), fill_value=fill)
+        variable.setncatts(attributes)
+        variable.set_auto_maskandscale(False)
         for index, value in enumerate(values):
-            text[index] = value
-    normal = cube.createVariable("fault_normal", "f8", ("record",), fill_value=np.nan)
-    normal.setncatts({"long_name": "azimuth of the fault normal, strike + 90 degrees", "units": "degree"})
-    strikes = [record.fault_strike_deg for record in records]
-    normal[:] = [np.nan if strike is None else (strike + 90.0) % 360.0 for strike in strikes]
-    _add_places(cube, records)
-    for name, long_name, meanings, has in (
-        ("pulse", "whether the record has a velocity pulse", "no_pulse pulse", [r.extra.get("pulse") for r in records]),
-        (
-            "vertical",
-            "whether vertical motion was applied",
-            "horizontal_only with_vertical",
-            [vertical and record.up is not None for record in records],
-        ),
+            variable[index] = fill if value is None else value
+
+    add("record", "i4", range(len(records)), long_name="number of the record", units="1")
+    for name, long_name in (
+        ("record_id", "identifier of the record"),
+        ("station", "station of the record"),
+        ("event", "earthquake of the record"),
     ):
-        flag = cube.createVariable(name, "i1", ("record",), fill_value=np.int8(INT8_MISSING))
-        flag.setncatts(
-            {
-                "long_name": long_name,
-                "units": "1",
-                "flag_values": np.array([0, 1], dtype=np.int8),
-                "flag_meanings": meanings,
-            }
-        )
-        flag.set_auto_maskandscale(False)
-        flag[:] = [INT8_MISSING if value is None else int(value) for value in has]
-
-
-def _add_places(cube: Any, records: Sequence[Record]) -> None:
-    """Where stations and epicentres lie, degrees; missing where neither the file nor the record table says it."""
+        add(name, str, [getattr(record, name) for record in records], long_name=long_name)
+    strikes = [record.fault_strike_deg for record in records]
+    normals = [None if strike is None else (strike + 90.0) % 360.0 for strike in strikes]
+    about = {"long_name": "azimuth of the fault normal, strike + 90 degrees", "units": "degree"}
+    add("fault_normal", "f8", normals, np.nan, **about)
     for where, pairs in (
         ("station", [(record.latitude, record.longitude) for record in records]),
         ("epicentre", [(r.extra.get("event_latitude"), r.extra.get("event_longitude")) for r in records]),
     ):
         for index, (name, unit) in enumerate((("latitude", "degrees_north"), ("longitude", "degrees_east"))):
-            place = cube.createVariable(f"{where}_{name}", "f8", ("record",), fill_value=np.nan)
-            place.setncatts({"standard_name": name, "long_name": f"{name} of the {where}", "units": unit})
+            about = {"standard_name": name, "long_name": f"{name} of the {where}", "units": unit}
             # Half a place is none.
-            place[:] = [np.nan if None in pair else float(pair[index]) for pair in pairs]  # type: ignore[arg-type]
+            values = [None if None in pair else pair[index] for pair in pairs]
+            add(f"{where}_{name}", "f8", values, np.nan, **about)
+    applied = [vertical and record.up is not None for record in records]
+    for name, long_name, meanings, flags in (
+        ("pulse", "whether the record has a velocity pulse", "no_pulse pulse", [r.extra.get("pulse") for r in records]),
+        ("vertical", "whether vertical motion was applied", "horizontal_only with_vertical", applied),
+    ):
+        about = {"long_name": long_name, "units": "1"}
+        values_of_flag = np.array([0, 1], dtype=np.int8)
+        add(name, "i1", flags, np.int8(INT8_MISSING), **about, flag_values=values_of_flag, flag_meanings=meanings)
 
 
 def portable(study: Study) -> dict[str, Any]:

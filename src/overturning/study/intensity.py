@@ -14,7 +14,7 @@ from overturning.motion.motion import Motion
 from overturning.motion.spectra import rotd
 from overturning.records.record import Record
 from overturning.study.config import Study
-from overturning.study.grid import Grid
+from overturning.study.grid import grid_of
 
 PERCENTILES = (0.0, 50.0, 100.0)
 SPECTRUM_PERIODS = np.geomspace(0.01, 10.0, 61)
@@ -40,7 +40,7 @@ def write_intensity(study: Study, records: Sequence[Record], path: Path) -> None
     """
     import xarray as xr
 
-    azimuth = Grid.of(study).azimuth
+    azimuth = grid_of(study).azimuth
     measures = [intensity_by_azimuth(Motion.of(record), azimuth) for record in records]
     table = xr.concat(measures, dim="record", combine_attrs="override", coords="minimal", compat="override")
     table = table.assign_coords(
@@ -58,10 +58,10 @@ def write_intensity(study: Study, records: Sequence[Record], path: Path) -> None
 
 def _of_records(records: Sequence[Record]) -> dict[str, Any]:
     """Variables of whole records; missing (not a number) where a record has no such measure."""
-    found = [record_measures(Motion.of(record), record.processing) for record in records]
+    columns = [record_measures(Motion.of(record), record.processing) for record in records]
 
     def column(name: str) -> FloatArray:
-        return np.array([np.nan if one[name] is None else one[name] for one in found], dtype=np.float64)
+        return np.array([np.nan if one[name] is None else one[name] for one in columns], dtype=np.float64)
 
     variables: dict[str, Any] = {
         "jma_intensity": (

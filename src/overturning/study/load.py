@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, get_args
 
-import yaml
 from pydantic import BaseModel, ValidationError
 
 from overturning.errors import ConfigError
+from overturning.files import read_mapping
 from overturning.records.catalogue import RecordEntry, read_catalogue
 from overturning.records.pulses import parse_pulse
 from overturning.study.config import Study
@@ -35,19 +35,7 @@ def load_study(path: Path, overrides: Mapping[str, Any] | None = None) -> Study:
     ConfigError
         If the file cannot be read, or a key or value is wrong; names file, key, value and remedy.
     """
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-        data = yaml.safe_load(text)
-    except OSError as error:
-        raise ConfigError(f"{path}: cannot be read ({error.strerror}); name a study file with --configfile") from None
-    except UnicodeDecodeError:
-        raise ConfigError(f"{path}: not a UTF-8 text; save it as UTF-8") from None
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        line = f", line {mark.line + 1}" if mark else ""
-        raise ConfigError(f"{path}{line}: not valid YAML ({getattr(error, 'problem', None) or 'unreadable'})") from None
-    if not isinstance(data, dict):
-        raise ConfigError(f"{path}: a study is a mapping of keys to values; see config/README.md")
+    data = read_mapping(path, "study", "see config/README.md", "name a study file with --configfile")
     return check_study(_merged(data, overrides or {}), str(path))
 
 

@@ -1,5 +1,7 @@
 """Dimensions, coordinates and outcome variables in a NetCDF file, written the same way for a part and for the cube."""
 
+import hashlib
+from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -41,7 +43,7 @@ def add_elements(file: Any, names: tuple[str, ...]) -> None:
 
 def add_variable(file: Any, variable: Variable, dimensions: tuple[str, ...], chunks: tuple[int, ...]) -> Any:
     """Create an outcome variable, filled with "missing", in an open netCDF4 file."""
-    made = file.createVariable(
+    created = file.createVariable(
         variable.name,
         variable.dtype,
         dimensions,
@@ -51,6 +53,16 @@ def add_variable(file: Any, variable: Variable, dimensions: tuple[str, ...], chu
         chunksizes=chunks,
         fill_value=variable.fill_value,
     )
-    made.setncatts(variable.attributes)
-    made.set_auto_maskandscale(False)
-    return made
+    created.setncatts(variable.all_attributes)
+    created.set_auto_maskandscale(False)
+    return created
+
+
+def content_hash(file: Any, variables: Sequence[Variable]) -> str:
+    """SHA-256 over names and values of a cube's outcome variables, in an open netCDF4 file that masks and scales nothing."""
+    digest = hashlib.sha256()
+    for variable in variables:
+        digest.update(variable.name.encode())
+        for index in range(file.dimensions["record"].size):
+            digest.update(np.ascontiguousarray(file[variable.name][index]).tobytes())
+    return digest.hexdigest()

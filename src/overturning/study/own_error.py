@@ -14,9 +14,9 @@ from overturning.records.record import Record
 from overturning.study.choice import Sample
 from overturning.study.comparison import compare
 from overturning.study.config import Study
-from overturning.study.grid import Grid
+from overturning.study.grid import grid_of
 from overturning.study.repetition import FINER, STIFFER, Again, repetitions
-from overturning.study.sweep import motion_of
+from overturning.study.scenes import motion_of
 
 WARN_ABOVE: Final = 0.01
 """Share of changed flags above which the report warns."""
@@ -83,13 +83,13 @@ def repeat_sample(
     if first == "stiffer":
         count = int(np.searchsorted(np.cumsum(FINER_OVER_STIFFER * spent), rest, side="right"))
         runs.run("finer", count)
-    elements = Grid.of(study).element or ("",)
+    elements = grid_of(study).element or ("",)
     found: dict[str, Any] = {
         "seed": settings.seed,
         "wanted": sample.size,
         "chosen": count,
         "at_rest": int((sample.status[:count] == 1).sum()),
-        "cells": len(records) * Grid.of(study).size,
+        "cells": len(records) * grid_of(study).size,
         "study_block_steps": study_block_steps,
         "cost": settings.cost,
         "finer_by": FINER,
@@ -135,7 +135,7 @@ class _Runs:
         self.sample, self.threads, self.progress = sample, threads, progress
         self.motions = [motion_of(study, record) for record in records]
         self.repetitions: Mapping[str, Again] = repetitions(study)
-        grid = Grid.of(study)
+        grid = grid_of(study)
         self.axes = (grid.azimuth.astype(np.float64), grid.height, grid.b_over_h, grid.friction)
         nothing = np.zeros((0, sample.overturned.shape[1]), np.int8)
         self.overturned: dict[str, NDArray[np.int8]] = dict.fromkeys(KINDS, nothing)

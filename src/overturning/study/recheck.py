@@ -1,25 +1,25 @@
 """Compute a random sample of a cube's cells again and compare them bit for bit."""
 
-import hashlib
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from overturning.dem.grid import opposite_azimuths
-from overturning.dem.simulate import simulate_arrays
-from overturning.dem.variables import VARIABLES
+from overturning.dem.grid import DIMENSIONS, Grid, opposite_azimuths
+from overturning.dem.variables import Variable
 from overturning.errors import ArgumentError, ResultError
+from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
 from overturning.study.config import Study
 from overturning.study.cube import open_cube, study_of
-from overturning.study.ensemble import ENSEMBLE_VARIABLES, blocks, run_ensemble
-from overturning.study.grid import DIMENSIONS, Grid
-from overturning.study.members import Members, draw_members
-from overturning.study.scene_sweep import mirrors, scene_runner, simulate_study_scene
-from overturning.study.scenes import scene_of
-from overturning.study.sweep import motion_of, simulation_arguments, variables_of
+from overturning.study.ensemble import run_ensemble
+from overturning.study.grid import grid_of
+from overturning.study.members import draw_members
+from overturning.study.netcdf import content_hash
+from overturning.study.scenes import motion_of, numerics_of
+from overturning.study.sweep import member_runner, simulate_variant, variables_of
 
 
 @dataclass
@@ -85,19 +85,13 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
     with open_cube(path) as cube:
         study, variant = study_of(cube), str(cube.attrs["variant"])
         names = [str(name) for name in cube["record_id"].to_numpy()]
-    grid = Grid.of(study, variant)
-    members = draw_members(study.ensemble) if study.ensemble.members else None
-    variables = variables_of(study)
+    grid, variables = grid_of(study, variant), variables_of(study)
     generator = np.random.Generator(np.random.PCG64(seed))
     with Dataset(path) as file:
         file.set_auto_maskandscale(False)
-        result = Recheck(0, len(names) * grid.size)
-        digest = hashlib.sha256()
-        for variable in variables:
-            digest.update(variable.name.encode())
-            for index in range(len(names)):
-                digest.update(np.ascontiguousarray(file[variable.name][index]).tobytes())
-        result.content_as_stated = digest.hexdigest() == file.content_sha256
+        result = Recheck(
+            0, len(names) * grid.size, content_as_stated=content_hash(file, variables) == file.content_sha256
+        )
         chosen = np.sort(generator.choice(result.of, size=min(cells, result.of), replace=False))
         for index, name in enumerate(names):
             places = chosen[chosen // grid.size == index] % grid.size
@@ -110,50 +104,28 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
             stored = {variable.name: file[variable.name][index] for variable in variables}
             for flat in places:
                 place = tuple(int(i) for i in np.unravel_index(flat, grid.shape))
-                again = _again(motion, grid, place, study, variant)
-                if members is not None and stored["members"][place] > 0:
-                    again |= _ensemble_again(motion, grid, place, members, study, variant)
-                    result.ensemble_cells += 1
+                again = _again(
+                    motion, grid, place, study, variant, "members" in stored and stored["members"][place] > 0
+                )
+                result.ensemble_cells += "members" in again
                 result.cells += 1
-                _compare(result, name, grid, place, stored, again, {v.name: v.fill_value for v in variables})
+                _compare(result, name, grid, place, variables, stored, again)
     return result
 
 
-def _again(motion: Any, grid: Grid, place: tuple[int, ...], study: Study, variant: str) -> dict[str, Any]:
-    source = int(opposite_azimuths(grid.azimuth.astype(np.float64))[place[0]])
-    mirrored = source >= 0 and study.simulation.leave_out
-    azimuths = np.array([float(grid.azimuth[i].item()) for i in ([source] if mirrored else []) + [place[0]]])
-    height, b_over_h, friction = (
-        float(getattr(grid, name)[i]) for name, i in zip(DIMENSIONS[1:], place[1:], strict=True)
-    )
-    if scene_of(study, variant) is not None:
-        cell = {"height": (height,), "b_over_h": (b_over_h,), "friction": (friction,)}
-        found = simulate_study_scene(study.model_copy(update=cell), variant, motion, azimuths)
-    else:
-        found = simulate_arrays(
-            motion, azimuth_deg=azimuths, height=[height], b_over_h=[b_over_h], friction=[friction],
-            **simulation_arguments(study, variant),
-        )  # fmt: skip
-    return {variable.name: found[variable.name][-1, 0, 0, 0] for variable in VARIABLES}
-
-
-def _ensemble_again(
-    motion: Any, grid: Grid, place: tuple[int, ...], members: Members, study: Study, variant: str
+def _again(
+    motion: Motion, grid: Grid, place: tuple[int, ...], study: Study, variant: str, with_ensemble: bool
 ) -> dict[str, Any]:
-    source = int(opposite_azimuths(grid.azimuth.astype(np.float64))[place[0]])
-    scene = scene_of(study, variant)
-    mirrored = source >= 0 and study.simulation.leave_out and mirrors(scene)
-    at = (source if mirrored else place[0], *place[1:])
-    one = Grid(*(getattr(grid, name)[[i]] for name, i in zip(DIMENSIONS, at, strict=True)))
-    none = np.zeros((1, 1, 1, 1), dtype=np.int8)
-    run = blocks(**simulation_arguments(study, variant)) if scene is None else scene_runner(study, variant)
-    flags = none if not grid.element else np.zeros((1, 1, 1, 1, len(grid.element)), dtype=np.int8)
-    found, _ = run_ensemble(motion, one, flags, none, members, everywhere=True, run=run)
-    values = {variable.name: found[variable.name][0, 0, 0, 0] for variable in ENSEMBLE_VARIABLES}
-    if mirrored:
-        for name in ("probability", "scramble_difference"):
-            values[f"{name}_towards"], values[f"{name}_away"] = values[f"{name}_away"], values[f"{name}_towards"]
-    return values
+    """The cell's values by name, computed from its azimuth and, before it, the one that may answer for it."""
+    source = int(opposite_azimuths(grid.azimuth)[place[0]])
+    azimuths = ([source] if source >= 0 and study.simulation.leave_out else []) + [place[0]]
+    few = replace(grid, **{name: getattr(grid, name)[[i]] for name, i in zip(DIMENSIONS[1:], place[1:], strict=True)})
+    few = replace(few, azimuth=grid.azimuth[azimuths])
+    arrays = simulate_variant(study, variant, motion, few, numerics_of(study))
+    if with_ensemble:
+        run = member_runner(study, variant, motion, numerics_of(study))
+        arrays |= run_ensemble(motion, few, arrays, draw_members(study.ensemble), run, everywhere=True)[0]
+    return {name: values[-1, 0, 0, 0] for name, values in arrays.items() if name != "block_steps"}
 
 
 def _compare(
@@ -161,15 +133,14 @@ def _compare(
     record: str,
     grid: Grid,
     place: tuple[int, ...],
+    variables: Sequence[Variable],
     stored: dict[str, Any],
     again: dict[str, Any],
-    missing: dict[str, Any],
 ) -> None:
-    for name, value in again.items():
-        kept = stored[name][place]
-        new = np.asarray(value).astype(kept.dtype)
-        if new.dtype.kind == "f":
-            new = np.where(np.isnan(new), np.asarray(missing[name], new.dtype), new)
+    for variable in variables:
+        if variable.name not in again:
+            continue
+        kept, new = stored[variable.name][place], variable.stored(again[variable.name])
         if new.tobytes() != kept.tobytes():
             where = ", ".join(f"{d} {getattr(grid, d)[i]:g}" for d, i in zip(DIMENSIONS, place, strict=True))
-            result.differences.append(f"{record}, {where}: {name} is {kept} in the cube, {new} here")
+            result.differences.append(f"{record}, {where}: {variable.name} is {kept} in the cube, {new} here")

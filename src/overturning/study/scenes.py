@@ -1,23 +1,98 @@
-"""Which scene a study, or a variant of it, has."""
+"""What a study, or a variant of it, simulates: its scene, at which sizes, and how."""
 
-from overturning.dem.polygon.scene import Scene
+from dataclasses import dataclass
+
+import numpy as np
+
+from overturning.arrays import FloatArray
+from overturning.dem.contact import Contact
+from overturning.dem.numerics import Numerics, Progress
+from overturning.dem.polygon.geometry import native_size
+from overturning.dem.scene import Scene, gravestone
+from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.errors import ConfigError
+from overturning.motion.motion import Motion
+from overturning.records.record import Record
 from overturning.study.config import Study
 
 NOMINAL = "nominal"
 """Name of the study's own setting among its variants."""
 
 
-def scene_of(study: Study, variant: str = NOMINAL) -> Scene | None:
-    """The scene of a variant; None where the study is of a single block.
+def variant_names(study: Study) -> list[str]:
+    """Names of the settings of a study, the nominal one first."""
+    return [NOMINAL, *study.variants]
+
+
+def scene_of(study: Study, variant: str = NOMINAL) -> Scene:
+    """The scene of a variant; the default one with the density and contact that the study gives.
 
     Raises
     ------
     ConfigError
         If the study has no such variant.
     """
-    if variant == NOMINAL:
-        return study.scene
-    if variant not in study.variants:
-        raise ConfigError(f"{study.name}: no variant {variant!r}; known: {', '.join([NOMINAL, *study.variants])}")
-    return study.variants[variant].scene or study.scene
+    if variant not in variant_names(study):
+        raise ConfigError(f"{study.name}: no variant {variant!r}; known: {', '.join(variant_names(study))}")
+    scene, contact = study.scene, study.contact
+    if variant != NOMINAL:
+        scene, contact = study.variants[variant].scene or study.scene, study.variants[variant].contact
+    return gravestone(Contact(**contact.model_dump()), study.density) if scene == gravestone() else scene
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """How the sizes of a variant's scene follow from those of the study's.
+
+    Attributes
+    ----------
+    factor : float
+        On the study's heights.
+    own_ratio : float or None
+        The scene's B/H, where the study's are not for its reference element.
+    digits : int or None
+        To which a B/H is rounded, in a scene that the study names.
+    """
+
+    factor: float = 1.0
+    own_ratio: float | None = None
+    digits: int | None = 12
+
+    @classmethod
+    def of(cls, study: Study, variant: str) -> "Sizes":
+        """Those of a variant: scaled by the same factor as the study's own scene."""
+        scene = study.scene if variant == NOMINAL else study.variants[variant].scene or study.scene
+        if scene == study.scene:
+            return cls(digits=None if scene == gravestone() else 12)
+        own_height, own_ratio = native_size(scene)
+        factor = own_height / native_size(study.scene)[0]
+        return cls(factor, own_ratio if scene.reference_name != study.scene.reference_name else None)
+
+    def heights(self, height: FloatArray) -> FloatArray:
+        """Heights of the scene's reference element where the study's are these, m."""
+        return height if self.factor == 1.0 else np.round(height * self.factor, 10)
+
+    def ratios(self, b_over_h: FloatArray, nominal: FloatArray) -> FloatArray:
+        """B/H of the scene's reference element where the study's are these, each near one of the nominal ones."""
+        if self.own_ratio is not None:
+            # The scene keeps its own slenderness; the factor on the study's applies to it.
+            b_over_h = self.own_ratio * (b_over_h / nominal[np.abs(np.log(b_over_h[:, None] / nominal)).argmin(axis=1)])
+        return b_over_h if self.digits is None else np.round(b_over_h, self.digits)
+
+
+def numerics_of(study: Study, threads: int = 1, progress: Progress | None = None) -> Numerics:
+    """How a study is computed."""
+    settings = study.simulation
+    return Numerics(
+        scheme=settings.scheme or DEFAULT_SCHEME,
+        time_step=settings.time_step,
+        leave_out=settings.leave_out,
+        threads=threads,
+        progress=progress,
+    )
+
+
+def motion_of(study: Study, record: Record) -> Motion:
+    """The motion of a record as a study applies it: without the vertical component where the study leaves it out."""
+    up = record.up if study.simulation.vertical else None
+    return Motion(record.north, record.east, up, sampling_interval=record.sampling_interval)

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
-from overturning.dem.polygon.scene import Scene, load_scene
+from overturning.dem.scene import Scene, load_scene
 from overturning.study.quantity import Damping, Degree, Radian, Second, Stiffness
 from overturning.study.ranges import Settings
 
@@ -85,10 +85,10 @@ class Simulation(Settings):
         return step
 
 
-def scene_of_choice(given: Any) -> Any:
+def scene_of_choice(choice: Any) -> Any:
     """The scene of a name or path; anything else as it is."""
     # A name or path is read at once, so that a filled-in study holds the whole scene.
-    return load_scene(given) if isinstance(given, str) else given
+    return load_scene(choice) if isinstance(choice, str) else choice
 
 
 SceneChoice = Annotated[Scene, BeforeValidator(scene_of_choice, json_schema_input_type=str | Scene)]

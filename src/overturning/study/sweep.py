@@ -1,66 +1,31 @@
 """The sweep: every case of one record, into one part of the cube."""
 
-from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.contact import Contact
-from overturning.dem.simulate import simulate_arrays
-from overturning.dem.variables import FLOAT32_MISSING, VARIABLES, Variable
-from overturning.errors import ConfigError
+from overturning.dem.cases import Cases
+from overturning.dem.grid import Grid
+from overturning.dem.numerics import Numerics, Progress
+from overturning.dem.results import Results
+from overturning.dem.run import run
+from overturning.dem.simulate import simulate_grid
+from overturning.dem.variables import VARIABLES, Variable
 from overturning.files import atomic_write
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.study.config import Study
-from overturning.study.ensemble import ENSEMBLE_VARIABLES, Runner, blocks, run_ensemble
-from overturning.study.grid import Grid
+from overturning.study.ensemble import ENSEMBLE_VARIABLES, Runner, run_ensemble
+from overturning.study.grid import grid_of
 from overturning.study.members import Members, draw_members
 from overturning.study.netcdf import add_coordinates, add_elements, add_variable
-from overturning.study.scene_sweep import scene_runner, simulate_study_scene
-from overturning.study.scenes import NOMINAL, scene_of
-from overturning.study.sections import ContactSettings
+from overturning.study.scenes import NOMINAL, Sizes, motion_of, numerics_of, scene_of
 
 NOMINAL_SHARE = 0.15
 """Share of a sweep's work that the nominal run has beside a usual ensemble; only for the progress line."""
-
-
-def variant_names(study: Study) -> list[str]:
-    """Names of the contact settings of a study, the nominal one first."""
-    return [NOMINAL, *study.variants]
-
-
-def contact_of(study: Study, variant: str) -> Contact:
-    """The contact of a variant.
-
-    Raises
-    ------
-    ConfigError
-        If the study has no such variant.
-    """
-    if variant not in variant_names(study):
-        raise ConfigError(f"{study.name}: no variant {variant!r}; known: {', '.join(variant_names(study))}")
-    settings: ContactSettings = study.contact if variant == NOMINAL else study.variants[variant].contact
-    return Contact(
-        stiffness=settings.stiffness,
-        stiffness_ratio=settings.stiffness_ratio,
-        damping_ratio=settings.damping_ratio,
-        damping=settings.damping,
-    )
-
-
-def simulation_arguments(study: Study, variant: str = NOMINAL) -> dict[str, Any]:
-    """What a study hands to the simulation beside motion and grid."""
-    given = {} if study.simulation.scheme is None else {"scheme": study.simulation.scheme}
-    return {
-        "density": study.density,
-        "contact": contact_of(study, variant),
-        "time_step": study.simulation.time_step,
-        "leave_out": study.simulation.leave_out,
-        **given,
-    }
 
 
 def variables_of(study: Study) -> tuple[Variable, ...]:
@@ -68,10 +33,39 @@ def variables_of(study: Study) -> tuple[Variable, ...]:
     return (*VARIABLES, *ENSEMBLE_VARIABLES) if study.ensemble.members else VARIABLES
 
 
-def motion_of(study: Study, record: Record) -> Motion:
-    """The motion of a record as a study applies it: without the vertical component where the study leaves it out."""
-    up = record.up if study.simulation.vertical else None
-    return Motion(record.north, record.east, up, sampling_interval=record.sampling_interval)
+def simulate_variant(
+    study: Study, variant: str, motion: Motion, grid: Grid, numerics: Numerics
+) -> dict[str, NDArray[Any]]:
+    """Simulate a variant's scene on the study's grid, or on a piece of it.
+
+    The scene of a variant is scaled by the same factor as the study's own; the slenderness is that of its reference
+    element where this has the name of the study's, otherwise the scene keeps its own and the outcome is repeated.
+
+    Returns
+    -------
+    dict of ndarray
+        As of `overturning.dem.simulate.simulate_arrays`.
+    """
+    scene, sizes = scene_of(study, variant), Sizes.of(study, variant)
+    sized = replace(grid, height=sizes.heights(grid.height))
+    if sizes.own_ratio is None:
+        return simulate_grid(scene, motion, sized, numerics)
+    arrays = simulate_grid(scene, motion, replace(sized, b_over_h=np.array([sizes.own_ratio])), numerics)
+    steps = arrays.pop("block_steps")
+    return {name: np.repeat(values, grid.shape[2], axis=2) for name, values in arrays.items()} | {"block_steps": steps}
+
+
+def member_runner(study: Study, variant: str, motion: Motion, numerics: Numerics) -> Runner:
+    """What runs cases of a variant for `overturning.study.ensemble.run_ensemble`, given heights and B/H of the study."""
+    scene, sizes = scene_of(study, variant), Sizes.of(study, variant)
+
+    def run_members(cases: Cases, progress: Progress | None) -> Results:
+        height, b_over_h = np.asarray(cases.height), np.asarray(cases.b_over_h)
+        ratio = sizes.ratios(b_over_h, np.array(study.b_over_h))
+        sized = replace(cases, height=sizes.heights(height), b_over_h=ratio)
+        return run(scene, motion, sized, replace(numerics, progress=progress))
+
+    return run_members
 
 
 def sweep_record(
@@ -80,7 +74,7 @@ def sweep_record(
     path: Path,
     variant: str = NOMINAL,
     threads: int = 1,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
     members: Members | None = None,
 ) -> int:
     """Simulate every case of one record and write them as a part of the cube.
@@ -107,44 +101,30 @@ def sweep_record(
     int
         Block steps computed.
     """
-    grid, motion = Grid.of(study, variant), motion_of(study, record)
-    attributes = {"record_id": record.record_id, "variant": variant}
+    grid, motion = grid_of(study, variant), motion_of(study, record)
     with_ensemble = study.ensemble.members > 0
-    first = 1.0 if not with_ensemble else NOMINAL_SHARE
-    azimuth, begin = grid.azimuth.astype(np.float64), _part_of(progress, 0.0, first)
-    run: Runner
-    if scene_of(study, variant) is not None:
-        outcome = simulate_study_scene(study, variant, motion, azimuth, threads, begin)
-        run = scene_runner(study, variant)
-    else:
-        arguments = simulation_arguments(study, variant)
-        outcome = simulate_arrays(
-            motion, azimuth_deg=azimuth, height=grid.height, b_over_h=grid.b_over_h, friction=grid.friction,
-            threads=threads, progress=begin, **arguments,
-        )  # fmt: skip
-        run = blocks(**arguments)
+    share = NOMINAL_SHARE if with_ensemble else 1.0
+    numerics = numerics_of(study, threads, _part_of(progress, 0.0, share))
+    outcome = simulate_variant(study, variant, motion, grid, numerics)
     block_steps = int(np.sum(outcome["block_steps"]))
     if with_ensemble:
         spread, more = run_ensemble(
             motion,
             grid,
-            outcome["overturned"],
-            outcome["mirrored"],
+            outcome,
             members or draw_members(study.ensemble),
+            member_runner(study, variant, motion, numerics),
             everywhere=study.ensemble.where == "everywhere",
-            threads=threads,
-            run=run,
-            progress=_part_of(progress, first, 1.0),
+            progress=_part_of(progress, share, 1.0),
         )
         outcome |= spread
         block_steps += more
+    attributes = {"record_id": record.record_id, "variant": variant}
     write_part(path, grid, outcome, attributes, variables_of(study))
     return block_steps
 
 
-def _part_of(
-    progress: Callable[[int, int], None] | None, begin: float, end: float
-) -> Callable[[int, int], None] | None:
+def _part_of(progress: Progress | None, begin: float, end: float) -> Progress | None:
     """Progress of one phase as progress of the whole, in millionths."""
     if progress is None:
         return None
@@ -169,9 +149,6 @@ def write_part(
         add_coordinates(file, grid.coordinates())
         add_elements(file, grid.element)
         for variable in variables:
-            values = outcome[variable.name]
-            if values.dtype.kind == "f":
-                values = np.where(np.isnan(values), FLOAT32_MISSING, values)
-            dimensions = grid.dimensions(variable.name)
-            add_variable(file, variable, dimensions, grid.shape_of(variable.name))[:] = values
+            created = add_variable(file, variable, grid.dimensions(variable), grid.shape_of(variable))
+            created[:] = variable.stored(outcome[variable.name])
         file.setncatts(attributes)

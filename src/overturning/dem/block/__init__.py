@@ -1,1 +1,1 @@
-"""One rectangular block on its base: the fastest kernel."""
+"""One block on a moving base: the fast kernel."""

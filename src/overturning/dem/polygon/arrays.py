@@ -7,11 +7,8 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.polygon import tables as t
-from overturning.dem.polygon.geometry import Placed, common_stretch
+from overturning.dem.polygon.geometry import WIDE, Placed, common_stretch
 from overturning.dem.polygon.prepare import Prepared, deepest_allowed
-
-WIDE: Final = 20.0
-"""Width of the ground, in widths or heights of the block, that is more than any slide."""
 
 CALM_KINETIC: Final = 1e-9
 """Kinetic energy at rest, as a share of m g times the half of the smallest side of the lightest element."""

@@ -1,12 +1,13 @@
 """Where a scene's elements stand, which faces are nearest, and where they touch at rest."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Protocol
 
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.dem.polygon.scene import Element, Scene
+from overturning.dem.element import Element, Material
 from overturning.dem.polygon.shape import Polygon, polygon, rectangle
 from overturning.errors import ArgumentError
 
@@ -15,6 +16,25 @@ TOUCHING: Final = 1e-7
 
 FAR: Final = 4.0
 """Pairs farther apart than this many times the size of all free elements together never meet."""
+
+WIDE: Final = 20.0
+"""Width of the ground, in widths or heights of the block, that is more than any slide."""
+
+
+class Stage(Protocol):
+    """What of a scene says where its elements stand."""
+
+    @property
+    def elements(self) -> tuple[Element, ...]:
+        """The elements, each after the one on which it stands."""
+
+    @property
+    def materials(self) -> Mapping[str, Material]:
+        """What they are made of."""
+
+    @property
+    def reference_name(self) -> str:
+        """The element whose height and slenderness are swept."""
 
 
 @dataclass(frozen=True)
@@ -76,12 +96,12 @@ class End:
     tangent: tuple[float, float]
 
 
-def place(scene: Scene, height: float | None = None, b_over_h: float | None = None) -> list[Placed]:
+def place(scene: Stage, height: float | None = None, b_over_h: float | None = None) -> list[Placed]:
     """Put the elements into their places.
 
     Parameters
     ----------
-    scene : Scene
+    scene : Stage
         The scene.
     height : float, optional
         Height of the reference element, m; all lengths of the scene scale with it.
@@ -97,7 +117,8 @@ def place(scene: Scene, height: float | None = None, b_over_h: float | None = No
     ArgumentError
         If a polygon is degenerate, clockwise or not convex.
     """
-    reference = polygon(scene.reference_name, _vertices(scene.element(scene.reference_name)))
+    own = next(element for element in scene.elements if element.name == scene.reference_name)
+    reference = polygon(own.name, _vertices(own))
     scale = 1.0 if height is None else height / reference.height
     placed: list[Placed] = []
     for element in scene.elements:
@@ -126,7 +147,7 @@ def symmetric(placed: list[Placed]) -> bool:
     return all(item.x == 0.0 and item.shape.symmetric for item in placed)
 
 
-def native_size(scene: Scene) -> tuple[float, float]:
+def native_size(scene: Stage) -> tuple[float, float]:
     """Height (m) and B/H of a scene's reference element as the file gives it."""
     shape = next(item.shape for item in place(scene) if item.element.name == scene.reference_name)
     return shape.height, shape.width / shape.height
@@ -166,14 +187,14 @@ def nearest_faces(a: Placed, b: Placed) -> tuple[int, int, float]:
     """
     faces_a, faces_b = a.shape.faces(), b.shape.faces()
     products = faces_a[:, 4:5] * faces_b[:, 4] + faces_a[:, 5:6] * faces_b[:, 5]
-    found: list[tuple[float, float, int, int, int]] = []
+    candidates: list[tuple[float, float, int, int, int]] = []
     for k, gap in enumerate(separations(a, b)):
         other = int(np.argmin(products[k]))
-        found.append((-float(gap), float(products[k, other]), len(found), k, other))
+        candidates.append((-float(gap), float(products[k, other]), len(candidates), k, other))
     for k, gap in enumerate(separations(b, a)):
         other = int(np.argmin(products[:, k]))
-        found.append((-float(gap), float(products[other, k]), len(found), other, k))
-    best = min(found)
+        candidates.append((-float(gap), float(products[other, k]), len(candidates), other, k))
+    best = min(candidates)
     return best[3], best[4], float(-best[0])
 
 
@@ -222,16 +243,16 @@ def pairs_of(placed: list[Placed]) -> list[tuple[int, int]]:
 
 def resting(placed: list[Placed], pairs: list[tuple[int, int]]) -> list[tuple[int, int, End]]:
     """Ends that touch: index of the pair, end (0 or 1), and the end."""
-    found = []
+    touches = []
     for index, (i, j) in enumerate(pairs):
         a, b = placed[i], placed[j]
         for side, end in enumerate(common_stretch(a, b)):
             if end.gap <= TOUCHING * min(a.size, b.size):
-                found.append((index, side, end))
-    return found
+                touches.append((index, side, end))
+    return touches
 
 
-def check_geometry(scene: Scene) -> None:
+def check_geometry(scene: Stage) -> None:
     """Refuse elements that overlap or hang in the air.
 
     Raises

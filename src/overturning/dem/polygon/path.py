@@ -1,49 +1,33 @@
-"""What a trajectory keeps of a column: poses, velocities and contact forces."""
+"""From the rows that the general kernel notes of a case to the path of its elements and the forces between them."""
 
-from typing import Any
+import numpy as np
 
-from numba import njit
-
-from overturning.dem.lanes import OPTIONS
-from overturning.dem.polygon import rows
+from overturning.arrays import FloatArray
+from overturning.dem.plan import Path
 from overturning.dem.polygon import tables as t
-from overturning.dem.polygon.memory import end_place
+from overturning.dem.polygon.prepare import Prepared
 
 
-@njit(**OPTIONS)
-def note(state: Any, j: int, elements: int, interval: float, path: Any) -> None:
-    """Write a column's state into a row of its trajectory, velocities brought to the whole step."""
-    case = rows.load_case(state, j)
-    path[t.T_TIME] = case.sample * interval
-    path[t.T_GROUND] = case.shaking.base
-    half = 0.5 * case.step
-    for e in range(elements):
-        item = rows.load_element(rows.of_element(state, e), j)
-        pose, v, a = item.pose, item.velocity, item.acceleration
-        to = 2 + 6 * e
-        path[to + t.T_X], path[to + t.T_Z], path[to + t.T_ANGLE] = pose.x, pose.z, pose.angle
-        path[to + t.T_VX], path[to + t.T_VZ] = v.x + half * a.x, v.z + half * a.z
-        path[to + t.T_VW] = v.w + half * a.w
-
-
-@njit(**OPTIONS)
-def note_forces(state: Any, j: int, layout: Any, elements: int, share: float, path: Any, row: int) -> None:
-    """Add a step's share of a column's contact forces to the row of its trajectory, with the places where they act."""
-    for p in range(layout.shape[0]):
-        pair = rows.load_pair(rows.of_pair(state, elements, p), j)
-        a, b = (
-            rows.load_pose(rows.of_element(state, layout[p, 0]), j),
-            rows.load_pose(rows.of_element(state, layout[p, 1]), j),
-        )
-        for end in range(2):
-            memory = pair.one if end == 0 else pair.two
-            if memory.carrier == rows.OPEN:
-                continue
-            n, tangent = share * memory.normal, share * memory.tangent
-            rx, rz, nx, nz = end_place(pair, a, b, end, memory.carrier == rows.MINE)
-            to = 2 + 6 * elements + t.FORCE_COLUMNS * (2 * p + end)
-            path[row, to + t.T_FX] += n * nx + tangent * nz
-            path[row, to + t.T_FZ] += n * nz - tangent * nx
-            path[row, to + t.T_LOAD] += n
-            path[row, to + t.T_LOAD_X] += n * (a.x + rx)
-            path[row, to + t.T_LOAD_Z] += n * (a.z + rz)
+def polygon_path(prepared: Prepared, rows: FloatArray) -> Path:
+    """The path of a case, from rows with the columns of `overturning.dem.polygon.tables`."""
+    placed, ends = prepared.placed, 2 * len(prepared.pairs)
+    poses_end = 2 + 6 * len(placed)
+    forces = rows[:, poses_end:].reshape(len(rows), ends, t.FORCE_COLUMNS)
+    force, load = forces[:, :, [t.T_FX, t.T_FZ]], forces[:, :, [t.T_LOAD]]
+    contacts: list[tuple[str, str]] = []
+    for index, (first, second) in enumerate(prepared.pairs):
+        # On the later element, which stands on the earlier one, unless forces do not move it.
+        on, by = sorted((first, second), key=lambda k: (placed[k].fixed, -k))
+        if on == second:
+            force[:, 2 * index : 2 * index + 2] *= -1.0
+        contacts += 2 * [(placed[on].element.name, placed[by].element.name)]
+    return Path(
+        placed=placed,
+        critical=np.where([item.fixed for item in placed], np.nan, prepared.critical),
+        time=rows[:, t.T_TIME],
+        ground=rows[:, t.T_GROUND],
+        poses=rows[:, 2:poses_end].reshape(len(rows), len(placed), 6),
+        force=force,
+        place=forces[:, :, [t.T_LOAD_X, t.T_LOAD_Z]] / np.where(load > 0.0, load, np.nan),
+        contacts=contacts,
+    )

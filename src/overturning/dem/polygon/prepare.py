@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.cases import DEEPEST
+from overturning.dem.plan import DEEPEST
 from overturning.dem.polygon.geometry import End, Placed, pairs_of, place
-from overturning.dem.polygon.scene import Scene
 from overturning.dem.polygon.statics import Laws, contact_laws, highest_modes, rest
+from overturning.dem.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -102,36 +102,38 @@ def prepare(scene: Scene, height: float | None = None, b_over_h: float | None = 
     placed = place(scene, height, b_over_h)
     pairs = pairs_of(placed)
     laws = contact_laws(scene, placed, pairs)
-    found = rest(scene, placed, pairs, laws.normal, laws.tangential)
-    displacement, loaded = (np.zeros((len(placed), 3)), []) if found is None else found
+    equilibrium = rest(scene, placed, pairs, laws.normal, laws.tangential)
+    displacement, loaded = (np.zeros((len(placed), 3)), []) if equilibrium is None else equilibrium
     springs = [(touch[0], touch[1], slip) for touch, _, slip in loaded]
     stands = _stands(placed, pairs, [(touch[0], touch[2]) for touch, _, _ in loaded])
     critical, barrier, support, base = _single(scene, placed, stands)
     moves_alone = any(item.element.kind == "held" for item in placed)
-    threshold = 0.0 if found is None or moves_alone else _threshold(placed, stands)
+    threshold = 0.0 if equilibrium is None or moves_alone else _threshold(placed, stands)
     frictions = [laws.friction[index] for index in {touch[0] for touch, _, _ in loaded}]
     if any(mu >= 0 and _slips(loaded, laws, index) for index, mu in enumerate(laws.friction)):
         threshold = 0.0
     top = max(float(item.points[:, 1].max()) for item in placed if not item.fixed)
     low = min(float(item.points[:, 1].min()) for item in placed if not item.fixed)
     wide = max(item.shape.width for item in placed if not item.fixed)
+    square, rate = highest_modes(placed, pairs, laws)
     return Prepared(
-        scene,
-        placed,
-        pairs,
-        laws,
-        displacement,
-        springs,
-        found is not None,
-        *highest_modes(placed, pairs, laws),
-        threshold,
-        min((mu for mu in frictions if mu >= 0), default=np.inf),
-        any(mu < 0 for mu in frictions),
-        critical,
-        barrier,
-        support,
-        base,
-        0.5 * float(np.sqrt((top - low) ** 2 + wide**2)),
+        scene=scene,
+        placed=placed,
+        pairs=pairs,
+        laws=laws,
+        displacement=displacement,
+        springs=springs,
+        at_rest=equilibrium is not None,
+        square=square,
+        rate=rate,
+        threshold=threshold,
+        fixed_friction=min((mu for mu in frictions if mu >= 0), default=np.inf),
+        swept_friction=any(mu < 0 for mu in frictions),
+        critical=critical,
+        barrier=barrier,
+        support=support,
+        base=base,
+        radius=0.5 * float(np.sqrt((top - low) ** 2 + wide**2)),
     )
 
 

@@ -23,7 +23,7 @@ from overturning.dem.polygon import centred, cundall, rows
 from overturning.dem.polygon import tables as t
 from overturning.dem.polygon.energy import energy, springs
 from overturning.dem.polygon.memory import load_at_rest
-from overturning.dem.polygon.path import note, note_forces
+from overturning.dem.polygon.note import note, note_forces
 from overturning.dem.polygon.rows import Case, Law, Pose, Shaking
 from overturning.dem.polygon.search import search
 from overturning.dem.polygon.step import step_of

@@ -72,9 +72,9 @@ class Polygon:
         middle = 0.5 * (first + second)
         offset = normal[:, 0] * middle[:, 0] + normal[:, 1] * middle[:, 1]
         along = tangent[:, 0] * middle[:, 0] + tangent[:, 1] * middle[:, 1]
-        found = np.column_stack([first, second, normal, offset, along, 0.5 * length])
-        found.flags.writeable = False
-        return found
+        table = np.column_stack([first, second, normal, offset, along, 0.5 * length])
+        table.flags.writeable = False
+        return table
 
 
 def polygon(name: str, vertices: ArrayLike) -> Polygon:
@@ -143,15 +143,15 @@ def _polar(local: FloatArray) -> float:
 
 def _exactly_symmetric(local: FloatArray, size: float) -> FloatArray:
     """Remove the rounding that keeps a symmetric polygon from being its own mirror image bit by bit."""
-    made = local.copy()
+    exact = local.copy()
     for index, (x, z) in enumerate(local):
         distance = np.abs(local[:, 0] + x) + np.abs(local[:, 1] - z)
         partner = int(np.argmin(distance))
         if distance[partner] > SYMMETRY * size:
             return local
         # Both vertices come from the same two numbers, whichever is looked at first.
-        made[index] = 0.5 * (x - local[partner, 0]), 0.5 * (z + local[partner, 1])
-    return made
+        exact[index] = 0.5 * (x - local[partner, 0]), 0.5 * (z + local[partner, 1])
+    return exact
 
 
 def rectangle(width: float, height: float) -> FloatArray:

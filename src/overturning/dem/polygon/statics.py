@@ -7,7 +7,7 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.dem.polygon.geometry import End, Placed, resting
 from overturning.dem.polygon.linear import highest_eigenvalue, solve
-from overturning.dem.polygon.scene import Scene
+from overturning.dem.scene import Scene
 
 Touch = tuple[int, int, End]
 
@@ -100,18 +100,18 @@ def rest(
     # Without friction a tangential spring would hold for a moment only; a minute one keeps the system regular.
     held = np.maximum(tangential, 1e-9 * normal)
     while touches:
-        found = solve(_stiffness(placed, pairs, touches, normal, held), _load(scene, placed))
-        if found is None:
+        solution = solve(_stiffness(placed, pairs, touches, normal, held), _load(scene, placed))
+        if solution is None:
             return None
         ends = []
         for touch in touches:
             approach, slip = _stretches(placed, pairs, touch)
-            ends.append((touch, float((approach * found).sum()), float((slip * found).sum())))
+            ends.append((touch, float((approach * solution).sum()), float((slip * solution).sum())))
         pulled = [item for item in ends if item[1] <= 1e-9 * max(other[1] for other in ends)]
         if not pulled:
             displacement = np.zeros((len(placed), 3))
             for k, at in _numbers(placed).items():
-                displacement[k] = found[at : at + 3]
+                displacement[k] = solution[at : at + 3]
             return displacement, ends
         weakest = min(pulled, key=lambda item: item[1])
         touches = [touch for touch in touches if touch is not weakest[0]]
@@ -125,10 +125,10 @@ def contact_laws(scene: Scene, placed: list[Placed], pairs: list[tuple[int, int]
     pair that does not touch at rest has the spring of its lighter free element standing on its smaller side.
     """
     ones = np.ones(len(pairs))
-    found = rest(scene, placed, pairs, ones, ones)
+    equilibrium = rest(scene, placed, pairs, ones, ones)
     carried = np.zeros(len(pairs))
-    if found is not None:
-        for touch, approach, _ in found[1]:
+    if equilibrium is not None:
+        for touch, approach, _ in equilibrium[1]:
             carried[touch[0]] += approach
     width = np.full(len(pairs), np.nan)
     points: dict[int, list[tuple[float, float]]] = {}

@@ -22,7 +22,7 @@ def scene(results: Results) -> Section | None:
     from overturning.figures.scene import element_roses_figure, scenes_figure
     from overturning.figures.style import save, style
 
-    scenes = {name: one for name in results.cubes if (one := scene_of(results.study, name)) is not None}
+    scenes = {name: scene_of(results.study, name) for name in results.cubes}
     stones: dict[str, xr.Dataset] = {}
     rows = []
     for name, cube in results.cubes.items():

@@ -1,7 +1,7 @@
 """Cases to watch: films, and the motion and response behind them."""
 
 from overturning.report.blocks import Block, Bullets, Disclosure, Figure, Film, Note, Row, Section
-from overturning.report.results import Results, has_scene
+from overturning.report.results import Results
 
 
 def telling(results: Results) -> Section | None:
@@ -24,7 +24,5 @@ def telling(results: Results) -> Section | None:
         film = Film(case["film"], case["block"])
         shown = (film, Bullets(tuple(case["outcomes"])), rule, Disclosure("Motion and response", behind))
         cases.append(Section(case["title"], shown))
-    # The film of a scene does not show its contact forces.
-    forces = "" if has_scene(results.study) else ", f shows contact forces"
-    keys = f"Keys: space plays and pauses, ← and → step, Home and End, s changes the speed{forces}."
+    keys = "Keys: space plays and pauses, ← and → step, Home and End, s changes the speed, f shows contact forces."
     return Section("Cases to watch", (*cases, Note(keys, medium="page")), anchor="telling")

@@ -1,100 +1,26 @@
 """Scenes: what stands where, of what, and how it touches. The model behind the files in config/scenes/."""
 
+import math
+from dataclasses import asdict
+from functools import lru_cache
+from itertools import combinations
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Any, Final, Self
 
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
-from overturning.dem.contact import STATIC_PENETRATION
-from overturning.errors import ConfigError
+from overturning.dem.contact import Contact
+from overturning.dem.element import ContactLaw, Element, Material, Model, Name, Positive
+from overturning.dem.polygon.geometry import WIDE, check_geometry, native_size
+from overturning.errors import ArgumentError, ConfigError
+from overturning.files import read_mapping
 from overturning.units import GRANITE_DENSITY, STANDARD_GRAVITY
 
-MOST_ELEMENTS = 64
+MOST_ELEMENTS: Final = 64
 """More would make the columns of the kernel longer than the processor's caches."""
 
-Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]*$")]
-Positive = Annotated[float, Field(gt=0)]
 
-
-class _Model(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class Material(_Model):
-    """What an element is made of."""
-
-    density: Positive = Field(default=GRANITE_DENSITY, description="density, kg/m³")
-
-
-class ContactLaw(_Model):
-    """Springs, dashpots and slider between two materials, at each vertex."""
-
-    between: tuple[Name, Name] = Field(description="the two materials, in any order")
-    friction: Annotated[float, Field(ge=0)] | None = Field(
-        default=None, description="friction coefficient µ; not given: the one that the study sweeps"
-    )
-    stiffness: Literal["auto"] | Positive = Field(
-        default="auto",
-        description="normal spring K_n per vertex and metre of depth, N/m; auto: from the weight carried",
-    )
-    static_penetration: Positive = Field(
-        default=STATIC_PENETRATION,
-        description="stiffness auto: static penetration as a share of the width of the contact",
-    )
-    stiffness_ratio: float = Field(default=1.0, ge=0, description="K_s/K_n")
-    damping_ratio: float | None = Field(
-        default=None, ge=0, description="damping ratio ξ of heave of what the contact carries; 1 where nothing is given"
-    )
-    damping: float | None = Field(default=None, ge=0, description="dashpot per vertex and metre of depth, N·s/m")
-
-    @model_validator(mode="after")
-    def _one_damping(self) -> Self:
-        if self.damping_ratio is not None and self.damping is not None:
-            raise ValueError("damping_ratio and damping are both given; keep one")
-        return self
-
-
-class Element(_Model):
-    """A rigid convex polygon."""
-
-    name: Name = Field(description="name, unique in the scene")
-    kind: Literal["free", "driven", "held"] = Field(
-        default="free",
-        description="free: moves by itself; driven: moves with the record; held: stays where it is in space",
-    )
-    material: Name = Field(default="stone", description="material")
-    width: Positive | None = Field(default=None, description="width of a rectangle, m")
-    height: Positive | None = Field(default=None, description="height of a rectangle, m")
-    vertices: tuple[tuple[float, float], ...] | None = Field(
-        default=None, description="vertices [x, z] of any other convex polygon, counter-clockwise, m"
-    )
-    depth: Positive = Field(default=1.0, description="depth across the plane, m")
-    stands_on: Name | None = Field(
-        default=None, description="element on whose highest level the lowest vertex stands; not given: on z = 0"
-    )
-    at: tuple[float, float] = Field(
-        default=(0.0, 0.0),
-        description="shift [x, z], m: of a rectangle's lower side's middle, or of the vertices' origin; "
-        "z counts from the level of `stands_on` where that is given",
-    )
-    rotation_deg: float = Field(default=0.0, description="rotation towards +x before it is placed, degrees")
-    fallen_rotation_deg: float = Field(
-        default=90.0, gt=0, le=180, description="rotation that counts as overturned, degrees"
-    )
-    fallen_drop: Positive | None = Field(
-        default=None, description="drop of the centre that counts as overturned too, m; not given: rotation only"
-    )
-
-    @model_validator(mode="after")
-    def _one_form(self) -> Self:
-        rectangle = self.width is not None and self.height is not None
-        if (self.vertices is None) != rectangle or (self.vertices and (self.width or self.height)):
-            raise ValueError(f"element {self.name}: give either width and height, or vertices")
-        return self
-
-
-class Scene(_Model):
+class Scene(Model):
     """A scene: elements, materials, contact laws, gravity."""
 
     name: Name = Field(description="name")
@@ -144,9 +70,6 @@ class Scene(_Model):
 
     @model_validator(mode="after")
     def _can_stand(self) -> Self:
-        # Late: the geometry imports the model.
-        from overturning.dem.polygon.geometry import check_geometry
-
         try:
             check_geometry(self)
         except ValueError as error:
@@ -163,6 +86,35 @@ class Scene(_Model):
         """The element whose height and slenderness are swept."""
         return self.reference or self.free[0]
 
+    @property
+    def shown_name(self) -> str:
+        """The free element that is shown where only one is: the reference element, or the last."""
+        return self.reference_name if self.reference_name in self.free else self.free[-1]
+
+    @property
+    def sweeps_friction(self) -> bool:
+        """Whether two elements that could meet have the friction coefficient that is swept."""
+        pairs = combinations(self.elements, 2)
+        return any(self.law(a, b).friction is None for a, b in pairs if "free" in (a.kind, b.kind))
+
+    @property
+    def single_block(self) -> bool:
+        """Whether it is one upright free rectangle in the middle of a wide driven one under the earth's gravity."""
+        if len(self.elements) != 2 or self.gravity != STANDARD_GRAVITY:
+            return False
+        ground, block = self.elements
+        return (
+            ground.kind == "driven"
+            and block.kind == "free"
+            and ground.vertices is None
+            and block.vertices is None
+            and ground.rotation_deg == block.rotation_deg == 0
+            and block.fallen_rotation_deg == 90
+            and block.fallen_drop is None
+            and block.at[0] == ground.at[0]
+            and (ground.width or 0) > WIDE * max(block.width or 0, block.height or 0)
+        )
+
     def element(self, name: str) -> Element:
         """The element of a name."""
         return next(element for element in self.elements if element.name == name)
@@ -174,6 +126,60 @@ class Scene(_Model):
             if frozenset(law.between) == materials:
                 return law
         return ContactLaw(between=(one.material, other.material))
+
+
+@lru_cache(maxsize=64)
+def gravestone(contact: Contact | None = None, density: float = GRANITE_DENSITY) -> Scene:
+    """The default scene: one rectangular stone, 0.24 m × 0.6 m, on a driven ground wider than any slide.
+
+    Parameters
+    ----------
+    contact : Contact, optional
+        Springs and dashpots at its corners; `Contact()` where not given.
+    density : float
+        kg/m³.
+
+    Raises
+    ------
+    ArgumentError
+        If the density is not finite and above 0.
+    """
+    if not (math.isfinite(density) and density > 0):
+        raise ArgumentError(f"density: {density}; it must be finite and above 0 kg/m³")
+    laws = () if contact is None else (ContactLaw(between=("stone", "stone"), **asdict(contact)),)
+    return Scene(
+        name="gravestone",
+        title="A gravestone on its base",
+        reference="stone",
+        materials={"stone": Material(density=density)},
+        contacts=laws,
+        elements=(
+            Element(name="ground", kind="driven", width=40.0, height=1.0, at=(0.0, -1.0)),
+            Element(name="stone", width=0.24, height=0.6, stands_on="ground"),
+        ),
+    )
+
+
+def scene_or_gravestone(
+    scene: Scene | None,
+    contact: Contact | None,
+    density: float,
+    height: Any,
+    b_over_h: Any,
+) -> tuple[Scene, Any, Any]:
+    """A scene, or the gravestone of this contact and density; height and B/H, the scene's own where they are None.
+
+    Raises
+    ------
+    ArgumentError
+        If a contact or density is given beside a scene.
+    """
+    if scene is None:
+        scene = gravestone(contact, density)
+    elif contact is not None or density != GRANITE_DENSITY:
+        raise ArgumentError("contact, density: the scene has its own; set them there")
+    own_height, own_ratio = native_size(scene)
+    return scene, own_height if height is None else height, own_ratio if b_over_h is None else b_over_h
 
 
 SCENES = Path("config") / "scenes"
@@ -201,17 +207,10 @@ def load_scene(name: str | Path, root: Path = Path()) -> Scene:
     path = root / name
     if path.suffix not in {".yaml", ".yml"}:
         path = root / SCENES / f"{name}.yaml"
-    try:
-        data = yaml.safe_load(path.read_text(encoding="utf-8-sig"))
-    except OSError:
+    if not path.is_file():
         known = ", ".join(sorted(file.stem for file in (root / SCENES).glob("*.yaml"))) or "none"
-        raise ConfigError(f"scene {name}: no file {path}; known: {known}") from None
-    except UnicodeDecodeError:
-        raise ConfigError(f"{path}: not a UTF-8 text; save it as UTF-8") from None
-    except yaml.YAMLError as error:
-        raise ConfigError(f"{path}: not valid YAML ({getattr(error, 'problem', None) or 'unreadable'})") from None
-    if not isinstance(data, dict):
-        raise ConfigError(f"{path}: a scene is a mapping of keys to values; see docs/scenes.md")
+        raise ConfigError(f"scene {name}: no file {path}; known: {known}")
+    data = read_mapping(path, "scene", "see docs/scenes.md")
     return check_scene(data, str(path))
 
 

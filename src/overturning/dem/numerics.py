@@ -1,0 +1,59 @@
+"""How a case is computed: scheme, step, what is left out, and what the computation may take."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+from overturning.dem.time_step import DEFAULT_SCHEME
+from overturning.errors import ArgumentError
+
+Progress = Callable[[int, int], None]
+"""Called now and then with the block steps done and those expected."""
+
+BUDGET: Final = 500_000_000
+"""Block steps of one case."""
+
+
+@dataclass(frozen=True)
+class Numerics:
+    """How cases are computed, the same for all of them.
+
+    Parameters
+    ----------
+    scheme : str
+        Integration scheme, "centred" or "cundall"; see docs/method.md.
+    time_step : float or str
+        Largest step, s; "auto"; or a fraction of the stable step such as "0.25 stable".
+    leave_out : bool
+        Leave out what changes no flag: mirrored azimuths, cases below the thresholds of rocking and sliding, the time
+        before and after anything can move.
+    refinement : int
+        Each step is divided into so many; for verification.
+    budget : int
+        Block steps of one case, beyond which it is given up and marked `over_budget`.
+    threads : int
+        Threads to share the cases among; the bits do not depend on it.
+    progress : callable, optional
+        Called now and then with the block steps done and those expected.
+    general : bool
+        Take the general kernel also where the block's would do.
+
+    Raises
+    ------
+    ArgumentError
+        If a number is below 1. Scheme and step are checked with the cases.
+    """
+
+    scheme: str = DEFAULT_SCHEME
+    time_step: float | str = "auto"
+    leave_out: bool = True
+    refinement: int = 1
+    budget: int = BUDGET
+    threads: int = 1
+    progress: Progress | None = None
+    general: bool = False
+
+    def __post_init__(self) -> None:
+        for name in ("threads", "refinement", "budget"):
+            if getattr(self, name) < 1:
+                raise ArgumentError(f"{name}: {getattr(self, name)}; at least 1")

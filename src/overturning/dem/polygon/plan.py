@@ -1,0 +1,191 @@
+"""How the general kernel is to compute each case of a scene: its variants, their steps, and what can be left out."""
+
+from dataclasses import dataclass
+from typing import ClassVar, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.arrays import FloatArray
+from overturning.dem.cases import Cases
+from overturning.dem.contact import check_precision
+from overturning.dem.numerics import Numerics
+from overturning.dem.plan import AFTERMATH, Path, Plan, shaking
+from overturning.dem.polygon import tables as t
+from overturning.dem.polygon.arrays import kernel_column, kernel_rules, kernel_shapes
+from overturning.dem.polygon.path import polygon_path
+from overturning.dem.polygon.prepare import Prepared, prepare
+from overturning.dem.polygon.queue import SCHEMES, run_queue
+from overturning.dem.quiet import SAFE_SHARE, quiet_windows
+from overturning.dem.results import Answers
+from overturning.dem.scene import Scene
+from overturning.dem.time_step import scheme_of, steps_per_sample
+from overturning.errors import ArgumentError
+from overturning.motion.motion import Motion
+
+SAFE_UPLIFT: Final = 0.7
+"""Share of the uplift acceleration of an element alone, below which shaking leaves it standing after another has fallen."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PolygonPlan(Plan):
+    """How each case of a scene of polygons is to be computed.
+
+    Attributes
+    ----------
+    variants : list of Prepared
+        The scene at each size.
+    variant : ndarray of int64, shape (n,)
+        Which of them each case is.
+    table : ndarray, shape (n, PARAMETERS + elements)
+        The kernel's case table.
+    layout, sizes, shapes, initial, rules, limits
+        As `overturning.dem.polygon.queue.run_queue` takes them.
+    """
+
+    halved: ClassVar[bool] = True
+
+    variants: list[Prepared]
+    variant: NDArray[np.int64]
+    table: FloatArray
+    layout: NDArray[np.int64]
+    sizes: NDArray[np.int64]
+    shapes: FloatArray
+    initial: FloatArray
+    rules: FloatArray
+    limits: FloatArray
+
+    @property
+    def hopeless(self) -> NDArray[np.bool_]:
+        """Cases of a scene that its weight alone presses in too far; its faces may even have passed one another."""
+        return ~np.array([item.bears for item in self.variants])[self.variant]
+
+    def compute(self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: FloatArray) -> tuple[Answers, int]:
+        """Run cases with the same number of steps per sample."""
+        out = np.zeros((chosen.size, t.RESULTS))
+        every = np.zeros((chosen.size, self.sizes.size, t.ELEMENT_RESULTS))
+        upward = None if self.motion.up is None else np.concatenate([self.motion.up, np.zeros(3)])
+        noted = run_queue(
+            SCHEMES[self.scheme][0], np.arange(chosen.size), np.ascontiguousarray(self.table[chosen]), self.row[chosen], self.variant[chosen],
+            self.initial, self.layout, self.sizes, self.shapes, self.rules, self.limits, self.ground, upward,
+            self.motion.samples, self.motion.sampling_interval, int(self.steps[chosen[0]]), self.scene.gravity,
+            self.numerics.budget, counter, path, out, every,
+        )  # fmt: skip
+        each = every[:, self.variants[0].free]
+        answers = Answers(
+            status=out[:, t.R_STATUS],
+            depth=out[:, t.R_DEPTH],
+            energy=out[:, t.R_ENERGY],
+            steps=out[:, t.R_STEPS] * self.free,
+            side=each[:, :, t.E_SIDE],
+            time=each[:, :, t.E_TIME],
+            angle=each[:, :, t.E_ANGLE],
+            slip=each[:, :, t.E_SLIP],
+            residual=each[:, :, t.E_RESIDUAL],
+        )
+        return answers, int(noted)
+
+    def trace(self) -> tuple[Answers | None, Path]:
+        """Answers and path of a plan's only case."""
+        prepared, first = self.variants[0], int(self.first[0])
+        poses_end = 2 + 6 * self.sizes.size
+        rows = int(self.table[0, t.P_AFTER]) - first + 3
+        path = np.zeros((rows, poses_end + 2 * t.FORCE_COLUMNS * len(prepared.pairs)))
+        answers, noted = None, 0
+        if not (self.never[0] or self.hopeless[0]):
+            answers, noted = self.compute(np.zeros(1, np.int64), np.zeros(1, np.int64), path)
+        rest = np.zeros((first if noted else self.motion.samples, path.shape[1]))
+        rest[:, poses_end:] = np.nan
+        rest[:, t.T_TIME] = np.arange(len(rest)) * self.motion.sampling_interval
+        rest[:, t.T_GROUND] = self.ground[0, : len(rest)] * self.table[0, t.P_AMPLITUDE]
+        for index, item in enumerate(prepared.placed):
+            pose = np.array([item.x, item.z, 0.0]) + prepared.displacement[index]
+            rest[:, 2 + 6 * index : 5 + 6 * index] = pose
+        return answers, polygon_path(prepared, np.concatenate([rest, path[:noted]]))
+
+
+def plan_polygons(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics) -> PolygonPlan:
+    """Check the arguments and work out what each case of a scene needs; parameters and errors as of `overturning.dem.run.run`."""
+    scheme = scheme_of(numerics.scheme)
+    if np.asarray(cases.initial_tilt).any():
+        raise ArgumentError("initial_tilt: a scene starts at rest; rotate an element in the scene file instead")
+    keys = np.stack([np.asarray(cases.height), np.asarray(cases.b_over_h), np.asarray(cases.damping_factor)], axis=1)
+    distinct, variant = np.unique(keys, axis=0, return_inverse=True)
+    variant = variant.reshape(-1)
+    variants = [prepare(scene, float(height), float(ratio)) for height, ratio, _ in distinct]
+    _check_variants(scene, variants)
+    row, ground = shaking(motion, cases)
+    square = np.array([item.square for item in variants])
+    rate = np.array([item.rate for item in variants]) * distinct[:, 2]
+    per_sample = steps_per_sample(scheme, numerics.time_step, square, rate, motion.sampling_interval)
+    first, never, table = _case_table(scene, motion, cases, variants, variant, row, ground, numerics.leave_out)
+    shaped = [kernel_shapes(item) for item in variants]
+    ruled = [kernel_rules(item) for item in variants]
+    return PolygonPlan(
+        scene=scene,
+        motion=motion,
+        cases=cases,
+        numerics=numerics,
+        scheme=scheme,
+        row=row,
+        ground=ground,
+        steps=per_sample[variant] * numerics.refinement,
+        first=first,
+        never=never,
+        variants=variants,
+        variant=variant,
+        table=table,
+        layout=np.array(variants[0].pairs, dtype=np.int64).reshape(-1, 2),
+        sizes=shaped[0][0],
+        shapes=np.stack([shapes for _, shapes in shaped]),
+        initial=np.stack([kernel_column(item) for item in variants]),
+        rules=np.stack([rules for rules, _ in ruled]),
+        limits=np.stack([limits for _, limits in ruled]),
+    )
+
+
+def _check_variants(scene: Scene, variants: list[Prepared]) -> None:
+    for item in variants:
+        # As of a block H high: as high as the scene.
+        height = max(float(part.points[:, 1].max()) for part in item.placed if not part.fixed)
+        check_precision(scene.gravity / (2.0 * item.sunk), np.full(item.sunk.size, height), 0.0)
+    if len({(tuple(item.pairs), tuple(item.support.tolist())) for item in variants}) != 1:
+        raise ArgumentError(f"scene {scene.name}: different elements can meet at different sizes; sweep them apart")
+
+
+def _case_table(
+    scene: Scene,
+    motion: Motion,
+    cases: Cases,
+    variants: list[Prepared],
+    variant: NDArray[np.int64],
+    row: NDArray[np.int64],
+    ground: FloatArray,
+    leave_out: bool,
+) -> tuple[NDArray[np.int64], NDArray[np.bool_], FloatArray]:
+    """First sample to compute, whether a case never moves, and the kernel's case table."""
+    samples, amplitude = motion.samples, np.asarray(cases.amplitude)
+    # 20/p with p = √(3g/4R).
+    period = np.sqrt(np.array([item.radius for item in variants])[variant] / (0.75 * scene.gravity))
+    table = np.zeros((cases.size, t.PARAMETERS + len(scene.elements)))
+    table[:, t.PARAMETERS :] = np.inf
+    table[:, t.P_AMPLITUDE], table[:, t.P_FRICTION] = amplitude, cases.friction
+    table[:, t.P_DAMPING], table[:, t.P_CALM] = cases.damping_factor, np.inf
+    table[:, t.P_AFTER] = samples + np.ceil(AFTERMATH * period / motion.sampling_interval)
+    first, never = np.zeros(cases.size, np.int64), np.zeros(cases.size, np.bool_)
+    if not leave_out:
+        return first, never, table
+    rocking = np.array([item.threshold for item in variants])[variant]
+    friction = np.array([item.fixed_friction for item in variants])[variant]
+    swept = np.array([item.swept_friction for item in variants])[variant]
+    threshold = np.minimum(rocking, np.where(swept, np.minimum(friction, np.asarray(cases.friction)), friction))
+    first, calm, never = quiet_windows(motion, row, amplitude, ground[:, :samples], threshold)
+    moving = threshold <= 0
+    first[moving], never[moving] = 0, False
+    table[:, t.P_FIRST], table[:, t.P_CALM] = first, np.where(moving, np.inf, calm)
+    for element in variants[0].free:
+        # Rounded, since libm differs between processors in the last digit.
+        tangent = np.tan(np.array([item.critical[element] for item in variants], dtype=np.float64))
+        alone = np.round(tangent, 12)[variant].astype(np.float64) * (SAFE_UPLIFT / SAFE_SHARE)
+        table[:, t.PARAMETERS + element] = quiet_windows(motion, row, amplitude, ground[:, :samples], alone)[1]
+    return first, never, table

@@ -1,0 +1,17 @@
+"""The stone of a gravestone's trajectory, and how deep its lower corners are in the ground."""
+
+import numpy as np
+import xarray as xr
+
+
+def stone(path: xr.Dataset) -> xr.Dataset:
+    return path.sel(element="stone")
+
+
+def depths(path: xr.Dataset) -> np.ndarray:
+    """Penetration of the left and the right lower corner, shape (2, time), m; negative where a corner is up."""
+    one = stone(path)
+    corners = one["vertices"].to_numpy()
+    lower = corners[corners[:, 1] < 0]
+    angle, z = one["rotation"].to_numpy(), one["z"].to_numpy()
+    return np.stack([p * np.sin(angle) - q * np.cos(angle) - z for p, q in lower[np.argsort(lower[:, 0])]])

@@ -1,0 +1,77 @@
+"""One way to compute any scene: which kernel it takes, and what its variables are like from behind."""
+
+import numpy as np
+import pytest
+
+from overturning.dem.block.plan import BlockPlan
+from overturning.dem.cases import Cases
+from overturning.dem.contact import Contact
+from overturning.dem.numerics import Numerics
+from overturning.dem.polygon.plan import PolygonPlan
+from overturning.dem.run import plan, run, run_cases
+from overturning.dem.scene import check_scene, gravestone
+from overturning.dem.simulate import simulate_arrays
+from overturning.dem.trajectory import trajectory
+from overturning.dem.variables import INT8_MISSING, VARIABLES
+from overturning.errors import ArgumentError
+from overturning.study.ensemble import ENSEMBLE_VARIABLES
+from tests.dem.polygon_scenes import shaken, shipped
+
+TIME = np.arange(300) * 0.01
+MOTION = shaken(np.round(6.0 * np.sin(2 * np.pi * TIME / 0.9) * (TIME < 1.8), 9))
+CASES = Cases(0.0, 0.6, [0.2, 0.3], 0.7)
+
+
+@pytest.mark.parametrize(
+    ("name", "general", "kind"),
+    [
+        ("gravestone", False, BlockPlan),
+        ("shaft-alone", False, BlockPlan),
+        ("gravestone", True, PolygonPlan),
+        ("three-tier", False, PolygonPlan),
+        ("against-a-wall", False, PolygonPlan),
+    ],
+)
+def test_a_block_on_the_ground_takes_the_blocks_kernel(name: str, general: bool, kind: type) -> None:
+    assert type(plan(shipped(name), MOTION, CASES, Numerics(general=general))) is kind
+
+
+def test_the_gravestone_is_the_default_of_every_function() -> None:
+    contact = Contact(damping_ratio=0.7)
+    results = run(gravestone(contact, 2000.0), MOTION, CASES)
+    assert results.overturned.shape == (2, 1)
+    alone = run_cases(MOTION, CASES, density=2000.0, contact=contact)
+    arrays = simulate_arrays(MOTION, azimuth_deg=0.0, height=0.6, b_over_h=[0.2, 0.3], friction=0.7, contact=contact)
+    for variable in VARIABLES:
+        if variable.name != "mirrored":
+            np.testing.assert_array_equal(getattr(alone, variable.name), arrays[variable.name].ravel())
+    path = trajectory(MOTION, azimuth_deg=0.0, b_over_h=0.3, friction=0.7, contact=contact)
+    stone = path.sel(element="stone")
+    assert stone["peak_rotation"] == alone.peak_rotation[1]
+    assert path.attrs["block_steps"] == alone.block_steps[1]
+    with pytest.raises(ArgumentError, match="the scene has its own"):
+        trajectory(MOTION, scene=shipped("gravestone"), azimuth_deg=0.0, contact=contact)
+
+
+def test_a_scene_with_its_own_friction_is_computed_once_for_all_of_the_grid() -> None:
+    law = {"between": ("stone", "stone"), "friction": 0.3}
+    scene = check_scene(shipped("gravestone").model_dump() | {"contacts": [law]})
+    arrays = simulate_arrays(MOTION, scene=scene, azimuth_deg=[0.0, 180.0], friction=[0.1, 0.9])
+    swept = simulate_arrays(MOTION, azimuth_deg=[0.0, 180.0], friction=[0.3])
+    for name, values in arrays.items():
+        np.testing.assert_array_equal(values, np.repeat(swept[name], 2, axis=3), err_msg=name)
+
+
+def test_seen_from_behind() -> None:
+    """Sides and slips change sign, but neither a missing flag nor a zero; towards and away change places."""
+    arrays = {
+        "overturned": np.array([1, -1, 0, INT8_MISSING], np.int8), "residual_slip": np.array([0.5, -0.5, 0.0, np.nan]),
+        "peak_slip": np.array([0.5, 0.5, 0.0, 0.1]), "probability_towards": np.zeros(4), "probability_away": np.ones(4),
+    }  # fmt: skip
+    seen = {item.name: item.from_behind(arrays) for item in (*VARIABLES, *ENSEMBLE_VARIABLES) if item.name in arrays}
+    assert seen["overturned"].tolist() == [-1, 1, 0, INT8_MISSING]
+    np.testing.assert_array_equal(seen["residual_slip"], [-0.5, 0.5, 0.0, np.nan])
+    assert not np.signbit(seen["residual_slip"][2])
+    np.testing.assert_array_equal(seen["peak_slip"], arrays["peak_slip"])
+    assert (seen["probability_towards"] == 1).all()
+    assert (seen["probability_away"] == 0).all()

@@ -12,14 +12,9 @@ from overturning.units import STANDARD_GRAVITY
 
 
 def arias_intensity(motion: Motion, azimuth_deg: ArrayLike) -> FloatArray:
-    """Arias intensity along azimuths, π/(2g) ∫ a² dt (Arias 1970), trapezoidal rule.
+    """Arias intensity along azimuths, π/(2g) ∫ a² dt (Arias 1970), trapezoidal rule; m/s, shape (m,).
 
     a(φ)² is a quadratic form in cos φ and sin φ, so three integrals serve all azimuths.
-
-    Returns
-    -------
-    ndarray, shape (m,)
-        m/s.
     """
     cosines = cosines_of(azimuth_deg)
     squares = np.array([np.trapezoid(p, dx=motion.sampling_interval) for p in _products(motion)])
@@ -27,13 +22,7 @@ def arias_intensity(motion: Motion, azimuth_deg: ArrayLike) -> FloatArray:
 
 
 def cumulative_absolute_velocity(motion: Motion, azimuth_deg: ArrayLike) -> FloatArray:
-    """CAV along azimuths, ∫ |a| dt (EPRI 1988), trapezoidal rule.
-
-    Returns
-    -------
-    ndarray, shape (m,)
-        m/s.
-    """
+    """CAV along azimuths, ∫ |a| dt (EPRI 1988), trapezoidal rule; m/s, shape (m,)."""
     cosines = cosines_of(azimuth_deg)
     measure = np.empty(cosines.shape[0])
     for row, (c, s) in enumerate(cosines):
@@ -44,14 +33,9 @@ def cumulative_absolute_velocity(motion: Motion, azimuth_deg: ArrayLike) -> Floa
 def significant_duration(
     motion: Motion, azimuth_deg: ArrayLike, *, start: float = 0.05, end: float = 0.95
 ) -> FloatArray:
-    """Time from 5 to 95 % of the Arias intensity along azimuths (Trifunac & Brady 1975).
+    """Time from 5 to 95 % of the Arias intensity along azimuths (Trifunac & Brady 1975); s, shape (m,).
 
-    Between samples the cumulative intensity is taken as a straight line.
-
-    Returns
-    -------
-    ndarray, shape (m,)
-        s; 0 along an azimuth without motion.
+    Between samples the cumulative intensity is taken as a straight line; 0 along an azimuth without motion.
     """
     cosines = cosines_of(azimuth_deg)
     interval = motion.sampling_interval

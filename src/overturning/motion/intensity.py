@@ -39,21 +39,10 @@ PREDOMINANT_PERIODS = np.geomspace(0.04, 4.0, 81)
 
 
 def peaks_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> dict[str, FloatArray]:
-    """PGA, PGV and PGD along azimuths, without xarray.
+    """PGA in m/s², PGV in m/s and PGD in m along azimuths, shape (m,), without xarray.
 
     Velocity and displacement come from the trapezoidal rule, starting from rest; integration and rotation commute, so each
     component is integrated once.
-
-    Parameters
-    ----------
-    motion : Motion
-    azimuth_deg : array_like, shape (m,)
-        Azimuths φ, degrees clockwise from north.
-
-    Returns
-    -------
-    dict of str to ndarray, shape (m,)
-        ``pga`` in m/s², ``pgv`` in m/s, ``pgd`` in m.
     """
     cosines = cosines_of(azimuth_deg)
     acceleration = motion.horizontal
@@ -121,9 +110,8 @@ def record_measures(motion: Motion, processing: Sequence[Mapping[str, Any]]) -> 
     Returns
     -------
     dict
-        ``jma_intensity`` (None without a vertical component); ``pga_unprocessed``, ``pgv_unprocessed``, ``pgd_unprocessed`` and
-        ``pga_processed`` … (largest of north and east, SI): the peaks before the first and after the last processing step,
-        None for a record left alone.
+        ``jma_intensity`` (None without a vertical component); ``pga_unprocessed`` … and ``pga_processed`` … (largest of north
+        and east, SI): the peaks before the first and after the last step, None for a record left alone.
     """
     from overturning.motion.jma_intensity import instrumental_intensity
 

@@ -62,13 +62,7 @@ def channel_axis(code: str) -> tuple[float | None, int]:
 
 
 def agree(file: str, line: int, text: str, first: float | None, second: float | None) -> None:
-    """Check that two statements of an azimuth in one file agree to a degree.
-
-    Raises
-    ------
-    RecordError
-        If they do not.
-    """
+    """Refuse two statements of an azimuth in one file that are more than a degree apart."""
     if first is None or second is None:
         return
     if abs((first - second + 180.0) % 360.0 - 180.0) > 1.0:

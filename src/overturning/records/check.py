@@ -45,21 +45,9 @@ def check_paths(
     trust_data: bool = False,
     vertical_sense: VerticalSense | None = None,
 ) -> list[Finding]:
-    """Read files and folders, sort their components into records, and check each.
+    """Read files and folders, sort their components into records, and check each; options as in `assemble`.
 
-    Parameters
-    ----------
-    paths : iterable of Path
-        Files; of a folder, the files in it.
-    options : ReadOptions, optional
-        What the files do not say about themselves.
-    azimuths_deg, trust_data, vertical_sense
-        As in `assemble`.
-
-    Returns
-    -------
-    list of Finding
-        Files that cannot be read first, then records in the order of their files.
+    Files that cannot be read come first, then records in the order of their files.
     """
     sources, findings = _sources(paths)
     options = (options or ReadOptions()).with_metadata_of(sources)

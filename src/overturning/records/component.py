@@ -134,17 +134,9 @@ def largest(component: Component) -> float:
 
 
 def check_peak(component: Component) -> float | None:
-    """Compare the peak of the data with the one that the header states.
+    """Relative difference of the data's peak from the header's; None where the header states none.
 
-    Returns
-    -------
-    float or None
-        Relative difference, or None where the header states no peak.
-
-    Raises
-    ------
-    RecordError
-        If they differ by more than 0.5 % and by more than half a unit of the header's last digit.
+    A RecordError where they differ by more than 0.5 % and by more than half a unit of the header's last digit.
     """
     if component.peak is None:
         return None

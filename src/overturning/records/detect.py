@@ -57,13 +57,7 @@ FORMATS: Final = (
 
 
 def detect_format(source: SourceFile) -> Format:
-    """The format of a file.
-
-    Raises
-    ------
-    RecordError
-        If no format recognises it.
-    """
+    """The format of a file; a RecordError where none recognises it."""
     for form in FORMATS:
         if form.detect(source):
             return form

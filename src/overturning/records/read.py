@@ -104,19 +104,9 @@ def read_files(
 ) -> list[Component]:
     """Components of files and archives, each read in the format of its content.
 
-    Parameters
-    ----------
-    files : iterable of SourceFile
-        StationXML among them goes to the readers that need it.
-    form : str, optional
-        Name of the only format allowed; ``csv`` is never found by content and must be named (or columns declared).
-    options : ReadOptions, optional
-        Declarations.
-
-    Raises
-    ------
-    RecordError
-        If a file is of no known format, or not of the one it should have.
+    ``form`` names the only format allowed: ``csv`` is never found by content and must be named (or columns declared).
+    StationXML among the files goes to the readers that need it. A RecordError says so where a file is of no known format,
+    or not of the one it should have.
     """
     from overturning.records.detect import FORMATS, detect_format
 
@@ -147,10 +137,7 @@ def read_files(
 def _one_record(components: Sequence[Component], sensor: Sensor) -> list[Component]:
     """The components of one sensor, where there are two, or of the only one.
 
-    Raises
-    ------
-    RecordError
-        If there is no such sensor, or if they are of several records, as those of an archive with many stations are.
+    A RecordError where there is no such sensor, or where they are of several records, as those of an archive may be.
     """
     only = sensor == "surface" and len({c.sensor for c in components}) < 2
     chosen = [c for c in components if only or c.sensor == sensor]

@@ -34,13 +34,7 @@ def detect(source: SourceFile) -> bool:
 
 
 def read(source: SourceFile) -> list[Component]:
-    """Read all channels.
-
-    Raises
-    ------
-    RecordError
-        If a channel is cut or its unit is none of acceleration.
-    """
+    """Read all channels; a RecordError names the line where one is cut or its unit is none of acceleration."""
     lines = Lines(source.name, source.lines)
     components = []
     at = 0

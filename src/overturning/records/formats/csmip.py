@@ -50,13 +50,7 @@ def detect(source: SourceFile) -> bool:
 
 
 def read(source: SourceFile) -> list[Component]:
-    """Read all channels.
-
-    Raises
-    ------
-    RecordError
-        If a channel is cut, its unit or rate is missing or contradictory, or its samples are not evenly spaced.
-    """
+    """Read all channels; a RecordError names the line where one is cut, contradicts itself or is not evenly spaced."""
     lines = source.lines
     if lines[0].upper().lstrip().startswith("RESPONSE"):
         raise RecordError(f"{source.name} line 1: response spectra (volume 3); get volume 1 or 2")

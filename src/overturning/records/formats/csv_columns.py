@@ -21,12 +21,6 @@ def read(source: SourceFile, options: ReadOptions) -> list[Component]:
 
     ``columns`` names every column in order: ``time:s`` or ``time:ms``, ``skip``, or an axis with its unit: ``north:gal``,
     ``N28W:g``, ``270:m/s2``, ``up:gal``, ``down:gal``. Lines that begin with ``#`` and one line of headings are passed over.
-
-    Raises
-    ------
-    RecordError
-        If the declaration is missing or senseless, a line has another number of columns, a cell is no number, or the times
-        are not evenly spaced.
     """
     name = source.name
     columns = _declared(options.columns, name)

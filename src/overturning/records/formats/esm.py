@@ -30,13 +30,7 @@ def detect(source: SourceFile) -> bool:
 
 
 def read(source: SourceFile) -> list[Component]:
-    """Read one component.
-
-    Raises
-    ------
-    RecordError
-        If a key is missing, the unit is not cm/s², the count is wrong, or the data is not acceleration.
-    """
+    """Read one component; a RecordError says so where a key is missing, the count is wrong, or it is no acceleration in cm/s²."""
     lines = Lines(source.name, source.lines)
     header: dict[str, tuple[int, str]] = {}
     first = 0

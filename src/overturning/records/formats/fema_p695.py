@@ -42,17 +42,12 @@ def axis_azimuth(component_name: str) -> float | None:
 
 
 def read(source: str) -> list[Component]:
-    """Read one record.
+    """Read components a and b of a record.
 
     Parameters
     ----------
     source : str
         ``set:id`` with set one of ``nearfield_pulse``, ``nearfield_no_pulse``, ``farfield``; ids as in the package.
-
-    Returns
-    -------
-    list of Component
-        Components a and b.
 
     Raises
     ------

@@ -33,13 +33,7 @@ def detect(source: SourceFile) -> bool:
 
 
 def read(source: SourceFile) -> list[Component]:
-    """Read all components of a file.
-
-    Raises
-    ------
-    RecordError
-        If a block is cut, its counts or intervals contradict each other, or an axis is not what its numbers say.
-    """
+    """Read all components; a RecordError names the line where a block is cut or contradicts itself."""
     lines = list(source.lines)
     while lines and not lines[-1].strip():
         lines.pop()

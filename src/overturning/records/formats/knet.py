@@ -62,18 +62,7 @@ def detect(source: SourceFile) -> bool:
 
 
 def read(source: SourceFile) -> list[Component]:
-    """Read one component.
-
-    Returns
-    -------
-    list of Component
-        One component; counts times gain in m/s², offset still in.
-
-    Raises
-    ------
-    RecordError
-        If a header line is missing or senseless, counts are not whole numbers, or there are not as many as the header says.
-    """
+    """Read one component: counts times gain in m/s², offset still in; a RecordError names the header's line that is wrong."""
     header = _header(source)
     rate = header.number("Sampling Freq(Hz)", header["Sampling Freq(Hz)"].removesuffix("Hz"))
     if not 1.0 <= rate <= 100_000.0:

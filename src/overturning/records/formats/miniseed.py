@@ -18,13 +18,7 @@ def detect(source: SourceFile) -> bool:
 
 
 def read(source: SourceFile, options: ReadOptions) -> list[Component]:
-    """Read all channels.
-
-    Raises
-    ------
-    RecordError
-        If it is damaged, has gaps, or there is no StationXML for it.
-    """
+    """Read all channels; a RecordError says so where the file is damaged, has gaps, or no StationXML goes with it."""
     if len(source.data) % 128:
         raise RecordError(
             f"{source.name}: {len(source.data)} bytes are no whole number of MiniSEED records; it is cut: get it again"

@@ -28,13 +28,7 @@ def detect(source: SourceFile) -> bool:
 
 
 def read(source: SourceFile) -> list[Component]:
-    """Read one component.
-
-    Raises
-    ------
-    RecordError
-        If it is no acceleration in g, or holds more or fewer samples than the header says.
-    """
+    """Read one component; a RecordError says so where it is no acceleration in g, or the header promises other samples."""
     lines = source.lines
     text = Lines(source.name, lines)
     if len(lines) < 5:

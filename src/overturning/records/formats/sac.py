@@ -28,13 +28,7 @@ def detect(source: SourceFile) -> bool:
 
 
 def read(source: SourceFile, options: ReadOptions) -> list[Component]:
-    """Read one component.
-
-    Raises
-    ------
-    RecordError
-        If it is damaged, or neither StationXML nor a declared unit says what its numbers are.
-    """
+    """Read one component; its unit comes from StationXML or is declared, else a RecordError asks for it."""
     # obspy divides by the interval before anybody can look at it.
     intervals = [struct.unpack(f"{order}f", source.data[:4])[0] for order in "<>"]
     if not any(1e-6 < interval < 1e3 for interval in intervals):

@@ -31,13 +31,7 @@ def detect(source: SourceFile) -> bool:
 
 
 def read(source: SourceFile) -> list[Component]:
-    """Read one component.
-
-    Raises
-    ------
-    RecordError
-        If the file is no accelerogram, is cut, or its header contradicts itself.
-    """
+    """Read one component; a RecordError names the line where it is no accelerogram, is cut, or contradicts itself."""
     lines = source.lines
     text = Lines(source.name, lines)
     kind = lines[0].strip()

@@ -20,13 +20,7 @@ def detect(source: SourceFile) -> bool:
 
 
 def read_stream(source: SourceFile, form: str, **options: Any) -> Any:
-    """The traces of a file, by obspy.
-
-    Raises
-    ------
-    RecordError
-        If it is damaged.
-    """
+    """The traces of a file, by obspy; a RecordError where it is damaged."""
     import obspy
 
     try:
@@ -36,13 +30,7 @@ def read_stream(source: SourceFile, form: str, **options: Any) -> Any:
 
 
 def read_inventory(files: Sequence[SourceFile]) -> Any:
-    """All StationXML files as one inventory; None without files.
-
-    Raises
-    ------
-    RecordError
-        If one is damaged.
-    """
+    """All StationXML files as one inventory, None without files; a RecordError where one is damaged."""
     import obspy
 
     inventory = None
@@ -58,10 +46,7 @@ def read_inventory(files: Sequence[SourceFile]) -> Any:
 def components_of(stream: Any, inventory: Any, source: SourceFile, form: str) -> list[Component]:
     """Counts to m/s² with the inventory's gain (accelerometers) or response (velocity sensors).
 
-    Raises
-    ------
-    RecordError
-        If a trace has a gap or is not in the inventory.
+    A RecordError says so where a trace has a gap or is not in the inventory.
     """
     return [_component(trace, inventory, source, form) for trace in _without_gaps(stream, source)]
 

@@ -17,24 +17,12 @@ from overturning.records.source import SourceFile, read_source
 
 @dataclass(frozen=True)
 class Finding:
-    """What was found of one record.
-
-    Attributes
-    ----------
-    files : tuple of str
-        The files that it lies in.
-    components : tuple of Component
-        Its axes; empty where the file cannot be read.
-    record : Record or None
-        The record, where it can be read.
-    reason : str
-        Why not, otherwise.
-    """
+    """What was found of one record."""
 
     files: tuple[str, ...]
-    components: tuple[Component, ...] = ()
-    record: Record | None = None
-    reason: str = ""
+    components: tuple[Component, ...] = ()  # its axes; empty where the file cannot be read
+    record: Record | None = None  # where it can be read
+    reason: str = ""  # why not, otherwise
 
 
 def check_paths(

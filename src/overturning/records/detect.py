@@ -15,19 +15,7 @@ Reader = Callable[[SourceFile, ReadOptions], list[Component]]
 
 @dataclass(frozen=True)
 class Format:
-    """A file format.
-
-    Attributes
-    ----------
-    name : str
-        As the record table writes it.
-    title : str
-        As a person calls it.
-    detect : callable
-        Whether a file has this format.
-    read : callable
-        Its components.
-    """
+    """A file format: how the record table writes it, how a person calls it, whether a file has it, its components."""
 
     name: str
     title: str

@@ -14,30 +14,16 @@ from overturning.records.source import is_web_page
 
 @dataclass(frozen=True)
 class Request:
-    """What to ask a server for.
+    """What to ask a server for: a window, or an event of its catalogue."""
 
-    Attributes
-    ----------
-    server : str
-        A short name that obspy knows, or the address of the services.
-    network, station, location, channel : str
-        SEED codes; ``HN?`` is the three components of an accelerometer.
-    start, end : str
-        Time window, ISO 8601 in UTC; empty with an event.
-    event_id : str
-        Event of the server's catalogue; the window is then counted from its origin time.
-    before_s, after_s : float
-        Window around the event, s.
-    """
-
-    server: str
-    network: str
+    server: str  # a short name that obspy knows, or the address of the services
+    network: str  # SEED codes, down to the channel
     station: str
     location: str = "*"
-    channel: str = "HN?"
-    start: str = ""
+    channel: str = "HN?"  # the three components of an accelerometer
+    start: str = ""  # ISO 8601 in UTC; empty with an event
     end: str = ""
-    event_id: str = ""
+    event_id: str = ""  # the window is then counted from its origin time
     before_s: float = 30.0
     after_s: float = 270.0
 

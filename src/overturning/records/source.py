@@ -22,17 +22,9 @@ MAXIMUM_MEMBERS: Final = 20_000
 
 @dataclass(frozen=True)
 class SourceFile:
-    """A record file in memory.
+    """A record file in memory."""
 
-    Attributes
-    ----------
-    name : str
-        Name without folder, or ``archive:member``; what errors name.
-    data : bytes
-        All of it.
-    """
-
-    name: str
+    name: str  # without folder, or ``archive:member``; what errors name
     data: bytes
 
     @cached_property

@@ -26,21 +26,11 @@ def resolution(text: str) -> float:
 
 @dataclass(frozen=True)
 class Lines:
-    """Lines of a file or of one channel in it; every index counts from 0 within them.
+    """Lines of a file or of one channel in it; every index counts from 0 within them."""
 
-    Attributes
-    ----------
-    file : str
-        What an error names.
-    lines : sequence of str
-        The lines.
-    before : int
-        Lines of the file that come before these.
-    """
-
-    file: str
+    file: str  # what an error names
     lines: Sequence[str]
-    before: int = 0
+    before: int = 0  # lines of the file that come before these
 
     def error(self, index: int, why: str) -> RecordError:
         """An error that names file and line."""

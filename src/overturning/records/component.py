@@ -22,7 +22,7 @@ class StatedPeak:
     """The peak acceleration that a file's header states."""
 
     value: float  # absolute, m/s²
-    resolution: float = 0.0  # unit of the last printed digit, m/s²; half of it is the rounding that the comparison allows
+    resolution: float = 0.0  # unit of the last printed digit, m/s²; the comparison allows half of it
     after_mean: bool = False  # whether it is that of the samples less their mean
     line: int | None = None  # line of the file that states it, counted from 1
 

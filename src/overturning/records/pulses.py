@@ -21,13 +21,13 @@ from overturning.units import GAL
 class _Pulse(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    amplitude_gal: Annotated[float, Field(gt=0, le=1e5, description="Largest factor of the formula, Gal.")]
-    azimuth_deg: Annotated[
-        float, Field(ge=-360, le=360, description="Direction of the motion, clockwise from north.")
-    ] = 0.0
-    sampling_interval_s: Annotated[float, Field(ge=1e-5, le=0.1, description="Time between samples, s.")] = 0.005
-    before_s: Annotated[float, Field(ge=0, le=1000, description="Rest before the pulse, s.")] = 1.0
-    after_s: Annotated[float, Field(ge=0, le=1000, description="Rest after the pulse, s.")] = 1.0
+    amplitude_gal: float = Field(gt=0, le=1e5, description="Largest factor of the formula, Gal.")
+    azimuth_deg: float = Field(
+        default=0.0, ge=-360, le=360, description="Direction of the motion, clockwise from north."
+    )
+    sampling_interval_s: float = Field(default=0.005, ge=1e-5, le=0.1, description="Time between samples, s.")
+    before_s: float = Field(default=1.0, ge=0, le=1000, description="Rest before the pulse, s.")
+    after_s: float = Field(default=1.0, ge=0, le=1000, description="Rest after the pulse, s.")
 
     @property
     def length(self) -> float:
@@ -40,8 +40,8 @@ class _Pulse(BaseModel):
 
 
 class _Wave(_Pulse):
-    period_s: Annotated[float, Field(gt=0, le=1000, description="Period T, s.")]
-    cycles: Annotated[float, Field(gt=0, le=1000, description="Number of cycles.")] = 1.0
+    period_s: float = Field(gt=0, le=1000, description="Period T, s.")
+    cycles: float = Field(default=1.0, gt=0, le=1000, description="Number of cycles.")
 
     @property
     def length(self) -> float:
@@ -73,9 +73,7 @@ class Ricker(_Pulse):
     """a = A (1 − 2x²) exp(−x²), x = π (t − t₀)/T, the second derivative of a Gaussian (Ricker 1943); cut at |t − t₀| = 1.6 T."""
 
     shape: Literal["ricker"] = "ricker"
-    period_s: Annotated[
-        float, Field(gt=0, le=1000, description="Inverse of the frequency with the largest amplitude, s.")
-    ]
+    period_s: float = Field(gt=0, le=1000, description="Inverse of the frequency with the largest amplitude, s.")
 
     @property
     def length(self) -> float:
@@ -96,9 +94,9 @@ class MavroeidisPapageorgiou(_Pulse):
     """
 
     shape: Literal["mavroeidis-papageorgiou"] = "mavroeidis-papageorgiou"
-    period_s: Annotated[float, Field(gt=0, le=1000, description="Prevailing period T, s.")]
-    gamma: Annotated[float, Field(gt=1, le=100, description="Oscillatory character γ.")] = 1.5
-    phase_deg: Annotated[float, Field(ge=-360, le=360, description="Phase ν, degrees.")] = 0.0
+    period_s: float = Field(gt=0, le=1000, description="Prevailing period T, s.")
+    gamma: float = Field(default=1.5, gt=1, le=100, description="Oscillatory character γ.")
+    phase_deg: float = Field(default=0.0, ge=-360, le=360, description="Phase ν, degrees.")
 
     @property
     def length(self) -> float:
@@ -123,7 +121,7 @@ class MavroeidisPapageorgiou(_Pulse):
 
 
 class _Lasting(_Pulse):
-    duration_s: Annotated[float, Field(gt=0, le=1000, description="How long, s.")]
+    duration_s: float = Field(gt=0, le=1000, description="How long, s.")
 
     @property
     def length(self) -> float:
@@ -150,10 +148,10 @@ class Noise(_Lasting):
     """
 
     shape: Literal["noise"] = "noise"
-    duration_s: Annotated[float, Field(gt=0, le=300, description="Length D of the burst, s.")]
-    low_hz: Annotated[float, Field(gt=0, le=1000, description="Lowest frequency, Hz.")] = 0.1
-    high_hz: Annotated[float, Field(gt=0, le=1000, description="Highest frequency, Hz.")] = 20.0
-    seed: Annotated[int, Field(ge=0, description="Another seed, another burst.")] = 0
+    duration_s: float = Field(gt=0, le=300, description="Length D of the burst, s.")
+    low_hz: float = Field(default=0.1, gt=0, le=1000, description="Lowest frequency, Hz.")
+    high_hz: float = Field(default=20.0, gt=0, le=1000, description="Highest frequency, Hz.")
+    seed: int = Field(default=0, ge=0, description="Another seed, another burst.")
 
     def acceleration(self, time: FloatArray) -> FloatArray:
         """See the class."""

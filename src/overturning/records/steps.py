@@ -32,13 +32,15 @@ class Taper(_Step):
     length_s: float = Field(gt=0, description="Length of the bell at each end, s.")
 
 
-class _Filter(_Step):
-    step: str  # here for its place among the keys
+class Filter(_Step):
+    """Butterworth filter, forward and backward (zero phase)."""
+
+    step: Literal["highpass", "lowpass"]  # here for its place among the keys
     corner_hz: float = Field(gt=0, description="Corner frequency; the amplitude there is halved by the two passes.")
     order: int = Field(default=2, ge=1, le=8, description="Order of each of the two passes.")
 
 
-class Highpass(_Filter):
+class Highpass(Filter):
     """Butterworth high-pass filter, forward and backward (zero phase).
 
     Zeros are put before and behind the record, 1.5 n/f_c seconds each, and stay: the filter acts there too, and without them
@@ -48,7 +50,7 @@ class Highpass(_Filter):
     step: Literal["highpass"] = "highpass"
 
 
-class Lowpass(_Filter):
+class Lowpass(Filter):
     """Butterworth low-pass filter, forward and backward (zero phase); the record keeps its length."""
 
     step: Literal["lowpass"] = "lowpass"

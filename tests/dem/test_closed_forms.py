@@ -8,15 +8,15 @@ from overturning.dem.cases import run_cases
 from overturning.dem.contact import Contact
 from overturning.dem.simulate import trajectory
 from overturning.motion.motion import Motion
-from overturning.reference.closed_forms import (
+from overturning.reference.sliding import slide
+from overturning.units import STANDARD_GRAVITY
+from tests.dem.closed_forms import (
     bounce,
     next_amplitude,
     quarter_period,
     slip_acceleration,
     uplift_acceleration,
 )
-from overturning.reference.sliding import slide
-from overturning.units import STANDARD_GRAVITY
 
 QUIET = np.zeros(400)
 STILL = Motion(QUIET, QUIET, sampling_interval=0.005)

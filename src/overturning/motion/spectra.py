@@ -6,10 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
-from overturning.errors import ArgumentError
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
-from overturning.motion.oscillator import POINTS_PER_PERIOD, Oscillators, checked_periods
+from overturning.motion.oscillator import POINTS_PER_PERIOD, Oscillators, Quantity, checked_periods
 from overturning.motion.rotation import cosines_of, largest_along
 
 PERIODS = np.geomspace(0.01, 10.0, 100)
@@ -51,15 +50,27 @@ def spectra_by_azimuth(
         pseudo-acceleration).
     """
     periods, cosines = checked_periods(period_s), cosines_of(azimuth_deg)
-    acceleration = motion.horizontal
-    oscillators = Oscillators(acceleration, motion.sampling_interval, float(periods.max()), points_per_period)
-    spectra = {name: np.empty((periods.size, cosines.shape[0])) for name in ("displacement", "velocity")}
-    for row, period in enumerate(periods):
-        responses = oscillators.response(float(period), damping, ("displacement", "velocity"))
-        for name, response in zip(("displacement", "velocity"), responses, strict=True):
-            spectra[name][row] = largest_along(response, cosines)
+    both = _peaks(motion, periods, cosines, damping, ("displacement", "velocity"), points_per_period)
+    spectra = dict(zip(("displacement", "velocity"), both, strict=True))
     spectra["acceleration"] = spectra["displacement"] * (2.0 * np.pi / periods[:, None]) ** 2
     return spectra
+
+
+def _peaks(
+    motion: Motion,
+    periods: FloatArray,
+    cosines: FloatArray,
+    damping: float,
+    quantities: Sequence[Quantity],
+    points_per_period: int = POINTS_PER_PERIOD,
+) -> FloatArray:
+    """Largest response of each quantity, for each period and along each azimuth, shape (quantities, p, m)."""
+    oscillators = Oscillators(motion.horizontal, motion.sampling_interval, float(periods.max()), points_per_period)
+    peaks = np.empty((len(quantities), periods.size, cosines.shape[0]))
+    for column, period in enumerate(periods):
+        for row, response in enumerate(oscillators.response(float(period), damping, quantities)):
+            peaks[row, column] = largest_along(response, cosines)
+    return peaks
 
 
 def rotd(
@@ -90,18 +101,13 @@ def rotd(
         ``pga`` (q,) in m/s², ``pgv`` (q,) in m/s, ``psa`` (q, p) in m/s².
     """
     periods, cosines = checked_periods(period_s), cosines_of(azimuth_deg)
-    acceleration = motion.horizontal
-    oscillators = Oscillators(acceleration, motion.sampling_interval, float(periods.max()))
-    psa = np.empty((len(percentiles), periods.size))
-    for column, period in enumerate(periods):
-        (response,) = oscillators.response(float(period), damping, ("displacement",))
-        peaks = largest_along(response, cosines) * (2.0 * np.pi / period) ** 2
-        psa[:, column] = np.percentile(peaks, percentiles)
-    velocity = integrate(acceleration, motion.sampling_interval)
+    (displacement,) = _peaks(motion, periods, cosines, damping, ("displacement",))
+    psa = displacement * (2.0 * np.pi / periods[:, None]) ** 2
+    velocity = integrate(motion.horizontal, motion.sampling_interval)
     return {
-        "pga": np.percentile(largest_along(acceleration, cosines), percentiles),
+        "pga": np.percentile(largest_along(motion.horizontal, cosines), percentiles),
         "pgv": np.percentile(largest_along(velocity, cosines), percentiles),
-        "psa": psa,
+        "psa": np.percentile(psa, percentiles, axis=1),
     }
 
 
@@ -124,31 +130,6 @@ def spectrum_intensity(motion: Motion, azimuth_deg: ArrayLike, *, damping: float
     ndarray, shape (m,)
         m/s.
     """
-    cosines = cosines_of(azimuth_deg)
-    acceleration = motion.horizontal
     # A mean over 121 strongly damped spectra: 24 points per period (0.9 % at worst, 0.3 % on average for one of them) will do.
-    oscillators = Oscillators(acceleration, motion.sampling_interval, float(SI_PERIODS.max()), points_per_period=24)
-    peaks = np.empty((SI_PERIODS.size, cosines.shape[0]))
-    for row, period in enumerate(SI_PERIODS):
-        (response,) = oscillators.response(float(period), damping, ("velocity",))
-        peaks[row] = largest_along(response, cosines)
+    (peaks,) = _peaks(motion, SI_PERIODS, cosines_of(azimuth_deg), damping, ("velocity",), 24)
     return np.asarray(np.trapezoid(peaks, SI_PERIODS, axis=0) / (SI_PERIODS[-1] - SI_PERIODS[0]))
-
-
-def component_spectrum(
-    acceleration: ArrayLike, sampling_interval: float, period_s: ArrayLike, *, damping: float = 0.05
-) -> FloatArray:
-    """Pseudo-acceleration spectrum of one component, shape (p,), m/s².
-
-    Raises
-    ------
-    ArgumentError
-        If the component is not one row of numbers.
-    """
-    samples = np.asarray(acceleration, dtype=np.float64)
-    if samples.ndim != 1 or samples.size < 2:
-        raise ArgumentError(f"acceleration: shape {samples.shape}; a component is one row of at least 2 samples")
-    periods = checked_periods(period_s)
-    oscillators = Oscillators(samples[None, :], sampling_interval, float(periods.max()))
-    peaks = [np.abs(oscillators.response(float(t), damping, ("displacement",))[0]).max() for t in periods]
-    return np.array(peaks) * (2.0 * np.pi / periods) ** 2

@@ -73,19 +73,7 @@ def measures_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> dict[str, Flo
 
 
 def intensity_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> "xarray.Dataset":
-    """Intensity measures along azimuths.
-
-    Parameters
-    ----------
-    motion : Motion
-    azimuth_deg : array_like, shape (m,)
-        Azimuths φ, degrees clockwise from north.
-
-    Returns
-    -------
-    xarray.Dataset
-        Dimension ``azimuth`` (degrees); the variables of ``MEASURES``, with their units.
-    """
+    """The measures of ``MEASURES``, with their units, along azimuths φ, degrees clockwise from north (dimension ``azimuth``)."""
     import xarray as xr
 
     azimuths = checked_azimuths(azimuth_deg)

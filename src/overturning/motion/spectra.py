@@ -29,19 +29,7 @@ def spectra_by_azimuth(
     damping: float = 0.05,
     points_per_period: int = POINTS_PER_PERIOD,
 ) -> dict[str, FloatArray]:
-    """Response spectra along azimuths.
-
-    Parameters
-    ----------
-    motion : Motion
-    period_s : array_like, shape (p,)
-        Periods, s.
-    azimuth_deg : array_like, shape (m,)
-        Azimuths, degrees clockwise from north.
-    damping : float
-        Damping ratio.
-    points_per_period : int
-        Points per period at which the peaks are sought.
+    """Response spectra along azimuths, by oscillators of p periods (s) and a damping ratio.
 
     Returns
     -------
@@ -83,22 +71,12 @@ def rotd(
 ) -> dict[str, FloatArray]:
     """RotDnn of PGA, PGV and of the pseudo-acceleration spectrum (Boore 2010, BSSA 100, 1830-1835).
 
-    Parameters
-    ----------
-    motion : Motion
-    period_s : array_like, shape (p,)
-        Periods, s.
-    damping : float
-        Damping ratio.
-    percentiles : sequence of float, length q
-        Percentiles over the azimuths: 0, 50 and 100 are RotD00, RotD50 and RotD100.
-    azimuth_deg : array_like
-        Azimuths over half a turn, degrees.
+    Percentiles over azimuths of half a turn: 0, 50 and 100 are RotD00, RotD50 and RotD100.
 
     Returns
     -------
     dict of str to ndarray
-        ``pga`` (q,) in m/s², ``pgv`` (q,) in m/s, ``psa`` (q, p) in m/s².
+        ``pga`` (q,) in m/s², ``pgv`` (q,) in m/s, ``psa`` (q, p) in m/s², for q percentiles and p periods (s).
     """
     periods, cosines = checked_periods(period_s), cosines_of(azimuth_deg)
     (displacement,) = _peaks(motion, periods, cosines, damping, ("displacement",))
@@ -112,23 +90,10 @@ def rotd(
 
 
 def spectrum_intensity(motion: Motion, azimuth_deg: ArrayLike, *, damping: float = 0.20) -> FloatArray:
-    """Housner's spectrum intensity as it is used in Japan: the mean of the velocity spectrum from 0.1 to 2.5 s.
+    """Housner's spectrum intensity as it is used in Japan: the mean of the velocity spectrum from 0.1 to 2.5 s; m/s, shape (m,).
 
     SI = 1/2.4 ∫ S_v(T, h) dT, S_v the largest velocity relative to the ground (Housner 1952; h = 0.20 after Katayama et al.
-    1988), by the trapezoidal rule over 121 periods.
-
-    Parameters
-    ----------
-    motion : Motion
-    azimuth_deg : array_like, shape (m,)
-        Azimuths, degrees clockwise from north.
-    damping : float
-        Damping ratio h: 0.20, or 0.05 for the other variant in use.
-
-    Returns
-    -------
-    ndarray, shape (m,)
-        m/s.
+    1988; 0.05 is the other variant in use), by the trapezoidal rule over 121 periods.
     """
     # A mean over 121 strongly damped spectra: 24 points per period (0.9 % at worst, 0.3 % on average for one of them) will do.
     (peaks,) = _peaks(motion, SI_PERIODS, cosines_of(azimuth_deg), damping, ("velocity",), 24)

@@ -100,12 +100,7 @@ class RecordEntry(BaseModel):
 
 
 def read_catalogue(path: Path | str) -> dict[str, RecordEntry]:
-    """Read a record table: tab-separated, one header line, empty cells for what is not known.
-
-    Parameters
-    ----------
-    path : path
-        The table. Lines that begin with ``#`` are comments.
+    """Read a record table: tab-separated, one header line, empty cells for what is not known, ``#`` for comments.
 
     Returns
     -------

@@ -9,6 +9,7 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
+from overturning.records.axes import Direction
 from overturning.records.source import SourceFile
 
 PEAK_TOLERANCE = 0.005
@@ -55,7 +56,7 @@ class Component:
         source: SourceFile,
         form: str,
         axis: str,
-        direction: tuple[float | None, int],
+        direction: Direction,
         samples: FloatArray,
         sampling_interval: float,
         **more: Any,

@@ -58,17 +58,8 @@ def fetch_url(
         Where it goes; made if missing.
     name : str, optional
         File name; default: the last part of the URL's path.
-    tries : int
-        Attempts in all.
-    timeout : float
-        Longest silence of the server, s.
-    wait : float
-        Pause before the second try, s; doubled each time.
-
-    Returns
-    -------
-    Path
-        The file.
+    tries, timeout, wait : int, float, float
+        Attempts in all, longest silence of the server, and pause before the second try, s; doubled each time.
 
     Raises
     ------

@@ -42,26 +42,10 @@ class Request:
 def fetch_fdsn(
     request: Request, folder: Path | str, *, tries: int = 3, timeout: float = 60.0, wait: float = 1.0
 ) -> list[Path]:
-    """Get waveforms and StationXML, or find them in the folder already.
+    """Get a MiniSEED and its StationXML file, or find them in the folder, which is made if missing.
 
-    Both files are read before they are moved into place, so a cut or foreign answer never becomes one.
-
-    Parameters
-    ----------
-    request : Request
-    folder : path
-        Where the two files go; made if missing.
-    tries : int
-        Attempts per file.
-    timeout : float
-        Longest wait for an answer, s.
-    wait : float
-        Pause before the second try, s; doubled each time.
-
-    Returns
-    -------
-    list of Path
-        The MiniSEED file and the StationXML file.
+    Both files are read before they are moved into place, so a cut or foreign answer never becomes one. ``tries``, ``timeout``
+    and ``wait`` are as in `fetch_url`, per file.
 
     Raises
     ------

@@ -33,13 +33,7 @@ def default_steps(record: Record) -> tuple[Step, ...]:
 
 
 def process(record: Record, steps: Sequence[Step] | None) -> Record:
-    """Apply steps in order.
-
-    Parameters
-    ----------
-    record : Record
-    steps : sequence of Step, or None
-        None: :func:`default_steps` of the record.
+    """Apply steps in order, :func:`default_steps` of the record where they are None.
 
     Returns
     -------

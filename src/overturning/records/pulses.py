@@ -190,17 +190,9 @@ def _parameters(text: str) -> dict[str, str]:
 
 
 def parse_pulse(text: str) -> Pulse:
-    """A pulse from its line.
+    """A pulse from its line: shape and parameters, as in ``sine amplitude_gal=300 period_s=1 azimuth_deg=60``.
 
-    Parameters
-    ----------
-    text : str
-        Shape and parameters: ``sine amplitude_gal=300 period_s=1 azimuth_deg=60``.
-
-    Raises
-    ------
-    ConfigError
-        Naming the wrong word, its value and the bound.
+    A ConfigError names the wrong word, its value and the bound.
     """
     values = _parameters(text)
     try:
@@ -215,23 +207,10 @@ def parse_pulse(text: str) -> Pulse:
 
 
 def pulse_record(pulse: Pulse, record_id: str = "pulse") -> Record:
-    """A pulse as a record: rest, pulse, rest; horizontal, towards the pulse's azimuth.
+    """A pulse as a record: rest, pulse, rest; horizontal, towards the pulse's azimuth, without a vertical component.
 
-    Parameters
-    ----------
-    pulse : Pulse
-    record_id : str
-        Name of the record.
-
-    Returns
-    -------
-    Record
-        With no vertical component; ``extra`` marks it as processed, so that nothing filters it.
-
-    Raises
-    ------
-    ConfigError
-        If the pulse has fewer than ten samples: the interval is too coarse for it.
+    ``extra`` marks it as processed, so that nothing filters it. A ConfigError says so where the pulse has fewer than ten
+    samples: the interval is too coarse for it.
     """
     interval = pulse.sampling_interval_s
     if pulse.length < 10 * interval:

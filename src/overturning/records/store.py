@@ -32,14 +32,7 @@ def rounded(record: Record) -> Record:
 
 
 def write_motion(record: Record, path: Path | str) -> None:
-    """Write a record as NetCDF (CF-1.11), under another name first and then moved into place.
-
-    Parameters
-    ----------
-    record : Record
-    path : path
-        The file to write; its folder is made where it is missing.
-    """
+    """Write a record as NetCDF (CF-1.11), under another name first and then moved into place; its folder is made if missing."""
     import netCDF4
 
     record = rounded(record)
@@ -75,13 +68,7 @@ def _attributes(record: Record) -> dict[str, Any]:
 
 
 def read_motion(path: Path | str) -> Record:
-    """Read a ``motion.nc``.
-
-    Raises
-    ------
-    ResultError
-        If it is missing, damaged or not of this kind.
-    """
+    """Read a ``motion.nc``; a ResultError where it is missing, damaged or not of this kind."""
     import netCDF4
 
     path = Path(path)

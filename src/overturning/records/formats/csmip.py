@@ -16,7 +16,7 @@ import numpy as np
 from overturning.errors import RecordError
 from overturning.records.axes import parse_axis
 from overturning.records.component import Component, StatedPeak
-from overturning.records.formats.lines import FLOAT, Lines, resolution
+from overturning.records.formats.lines import FLOAT, Lines
 from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY
 
@@ -189,8 +189,7 @@ def _peak(text: Lines, volume: int) -> StatedPeak | None:
     if stated is None:
         return None
     match, index = stated
-    scale = _UNITS[match[2].lower()]
-    return StatedPeak(abs(float(match[1])) * scale, resolution(match[1]) * scale, line=text.before + index + 1)
+    return text.peak(match[1], index, "the peak", _UNITS[match[2].lower()])
 
 
 def _start(text: Lines) -> datetime | None:

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from overturning.errors import RecordError
-from overturning.records.axes import parse_axis
+from overturning.records.axes import UNKNOWN, parse_axis
 from overturning.records.component import Component
 from overturning.records.formats.lines import Lines
 from overturning.records.options import UNITS, ReadOptions
@@ -54,7 +54,7 @@ def _declared(text: str, name: str) -> list[tuple[str, str]]:
             columns.append(("skip", ""))
         elif axis.lower() == "time" and unit in SECONDS:
             columns.append(("time", unit))
-        elif unit.lower() in UNITS and parse_axis(axis) != (None, 0):
+        elif unit.lower() in UNITS and parse_axis(axis) != UNKNOWN:
             columns.append((axis, unit.lower()))
         else:
             raise RecordError(
@@ -65,7 +65,7 @@ def _declared(text: str, name: str) -> list[tuple[str, str]]:
 
 
 def _rows(source: SourceFile, width: int) -> tuple[np.ndarray, int]:
-    lines = Lines(source.name, source.lines)
+    lines = Lines.of(source)
     separator = _separator(source)
     values: list[list[float]] = []
     first_line = heading = 0

@@ -42,19 +42,9 @@ def axis_azimuth(component_name: str) -> float | None:
 
 
 def read(source: str) -> list[Component]:
-    """Read components a and b of a record.
+    """Read components a and b of a record ``set:id``, with a set of ``SETS`` and an id as in the package.
 
-    Parameters
-    ----------
-    source : str
-        ``set:id`` with set one of ``nearfield_pulse``, ``nearfield_no_pulse``, ``farfield``; ids as in the package.
-
-    Raises
-    ------
-    RecordError
-        If there is no such set or id, or the file is damaged.
-    MissingDataError
-        If the package is not installed.
+    A RecordError says so where there is no such record or it is damaged, a MissingDataError where the package is missing.
     """
     import h5py
     import hdf5plugin  # noqa: F401  registers the Blosc filter

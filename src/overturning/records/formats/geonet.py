@@ -14,7 +14,7 @@ import numpy as np
 
 from overturning.records.axes import agree, parse_axis
 from overturning.records.component import Component, StatedPeak
-from overturning.records.formats.lines import FLOAT, Lines, resolution
+from overturning.records.formats.lines import FLOAT, Lines
 from overturning.records.source import SourceFile
 
 NAME: Final = "geonet"
@@ -103,7 +103,7 @@ def _search(block: Lines, index: int, pattern: str) -> str:
 
 def _peak(block: Lines) -> StatedPeak:
     peak = _search(block, 13, rf"Acceleration:\s+[Pp]eak\s+({FLOAT})\s*mm/s/s")
-    return StatedPeak(abs(block.number(peak, 13, "peak")) * MM, resolution(peak) * MM, line=block.before + 14)
+    return block.peak(peak, 13, "peak", MM)
 
 
 def _places(text: Sequence[str], extra: dict[str, float]) -> dict[str, Any]:

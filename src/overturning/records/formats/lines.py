@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
+from overturning.records.component import StatedPeak
+from overturning.records.source import SourceFile
 
 FLOAT: Final = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eEdD][+-]?[0-9]+)?"
 _NUMBER: Final = re.compile(rf"\s*({FLOAT})\s*")
@@ -32,6 +34,11 @@ class Lines:
     lines: Sequence[str]
     before: int = 0  # lines of the file that come before these
 
+    @classmethod
+    def of(cls, source: SourceFile) -> "Lines":
+        """All lines of a file."""
+        return cls(source.name, source.lines)
+
     def error(self, index: int, why: str) -> RecordError:
         """An error that names file and line."""
         return RecordError(f"{self.file} line {self.before + index + 1}: {why}")
@@ -42,6 +49,11 @@ class Lines:
         if match is None:
             raise self.error(index, f"{what} is {text.strip()!r}, not a number; correct it or get the file again")
         return float(match[1].replace("D", "E").replace("d", "e"))
+
+    def peak(self, text: str, index: int, what: str, scale: float) -> StatedPeak:
+        """The peak that a text taken from a line states in a unit of ``scale`` m/s²."""
+        size = abs(self.number(text, index, what))
+        return StatedPeak(size * scale, resolution(text) * scale, line=self.before + index + 1)
 
     def find(self, pattern: str, stop: int | None = None) -> tuple[re.Match[str], int] | None:
         """First match of a pattern, whichever case, and its line, before the line ``stop``; None without one."""

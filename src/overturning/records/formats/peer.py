@@ -30,7 +30,7 @@ def detect(source: SourceFile) -> bool:
 def read(source: SourceFile) -> list[Component]:
     """Read one component; a RecordError says so where it is no acceleration in g, or the header promises other samples."""
     lines = source.lines
-    text = Lines(source.name, lines)
+    text = Lines.of(source)
     if len(lines) < 5:
         raise text.error(len(lines) - 1, "the file ends in the header; get it again")
     if not re.search(r"ACCELERATION.*UNITS OF G\b", lines[2], re.IGNORECASE):

@@ -7,6 +7,7 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.errors import RecordError
+from overturning.records.axes import UNKNOWN, Direction
 from overturning.records.component import Component, StatedPeak
 from overturning.records.formats.stationxml import components_of, read_inventory, read_stream
 from overturning.records.options import UNITS, ReadOptions
@@ -71,10 +72,10 @@ def _component(trace: Any, source: SourceFile, scale: float) -> Component:
     )
 
 
-def _orientation(azimuth: float | None, inclination: float | None) -> tuple[float | None, int]:
+def _orientation(azimuth: float | None, inclination: float | None) -> Direction:
     """SAC's CMPINC is the angle from up: 0 up, 90 horizontal, 180 down."""
     if inclination is not None and inclination in (0.0, 180.0):
         return None, 1 if inclination == 0.0 else -1
     if azimuth is None or inclination != 90.0:
-        return None, 0
+        return UNKNOWN
     return azimuth % 360.0, 0

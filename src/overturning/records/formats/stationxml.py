@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.errors import RecordError
+from overturning.records.axes import UNKNOWN, Direction
 from overturning.records.component import Component
 from overturning.records.source import SourceFile
 
@@ -126,10 +127,10 @@ def _deconvolved(trace: Any, inventory: Any, name: str) -> np.ndarray:
     return np.asarray(copy.data, dtype=np.float64)
 
 
-def _orientation(place: dict[str, Any]) -> tuple[float | None, int]:
+def _orientation(place: dict[str, Any]) -> Direction:
     azimuth, dip = place.get("azimuth"), place.get("dip")
     if dip is not None and abs(abs(dip) - 90.0) < 1.0:
         return None, 1 if dip < 0 else -1
     if azimuth is None or dip is None or abs(dip) > 1.0:
-        return None, 0
+        return UNKNOWN
     return float(azimuth) % 360.0, 0

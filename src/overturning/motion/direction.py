@@ -2,10 +2,6 @@
 
 import math
 
-import numpy as np
-from numpy.typing import ArrayLike
-
-from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 
 _DECIMALS = 12
@@ -31,9 +27,3 @@ def direction_cosines(azimuth_deg: float) -> tuple[float, float]:
             return -first, -second
         case _:
             return second, -first
-
-
-def along(north: ArrayLike, east: ArrayLike, azimuth_deg: float) -> FloatArray:
-    """Horizontal motion along an azimuth φ: a(φ) = a_north cos φ + a_east sin φ, in the unit of the components."""
-    cosine, sine = direction_cosines(azimuth_deg)
-    return np.asarray(north, dtype=np.float64) * cosine + np.asarray(east, dtype=np.float64) * sine

@@ -39,7 +39,7 @@ class Component:
     vertical: int  # +1 where the axis points up, −1 where it points down, 0 for a horizontal or an unknown axis
     file: str  # name of the file, without its folder
     sha256: str  # of the file
-    format: str
+    format: str = ""  # its name in the table of formats
     start: datetime | None = None  # time of the first sample, UTC
     station: str = ""
     event: str = ""
@@ -54,16 +54,15 @@ class Component:
     def of(
         cls,
         source: SourceFile,
-        form: str,
         axis: str,
         direction: Direction,
         samples: FloatArray,
         sampling_interval: float,
         **more: Any,
     ) -> "Component":
-        """A component of a file: its format, axis with azimuth and vertical sense, samples, and what else is known."""
+        """A component of a file: its axis with azimuth and vertical sense, samples, and what else is known."""
         azimuth, vertical = direction
-        return cls(samples, sampling_interval, axis, azimuth, vertical, source.name, source.sha256, form, **more)
+        return cls(samples, sampling_interval, axis, azimuth, vertical, source.name, source.sha256, **more)
 
     def __post_init__(self) -> None:
         bad = np.flatnonzero(~np.isfinite(self.samples))

@@ -123,7 +123,7 @@ def read_files(
             raise RecordError(f"{member.name}: not a {named.title} file; check `format` in the record table")
         reader = named or detect_format(member)
         try:
-            components += reader.read(member, options)
+            components += [replace(c, format=reader.name) for c in reader.read(member, options)]
         except (ValueError, IndexError, KeyError, OverflowError, MemoryError, TypeError, ZeroDivisionError) as problem:
             if isinstance(problem, RecordError):
                 raise

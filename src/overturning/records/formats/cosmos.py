@@ -18,7 +18,6 @@ from overturning.records.formats.lines import Lines
 from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY
 
-NAME: Final = "cosmos"
 UNITS: Final = {2: STANDARD_GRAVITY, 4: GAL, 10: GAL, 11: 1e-3 * STANDARD_GRAVITY}
 """COSMOS table 2: g, cm/s², Gal, mg."""
 NULL: Final = -999.0
@@ -93,7 +92,6 @@ def _channel(source: SourceFile, lines: Lines, at: int) -> tuple[Component, int]
     known = {index: float(value) for index, value in enumerate(real) if value != NULL}
     component = Component.of(
         source,
-        NAME,
         axis,
         direction,
         samples * scale,

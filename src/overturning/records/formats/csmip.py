@@ -20,8 +20,6 @@ from overturning.records.formats.lines import FLOAT, Lines
 from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY
 
-NAME: Final = "csmip"
-
 _UNITS: Final = {
     "g": STANDARD_GRAVITY,
     "g/10": 0.1 * STANDARD_GRAVITY,
@@ -57,11 +55,10 @@ def read(source: SourceFile) -> list[Component]:
     volume = 2 if lines[0].upper().lstrip().startswith("CORRECTED") else 1
     components = []
     at = 0
-    while True:
-        while at < len(lines) and not lines[at].strip():
+    while at < len(lines):
+        if not lines[at].strip():
             at += 1
-        if at >= len(lines):
-            break
+            continue
         end = next((i for i in range(at, len(lines)) if _END.match(lines[i])), None)
         if end is None:
             raise RecordError(
@@ -104,7 +101,6 @@ def _channel(source: SourceFile, block: Lines, volume: int) -> Component:
     event = replace(text, lines=text.lines[1:12]).find(r"^\s*R(?:e?co?rd) of (.*?)(?:\s{3,}|\(|$)")
     return Component.of(
         source,
-        NAME,
         f"chan {channel[1]}: {axis}",
         (azimuth, vertical),
         samples,

@@ -12,7 +12,6 @@ from overturning.records.formats.lines import Lines
 from overturning.records.options import UNITS, ReadOptions
 from overturning.records.source import SourceFile
 
-NAME: Final = "csv"
 SECONDS: Final = {"s": 1.0, "ms": 1e-3}
 
 
@@ -37,7 +36,7 @@ def read(source: SourceFile, options: ReadOptions) -> list[Component]:
             continue
         samples = rows[:, index] * UNITS[unit]
         # Whoever declares units by hand also declares the processing.
-        components.append(Component.of(source, NAME, word, parse_axis(word), samples, interval, processed=True))
+        components.append(Component.of(source, word, parse_axis(word), samples, interval, processed=True))
     return components
 
 

@@ -11,8 +11,6 @@ from overturning.records.formats.lines import Lines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
-NAME: Final = "esm-dyna"
-
 _KNOWN: Final = {
     "STATION_LATITUDE_DEGREE": "latitude",
     "STATION_LONGITUDE_DEGREE": "longitude",
@@ -68,7 +66,6 @@ def read(source: SourceFile) -> list[Component]:
     return [
         Component.of(
             source,
-            NAME,
             text("STREAM"),
             channel_axis(text("STREAM")),
             samples * GAL,

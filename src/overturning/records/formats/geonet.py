@@ -17,7 +17,6 @@ from overturning.records.component import Component, StatedPeak
 from overturning.records.formats.lines import FLOAT, Lines
 from overturning.records.source import SourceFile
 
-NAME: Final = "geonet"
 MM: Final = 1e-3
 TEXT_LINES: Final = 16
 HEADER_LINES: Final = 26
@@ -79,7 +78,6 @@ def _block(source: SourceFile, block: Lines) -> tuple[Component, int]:
         raise block.error(len(text) - 1, f"the file ends in the data of {axis}; get it again")
     component = Component.of(
         source,
-        NAME,
         axis,
         (azimuth, vertical),
         samples * scale,

@@ -18,8 +18,6 @@ from overturning.records.formats.lines import Lines, resolution
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
-NAME: Final = "kik-net"
-
 KEYS: Final = (
     "Origin Time",
     "Lat.",
@@ -90,7 +88,6 @@ def read(source: SourceFile) -> list[Component]:
     return [
         Component.of(
             source,
-            NAME,
             extension,
             (azimuth, vertical),
             np.asarray(trace, dtype=np.float64) * gain,

@@ -1,14 +1,10 @@
 """MiniSEED with StationXML, through obspy: counts alone are no acceleration."""
 
-from typing import Final
-
 from overturning.errors import RecordError
 from overturning.records.component import Component
 from overturning.records.formats.stationxml import components_of, read_inventory, read_stream
 from overturning.records.options import ReadOptions
 from overturning.records.source import SourceFile
-
-NAME: Final = "miniseed"
 
 
 def detect(source: SourceFile) -> bool:
@@ -29,4 +25,4 @@ def read(source: SourceFile, options: ReadOptions) -> list[Component]:
         raise RecordError(
             f"{source.name}: MiniSEED holds counts without gain or orientation; give the station's StationXML with it"
         )
-    return components_of(stream, inventory, source, NAME)
+    return components_of(stream, inventory, source)

@@ -14,8 +14,6 @@ from overturning.records.formats.lines import FLOAT, Lines
 from overturning.records.source import SourceFile
 from overturning.units import STANDARD_GRAVITY
 
-NAME: Final = "peer-at2"
-
 _COUNTS: Final = (
     re.compile(rf"NPTS\s*=\s*(\d+)\s*,?\s*DT\s*=\s*({FLOAT})", re.IGNORECASE),
     re.compile(rf"^\s*(\d+)\s+({FLOAT})\s+NPTS\s*,\s*DT", re.IGNORECASE),
@@ -49,7 +47,7 @@ def read(source: SourceFile) -> list[Component]:
     axis = re.sub(r"\(.*\)", "", parts[-1]).strip()
     event, station = _names(parts)
     more = {"station": station, "event": event, "processed": True}
-    return [Component.of(source, NAME, axis, parse_axis(axis), samples * STANDARD_GRAVITY, interval, **more)]
+    return [Component.of(source, axis, parse_axis(axis), samples * STANDARD_GRAVITY, interval, **more)]
 
 
 def _names(parts: list[str]) -> tuple[str, str]:

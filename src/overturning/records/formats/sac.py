@@ -13,7 +13,6 @@ from overturning.records.formats.stationxml import components_of, read_inventory
 from overturning.records.options import UNITS, ReadOptions
 from overturning.records.source import SourceFile
 
-NAME: Final = "sac"
 UNDEFINED: Final = -12345.0
 
 
@@ -37,7 +36,7 @@ def read(source: SourceFile, options: ReadOptions) -> list[Component]:
     stream = read_stream(source, "SAC", checksize=True)
     inventory = read_inventory(options.metadata)
     if inventory is not None:
-        return components_of(stream, inventory, source, NAME)
+        return components_of(stream, inventory, source)
     if options.unit is None:
         raise RecordError(
             f"{source.name}: SAC does not say its unit; declare it (unit in the record table, --unit here: {', '.join(UNITS)}) "
@@ -57,7 +56,6 @@ def _component(trace: Any, source: SourceFile, scale: float) -> Component:
     moment = trace.stats.starttime
     return Component.of(
         source,
-        NAME,
         trace.stats.channel or "unnamed",
         _orientation(known("cmpaz"), known("cmpinc")),
         np.asarray(trace.data, dtype=np.float64) * scale,

@@ -17,7 +17,6 @@ from overturning.records.formats.lines import Lines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
-NAME: Final = "smc"
 KINDS: Final = {"1 UNCORRECTED ACCELEROGRAM": False, "2 CORRECTED ACCELEROGRAM": True}
 REFUSED: Final = ("3 VELOCITY", "4 DISPLACEMENT", "5 ", "6 ")
 TEXT_LINES: Final = 11
@@ -48,7 +47,6 @@ def read(source: SourceFile) -> list[Component]:
     return [
         Component.of(
             source,
-            NAME,
             axis,
             direction,
             samples * GAL,

@@ -44,12 +44,12 @@ def read_inventory(files: Sequence[SourceFile]) -> Any:
     return inventory
 
 
-def components_of(stream: Any, inventory: Any, source: SourceFile, form: str) -> list[Component]:
+def components_of(stream: Any, inventory: Any, source: SourceFile) -> list[Component]:
     """Counts to m/s² with the inventory's gain (accelerometers) or response (velocity sensors).
 
     A RecordError says so where a trace has a gap or is not in the inventory.
     """
-    return [_component(trace, inventory, source, form) for trace in _without_gaps(stream, source)]
+    return [_component(trace, inventory, source) for trace in _without_gaps(stream, source)]
 
 
 def _without_gaps(stream: Any, source: SourceFile) -> Any:
@@ -72,7 +72,7 @@ def _without_gaps(stream: Any, source: SourceFile) -> Any:
     return stream
 
 
-def _component(trace: Any, inventory: Any, source: SourceFile, form: str) -> Component:
+def _component(trace: Any, inventory: Any, source: SourceFile) -> Component:
     name = source.name
     moment = trace.stats.starttime
     try:
@@ -94,7 +94,6 @@ def _component(trace: Any, inventory: Any, source: SourceFile, form: str) -> Com
         samples, removed = _deconvolved(trace, inventory, name), "response"
     return Component.of(
         source,
-        form,
         trace.stats.channel,
         _orientation(place),
         samples,

@@ -18,13 +18,10 @@ def amplitude_spectrum(acceleration: ArrayLike, sampling_interval: float) -> tup
     )
 
 
-def konno_ohmachi(
-    frequency: FloatArray, amplitude: FloatArray, at: ArrayLike, *, bandwidth: float = 40.0
-) -> FloatArray:
+def konno_ohmachi(frequency: FloatArray, amplitude: FloatArray, at: ArrayLike) -> FloatArray:
     """Smooth a raw spectrum at the frequencies ``at`` (Konno & Ohmachi 1998, BSSA 88, 228-241), by pykooh.
 
-    A frequency of 0 is left out of the spectrum and refused in ``at``. The bandwidth is the coefficient b: 40 is usual,
-    smaller is smoother.
+    A frequency of 0 is left out of the spectrum and refused in ``at``. The coefficient b is the usual 40.
     """
     import pykooh
 
@@ -32,4 +29,4 @@ def konno_ohmachi(
     if not (np.isfinite(wanted) & (wanted > 0)).all():
         raise ArgumentError("at: smoothed spectra have positive frequencies only")
     positive = frequency > 0
-    return np.asarray(pykooh.smooth(wanted, frequency[positive], amplitude[positive], bandwidth), dtype=np.float64)
+    return np.asarray(pykooh.smooth(wanted, frequency[positive], amplitude[positive], 40.0), dtype=np.float64)

@@ -22,7 +22,7 @@ PEAKS = {
 }
 """Unit and long name of the measures that need no oscillator."""
 
-OTHERS = {
+MEASURES = PEAKS | {
     "arias": ("m s-1", "Arias intensity"),
     "cav": ("m s-1", "cumulative absolute velocity"),
     "duration": ("s", "significant duration, 5 to 95 % of the Arias intensity"),
@@ -30,8 +30,6 @@ OTHERS = {
     "si05": ("m s-1", "spectrum intensity, damping ratio 0.05"),
     "predominant_period": ("s", "period of the largest pseudo-acceleration, damping ratio 0.05"),
 }
-
-MEASURES = PEAKS | OTHERS
 """Unit and long name of every measure by azimuth."""
 
 PREDOMINANT_PERIODS = np.geomspace(0.04, 4.0, 81)
@@ -86,14 +84,7 @@ def intensity_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> "xarray.Data
 
 
 def record_measures(motion: Motion, processing: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """JMA intensity of a whole record, and what processing did to its peaks.
-
-    Parameters
-    ----------
-    motion : Motion
-        The processed record.
-    processing : sequence of mapping
-        The steps applied to it, in order, each with its ``effect`` on the peaks.
+    """JMA intensity of a whole processed record, and what the steps of its processing did to its peaks.
 
     Returns
     -------

@@ -11,9 +11,6 @@ from overturning.motion.motion import Motion
 from overturning.motion.oscillator import POINTS_PER_PERIOD, Oscillators, Quantity, checked_periods
 from overturning.motion.rotation import cosines_of, largest_along
 
-PERIODS = np.geomspace(0.01, 10.0, 100)
-"""Periods of the spectra unless others are asked for, s."""
-
 SI_PERIODS = np.linspace(0.1, 2.5, 121)
 """Periods over which the spectrum intensity is integrated, s."""
 
@@ -62,14 +59,9 @@ def _peaks(
 
 
 def rotd(
-    motion: Motion,
-    period_s: ArrayLike = PERIODS,
-    *,
-    damping: float = 0.05,
-    percentiles: Sequence[float] = (0.0, 50.0, 100.0),
-    azimuth_deg: ArrayLike = ROTD_AZIMUTHS,
+    motion: Motion, period_s: ArrayLike, *, percentiles: Sequence[float] = (0.0, 50.0, 100.0)
 ) -> dict[str, FloatArray]:
-    """RotDnn of PGA, PGV and of the pseudo-acceleration spectrum (Boore 2010, BSSA 100, 1830-1835).
+    """RotDnn of PGA, PGV and of the pseudo-acceleration spectrum, damping ratio 0.05 (Boore 2010, BSSA 100, 1830-1835).
 
     Percentiles over azimuths of half a turn: 0, 50 and 100 are RotD00, RotD50 and RotD100.
 
@@ -78,8 +70,8 @@ def rotd(
     dict of str to ndarray
         ``pga`` (q,) in m/s², ``pgv`` (q,) in m/s, ``psa`` (q, p) in m/s², for q percentiles and p periods (s).
     """
-    periods, cosines = checked_periods(period_s), cosines_of(azimuth_deg)
-    (displacement,) = _peaks(motion, periods, cosines, damping, ("displacement",))
+    periods, cosines = checked_periods(period_s), cosines_of(ROTD_AZIMUTHS)
+    (displacement,) = _peaks(motion, periods, cosines, 0.05, ("displacement",))
     psa = displacement * (2.0 * np.pi / periods[:, None]) ** 2
     velocity = integrate(motion.horizontal, motion.sampling_interval)
     return {

@@ -105,14 +105,12 @@ def assemble(
     vertical_sense: VerticalSense | None = None,
     overrides: dict[str, Any] | None = None,
 ) -> Record:
-    """Make one record of the components of one sensor.
+    """Make one record of the components of one sensor: two horizontal axes and at most one vertical one.
 
     Parameters
     ----------
     components : sequence of Component
-        Two horizontal axes and at most one vertical one.
     record_id : str
-        Name of the record.
     azimuths_deg : sequence of float, optional
         Azimuths of the two horizontal axes, in the order of the components, where the file does not state them.
     correction_deg : float
@@ -123,10 +121,6 @@ def assemble(
         Which way a vertical axis points that does not say so itself; ``none`` leaves it out.
     overrides : dict, optional
         Fields of the record that are known better than from the files (station, event, licence…).
-
-    Returns
-    -------
-    Record
 
     Raises
     ------

@@ -103,19 +103,10 @@ class MavroeidisPapageorgiou(_Pulse):
         """γ T, s."""
         return self.gamma * self.period_s
 
-    def _terms(self, time: FloatArray) -> tuple[FloatArray, FloatArray]:
-        phase = 2.0 * np.pi * (time - 0.5 * self.length) / self.period_s
-        return phase / self.gamma, phase + math.radians(self.phase_deg)
-
-    def velocity(self, time: FloatArray) -> FloatArray:
-        """Velocity within the pulse, m/s."""
-        slow, fast = self._terms(time)
-        peak = self.amplitude_gal * GAL * self.period_s / (2.0 * np.pi)
-        return 0.5 * peak * (1.0 + np.cos(slow)) * np.cos(fast)
-
     def acceleration(self, time: FloatArray) -> FloatArray:
         """See the class."""
-        slow, fast = self._terms(time)
+        phase = 2.0 * np.pi * (time - 0.5 * self.length) / self.period_s
+        slow, fast = phase / self.gamma, phase + math.radians(self.phase_deg)
         bracket = np.sin(slow) * np.cos(fast) / self.gamma + (1.0 + np.cos(slow)) * np.sin(fast)
         return -0.5 * self.amplitude_gal * GAL * bracket
 
@@ -177,8 +168,11 @@ _ADAPTER: TypeAdapter[Pulse] = TypeAdapter(Pulse)
 SHAPES = ("sine", "cosine", "ricker", "mavroeidis-papageorgiou", "constant", "noise")
 
 
-def _parameters(text: str) -> dict[str, str]:
-    """The words of a pulse's line by key."""
+def parse_pulse(text: str) -> Pulse:
+    """A pulse from its line: shape and parameters, as in ``sine amplitude_gal=300 period_s=1 azimuth_deg=60``.
+
+    A ConfigError names the wrong word, its value and the bound.
+    """
     shape, *rest = text.split() or [""]
     values = {"shape": shape}
     for word in rest:
@@ -186,15 +180,6 @@ def _parameters(text: str) -> dict[str, str]:
         if not equals or key in values:
             raise ConfigError(f"pulse {text!r}: {word!r}; write each parameter once, as key=value")
         values[key] = value
-    return values
-
-
-def parse_pulse(text: str) -> Pulse:
-    """A pulse from its line: shape and parameters, as in ``sine amplitude_gal=300 period_s=1 azimuth_deg=60``.
-
-    A ConfigError names the wrong word, its value and the bound.
-    """
-    values = _parameters(text)
     try:
         return _ADAPTER.validate_python(values)
     except ValidationError as problem:
@@ -225,10 +210,8 @@ def pulse_record(pulse: Pulse, record_id: str = "pulse") -> Record:
     along = np.zeros(count)
     along[inside] = pulse.acceleration(np.clip(time[inside], 0.0, pulse.length))
     cosine, sine = direction_cosines(pulse.azimuth_deg)
-    line = " ".join(
-        [pulse.shape]
-        + [f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in pulse.model_dump(exclude={"shape"}).items()]
-    )
+    given = pulse.model_dump(exclude={"shape"}).items()
+    line = " ".join([pulse.shape, *(f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in given)])
     return Record(
         record_id=record_id,
         north=along * cosine + 0.0,

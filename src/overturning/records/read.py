@@ -17,18 +17,7 @@ from overturning.records.source import SourceFile, is_archive, open_archive, rea
 
 
 def read_record(entry: RecordEntry, data_dir: Path | str) -> Record:
-    """Read a record of the record table.
-
-    Parameters
-    ----------
-    entry : RecordEntry
-        Line of the table.
-    data_dir : path
-        Folder with the user's files; not needed for records that come with a package.
-
-    Returns
-    -------
-    Record
+    """Read a record of the record table, from the user's files in a folder or from a package that brings it.
 
     Raises
     ------
@@ -187,10 +176,8 @@ def read_path(
         Name of the record; default: the first file's stem.
     sensor : {"surface", "borehole"}
         Which sensor, where there are two.
-    azimuths_deg, trust_data
-        As in `assemble`.
-    options : ReadOptions, optional
-        Unit, columns and metadata that the files do not state.
+    azimuths_deg, trust_data, options
+        As in `assemble`; unit, columns and metadata that the files do not state.
 
     Raises
     ------

@@ -28,46 +28,34 @@ def read_record(entry: RecordEntry, data_dir: Path | str) -> Record:
     ConfigError
         If the format of the entry is unknown.
     """
+    stated = entry.model_dump(include={"station", "event", "licence", "fault_strike_deg"})
     if entry.format == "synthetic":
-        return _pulse(entry)
-    components = _components_of(entry, Path(data_dir))
+        from overturning.records.pulses import parse_pulse, pulse_record
+
+        pulse = pulse_record(parse_pulse(entry.source), entry.id)
+        return replace(pulse, **_known(stated))
+    place = {"latitude": entry.station_latitude_deg, "longitude": entry.station_longitude_deg}
     record = assemble(
-        components,
+        _components_of(entry, Path(data_dir)),
         record_id=entry.id,
         azimuths_deg=entry.azimuths_deg,
         correction_deg=entry.azimuth_correction_deg,
         trust_data=entry.trust_data,
         vertical_sense=entry.vertical_sense,
-        overrides={
-            "station": entry.station,
-            "event": entry.event,
-            "licence": entry.licence,
-            "fault_strike_deg": entry.fault_strike_deg,
-            "source": f"{entry.format} {entry.source}",
-            "latitude": entry.station_latitude_deg,
-            "longitude": entry.station_longitude_deg,
-        },
+        overrides=stated | place | {"source": f"{entry.format} {entry.source}"},
     )
     if entry.sha256 and entry.sha256 != record.sha256:
         raise RecordError(
             f"record {entry.id}: {entry.source} has SHA-256 {record.sha256}, the record table says {entry.sha256}; "
             "get the file again, or correct the table"
         )
-    known = {
-        "pulse": entry.pulse,
-        "event_latitude": entry.epicentre_latitude_deg,
-        "event_longitude": entry.epicentre_longitude_deg,
-    }
-    return replace(record, extra=record.extra | {name: value for name, value in known.items() if value is not None})
+    epicentre = {"event_latitude": entry.epicentre_latitude_deg, "event_longitude": entry.epicentre_longitude_deg}
+    return replace(record, extra=record.extra | _known({"pulse": entry.pulse} | epicentre))
 
 
-def _pulse(entry: RecordEntry) -> Record:
-    from overturning.records.pulses import parse_pulse, pulse_record
-
-    record = pulse_record(parse_pulse(entry.source), entry.id)
-    known: dict[str, Any] = {"station": entry.station, "event": entry.event, "licence": entry.licence}
-    known = {name: value for name, value in known.items() if value}
-    return replace(record, fault_strike_deg=entry.fault_strike_deg, **known)
+def _known(values: dict[str, Any]) -> dict[str, Any]:
+    """Those that the record table states."""
+    return {name: value for name, value in values.items() if value not in (None, "")}
 
 
 def _components_of(entry: RecordEntry, data_dir: Path) -> list[Component]:

@@ -52,17 +52,11 @@ class Component:
 
     @classmethod
     def of(
-        cls,
-        source: SourceFile,
-        axis: str,
-        direction: Direction,
-        samples: FloatArray,
-        sampling_interval: float,
-        **more: Any,
+        cls, source: SourceFile, axis: str, direction: Direction, samples: FloatArray, interval: float, **more: Any
     ) -> "Component":
         """A component of a file: its axis with azimuth and vertical sense, samples, and what else is known."""
         azimuth, vertical = direction
-        return cls(samples, sampling_interval, axis, azimuth, vertical, source.name, source.sha256, **more)
+        return cls(samples, interval, axis, azimuth, vertical, source.name, source.sha256, **more)
 
     def __post_init__(self) -> None:
         bad = np.flatnonzero(~np.isfinite(self.samples))

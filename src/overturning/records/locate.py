@@ -6,8 +6,6 @@ from overturning.errors import MissingDataError
 from overturning.records.catalogue import RecordEntry
 from overturning.records.source import SourceFile, open_archive, read_source
 
-NIED = "K-NET and KiK-net (www.kyoshin.bosai.go.jp, free account)"
-
 
 def find_paths(entry: RecordEntry, data_dir: Path) -> list[Path]:
     """Where an entry's files lie in the data folder; empty for records that come with a package."""
@@ -62,5 +60,8 @@ def _which(entry: RecordEntry) -> str:
 
 def _remedy(entry: RecordEntry) -> str:
     if entry.format == "kik-net":
-        return f"download them from NIED's {NIED} and put them into that folder: they may not be redistributed"
+        return (
+            "download them from NIED's K-NET and KiK-net (www.kyoshin.bosai.go.jp, free account) and put them into that folder: "
+            "they may not be redistributed"
+        )
     return "put the file there, or name the folder in the config"

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime, timedelta
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -48,11 +49,9 @@ def process(record: Record, steps: Sequence[Step] | None) -> Record:
     """
     for step in default_steps(record) if steps is None else steps:
         before = _horizontal_peaks(record)
-        north, east = (_apply(step, record.north, record), _apply(step, record.east, record))
-        up = None if record.up is None else _apply(step, record.up, record)
         interval = step.sampling_interval_s if isinstance(step, Resample) else record.sampling_interval
-        start = _start_after(step, record)
-        record = replace(record, north=north, east=east, up=up, sampling_interval=interval, start=start)
+        changed = partial(_apply, step, record)
+        record = record.with_each(changed, sampling_interval=interval, start=_start_after(step, record))
         after = _horizontal_peaks(record)
         effect = {name: [b, a] for name, b, a in zip(("pga", "pgv", "pgd"), before, after, strict=True)}
         entry: dict[str, Any] = step.model_dump(mode="json") | {"effect": effect}
@@ -80,7 +79,7 @@ def _refused(record: Record, key: str, why: str) -> RecordError:
     return RecordError(f"record {record.record_id}: {key}; {why}")
 
 
-def _apply(step: Step, samples: FloatArray, record: Record) -> FloatArray:
+def _apply(step: Step, record: Record, samples: FloatArray) -> FloatArray:
     interval = record.sampling_interval
     match step:
         case RemoveMean():

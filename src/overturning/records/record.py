@@ -1,6 +1,7 @@
 """The one form in which every ground-motion record enters the project."""
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -52,6 +53,11 @@ class Record:
             raise RecordError(
                 f"record {self.record_id}: sampling interval {self.sampling_interval} s; it must be positive"
             )
+
+    def with_each(self, change: Callable[[FloatArray], FloatArray], **more: Any) -> "Record":
+        """The record with each component changed in the same way, and other fields as given."""
+        up = None if self.up is None else change(self.up)
+        return replace(self, north=change(self.north), east=change(self.east), up=up, **more)
 
     @property
     def horizontal(self) -> FloatArray:

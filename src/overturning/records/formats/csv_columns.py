@@ -49,7 +49,7 @@ def _declared(text: str, name: str) -> list[tuple[str, str]]:
     columns = []
     for word in text.split():
         axis, _, unit = word.rpartition(":") if ":" in word else (word, "", "")
-        if axis.lower() == "skip" or word.lower() == "skip":
+        if axis.lower() == "skip":
             columns.append(("skip", ""))
         elif axis.lower() == "time" and unit in SECONDS:
             columns.append(("time", unit))

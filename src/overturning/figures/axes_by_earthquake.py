@@ -1,23 +1,18 @@
 """Fall axes of the earthquakes relative to their fault normals."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
 
 from overturning.figures.style import FAULT, INK, SERIES, caption
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
-
-    from overturning.statistics.earthquakes import AxisSummary
+from overturning.statistics.earthquakes import AxisSummary
 
 MARKERS = ("o", "D", "s")
 
 
-def _draw_axes(
-    axes: Any, groups: "dict[str, xr.Dataset]", summaries: "dict[str, AxisSummary]", names: list[str]
-) -> None:
+def _draw_axes(axes: Any, groups: dict[str, xr.Dataset], summaries: dict[str, AxisSummary], names: list[str]) -> None:
     """Draw one point per earthquake, named from top to bottom, and group; below the mean axis of each group with its interval."""
     for index, (name, data) in enumerate(groups.items()):
         colour = SERIES[(1, 0, 2)[index % 3]]
@@ -53,7 +48,7 @@ def _draw_axes(
     axes.grid(True, axis="x")
 
 
-def axes_figure(groups: "dict[str, xr.Dataset]", summaries: "dict[str, AxisSummary]") -> "Figure":
+def axes_figure(groups: dict[str, xr.Dataset], summaries: dict[str, AxisSummary]) -> Figure:
     """Figure of all earthquakes; the size of a point grows with the resultant length of its fall axes.
 
     Parameters

@@ -1,18 +1,16 @@
 """The overturning boundary by azimuth of the motion, one curve per friction, with its band between scrambles."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
 
 from overturning.figures.polar_panels import MOST_IN_A_ROW
 from overturning.figures.style import DASHES, SERIES, caption, compass, mark_fault_normal, radius_labels
 
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
-
-def _draw_boundary(axes: Any, bounds: "xr.Dataset", top: float) -> None:
+def _draw_boundary(axes: Any, bounds: xr.Dataset, top: float) -> None:
     """Draw the curves of one height.
 
     Where the block still falls at the largest B/H of the cube, ``top``, the curve is drawn there with triangles.
@@ -52,7 +50,7 @@ def _draw_boundary(axes: Any, bounds: "xr.Dataset", top: float) -> None:
     radius_labels(axes)
 
 
-def boundary_figure(bounds: "xr.Dataset", top: float, fault_normal_deg: float, title: str) -> "Figure":
+def boundary_figure(bounds: xr.Dataset, top: float, fault_normal_deg: float, title: str) -> Figure:
     """Figure of one record: a panel per height.
 
     Parameters

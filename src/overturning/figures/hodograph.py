@@ -1,16 +1,14 @@
 """Hodographs: the ground's acceleration, velocity and displacement seen from above."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
 
 from overturning.arrays import FloatArray
 from overturning.figures.style import FALLS, FAULT, INK, SERIES, caption, labels, short
 from overturning.units import CM, GAL
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 
 def _draw_hodograph(axes: Any, north: FloatArray, east: FloatArray, label: str, fault_normal_deg: float) -> None:
@@ -40,7 +38,7 @@ def _draw_hodograph(axes: Any, north: FloatArray, east: FloatArray, label: str, 
     axes.annotate("N", (0.93, 0.99), (0.93, 0.84), xycoords="axes fraction", ha="center", fontsize=8, arrowprops=arrow)
 
 
-def hodograph_figure(motion: "xr.Dataset", fault_normal_deg: float, title: str) -> "Figure":
+def hodograph_figure(motion: xr.Dataset, fault_normal_deg: float, title: str) -> Figure:
     """Figure of acceleration, velocity and displacement.
 
     Parameters

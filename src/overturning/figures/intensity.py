@@ -1,18 +1,14 @@
 """Peak ground acceleration and velocity along every azimuth."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
 
 from overturning.figures.style import SERIES, caption, compass, mark_fault_normal, radius_labels, short
 from overturning.units import CM, GAL
 
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
-
-def intensity_figure(intensity: "xr.Dataset", fault_normal_deg: float, title: str) -> "Figure":
+def intensity_figure(intensity: xr.Dataset, fault_normal_deg: float, title: str) -> Figure:
     """Polar curves of PGA (Gal) and PGV (cm/s) of one record.
 
     Parameters

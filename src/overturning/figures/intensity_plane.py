@@ -1,25 +1,23 @@
 """Falls in the plane of PGA and PGV/PGA, beside the classical limits and the fitted probability."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from overturning.arrays import FloatArray
 from overturning.figures.style import FALLS, INK, SERIES, STANDS, caption, labels
 from overturning.statistics.direction import fall_shares
 from overturning.statistics.limits import ishiyama_velocity, west_acceleration
+from overturning.statistics.logistic import LogisticFit
 from overturning.statistics.planes import by_plane
 from overturning.units import GAL, STANDARD_GRAVITY
 
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
-
-    from overturning.statistics.logistic import LogisticFit
-
 
 def plane_points(
-    cube: "xr.Dataset", intensity: "xr.Dataset", height: float, b_over_h: float, friction: float
+    cube: xr.Dataset, intensity: xr.Dataset, height: float, b_over_h: float, friction: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """PGA (m/s²), PGV/PGA (s) and probability of falling of one block, for every plane of every record, each shape (n,)."""
     planes = by_plane(cube.sel(height=height, b_over_h=b_over_h, friction=friction, method="nearest")).compute()
@@ -35,11 +33,9 @@ def _draw_intensity_plane(
     points: tuple[FloatArray, FloatArray, FloatArray],
     height: float,
     b_over_h: float,
-    fit: "LogisticFit | None" = None,
+    fit: LogisticFit | None = None,
 ) -> None:
     """Draw one block's plane: the points of `plane_points`, the limits, and the fit's line of probability one half."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
     pga, ratio, falls = points
     axes.set(xscale="log", yscale="log")
     west, velocity = float(west_acceleration(b_over_h)), float(ishiyama_velocity(height, b_over_h))
@@ -73,9 +69,7 @@ def _draw_intensity_plane(
     axes.set_title(f"B/H = {b_over_h:g}, H = {height:g} m", fontsize=9)
 
 
-def intensity_plane_figure(
-    cube: "xr.Dataset", intensity: "xr.Dataset", fit: "LogisticFit | None", friction: float
-) -> "Figure":
+def intensity_plane_figure(cube: xr.Dataset, intensity: xr.Dataset, fit: LogisticFit | None, friction: float) -> Figure:
     """Figure with up to three slendernesses (columns) and all heights (rows) at one friction.
 
     Parameters

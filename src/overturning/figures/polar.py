@@ -1,15 +1,15 @@
 """Where the block falls: azimuth of the fall × slenderness, north up, clockwise."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
 from overturning.figures.polar_panels import blocks_of, case_panels, draw_cells, mark_normals
 from overturning.figures.style import FALLS, FALLS_OPPOSITE, MISSING, STANDS, caption
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 _KINDS = (
     (0, STANDS, "stands"),
@@ -19,17 +19,15 @@ _KINDS = (
 )
 
 
-def _draw_fall_map(axes: Any, cells: "xr.DataArray") -> None:
+def _draw_fall_map(axes: Any, cells: xr.DataArray) -> None:
     """Draw one panel: ``overturned`` by azimuth and B/H, +1, 0, −1, or NaN where it was not found."""
-    from matplotlib.colors import ListedColormap
-
     values = cells.transpose("b_over_h", "azimuth").to_numpy()
     kinds = np.select([np.isnan(values), values > 0, values < 0], [3, 2, 1], 0)
     colours = ListedColormap([colour for _, colour, _ in _KINDS])
     draw_cells(axes, cells, kinds, cmap=colours, vmin=-0.5, vmax=3.5)
 
 
-def fall_map_figure(cube: "xr.Dataset", title: str) -> "Figure":
+def fall_map_figure(cube: xr.Dataset, title: str) -> Figure:
     """Figure of one record: a panel per friction and height.
 
     Parameters
@@ -37,8 +35,6 @@ def fall_map_figure(cube: "xr.Dataset", title: str) -> "Figure":
     cube : xarray.Dataset
         One record of the cube, or any dataset with ``overturned`` over azimuth, height, b_over_h and friction.
     """
-    from matplotlib.patches import Patch
-
     figure, panels = case_panels(cube["overturned"])
     for axes, cells in blocks_of(cube["overturned"], panels):
         _draw_fall_map(axes, cells)

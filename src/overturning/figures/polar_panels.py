@@ -1,23 +1,21 @@
 """Grids of compasses with slenderness as radius, one panel per block: what the polar maps have in common."""
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from overturning.arrays import FloatArray
 from overturning.figures.style import compass, mark_fault_normal, radius_labels
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 MOST_IN_A_ROW = 4
 """Panels side by side where only one of height and friction varies; more go into further rows."""
 
 
-def case_panels(blocks: "xr.Dataset | xr.DataArray", *, more_width: float = 0.0) -> "tuple[Figure, Any]":
+def case_panels(blocks: xr.Dataset | xr.DataArray, *, more_width: float = 0.0) -> tuple[Figure, Any]:
     """A panel per friction (columns) and height (rows), or in rows of four where there is one of either only.
 
     Parameters
@@ -34,7 +32,6 @@ def case_panels(blocks: "xr.Dataset | xr.DataArray", *, more_width: float = 0.0)
         Those that stay empty are hidden; take them by `blocks_of`.
     """
     import matplotlib.pyplot as plt
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     rows, columns = blocks["height"].size, blocks["friction"].size
     count = rows * columns
@@ -55,7 +52,7 @@ def case_panels(blocks: "xr.Dataset | xr.DataArray", *, more_width: float = 0.0)
     return figure, panels
 
 
-def blocks_of(blocks: Any, panels: Any) -> "Iterator[tuple[Any, Any]]":
+def blocks_of(blocks: Any, panels: Any) -> Iterator[tuple[Any, Any]]:
     """Each panel with its block, its title set: heights outside, frictions inside."""
     places = np.ndindex(blocks["height"].size, blocks["friction"].size)
     for axes, (row, column) in zip(panels.flat, places, strict=False):
@@ -81,7 +78,7 @@ def azimuth_edges(azimuth_deg: FloatArray) -> FloatArray:
     return np.radians(np.append(after[-1] - 360.0, after))
 
 
-def draw_cells(axes: Any, cells: "xr.DataArray", values: Any, **colours: Any) -> Any:
+def draw_cells(axes: Any, cells: xr.DataArray, values: Any, **colours: Any) -> Any:
     """Colour the cells of a compass by ``values`` (b_over_h, azimuth), and return the mesh for a colour bar."""
     compass(axes)
     axes.grid(False)
@@ -101,12 +98,12 @@ def radius_ticks(axes: Any, top: float, middle: float) -> None:
     radius_labels(axes)
 
 
-def fault_normal_of(cube: "xr.Dataset") -> float:
+def fault_normal_of(cube: xr.Dataset) -> float:
     """Fault normal of a cube of one record, degrees; NaN where it is not known."""
     return float(cube["fault_normal"]) if "fault_normal" in cube.variables else float("nan")
 
 
-def mark_normals(cube: "xr.Dataset", panels: Any) -> None:
+def mark_normals(cube: xr.Dataset, panels: Any) -> None:
     """Mark the fault normal of a cube of one record on every panel that is shown."""
     for axes in panels.flat:
         if axes.get_visible():

@@ -1,19 +1,17 @@
 """Probability of falling towards each azimuth, by slenderness: the polar map of an ensemble, or of the mean of many cases."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
 
 from overturning.figures.polar_panels import blocks_of, case_panels, cell_edges, draw_cells, mark_normals
 from overturning.figures.style import MISSING, caption, probability_colours
 from overturning.statistics.planes import fall_probability
 
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
-
-def _draw_probability_map(axes: Any, towards: "xr.DataArray") -> Any:
+def _draw_probability_map(axes: Any, towards: xr.DataArray) -> Any:
     """Draw one panel: probability of falling towards an azimuth by azimuth and B/H, NaN where it was not found."""
     values = np.ma.masked_invalid(towards.transpose("b_over_h", "azimuth").to_numpy())
     mesh = draw_cells(axes, towards, values, cmap=probability_colours(), vmin=0.0, vmax=1.0)
@@ -24,7 +22,7 @@ def _draw_probability_map(axes: Any, towards: "xr.DataArray") -> Any:
     return mesh
 
 
-def probability_map_figure(cube: "xr.Dataset", title: str) -> "Figure":
+def probability_map_figure(cube: xr.Dataset, title: str) -> Figure:
     """Figure of one record: a panel per friction and height.
 
     Parameters

@@ -1,18 +1,16 @@
 """Rose of fall azimuths over a whole study."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
 
 from overturning.arrays import FloatArray
 from overturning.figures.style import FALLS, FAULT, compass, mark_fault_normal, radius_labels
 from overturning.statistics.falls import falls_towards
 from overturning.statistics.groups import record_groups
 from overturning.statistics.planes import plane_index, plane_weight
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 SECTOR_DEG = 15.0
 
@@ -58,7 +56,7 @@ def draw_rose(axes: Any, shares: FloatArray) -> None:
     radius_labels(axes, zorder=6)
 
 
-def rose_figure(cube: "xr.Dataset") -> "Figure":
+def rose_figure(cube: xr.Dataset) -> Figure:
     """Rose of all falls of a study: by azimuth from north, and from the fault normal where it is known.
 
     Each plane of motion counts once, and azimuths added to the grid share the weight of their neighbourhood. Records with

@@ -1,16 +1,14 @@
 """Station, epicentre and fault on a plain map with scale and north (the paper's figure 4)."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
 
 from overturning.errors import ArgumentError
 from overturning.figures.style import FALLS, FAULT, INK, SERIES, caption, labels
 from overturning.statistics.circular import resultant
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 EARTH_RADIUS_KM = 6371.0
 """Mean radius of the Earth, km."""
@@ -25,7 +23,7 @@ def local_km(latitude: Any, longitude: Any, latitude0: float, longitude0: float)
     return EARTH_RADIUS_KM * east, EARTH_RADIUS_KM * np.radians(np.asarray(latitude) - latitude0)
 
 
-def sites_by_earthquake(cube: "xr.Dataset") -> "dict[str, xr.Dataset]":
+def sites_by_earthquake(cube: xr.Dataset) -> dict[str, xr.Dataset]:
     """What can be put on a map, by earthquake: those with an epicentre and a station, or with two stations.
 
     Parameters
@@ -39,8 +37,6 @@ def sites_by_earthquake(cube: "xr.Dataset") -> "dict[str, xr.Dataset]":
         By name of the earthquake in the order of the cube, each as `site_map_figure` takes it. The strike is the mean axis
         of those that the records state; the epicentre the first that is known.
     """
-    import xarray as xr
-
     names = ("station_latitude", "station_longitude", "epicentre_latitude", "epicentre_longitude", "fault_normal")
     table = {name: cube[name].to_numpy().astype(np.float64) for name in names}
     events, stations = (cube[name].to_numpy().astype(str) for name in ("event", "station"))
@@ -59,7 +55,7 @@ def sites_by_earthquake(cube: "xr.Dataset") -> "dict[str, xr.Dataset]":
     return sites
 
 
-def distances(site: "xr.Dataset") -> list[str]:
+def distances(site: xr.Dataset) -> list[str]:
     """How far and in which direction each station lies from the epicentre, a sentence each; none without an epicentre."""
     if "epicentre_latitude" not in site:
         return []
@@ -79,7 +75,7 @@ def _scale_length(extent: float) -> float:
     return float(max(step * power for step in (1, 2, 5) if step * power <= target))
 
 
-def _draw_site_map(axes: Any, site: "xr.Dataset") -> None:
+def _draw_site_map(axes: Any, site: xr.Dataset) -> None:
     """Draw the map of a site."""
 
     def scalar(name: str) -> float:
@@ -130,7 +126,7 @@ def _draw_site_map(axes: Any, site: "xr.Dataset") -> None:
     )
 
 
-def site_map_figure(site: "xr.Dataset", title: str) -> "Figure":
+def site_map_figure(site: xr.Dataset, title: str) -> Figure:
     """Figure of the map.
 
     Parameters

@@ -7,9 +7,10 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from overturning.statistics import earthquakes
 from overturning.statistics.falls import overturns
@@ -21,9 +22,6 @@ from overturning.study.own_error import is_verified
 from overturning.study.own_error_file import read_verification
 from overturning.study.scenes import NOMINAL, scene_of
 from overturning.surveys.result import SurveyResult, read_survey_result
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def has_scene(study: Study) -> bool:
@@ -70,9 +68,9 @@ class Results:
     """
 
     study: Study
-    cube: "xr.Dataset"
-    cubes: "dict[str, xr.Dataset]"
-    intensity: "xr.Dataset"
+    cube: xr.Dataset
+    cubes: dict[str, xr.Dataset]
+    intensity: xr.Dataset
     figures: Path
     drawings: Path
     telling: list[dict[str, Any]]
@@ -144,12 +142,12 @@ class Results:
         """Whether there is an axis relative to a fault to speak of."""
         return self.faults_known and 0 < self.fallen < 1 and self.planes > 1
 
-    def reference_cube(self, variant: str) -> "xr.Dataset":
+    def reference_cube(self, variant: str) -> xr.Dataset:
         """Cube of the reference element of a variant's scene."""
         return _reference_cube(self.study, variant, self.cubes[variant])
 
 
-def _reference_cube(study: Study, variant: str, cube: "xr.Dataset") -> "xr.Dataset":
+def _reference_cube(study: Study, variant: str, cube: xr.Dataset) -> xr.Dataset:
     scene = scene_of(study, variant)
     if scene is None or "element" not in cube.dims:
         return cube
@@ -170,9 +168,8 @@ def open_results(folder: Path) -> Iterator[Results]:
     ResultError
         If one is missing.
     """
-    import xarray as xr
 
-    def cube_of(name: str) -> "xr.Dataset":
+    def cube_of(name: str) -> xr.Dataset:
         path = folder / ("cube.nc" if name == NOMINAL else f"cube.{name}.nc")
         cube = open_cube(path, chunks={"record": 1}, element=None)
         stack.callback(cube.close)

@@ -6,18 +6,15 @@ Overturning is not monotonic in B/H: a block may stand between two that fall. So
 
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.statistics.circular import resultant
 from overturning.statistics.planes import fall_probability, plane_index, plane_weight
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 HALF = 0.5
 
@@ -99,11 +96,7 @@ def last_known(probability: ArrayLike) -> FloatArray:
     return np.asarray(np.take_along_axis(values, at[..., None], axis=-1)[..., 0])
 
 
-def _along_b_over_h(
-    function: Callable[..., FloatArray], sizes: dict[str, int], *values: "xr.DataArray"
-) -> "xr.DataArray":
-    import xarray as xr
-
+def _along_b_over_h(function: Callable[..., FloatArray], sizes: dict[str, int], *values: xr.DataArray) -> xr.DataArray:
     lazy = [one.chunk({"b_over_h": -1}) if one.chunks is not None else one for one in values]
     crossed: xr.DataArray = xr.apply_ufunc(
         function,
@@ -117,14 +110,14 @@ def _along_b_over_h(
     return crossed
 
 
-def _crossings(probability: "xr.DataArray", count: int) -> "xr.DataArray":
+def _crossings(probability: xr.DataArray, count: int) -> xr.DataArray:
     if "b_over_h" not in probability.dims:
         raise ArgumentError("probability: no dimension b_over_h; a boundary is sought along it")
     function = partial(crossing_values, crossings=count)
     return _along_b_over_h(function, {"crossing": count}, probability, probability["b_over_h"].astype("float64"))
 
 
-def boundary(cube: "xr.Dataset", *, crossings: int = 6, ensemble: bool = True) -> "xr.Dataset":
+def boundary(cube: xr.Dataset, *, crossings: int = 6, ensemble: bool = True) -> xr.Dataset:
     """Crossings of probability one half along B/H, and their interval between the ensemble's scrambles.
 
     Parameters
@@ -145,8 +138,6 @@ def boundary(cube: "xr.Dataset", *, crossings: int = 6, ensemble: bool = True) -
         ``falls_beyond`` where the block still falls at the largest B/H, so that the boundary lies above the grid, and
         ``stands_throughout`` where it never falls.
     """
-    import xarray as xr
-
     p = fall_probability(cube, ensemble=ensemble)
     falls = p["towards"] + p["away"]
     sides = [falls, falls]
@@ -179,7 +170,7 @@ def boundary(cube: "xr.Dataset", *, crossings: int = 6, ensemble: bool = True) -
     )
 
 
-def easiest_azimuth(bounds: "xr.Dataset", b_over_h: ArrayLike) -> "xr.Dataset":
+def easiest_azimuth(bounds: xr.Dataset, b_over_h: ArrayLike) -> xr.Dataset:
     """The plane in which the block overturns most easily, and how much more easily than in the hardest.
 
     Parameters
@@ -197,8 +188,6 @@ def easiest_azimuth(bounds: "xr.Dataset", b_over_h: ArrayLike) -> "xr.Dataset":
         falls), ``highest_boundary``, ``lowest_boundary`` (B/H), ``ratio`` of the two, and ``bounded``: false where one of
         them is only a bound, so that the ratio is a lower bound.
     """
-    import xarray as xr
-
     grid = np.asarray(b_over_h, dtype=np.float64)
     index = plane_index(bounds["azimuth"].values)
     planes = bounds[["boundary", "falls_beyond", "stands_throughout"]].isel(azimuth=index).compute()

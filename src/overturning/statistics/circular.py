@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.special import ndtr
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
@@ -128,8 +129,6 @@ def v_test(angle_deg: ArrayLike, expected_deg: float, *, axial: bool = False) ->
     TestResult
         With u as statistic.
     """
-    from scipy.special import ndtr
-
     angle = np.asarray(angle_deg, dtype=np.float64)
     n = int(angle.size)
     if n == 0:

@@ -1,23 +1,18 @@
 """Which way blocks fall: share of planes that overturn, mean fall direction, mean fall axis."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from overturning.statistics.circular import NO_DIRECTION
 from overturning.statistics.planes import by_plane
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 CASE_DIMS = ("height", "b_over_h", "friction")
 
 
-def _mean(vectors: "xr.Dataset", kind: str, full: float, plural: str) -> "xr.Dataset":
+def _mean(vectors: xr.Dataset, kind: str, full: float, plural: str) -> xr.Dataset:
     """Mean angle, up to ``full`` degrees, and mean resultant length of sums that `fall_vectors` made."""
-    import xarray as xr
-
     cosine, sine, total = vectors[f"{kind}_cosine"], vectors[f"{kind}_sine"], vectors["falls"]
     length = (xr.apply_ufunc(np.hypot, cosine, sine, dask="allowed") / total.where(total > 0)).clip(0, 1)
     turned = xr.apply_ufunc(np.arctan2, sine, cosine, dask="allowed")
@@ -27,7 +22,7 @@ def _mean(vectors: "xr.Dataset", kind: str, full: float, plural: str) -> "xr.Dat
     return angle.to_dataset(name=f"mean_{kind}").assign({f"{kind}_resultant": length})
 
 
-def fall_shares(cube: "xr.Dataset", *, over: Sequence[str] = (), ensemble: bool = True) -> "xr.Dataset":
+def fall_shares(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True) -> xr.Dataset:
     """Share of planes that overturn.
 
     Parameters
@@ -56,7 +51,7 @@ def fall_shares(cube: "xr.Dataset", *, over: Sequence[str] = (), ensemble: bool 
     return share.to_dataset(name="share_overturned").assign(share_missing=missing)
 
 
-def fall_vectors(cube: "xr.Dataset", *, over: Sequence[str] = (), ensemble: bool = True) -> "xr.Dataset":
+def fall_vectors(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True) -> xr.Dataset:
     """Sums from which mean directions and axes are made; they may be added up further before the angle is taken.
 
     Parameters
@@ -87,7 +82,7 @@ def fall_vectors(cube: "xr.Dataset", *, over: Sequence[str] = (), ensemble: bool
     )
 
 
-def fall_direction(cube: "xr.Dataset", *, over: Sequence[str] = (), ensemble: bool = True) -> "xr.Dataset":
+def fall_direction(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True) -> xr.Dataset:
     """Mean direction towards which blocks fall (Mardia & Jupp 2000, eqs 2.2.2 to 2.2.4), each plane once.
 
     Parameters
@@ -104,7 +99,7 @@ def fall_direction(cube: "xr.Dataset", *, over: Sequence[str] = (), ensemble: bo
     return _mean(fall_vectors(cube, over=over, ensemble=ensemble), "direction", 360.0, "fall directions")
 
 
-def fall_axis(cube: "xr.Dataset", *, over: Sequence[str] = (), ensemble: bool = True) -> "xr.Dataset":
+def fall_axis(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True) -> xr.Dataset:
     """Mean axis along which blocks fall, whichever way: angles doubled (Mardia & Jupp 2000, section 9.1).
 
     Parameters

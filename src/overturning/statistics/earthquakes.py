@@ -7,22 +7,19 @@ fault normal is called positive is arbitrary; only axes are compared.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.statistics.circular import NO_DIRECTION, TestResult, rayleigh_test, resultant, v_test, wrap_axis
 from overturning.statistics.direction import CASE_DIMS, fall_vectors
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 FEWEST_FOR_AN_INTERVAL = 4
 """Earthquakes below which a bootstrap interval is not given: resamples of three have ten different values."""
 
 
-def relative_axes(cube: "xr.Dataset", *, over: Sequence[str] = CASE_DIMS, ensemble: bool = True) -> "xr.Dataset":
+def relative_axes(cube: xr.Dataset, *, over: Sequence[str] = CASE_DIMS, ensemble: bool = True) -> xr.Dataset:
     """Mean fall axis of each record, relative to its fault normal.
 
     Parameters
@@ -48,7 +45,7 @@ def relative_axes(cube: "xr.Dataset", *, over: Sequence[str] = CASE_DIMS, ensemb
     return cosine.to_dataset(name="cosine").assign(sine=sine)
 
 
-def axes_by_earthquake(cube: "xr.Dataset", *, over: Sequence[str] = CASE_DIMS, ensemble: bool = True) -> "xr.Dataset":
+def axes_by_earthquake(cube: xr.Dataset, *, over: Sequence[str] = CASE_DIMS, ensemble: bool = True) -> xr.Dataset:
     """Fall axis relative to the fault normal, per earthquake.
 
     Parameters
@@ -63,8 +60,6 @@ def axes_by_earthquake(cube: "xr.Dataset", *, over: Sequence[str] = CASE_DIMS, e
         normal; missing where nothing fell), ``resultant``, ``cosine``, ``sine`` of the mean of the records' vectors,
         ``records`` and ``records_with_falls``.
     """
-    import xarray as xr
-
     vectors = relative_axes(cube, over=over, ensemble=ensemble).compute()
     events = [str(name) for name in np.atleast_1d(cube["event"].values)]
     names = list(dict.fromkeys(events))
@@ -131,7 +126,7 @@ def _resamples(n: int, draws: int, seed: int) -> NDArray[np.int64]:
     return np.random.Generator(np.random.PCG64(seed)).integers(0, n, size=(draws, n))
 
 
-def summarise_axes(axes: "xr.Dataset", *, level: float = 0.95, draws: int = 10_000, seed: int = 1) -> AxisSummary:
+def summarise_axes(axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000, seed: int = 1) -> AxisSummary:
     """Mean axis over earthquakes with tests and bootstrap over earthquakes.
 
     Parameters
@@ -197,7 +192,7 @@ class AlignmentDifference:
 
 
 def compare_alignment(
-    first: "xr.Dataset", second: "xr.Dataset", *, level: float = 0.95, draws: int = 10_000, seed: int = 1
+    first: xr.Dataset, second: xr.Dataset, *, level: float = 0.95, draws: int = 10_000, seed: int = 1
 ) -> AlignmentDifference:
     """Compare the alignment with the fault normal of two sets of records, such as pulse records and the control.
 

@@ -1,12 +1,9 @@
 """How often each element of a scene falls, which falls first, and how one stone's falls compare with another's."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
-
-if TYPE_CHECKING:
-    import xarray as xr
+import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -66,7 +63,7 @@ class StoneComparison:
     earlier: int
 
 
-def falls_by_element(cube: "xr.Dataset") -> list[ElementFalls]:
+def falls_by_element(cube: xr.Dataset) -> list[ElementFalls]:
     """Falls of each element of a cube with the dimension `element`, in the scene's order.
 
     Parameters
@@ -103,7 +100,7 @@ def falls_by_element(cube: "xr.Dataset") -> list[ElementFalls]:
     return rows
 
 
-def compare_stones(name: str, cube: "xr.Dataset", other_name: str, other: "xr.Dataset") -> StoneComparison:
+def compare_stones(name: str, cube: xr.Dataset, other_name: str, other: xr.Dataset) -> StoneComparison:
     """Compare the falls of two stones case by case.
 
     Parameters

@@ -1,15 +1,11 @@
 """Groups of records that are compared."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    import xarray as xr
 
-
-def record_groups(cube: "xr.Dataset") -> dict[str, NDArray[np.bool_]]:
+def record_groups(cube: xr.Dataset) -> dict[str, NDArray[np.bool_]]:
     """Pulse records against the control where a study has both, otherwise all records.
 
     Parameters

@@ -3,18 +3,15 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 from numpy.typing import ArrayLike, NDArray
+from scipy.special import stdtrit
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.statistics.planes import by_plane
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 PREDICTORS = ("ln PGA/(g B/H)", "ln PGV/PGA", "ln B/H", "ln H")
 """Predictors of `overturning_fit`: PGA over West's limit, PGV/PGA in s, slenderness, height in m."""
@@ -193,13 +190,11 @@ def _sandwich(
 
 
 def _student_quantile(probability: float, freedom: int) -> float:
-    from scipy.special import stdtrit
-
     return float(stdtrit(freedom, probability))
 
 
 def overturning_rows(
-    cube: "xr.Dataset", intensity: "xr.Dataset", *, ensemble: bool = True
+    cube: xr.Dataset, intensity: xr.Dataset, *, ensemble: bool = True
 ) -> tuple[FloatArray, FloatArray, NDArray[np.str_], FloatArray]:
     """Rows of the fit, one per plane and case: predictors, share that falls, earthquake, weight.
 
@@ -259,7 +254,7 @@ def overturning_rows(
 
 
 def overturning_fit(
-    cube: "xr.Dataset", intensity: "xr.Dataset", *, level: float = 0.95, ensemble: bool = True
+    cube: xr.Dataset, intensity: xr.Dataset, *, level: float = 0.95, ensemble: bool = True
 ) -> LogisticFit:
     """Fit the probability of falling on `PREDICTORS`; parameters as in `overturning_rows` and `logistic_fit`."""
     predictors, outcome, event, weight = overturning_rows(cube, intensity, ensemble=ensemble)

@@ -1,17 +1,14 @@
 """Telling cases: those that a reader should watch, chosen by rule and not by eye."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.statistics.circular import wrap_axis
 from overturning.statistics.planes import fall_probability, plane_index
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 AMPLITUDES = (0.98, 1.0, 1.02)
 """Factors of the motion that show how little turns a fall to the other side."""
@@ -46,7 +43,7 @@ class TellingCase:
     amplitude: tuple[float, ...]
 
 
-def _block(cube: "xr.Dataset", place: tuple[int, ...]) -> dict[str, float]:
+def _block(cube: xr.Dataset, place: tuple[int, ...]) -> dict[str, float]:
     names = ("height", "b_over_h", "friction")
     return {name: float(cube[name].values[index]) for name, index in zip(names, place, strict=True)}
 
@@ -55,12 +52,12 @@ Candidate = tuple[float, TellingCase]
 """How well a case tells what it shows, and the case."""
 
 
-def _values(cube: "xr.Dataset", name: str, record: int) -> FloatArray:
+def _values(cube: xr.Dataset, name: str, record: int) -> FloatArray:
     """A variable of one record by azimuth, height, B/H and friction."""
     return np.asarray(cube[name].isel(record=record).transpose("azimuth", "height", "b_over_h", "friction").to_numpy())
 
 
-def _normal_against_parallel(cube: "xr.Dataset", record: int, planes: NDArray[np.intp]) -> Candidate | None:
+def _normal_against_parallel(cube: xr.Dataset, record: int, planes: NDArray[np.intp]) -> Candidate | None:
     azimuth = cube["azimuth"].to_numpy().astype(np.float64)
     distance = np.abs(wrap_axis(azimuth[planes] - float(cube["fault_normal"].values[record])))
     if not (distance.min() <= NEAR_DEG and distance.max() >= 90 - NEAR_DEG):  # nor where the normal is not known
@@ -81,7 +78,7 @@ def _normal_against_parallel(cube: "xr.Dataset", record: int, planes: NDArray[np
     return round(block["b_over_h"], 9), case
 
 
-def _which_side(cube: "xr.Dataset", record: int, planes: NDArray[np.intp]) -> Candidate | None:
+def _which_side(cube: xr.Dataset, record: int, planes: NDArray[np.intp]) -> Candidate | None:
     if "probability_towards" not in cube:
         return None
     p = fall_probability(cube.isel(record=record)).isel(azimuth=planes)
@@ -103,7 +100,7 @@ def _which_side(cube: "xr.Dataset", record: int, planes: NDArray[np.intp]) -> Ca
     return float(split.max()), case
 
 
-def _closest_call(cube: "xr.Dataset", record: int, planes: NDArray[np.intp]) -> Candidate | None:
+def _closest_call(cube: xr.Dataset, record: int, planes: NDArray[np.intp]) -> Candidate | None:
     rotation = np.nan_to_num(_values(cube, "peak_rotation", record)[planes])
     rotation = np.where(_values(cube, "overturned", record)[planes] == 0, rotation, -1.0)
     if rotation.max(initial=-1.0) <= 0.0:
@@ -118,7 +115,7 @@ def _closest_call(cube: "xr.Dataset", record: int, planes: NDArray[np.intp]) -> 
     return float(rotation.max()), case
 
 
-def telling_cases(cube: "xr.Dataset") -> list[TellingCase]:
+def telling_cases(cube: xr.Dataset) -> list[TellingCase]:
     """The telling cases of a study: at most three, none where no block moves.
 
     Parameters

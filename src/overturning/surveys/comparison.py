@@ -3,9 +3,9 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
@@ -13,9 +13,6 @@ from overturning.errors import ArgumentError
 from overturning.statistics.circular import TestResult, chi_square_test, grouped_watson_test, resultant, watson_u2_test
 from overturning.surveys.prediction import BACKGROUND, SIDES, SitePrediction, knows_face, observed_side
 from overturning.surveys.stones import Stone
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -81,7 +78,7 @@ def _density(site: SitePrediction, stone: Stone) -> FloatArray:
 
 
 def compare_survey(
-    stones: Sequence[Stone], cube: "xr.Dataset", *, background: float = BACKGROUND, draws: int = 2000, seed: int = 1
+    stones: Sequence[Stone], cube: xr.Dataset, *, background: float = BACKGROUND, draws: int = 2000, seed: int = 1
 ) -> SurveyComparison:
     """Compare the stones of a survey with the cube of its site.
 

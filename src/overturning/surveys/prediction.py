@@ -1,18 +1,14 @@
 """What the cube of a site says about the stones of a survey."""
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.statistics.planes import fall_probability, plane_index, plane_weight
 from overturning.surveys.stones import Stone
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 SIDES = ("stood", "forwards", "to its right", "backwards", "to its left")
 """Outcomes of a stone whose face is known: towards the face's azimuth, then clockwise by 90° each."""
@@ -38,7 +34,7 @@ class SitePrediction:
         If the cube holds more than one record, or the background is not between 0 and 1.
     """
 
-    def __init__(self, cube: "xr.Dataset", *, background: float = BACKGROUND) -> None:
+    def __init__(self, cube: xr.Dataset, *, background: float = BACKGROUND) -> None:
         if cube.sizes.get("record", 1) != 1:
             raise ArgumentError(
                 f"cube: {cube.sizes['record']} records; a survey belongs to one site, so name its record (--record)"

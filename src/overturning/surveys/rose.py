@@ -1,18 +1,15 @@
 """Observed and predicted falls of a survey by compass octant."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from overturning.figures.style import FALLS, INK, caption, compass, radius_labels
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from overturning.surveys.comparison import SurveyComparison
+from overturning.surveys.comparison import SurveyComparison
 
 
-def _draw_survey(axes: Any, comparison: "SurveyComparison") -> None:
+def _draw_survey(axes: Any, comparison: SurveyComparison) -> None:
     """Draw stones per octant as sectors, and the expected ones as an outline; the radius is the square root of the count."""
     compass(axes)
     width = np.pi / 4
@@ -29,7 +26,7 @@ def _draw_survey(axes: Any, comparison: "SurveyComparison") -> None:
     radius_labels(axes)
 
 
-def survey_figure(comparison: "SurveyComparison", title: str) -> "Figure":
+def survey_figure(comparison: SurveyComparison, title: str) -> Figure:
     """Figure of a survey's comparison: fallen stones by octant, observed and predicted."""
     import matplotlib.pyplot as plt
 

@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from overturning.errors import ArgumentError
-from overturning.figures.style import FALLS, FAULT, INK, SERIES, caption, labels
+from overturning.figures.style import DASHED, FALLS, INK, SERIES, caption, grid, labels, line_through_origin
 from overturning.statistics.circular import resultant
 
 EARTH_RADIUS_KM = 6371.0
@@ -95,12 +95,8 @@ def _draw_site_map(axes: Any, site: xr.Dataset) -> None:
         axes.plot(0, 0, "*", color=FALLS, markersize=15, markeredgecolor=INK, label="epicentre", zorder=4)
         if np.isfinite(strike):
             half = length / 2 if np.isfinite(length) else 0.8 * max(reach)
-            s, c = np.sin(np.radians(strike)), np.cos(np.radians(strike))
-            kind = "-" if np.isfinite(length) else (0, (4, 2))
-            name = "fault" if np.isfinite(length) else "strike of the fault"
-            axes.plot(
-                [-half * s, half * s], [-half * c, half * c], color=FAULT, linestyle=kind, linewidth=2, label=name
-            )
+            name, kind = ("fault", "-") if np.isfinite(length) else ("strike of the fault", DASHED)
+            line_through_origin(axes, strike, half, linestyle=kind, linewidth=2, label=name)
             reach.append(half)
     axes.plot(east, north, "^", color=SERIES[2], markersize=9, markeredgecolor=INK, label="station", zorder=5)
     for name, x, y in zip(site["station"].to_numpy()[known], east, north, strict=True):
@@ -141,9 +137,7 @@ def site_map_figure(site: xr.Dataset, title: str) -> Figure:
     ArgumentError
         If no station has coordinates.
     """
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(figsize=(4.6, 5.1), layout="constrained")
-    _draw_site_map(axes, site)
-    caption(figure, title, axes, 3)
+    figure, panels = grid(1, 1, 4.6, 5.1)
+    _draw_site_map(panels[0, 0], site)
+    caption(figure, title, panels[0, 0], 3)
     return figure

@@ -5,7 +5,7 @@ from typing import Any
 import xarray as xr
 from matplotlib.figure import Figure
 
-from overturning.figures.style import DASHES, SERIES, caption, labels
+from overturning.figures.style import DASHES, SERIES, caption, grid, labels
 from overturning.units import CM, GAL
 
 
@@ -36,9 +36,7 @@ def spectra_figure(fourier: xr.DataArray, response: xr.DataArray, title: str, da
     damping : float
         Damping ratio of the response spectra.
     """
-    import matplotlib.pyplot as plt
-
-    figure, (left, right) = plt.subplots(1, 2, figsize=(7.4, 3.5), layout="constrained")
+    figure, ((left, right),) = grid(1, 2, 7.4, 3.5)
     _draw_spectrum(left, fourier, "frequency", CM, "Fourier amplitude, Gal·s")
     _draw_spectrum(right, response, "period", GAL, f"spectral acceleration (damping {damping:.0%}), Gal")
     caption(figure, title, right, 4)

@@ -44,11 +44,11 @@ def fall_shares(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = 
     known = planes["weight"].where(planes["falls"].notnull(), 0.0)
     weight = known.sum(dims)
     cases = int(np.prod([cube.sizes[d] for d in over])) if over else 1
-    share = ((planes["falls"] * planes["weight"]).sum(dims) / weight.where(weight > 0)).assign_attrs(
-        long_name="share of vertical planes in which the block falls", units="1"
-    )
-    missing = (1 - weight / cases).clip(0).assign_attrs(long_name="share of planes without an outcome", units="1")
-    return share.to_dataset(name="share_overturned").assign(share_missing=missing)
+    share = (planes["falls"] * planes["weight"]).sum(dims) / weight.where(weight > 0)
+    share.attrs = {"long_name": "share of vertical planes in which the block falls", "units": "1"}
+    missing = (1 - weight / cases).clip(0)
+    missing.attrs = {"long_name": "share of planes without an outcome", "units": "1"}
+    return xr.Dataset({"share_overturned": share, "share_missing": missing})
 
 
 def fall_vectors(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True) -> xr.Dataset:
@@ -68,18 +68,15 @@ def fall_vectors(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool =
     planes = by_plane(cube, ensemble=ensemble)
     dims = ("azimuth", *over)
     angle = np.radians(planes["azimuth"].astype("float64"))
-    weight = planes["weight"]
-    falls, net = planes["falls"] * weight, (planes["towards"] - planes["away"]) * weight
-    return (
-        falls.sum(dims)
-        .to_dataset(name="falls")
-        .assign(
-            direction_cosine=(net * np.cos(angle)).sum(dims),
-            direction_sine=(net * np.sin(angle)).sum(dims),
-            axis_cosine=(falls * np.cos(2 * angle)).sum(dims),
-            axis_sine=(falls * np.sin(2 * angle)).sum(dims),
-        )
-    )
+    falls, net = planes["falls"] * planes["weight"], (planes["towards"] - planes["away"]) * planes["weight"]
+    vectors = {
+        "falls": falls,
+        "direction_cosine": net * np.cos(angle),
+        "direction_sine": net * np.sin(angle),
+        "axis_cosine": falls * np.cos(2 * angle),
+        "axis_sine": falls * np.sin(2 * angle),
+    }
+    return xr.Dataset(vectors).sum(dims)
 
 
 def fall_direction(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True) -> xr.Dataset:

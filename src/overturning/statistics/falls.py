@@ -25,7 +25,8 @@ def falls_towards(cube: xr.Dataset) -> xr.DataArray:
     """
     overturned = cube["overturned"].astype("float32")
     azimuth = cube["azimuth"].to_numpy()
-    opposite = _opposite(azimuth)
+    turned = (azimuth.astype(np.float64) + 180.0) % 360.0
+    opposite = turned.astype(azimuth.dtype) if np.issubdtype(azimuth.dtype, np.integer) else np.round(turned, 10)
     everywhere = np.union1d(azimuth, opposite)
     here = overturned.reindex(azimuth=everywhere)
     mirrored = overturned.assign_coords(azimuth=opposite).sortby("azimuth").reindex(azimuth=everywhere)
@@ -33,11 +34,6 @@ def falls_towards(cube: xr.Dataset) -> xr.DataArray:
     return xr.where(known.isnull(), np.nan, (known > 0).astype("float32")).assign_attrs(
         long_name="block falls towards the azimuth", units="1"
     )
-
-
-def _opposite(azimuth: np.ndarray) -> np.ndarray:
-    turned = (azimuth.astype(np.float64) + 180.0) % 360.0
-    return turned.astype(azimuth.dtype) if np.issubdtype(azimuth.dtype, np.integer) else np.round(turned, 10)
 
 
 def overturns(cube: xr.Dataset) -> xr.DataArray:

@@ -136,7 +136,7 @@ def logistic_fit(
         else:
             note = "no interval: a single earthquake"
     error = np.where(np.isfinite(coefficient), np.sqrt(np.diag(covariance)), np.nan)
-    half = _student_quantile((1 + level) / 2, groups - 1) * error if groups > 1 else error
+    half = float(stdtrit(groups - 1, (1 + level) / 2)) * error if groups > 1 else error
     nowhere = np.full(len(label) - 1, np.nan)
     return LogisticFit(
         names=label,
@@ -187,10 +187,6 @@ def _sandwich(
     np.add.at(score, member, design * (w * (y - p))[:, None])
     bread = np.linalg.inv((design * (w * p * (1 - p))[:, None]).T @ design)
     return np.asarray(groups / (groups - 1) * back @ bread @ (score.T @ score) @ bread @ back.T)
-
-
-def _student_quantile(probability: float, freedom: int) -> float:
-    return float(stdtrit(freedom, probability))
 
 
 def overturning_rows(

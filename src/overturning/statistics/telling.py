@@ -1,5 +1,6 @@
 """Telling cases: those that a reader should watch, chosen by rule and not by eye."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.statistics.circular import wrap_axis
+from overturning.statistics.direction import CASE_DIMS
 from overturning.statistics.planes import fall_probability, plane_index
 
 AMPLITUDES = (0.98, 1.0, 1.02)
@@ -19,18 +21,9 @@ NEAR_DEG = 22.5
 
 @dataclass(frozen=True)
 class TellingCase:
-    """One case, or a few side by side.
+    """One case, or a few side by side: what it shows and by which rule it was chosen, record (place in the cube) and block.
 
-    Attributes
-    ----------
-    title, rule : str
-        What it shows, and how it was chosen.
-    record : int
-        Position of the record in the cube.
-    height, b_over_h, friction : float
-        The block.
-    azimuth_deg, amplitude : tuple of float
-        One entry per panel.
+    Azimuth and amplitude have an entry per panel.
     """
 
     title: str
@@ -43,9 +36,8 @@ class TellingCase:
     amplitude: tuple[float, ...]
 
 
-def _block(cube: xr.Dataset, place: tuple[int, ...]) -> dict[str, float]:
-    names = ("height", "b_over_h", "friction")
-    return {name: float(cube[name].values[index]) for name, index in zip(names, place, strict=True)}
+def _block(cube: xr.Dataset, place: Sequence[int]) -> dict[str, float]:
+    return {name: float(cube[name].values[index]) for name, index in zip(CASE_DIMS, place, strict=True)}
 
 
 Candidate = tuple[float, TellingCase]
@@ -54,7 +46,7 @@ Candidate = tuple[float, TellingCase]
 
 def _values(cube: xr.Dataset, name: str, record: int) -> FloatArray:
     """A variable of one record by azimuth, height, B/H and friction."""
-    return np.asarray(cube[name].isel(record=record).transpose("azimuth", "height", "b_over_h", "friction").to_numpy())
+    return np.asarray(cube[name].isel(record=record).transpose("azimuth", *CASE_DIMS).to_numpy())
 
 
 def _normal_against_parallel(cube: xr.Dataset, record: int, planes: NDArray[np.intp]) -> Candidate | None:
@@ -81,8 +73,7 @@ def _normal_against_parallel(cube: xr.Dataset, record: int, planes: NDArray[np.i
 def _which_side(cube: xr.Dataset, record: int, planes: NDArray[np.intp]) -> Candidate | None:
     if "probability_towards" not in cube:
         return None
-    p = fall_probability(cube.isel(record=record)).isel(azimuth=planes)
-    p = p.transpose("azimuth", "height", "b_over_h", "friction")
+    p = fall_probability(cube.isel(record=record)).isel(azimuth=planes).transpose("azimuth", *CASE_DIMS)
     split = np.minimum(p["towards"].to_numpy(), p["away"].to_numpy())
     sure = (p["towards"] + p["away"]).to_numpy() > 0.99
     split = np.where(sure & np.isfinite(split), split, 0.0)
@@ -109,24 +100,16 @@ def _closest_call(cube: xr.Dataset, record: int, planes: NDArray[np.intp]) -> Ca
     case = TellingCase(
         "Stands, but only just",
         "the block with the largest rotation, in parts of α, of all that stand",
-        record, **_block(cube, tuple(int(i) for i in place[1:])),
+        record, **_block(cube, [int(i) for i in place[1:]]),
         azimuth_deg=(float(cube["azimuth"].values[planes[place[0]]]),), amplitude=(1.0,),
     )  # fmt: skip
     return float(rotation.max()), case
 
 
 def telling_cases(cube: xr.Dataset) -> list[TellingCase]:
-    """The telling cases of a study: at most three, none where no block moves.
+    """The telling cases of a study, read one record at a time: at most three, none where no block moves.
 
-    Parameters
-    ----------
-    cube : Dataset
-        The cube; read one record at a time.
-
-    Returns
-    -------
-    list of TellingCase
-        Falls normal to the fault and stands along it; falls to an uncertain side; stands, but only just.
+    Falls normal to the fault and stands along it; falls to an uncertain side; stands, but only just.
     """
     planes = plane_index(cube["azimuth"].to_numpy())
     cases = []

@@ -1,7 +1,5 @@
 """Fall axes of the earthquakes relative to their fault normals."""
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
@@ -12,8 +10,19 @@ from overturning.statistics.earthquakes import AxisSummary
 MARKERS = ("o", "D", "s")
 
 
-def _draw_axes(axes: Any, groups: dict[str, xr.Dataset], summaries: dict[str, AxisSummary], names: list[str]) -> None:
-    """Draw one point per earthquake, named from top to bottom, and group; below the mean axis of each group with its interval."""
+def axes_figure(groups: dict[str, xr.Dataset], summaries: dict[str, AxisSummary]) -> Figure:
+    """Figure of all earthquakes: a point each, named from top to bottom; below, the mean axis with its interval.
+
+    Parameters
+    ----------
+    groups : dict of xarray.Dataset
+        From `statistics.earthquakes.axes_by_group`; the resultant length of its fall axes is the size of a point.
+    summaries : dict of AxisSummary
+        Mean axis and interval of each group.
+    """
+    names = list(dict.fromkeys(str(event) for data in groups.values() for event in data["event"].values))
+    figure, panels = grid(1, 1, 6.6, 1.6 + 0.27 * (len(names) + len(groups)))
+    axes = panels[0, 0]
     means = [len(names) + 0.35 + 0.6 * index for index in range(len(groups))]
     for index, ((name, data), row) in enumerate(zip(groups.items(), means, strict=True)):
         colour, marker = SERIES[(1, 0, 2)[index % 3]], MARKERS[index % 3]
@@ -42,20 +51,5 @@ def _draw_axes(axes: Any, groups: dict[str, xr.Dataset], summaries: dict[str, Ax
     )
     axes.set_xlabel("fall axis relative to the fault normal", fontsize=8)
     axes.grid(True, axis="x")
-
-
-def axes_figure(groups: dict[str, xr.Dataset], summaries: dict[str, AxisSummary]) -> Figure:
-    """Figure of all earthquakes; the size of a point grows with the resultant length of its fall axes.
-
-    Parameters
-    ----------
-    groups : dict of xarray.Dataset
-        From `statistics.earthquakes.axes_by_earthquake`, by name of the group.
-    summaries : dict of AxisSummary
-        Mean axis and interval of each group.
-    """
-    names = list(dict.fromkeys(str(event) for data in groups.values() for event in data["event"].values))
-    figure, panels = grid(1, 1, 6.6, 1.6 + 0.27 * (len(names) + len(groups)))
-    _draw_axes(panels[0, 0], groups, summaries, names)
-    caption(figure, "", panels[0, 0], 3)
+    caption(figure, "", axes, 3)
     return figure

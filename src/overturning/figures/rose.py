@@ -51,11 +51,6 @@ def rose_figure(cube: xr.Dataset) -> Figure:
 
     Each plane of motion counts once, and azimuths added to the grid share the weight of their neighbourhood. Records with
     and without a velocity pulse have a column of their own where the study has both.
-
-    Parameters
-    ----------
-    cube : xarray.Dataset
-        The cube, lazily opened or not.
     """
     falls = falls_towards(cube).sum(["height", "b_over_h", "friction"]).compute()
     azimuth = falls["azimuth"].to_numpy().astype(np.float64)
@@ -63,17 +58,14 @@ def rose_figure(cube: xr.Dataset) -> Figure:
     weighted = counts * azimuth_weight(azimuth)
     normals = cube["fault_normal"].to_numpy()
     groups = record_groups(cube)
-    with_normal = bool(np.isfinite(normals).any())
-    rows = 2 if with_normal else 1
+    rows = 2 if np.isfinite(normals).any() else 1
     figure, panels = grid(rows, len(groups), max(3.3 * len(groups), 4.2), 3.5 * rows + 0.4, polar=True)
-    for column, (name, members) in enumerate(groups.items()):
-        axes = panels[0, column]
-        draw_rose(axes, sector_shares(azimuth, weighted[members].sum(axis=0)))
-        axes.set_title(f"{name}: {counts[members].sum():.0f} falls\nazimuth from north", pad=4)
-        if with_normal:
+    for (name, members), (upper, *lower) in zip(groups.items(), panels.T, strict=True):
+        draw_rose(upper, sector_shares(azimuth, weighted[members].sum(axis=0)))
+        upper.set_title(f"{name}: {counts[members].sum():.0f} falls\nazimuth from north", pad=4)
+        for axes in lower:
             known = members & np.isfinite(normals)
             relative = (azimuth[None, :] - normals[known][:, None]) % 360.0
-            axes = panels[1, column]
             draw_rose(axes, sector_shares(relative.ravel(), weighted[known].ravel()))
             _fault_frame(axes)
             axes.set_title("from the fault normal", pad=4)

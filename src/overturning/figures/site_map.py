@@ -26,16 +26,8 @@ def local_km(latitude: Any, longitude: Any, latitude0: float, longitude0: float)
 def sites_by_earthquake(cube: xr.Dataset) -> dict[str, xr.Dataset]:
     """What can be put on a map, by earthquake: those with an epicentre and a station, or with two stations.
 
-    Parameters
-    ----------
-    cube : xarray.Dataset
-        The cube, or its coordinates.
-
-    Returns
-    -------
-    dict of xarray.Dataset
-        By name of the earthquake in the order of the cube, each as `site_map_figure` takes it. The strike is the mean axis
-        of those that the records state; the epicentre the first that is known.
+    In the order of the cube, each as `site_map_figure` takes it. The strike is the mean axis of those that the records
+    state; the epicentre the first that is known.
     """
     names = ("station_latitude", "station_longitude", "epicentre_latitude", "epicentre_longitude", "fault_normal")
     table = {name: cube[name].to_numpy().astype(np.float64) for name in names}
@@ -90,14 +82,12 @@ def _draw_site_map(axes: Any, site: xr.Dataset) -> None:
     origin = epicentre if with_epicentre else (float(latitude[known].mean()), float(longitude[known].mean()))
     east, north = local_km(latitude[known], longitude[known], *origin)
     reach = [np.abs(east).max(), np.abs(north).max(), 5.0]
-    strike, length = scalar("fault_strike"), scalar("fault_length")
+    strike = scalar("fault_strike")
     if with_epicentre:
         axes.plot(0, 0, "*", color=FALLS, markersize=15, markeredgecolor=INK, label="epicentre", zorder=4)
         if np.isfinite(strike):
-            half = length / 2 if np.isfinite(length) else 0.8 * max(reach)
-            name, kind = ("fault", "-") if np.isfinite(length) else ("strike of the fault", DASHED)
-            line_through_origin(axes, strike, half, linestyle=kind, linewidth=2, label=name)
-            reach.append(half)
+            half = 0.8 * max(reach)
+            line_through_origin(axes, strike, half, linestyle=DASHED, linewidth=2, label="strike of the fault")
     axes.plot(east, north, "^", color=SERIES[2], markersize=9, markeredgecolor=INK, label="station", zorder=5)
     for name, x, y in zip(site["station"].to_numpy()[known], east, north, strict=True):
         axes.annotate(
@@ -114,9 +104,7 @@ def _draw_site_map(axes: Any, site: xr.Dataset) -> None:
     axes.annotate(
         f"{scale:g} km", (x0 + scale / 2, y0), (0, 4), textcoords="offset points", ha="center", va="bottom", fontsize=8
     )
-    axes.annotate(
-        "N", (0.93, 0.85), (0.93, 0.97), xycoords="axes fraction", ha="center", va="top", fontsize=10,
-    )  # fmt: skip
+    axes.annotate("N", (0.93, 0.85), (0.93, 0.97), xycoords="axes fraction", ha="center", va="top", fontsize=10)
     axes.annotate(
         "", (0.93, 0.91), (0.93, 0.80), xycoords="axes fraction", arrowprops={"arrowstyle": "-|>", "color": INK}
     )
@@ -129,8 +117,8 @@ def site_map_figure(site: xr.Dataset, title: str) -> Figure:
     ----------
     site : xarray.Dataset
         ``station_latitude``, ``station_longitude`` (degrees) over dimension ``station`` with its names; optionally
-        ``epicentre_latitude``, ``epicentre_longitude``, ``fault_strike`` (degrees; drawn through the epicentre) and
-        ``fault_length`` (km), scalars, NaN where not known.
+        ``epicentre_latitude``, ``epicentre_longitude`` and ``fault_strike`` (degrees; drawn through the epicentre),
+        scalars, NaN where not known.
 
     Raises
     ------

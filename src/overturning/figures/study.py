@@ -4,7 +4,6 @@ from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 
-import numpy as np
 import xarray as xr
 
 from overturning.figures.axes_by_earthquake import axes_figure
@@ -15,8 +14,7 @@ from overturning.figures.probability import probability_map_figure
 from overturning.figures.rose import rose_figure
 from overturning.figures.site_map import site_map_figure, sites_by_earthquake
 from overturning.figures.style import save, style
-from overturning.statistics.earthquakes import axes_by_earthquake, summarise_axes
-from overturning.statistics.groups import record_groups
+from overturning.statistics.earthquakes import axes_by_group, summarise_axes
 from overturning.statistics.logistic import overturning_fit
 from overturning.study.cube import open_cube
 
@@ -72,11 +70,12 @@ def _draw_whole(cube_path: Path, intensity_path: Path, motions: Path, folder: Pa
 
     with open_cube(cube_path, chunks={"record": 1}) as cube, xr.open_dataset(intensity_path) as intensity, style():
         save(rose_figure(cube), folder / "rose.svg")
-        _draw_axes(cube, folder)
+        groups = axes_by_group(cube)
+        summaries = {name: summarise_axes(axes) for name, axes in groups.items()}
+        save(axes_figure(groups, summaries), folder / "axes.svg")
         _draw_maps(cube, folder / "maps")
-        fit = overturning_fit(cube, intensity)
-        friction = float(cube["friction"].max())
-        save(intensity_plane_figure(cube, intensity, fit, friction), folder / "plane.svg")
+        plane = intensity_plane_figure(cube, intensity, overturning_fit(cube, intensity), float(cube["friction"].max()))
+        save(plane, folder / "plane.svg")
         draw_telling_cases(cube, motions, folder / "telling")
 
 
@@ -87,11 +86,3 @@ def _draw_maps(cube: xr.Dataset, folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for number, (event, site) in enumerate(sites_by_earthquake(cube).items(), 1):
         save(site_map_figure(site, event), folder / f"{number}.svg")
-
-
-def _draw_axes(cube: xr.Dataset, folder: Path) -> None:
-    groups = {
-        name: axes_by_earthquake(cube.isel(record=np.flatnonzero(members)))
-        for name, members in record_groups(cube).items()
-    }
-    save(axes_figure(groups, {name: summarise_axes(axes) for name, axes in groups.items()}), folder / "axes.svg")

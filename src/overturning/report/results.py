@@ -9,12 +9,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from overturning.statistics import earthquakes
 from overturning.statistics.falls import overturns
-from overturning.statistics.groups import record_groups
 from overturning.statistics.planes import plane_index
 from overturning.study.config import Study
 from overturning.study.cube import open_cube, study_of
@@ -115,12 +113,8 @@ class Results:
         return counts
 
     @cached_property
-    def _axes(self) -> Any:
-        groups = record_groups(self.cube).items()
-        return {
-            name: earthquakes.axes_by_earthquake(self.cube.isel(record=np.flatnonzero(chosen)))
-            for name, chosen in groups
-        }
+    def _axes(self) -> "dict[str, xr.Dataset]":
+        return earthquakes.axes_by_group(self.cube)
 
     @cached_property
     def axes(self) -> dict[str, earthquakes.AxisSummary]:
@@ -156,18 +150,7 @@ def _reference_cube(study: Study, variant: str, cube: xr.Dataset) -> xr.Dataset:
 
 @contextmanager
 def open_results(folder: Path) -> Iterator[Results]:
-    """Open the results of a study.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the results: cubes, intensities, figures, surveys, verification.
-
-    Raises
-    ------
-    ResultError
-        If one is missing.
-    """
+    """Open a study's folder of results: cubes, intensities, figures, surveys, verification; `ResultError` without one."""
 
     def cube_of(name: str) -> xr.Dataset:
         path = folder / ("cube.nc" if name == NOMINAL else f"cube.{name}.nc")

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.statistics.circular import NO_DIRECTION, TestResult, rayleigh_test, resultant, v_test, wrap_axis
 from overturning.statistics.direction import CASE_DIMS, fall_vectors
+from overturning.statistics.groups import record_groups
 
 FEWEST_FOR_AN_INTERVAL = 4
 """Earthquakes below which a bootstrap interval is not given: resamples of three have ten different values."""
@@ -76,6 +77,14 @@ def axes_by_earthquake(cube: xr.Dataset, *, over: Sequence[str] = CASE_DIMS, ens
     records = ("event", np.array([group.sizes["record"] for group in groups]))
     result = mean.drop_vars(of_records, errors="ignore").assign(axis=axis, resultant=length, records=records)
     return result.assign(records_with_falls=counts).assign_coords(event=("event", np.array(names, dtype=str)))
+
+
+def axes_by_group(cube: xr.Dataset) -> dict[str, xr.Dataset]:
+    """`axes_by_earthquake` of each group of records, by its name."""
+    return {
+        name: axes_by_earthquake(cube.isel(record=np.flatnonzero(members)))
+        for name, members in record_groups(cube).items()
+    }
 
 
 @dataclass(frozen=True)

@@ -257,11 +257,8 @@ def overturning_fit(
     return logistic_fit(predictors, outcome, event, weight=weight, names=PREDICTORS, level=level)
 
 
-def describe(fit: LogisticFit) -> list[dict[str, object]]:
-    """Rows of a table: name, estimate, interval, range of the data; None where there is none."""
-    edge = [(math.nan, math.nan), *zip(fit.minimum, fit.maximum, strict=True)]
-    values = zip(fit.names, fit.coefficient, fit.low, fit.high, edge, strict=True)
-    return [
-        {"name": name, "coefficient": c, "low": low, "high": high, "minimum": e[0], "maximum": e[1]}
-        for name, c, low, high, e in values
-    ]
+def describe(fit: LogisticFit) -> list[tuple[str, float, float, float, float, float]]:
+    """Rows of a table: name, estimate, ends of its interval, least and largest of the data; NaN where there is none."""
+    least, most = ((math.nan, *values.tolist()) for values in (fit.minimum, fit.maximum))
+    estimates = (values.tolist() for values in (fit.coefficient, fit.low, fit.high))
+    return list(zip(fit.names, *estimates, least, most, strict=True))

@@ -36,12 +36,8 @@ class TellingCase:
     amplitude: tuple[float, ...]
 
 
-def _block(cube: xr.Dataset, place: Sequence[int]) -> dict[str, float]:
-    return {name: float(cube[name].values[index]) for name, index in zip(CASE_DIMS, place, strict=True)}
-
-
-Candidate = tuple[float, TellingCase]
-"""How well a case tells what it shows, and the case."""
+Candidate = tuple[float, Sequence[int], tuple[float, ...], tuple[float, ...]]
+"""How well a case tells what it shows; the block's place by height, B/H and friction; azimuths and amplitudes."""
 
 
 def _values(cube: xr.Dataset, name: str, record: int) -> FloatArray:
@@ -60,14 +56,8 @@ def _normal_against_parallel(cube: xr.Dataset, record: int, planes: NDArray[np.i
     if splits.size == 0:
         return None
     place = max(map(tuple, splits), key=lambda p: (p[1], p[2], -p[0]))  # broadest, then roughest, then lowest
-    block = _block(cube, place)
-    case = TellingCase(
-        "Falls normal to the fault, stands along it",
-        "the broadest block of any record that falls in the plane nearest to the fault normal and stands in the one "
-        "nearest to the fault (of several the first record, with the highest friction)",
-        record, **block, azimuth_deg=(float(azimuth[along]), float(azimuth[across])), amplitude=(1.0, 1.0),
-    )  # fmt: skip
-    return round(block["b_over_h"], 9), case
+    broad = round(float(cube["b_over_h"].values[place[1]]), 9)
+    return broad, place, (float(azimuth[along]), float(azimuth[across])), (1.0, 1.0)
 
 
 def _which_side(cube: xr.Dataset, record: int, planes: NDArray[np.intp]) -> Candidate | None:
@@ -80,15 +70,8 @@ def _which_side(cube: xr.Dataset, record: int, planes: NDArray[np.intp]) -> Cand
     if split.max(initial=0.0) <= 0.1:
         return None
     # Of those that divide most evenly the broadest block: its fall is the one least expected to be a toss-up.
-    place = max(map(tuple, np.argwhere(split >= split.max() - 1e-9)), key=lambda q: (q[2], q[3], -q[1], -q[0]))
-    case = TellingCase(
-        "Falls, but to which side?",
-        "the broadest block that falls in every run of the ensemble, as often to one side as to the other as any; "
-        "shown with 0.98, 1 and 1.02 times the motion",
-        record, **_block(cube, place[1:]), azimuth_deg=(float(cube["azimuth"].values[planes[place[0]]]),) * 3,
-        amplitude=AMPLITUDES,
-    )  # fmt: skip
-    return float(split.max()), case
+    at, *place = max(map(tuple, np.argwhere(split >= split.max() - 1e-9)), key=lambda q: (q[2], q[3], -q[1], -q[0]))
+    return float(split.max()), place, (float(cube["azimuth"].values[planes[at]]),) * 3, AMPLITUDES
 
 
 def _closest_call(cube: xr.Dataset, record: int, planes: NDArray[np.intp]) -> Candidate | None:
@@ -96,26 +79,41 @@ def _closest_call(cube: xr.Dataset, record: int, planes: NDArray[np.intp]) -> Ca
     rotation = np.where(_values(cube, "overturned", record)[planes] == 0, rotation, -1.0)
     if rotation.max(initial=-1.0) <= 0.0:
         return None
-    place = np.unravel_index(int(rotation.argmax()), rotation.shape)
-    case = TellingCase(
+    at, *place = (int(i) for i in np.unravel_index(int(rotation.argmax()), rotation.shape))
+    return float(rotation.max()), place, (float(cube["azimuth"].values[planes[at]]),), (1.0,)
+
+
+KINDS = (
+    (
+        _normal_against_parallel,
+        "Falls normal to the fault, stands along it",
+        "the broadest block of any record that falls in the plane nearest to the fault normal and stands in the one "
+        "nearest to the fault (of several the first record, with the highest friction)",
+    ),
+    (
+        _which_side,
+        "Falls, but to which side?",
+        "the broadest block that falls in every run of the ensemble, as often to one side as to the other as any; "
+        "shown with 0.98, 1 and 1.02 times the motion",
+    ),
+    (
+        _closest_call,
         "Stands, but only just",
         "the block with the largest rotation, in parts of α, of all that stand",
-        record, **_block(cube, [int(i) for i in place[1:]]),
-        azimuth_deg=(float(cube["azimuth"].values[planes[place[0]]]),), amplitude=(1.0,),
-    )  # fmt: skip
-    return float(rotation.max()), case
+    ),
+)
+"""How the candidate of a record is found, what it shows, and by which rule it is chosen."""
 
 
 def telling_cases(cube: xr.Dataset) -> list[TellingCase]:
-    """The telling cases of a study, read one record at a time: at most three, none where no block moves.
-
-    Falls normal to the fault and stands along it; falls to an uncertain side; stands, but only just.
-    """
+    """The telling cases of a study, read one record at a time: at most one of each of `KINDS`, none where no block moves."""
     planes = plane_index(cube["azimuth"].to_numpy())
     cases = []
-    for kind in (_normal_against_parallel, _which_side, _closest_call):
-        candidates = [kind(cube, record, planes) for record in range(cube.sizes["record"])]
-        known = [candidate for candidate in candidates if candidate is not None]
+    for candidate_of, title, rule in KINDS:
+        candidates = [(candidate_of(cube, record, planes), record) for record in range(cube.sizes["record"])]
+        known = [(candidate, record) for candidate, record in candidates if candidate is not None]
         if known:
-            cases.append(max(known, key=lambda candidate: candidate[0])[1])  # of equals the first
+            (_, place, azimuths, amplitudes), record = max(known, key=lambda one: one[0][0])  # of equals the first
+            block = {name: float(cube[name].values[index]) for name, index in zip(CASE_DIMS, place, strict=True)}
+            cases.append(TellingCase(title, rule, record, **block, azimuth_deg=azimuths, amplitude=amplitudes))
     return cases

@@ -81,20 +81,19 @@ def _draw_site_map(axes: Any, site: xr.Dataset) -> None:
     with_epicentre = bool(np.isfinite(epicentre).all())
     origin = epicentre if with_epicentre else (float(latitude[known].mean()), float(longitude[known].mean()))
     east, north = local_km(latitude[known], longitude[known], *origin)
-    reach = [np.abs(east).max(), np.abs(north).max(), 5.0]
-    strike = scalar("fault_strike")
+    reach, strike = max(np.abs(east).max(), np.abs(north).max(), 5.0), scalar("fault_strike")
     if with_epicentre:
         axes.plot(0, 0, "*", color=FALLS, markersize=15, markeredgecolor=INK, label="epicentre", zorder=4)
         if np.isfinite(strike):
-            half = 0.8 * max(reach)
-            line_through_origin(axes, strike, half, linestyle=DASHED, linewidth=2, label="strike of the fault")
+            look = {"linestyle": DASHED, "linewidth": 2, "label": "strike of the fault"}
+            line_through_origin(axes, strike, 0.8 * reach, **look)
     axes.plot(east, north, "^", color=SERIES[2], markersize=9, markeredgecolor=INK, label="station", zorder=5)
     for name, x, y in zip(site["station"].to_numpy()[known], east, north, strict=True):
         axes.annotate(
             str(name), (x, y), (0, -8), textcoords="offset points", ha="center", va="top", fontsize=8, parse_math=False,
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5}, zorder=6,
         )  # fmt: skip
-    extent = 1.35 * max(reach)
+    extent = 1.35 * reach
     axes.set(xlim=(-extent, extent), ylim=(-extent, extent), aspect="equal")
     labels(axes, "east, km", "north, km")
     axes.spines[:].set_visible(True)

@@ -1,6 +1,5 @@
 """One look for all figures, and files that are the same bytes each time."""
 
-import io
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -33,13 +32,8 @@ _SETTINGS: Final[Any] = {
     "font.family": ["DejaVu Sans", "sans-serif"],  # comes with Matplotlib; a page without it takes the next
     "font.size": 9,
     "axes.titlesize": 10,
-    "axes.edgecolor": INK,
-    "axes.labelcolor": INK,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "text.color": INK,
-    "xtick.color": INK,
-    "ytick.color": INK,
+    **dict.fromkeys(("axes.edgecolor", "axes.labelcolor", "text.color", "xtick.color", "ytick.color"), INK),
+    **dict.fromkeys(("axes.spines.top", "axes.spines.right"), False),
     "grid.color": "#c8c8c8",
     "grid.linewidth": 0.5,
     "legend.frameon": False,
@@ -67,30 +61,20 @@ def save(figure: "Figure", path: Path, colours: int = 0) -> None:
     It is the same bytes each time.
     """
     import matplotlib.pyplot as plt
+    from PIL import Image
 
     kind = path.suffix.removeprefix(".")
     # No date and no version of the program that drew it: both would change bytes that nobody sees.
     metadata: dict[str, Any] = {"Date": None, "Creator": None} if kind == "svg" else {"Software": None}
     with atomic_write(path) as part:
-        if kind == "png" and colours:
-            _save_small(figure, part, colours)
-        else:
-            figure.savefig(part, format=kind, metadata=metadata, dpi=_DPI[kind])
+        figure.savefig(part, format=kind, metadata=metadata, dpi=_SMALL_DPI if colours else _DPI[kind])
         if kind == "svg":
             part.write_text(compact(part.read_text(encoding="utf-8")), encoding="utf-8")
+        elif colours:  # a third of the bytes, for pages that show dozens
+            with Image.open(part) as full:
+                small = full.convert("RGB").quantize(colours, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+            small.save(part, format="PNG", optimize=True)
     plt.close(figure)
-
-
-def _save_small(figure: "Figure", path: Path, colours: int) -> None:
-    """A picture with a palette: a third of the bytes, for pages that show dozens."""
-    from PIL import Image
-
-    picture = io.BytesIO()
-    figure.savefig(picture, format="png", metadata={"Software": None}, dpi=_SMALL_DPI)
-    with Image.open(picture) as full:
-        full.convert("RGB").quantize(colours, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE).save(
-            path, format="PNG", optimize=True
-        )
 
 
 def short(value: float) -> str:

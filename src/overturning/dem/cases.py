@@ -88,13 +88,7 @@ _BOUNDS: Final = {
 
 
 def check_count(count: int) -> None:
-    """Refuse more cases than one call can hold.
-
-    Raises
-    ------
-    ArgumentError
-        With the memory they would take.
-    """
+    """Refuse no cases, and more than one call can hold, with the memory they would take."""
     if count == 0:
         raise ArgumentError("cases: none; give at least one azimuth, height, B/H and friction")
     if count > MOST_CASES:

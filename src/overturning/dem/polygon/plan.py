@@ -29,25 +29,13 @@ SAFE_UPLIFT: Final = 0.7
 
 @dataclass(frozen=True, kw_only=True)
 class PolygonPlan(Plan):
-    """How each case of a scene of polygons is to be computed.
-
-    Attributes
-    ----------
-    variants : list of Prepared
-        The scene at each size.
-    variant : ndarray of int64, shape (n,)
-        Which of them each case is.
-    table : ndarray, shape (n, PARAMETERS + elements)
-        The kernel's case table.
-    layout, sizes, shapes, initial, rules, limits
-        As `overturning.dem.polygon.queue.run_queue` takes them.
-    """
+    """How each of n cases of a scene of polygons is to be computed."""
 
     halved: ClassVar[bool] = True
 
-    variants: list[Prepared]
-    variant: NDArray[np.int64]
-    table: FloatArray
+    variants: list[Prepared]  # the scene at each size
+    variant: NDArray[np.int64]  # shape (n,): which of them each case is
+    table: FloatArray  # shape (n, PARAMETERS + elements): the kernel's case table; the others as `run_queue` takes them
     layout: NDArray[np.int64]
     sizes: NDArray[np.int64]
     shapes: FloatArray
@@ -71,19 +59,9 @@ class PolygonPlan(Plan):
             self.motion.samples, self.motion.sampling_interval, int(self.steps[chosen[0]]), self.scene.gravity,
             self.numerics.budget, counter, path, out, every,
         )  # fmt: skip
-        each = every[:, self.variants[0].free]
-        answers = Answers(
-            status=out[:, t.R_STATUS],
-            depth=out[:, t.R_DEPTH],
-            energy=out[:, t.R_ENERGY],
-            steps=out[:, t.R_STEPS] * self.free,
-            side=each[:, :, t.E_SIDE],
-            time=each[:, :, t.E_TIME],
-            angle=each[:, :, t.E_ANGLE],
-            slip=each[:, :, t.E_SLIP],
-            residual=each[:, :, t.E_RESIDUAL],
-        )
-        return answers, int(noted)
+        of_all = out[:, t.R_STATUS], out[:, t.R_DEPTH], out[:, t.R_ENERGY], out[:, t.R_STEPS] * self.free
+        each = (every[:, self.variants[0].free, k] for k in (t.E_SIDE, t.E_TIME, t.E_ANGLE, t.E_SLIP, t.E_RESIDUAL))
+        return Answers(*of_all, *each), int(noted)
 
     def trace(self) -> tuple[Answers | None, Path]:
         """Answers and path of a plan's only case."""
@@ -119,29 +97,18 @@ def plan_polygons(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics
     rate = np.array([item.rate for item in variants]) * distinct[:, 2]
     per_sample = steps_per_sample(scheme, numerics.time_step, square, rate, motion.sampling_interval)
     first, never, table = _case_table(scene, motion, cases, variants, variant, row, ground, numerics.leave_out)
-    shaped = [kernel_shapes(item) for item in variants]
-    ruled = [kernel_rules(item) for item in variants]
+    shaped, ruled = [kernel_shapes(item) for item in variants], [kernel_rules(item) for item in variants]
     return PolygonPlan(
-        scene=scene,
-        motion=motion,
-        cases=cases,
-        numerics=numerics,
-        scheme=scheme,
-        row=row,
-        ground=ground,
+        scene=scene, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground,
         steps=per_sample[variant] * numerics.refinement,
-        first=first,
-        never=never,
-        variants=variants,
-        variant=variant,
-        table=table,
+        first=first, never=never, variants=variants, variant=variant, table=table,
         layout=np.array(variants[0].pairs, dtype=np.int64).reshape(-1, 2),
         sizes=shaped[0][0],
         shapes=np.stack([shapes for _, shapes in shaped]),
         initial=np.stack([kernel_column(item) for item in variants]),
         rules=np.stack([rules for rules, _ in ruled]),
         limits=np.stack([limits for _, limits in ruled]),
-    )
+    )  # fmt: skip
 
 
 def _check_variants(scene: Scene, variants: list[Prepared]) -> None:

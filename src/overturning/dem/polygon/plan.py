@@ -13,7 +13,6 @@ from overturning.dem.numerics import Numerics
 from overturning.dem.plan import AFTERMATH, Path, Plan, shaking
 from overturning.dem.polygon import tables as t
 from overturning.dem.polygon.arrays import kernel_column, kernel_rules, kernel_shapes
-from overturning.dem.polygon.path import polygon_path
 from overturning.dem.polygon.prepare import Prepared, prepare
 from overturning.dem.polygon.queue import SCHEMES, run_queue
 from overturning.dem.quiet import SAFE_SHARE, quiet_windows
@@ -54,7 +53,7 @@ class PolygonPlan(Plan):
         every = np.zeros((chosen.size, self.sizes.size, t.ELEMENT_RESULTS))
         upward = None if self.motion.up is None else np.concatenate([self.motion.up, np.zeros(3)])
         noted = run_queue(
-            SCHEMES[self.scheme][0], np.arange(chosen.size), np.ascontiguousarray(self.table[chosen]), self.row[chosen], self.variant[chosen],
+            SCHEMES[self.scheme][0], np.arange(chosen.size), self.table[chosen], self.row[chosen], self.variant[chosen],
             self.initial, self.layout, self.sizes, self.shapes, self.rules, self.limits, self.ground, upward,
             self.motion.samples, self.motion.sampling_interval, int(self.steps[chosen[0]]), self.scene.gravity,
             self.numerics.budget, counter, path, out, every,
@@ -79,7 +78,7 @@ class PolygonPlan(Plan):
         for index, item in enumerate(prepared.placed):
             pose = np.array([item.x, item.z, 0.0]) + prepared.displacement[index]
             rest[:, 2 + 6 * index : 5 + 6 * index] = pose
-        return answers, polygon_path(prepared, np.concatenate([rest, path[:noted]]))
+        return answers, _path(prepared, np.concatenate([rest, path[:noted]]))
 
 
 def plan_polygons(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics) -> PolygonPlan:
@@ -109,6 +108,31 @@ def plan_polygons(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics
         rules=np.stack([rules for rules, _ in ruled]),
         limits=np.stack([limits for _, limits in ruled]),
     )  # fmt: skip
+
+
+def _path(prepared: Prepared, rows: FloatArray) -> Path:
+    """The path of a case, from rows with the columns of `overturning.dem.polygon.tables`."""
+    placed, ends = prepared.placed, 2 * len(prepared.pairs)
+    poses_end = 2 + 6 * len(placed)
+    forces = rows[:, poses_end:].reshape(len(rows), ends, t.FORCE_COLUMNS)
+    force, load = forces[:, :, [t.T_FX, t.T_FZ]], forces[:, :, [t.T_LOAD]]
+    contacts: list[tuple[str, str]] = []
+    for index, (first, second) in enumerate(prepared.pairs):
+        # On the later element, which stands on the earlier one, unless forces do not move it.
+        on, by = sorted((first, second), key=lambda k: (placed[k].fixed, -k))
+        if on == second:
+            force[:, 2 * index : 2 * index + 2] *= -1.0
+        contacts += 2 * [(placed[on].element.name, placed[by].element.name)]
+    return Path(
+        placed=placed,
+        critical=np.where([item.fixed for item in placed], np.nan, prepared.critical),
+        time=rows[:, t.T_TIME],
+        ground=rows[:, t.T_GROUND],
+        poses=rows[:, 2:poses_end].reshape(len(rows), len(placed), 6),
+        force=force,
+        place=forces[:, :, [t.T_LOAD_X, t.T_LOAD_Z]] / np.where(load > 0.0, load, np.nan),
+        contacts=contacts,
+    )
 
 
 def _check_variants(scene: Scene, variants: list[Prepared]) -> None:

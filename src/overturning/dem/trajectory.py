@@ -67,8 +67,8 @@ def trajectory(
         `element`: `kind`, `critical_angle` (α, rad), `vertices` (about the centre, m, NaN beyond an element's last) and
         the cell's outcome, missing where the element is not free; the whole case's outcome without a dimension.
         The general kernel adds the forces up at each of its steps; for a single block they follow from the path.
-        Attributes: the names of the scene and of its reference element, the weight of all free elements (N), the case's block steps and what it was
-        called with.
+        Attributes: the names of the scene and of its reference element, the weight of all free elements (N), the case's
+        block steps and what it was called with.
 
     Raises
     ------

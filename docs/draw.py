@@ -270,7 +270,7 @@ def faces() -> Pen:
         face_a, face_b, _ = nearest_faces(a, b)
         for item, face, colour in ((a, face_a, FALLS), (b, face_b, FAULT)):
             ends = item.points[[face, (face + 1) % len(item.points)]]
-            normal, middle = item.shape.faces()[face, 4:6], ends.mean(axis=0)
+            normal, middle = item.shape.faces[face, 4:6], ends.mean(axis=0)
             pen.line(*(at((min(max(x, -1.35), 1.35), z)) for x, z in ends), colour=colour, width=2.6)
             pen.arrow(at(middle), at(middle + 0.28 * normal), colour=colour)
             for end in ends:

@@ -64,7 +64,7 @@ def test_against_triangles_and_parallel_axes(corners: int, seed: int) -> None:
 def test_mirrored_faces_of_a_symmetric_polygon_are_mirrored_exactly() -> None:
     shape = polygon("stone", [[-0.3, 0], [0.3, 0], [0.41, 0.37], [0.1, 0.93], [-0.1, 0.93], [-0.41, 0.37]])
     assert shape.symmetric
-    faces = {tuple(row) for row in shape.faces()[:, 4:]}
+    faces = {tuple(row) for row in shape.faces[:, 4:]}
     assert {(-nx, nz, offset, -middle, half) for nx, nz, offset, middle, half in faces} == faces
 
 

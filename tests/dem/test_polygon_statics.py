@@ -24,7 +24,7 @@ def test_a_tower_of_ten_blocks_stands() -> None:
     answers, _, poses = run(one_case(made, motion), motion)
     assert answers.status[0] == 0
     assert np.abs(poses - poses[0]).max() <= 1e-8
-    assert (answers.side == 0).all()
+    assert (answers.overturned == 0).all()
 
 
 @pytest.mark.parametrize("blocks", [2, 4, 6])
@@ -166,7 +166,7 @@ def test_a_wall_stops_the_fall_and_the_block_leans_as_geometry_says() -> None:
     x, _, angle = poses[-1, 2, :3]
     pivot = x + np.cos(angle) * 0.12 - np.sin(angle) * 0.3
     assert answers.status[0] == 0
-    assert answers.side[0, -1] == 0
+    assert answers.overturned[0, -1] == 0
     assert np.abs(poses[-1, 2, 3:]).max() < 1e-3
     # Its upper corner touches the wall: H sin θ spans the way from the pivot.
     assert angle == pytest.approx(np.arcsin((0.42 - pivot) / 0.6), abs=1e-4)

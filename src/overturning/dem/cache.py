@@ -6,8 +6,6 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-_VARIABLE = "NUMBA_CACHE_DIR"
-
 
 def prefer_full_width() -> None:
     """Let LLVM use 512-bit vectors where the processor has them; by itself it stops at 256 bits on most of them.
@@ -36,23 +34,14 @@ def sources_digest(folder: Path) -> str:
 
 
 def cache_directory(sources: Path | None = None) -> Path:
-    """Folder of the compiled kernels of these sources.
+    """Folder of the compiled kernels of the layer in the folder `sources`; `dem` where not given.
 
     Numba looks only at the file of the function that it loads; a function that changed in another file goes unnoticed.
     The folder is therefore named after a hash of every module of the layer, with those of its subfolders: they share
-    functions, and constants are compiled in, too.
-
-    Parameters
-    ----------
-    sources : Path, optional
-        Folder of the layer; `dem` where not given.
-
-    Returns
-    -------
-    Path
-        Below ``NUMBA_CACHE_DIR`` where it is set, else below the user's cache folder.
+    functions, and constants are compiled in, too. It lies below ``NUMBA_CACHE_DIR`` where that is set, else below the
+    user's cache folder.
     """
-    base = os.environ.get(_VARIABLE)
+    base = os.environ.get("NUMBA_CACHE_DIR")
     if base is None:
         import platformdirs
 
@@ -67,19 +56,8 @@ def layer_of(module: Path) -> Path:
 
 
 def keep_compiled(dispatcher: Any) -> Any:
-    """Let a jitted function keep its machine code in `cache_directory`; a torn file counts as a miss.
+    """Let a function jitted without ``cache=True`` keep its machine code in `cache_directory`; returns the same function.
 
-    Parameters
-    ----------
-    dispatcher
-        What ``numba.njit(...)`` without ``cache=True`` returned.
-
-    Returns
-    -------
-    The same dispatcher.
-
-    Notes
-    -----
     Numba meets a damaged index or code file with an error that never goes away. Here such a file is removed and the
     kernel compiled again; a folder that cannot be written costs the compilation, not the answer.
     """
@@ -90,8 +68,7 @@ def keep_compiled(dispatcher: Any) -> Any:
     cache = dispatcher._cache
     file = cache._cache_file
     folder = cache_directory(layer_of(Path(dispatcher.py_func.__code__.co_filename)))
-    cache._cache_path = str(folder)
-    file._cache_path = str(folder)
+    cache._cache_path = file._cache_path = str(folder)
     file._index_path = str(folder / Path(file._index_path).name)
     file._source_stamp = folder.name  # contents, not the time at which the file was checked out
     cache._impl.locator.get_cache_path = lambda: str(folder)

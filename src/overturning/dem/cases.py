@@ -62,13 +62,13 @@ class Cases:
             raise ArgumentError(f"cases: lengths differ ({sizes}); give one value per case, or one for all") from None
         for name, values in zip(columns, arrays, strict=True):
             object.__setattr__(self, name, values)
-            lowest, strict = _BOUNDS.get(name, (-np.inf, False))
-            wrong = ~np.isfinite(values) | (values < lowest) | (strict & (values == lowest))
+            above, signed = name in ("height", "b_over_h"), name in ("azimuth_deg", "initial_tilt")
+            wrong = ~np.isfinite(values) | (not signed) & ((values < 0.0) | above & (values == 0.0))
             if wrong.any():
-                bound = "" if lowest == -np.inf else f" and {'above' if strict else 'at least'} {lowest:g}"
+                bound = "" if signed else f" and {'above' if above else 'at least'} 0"
                 raise ArgumentError(f"{name}: {values[wrong][0]}; it must be finite{bound}")
         check_count(self.size)
-        tilt = np.tan(np.abs(np.minimum(np.abs(np.asarray(self.initial_tilt)), 1.57)))
+        tilt = np.tan(np.minimum(np.abs(np.asarray(self.initial_tilt)), 1.57))
         if (tilt >= np.asarray(self.b_over_h)).any():
             raise ArgumentError("initial_tilt: the block would fall by itself; it must stay below arctan(B/H)")
 
@@ -78,23 +78,8 @@ class Cases:
         return int(np.asarray(self.azimuth_deg).size)
 
 
-_BOUNDS: Final = {
-    "height": (0.0, True),
-    "b_over_h": (0.0, True),
-    "friction": (0.0, False),
-    "amplitude": (0.0, False),
-    "damping_factor": (0.0, False),
-}
-
-
 def check_count(count: int) -> None:
-    """Refuse more cases than one call can hold.
-
-    Raises
-    ------
-    ArgumentError
-        With the memory they would take.
-    """
+    """Refuse no cases, and more than one call can hold, with the memory they would take."""
     if count == 0:
         raise ArgumentError("cases: none; give at least one azimuth, height, B/H and friction")
     if count > MOST_CASES:

@@ -32,37 +32,17 @@ def opposite_azimuths(azimuth_deg: NDArray[Any]) -> NDArray[np.int64]:
 
 @dataclass(frozen=True)
 class Grid:
-    """Coordinates of the cases of one motion.
+    """Coordinates of the cases of one motion."""
 
-    Attributes
-    ----------
-    azimuth : ndarray, shape (n_azimuth,)
-        Degrees clockwise from north.
-    height : ndarray, shape (n_height,)
-        Height of the reference element, m.
-    b_over_h : ndarray, shape (n_b_over_h,)
-        Its slenderness.
-    friction : ndarray, shape (n_friction,)
-        Friction coefficient.
-    element : tuple of str
-        Names of the free elements of a scene that has more than one; empty otherwise.
-    """
-
-    azimuth: NDArray[Any]
-    height: FloatArray
-    b_over_h: FloatArray
+    azimuth: NDArray[Any]  # degrees clockwise from north
+    height: FloatArray  # of the reference element, m
+    b_over_h: FloatArray  # its slenderness
     friction: FloatArray
-    element: tuple[str, ...] = ()
+    element: tuple[str, ...] = ()  # names of the free elements of a scene that has more than one
 
     @classmethod
     def over(cls, element: tuple[str, ...] = (), **axes: ArrayLike) -> Self:
-        """The grid over the values of arguments, of which each is a row of at least one.
-
-        Raises
-        ------
-        ArgumentError
-            If one is not, or the cases are more than one call can hold.
-        """
+        """The grid over rows of values, shape (n,); `ArgumentError` if one is none or the cases are too many for one call."""
         rows = {}
         for name, values in axes.items():
             row = np.atleast_1d(np.asarray(values, dtype=np.float64))

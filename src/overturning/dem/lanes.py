@@ -54,19 +54,10 @@ class Access(NamedTuple):
 
 
 class Rows:
-    """Which row of an array holds which number of some named tuples.
+    """Which row of an array holds which number of some named tuples, of numbers or of further such tuples.
 
-    Parameters
-    ----------
-    lanes : int
-        Numbers in a row.
-    *tuples : type
-        Named tuples of numbers or of further such tuples; their numbers get the rows in the order of the fields.
-
-    Notes
-    -----
-    Rows count from the array that the functions are given: it may as well be a slice of a larger one, with the rows of one
-    body or pair out of many.
+    A row has `lanes` numbers; those of the tuples get the rows in the order of the fields. Rows count from the array that
+    the functions are given: it may as well be a slice of a larger one, with the rows of one body or pair out of many.
     """
 
     def __init__(self, lanes: int, *tuples: type) -> None:
@@ -81,19 +72,12 @@ class Rows:
         return self._rows[of, path]
 
     def access(self, of: type, path: str = "", without: Collection[str] = ()) -> Access:
-        """Functions that load and store a tuple.
+        """Functions that load and store one of the table's tuples, or a tuple within it at a path of field names.
 
-        Parameters
-        ----------
-        of : type
-            One of the table's tuples.
-        path : str
-            Path of field names to a tuple within it; the whole one where not given.
-        without : collection of str
-            Names of fields, at any depth, that a variant of a kernel does without: they are not stored, and loaded as 0.
+        Fields `without` which a variant of a kernel does, at any depth, are not stored, and loaded as 0.
         """
         kind, prefix = of, ""
-        for name in path.split(".") if path else ():
+        for name in filter(None, path.split(".")):
             kind, prefix = get_type_hints(kind)[name], f"{prefix}{name}."
         inner = [inner for inner in _paths(kind) if not set(inner.split(".")) & set(without)]
         key = (of, path, *inner)
@@ -106,53 +90,47 @@ def _access(kind: Any, place: dict[str, int]) -> Access:
     """Functions for a tuple whose numbers begin at these rows: written in LLVM's language, which compiles in no time."""
     tuple_type = _numba_type(kind)
 
-    def number_at(context: Any, builder: Any, array_type: Any, array: Any, j: Any, row: int) -> Any:
-        assert array_type.layout == "C", "rows lie one after another"
-        data = context.make_array(array_type)(context, builder, value=array).data
-        return builder.gep(data, [builder.add(j, j.type(row))], inbounds=True)
+    def pointer(context: Any, builder: Any, signature: Any, values: Any, path: str) -> Any:
+        """Where the number at a path lies, of the lane and array that are the first values."""
+        assert signature.args[0].layout == "C", "rows lie one after another"
+        data = context.make_array(signature.args[0])(context, builder, value=values[0]).data
+        return builder.gep(data, [builder.add(values[1], values[1].type(place[path]))], inbounds=True)
 
-    def stored(choose: bool) -> Any:
-        def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            array, j, value, given = values[0], values[1], values[-1], signature.args[-1]
-            for path, row in place.items():
-                number, of = value, given
-                for name in path.split("."):
-                    at = of.fields.index(name)
-                    number, of = builder.extract_value(number, at), of.types[at]
-                number = context.cast(builder, number, of, types.float64)
-                pointer = number_at(context, builder, signature.args[0], array, j, row)
-                builder.store(builder.select(values[2], builder.load(pointer), number) if choose else number, pointer)
-            return context.get_dummy_value()
+    def make_load(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        def part(of: Any, path: str) -> Any:
+            if hasattr(of, "fields"):
+                parts = [part(inner, f"{path}{name}.") for name, inner in zip(of.fields, of.types, strict=True)]
+                return context.make_tuple(builder, of, parts)
+            if path[:-1] in place:
+                return builder.load(pointer(context, builder, signature, values, path[:-1]))
+            return context.get_constant(types.float64, 0.0)
 
-        return make
+        return part(tuple_type, "")
+
+    def make_store(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        for path in place:
+            number, of = values[-1], signature.args[-1]
+            for name in path.split("."):
+                at = of.fields.index(name)
+                number, of = builder.extract_value(number, at), of.types[at]
+            number = context.cast(builder, number, of, types.float64)
+            to = pointer(context, builder, signature, values, path)
+            if len(values) == 4:  # with a condition under which the lane keeps what it has
+                number = builder.select(values[2], builder.load(to), number)
+            builder.store(number, to)
+        return context.get_dummy_value()
 
     @intrinsic
     def load(_: Any, array: Any, j: Any) -> Any:  # noqa: ARG001, an intrinsic is called with types
-        def make(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            def built(of: Any, prefix: str) -> Any:
-                parts = []
-                for name, part in zip(of.fields, of.types, strict=True):
-                    if isinstance(part, types.BaseTuple):
-                        parts.append(built(part, f"{prefix}{name}."))
-                    elif prefix + name in place:
-                        row = place[prefix + name]
-                        pointer = number_at(context, builder, signature.args[0], values[0], values[1], row)
-                        parts.append(builder.load(pointer))
-                    else:
-                        parts.append(context.get_constant(types.float64, 0.0))
-                return context.make_tuple(builder, of, parts)
-
-            return built(tuple_type, "")
-
-        return tuple_type(array, types.intp), make
+        return tuple_type(array, types.intp), make_load
 
     @intrinsic
     def store(_: Any, array: Any, j: Any, value: Any) -> Any:  # noqa: ARG001
-        return types.none(array, types.intp, value), stored(choose=False)
+        return types.none(array, types.intp, value), make_store
 
     @intrinsic
     def store_unless(_: Any, array: Any, j: Any, keep: Any, value: Any) -> Any:  # noqa: ARG001
-        return types.none(array, types.intp, types.boolean, value), stored(choose=True)
+        return types.none(array, types.intp, types.boolean, value), make_store
 
     return Access(load, store, store_unless)
 

@@ -27,56 +27,21 @@ AFTERMATH: Final = 20.0
 
 @dataclass(frozen=True)
 class Path:
-    """The way of all elements of a scene in one case.
-
-    Attributes
-    ----------
-    placed : list of Placed
-        The elements in their places.
-    critical : ndarray, shape (elements,)
-        α of each free element, rad.
-    time, ground : ndarray, shape (rows,)
-        s after the record's start; acceleration of the base towards the azimuth, m/s².
-    poses : ndarray, shape (rows, elements, 6)
-        x, z, rotation and their rates, in the frame of the base.
-    force, place : ndarray, shape (rows, contacts, 2)
-        Mean force from this row to the next on the first of the two elements of each contact, N, and where it acts, m;
-        NaN where it is not known, of the place where nothing touches.
-    contacts : list of (str, str)
-        Names of the two elements.
-    """
+    """The way of all elements of a scene in one case."""
 
     placed: list[Placed]
-    critical: FloatArray
-    time: FloatArray
-    ground: FloatArray
-    poses: FloatArray
-    force: FloatArray
-    place: FloatArray
-    contacts: list[tuple[str, str]]
+    critical: FloatArray  # shape (elements,): α of each free element, rad
+    time: FloatArray  # shape (rows,), s after the record's start
+    ground: FloatArray  # shape (rows,): acceleration of the base towards the azimuth, m/s²
+    poses: FloatArray  # shape (rows, elements, 6): x, z, rotation and their rates, in the frame of the base
+    force: FloatArray  # shape (rows, contacts, 2): mean from this row to the next, on the first element, N
+    place: FloatArray  # shape (rows, contacts, 2): where it acts, m; NaN where nothing touches or nothing is known
+    contacts: list[tuple[str, str]]  # names of the two elements
 
 
 @dataclass(frozen=True, kw_only=True)
 class Plan(ABC):
-    """How each case is to be computed: functions of the case and its record alone.
-
-    Attributes
-    ----------
-    scene, motion, cases, numerics
-        What it is the plan of.
-    scheme : Scheme
-        The integration scheme.
-    row : ndarray of int64, shape (n,)
-        Row of `ground` of each case.
-    ground : ndarray, shape (azimuths, samples + 3)
-        Acceleration of the base along each azimuth, m/s².
-    steps : ndarray of int64, shape (n,)
-        Steps per sample.
-    first : ndarray of int64, shape (n,)
-        First sample to compute.
-    never : ndarray of bool, shape (n,)
-        Below the thresholds of rocking and sliding for the whole record.
-    """
+    """How each of n cases is to be computed: functions of the case and its record alone."""
 
     halved: ClassVar[bool] = False
     """Whether a long queue is divided, so that two threads share its work."""
@@ -86,11 +51,11 @@ class Plan(ABC):
     cases: Cases
     numerics: Numerics
     scheme: Scheme
-    row: NDArray[np.int64]
-    ground: FloatArray
-    steps: NDArray[np.int64]
-    first: NDArray[np.int64]
-    never: NDArray[np.bool_]
+    row: NDArray[np.int64]  # shape (n,): row of `ground`
+    ground: FloatArray  # shape (azimuths, samples + 3): acceleration of the base along each azimuth, m/s²
+    steps: NDArray[np.int64]  # shape (n,), per sample
+    first: NDArray[np.int64]  # shape (n,): sample from which it is computed
+    never: NDArray[np.bool_]  # shape (n,): below the thresholds of rocking and sliding for the whole record
 
     @property
     def free(self) -> int:
@@ -115,23 +80,10 @@ class Plan(ABC):
 
     @abstractmethod
     def compute(self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: FloatArray) -> tuple[Answers, int]:
-        """Run cases of one group with the kernel.
+        """Answers to chosen cases of one group from the kernel, and how many rows of `path` were filled.
 
-        Parameters
-        ----------
-        chosen : ndarray of int64
-            The cases.
-        counter : ndarray of int64, shape (1,)
-            Grows by the block steps done; for progress.
-        path : ndarray
-            Filled with the rows of the first case; no rows to leave it out.
-
-        Returns
-        -------
-        answers : Answers
-            Of the chosen cases.
-        noted : int
-            Rows of the path that were filled.
+        `counter`, shape (1,), grows by the block steps done, for progress. `path` takes the rows of the first case; it has
+        no rows where they are left out.
         """
 
     @abstractmethod

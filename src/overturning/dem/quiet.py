@@ -24,41 +24,21 @@ def quiet_windows(
     A rigid block cannot start to rock before |a| > (g + a_up) B/H, nor to slide before |a| > μ (g + a_up). Between
     two samples both accelerations are linear in time, so that their ratio is largest at one of the samples.
 
-    Parameters
-    ----------
-    motion : Motion
-        For the vertical component and the sampling interval.
-    row : ndarray of int64, shape (n,)
-        Row of `ground` of each case.
-    amplitude : ndarray, shape (n,)
-        Factor on the motion.
-    ground : ndarray, shape (azimuths, samples)
-        Acceleration along each azimuth, m/s².
-    threshold : ndarray, shape (n,)
-        min(B/H, μ).
-
-    Returns
-    -------
-    first, calm : ndarray of int64, shape (n,)
-        From `calm` on a block at rest stays at rest.
-    never : ndarray of bool, shape (n,)
-        Below both thresholds for the whole record.
+    Of each case: the `row` of `ground`, shape (azimuths, samples), m/s², the `amplitude`, and the `threshold` min(B/H, μ).
+    From the sample `calm` on a block at rest stays at rest; `never` says that it is below both thresholds for the whole
+    record.
     """
     count = row.size
     first, calm = np.zeros(count, np.int64), np.zeros(count, np.int64)
     never = np.zeros(count, np.bool_)
     lead = int(np.ceil(LEAD / motion.sampling_interval))
     samples = ground.shape[1]
-    order = np.lexsort((amplitude, row)) if motion.up is not None else np.argsort(row, kind="stable")
-    if motion.up is None:
-        edges = np.flatnonzero(np.diff(row[order])) + 1
-    else:
-        edges = np.flatnonzero((np.diff(row[order]) != 0) | (np.diff(amplitude[order]) != 0)) + 1
-    for group in np.split(order, edges):
-        if group.size == 0:
-            continue
+    # Without vertical motion the ratio is linear in the amplitude: one look at the record serves all amplitudes.
+    keys = [row] if motion.up is None else [row, amplitude]
+    order = np.lexsort(keys[::-1])
+    changes = np.any([np.diff(key[order]) != 0 for key in keys], axis=0)
+    for group in np.split(order, np.flatnonzero(changes) + 1):
         if motion.up is None:
-            # Without vertical motion the ratio is linear in the amplitude.
             ratio = np.abs(ground[row[group[0]]]) / STANDARD_GRAVITY
             level = threshold[group] / np.maximum(np.abs(amplitude[group]), 1e-300)
         else:

@@ -15,17 +15,17 @@ ENERGY_BOUND: Final = 1e-2
 
 
 class Answers(NamedTuple):
-    """What a kernel says of some cases: shape (n,), from `side` on (n, free elements); units as of `Results`."""
+    """What a kernel says of some cases, named as in `Results`, from `overturned` on of each free element."""
 
     status: FloatArray
-    depth: FloatArray
-    energy: FloatArray
-    steps: FloatArray
-    side: FloatArray
-    time: FloatArray
-    angle: FloatArray
-    slip: FloatArray
-    residual: FloatArray
+    peak_penetration: FloatArray
+    energy_error: FloatArray
+    block_steps: FloatArray
+    overturned: FloatArray
+    overturning_time: FloatArray
+    peak_rotation: FloatArray
+    peak_slip: FloatArray
+    residual_slip: FloatArray
 
 
 @dataclass(frozen=True)
@@ -80,17 +80,15 @@ class Results:
         """Put in what the kernel found for the chosen cases; where work and energy do not balance there is no answer."""
         status = answers.status.astype(np.int8)
         with np.errstate(invalid="ignore", over="ignore"):
-            status[(status == Status.SIMULATED) & ~(answers.energy <= ENERGY_BOUND)] = Status.UNSTABLE
+            status[(status == Status.SIMULATED) & ~(answers.energy_error <= ENERGY_BOUND)] = Status.UNSTABLE
             answered = (status == Status.SIMULATED)[:, None]
-            self.status[chosen] = status
-            self.overturned[chosen] = np.where(answered, answers.side, INT8_MISSING).astype(np.int8)
-            self.overturning_time[chosen] = np.where(answered, answers.time, np.nan)
-            self.peak_rotation[chosen] = answers.angle
-            self.peak_slip[chosen] = answers.slip
-            self.residual_slip[chosen] = answers.residual
-            self.peak_penetration[chosen] = answers.depth
-            self.energy_error[chosen] = answers.energy
-        self.block_steps[chosen] = answers.steps.astype(np.int64)
+            values = answers._asdict() | {
+                "status": status,
+                "overturned": np.where(answered, answers.overturned, INT8_MISSING),
+                "overturning_time": np.where(answered, answers.overturning_time, np.nan),
+            }
+            for name, column in values.items():
+                getattr(self, name)[chosen] = column
 
     def element(self, index: int) -> Self:
         """The results of one free element."""

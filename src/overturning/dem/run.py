@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from overturning.dem.cases import Cases
 from overturning.dem.contact import Contact
-from overturning.dem.numerics import Numerics, Progress
+from overturning.dem.numerics import Numerics
 from overturning.dem.plan import Plan
 from overturning.dem.results import Results
 from overturning.dem.scene import Scene, gravestone
@@ -81,20 +81,18 @@ def run_cases(
     contact: Contact | None = None,
     **options: Any,
 ) -> Results:
-    """Run cases of a single block under one motion.
+    """Run cases of a single block under one motion: `run` on the gravestone.
 
     Parameters
     ----------
-    motion : Motion
-        The ground's.
-    cases : Cases
-        The blocks.
+    motion, cases
+        As of `run`.
     density : float
         kg/m³; matters only where stiffness or damping are given in absolute terms.
     contact : Contact, optional
         Springs and dashpots; `Contact()` where not given.
     **options
-        Fields of `Numerics`: `scheme`, `time_step`, `leave_out`, `refinement`, `budget`, `threads`, `progress`.
+        Fields of `overturning.dem.numerics.Numerics`.
 
     Returns
     -------
@@ -128,7 +126,7 @@ def _run_queues(
     total: int,
 ) -> None:
     """Run queues on some threads and tell how far they are: `counter` of `total` steps."""
-    progress: Progress | None = numerics.progress
+    progress = numerics.progress
     with ThreadPoolExecutor(max_workers=numerics.threads) as pool:
         waiting = {pool.submit(compute, chosen) for chosen in queues}
         while waiting:

@@ -43,37 +43,30 @@ class Scene(Model):
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
             raise ValueError(f"element {twice[0]} stands twice; give each element its own name")
-        if not any(element.kind == "driven" for element in self.elements):
+        kinds = {element.kind for element in self.elements}
+        if "driven" not in kinds:
             raise ValueError(f"no element is driven by the record; set kind: driven for the ground, perhaps {names[0]}")
-        if not any(element.kind == "free" for element in self.elements):
+        if "free" not in kinds:
             raise ValueError("no element is free; nothing could overturn")
         for index, element in enumerate(self.elements):
+            of, below = f"element {element.name}", element.stands_on
             if element.material not in self.materials:
-                raise ValueError(
-                    f"element {element.name}: no material {element.material!r}; known: {', '.join(self.materials)}"
-                )
-            if element.stands_on is not None and element.stands_on not in names[:index]:
-                raise ValueError(
-                    f"element {element.name}: stands_on {element.stands_on!r} is not an element listed before it"
-                )
+                raise ValueError(f"{of}: no material {element.material!r}; known: {', '.join(self.materials)}")
+            if below is not None and below not in names[:index]:
+                raise ValueError(f"{of}: stands_on {below!r} is not an element listed before it")
         if self.reference is not None and self.reference not in names:
             raise ValueError(f"reference: no element {self.reference!r}; known: {', '.join(names)}")
-        seen = set()
-        for law in self.contacts:
+        for index, law in enumerate(self.contacts):
             for material in law.between:
                 if material not in self.materials:
                     raise ValueError(f"contacts: no material {material!r}; known: {', '.join(self.materials)}")
-            if frozenset(law.between) in seen:
+            if any(set(law.between) == set(other.between) for other in self.contacts[:index]):
                 raise ValueError(f"contacts: {' and '.join(law.between)} have two laws; keep one")
-            seen.add(frozenset(law.between))
         return self
 
     @model_validator(mode="after")
     def _can_stand(self) -> Self:
-        try:
-            check_geometry(self)
-        except ValueError as error:
-            raise ValueError(str(error)) from None
+        check_geometry(self)
         return self
 
     @property
@@ -121,28 +114,16 @@ class Scene(Model):
 
     def law(self, one: Element, other: Element) -> ContactLaw:
         """The contact law of two elements."""
-        materials = frozenset((one.material, other.material))
-        for law in self.contacts:
-            if frozenset(law.between) == materials:
-                return law
-        return ContactLaw(between=(one.material, other.material))
+        given = (law for law in self.contacts if set(law.between) == {one.material, other.material})
+        return next(given, ContactLaw(between=(one.material, other.material)))
 
 
 @lru_cache(maxsize=64)
 def gravestone(contact: Contact | None = None, density: float = GRANITE_DENSITY) -> Scene:
     """The default scene: one rectangular stone, 0.24 m × 0.6 m, on a driven ground wider than any slide.
 
-    Parameters
-    ----------
-    contact : Contact, optional
-        Springs and dashpots at its corners; `Contact()` where not given.
-    density : float
-        kg/m³.
-
-    Raises
-    ------
-    ArgumentError
-        If the density is not finite and above 0.
+    The contact is that at its corners, `Contact()` where not given; a density (kg/m³) that is not finite and above 0 is
+    an `ArgumentError`.
     """
     if not (math.isfinite(density) and density > 0):
         raise ArgumentError(f"density: {density}; it must be finite and above 0 kg/m³")
@@ -161,18 +142,11 @@ def gravestone(contact: Contact | None = None, density: float = GRANITE_DENSITY)
 
 
 def scene_or_gravestone(
-    scene: Scene | None,
-    contact: Contact | None,
-    density: float,
-    height: Any,
-    b_over_h: Any,
+    scene: Scene | None, contact: Contact | None, density: float, height: Any, b_over_h: Any
 ) -> tuple[Scene, Any, Any]:
     """A scene, or the gravestone of this contact and density; height and B/H, the scene's own where they are None.
 
-    Raises
-    ------
-    ArgumentError
-        If a contact or density is given beside a scene.
+    A contact or density beside a scene is an `ArgumentError`.
     """
     if scene is None:
         scene = gravestone(contact, density)
@@ -195,10 +169,6 @@ def load_scene(name: str | Path, root: Path = Path()) -> Scene:
     root : Path
         Folder from which paths count.
 
-    Returns
-    -------
-    Scene
-
     Raises
     ------
     ConfigError
@@ -210,34 +180,28 @@ def load_scene(name: str | Path, root: Path = Path()) -> Scene:
     if not path.is_file():
         known = ", ".join(sorted(file.stem for file in (root / SCENES).glob("*.yaml"))) or "none"
         raise ConfigError(f"scene {name}: no file {path}; known: {known}")
-    data = read_mapping(path, "scene", "see docs/scenes.md")
-    return check_scene(data, str(path))
+    return check_scene(read_mapping(path, "scene", "see docs/scenes.md"), str(path))
 
 
 def check_scene(data: dict[str, Any], where: str = "scene") -> Scene:
-    """Check the content of a scene file.
-
-    Raises
-    ------
-    ConfigError
-        One line per wrong key; names the element where it is one's.
-    """
+    """Check the content of a scene file; a `ConfigError` has one line per wrong key and names the element."""
     try:
         return Scene.model_validate(data)
     except ValidationError as error:
         lines = []
         for item in error.errors():
-            key = ".".join(_part(data, item["loc"], depth) for depth in range(len(item["loc"])))
+            key = ".".join(_parts(data, item["loc"]))
             message = item["msg"].removeprefix("Value error, ")
             message = {"extra_forbidden": "unknown key", "missing": "this key is needed"}.get(item["type"], message)
             lines.append(f"{where}: {key}: {message}" if key else f"{where}: {message}")
         raise ConfigError("\n       ".join(dict.fromkeys(lines))) from None
 
 
-def _part(data: Any, location: tuple[int | str, ...], depth: int) -> str:
-    # An element is better known by its name than by its number.
-    if depth == 1 and location[0] == "elements" and isinstance(location[1], int):
+def _parts(data: Any, location: tuple[int | str, ...]) -> list[str]:
+    """Where a wrong value stands, an element by its name rather than by its number."""
+    parts = [str(part) for part in location]
+    if len(location) > 1 and location[0] == "elements" and isinstance(location[1], int):
         element = data["elements"][location[1]]
         if isinstance(element, dict) and "name" in element:
-            return str(element["name"])
-    return str(location[depth])
+            parts[1] = str(element["name"])
+    return parts

@@ -51,7 +51,7 @@ def simulate_arrays(
     contact : Contact, optional
         Springs and dashpots of the block; `Contact()` where not given. A scene has its own.
     **options
-        Fields of `overturning.dem.numerics.Numerics`, such as `scheme`, `time_step`, `leave_out` and `threads`.
+        Fields of `overturning.dem.numerics.Numerics`.
 
     Returns
     -------

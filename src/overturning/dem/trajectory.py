@@ -67,8 +67,8 @@ def trajectory(
         `element`: `kind`, `critical_angle` (α, rad), `vertices` (about the centre, m, NaN beyond an element's last) and
         the cell's outcome, missing where the element is not free; the whole case's outcome without a dimension.
         The general kernel adds the forces up at each of its steps; for a single block they follow from the path.
-        Attributes: the names of the scene and of its reference element, the weight of all free elements (N), the case's block steps and what it was
-        called with.
+        Attributes: the names of the scene and of its reference element, the weight of all free elements (N), the case's
+        block steps and what it was called with.
 
     Raises
     ------
@@ -82,20 +82,18 @@ def trajectory(
     results = planned.uncomputed()
     if answers is not None:
         results.store(np.zeros(1, np.int64), answers)
-    about = {
+    attributes = {
         "scene": scene.name,
         "reference": scene.shown_name,
         "weight": scene.gravity * sum(item.mass for item in path.placed if not item.fixed),
         "block_steps": int(results.block_steps[0]),
-    }
-    called = {
         "azimuth_deg": azimuth_deg,
         "height": size,
         "b_over_h": ratio,
         "friction": friction,
         "amplitude": amplitude,
     }
-    return _dataset(path, results, about | called)
+    return _dataset(path, results, attributes)
 
 
 def _dataset(path: Path, results: Results, attributes: dict[str, Any]) -> "xr.Dataset":

@@ -24,34 +24,16 @@ FLOAT32_MISSING: Final = np.float32(9.969209968386869e36)
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable of the outcome.
+    """One variable of the outcome."""
 
-    Attributes
-    ----------
-    name : str
-        Its name in the cube.
-    dtype : str
-        Type in the file.
-    long_name, units : str
-        CF attributes.
-    per_element : bool
-        It has the dimension `element` where a scene has more than one free element.
-    odd : bool
-        It changes sign when the plane is looked at from behind, from φ+180°.
-    exchanged : str
-        Variable with which it changes places then.
-    attributes : dict
-        Further CF attributes.
-    """
-
-    name: str
-    dtype: str
+    name: str  # in the cube
+    dtype: str  # in the file
     long_name: str
     units: str = "1"
-    per_element: bool = False
-    odd: bool = False
-    exchanged: str = ""
-    attributes: Mapping[str, Any] = field(default_factory=dict)
+    per_element: bool = False  # it has the dimension `element` where a scene has more than one free element
+    odd: bool = False  # it changes sign when the plane is looked at from behind, from φ+180°
+    exchanged: str = ""  # variable with which it changes places then
+    attributes: Mapping[str, Any] = field(default_factory=dict)  # further ones of CF
 
     @property
     def fill_value(self) -> Any:

@@ -13,17 +13,7 @@ from overturning.units import STANDARD_GRAVITY
 
 
 def block_path(scene: Scene, motion: Motion, cases: Cases, rows: FloatArray, critical: float) -> Path:
-    """The path of a case's block and of its ground.
-
-    Parameters
-    ----------
-    scene, motion, cases
-        Of one case.
-    rows : ndarray, shape (rows, TRAJECTORY)
-        What the kernel noted, and the rest before.
-    critical : float
-        α, rad.
-    """
+    """The path of a case's block, of critical angle α, and of its ground, from the kernel's rows with the rest before."""
     azimuth, height, ratio, amplitude = (
         float(getattr(cases, name)[0]) for name in ("azimuth_deg", "height", "b_over_h", "amplitude")
     )
@@ -65,22 +55,9 @@ def corner_forces(
     carries nothing; where both are down the moment I Δω/Δt = Σ r × f shares the force, both corners' being inclined
     alike.
 
-    Parameters
-    ----------
-    time : ndarray, shape (rows,)
-        s.
-    poses : ndarray, shape (rows, 6)
-        x, z, rotation and rates of the block, z from the ground on.
-    ground, lift : ndarray, shape (rows − 1,)
-        Mean accelerations of the base towards the azimuth and upward from each row to the next, m/s².
-    half : ndarray, shape (2,)
-        B/2 and H/2, m.
-
-    Returns
-    -------
-    point, force : ndarray, shape (rows, 2, 2)
-        Over time, corner (left, right) and (x, z); m, NaN where the corner is up, and m/s². The last row is the one
-        before it again.
+    The block's `poses` have the shape (rows, 6), z from the ground on; `ground` and `lift`, shape (rows − 1,), are the mean
+    accelerations of the base from each row to the next, `half` is (B/2, H/2). Results have the shape (rows, 2, 2): over
+    time, corner (left, right) and (x, z), m and m/s², NaN where the corner is up; the last row is the one before it again.
     """
     x, z, angle, vx, vz, vw = poses.T
     cosine, sine = np.cos(angle), np.sin(angle)

@@ -64,7 +64,7 @@ class BlockPlan(Plan):
             # The first run counts the rows, the second fills them.
             for _ in range(2):
                 answers, noted = self.compute(np.zeros(1, np.int64), np.zeros(1, np.int64), path)
-                path = path if noted else np.zeros((int(answers.steps[0]) // int(self.steps[0]), k.TRAJECTORY))
+                path = path if noted else np.zeros((int(answers.block_steps[0]) // int(self.steps[0]), k.TRAJECTORY))
         rest = np.zeros((int(self.first[0]) if noted else self.motion.samples, k.TRAJECTORY))
         rest[:, k.T_TIME] = np.arange(len(rest)) * self.motion.sampling_interval
         depth = 0.5 * STANDARD_GRAVITY / self.table[0, k.P_STIFFNESS]

@@ -86,7 +86,7 @@ def kernel_shapes(prepared: Prepared) -> tuple[NDArray[np.int64], FloatArray]:
     sizes = np.array([len(item.shape.vertices) for item in prepared.placed], dtype=np.int64)
     shapes = np.zeros((len(sizes), int(sizes.max()), 9))
     for index, item in enumerate(prepared.placed):
-        shapes[index, : sizes[index]] = item.shape.faces()
+        shapes[index, : sizes[index]] = item.shape.faces
     return sizes, shapes
 
 

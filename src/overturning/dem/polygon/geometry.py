@@ -1,8 +1,9 @@
 """Where a scene's elements stand, which faces are nearest, and where they touch at rest."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Final, Protocol
+from itertools import combinations
+from typing import Final, NamedTuple, Protocol
 
 import numpy as np
 
@@ -39,26 +40,14 @@ class Stage(Protocol):
 
 @dataclass(frozen=True)
 class Placed:
-    """An element in its place.
-
-    Attributes
-    ----------
-    element : Element
-        What it is.
-    shape : Polygon
-        Its polygon about its centre.
-    x, z : float
-        The centre, m.
-    mass, inertia : float
-        kg and kg·m².
-    """
+    """An element in its place."""
 
     element: Element
     shape: Polygon
-    x: float
+    x: float  # centre, m
     z: float
-    mass: float
-    inertia: float
+    mass: float  # kg
+    inertia: float  # kg·m²
 
     @property
     def points(self) -> FloatArray:
@@ -78,44 +67,27 @@ class Placed:
 
 @dataclass(frozen=True)
 class End:
-    """One end of the common stretch of two nearest faces.
+    """One end of the common stretch of two nearest faces."""
 
-    Attributes
-    ----------
-    gap : float
-        Negative where the elements overlap, m; infinite where there is no common stretch.
-    point : tuple of float
-        The vertex, m.
-    normal, tangent : tuple of float
-        Normal from the second element to the first, and the direction in which slip of the first counts.
-    """
+    gap: float  # m, negative where the elements overlap; infinite where there is no common stretch
+    point: tuple[float, float]  # the vertex, m
+    normal: tuple[float, float]  # from the second element to the first
+    tangent: tuple[float, float]  # direction in which slip of the first counts
 
-    gap: float
-    point: tuple[float, float]
-    normal: tuple[float, float]
-    tangent: tuple[float, float]
+
+class Touch(NamedTuple):
+    """An end that touches: number of its pair, which of the two ends it is, and the end."""
+
+    pair: int
+    side: int
+    end: End
 
 
 def place(scene: Stage, height: float | None = None, b_over_h: float | None = None) -> list[Placed]:
-    """Put the elements into their places.
+    """Put the elements into their places; a polygon that is degenerate, clockwise or not convex is an `ArgumentError`.
 
-    Parameters
-    ----------
-    scene : Stage
-        The scene.
-    height : float, optional
-        Height of the reference element, m; all lengths of the scene scale with it.
-    b_over_h : float, optional
-        Width over height of the reference element, which alone becomes wider or narrower.
-
-    Returns
-    -------
-    list of Placed
-
-    Raises
-    ------
-    ArgumentError
-        If a polygon is degenerate, clockwise or not convex.
+    With `height` (m) of the reference element all lengths of the scene scale; `b_over_h` makes that element alone wider
+    or narrower.
     """
     own = next(element for element in scene.elements if element.name == scene.reference_name)
     reference = polygon(own.name, _vertices(own))
@@ -136,8 +108,7 @@ def place(scene: Stage, height: float | None = None, b_over_h: float | None = No
             z = float(below.points[:, 1].max()) + shift_z - float(shape.vertices[:, 1].min())
         # An element in the middle is exactly there, so that a symmetric scene is exactly so.
         x = 0.0 if abs(x) < 1e-9 * shape.width else x
-        density = scene.materials[element.material].density
-        per_area = density * element.depth
+        per_area = scene.materials[element.material].density * element.depth
         placed.append(Placed(element, shape, x, z, per_area * shape.area, per_area * shape.polar))
     return placed
 
@@ -169,120 +140,91 @@ def _vertices(element: Element) -> FloatArray:
 
 def separations(one: Placed, other: Placed) -> FloatArray:
     """Signed distance of the other's nearest vertex from each face of one, m, positive outside."""
-    faces = one.shape.faces()
+    faces = one.shape.faces
     points = other.points - np.array([one.x, one.z])
     reach = faces[:, 4:5] * points[:, 0] + faces[:, 5:6] * points[:, 1]
     return np.asarray(reach.min(axis=1) - faces[:, 6])
 
 
 def nearest_faces(a: Placed, b: Placed) -> tuple[int, int, float]:
-    """The nearest faces of two elements, by the rule of docs/scenes.md.
+    """The nearest faces of two elements, by the rule of docs/scenes.md, and their separation, m, negative in an overlap.
 
-    Returns
-    -------
-    face_a, face_b : int
-        Indices; face i runs from vertex i to vertex i + 1.
-    separation : float
-        m, negative where they overlap.
+    Face i runs from vertex i to vertex i + 1.
     """
-    faces_a, faces_b = a.shape.faces(), b.shape.faces()
+    faces_a, faces_b = a.shape.faces, b.shape.faces
     products = faces_a[:, 4:5] * faces_b[:, 4] + faces_a[:, 5:6] * faces_b[:, 5]
-    candidates: list[tuple[float, float, int, int, int]] = []
-    for k, gap in enumerate(separations(a, b)):
-        other = int(np.argmin(products[k]))
-        candidates.append((-float(gap), float(products[k, other]), len(candidates), k, other))
-    for k, gap in enumerate(separations(b, a)):
-        other = int(np.argmin(products[:, k]))
-        candidates.append((-float(gap), float(products[other, k]), len(candidates), other, k))
-    best = min(candidates)
-    return best[3], best[4], float(-best[0])
+    candidates = [
+        *zip(-separations(a, b), products.min(axis=1), range(len(faces_a)), products.argmin(axis=1), strict=True),
+        *zip(-separations(b, a), products.min(axis=0), products.argmin(axis=0), range(len(faces_b)), strict=True),
+    ]
+    best = min(candidates, key=lambda candidate: candidate[:2])  # of equal ones the first
+    return int(best[2]), int(best[3]), float(-best[0])
 
 
 def common_stretch(a: Placed, b: Placed) -> tuple[End, End]:
     """Both ends of the common stretch of the nearest faces: at each end the inner one of two vertices."""
     face_a, face_b, _ = nearest_faces(a, b)
-    fa, fb = a.shape.faces()[face_a], b.shape.faces()[face_b]
+    fa, fb = a.shape.faces[face_a], b.shape.faces[face_b]
     delta = np.array([a.x - b.x, a.z - b.z])
-    center_a, center_b = np.array([a.x, a.z]), np.array([b.x, b.z])
 
-    def seen(face: FloatArray, point: FloatArray) -> tuple[float, float]:
-        gap = face[4] * point[0] + face[5] * point[1] - face[6]
-        return float(gap), float(face[4] * point[1] - face[5] * point[0] - face[7])
+    def seen(item: Placed, vertex: FloatArray, shift: FloatArray, face: FloatArray, sign: float) -> tuple[float, End]:
+        """Where along the other's face a vertex lies, and the end that it would be."""
+        x, z = vertex + shift
+        gap = face[4] * x + face[5] * z - face[6]
+        along = face[4] * z - face[5] * x - face[7]
+        nx, nz = sign * float(face[4]), sign * float(face[5])
+        point = float(vertex[0] + item.x), float(vertex[1] + item.z)
+        return along, End(float(gap) if abs(along) <= face[8] else np.inf, point, (nx, nz), (nz, -nx))
 
     ends = []
-    for first in (True, False):
-        mine, theirs = (fa[0:2], fb[2:4]) if first else (fa[2:4], fb[0:2])
-        gap_mine, along_mine = seen(fb, mine + delta)
-        gap_theirs, along_theirs = seen(fa, theirs - delta)
-        inner = along_mine <= fb[8] if first else along_mine >= -fb[8]
-        if inner:
-            nx, nz = float(fb[4]), float(fb[5])
-            gap, point, inside = gap_mine, mine + center_a, abs(along_mine) <= fb[8]
-        else:
-            nx, nz = -float(fa[4]), -float(fa[5])
-            gap, point, inside = gap_theirs, theirs + center_b, abs(along_theirs) <= fa[8]
-        ends.append(
-            End(gap if inside else np.inf, (float(point[0]), float(point[1])), (nx, nz), (nz, -nx))
-        )  # fmt: skip
+    for mine, theirs, side in ((fa[0:2], fb[2:4], 1.0), (fa[2:4], fb[0:2], -1.0)):
+        along, end = seen(a, mine, delta, fb, 1.0)
+        ends.append(end if side * along <= fb[8] else seen(b, theirs, -delta, fa, -1.0)[1])
     return ends[0], ends[1]
+
+
+def _gaps(placed: list[Placed]) -> Iterator[tuple[int, int, float]]:
+    """Every two elements of which one is free, and the gap between them, m."""
+    for (j, b), (i, a) in combinations(enumerate(placed), 2):
+        if not (a.fixed and b.fixed):
+            yield i, j, float(max(separations(a, b).max(), separations(b, a).max()))
 
 
 def pairs_of(placed: list[Placed]) -> list[tuple[int, int]]:
     """Pairs that could ever meet: one of them free, and not too far apart."""
     extent = sum(item.shape.width + item.shape.height for item in placed if not item.fixed)
-    pairs = []
-    for i, a in enumerate(placed):
-        for j, b in enumerate(placed[:i]):
-            if a.fixed and b.fixed:
-                continue
-            gap = max(separations(a, b).max(), separations(b, a).max())
-            if gap <= FAR * extent:
-                pairs.append((i, j))
-    return sorted(pairs, key=lambda pair: (pair[1], pair[0]))
+    return [(i, j) for i, j, gap in _gaps(placed) if gap <= FAR * extent]
 
 
-def resting(placed: list[Placed], pairs: list[tuple[int, int]]) -> list[tuple[int, int, End]]:
-    """Ends that touch: index of the pair, end (0 or 1), and the end."""
-    touches = []
-    for index, (i, j) in enumerate(pairs):
-        a, b = placed[i], placed[j]
-        for side, end in enumerate(common_stretch(a, b)):
-            if end.gap <= TOUCHING * min(a.size, b.size):
-                touches.append((index, side, end))
-    return touches
+def resting(placed: list[Placed], pairs: list[tuple[int, int]]) -> list[Touch]:
+    """Ends that touch."""
+    return [
+        Touch(index, side, end)
+        for index, (a, b) in enumerate((placed[i], placed[j]) for i, j in pairs)
+        for side, end in enumerate(common_stretch(a, b))
+        if end.gap <= TOUCHING * min(a.size, b.size)
+    ]
 
 
 def check_geometry(scene: Stage) -> None:
-    """Refuse elements that overlap or hang in the air.
-
-    Raises
-    ------
-    ArgumentError
-        Names element and remedy.
-    """
+    """Refuse elements that overlap or hang in the air: an `ArgumentError` that names element and remedy."""
     placed = place(scene)
-    for i, a in enumerate(placed):
-        for b in placed[:i]:
-            if a.fixed and b.fixed:
-                continue
-            depth = -max(separations(a, b).max(), separations(b, a).max())
-            if depth > 1e-6 * min(a.size, b.size):
-                raise ArgumentError(
-                    f"element {a.element.name}: overlaps {b.element.name} by {depth:.3g} m; move it, or place it with "
-                    f"stands_on: {b.element.name}"
-                )
+    for i, j, gap in sorted(_gaps(placed)):
+        a, b = placed[i], placed[j]
+        if -gap > 1e-6 * min(a.size, b.size):
+            raise ArgumentError(
+                f"element {a.element.name}: overlaps {b.element.name} by {-gap:.3g} m; move it, or place it with "
+                f"stands_on: {b.element.name}"
+            )
     pairs = pairs_of(placed)
     carried = {i for i, item in enumerate(placed) if item.fixed}
     ends = resting(placed, pairs)
-    while True:
-        more = {
-            up
-            for index, _, end in ends
-            for up, low, sign in ((*pairs[index], 1.0), (*pairs[index][::-1], -1.0))
-            if low in carried and up not in carried and sign * end.normal[1] > 1e-3
-        }
-        if not more:
-            break
+    while more := {
+        up
+        for index, _, end in ends
+        for up, low, sign in ((*pairs[index], 1.0), (*pairs[index][::-1], -1.0))
+        if low in carried and up not in carried and sign * end.normal[1] > 1e-3
+    }:
         carried |= more
     for i, item in enumerate(placed):
         if i not in carried:

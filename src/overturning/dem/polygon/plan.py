@@ -13,7 +13,6 @@ from overturning.dem.numerics import Numerics
 from overturning.dem.plan import AFTERMATH, Path, Plan, shaking
 from overturning.dem.polygon import tables as t
 from overturning.dem.polygon.arrays import kernel_column, kernel_rules, kernel_shapes
-from overturning.dem.polygon.path import polygon_path
 from overturning.dem.polygon.prepare import Prepared, prepare
 from overturning.dem.polygon.queue import SCHEMES, run_queue
 from overturning.dem.quiet import SAFE_SHARE, quiet_windows
@@ -29,25 +28,13 @@ SAFE_UPLIFT: Final = 0.7
 
 @dataclass(frozen=True, kw_only=True)
 class PolygonPlan(Plan):
-    """How each case of a scene of polygons is to be computed.
-
-    Attributes
-    ----------
-    variants : list of Prepared
-        The scene at each size.
-    variant : ndarray of int64, shape (n,)
-        Which of them each case is.
-    table : ndarray, shape (n, PARAMETERS + elements)
-        The kernel's case table.
-    layout, sizes, shapes, initial, rules, limits
-        As `overturning.dem.polygon.queue.run_queue` takes them.
-    """
+    """How each of n cases of a scene of polygons is to be computed."""
 
     halved: ClassVar[bool] = True
 
-    variants: list[Prepared]
-    variant: NDArray[np.int64]
-    table: FloatArray
+    variants: list[Prepared]  # the scene at each size
+    variant: NDArray[np.int64]  # shape (n,): which of them each case is
+    table: FloatArray  # shape (n, PARAMETERS + elements): the kernel's case table; the others as `run_queue` takes them
     layout: NDArray[np.int64]
     sizes: NDArray[np.int64]
     shapes: FloatArray
@@ -66,24 +53,14 @@ class PolygonPlan(Plan):
         every = np.zeros((chosen.size, self.sizes.size, t.ELEMENT_RESULTS))
         upward = None if self.motion.up is None else np.concatenate([self.motion.up, np.zeros(3)])
         noted = run_queue(
-            SCHEMES[self.scheme][0], np.arange(chosen.size), np.ascontiguousarray(self.table[chosen]), self.row[chosen], self.variant[chosen],
+            SCHEMES[self.scheme][0], np.arange(chosen.size), self.table[chosen], self.row[chosen], self.variant[chosen],
             self.initial, self.layout, self.sizes, self.shapes, self.rules, self.limits, self.ground, upward,
             self.motion.samples, self.motion.sampling_interval, int(self.steps[chosen[0]]), self.scene.gravity,
             self.numerics.budget, counter, path, out, every,
         )  # fmt: skip
-        each = every[:, self.variants[0].free]
-        answers = Answers(
-            status=out[:, t.R_STATUS],
-            depth=out[:, t.R_DEPTH],
-            energy=out[:, t.R_ENERGY],
-            steps=out[:, t.R_STEPS] * self.free,
-            side=each[:, :, t.E_SIDE],
-            time=each[:, :, t.E_TIME],
-            angle=each[:, :, t.E_ANGLE],
-            slip=each[:, :, t.E_SLIP],
-            residual=each[:, :, t.E_RESIDUAL],
-        )
-        return answers, int(noted)
+        of_all = out[:, t.R_STATUS], out[:, t.R_DEPTH], out[:, t.R_ENERGY], out[:, t.R_STEPS] * self.free
+        each = (every[:, self.variants[0].free, k] for k in (t.E_SIDE, t.E_TIME, t.E_ANGLE, t.E_SLIP, t.E_RESIDUAL))
+        return Answers(*of_all, *each), int(noted)
 
     def trace(self) -> tuple[Answers | None, Path]:
         """Answers and path of a plan's only case."""
@@ -101,7 +78,7 @@ class PolygonPlan(Plan):
         for index, item in enumerate(prepared.placed):
             pose = np.array([item.x, item.z, 0.0]) + prepared.displacement[index]
             rest[:, 2 + 6 * index : 5 + 6 * index] = pose
-        return answers, polygon_path(prepared, np.concatenate([rest, path[:noted]]))
+        return answers, _path(prepared, np.concatenate([rest, path[:noted]]))
 
 
 def plan_polygons(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics) -> PolygonPlan:
@@ -119,28 +96,42 @@ def plan_polygons(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics
     rate = np.array([item.rate for item in variants]) * distinct[:, 2]
     per_sample = steps_per_sample(scheme, numerics.time_step, square, rate, motion.sampling_interval)
     first, never, table = _case_table(scene, motion, cases, variants, variant, row, ground, numerics.leave_out)
-    shaped = [kernel_shapes(item) for item in variants]
-    ruled = [kernel_rules(item) for item in variants]
+    shaped, ruled = [kernel_shapes(item) for item in variants], [kernel_rules(item) for item in variants]
     return PolygonPlan(
-        scene=scene,
-        motion=motion,
-        cases=cases,
-        numerics=numerics,
-        scheme=scheme,
-        row=row,
-        ground=ground,
+        scene=scene, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground,
         steps=per_sample[variant] * numerics.refinement,
-        first=first,
-        never=never,
-        variants=variants,
-        variant=variant,
-        table=table,
+        first=first, never=never, variants=variants, variant=variant, table=table,
         layout=np.array(variants[0].pairs, dtype=np.int64).reshape(-1, 2),
         sizes=shaped[0][0],
         shapes=np.stack([shapes for _, shapes in shaped]),
         initial=np.stack([kernel_column(item) for item in variants]),
         rules=np.stack([rules for rules, _ in ruled]),
         limits=np.stack([limits for _, limits in ruled]),
+    )  # fmt: skip
+
+
+def _path(prepared: Prepared, rows: FloatArray) -> Path:
+    """The path of a case, from rows with the columns of `overturning.dem.polygon.tables`."""
+    placed, ends = prepared.placed, 2 * len(prepared.pairs)
+    poses_end = 2 + 6 * len(placed)
+    forces = rows[:, poses_end:].reshape(len(rows), ends, t.FORCE_COLUMNS)
+    force, load = forces[:, :, [t.T_FX, t.T_FZ]], forces[:, :, [t.T_LOAD]]
+    contacts: list[tuple[str, str]] = []
+    for index, (first, second) in enumerate(prepared.pairs):
+        # On the later element, which stands on the earlier one, unless forces do not move it.
+        on, by = sorted((first, second), key=lambda k: (placed[k].fixed, -k))
+        if on == second:
+            force[:, 2 * index : 2 * index + 2] *= -1.0
+        contacts += 2 * [(placed[on].element.name, placed[by].element.name)]
+    return Path(
+        placed=placed,
+        critical=np.where([item.fixed for item in placed], np.nan, prepared.critical),
+        time=rows[:, t.T_TIME],
+        ground=rows[:, t.T_GROUND],
+        poses=rows[:, 2:poses_end].reshape(len(rows), len(placed), 6),
+        force=force,
+        place=forces[:, :, [t.T_LOAD_X, t.T_LOAD_Z]] / np.where(load > 0.0, load, np.nan),
+        contacts=contacts,
     )
 
 

@@ -8,65 +8,31 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.plan import DEEPEST
 from overturning.dem.polygon.geometry import End, Placed, pairs_of, place
-from overturning.dem.polygon.statics import Laws, contact_laws, highest_modes, rest
+from overturning.dem.polygon.statics import Laws, Loaded, contact_laws, highest_modes, rest
 from overturning.dem.scene import Scene
 
 
 @dataclass(frozen=True)
 class Prepared:
-    """One variant of a scene, ready to run.
-
-    Attributes
-    ----------
-    placed : list of Placed
-        Elements in their places.
-    pairs : list of tuple of int
-        Pairs that can meet, as indices of elements.
-    laws : Laws
-        Their contact laws.
-    displacement : ndarray, shape (elements, 3)
-        x, z and rotation at rest, from the places.
-    springs : list of (pair, end, slip)
-        Loaded ends at rest and the stretch of their tangential springs, m.
-    at_rest : bool
-        Whether the scene rests by itself.
-    square, rate : float
-        Largest eigenvalues of springs (1/s²) and dashpots (1/s).
-    threshold : float
-        Horizontal acceleration over g below which nothing can start to rock; 0 where it is not known.
-    fixed_friction : float
-        Smallest friction of the loaded pairs that the scene itself sets; infinite where it sets none.
-    swept_friction : bool
-        Whether a loaded pair has the swept friction.
-    critical : ndarray, shape (elements,)
-        α of each free element, rad; π/2 for others.
-    barrier : ndarray, shape (elements,)
-        Energy to overturn each free element, J.
-    support : ndarray of int, shape (elements,)
-        What each element stands on; itself for the fixed ones.
-    base : ndarray, shape (elements, 2)
-        Middle of the stretch on which it stands, m.
-    radius : float
-        Largest distance of a centre from the farthest vertex below it, for the time after the record, m.
-    """
+    """One variant of a scene, ready to run."""
 
     scene: Scene
     placed: list[Placed]
-    pairs: list[tuple[int, int]]
+    pairs: list[tuple[int, int]]  # elements that can meet
     laws: Laws
-    displacement: FloatArray
-    springs: list[tuple[int, int, float]]
-    at_rest: bool
-    square: float
-    rate: float
-    threshold: float
-    fixed_friction: float
-    swept_friction: bool
-    critical: FloatArray
-    barrier: FloatArray
-    support: NDArray[np.int64]
-    base: FloatArray
-    radius: float
+    displacement: FloatArray  # shape (elements, 3): x, z (m) and rotation (rad) at rest, from the places
+    springs: list[tuple[int, int, float]]  # loaded ends at rest: pair, end, stretch of the tangential spring (m)
+    at_rest: bool  # whether the scene rests by itself
+    square: float  # largest eigenvalue of the springs, 1/s²
+    rate: float  # and of the dashpots, 1/s
+    threshold: float  # horizontal acceleration over g below which nothing can start to rock; 0 where it is not known
+    fixed_friction: float  # smallest of the loaded pairs that the scene itself sets; infinite where it sets none
+    swept_friction: bool  # whether a loaded pair has the swept friction
+    critical: FloatArray  # shape (elements,): α of each free element, rad; π/2 for others
+    barrier: FloatArray  # shape (elements,): energy to overturn each free element, J
+    support: NDArray[np.int64]  # shape (elements,): what each stands on; itself for the fixed ones
+    base: FloatArray  # shape (elements, 2): middle of the stretch on which it stands, m
+    radius: float  # largest distance of a centre from the farthest vertex below it, m, for the time after the record
 
     @property
     def sunk(self) -> FloatArray:
@@ -86,35 +52,26 @@ class Prepared:
 
 
 def prepare(scene: Scene, height: float | None = None, b_over_h: float | None = None) -> Prepared:
-    """Prepare one variant of a scene.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-    height, b_over_h : float, optional
-        Height and slenderness of its reference element.
-
-    Returns
-    -------
-    Prepared
-    """
+    """Prepare a scene whose reference element has a height (m) and slenderness; its own where they are not given."""
     placed = place(scene, height, b_over_h)
     pairs = pairs_of(placed)
     laws = contact_laws(scene, placed, pairs)
     equilibrium = rest(scene, placed, pairs, laws.normal, laws.tangential)
-    displacement, loaded = (np.zeros((len(placed), 3)), []) if equilibrium is None else equilibrium
-    springs = [(touch[0], touch[1], slip) for touch, _, slip in loaded]
-    stands = _stands(placed, pairs, [(touch[0], touch[2]) for touch, _, _ in loaded])
+    displacement, loaded = equilibrium or (np.zeros((len(placed), 3)), [])
+    stands = _stands(placed, pairs, loaded)
     critical, barrier, support, base = _single(scene, placed, stands)
     moves_alone = any(item.element.kind == "held" for item in placed)
     threshold = 0.0 if equilibrium is None or moves_alone else _threshold(placed, stands)
-    frictions = [laws.friction[index] for index in {touch[0] for touch, _, _ in loaded}]
-    if any(mu >= 0 and _slips(loaded, laws, index) for index, mu in enumerate(laws.friction)):
-        threshold = 0.0
-    top = max(float(item.points[:, 1].max()) for item in placed if not item.fixed)
-    low = min(float(item.points[:, 1].min()) for item in placed if not item.fixed)
-    wide = max(item.shape.width for item in placed if not item.fixed)
+    frictions = [laws.friction[index] for index in {end.pair for end in loaded}]
+    if any(
+        laws.friction[k] >= 0 and laws.tangential[k] * abs(slip) > laws.friction[k] * laws.normal[k] * approach
+        for k, _, _, approach, slip in loaded
+    ):
+        threshold = 0.0  # it slides by itself
+    free = [item for item in placed if not item.fixed]
+    top = max(float(item.points[:, 1].max()) for item in free)
+    low = min(float(item.points[:, 1].min()) for item in free)
+    wide = max(item.shape.width for item in free)
     square, rate = highest_modes(placed, pairs, laws)
     return Prepared(
         scene=scene,
@@ -122,7 +79,7 @@ def prepare(scene: Scene, height: float | None = None, b_over_h: float | None = 
         pairs=pairs,
         laws=laws,
         displacement=displacement,
-        springs=springs,
+        springs=[(end.pair, end.side, end.slip) for end in loaded],
         at_rest=equilibrium is not None,
         square=square,
         rate=rate,
@@ -142,21 +99,13 @@ def deepest_allowed(placed: list[Placed]) -> float:
     return DEEPEST * 0.5 * min(item.size for item in placed if not item.fixed)
 
 
-def _slips(loaded: list[tuple[tuple[int, int, End], float, float]], laws: Laws, index: int) -> bool:
-    mu = laws.friction[index]
-    return any(
-        touch[0] == index and laws.tangential[index] * abs(slip) > mu * laws.normal[index] * approach
-        for touch, approach, slip in loaded
-    )
-
-
 Stands = dict[int, dict[int, list[End]]]
 
 
-def _stands(placed: list[Placed], pairs: list[tuple[int, int]], loaded: list[tuple[int, End]]) -> Stands:
+def _stands(placed: list[Placed], pairs: list[tuple[int, int]], loaded: list[Loaded]) -> Stands:
     """Of each free element: what carries it, with the loaded ends."""
     result: Stands = {}
-    for index, end in loaded:
+    for index, _, end, _, _ in loaded:
         i, j = pairs[index]
         upper, lower = (i, j) if end.normal[1] > 0 else (j, i)
         if not placed[upper].fixed and abs(end.normal[1]) > 1e-3:
@@ -205,10 +154,7 @@ def _threshold(placed: list[Placed], stands: Stands) -> float:
         if len(below) != 1:
             return 0.0  # bridges and leaning elements: no closed form here, so nothing is left out
         part = {k}
-        while True:
-            more = {upper for upper, lowers in stands.items() if set(lowers) & part} - part
-            if not more:
-                break
+        while more := {upper for upper, lowers in stands.items() if set(lowers) & part} - part:
             part |= more
         mass = sum(placed[n].mass for n in part)
         x = sum(placed[n].mass * placed[n].x for n in part) / mass

@@ -16,24 +16,12 @@ SYMMETRY: Final = 1e-9
 
 @dataclass(frozen=True)
 class Polygon:
-    """A convex polygon about its centre of area.
+    """A convex polygon about its centre of area."""
 
-    Attributes
-    ----------
-    vertices : ndarray, shape (n, 2)
-        Counter-clockwise, x to the right and z up, relative to the centre, m.
-    centre : tuple of float
-        The centre in the coordinates in which the polygon was given, m.
-    area : float
-        m².
-    polar : float
-        Second moment of area about the centre, m⁴.
-    """
-
-    vertices: FloatArray
-    centre: tuple[float, float]
-    area: float
-    polar: float
+    vertices: FloatArray  # shape (n, 2), counter-clockwise, x to the right and z up, relative to the centre, m
+    centre: tuple[float, float]  # in the coordinates in which the polygon was given, m
+    area: float  # m²
+    polar: float  # second moment of area about the centre, m⁴
 
     @property
     def symmetric(self) -> bool:
@@ -51,19 +39,13 @@ class Polygon:
         """Extent in z, m."""
         return float(np.ptp(self.vertices[:, 1]))
 
-    def faces(self) -> FloatArray:
-        """The faces as the kernel wants them.
-
-        Returns
-        -------
-        ndarray, shape (n, 9)
-            First and second end (4), outward normal (2), distance from the centre, place of the middle along the
-            tangent (−n_z, n_x), half length. Of a symmetric polygon, mirrored faces have exactly mirrored numbers.
-        """
-        return self._faces
-
     @cached_property
-    def _faces(self) -> FloatArray:
+    def faces(self) -> FloatArray:
+        """The faces as the kernel wants them, shape (n, 9).
+
+        First and second end (4), outward normal (2), distance from the centre, place of the middle along the tangent
+        (−n_z, n_x), half length. Of a symmetric polygon, mirrored faces have exactly mirrored numbers.
+        """
         first, second = self.vertices, np.roll(self.vertices, -1, axis=0)
         edge = second - first
         length = np.sqrt(edge[:, 0] * edge[:, 0] + edge[:, 1] * edge[:, 1])
@@ -80,24 +62,9 @@ class Polygon:
 def polygon(name: str, vertices: ArrayLike) -> Polygon:
     """Check a convex polygon and work out its constants.
 
-    Area, centre and second moment are those of the triangles between the centre and each edge, summed exactly as the
-    formulas for polygons of straight edges (Green's theorem) give them.
-
-    Parameters
-    ----------
-    name : str
-        Element it belongs to, for the messages.
-    vertices : array_like, shape (n, 2)
-        Counter-clockwise, x to the right, z up, m.
-
-    Returns
-    -------
-    Polygon
-
-    Raises
-    ------
-    ArgumentError
-        If it is degenerate, clockwise or not convex.
+    Area, centre and second moment are summed as the formulas for polygons of straight edges (Green's theorem) give them.
+    Vertices have the shape (n, 2): counter-clockwise, x to the right, z up, m. A polygon that is degenerate, clockwise
+    or not convex is an `ArgumentError` that names the element.
     """
     points = np.asarray(vertices, dtype=np.float64)
     if points.ndim != 2 or points.shape[1:] != (2,) or len(points) < 3 or not np.isfinite(points).all():
@@ -130,8 +97,7 @@ def polygon(name: str, vertices: ArrayLike) -> Polygon:
         raise ArgumentError(f"element {name}: the polygon crosses itself; list its vertices in order round it")
     cx = float(((x + u) * cross).sum()) / (6 * area)
     cz = float(((z + w) * cross).sum()) / (6 * area)
-    local = np.stack([x - cx, z - cz], axis=1)
-    local = _exactly_symmetric(local, size)
+    local = _exactly_symmetric(np.stack([x - cx, z - cz], axis=1), size)
     return Polygon(local, (cx + float(origin[0]), cz + float(origin[1])), area, _polar(local))
 
 
@@ -143,15 +109,13 @@ def _polar(local: FloatArray) -> float:
 
 def _exactly_symmetric(local: FloatArray, size: float) -> FloatArray:
     """Remove the rounding that keeps a symmetric polygon from being its own mirror image bit by bit."""
-    exact = local.copy()
-    for index, (x, z) in enumerate(local):
-        distance = np.abs(local[:, 0] + x) + np.abs(local[:, 1] - z)
-        partner = int(np.argmin(distance))
-        if distance[partner] > SYMMETRY * size:
-            return local
-        # Both vertices come from the same two numbers, whichever is looked at first.
-        exact[index] = 0.5 * (x - local[partner, 0]), 0.5 * (z + local[partner, 1])
-    return exact
+    x, z = local.T
+    distance = np.abs(x + x[:, None]) + np.abs(z - z[:, None])
+    if (distance.min(axis=1) > SYMMETRY * size).any():
+        return local
+    # Both vertices of a pair come from the same two numbers, whichever is looked at first.
+    partner = distance.argmin(axis=1)
+    return np.asarray(0.5 * np.stack([x - x[partner], z + z[partner]], axis=1))
 
 
 def rectangle(width: float, height: float) -> FloatArray:

@@ -1,56 +1,53 @@
 """What each contact carries at rest, how the scene sinks into its springs, and how fast it can vibrate."""
 
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.dem.polygon.geometry import End, Placed, resting
+from overturning.dem.polygon.geometry import End, Placed, Touch, resting
 from overturning.dem.polygon.linear import highest_eigenvalue, solve
 from overturning.dem.scene import Scene
 
-Touch = tuple[int, int, End]
+
+class Loaded(NamedTuple):
+    """An end that carries something at rest: its pair, which of the two ends it is, and its springs' stretches, m."""
+
+    pair: int
+    side: int
+    end: End
+    approach: float
+    slip: float
 
 
 @dataclass(frozen=True)
 class Laws:
-    """Contact law of each pair.
+    """Contact constants of each pair at each end, shape (pairs,)."""
 
-    Attributes
-    ----------
-    normal, tangential : ndarray, shape (pairs,)
-        K_n and K_s, N/m.
-    dashpot : ndarray, shape (pairs,)
-        h, N·s/m, in both directions.
-    friction : ndarray, shape (pairs,)
-        µ; −1 where it is the one that is swept.
-    carried : ndarray, shape (pairs,)
-        Weight that each pair carries at rest, N.
-    """
-
-    normal: FloatArray
-    tangential: FloatArray
-    dashpot: FloatArray
-    friction: FloatArray
-    carried: FloatArray
+    normal: FloatArray  # K_n, N/m
+    tangential: FloatArray  # K_s, N/m
+    dashpot: FloatArray  # h, N·s/m, in both directions
+    friction: FloatArray  # µ; −1 where it is the one that is swept
+    carried: FloatArray  # weight at rest, N
 
 
-def _numbers(placed: list[Placed]) -> dict[int, int]:
-    return {i: 3 * n for n, i in enumerate(k for k, item in enumerate(placed) if not item.fixed)}
+def _numbers(placed: list[Placed]) -> dict[int, slice]:
+    """Where the displacements (x, z, clockwise rotation) of each free element stand among those of all."""
+    free = [i for i, item in enumerate(placed) if not item.fixed]
+    return {i: slice(3 * n, 3 * n + 3) for n, i in enumerate(free)}
 
 
 def _stretches(placed: list[Placed], pairs: list[tuple[int, int]], touch: Touch) -> tuple[FloatArray, FloatArray]:
-    """How the normal approach and the slip of an end depend on all displacements (x, z, clockwise rotation)."""
-    number = _numbers(placed)
+    """How the normal approach and the slip of an end depend on all displacements."""
+    number, (first, second), end = _numbers(placed), pairs[touch.pair], touch.end
     approach, slip = np.zeros(3 * len(number)), np.zeros(3 * len(number))
-    index, _, end = touch
-    for k, sign in ((pairs[index][0], 1.0), (pairs[index][1], -1.0)):
-        if placed[k].fixed:
-            continue
-        rx, rz = end.point[0] - placed[k].x, end.point[1] - placed[k].z
-        at = number[k]
-        for row, (ux, uz), direction in ((approach, end.normal, -1.0), (slip, end.tangent, 1.0)):
-            row[at : at + 3] = sign * direction * np.array([ux, uz, ux * rz - uz * rx])
+    for k, sign in ((first, 1.0), (second, -1.0)):
+        if k in number:
+            rx, rz = end.point[0] - placed[k].x, end.point[1] - placed[k].z
+            for row, (ux, uz), direction in ((approach, end.normal, -1.0), (slip, end.tangent, 1.0)):
+                row[number[k]] = sign * direction * np.array([ux, uz, ux * rz - uz * rx])
     return approach, slip
 
 
@@ -61,15 +58,8 @@ def _stiffness(
     matrix = np.zeros((size, size))
     for touch in touches:
         approach, slip = _stretches(placed, pairs, touch)
-        matrix += normal[touch[0]] * np.outer(approach, approach) + tangential[touch[0]] * np.outer(slip, slip)
+        matrix += normal[touch.pair] * np.outer(approach, approach) + tangential[touch.pair] * np.outer(slip, slip)
     return matrix
-
-
-def _load(scene: Scene, placed: list[Placed]) -> FloatArray:
-    load = np.zeros(3 * len(_numbers(placed)))
-    for k, at in _numbers(placed).items():
-        load[at + 1] = -placed[k].mass * scene.gravity
-    return load
 
 
 def rest(
@@ -78,43 +68,32 @@ def rest(
     pairs: list[tuple[int, int]],
     normal: FloatArray,
     tangential: FloatArray,
-) -> tuple[FloatArray, list[tuple[Touch, float, float]]] | None:
-    """Static equilibrium on the springs of the contacts, without tension.
+) -> tuple[FloatArray, list[Loaded]] | None:
+    """Static equilibrium on the springs of the contacts (N/m of each pair), without tension.
 
-    Parameters
-    ----------
-    scene, placed, pairs
-        The scene.
-    normal, tangential : ndarray, shape (pairs,)
-        Springs, N/m.
-
-    Returns
-    -------
-    displacement : ndarray, shape (elements, 3)
-        x, z and rotation of each element, m and rad.
-    ends : list of (touch, approach, slip)
-        Loaded ends with their springs' stretches, m.
-        The whole is None where the scene cannot rest: something slides off or falls by itself.
+    Displacements of the elements, shape (elements, 3), m and rad, and the loaded ends; None where the scene cannot rest:
+    something slides off or falls by itself.
     """
     touches = resting(placed, pairs)
     # Without friction a tangential spring would hold for a moment only; a minute one keeps the system regular.
     held = np.maximum(tangential, 1e-9 * normal)
+    number = _numbers(placed)
+    load = np.concatenate([(0.0, -placed[k].mass * scene.gravity, 0.0) for k in number])
     while touches:
-        solution = solve(_stiffness(placed, pairs, touches, normal, held), _load(scene, placed))
+        solution = solve(_stiffness(placed, pairs, touches, normal, held), load)
         if solution is None:
             return None
         ends = []
         for touch in touches:
-            approach, slip = _stretches(placed, pairs, touch)
-            ends.append((touch, float((approach * solution).sum()), float((slip * solution).sum())))
-        pulled = [item for item in ends if item[1] <= 1e-9 * max(other[1] for other in ends)]
-        if not pulled:
+            approach, slip = (float((row * solution).sum()) for row in _stretches(placed, pairs, touch))
+            ends.append(Loaded(*touch, approach, slip))
+        least = min(ends, key=lambda end: end.approach)
+        if least.approach > 1e-9 * max(end.approach for end in ends):
             displacement = np.zeros((len(placed), 3))
-            for k, at in _numbers(placed).items():
-                displacement[k] = solution[at : at + 3]
+            for k, at in number.items():
+                displacement[k] = solution[at]
             return displacement, ends
-        weakest = min(pulled, key=lambda item: item[1])
-        touches = [touch for touch in touches if touch is not weakest[0]]
+        del touches[ends.index(least)]  # it is pulled
     return None
 
 
@@ -127,17 +106,13 @@ def contact_laws(scene: Scene, placed: list[Placed], pairs: list[tuple[int, int]
     ones = np.ones(len(pairs))
     equilibrium = rest(scene, placed, pairs, ones, ones)
     carried = np.zeros(len(pairs))
-    if equilibrium is not None:
-        for touch, approach, _ in equilibrium[1]:
-            carried[touch[0]] += approach
+    for end in equilibrium[1] if equilibrium is not None else ():
+        carried[end.pair] += end.approach
     width = np.full(len(pairs), np.nan)
-    points: dict[int, list[tuple[float, float]]] = {}
-    for index, _, end in resting(placed, pairs):
-        points.setdefault(index, []).append(end.point)
-    for index, ends in points.items():
-        if len(ends) == 2:
-            # np.hypot is libm's, whose last digit depends on the processor.
-            width[index] = np.sqrt((ends[0][0] - ends[1][0]) ** 2 + (ends[0][1] - ends[1][1]) ** 2)
+    for one, other in pairwise(resting(placed, pairs)):
+        if one.pair == other.pair:
+            (x, z), (u, w) = one.end.point, other.end.point
+            width[one.pair] = np.sqrt((x - u) ** 2 + (z - w) ** 2)  # libm's hypot depends on the processor
     normal, tangential, dashpot, friction = (np.zeros(len(pairs)) for _ in range(4))
     for index, (i, j) in enumerate(pairs):
         a, b = placed[i], placed[j]
@@ -171,21 +146,17 @@ def highest_modes(placed: list[Placed], pairs: list[tuple[int, int]], laws: Laws
     summed over both elements; for a rectangle on a fixed one the latter is 4 K/m.
     """
     touches = resting(placed, pairs)
-    inverse = np.zeros(3 * len(_numbers(placed)))
-    for k, at in _numbers(placed).items():
-        inverse[at : at + 3] = 1.0 / placed[k].mass, 1.0 / placed[k].mass, 1.0 / placed[k].inertia
-    root = np.sqrt(inverse)
+    free = [item for item in placed if not item.fixed]
+    root = np.sqrt(np.concatenate([(1.0 / item.mass, 1.0 / item.mass, 1.0 / item.inertia) for item in free]))
     values = []
     for normal, tangential in ((laws.normal, laws.tangential), (laws.dashpot, laws.dashpot)):
         matrix = _stiffness(placed, pairs, touches, normal, tangential)
         highest = highest_eigenvalue(root[:, None] * matrix * root)
         for index, pair in enumerate(pairs):
             compliance = 0.0
-            for item in (placed[k] for k in pair):
-                if not item.fixed:
-                    radius = float((item.shape.vertices**2).sum(axis=1).max())
-                    compliance += 1.0 / item.mass + radius / item.inertia
+            for item in (placed[k] for k in pair if not placed[k].fixed):
+                radius = float((item.shape.vertices**2).sum(axis=1).max())
+                compliance += 1.0 / item.mass + radius / item.inertia
             highest = max(highest, max(normal[index], tangential[index]) * compliance)
-        values.append(highest)
-    square, rate = values
-    return float(square), float(rate)
+        values.append(float(highest))
+    return values[0], values[1]

@@ -3,21 +3,15 @@
 from typing import Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
+from overturning.dem.element import Model
 from overturning.study.quantity import Degree
 
 _MAX_VALUES = 100_000
 
 
-class Settings(BaseModel):
-    """Base of every part of a study."""
-
-    # A misspelt key must be an error, and what a job computes must not depend on who changed the model on the way.
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class Range(Settings):
+class Range(Model):
     """Values from start to stop by step. The stop is included where a step meets it."""
 
     start: float = Field(description="first value")
@@ -38,7 +32,7 @@ class Range(Settings):
         return tuple(round(self.start + index * self.step, 10) for index in range(count))
 
 
-class AzimuthRange(Settings):
+class AzimuthRange(Model):
     """Azimuths from start by step up to stop, which is excluded: 0° and 360° are the same direction."""
 
     start: Degree = Field(default=0.0, ge=0, lt=360, description="first azimuth, degrees clockwise from north")

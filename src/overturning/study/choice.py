@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.errors import ResultError
+from overturning.study.netcdf import open_raw
 from overturning.study.sections import Verification
 
 
@@ -43,25 +43,10 @@ class Sample:
 def choose(
     settings: Verification, records: int, computed: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Choose cells of a study at random, each at most once.
+    """Choose cells of a study at random, each at most once: of each its record, shape (n,), and its index, shape (n, 4).
 
-    Mirrored cells are not chosen: they would be the same computation again.
-
-    Parameters
-    ----------
-    settings : Verification
-        Share, least number and seed.
-    records : int
-        Number of records.
-    computed : ndarray of bool, shape (a, h, b, f)
-        Cells that are computed, the same for every record.
-
-    Returns
-    -------
-    record : ndarray of int64, shape (n,)
-        Record of each chosen cell, in random order: any first part of the choice is a random choice too.
-    index : ndarray of int64, shape (n, 4)
-        The cell.
+    Any first part of the choice is a random choice too. Cells that are not `computed`, shape (a, h, b, f), the same for
+    every record, are not chosen: they mirror others and would be the same computation again.
     """
     cells = np.argwhere(computed)
     total = records * len(cells)
@@ -72,21 +57,8 @@ def choose(
 
 
 def read_sample(cube: Path, settings: Verification) -> Sample:
-    """Choose cells of a cube and read the study's answers to them.
-
-    Raises
-    ------
-    ResultError
-        If the cube cannot be read.
-    """
-    from netCDF4 import Dataset
-
-    try:
-        file = Dataset(cube)
-    except OSError as error:
-        raise ResultError(f"{cube}: cannot be opened ({error}); run the study again") from None
-    with file:
-        file.set_auto_maskandscale(False)
+    """Choose cells of a cube and read the study's answers to them; a ResultError where the cube cannot be read."""
+    with open_raw(cube, "opened", "run the study again") as file:
         records = file.dimensions["record"].size
         computed = file["mirrored"][0] == 0
         record, index = choose(settings, records, computed)

@@ -43,13 +43,7 @@ class Counts:
 
 
 def compare(first: NDArray[np.int8], second: NDArray[np.int8]) -> Counts:
-    """Count how far two arrays of `overturned` differ.
-
-    Parameters
-    ----------
-    first, second : ndarray of int8, shape (n,)
-        +1, −1, 0, or −128 where there is no answer.
-    """
+    """Count how far two arrays of `overturned` differ: +1, −1, 0, or −128 where there is no answer."""
     known = (first != INT8_MISSING) & (second != INT8_MISSING)
     fell, fell_too = first != 0, second != 0
     both = known & fell & fell_too
@@ -63,21 +57,9 @@ def compare(first: NDArray[np.int8], second: NDArray[np.int8]) -> Counts:
 
 
 def wilson(count: int, total: int, z: float = Z_95) -> tuple[float, float]:
-    """Interval of a share by Wilson (1927), Journal of the American Statistical Association 22.
+    """Interval of a share by Wilson (1927), Journal of the American Statistical Association 22; (0, 1) without cases.
 
     Written out here because a sweep's companion should not wait for scipy.stats; a test holds it against scipy.
-
-    Parameters
-    ----------
-    count, total : int
-        Cases with the property, and all.
-    z : float
-        Point of the normal distribution.
-
-    Returns
-    -------
-    low, high : float
-        Shares between 0 and 1; (0, 1) where there are no cases.
     """
     if total == 0:
         return 0.0, 1.0

@@ -123,7 +123,7 @@ class Study(Model):
     @field_validator("surveys")
     @classmethod
     def _site_of_a_survey(cls, surveys: tuple[Survey, ...], info: ValidationInfo) -> tuple[Survey, ...]:
-        use = info.data["records"].use if "records" in info.data else ()
+        use: tuple[str, ...] = info.data["records"].use if "records" in info.data else ()
         if len(use) != 1:
             return surveys
         # The record is filled in, so that a filled-in study says which one it was.

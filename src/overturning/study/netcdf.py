@@ -1,13 +1,15 @@
 """Dimensions, coordinates and outcome variables in a NetCDF file, written the same way for a part and for the cube."""
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from overturning.dem.variables import Variable
+from overturning.errors import ResultError
 
 COORDINATES: Final[dict[str, dict[str, Any]]] = {
     "azimuth": {"long_name": "azimuth of the vertical plane of motion, clockwise from north", "units": "degree"},
@@ -18,13 +20,34 @@ COORDINATES: Final[dict[str, dict[str, Any]]] = {
 }
 
 
+def open_raw(path: Path, what: str, remedy: str) -> Any:
+    """Open a netCDF4 file that masks and scales nothing; a ResultError that it cannot be read or opened, with the remedy."""
+    from netCDF4 import Dataset
+
+    try:
+        file = Dataset(path)
+    except OSError as error:
+        raise ResultError(f"{path}: cannot be {what} ({error}); {remedy}") from None
+    file.set_auto_maskandscale(False)
+    return file
+
+
+def add_coordinate(
+    file: Any, dimension: str, name: str, dtype: Any, values: Iterable[Any], fill: Any = None, **attributes: Any
+) -> None:
+    """Create a coordinate variable along a dimension, with the fill value for None, in an open netCDF4 file."""
+    variable = file.createVariable(name, dtype, (dimension,), fill_value=fill)
+    variable.setncatts(attributes)
+    variable.set_auto_maskandscale(False)
+    for index, value in enumerate(values):
+        variable[index] = fill if value is None else value
+
+
 def add_coordinates(file: Any, coordinates: dict[str, NDArray[np.generic]]) -> None:
     """Create the dimensions of a grid with their coordinate variables in an open netCDF4 file."""
     for name, values in coordinates.items():
         file.createDimension(name, values.size)
-        variable = file.createVariable(name, values.dtype, (name,))
-        variable.setncatts(COORDINATES[name])
-        variable[:] = values
+        add_coordinate(file, name, name, values.dtype, values, **COORDINATES[name])
 
 
 def add_elements(file: Any, names: tuple[str, ...]) -> None:
@@ -32,13 +55,9 @@ def add_elements(file: Any, names: tuple[str, ...]) -> None:
     if not names:
         return
     file.createDimension("element", len(names))
-    number = file.createVariable("element", "i4", ("element",))
-    number.setncatts({"long_name": "number of the free element of the scene", "units": "1"})
-    number[:] = np.arange(len(names))
-    text = file.createVariable("element_name", str, ("element",))
-    text.long_name = "name of the free element of the scene"
-    for index, name in enumerate(names):
-        text[index] = name
+    about = "of the free element of the scene"
+    add_coordinate(file, "element", "element", "i4", range(len(names)), long_name=f"number {about}", units="1")
+    add_coordinate(file, "element", "element_name", str, names, long_name=f"name {about}")
 
 
 def add_variable(file: Any, variable: Variable, dimensions: tuple[str, ...], chunks: tuple[int, ...]) -> Any:

@@ -46,27 +46,9 @@ def repeat_sample(
     """Run chosen cases again, with finer steps and with stiffer springs, as many as cost no more than is allowed.
 
     The stiffer repetition goes first, in growing parts: its block steps tell what the finer one will cost. The finer one
-    takes the first cases of the same random order, as many as the rest of the allowance pays for, and both are counted on these.
-
-    Parameters
-    ----------
-    study : Study
-        The study, whose `verification` is not "none".
-    records : sequence of Record
-        The processed records in the order of the study.
-    sample : Sample
-        Chosen cases.
-    study_block_steps : int
-        Work of the study itself.
-    threads : int
-        Records run at the same time; the result does not depend on it.
-    progress : callable, optional
-        Called with the cases done and all cases of both repetitions.
-
-    Returns
-    -------
-    dict
-        Counts and block steps by repetition, the same for every run: no clock.
+    takes the first cases of the same random order, as many as the rest of the allowance pays for, and both are counted on
+    these. The records are the processed ones in the study's order; `progress` is called with the cases done and all cases
+    of both repetitions. The counts and block steps do not depend on the number of threads.
     """
     settings = study.verification
     assert not isinstance(settings, str)  # the workflow does not ask for it

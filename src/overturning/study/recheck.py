@@ -17,7 +17,7 @@ from overturning.study.cube import open_cube, study_of
 from overturning.study.ensemble import run_ensemble
 from overturning.study.grid import grid_of
 from overturning.study.members import draw_members
-from overturning.study.netcdf import content_hash
+from overturning.study.netcdf import content_hash, open_raw
 from overturning.study.scenes import motion_of, numerics_of
 from overturning.study.sweep import member_runner, simulate_variant, variables_of
 
@@ -53,22 +53,7 @@ class Recheck:
 
 
 def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: int = 1) -> Recheck:
-    """Compute a random sample of cells again.
-
-    Parameters
-    ----------
-    path : Path
-        The cube.
-    motions : Path, optional
-        Folder of the processed motions; ``motion`` beside the cube where not given.
-    cells : int
-        Size of the sample; every record has its share.
-    seed : int
-        Of the sample.
-
-    Returns
-    -------
-    Recheck
+    """Compute a random sample of a cube's cells again; the motions are in ``motion`` beside it where not given.
 
     Raises
     ------
@@ -77,8 +62,6 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
     ResultError
         If the cube or a motion is not there.
     """
-    from netCDF4 import Dataset
-
     if cells < 1:
         raise ArgumentError(f"cells: {cells}; at least 1")
     folder = motions or path.parent / "motion"
@@ -87,8 +70,7 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
         names = [str(name) for name in cube["record_id"].to_numpy()]
     grid, variables = grid_of(study, variant), variables_of(study)
     generator = np.random.Generator(np.random.PCG64(seed))
-    with Dataset(path) as file:
-        file.set_auto_maskandscale(False)
+    with open_raw(path, "opened", "run the study again") as file:
         result = Recheck(
             0, len(names) * grid.size, content_as_stated=content_hash(file, variables) == file.content_sha256
         )

@@ -139,29 +139,23 @@ def about_the_peak(time: FloatArray, acceleration: FloatArray) -> tuple[float, f
     return max(0.0, peak - 3.0), min(float(time[-1]), peak + 3.0)
 
 
+def way(body: Body) -> FloatArray:
+    """Vertices of a body in all its frames, shape (frames, n, 2): s' = s₀ + s cos θ + z sin θ, z' = z₀ − s sin θ + z cos θ."""
+    (s, z), cos, sin = body.vertices.T, np.cos(body.rotation)[:, None], np.sin(body.rotation)[:, None]
+    return np.asarray(body.position[:, None] + np.stack([s * cos + z * sin, z * cos - s * sin], axis=-1))
+
+
 def corners(body: Body, frame: int) -> FloatArray:
-    """Vertices of a body in a frame, shape (n, 2): s' = s₀ + s cos θ + z sin θ, z' = z₀ − s sin θ + z cos θ."""
-    theta = body.rotation[min(frame, body.rotation.size - 1)]
-    place = body.position[min(frame, body.position.shape[0] - 1)]
-    turn = np.array([[np.cos(theta), np.sin(theta)], [-np.sin(theta), np.cos(theta)]])
-    return np.asarray(place + body.vertices @ turn.T)
+    """Vertices of a body in a frame, shape (n, 2); in its last one after that."""
+    return np.asarray(way(body)[min(frame, body.rotation.size - 1)])
 
 
 def view(film: Film) -> tuple[float, float, float, float]:
     """Extent (left, right, bottom, top) in m that holds every free body in every frame, the same for all panels."""
-    boxes = []
-    for panel in film.panels:
-        for body in panel.bodies:
-            if body.free:
-                theta = body.rotation[:, None]
-                s = body.position[:, 0:1] + body.vertices[:, 0] * np.cos(theta) + body.vertices[:, 1] * np.sin(theta)
-                z = body.position[:, 1:2] - body.vertices[:, 0] * np.sin(theta) + body.vertices[:, 1] * np.cos(theta)
-                boxes.append((s.min(), s.max(), z.min(), z.max()))
-    if not boxes:
+    points = [way(body).reshape(-1, 2) for panel in film.panels for body in panel.bodies if body.free]
+    if not points:
         return -1.0, 1.0, -0.5, 1.5
-    left, right, bottom, top = (
-        min(b[0] for b in boxes), max(b[1] for b in boxes), min(b[2] for b in boxes), max(b[3] for b in boxes),
-    )  # fmt: skip
+    (left, bottom), (right, top) = (bound(np.concatenate(points), axis=0).tolist() for bound in (np.min, np.max))
     margin = 0.12 * max(right - left, top - bottom)
     return left - margin, right + margin, bottom - 1.5 * margin, top + margin
 
@@ -188,18 +182,7 @@ def _thinned(acceleration: FloatArray, interval: float, film: Film) -> tuple[Flo
 
 
 def film_data(film: Film) -> dict[str, Any]:
-    """What the player needs, as plain data for JSON; the same each time.
-
-    Parameters
-    ----------
-    film : Film
-        The film.
-
-    Returns
-    -------
-    dict
-        Poses, motion and forces as base64 of 16-bit integers with a scale.
-    """
+    """What the player needs, as plain data for JSON: poses, motion and forces are base64 of 16-bit integers with a scale."""
     panels = []
     for panel in film.panels:
         motion, interval = _thinned(panel.acceleration, panel.sampling_interval, film)

@@ -135,7 +135,8 @@ class _Runs:
             mine = rows[self.sample.record[rows] == number]
             chosen = self.sample.index[mine]
             cases = Cases(*(axis[chosen[:, column]] for column, axis in enumerate(self.axes)))
-            overturned[mine - begin], block_steps[mine - begin] = self.repetitions[kind](self.motions[number], cases)
+            results = self.repetitions[kind](self.motions[number], cases)
+            overturned[mine - begin], block_steps[mine - begin] = results.overturned, results.block_steps
 
         try:
             with ThreadPoolExecutor(max_workers=self.threads) as pool:

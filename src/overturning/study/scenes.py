@@ -1,6 +1,6 @@
 """What a study, or a variant of it, simulates: its scene, at which sizes, and how."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -94,5 +94,4 @@ def numerics_of(study: Study, threads: int = 1, progress: Progress | None = None
 
 def motion_of(study: Study, record: Record) -> Motion:
     """The motion of a record as a study applies it: without the vertical component where the study leaves it out."""
-    up = record.up if study.simulation.vertical else None
-    return Motion(record.north, record.east, up, sampling_interval=record.sampling_interval)
+    return Motion.of(record if study.simulation.vertical else replace(record, up=None))

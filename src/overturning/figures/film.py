@@ -25,88 +25,40 @@ LINGER = 0.6
 
 @dataclass(frozen=True)
 class Body:
-    """A polygon and its way.
-
-    Attributes
-    ----------
-    name : str
-        What it is.
-    vertices : ndarray, shape (n, 2)
-        Relative to its reference point, in its own axes: s to the right, z up, m.
-    position : ndarray, shape (frames, 2)
-        Of the reference point, m; shape (1, 2) where it does not move.
-    rotation : ndarray, shape (frames,)
-        Positive towards +s (clockwise on the screen), rad; shape (1,) where it does not turn.
-    free : bool
-        Free to move, not driven or held.
-    """
+    """A polygon and its way."""
 
     name: str
-    vertices: FloatArray
-    position: FloatArray
-    rotation: FloatArray
-    free: bool = True
+    vertices: FloatArray  # about its reference point in its own axes (s to the right, z up), m, shape (n, 2)
+    position: FloatArray  # of the reference point, m, shape (frames, 2), or (1, 2) where it does not move
+    rotation: FloatArray  # towards +s (clockwise on the screen), rad, shape (frames,), or (1,) where it does not turn
+    free: bool = True  # not driven or held
 
 
 @dataclass(frozen=True)
 class Panel:
-    """One simulation of a film.
+    """One simulation of a film."""
 
-    Attributes
-    ----------
-    title : str
-        Heading, for instance the azimuth.
-    outcome : str
-        Sentence shown once it has come about.
-    outcome_time : float
-        When, s; NaN where it is known only at the end.
-    left, right : str
-        Names of the directions −s and +s.
-    bodies : tuple of Body
-        The polygons, in the order in which they are drawn.
-    acceleration : ndarray, shape (n,)
-        Of the base towards +s, m/s².
-    sampling_interval : float
-        Of the acceleration, s; its first sample is at time 0.
-    force_point, force : ndarray, shape (frames, k, 2), optional
-        Contact points, m, and forces on the free bodies there, in units of the weight; zero where there is no contact.
-    """
-
-    title: str
-    outcome: str
-    outcome_time: float
-    left: str
-    right: str
-    bodies: tuple[Body, ...]
-    acceleration: FloatArray
-    sampling_interval: float
-    force_point: FloatArray | None = None
-    force: FloatArray | None = None
+    title: str  # heading, for instance the azimuth
+    outcome: str  # sentence shown once it has come about
+    outcome_time: float  # when, s; NaN where it is known only at the end
+    left: str  # name of the direction −s
+    right: str  # and of +s
+    bodies: tuple[Body, ...]  # in the order in which they are drawn
+    acceleration: FloatArray  # of the base towards +s, m/s², shape (n,)
+    sampling_interval: float  # of the acceleration, s; its first sample is at time 0
+    force_point: FloatArray | None = None  # contact points, m, shape (frames, k, 2)
+    force: FloatArray | None = None  # on the free bodies there, in units of the weight; zero where there is no contact
 
 
 @dataclass(frozen=True)
 class Film:
-    """Panels that play in step.
+    """Panels that play in step."""
 
-    Attributes
-    ----------
-    title : str
-        Heading.
-    start : float
-        Time of the first frame, s after the record's start.
-    frame_interval : float
-        s.
-    panels : tuple of Panel
-        A panel with fewer frames than another keeps its last one.
-    note : str
-        Line below the film.
-    """
-
-    title: str
-    start: float
-    frame_interval: float
-    panels: tuple[Panel, ...]
-    note: str = ""
+    title: str  # heading
+    start: float  # time of the first frame, s after the record's start
+    frame_interval: float  # s
+    panels: tuple[Panel, ...]  # one with fewer frames than another keeps its last one
+    note: str = ""  # line below the film
     frames: int = field(init=False)
 
     def __post_init__(self) -> None:

@@ -12,27 +12,13 @@ from overturning.study.sections import Verification
 
 @dataclass(frozen=True)
 class Sample:
-    """Cases in the random order in which they are run again, with the study's answers.
+    """Cases in the random order in which they are run again, with the study's answers."""
 
-    Attributes
-    ----------
-    record : ndarray of int64, shape (n,)
-        Position of the record.
-    index : ndarray of int64, shape (n, 4)
-        Positions along azimuth, height, B/H and friction.
-    overturned : ndarray of int8, shape (n, elements)
-        The study's flags; one column for a block.
-    status : ndarray of int8, shape (n,)
-        How they were found.
-    computed : int
-        Cases of the study that were not mirrored.
-    """
-
-    record: NDArray[np.int64]
-    index: NDArray[np.int64]
-    overturned: NDArray[np.int8]
-    status: NDArray[np.int8]
-    computed: int
+    record: NDArray[np.int64]  # position of the record, shape (n,)
+    index: NDArray[np.int64]  # positions along azimuth, height, B/H and friction, shape (n, 4)
+    overturned: NDArray[np.int8]  # the study's flags, shape (n, elements); one column for a block
+    status: NDArray[np.int8]  # how they were found, shape (n,)
+    computed: int  # cases of the study that were not mirrored
 
     @property
     def size(self) -> int:

@@ -15,27 +15,13 @@ Z_95: Final = 1.959963984540054
 
 @dataclass(frozen=True)
 class Counts:
-    """How far the answers to the same cases differ.
+    """How far the answers to the same cases differ."""
 
-    Attributes
-    ----------
-    cases : int
-        Cases with an answer in both.
-    flags : int
-        Of these, cases that fall in one answer and stand in the other.
-    fallen : int
-        Cases that fall in both.
-    sides : int
-        Of these, cases that fall to the other side.
-    unanswered : int
-        Cases without an answer in one or both.
-    """
-
-    cases: int = 0
-    flags: int = 0
-    fallen: int = 0
-    sides: int = 0
-    unanswered: int = 0
+    cases: int = 0  # with an answer in both
+    flags: int = 0  # of these, that fall in one answer and stand in the other
+    fallen: int = 0  # that fall in both
+    sides: int = 0  # of these, that fall to the other side
+    unanswered: int = 0  # without an answer in one or both
 
     def __add__(self, other: "Counts") -> "Counts":
         names = self.__dataclass_fields__

@@ -1,6 +1,6 @@
 """Part of a study run again, with finer steps and with stiffer springs: how far its answers hang on the computation."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from typing import Any, Final
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.dem.cases import Cases
+from overturning.dem.numerics import Progress
 from overturning.errors import ArgumentError
 from overturning.records.record import Record
 from overturning.study.choice import Sample
@@ -41,7 +42,7 @@ def repeat_sample(
     sample: Sample,
     study_block_steps: int,
     threads: int = 1,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> dict[str, Any]:
     """Run chosen cases again, with finer steps and with stiffer springs, as many as cost no more than is allowed.
 
@@ -107,12 +108,7 @@ class _Runs:
     """Repetitions of the first cases of a sample, kept as they grow."""
 
     def __init__(
-        self,
-        study: Study,
-        records: Sequence[Record],
-        sample: Sample,
-        threads: int,
-        progress: Callable[[int, int], None] | None,
+        self, study: Study, records: Sequence[Record], sample: Sample, threads: int, progress: Progress | None
     ) -> None:
         self.sample, self.threads, self.progress = sample, threads, progress
         self.motions = [motion_of(study, record) for record in records]

@@ -42,21 +42,11 @@ def scene_of(study: Study, variant: str = NOMINAL) -> Scene:
 
 @dataclass(frozen=True)
 class Sizes:
-    """How the sizes of a variant's scene follow from those of the study's.
+    """How the sizes of a variant's scene follow from those of the study's."""
 
-    Attributes
-    ----------
-    factor : float
-        On the study's heights.
-    own_ratio : float or None
-        The scene's B/H, where the study's are not for its reference element.
-    digits : int or None
-        To which a B/H is rounded, in a scene that the study names.
-    """
-
-    factor: float = 1.0
-    own_ratio: float | None = None
-    digits: int | None = 12
+    factor: float = 1.0  # on the study's heights
+    own_ratio: float | None = None  # the scene's B/H, where the study's are not for its reference element
+    digits: int | None = 12  # to which a B/H is rounded, in a scene that the study names
 
     @classmethod
     def of(cls, study: Study, variant: str) -> "Sizes":

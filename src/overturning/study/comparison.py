@@ -42,14 +42,14 @@ def compare(first: NDArray[np.int8], second: NDArray[np.int8]) -> Counts:
     )
 
 
-def wilson(count: int, total: int, z: float = Z_95) -> tuple[float, float]:
+def wilson(count: int, total: int) -> tuple[float, float]:
     """Interval of a share by Wilson (1927), Journal of the American Statistical Association 22; (0, 1) without cases.
 
     Written out here because a sweep's companion should not wait for scipy.stats; a test holds it against scipy.
     """
     if total == 0:
         return 0.0, 1.0
-    share, square = count / total, z * z / total
+    share, square = count / total, Z_95 * Z_95 / total
     middle = (share + 0.5 * square) / (1.0 + square)
-    half = z / (1.0 + square) * math.sqrt(share * (1.0 - share) / total + 0.25 * square / total)
+    half = Z_95 / (1.0 + square) * math.sqrt(share * (1.0 - share) / total + 0.25 * square / total)
     return (0.0 if count == 0 else middle - half), (1.0 if count == total else middle + half)

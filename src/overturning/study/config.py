@@ -9,7 +9,7 @@ from overturning.dem.polygon.geometry import native_size
 from overturning.dem.scene import Scene, gravestone
 from overturning.records.steps import Step
 from overturning.study.quantity import Density, Metre
-from overturning.study.ranges import AzimuthRange, Range, ascending
+from overturning.study.ranges import AzimuthRange, Values
 from overturning.study.sections import (
     ContactSettings,
     Ensemble,
@@ -54,13 +54,11 @@ class Study(Model):
     azimuth: AzimuthRange = Field(
         default=AzimuthRange(), description="azimuths of the motion, degrees clockwise from north"
     )
-    b_over_h: tuple[Slenderness, ...] = Field(
+    b_over_h: Values[Slenderness] = Field(
         default=(0.2, 0.3, 0.4), description="slenderness B/H: a list, or start, stop, step"
     )
-    height: tuple[Height, ...] = Field(
-        default=(0.6,), description="heights of the block, m: a list, or start, stop, step"
-    )
-    friction: tuple[Friction, ...] = Field(
+    height: Values[Height] = Field(default=(0.6,), description="heights of the block, m: a list, or start, stop, step")
+    friction: Values[Friction] = Field(
         default=(1.0,), description="friction coefficients µ: a list, or start, stop, step"
     )
     density: Density = Field(default=GRANITE_DENSITY, gt=0, description="density of the block, kg/m³")
@@ -131,18 +129,6 @@ class Study(Model):
             survey.model_copy(update={"record": use[0] if survey.record is None else survey.record})
             for survey in surveys
         )
-
-    @field_validator("b_over_h", "height", "friction", mode="before")
-    @classmethod
-    def _range_or_list(cls, value: Any) -> Any:
-        if isinstance(value, dict):
-            return Range.model_validate(value).values()
-        return [value] if isinstance(value, int | float | str) else value
-
-    @field_validator("b_over_h", "height", "friction")
-    @classmethod
-    def _sorted(cls, values: tuple[float, ...]) -> tuple[float, ...]:
-        return ascending(values)
 
     @model_validator(mode="after")
     def _parts_fit_together(self) -> Self:

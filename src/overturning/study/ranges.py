@@ -1,9 +1,9 @@
 """Ranges of values and of azimuths, as a study writes them."""
 
-from typing import Self
+from typing import Annotated, Any, Self, TypeVar
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from overturning.dem.element import Model
 from overturning.study.quantity import Degree
@@ -55,10 +55,22 @@ class AzimuthRange(Model):
         return tuple(sorted(grid | {round(azimuth % 360.0, 10) for azimuth in self.also}))
 
 
-def ascending(values: tuple[float, ...]) -> tuple[float, ...]:
+def _listed(value: Any) -> Any:
+    """The values of a range, a list of one number, or what is a list already."""
+    if isinstance(value, dict):
+        return Range.model_validate(value).values()
+    return [value] if isinstance(value, int | float | str) else value
+
+
+def _ascending(values: tuple[float, ...]) -> tuple[float, ...]:
     """Values in ascending order; a ValueError where there is none, or one stands twice."""
     if not values:
         raise ValueError("empty list; give at least one value")
     if len(set(values)) != len(values):
         raise ValueError(f"a value stands twice in {list(values)}")
     return tuple(sorted(values))
+
+
+_Value = TypeVar("_Value", bound=float)
+Values = Annotated[tuple[_Value, ...], BeforeValidator(_listed), AfterValidator(_ascending)]
+"""Values as a study gives them: one, a list, or start, stop and step."""

@@ -17,7 +17,7 @@ from overturning.files import atomic_write
 from overturning.records.record import Record
 from overturning.study.config import Study
 from overturning.study.grid import grid_of
-from overturning.study.netcdf import add_coordinate, add_coordinates, add_elements, add_variable, content_hash, open_raw
+from overturning.study.netcdf import add_coordinate, add_grid, add_variable, content_hash, open_raw
 from overturning.study.scenes import NOMINAL
 from overturning.study.sweep import variables_of
 
@@ -29,6 +29,7 @@ RECORD_COORDINATES = (
 """Auxiliary coordinates of the dimension record."""
 
 _PACKAGES = ("overturning", "numba", "llvmlite", "numpy", "scipy", "obspy", "xarray", "netCDF4")
+"""Those whose versions the numbers depend on."""
 
 
 def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path: Path, variant: str = NOMINAL) -> None:
@@ -49,13 +50,10 @@ def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path:
     with atomic_write(path) as unfinished, Dataset(unfinished, "w", format="NETCDF4") as cube:
         cube.createDimension("record", len(records))
         _add_records(cube, records, study.simulation.vertical)
-        add_coordinates(cube, grid.coordinates())
-        add_elements(cube, grid.element)
+        add_grid(cube, grid)
         for variable in variables:
-            dimensions = ("record", *grid.dimensions(variable))
-            created = add_variable(cube, variable, dimensions, (1, *grid.shape_of(variable)))
-            names = " element_name" if "element" in dimensions else ""
-            created.coordinates = f"{' '.join(RECORD_COORDINATES)}{names}"
+            names = ("element_name",) if "element" in grid.dimensions(variable) else ()
+            add_variable(cube, variable, grid, "record").coordinates = " ".join((*RECORD_COORDINATES, *names))
         filled = np.zeros((len(records), *grid.shape), dtype=bool)
         for part in parts:
             _copy_part(part, cube, grid, index_of, variant, filled, variables)
@@ -153,11 +151,6 @@ def _without_folders(name: str) -> str:
     return path.name if path.is_absolute() else path.as_posix()
 
 
-def versions() -> dict[str, str]:
-    """Versions of the packages that the numbers depend on."""
-    return {name: metadata.version(name) for name in _PACKAGES}
-
-
 def _attributes(study: Study, records: Sequence[Record], variant: str) -> dict[str, str]:
     sources = [
         {"id": record.record_id, "source": record.source, "sha256": record.sha256, "licence": record.licence}
@@ -178,5 +171,5 @@ def _attributes(study: Study, records: Sequence[Record], variant: str) -> dict[s
         "record_processing": json.dumps(
             {r.record_id: list(r.processing) for r in records}, ensure_ascii=False, default=str
         ),
-        "versions": json.dumps(versions()),
+        "versions": json.dumps({name: metadata.version(name) for name in _PACKAGES}),
     }

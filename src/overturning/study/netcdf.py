@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from overturning.dem.grid import Grid
 from overturning.dem.variables import Variable
 from overturning.errors import ResultError
 
@@ -43,35 +43,24 @@ def add_coordinate(
         variable[index] = fill if value is None else value
 
 
-def add_coordinates(file: Any, coordinates: dict[str, NDArray[np.generic]]) -> None:
-    """Create the dimensions of a grid with their coordinate variables in an open netCDF4 file."""
-    for name, values in coordinates.items():
+def add_grid(file: Any, grid: Grid) -> None:
+    """Create the dimensions of a grid with their coordinate variables; of elements their numbers, and names beside them."""
+    for name, values in grid.coordinates().items():
         file.createDimension(name, values.size)
         add_coordinate(file, name, name, values.dtype, values, **COORDINATES[name])
+    if count := len(grid.element):
+        file.createDimension("element", count)
+        about = "of the free element of the scene"
+        add_coordinate(file, "element", "element", "i4", range(count), long_name=f"number {about}", units="1")
+        add_coordinate(file, "element", "element_name", str, grid.element, long_name=f"name {about}")
 
 
-def add_elements(file: Any, names: tuple[str, ...]) -> None:
-    """Create the dimension of a scene's free elements, where there is one: numbers, and their names beside them."""
-    if not names:
-        return
-    file.createDimension("element", len(names))
-    about = "of the free element of the scene"
-    add_coordinate(file, "element", "element", "i4", range(len(names)), long_name=f"number {about}", units="1")
-    add_coordinate(file, "element", "element_name", str, names, long_name=f"name {about}")
-
-
-def add_variable(file: Any, variable: Variable, dimensions: tuple[str, ...], chunks: tuple[int, ...]) -> Any:
-    """Create an outcome variable, filled with "missing", in an open netCDF4 file."""
+def add_variable(file: Any, variable: Variable, grid: Grid, *before: str) -> Any:
+    """Create an outcome variable over dimensions `before` and those of a grid, filled with "missing"; a chunk is a grid."""
     created = file.createVariable(
-        variable.name,
-        variable.dtype,
-        dimensions,
-        zlib=True,
-        complevel=1,
-        shuffle=variable.dtype != "i1",
-        chunksizes=chunks,
-        fill_value=variable.fill_value,
-    )
+        variable.name, variable.dtype, (*before, *grid.dimensions(variable)), fill_value=variable.fill_value,
+        zlib=True, complevel=1, shuffle=variable.dtype != "i1", chunksizes=(*(1 for _ in before), *grid.shape_of(variable)),
+    )  # fmt: skip
     created.setncatts(variable.all_attributes)
     created.set_auto_maskandscale(False)
     return created

@@ -21,7 +21,7 @@ from overturning.study.config import Study
 from overturning.study.ensemble import ENSEMBLE_VARIABLES, Runner, run_ensemble
 from overturning.study.grid import grid_of
 from overturning.study.members import Members, draw_members
-from overturning.study.netcdf import add_coordinates, add_elements, add_variable
+from overturning.study.netcdf import add_grid, add_variable
 from overturning.study.scenes import NOMINAL, Sizes, motion_of, numerics_of, scene_of
 
 NOMINAL_SHARE = 0.15
@@ -121,9 +121,7 @@ def write_part(
     from netCDF4 import Dataset
 
     with atomic_write(path) as part, Dataset(part, "w", format="NETCDF4") as file:
-        add_coordinates(file, grid.coordinates())
-        add_elements(file, grid.element)
+        add_grid(file, grid)
         for variable in variables:
-            created = add_variable(file, variable, grid.dimensions(variable), grid.shape_of(variable))
-            created[:] = variable.stored(outcome[variable.name])
+            add_variable(file, variable, grid)[:] = variable.stored(outcome[variable.name])
         file.setncatts(attributes)

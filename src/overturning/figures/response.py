@@ -7,7 +7,7 @@ import numpy as np
 
 from overturning.dem.variables import INT8_MISSING
 from overturning.figures.film_of_trajectory import compass_name, window
-from overturning.figures.style import FALLS, SERIES, caption, labels
+from overturning.figures.style import DASHED, FALLS, SERIES, caption, labels
 from overturning.units import CM, GAL
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def response_figure(paths: Sequence["xr.Dataset"], title: str, headings: Sequenc
             axes.locator_params(axis="y", nbins=5)
             if row == 1:
                 for sign in (1, -1):
-                    axes.axhline(sign * alpha, color=FALLS, linewidth=0.7, linestyle=(0, (4, 2)))
+                    axes.axhline(sign * alpha, color=FALLS, linewidth=0.7, linestyle=DASHED)
                 axes.annotate(
                     "α", (0.01, alpha), xycoords=("axes fraction", "data"), va="bottom", fontsize=7, color=FALLS
                 )

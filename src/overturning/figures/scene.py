@@ -8,7 +8,7 @@ import numpy as np
 from overturning.dem.polygon.geometry import place
 from overturning.dem.scene import Scene
 from overturning.figures.rose import draw_rose, sector_shares
-from overturning.figures.style import INK, SERIES
+from overturning.figures.style import INK, SERIES, grid
 from overturning.statistics.falls import falls_towards
 
 if TYPE_CHECKING:
@@ -42,9 +42,7 @@ def draw_scene(axes: Any, scene: Scene, height: float | None = None, b_over_h: f
 
 def scenes_figure(scenes: Sequence[Scene]) -> "Figure":
     """Scenes side by side, at least one, all to the same scale."""
-    import matplotlib.pyplot as plt
-
-    figure, panels = plt.subplots(1, len(scenes), figsize=(2.7 * len(scenes), 3.4), squeeze=False, layout="constrained")
+    figure, panels = grid(1, len(scenes), 2.7 * len(scenes), 3.4)
     for axes, scene in zip(panels[0], scenes, strict=True):
         draw_scene(axes, scene)
     lows, highs = zip(*(axes.get_ylim() for axes in panels[0]), strict=True)
@@ -56,14 +54,9 @@ def scenes_figure(scenes: Sequence[Scene]) -> "Figure":
 
 def element_roses_figure(cubes: Mapping[str, "xr.Dataset"]) -> "Figure":
     """Roses of fall azimuths, one for each name, from cubes of a single element each."""
-    import matplotlib.pyplot as plt
-
     columns = min(len(cubes), 3)
     rows = -(-len(cubes) // columns)
-    figure, panels = plt.subplots(
-        rows, columns, figsize=(3.0 * columns, 3.3 * rows), subplot_kw={"projection": "polar"}, squeeze=False,
-        layout="constrained",
-    )  # fmt: skip
+    figure, panels = grid(rows, columns, 3.0 * columns, 3.3 * rows, polar=True)
     for axes in panels.ravel()[len(cubes) :]:
         axes.remove()
     for axes, (name, cube) in zip(panels.ravel(), cubes.items(), strict=False):

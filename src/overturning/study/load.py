@@ -15,17 +15,24 @@ from overturning.records.pulses import parse_pulse
 from overturning.study.config import Study
 
 
-def load_study(path: Path) -> Study:
-    """Read and check a study file.
+def load_study(path: Path, overrides: Mapping[str, Any] | None = None) -> Study:
+    """Read and check a study file, some of whose keys are replaced by `overrides`, nested like the file.
 
     Raises
     ------
     ConfigError
         If the file cannot be read, or a key or value is wrong; names file, key, value and remedy.
     """
-    return check_study(
-        read_mapping(path, "study", "see config/README.md", "name a study file with --configfile"), str(path)
-    )
+    data = read_mapping(path, "study", "see config/README.md", "name a study file with --configfile")
+    return check_study(_merged(data, overrides or {}), str(path))
+
+
+def _merged(base: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
+    result = dict(base)
+    for key, value in overrides.items():
+        below = result.get(key)
+        result[key] = _merged(below, value) if isinstance(below, dict) and isinstance(value, Mapping) else value
+    return result
 
 
 def check_study(data: Mapping[str, Any], where: str) -> Study:

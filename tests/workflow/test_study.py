@@ -73,7 +73,7 @@ def with_sources(tmp_path_factory: pytest.TempPathFactory, finished: Checkout) -
     [
         ("figures/rose.py", {"figures", "report", "all"}),
         ("dem/block/queue.py", {"sweep", "timing", "gather", "verification", "figures", "report", "all"}),
-        ("report/page.py", {"report", "all"}),
+        ("report/html.py", {"report", "all"}),
     ],
 )
 def test_change_of_a_source_runs_what_depends_on_it(with_sources: Checkout, module: str, again: set[str]) -> None:

@@ -37,7 +37,7 @@ def test_published_values_are_compared_for_every_size_and_contact(tmp_path: Path
     # A wrong line of a survey stops the study before anything is computed.
     refused = checkout.run(check=False)
     assert refused.returncode != 0
-    assert "stones.csv, line 3: octant 'HE': use one of N NE E" in refused.stdout + refused.stderr
+    assert "stones.csv line 3: column octant 'HE': use one of N NE E" in refused.stdout + refused.stderr
     assert not (checkout.folder / "results").exists()
     stones.write_text("octant,count\nNE,5\nSW,1\n", encoding="utf-8")
     checkout.run()

@@ -1,5 +1,6 @@
 """`overturning one`: one scene, by default a single block, under one record, along one azimuth or several, and the film of it."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -7,7 +8,6 @@ import typer
 
 if TYPE_CHECKING:
     from overturning.dem.scene import Scene
-    from overturning.figures.film import Film
     from overturning.records.record import Record
 
 app = typer.Typer(rich_markup_mode=None)
@@ -48,16 +48,18 @@ def one(
     from overturning.dem.polygon.geometry import native_size
     from overturning.dem.trajectory import trajectory
     from overturning.errors import ArgumentError
+    from overturning.figures.film_movie import write_film_movie
     from overturning.figures.film_of_trajectory import compass_name, film_of, outcome
+    from overturning.figures.film_page import write_film_page
+    from overturning.figures.response import response_figure
+    from overturning.figures.style import save, style
     from overturning.motion.motion import Motion
 
     for file, kinds in ((animate, {".html", ".gif", ".mp4"}), (response, {".svg", ".png"})):
         if file is not None and file.suffix.lower() not in kinds:
             raise ArgumentError(f"{file.name}: unknown kind of file; end it in {', '.join(sorted(kinds))}")
     shaking = _record(record, table, folder)
-    motion = Motion(
-        shaking.north, shaking.east, shaking.up if vertical else None, sampling_interval=shaking.sampling_interval
-    )
+    motion = Motion.of(shaking if vertical else replace(shaking, up=None))
     place = ", ".join(part for part in (shaking.station or shaking.record_id, shaking.event) if part)
     stones = _scene(scene, density, stiffness, damping_ratio, damping)
     own_height, own_ratio = native_size(stones)
@@ -84,12 +86,9 @@ def one(
         film = film_of(
             paths, accelerations, motion.sampling_interval, title, note=f"The frame moves with the base.{note}"
         )
-        _write_film(film, animate)
+        (write_film_page if animate.suffix.lower() == ".html" else write_film_movie)(film, animate)
         print(f"film: {animate}")
     if response is not None:
-        from overturning.figures.response import response_figure
-        from overturning.figures.style import save, style
-
         with style():
             save(response_figure(paths, title), response)
         print(f"figure: {response}")
@@ -110,17 +109,6 @@ def _scene(
     if any(value is not None for value in (density, stiffness, damping_ratio, damping)):
         raise ArgumentError("--scene has density, stiffness and damping of its own; set them in the scene file")
     return load_scene(name)
-
-
-def _write_film(film: "Film", path: Path) -> None:
-    if path.suffix.lower() == ".html":
-        from overturning.figures.film_page import write_film_page
-
-        write_film_page(film, path)
-    else:
-        from overturning.figures.film_movie import write_film_movie
-
-        write_film_movie(film, path)
 
 
 def _record(name: str, table: Path, folder: Path) -> "Record":

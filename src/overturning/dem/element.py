@@ -13,8 +13,9 @@ Positive = Annotated[float, Field(gt=0)]
 
 
 class Model(BaseModel):
-    """A frozen model without unknown keys."""
+    """What a file of keys and values holds."""
 
+    # A misspelt key must be an error, and what a job computes must not depend on who changed the model on the way.
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 

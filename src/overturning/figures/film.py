@@ -25,88 +25,40 @@ LINGER = 0.6
 
 @dataclass(frozen=True)
 class Body:
-    """A polygon and its way.
-
-    Attributes
-    ----------
-    name : str
-        What it is.
-    vertices : ndarray, shape (n, 2)
-        Relative to its reference point, in its own axes: s to the right, z up, m.
-    position : ndarray, shape (frames, 2)
-        Of the reference point, m; shape (1, 2) where it does not move.
-    rotation : ndarray, shape (frames,)
-        Positive towards +s (clockwise on the screen), rad; shape (1,) where it does not turn.
-    free : bool
-        Free to move, not driven or held.
-    """
+    """A polygon and its way."""
 
     name: str
-    vertices: FloatArray
-    position: FloatArray
-    rotation: FloatArray
-    free: bool = True
+    vertices: FloatArray  # about its reference point in its own axes (s to the right, z up), m, shape (n, 2)
+    position: FloatArray  # of the reference point, m, shape (frames, 2), or (1, 2) where it does not move
+    rotation: FloatArray  # towards +s (clockwise on the screen), rad, shape (frames,), or (1,) where it does not turn
+    free: bool = True  # not driven or held
 
 
 @dataclass(frozen=True)
 class Panel:
-    """One simulation of a film.
+    """One simulation of a film."""
 
-    Attributes
-    ----------
-    title : str
-        Heading, for instance the azimuth.
-    outcome : str
-        Sentence shown once it has come about.
-    outcome_time : float
-        When, s; NaN where it is known only at the end.
-    left, right : str
-        Names of the directions −s and +s.
-    bodies : tuple of Body
-        The polygons, in the order in which they are drawn.
-    acceleration : ndarray, shape (n,)
-        Of the base towards +s, m/s².
-    sampling_interval : float
-        Of the acceleration, s; its first sample is at time 0.
-    force_point, force : ndarray, shape (frames, k, 2), optional
-        Contact points, m, and forces on the free bodies there, in units of the weight; zero where there is no contact.
-    """
-
-    title: str
-    outcome: str
-    outcome_time: float
-    left: str
-    right: str
-    bodies: tuple[Body, ...]
-    acceleration: FloatArray
-    sampling_interval: float
-    force_point: FloatArray | None = None
-    force: FloatArray | None = None
+    title: str  # heading, for instance the azimuth
+    outcome: str  # sentence shown once it has come about
+    outcome_time: float  # when, s; NaN where it is known only at the end
+    left: str  # name of the direction −s
+    right: str  # and of +s
+    bodies: tuple[Body, ...]  # in the order in which they are drawn
+    acceleration: FloatArray  # of the base towards +s, m/s², shape (n,)
+    sampling_interval: float  # of the acceleration, s; its first sample is at time 0
+    force_point: FloatArray | None = None  # contact points, m, shape (frames, k, 2)
+    force: FloatArray | None = None  # on the free bodies there, in units of the weight; zero where there is no contact
 
 
 @dataclass(frozen=True)
 class Film:
-    """Panels that play in step.
+    """Panels that play in step."""
 
-    Attributes
-    ----------
-    title : str
-        Heading.
-    start : float
-        Time of the first frame, s after the record's start.
-    frame_interval : float
-        s.
-    panels : tuple of Panel
-        A panel with fewer frames than another keeps its last one.
-    note : str
-        Line below the film.
-    """
-
-    title: str
-    start: float
-    frame_interval: float
-    panels: tuple[Panel, ...]
-    note: str = ""
+    title: str  # heading
+    start: float  # time of the first frame, s after the record's start
+    frame_interval: float  # s
+    panels: tuple[Panel, ...]  # one with fewer frames than another keeps its last one
+    note: str = ""  # line below the film
     frames: int = field(init=False)
 
     def __post_init__(self) -> None:
@@ -139,29 +91,23 @@ def about_the_peak(time: FloatArray, acceleration: FloatArray) -> tuple[float, f
     return max(0.0, peak - 3.0), min(float(time[-1]), peak + 3.0)
 
 
+def way(body: Body) -> FloatArray:
+    """Vertices of a body in all its frames, shape (frames, n, 2): s' = s₀ + s cos θ + z sin θ, z' = z₀ − s sin θ + z cos θ."""
+    (s, z), cos, sin = body.vertices.T, np.cos(body.rotation)[:, None], np.sin(body.rotation)[:, None]
+    return np.asarray(body.position[:, None] + np.stack([s * cos + z * sin, z * cos - s * sin], axis=-1))
+
+
 def corners(body: Body, frame: int) -> FloatArray:
-    """Vertices of a body in a frame, shape (n, 2): s' = s₀ + s cos θ + z sin θ, z' = z₀ − s sin θ + z cos θ."""
-    theta = body.rotation[min(frame, body.rotation.size - 1)]
-    place = body.position[min(frame, body.position.shape[0] - 1)]
-    turn = np.array([[np.cos(theta), np.sin(theta)], [-np.sin(theta), np.cos(theta)]])
-    return np.asarray(place + body.vertices @ turn.T)
+    """Vertices of a body in a frame, shape (n, 2); in its last one after that."""
+    return np.asarray(way(body)[min(frame, body.rotation.size - 1)])
 
 
 def view(film: Film) -> tuple[float, float, float, float]:
     """Extent (left, right, bottom, top) in m that holds every free body in every frame, the same for all panels."""
-    boxes = []
-    for panel in film.panels:
-        for body in panel.bodies:
-            if body.free:
-                theta = body.rotation[:, None]
-                s = body.position[:, 0:1] + body.vertices[:, 0] * np.cos(theta) + body.vertices[:, 1] * np.sin(theta)
-                z = body.position[:, 1:2] - body.vertices[:, 0] * np.sin(theta) + body.vertices[:, 1] * np.cos(theta)
-                boxes.append((s.min(), s.max(), z.min(), z.max()))
-    if not boxes:
+    points = [way(body).reshape(-1, 2) for panel in film.panels for body in panel.bodies if body.free]
+    if not points:
         return -1.0, 1.0, -0.5, 1.5
-    left, right, bottom, top = (
-        min(b[0] for b in boxes), max(b[1] for b in boxes), min(b[2] for b in boxes), max(b[3] for b in boxes),
-    )  # fmt: skip
+    (left, bottom), (right, top) = (bound(np.concatenate(points), axis=0).tolist() for bound in (np.min, np.max))
     margin = 0.12 * max(right - left, top - bottom)
     return left - margin, right + margin, bottom - 1.5 * margin, top + margin
 
@@ -188,18 +134,7 @@ def _thinned(acceleration: FloatArray, interval: float, film: Film) -> tuple[Flo
 
 
 def film_data(film: Film) -> dict[str, Any]:
-    """What the player needs, as plain data for JSON; the same each time.
-
-    Parameters
-    ----------
-    film : Film
-        The film.
-
-    Returns
-    -------
-    dict
-        Poses, motion and forces as base64 of 16-bit integers with a scale.
-    """
+    """What the player needs, as plain data for JSON: poses, motion and forces are base64 of 16-bit integers with a scale."""
     panels = []
     for panel in film.panels:
         motion, interval = _thinned(panel.acceleration, panel.sampling_interval, film)

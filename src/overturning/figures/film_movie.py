@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from overturning.errors import ArgumentError, MissingDataError
-from overturning.figures.film import Film, corners, view
-from overturning.figures.style import FALLS, INK, SERIES, style
+from overturning.figures.film import Film, Panel, corners, view
+from overturning.figures.style import FALLS, INK, SERIES, caption, labels, style
 from overturning.files import atomic_write
 from overturning.units import GAL
 
@@ -33,12 +33,10 @@ class _Stage:
         self.figure, grid = plt.subplots(
             2, columns, figsize=(3.6 * columns, 4.4), height_ratios=(3.4, 1), squeeze=False, layout="constrained"
         )
-        self.figure.suptitle(film.title, fontsize=10, parse_math=False)
+        caption(self.figure, film.title)
         left, right, bottom, top = view(film)
         largest = max(float(np.abs(panel.acceleration).max(initial=0.0)) for panel in film.panels) / GAL or 1.0
-        self.bodies: list[list[tuple[Any, Any]]] = []
-        self.marks: list[Any] = []
-        self.texts: list[Any] = []
+        self.rows: list[tuple[Panel, list[tuple[Any, Any]], Any, Any]] = []
         for panel, scene, trace in zip(film.panels, grid[0], grid[1], strict=True):
             scene.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xticks=[], yticks=[])
             scene.spines[:].set_visible(False)
@@ -51,20 +49,17 @@ class _Stage:
                 )  # fmt: skip
                 scene.add_patch(shape)
                 shapes.append((body, shape))
-            self.bodies.append(shapes)
-            self.texts.append(scene.set_xlabel(" ", fontsize=8))
+            text = scene.set_xlabel(" ", fontsize=8)
             time = np.arange(panel.acceleration.size) * panel.sampling_interval
             trace.plot(time, panel.acceleration / GAL, color=SERIES[0], linewidth=0.6)
             trace.set(xlim=(film.start, max(film.end, film.start + 1e-3)), ylim=(-1.05 * largest, 1.05 * largest))
-            trace.set_xlabel("time, s", fontsize=8)
-            trace.set_ylabel("Gal", fontsize=8)
-            trace.tick_params(labelsize=7)
-            self.marks.append(trace.axvline(film.start, color=FALLS, linewidth=1.2))
+            labels(trace, "time, s", "Gal")
+            self.rows.append((panel, shapes, trace.axvline(film.start, color=FALLS, linewidth=1.2), text))
 
     def show(self, frame: int) -> None:
         time = self.film.start + frame * self.film.frame_interval
-        for panel, bodies, mark, text in zip(self.film.panels, self.bodies, self.marks, self.texts, strict=True):
-            for body, shape in bodies:
+        for panel, shapes, mark, text in self.rows:
+            for body, shape in shapes:
                 shape.set_xy(corners(body, frame))
             mark.set_xdata([time, time])
             due = self.film.end - 1e-9 if np.isnan(panel.outcome_time) else panel.outcome_time
@@ -73,13 +68,6 @@ class _Stage:
 
 def write_film_movie(film: Film, path: Path) -> None:
     """Write a film as GIF (with Pillow) or MP4 (with ffmpeg, where it is installed).
-
-    Parameters
-    ----------
-    film : Film
-        The film.
-    path : Path
-        File ending in .gif or .mp4.
 
     Raises
     ------

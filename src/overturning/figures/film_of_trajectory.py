@@ -145,32 +145,11 @@ def film_of(
     headings: Sequence[str] | None = None,
     note: str = "",
 ) -> Film:
-    """A film of trajectories in step.
+    """A film of trajectories in step, from shortly before the first movement to shortly after the last.
 
-    Parameters
-    ----------
-    paths : sequence of xarray.Dataset
-        From `overturning.dem.trajectory.trajectory`.
-    accelerations : sequence of ndarray
-        The base's acceleration along the azimuth of each, m/s², from time 0.
-    sampling_interval : float
-        Of the accelerations, s.
-    title : str
-        Heading.
-    headings : sequence of str, optional
-        One per trajectory; the azimuth where not given.
-    note : str
-        Line below the film; what the contact forces are is added to it.
-
-    Returns
-    -------
-    Film
-        From shortly before the first movement to shortly after the last.
-
-    Raises
-    ------
-    ArgumentError
-        If there is no trajectory.
+    Each trajectory has the base's acceleration along its azimuth, m/s², from time 0 at the sampling interval, s, and a
+    heading, by default the azimuth. What the contact forces are is added to the `note`, the line below the film. An
+    ArgumentError where there is no trajectory.
     """
     if not paths:
         raise ArgumentError("paths: none; a film needs at least one trajectory")

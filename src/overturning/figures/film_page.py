@@ -32,18 +32,7 @@ def embedded_json(data: Any) -> str:
 
 
 def film_page(film: Film) -> str:
-    """The page: film, player and style, nothing from outside; the same each time.
-
-    Parameters
-    ----------
-    film : Film
-        The film.
-
-    Returns
-    -------
-    str
-        HTML.
-    """
+    """The page (HTML): film, player and style, nothing from outside; the same each time."""
     import jinja2
     from markupsafe import Markup
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from overturning.dem.variables import INT8_MISSING
 from overturning.figures.film_of_trajectory import compass_name, window
-from overturning.figures.style import FALLS, SERIES
+from overturning.figures.style import DASHED, FALLS, SERIES, caption, labels
 from overturning.units import CM, GAL
 
 if TYPE_CHECKING:
@@ -38,32 +38,13 @@ def response_series(path: "xr.Dataset") -> list[Any]:
 
 
 def response_figure(paths: Sequence["xr.Dataset"], title: str, headings: Sequence[str] = ()) -> "Figure":
-    """Figure with a column per trajectory, all with the same scales.
-
-    Parameters
-    ----------
-    paths : sequence of xarray.Dataset
-        From `overturning.dem.trajectory.trajectory`.
-    title : str
-        Title of the figure.
-    headings : sequence of str
-        One per trajectory; the azimuth where not given.
-
-    Returns
-    -------
-    matplotlib Figure
-    """
+    """Figure with a column per trajectory, all with the same scales; its heading is the azimuth where not given."""
     import matplotlib.pyplot as plt
 
     figure, grid = plt.subplots(
-        len(ROWS),
-        len(paths),
-        figsize=(max(3.4 * len(paths), 4.4), 6.4),
-        sharex=True,
-        sharey="row",
-        squeeze=False,
+        len(ROWS), len(paths), figsize=(max(3.4 * len(paths), 4.4), 6.4), sharex=True, sharey="row", squeeze=False,
         layout="constrained",
-    )
+    )  # fmt: skip
     start, end = window(paths)
     start, end = max(0.0, start - 1.5), end + 1.5
     for column, path in enumerate(paths):
@@ -75,21 +56,17 @@ def response_figure(paths: Sequence["xr.Dataset"], title: str, headings: Sequenc
             axes = grid[row, column]
             axes.plot(time, values, color=colour, linewidth=0.9)
             axes.axhline(0, color="#c8c8c8", linewidth=0.5, zorder=0)
-            axes.tick_params(labelsize=7)
+            labels(axes, "time, s" if axes is grid[-1, column] else "", label if column == 0 else "")
             axes.locator_params(axis="y", nbins=5)
-            if column == 0:
-                axes.set_ylabel(label, fontsize=8)
             if row == 1:
                 for sign in (1, -1):
-                    axes.axhline(sign * alpha, color=FALLS, linewidth=0.7, linestyle=(0, (4, 2)))
+                    axes.axhline(sign * alpha, color=FALLS, linewidth=0.7, linestyle=DASHED)
                 axes.annotate(
                     "α", (0.01, alpha), xycoords=("axes fraction", "data"), va="bottom", fontsize=7, color=FALLS
                 )
-        outcome = "falls" if fell else "stands"
         heading = headings[column] if headings else compass_name(path.attrs["azimuth_deg"])
-        grid[0, column].set_title(f"{heading}: {outcome}", fontsize=9)
-        grid[-1, column].set_xlabel("time, s", fontsize=8)
+        grid[0, column].set_title(f"{heading}: {'falls' if fell else 'stands'}", fontsize=9)
     grid[0, 0].set_xlim(start, max(end, start + 0.1))
     figure.align_ylabels(grid[:, 0])
-    figure.suptitle(title, fontsize=10, parse_math=False)
+    caption(figure, title)
     return figure

@@ -8,7 +8,7 @@ import numpy as np
 from overturning.dem.polygon.geometry import place
 from overturning.dem.scene import Scene
 from overturning.figures.rose import draw_rose, sector_shares
-from overturning.figures.style import INK, SERIES
+from overturning.figures.style import INK, SERIES, grid
 from overturning.statistics.falls import falls_towards
 
 if TYPE_CHECKING:
@@ -24,74 +24,39 @@ def draw_scene(axes: Any, scene: Scene, height: float | None = None, b_over_h: f
     high = max(float(item.points[:, 1].max()) for item in free)
     reach = max(float(np.abs(item.points[:, 0]).max()) for item in free) + 0.35 * (high - low)
     for item in placed:
-        fixed = item.fixed
         axes.fill(
-            *item.points.T,
-            facecolor="#d9d9d6" if fixed else "#f4ead9",
-            edgecolor=INK,
-            linewidth=0.8,
+            *item.points.T, facecolor="#d9d9d6" if item.fixed else "#f4ead9", edgecolor=INK, linewidth=0.8,
             hatch="//" if item.element.kind == "held" else None,
-        )
-        if not fixed:
+        )  # fmt: skip
+        if not item.fixed:
             axes.plot(item.x, item.z, marker="+", color=SERIES[0], markersize=5)
             axes.annotate(
                 item.element.name, (float(item.points[:, 0].max()), item.z), (4, 0), textcoords="offset points",
                 va="center", fontsize=7.5,
             )  # fmt: skip
-    axes.set_xlim(-reach, reach)
-    axes.set_ylim(low - 0.12 * (high - low), high + 0.06 * (high - low))
-    axes.set_aspect("equal")
-    axes.set_xlabel("m")
+    axes.set(xlim=(-reach, reach), ylim=(low - 0.12 * (high - low), high + 0.06 * (high - low)), aspect="equal")
+    axes.set(xlabel="m", yticks=[])
     axes.spines["left"].set_visible(False)
-    axes.set_yticks([])
     axes.set_title(scene.title or scene.name, parse_math=False)
 
 
 def scenes_figure(scenes: Sequence[Scene]) -> "Figure":
-    """Scenes side by side, all to the same scale.
-
-    Parameters
-    ----------
-    scenes : sequence of Scene
-        At least one.
-
-    Returns
-    -------
-    matplotlib Figure
-    """
-    import matplotlib.pyplot as plt
-
-    figure, panels = plt.subplots(1, len(scenes), figsize=(2.7 * len(scenes), 3.4), squeeze=False, layout="constrained")
+    """Scenes side by side, at least one, all to the same scale."""
+    figure, panels = grid(1, len(scenes), 2.7 * len(scenes), 3.4)
     for axes, scene in zip(panels[0], scenes, strict=True):
         draw_scene(axes, scene)
+    lows, highs = zip(*(axes.get_ylim() for axes in panels[0]), strict=True)
     reach = max(axes.get_xlim()[1] for axes in panels[0])
-    low, high = (pick(axes.get_ylim()[k] for axes in panels[0]) for k, pick in ((0, min), (1, max)))
     for axes in panels[0]:
-        axes.set_xlim(-reach, reach)
-        axes.set_ylim(low, high)
+        axes.set(xlim=(-reach, reach), ylim=(min(lows), max(highs)))
     return figure
 
 
 def element_roses_figure(cubes: Mapping[str, "xr.Dataset"]) -> "Figure":
-    """Roses of fall azimuths, one for each name.
-
-    Parameters
-    ----------
-    cubes : mapping of str to xarray.Dataset
-        Cubes of a single element each.
-
-    Returns
-    -------
-    matplotlib Figure
-    """
-    import matplotlib.pyplot as plt
-
+    """Roses of fall azimuths, one for each name, from cubes of a single element each."""
     columns = min(len(cubes), 3)
     rows = -(-len(cubes) // columns)
-    figure, panels = plt.subplots(
-        rows, columns, figsize=(3.0 * columns, 3.3 * rows), subplot_kw={"projection": "polar"}, squeeze=False,
-        layout="constrained",
-    )  # fmt: skip
+    figure, panels = grid(rows, columns, 3.0 * columns, 3.3 * rows, polar=True)
     for axes in panels.ravel()[len(cubes) :]:
         axes.remove()
     for axes, (name, cube) in zip(panels.ravel(), cubes.items(), strict=False):

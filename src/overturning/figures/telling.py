@@ -30,21 +30,12 @@ if TYPE_CHECKING:
 
 
 def draw_telling_cases(cube: "xr.Dataset", motions: Path, folder: Path) -> None:
-    """Simulate the telling cases again and draw them.
+    """Simulate the telling cases of a cube again, under the processed motions of a folder, and draw them.
 
-    Parameters
-    ----------
-    cube : Dataset
-        The cube.
-    motions : Path
-        Folder of the processed motions.
-    folder : Path
-        Receives ``telling.json`` (titles, rules, outcomes, films) and, for case K from 1, ``K-response.svg``,
-        ``K-boundary.svg``, ``K-hodograph.svg`` and ``K-spectra.svg``.
+    The other folder receives ``telling.json`` (titles, rules, outcomes, films) and, for case K from 1, ``K-response.svg``,
+    ``K-boundary.svg``, ``K-hodograph.svg`` and ``K-spectra.svg``.
     """
-    rows = []
-    for number, case in enumerate(telling_cases(cube), 1):
-        rows.append(_draw(cube, case, motions, folder, number))
+    rows = [_draw(cube, case, motions, folder, number) for number, case in enumerate(telling_cases(cube), 1)]
     with atomic_write(folder / "telling.json") as part:
         part.write_text(json.dumps(rows, ensure_ascii=False, separators=(",", ":")), encoding="utf-8")
 
@@ -95,7 +86,7 @@ def _draw(cube: "xr.Dataset", case: TellingCase, motions: Path, folder: Path, nu
 def _hodograph(motion: Motion) -> "xr.Dataset":
     import xarray as xr
 
-    acceleration = np.stack([motion.north, motion.east])
+    acceleration = motion.horizontal
     velocity = integrate(acceleration, motion.sampling_interval)
     displacement = integrate(velocity, motion.sampling_interval)
     return xr.Dataset(
@@ -108,28 +99,13 @@ def _hodograph(motion: Motion) -> "xr.Dataset":
 
 
 def spectra(motion: Motion, azimuth_deg: list[float]) -> tuple["xr.DataArray", "xr.DataArray"]:
-    """Smoothed Fourier amplitude (m/s) and pseudo-acceleration response spectra (5 %, m/s²) along azimuths.
-
-    Parameters
-    ----------
-    motion : Motion
-        The ground's.
-    azimuth_deg : list of float
-        Degrees clockwise from north.
-
-    Returns
-    -------
-    fourier : DataArray, dimensions azimuth, frequency
-    response : DataArray, dimensions azimuth, period
-    """
+    """Smoothed Fourier amplitude (azimuth, frequency; m/s) and pseudo-acceleration (azimuth, period; 5 %, m/s²)."""
     import xarray as xr
 
     nyquist = 0.5 / motion.sampling_interval
     at = np.geomspace(max(0.1, 2.0 / motion.duration), min(25.0, 0.8 * nyquist), 120)
-    smooth = []
-    for angle in azimuth_deg:
-        frequency, amplitude = amplitude_spectrum(motion.along(angle), motion.sampling_interval)
-        smooth.append(konno_ohmachi(frequency, amplitude, at))
+    pairs = (amplitude_spectrum(motion.along(angle), motion.sampling_interval) for angle in azimuth_deg)
+    smooth = [konno_ohmachi(frequency, amplitude, at) for frequency, amplitude in pairs]
     periods = np.geomspace(0.05, 10.0, 60)
     acceleration = spectra_by_azimuth(motion, periods, azimuth_deg)["acceleration"].T
     return (

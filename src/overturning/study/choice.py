@@ -6,33 +6,19 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.errors import ResultError
+from overturning.study.netcdf import open_raw
 from overturning.study.sections import Verification
 
 
 @dataclass(frozen=True)
 class Sample:
-    """Cases in the random order in which they are run again, with the study's answers.
+    """Cases in the random order in which they are run again, with the study's answers."""
 
-    Attributes
-    ----------
-    record : ndarray of int64, shape (n,)
-        Position of the record.
-    index : ndarray of int64, shape (n, 4)
-        Positions along azimuth, height, B/H and friction.
-    overturned : ndarray of int8, shape (n, elements)
-        The study's flags; one column for a block.
-    status : ndarray of int8, shape (n,)
-        How they were found.
-    computed : int
-        Cases of the study that were not mirrored.
-    """
-
-    record: NDArray[np.int64]
-    index: NDArray[np.int64]
-    overturned: NDArray[np.int8]
-    status: NDArray[np.int8]
-    computed: int
+    record: NDArray[np.int64]  # position of the record, shape (n,)
+    index: NDArray[np.int64]  # positions along azimuth, height, B/H and friction, shape (n, 4)
+    overturned: NDArray[np.int8]  # the study's flags, shape (n, elements); one column for a block
+    status: NDArray[np.int8]  # how they were found, shape (n,)
+    computed: int  # cases of the study that were not mirrored
 
     @property
     def size(self) -> int:
@@ -43,25 +29,10 @@ class Sample:
 def choose(
     settings: Verification, records: int, computed: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Choose cells of a study at random, each at most once.
+    """Choose cells of a study at random, each at most once: of each its record, shape (n,), and its index, shape (n, 4).
 
-    Mirrored cells are not chosen: they would be the same computation again.
-
-    Parameters
-    ----------
-    settings : Verification
-        Share, least number and seed.
-    records : int
-        Number of records.
-    computed : ndarray of bool, shape (a, h, b, f)
-        Cells that are computed, the same for every record.
-
-    Returns
-    -------
-    record : ndarray of int64, shape (n,)
-        Record of each chosen cell, in random order: any first part of the choice is a random choice too.
-    index : ndarray of int64, shape (n, 4)
-        The cell.
+    Any first part of the choice is a random choice too. Cells that are not `computed`, shape (a, h, b, f), the same for
+    every record, are not chosen: they mirror others and would be the same computation again.
     """
     cells = np.argwhere(computed)
     total = records * len(cells)
@@ -72,21 +43,8 @@ def choose(
 
 
 def read_sample(cube: Path, settings: Verification) -> Sample:
-    """Choose cells of a cube and read the study's answers to them.
-
-    Raises
-    ------
-    ResultError
-        If the cube cannot be read.
-    """
-    from netCDF4 import Dataset
-
-    try:
-        file = Dataset(cube)
-    except OSError as error:
-        raise ResultError(f"{cube}: cannot be opened ({error}); run the study again") from None
-    with file:
-        file.set_auto_maskandscale(False)
+    """Choose cells of a cube and read the study's answers to them; a ResultError where the cube cannot be read."""
+    with open_raw(cube, "opened", "run the study again") as file:
         records = file.dimensions["record"].size
         computed = file["mirrored"][0] == 0
         record, index = choose(settings, records, computed)

@@ -15,27 +15,13 @@ Z_95: Final = 1.959963984540054
 
 @dataclass(frozen=True)
 class Counts:
-    """How far the answers to the same cases differ.
+    """How far the answers to the same cases differ."""
 
-    Attributes
-    ----------
-    cases : int
-        Cases with an answer in both.
-    flags : int
-        Of these, cases that fall in one answer and stand in the other.
-    fallen : int
-        Cases that fall in both.
-    sides : int
-        Of these, cases that fall to the other side.
-    unanswered : int
-        Cases without an answer in one or both.
-    """
-
-    cases: int = 0
-    flags: int = 0
-    fallen: int = 0
-    sides: int = 0
-    unanswered: int = 0
+    cases: int = 0  # with an answer in both
+    flags: int = 0  # of these, that fall in one answer and stand in the other
+    fallen: int = 0  # that fall in both
+    sides: int = 0  # of these, that fall to the other side
+    unanswered: int = 0  # without an answer in one or both
 
     def __add__(self, other: "Counts") -> "Counts":
         names = self.__dataclass_fields__
@@ -43,13 +29,7 @@ class Counts:
 
 
 def compare(first: NDArray[np.int8], second: NDArray[np.int8]) -> Counts:
-    """Count how far two arrays of `overturned` differ.
-
-    Parameters
-    ----------
-    first, second : ndarray of int8, shape (n,)
-        +1, −1, 0, or −128 where there is no answer.
-    """
+    """Count how far two arrays of `overturned` differ: +1, −1, 0, or −128 where there is no answer."""
     known = (first != INT8_MISSING) & (second != INT8_MISSING)
     fell, fell_too = first != 0, second != 0
     both = known & fell & fell_too
@@ -62,26 +42,14 @@ def compare(first: NDArray[np.int8], second: NDArray[np.int8]) -> Counts:
     )
 
 
-def wilson(count: int, total: int, z: float = Z_95) -> tuple[float, float]:
-    """Interval of a share by Wilson (1927), Journal of the American Statistical Association 22.
+def wilson(count: int, total: int) -> tuple[float, float]:
+    """Interval of a share by Wilson (1927), Journal of the American Statistical Association 22; (0, 1) without cases.
 
     Written out here because a sweep's companion should not wait for scipy.stats; a test holds it against scipy.
-
-    Parameters
-    ----------
-    count, total : int
-        Cases with the property, and all.
-    z : float
-        Point of the normal distribution.
-
-    Returns
-    -------
-    low, high : float
-        Shares between 0 and 1; (0, 1) where there are no cases.
     """
     if total == 0:
         return 0.0, 1.0
-    share, square = count / total, z * z / total
+    share, square = count / total, Z_95 * Z_95 / total
     middle = (share + 0.5 * square) / (1.0 + square)
-    half = z / (1.0 + square) * math.sqrt(share * (1.0 - share) / total + 0.25 * square / total)
+    half = Z_95 / (1.0 + square) * math.sqrt(share * (1.0 - share) / total + 0.25 * square / total)
     return (0.0 if count == 0 else middle - half), (1.0 if count == total else middle + half)

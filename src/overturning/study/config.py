@@ -2,13 +2,14 @@
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Discriminator, Field, Tag, field_validator, model_validator
+from pydantic import Discriminator, Field, Tag, ValidationInfo, field_validator, model_validator
 
+from overturning.dem.element import Model, Name
 from overturning.dem.polygon.geometry import native_size
 from overturning.dem.scene import Scene, gravestone
 from overturning.records.steps import Step
 from overturning.study.quantity import Density, Metre
-from overturning.study.ranges import AzimuthRange, Range, Settings, ascending
+from overturning.study.ranges import AzimuthRange, Values
 from overturning.study.sections import (
     ContactSettings,
     Ensemble,
@@ -29,13 +30,12 @@ def _none_or_settings(value: Any) -> str:
     return "literal" if isinstance(value, str) else "settings of verification"
 
 
-Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]*$")]
 Slenderness = Annotated[float, Field(gt=0, le=10)]
 Height = Annotated[Metre, Field(gt=0, le=100)]
 Friction = Annotated[float, Field(ge=0, le=100)]
 
 
-class Study(Settings):
+class Study(Model):
     """A study: which records, which blocks, how computed."""
 
     name: Name = Field(description="name of the study and of its folder under results/: small letters, digits, hyphens")
@@ -54,13 +54,11 @@ class Study(Settings):
     azimuth: AzimuthRange = Field(
         default=AzimuthRange(), description="azimuths of the motion, degrees clockwise from north"
     )
-    b_over_h: tuple[Slenderness, ...] = Field(
+    b_over_h: Values[Slenderness] = Field(
         default=(0.2, 0.3, 0.4), description="slenderness B/H: a list, or start, stop, step"
     )
-    height: tuple[Height, ...] = Field(
-        default=(0.6,), description="heights of the block, m: a list, or start, stop, step"
-    )
-    friction: tuple[Friction, ...] = Field(
+    height: Values[Height] = Field(default=(0.6,), description="heights of the block, m: a list, or start, stop, step")
+    friction: Values[Friction] = Field(
         default=(1.0,), description="friction coefficients µ: a list, or start, stop, step"
     )
     density: Density = Field(default=GRANITE_DENSITY, gt=0, description="density of the block, kg/m³")
@@ -120,26 +118,22 @@ class Study(Settings):
             raise ValueError("ensemble.initial_tilt: a scene starts at rest; leave it at 0")
         return self
 
-    @field_validator("b_over_h", "height", "friction", mode="before")
+    @field_validator("surveys")
     @classmethod
-    def _range_or_list(cls, value: Any) -> Any:
-        if isinstance(value, dict):
-            return Range.model_validate(value).values()
-        return [value] if isinstance(value, int | float | str) else value
-
-    @field_validator("b_over_h", "height", "friction")
-    @classmethod
-    def _sorted(cls, values: tuple[float, ...]) -> tuple[float, ...]:
-        return ascending(values)
+    def _site_of_a_survey(cls, surveys: tuple[Survey, ...], info: ValidationInfo) -> tuple[Survey, ...]:
+        use: tuple[str, ...] = info.data["records"].use if "records" in info.data else ()
+        if len(use) != 1:
+            return surveys
+        # The record is filled in, so that a filled-in study says which one it was.
+        return tuple(
+            survey.model_copy(update={"record": use[0] if survey.record is None else survey.record})
+            for survey in surveys
+        )
 
     @model_validator(mode="after")
-    def _nominal_is_taken(self) -> Self:
+    def _parts_fit_together(self) -> Self:
         if "nominal" in self.variants:
             raise ValueError("variants: the name nominal is that of the study's own contact; choose another")
-        return self
-
-    @model_validator(mode="after")
-    def _published_is_computed(self) -> Self:
         for row in self.published:
             if row.record not in self.records.use:
                 raise ValueError(f"published: record {row.record!r} is not in records.use")
@@ -147,28 +141,6 @@ class Study(Settings):
                 raise ValueError(f"published: azimuth {row.azimuth:g} is not computed; add it to azimuth.also")
             if row.b_over_h not in self.b_over_h:
                 raise ValueError(f"published: B/H {row.b_over_h:g} is not computed; add it to b_over_h")
-        return self
-
-    @model_validator(mode="before")
-    @classmethod
-    def _site_of_a_survey(cls, data: Any) -> Any:
-        if not isinstance(data, dict) or not isinstance(data.get("surveys"), list | tuple):
-            return data
-        records = data.get("records")
-        use = list(records.get("use") or ()) if isinstance(records, dict) else []
-        if isinstance(records, dict) and isinstance(records.get("pulses"), dict):
-            use += [name for name in records["pulses"] if name not in use]
-        # The record is filled in, so that a filled-in study says which one it was.
-        filled = [
-            {**survey, "record": use[0]}
-            if isinstance(survey, dict) and survey.get("record") is None and len(use) == 1
-            else survey
-            for survey in data["surveys"]
-        ]
-        return data | {"surveys": filled}
-
-    @model_validator(mode="after")
-    def _survey_has_a_site(self) -> Self:
         for index, survey in enumerate(self.surveys):
             if survey.record is None:
                 raise ValueError(

@@ -7,11 +7,6 @@ from typing import Any
 from overturning.records.catalogue import RecordEntry
 from overturning.study.config import Study
 
-_MARKS = {
-    "keys": ("<!-- keys: made by `overturning study document`, do not edit -->", "<!-- end of keys -->"),
-    "columns": ("<!-- columns: made by `overturning study document`, do not edit -->", "<!-- end of columns -->"),
-}
-
 
 def schema_text() -> str:
     """The JSON schema of a study file."""
@@ -27,16 +22,14 @@ def key_table() -> str:
     for key, entry, required in _keys(schema, schema, ""):
         default = "needed" if required else f"`{json.dumps(entry.get('default'), ensure_ascii=False)}`"
         rows.append(f"| `{key}` | {default} | {entry.get('description', '')} |")
-    return "\n".join(rows) + "\n"
+    return "\n".join(rows)
 
 
 def _resolve(schema: dict[str, Any], entry: dict[str, Any]) -> dict[str, Any]:
-    if "$ref" in entry:
-        return {**schema["$defs"][entry["$ref"].rpartition("/")[2]], **{k: v for k, v in entry.items() if k != "$ref"}}
-    for form in entry.get("oneOf", ()):  # a word or settings: the keys are those of the settings
+    for form in (entry, *entry.get("oneOf", ())):  # a word or settings: the keys are those of the settings
         if "$ref" in form:
             model = schema["$defs"][form["$ref"].rpartition("/")[2]]
-            return {**model, **{key: value for key, value in entry.items() if key != "oneOf"}}
+            return model | {key: value for key, value in entry.items() if key not in ("$ref", "oneOf")}
     return entry
 
 
@@ -45,17 +38,15 @@ def _keys(schema: dict[str, Any], model: dict[str, Any], prefix: str) -> list[tu
     for name, raw in model.get("properties", {}).items():
         entry = _resolve(schema, raw)
         key, required = f"{prefix}{name}", name in model.get("required", [])
-        below = entry.get("additionalProperties")
+        below, items = entry.get("additionalProperties"), entry.get("items", {})
+        if entry.get("properties"):
+            entries += _keys(schema, entry, f"{key}.")
+            continue
+        entries.append((key, entry, required))
         if isinstance(below, dict):
-            entries.append((key, {**entry, "default": entry.get("default", {})}, required))
-            entries.extend(_keys(schema, _resolve(schema, below), f"{key}.NAME."))
-        elif entry.get("properties"):
-            entries.extend(_keys(schema, entry, f"{key}."))
-        elif "$ref" in entry.get("items", {}):  # a list of settings
-            entries.append((key, entry, required))
-            entries.extend(_keys(schema, _resolve(schema, entry["items"]), f"{key}[]."))
-        else:
-            entries.append((key, entry, required))
+            entries += _keys(schema, _resolve(schema, below), f"{key}.NAME.")
+        elif "$ref" in items:  # a list of settings
+            entries += _keys(schema, _resolve(schema, items), f"{key}[].")
     return entries
 
 
@@ -64,15 +55,15 @@ def column_table() -> str:
     rows = ["| column | meaning |", "|---|---|"]
     for name, entry in RecordEntry.model_json_schema()["properties"].items():
         rows.append(f"| `{name}` | {entry.get('description', '')} |")
-    return "\n".join(rows) + "\n"
+    return "\n".join(rows)
 
 
 def with_tables(text: str) -> str:
     """The text of a README with the tables put between their marks."""
-    for table, (begin, end) in zip((key_table(), column_table()), _MARKS.values(), strict=True):
+    for name, table in (("keys", key_table()), ("columns", column_table())):
+        begin, end = f"<!-- {name}: made by `overturning study document`, do not edit -->", f"<!-- end of {name} -->"
         before, _, rest = text.partition(begin)
-        _, _, after = rest.partition(end)
-        text = f"{before}{begin}\n{table}{end}{after}"
+        text = f"{before}{begin}\n{table}\n{end}{rest.partition(end)[2]}"
     return text
 
 

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from functools import partial
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from overturning.files import atomic_write
 from overturning.records.record import Record
 from overturning.study.config import Study
 from overturning.study.grid import grid_of
-from overturning.study.netcdf import add_coordinates, add_elements, add_variable, content_hash
+from overturning.study.netcdf import add_coordinate, add_grid, add_variable, content_hash, open_raw
 from overturning.study.scenes import NOMINAL
 from overturning.study.sweep import variables_of
 
@@ -28,25 +29,14 @@ RECORD_COORDINATES = (
 """Auxiliary coordinates of the dimension record."""
 
 _PACKAGES = ("overturning", "numba", "llvmlite", "numpy", "scipy", "obspy", "xarray", "netCDF4")
+"""Those whose versions the numbers depend on."""
 
 
 def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path: Path, variant: str = NOMINAL) -> None:
-    """Gather the parts of a sweep into the cube.
+    """Gather the parts of a sweep into the cube of a variant; the processed records are in the order of the cube.
 
-    The cube is filled with "missing" first, so that a cell no part holds is seen.
-
-    Parameters
-    ----------
-    study : Study
-        The study.
-    records : sequence of Record
-        The processed records in the order of the cube.
-    parts : sequence of Path
-        Parts, each with the cells of one record, in any order and of any piece of the grid.
-    path : Path
-        The cube to make.
-    variant : str
-        Name of the contact settings.
+    A part has cells of one record, of any piece of the grid; the parts come in any order. The cube is filled with "missing"
+    first, so that a cell no part holds is seen.
 
     Raises
     ------
@@ -60,13 +50,10 @@ def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path:
     with atomic_write(path) as unfinished, Dataset(unfinished, "w", format="NETCDF4") as cube:
         cube.createDimension("record", len(records))
         _add_records(cube, records, study.simulation.vertical)
-        add_coordinates(cube, grid.coordinates())
-        add_elements(cube, grid.element)
+        add_grid(cube, grid)
         for variable in variables:
-            dimensions = ("record", *grid.dimensions(variable))
-            created = add_variable(cube, variable, dimensions, (1, *grid.shape_of(variable)))
-            names = " element_name" if "element" in dimensions else ""
-            created.coordinates = f"{' '.join(RECORD_COORDINATES)}{names}"
+            names = ("element_name",) if "element" in grid.dimensions(variable) else ()
+            add_variable(cube, variable, grid, "record").coordinates = " ".join((*RECORD_COORDINATES, *names))
         filled = np.zeros((len(records), *grid.shape), dtype=bool)
         for part in parts:
             _copy_part(part, cube, grid, index_of, variant, filled, variables)
@@ -89,14 +76,7 @@ def _copy_part(
     filled: NDArray[np.bool_],
     variables: tuple[Variable, ...],
 ) -> None:
-    from netCDF4 import Dataset
-
-    try:
-        file = Dataset(part)
-    except OSError as error:
-        raise ResultError(f"{part}: cannot be read ({error}); remove it and run again") from None
-    with file:
-        file.set_auto_maskandscale(False)
+    with open_raw(part, "read", "remove it and run again") as file:
         if file.record_id not in index_of or file.variant != variant:
             raise ResultError(
                 f"{part}: holds record {file.record_id}, variant {file.variant}, which are not in this study"
@@ -125,14 +105,7 @@ def _places(part: Path, name: str, values: NDArray[Any], whole_axis: NDArray[Any
 
 def _add_records(cube: Any, records: Sequence[Record], vertical: bool) -> None:
     """The coordinates of the dimension record; missing where neither the file nor the record table says it."""
-
-    def add(name: str, dtype: Any, values: Sequence[Any], fill: Any = None, **attributes: Any) -> None:
-        variable = cube.createVariable(name, dtype, ("record",), fill_value=fill)
-        variable.setncatts(attributes)
-        variable.set_auto_maskandscale(False)
-        for index, value in enumerate(values):
-            variable[index] = fill if value is None else value
-
+    add = partial(add_coordinate, cube, "record")
     add("record", "i4", range(len(records)), long_name="number of the record", units="1")
     for name, long_name in (
         ("record_id", "identifier of the record"),
@@ -178,11 +151,6 @@ def _without_folders(name: str) -> str:
     return path.name if path.is_absolute() else path.as_posix()
 
 
-def versions() -> dict[str, str]:
-    """Versions of the packages that the numbers depend on."""
-    return {name: metadata.version(name) for name in _PACKAGES}
-
-
 def _attributes(study: Study, records: Sequence[Record], variant: str) -> dict[str, str]:
     sources = [
         {"id": record.record_id, "source": record.source, "sha256": record.sha256, "licence": record.licence}
@@ -203,5 +171,5 @@ def _attributes(study: Study, records: Sequence[Record], variant: str) -> dict[s
         "record_processing": json.dumps(
             {r.record_id: list(r.processing) for r in records}, ensure_ascii=False, default=str
         ),
-        "versions": json.dumps(versions()),
+        "versions": json.dumps({name: metadata.version(name) for name in _PACKAGES}),
     }

@@ -25,18 +25,11 @@ FREQUENCIES = np.geomspace(0.1, 50.0, 55)
 
 
 def write_intensity(study: Study, records: Sequence[Record], path: Path) -> None:
-    """Write the intensity measures of all records along the study's azimuths.
+    """Write the intensity measures of all processed records, in the order of the cube, along the study's azimuths.
 
-    Parameters
-    ----------
-    study : Study
-        The study; only its azimuths matter.
-    records : sequence of Record
-        The processed records, in the order of the cube.
-    path : Path
-        NetCDF file to make: the measures by azimuth (``record, azimuth``), those of whole records (JMA intensity, RotD of PGA
-        and PGV, peaks before and after processing), and RotD spectra and Fourier amplitude spectra (``record, period`` and
-        ``record, frequency``).
+    The file (NetCDF) holds the measures by azimuth (``record, azimuth``), those of whole records (JMA intensity, RotD of PGA
+    and PGV, peaks before and after processing), and RotD spectra and Fourier amplitude spectra (``record, period`` and
+    ``record, frequency``).
     """
     import xarray as xr
 
@@ -58,51 +51,34 @@ def write_intensity(study: Study, records: Sequence[Record], path: Path) -> None
 
 def _of_records(records: Sequence[Record]) -> dict[str, Any]:
     """Variables of whole records; missing (not a number) where a record has no such measure."""
-    columns = [record_measures(Motion.of(record), record.processing) for record in records]
+    motions = [Motion.of(record) for record in records]
+    columns = [record_measures(motion, record.processing) for motion, record in zip(motions, records, strict=True)]
+    spectra = [rotd(motion, SPECTRUM_PERIODS, percentiles=PERCENTILES) for motion in motions]
+    variables: dict[str, Any] = {}
 
-    def column(name: str) -> FloatArray:
-        return np.array([np.nan if one[name] is None else one[name] for one in columns], dtype=np.float64)
+    def add(name: str, dimensions: str, values: Any, units: str, long_name: str) -> None:
+        variables[name] = (dimensions.split(), np.asarray(values), {"units": units, "long_name": long_name})
 
-    variables: dict[str, Any] = {
-        "jma_intensity": (
-            "record",
-            column("jma_intensity"),
-            {"units": "1", "long_name": "JMA instrumental intensity; missing without a vertical component"},
-        ),
-        "percentile": (
-            "percentile",
-            np.array(PERCENTILES),
-            {"units": "percent", "long_name": "percentile over azimuths"},
-        ),
-        "period": ("period", SPECTRUM_PERIODS, {"units": "s", "long_name": "period of the oscillator"}),
-        "frequency": ("frequency", FREQUENCIES, {"units": "Hz", "long_name": "frequency"}),
-    }
-    for name, (unit, long_name) in PEAKS.items():
-        for when, words in (("unprocessed", "before processing"), ("processed", "after processing")):
-            variables[f"{name}_{when}"] = (
-                "record",
-                column(f"{name}_{when}"),
-                {
-                    "units": unit,
-                    "long_name": f"{long_name}, larger of north and east, {words}; missing where left alone",
-                },
-            )
-    spectra = [rotd(Motion.of(record), SPECTRUM_PERIODS, percentiles=PERCENTILES) for record in records]
-    for name, unit in (("pga", "m s-2"), ("pgv", "m s-1")):
-        values = np.stack([one[name] for one in spectra])
-        about = {"units": unit, "long_name": f"{PEAKS[name][1]}, RotD"}
-        variables[f"{name}_rotd"] = (("record", "percentile"), values, about)
-    variables["psa_rotd"] = (
-        ("record", "percentile", "period"),
-        np.stack([one["psa"] for one in spectra]),
-        {"units": "m s-2", "long_name": "pseudo-acceleration, damping ratio 0.05, RotD"},
-    )
+    def add_column(name: str, units: str, long_name: str) -> None:
+        add(name, "record", [np.nan if one[name] is None else one[name] for one in columns], units, long_name)
+
+    add_column("jma_intensity", "1", "JMA instrumental intensity; missing without a vertical component")
+    add("percentile", "percentile", PERCENTILES, "percent", "percentile over azimuths")
+    add("period", "period", SPECTRUM_PERIODS, "s", "period of the oscillator")
+    add("frequency", "frequency", FREQUENCIES, "Hz", "frequency")
+    for name, (units, long_name) in PEAKS.items():
+        larger = f"{long_name}, larger of north and east"
+        for when in ("before", "after"):
+            state = "unprocessed" if when == "before" else "processed"
+            add_column(f"{name}_{state}", units, f"{larger}, {when} processing; missing where left alone")
+    for name, units in (("pga", "m s-2"), ("pgv", "m s-1")):
+        add(f"{name}_rotd", "record percentile", [one[name] for one in spectra], units, f"{PEAKS[name][1]}, RotD")
+    psa = "pseudo-acceleration, damping ratio 0.05, RotD"
+    add("psa_rotd", "record percentile period", [one["psa"] for one in spectra], "m s-2", psa)
     for name in ("north", "east"):
-        variables[f"fourier_{name}"] = (
-            ("record", "frequency"),
-            np.stack([_smoothed(getattr(record, name), record.sampling_interval) for record in records]),
-            {"units": "m s-1", "long_name": f"Fourier amplitude of {name}, smoothed after Konno and Ohmachi, b = 40"},
-        )
+        values = [_smoothed(getattr(record, name), record.sampling_interval) for record in records]
+        smoothed = f"Fourier amplitude of {name}, smoothed after Konno and Ohmachi, b = 40"
+        add(f"fourier_{name}", "record frequency", values, "m s-1", smoothed)
     return variables
 
 

@@ -16,19 +16,7 @@ from overturning.study.config import Study
 
 
 def load_study(path: Path, overrides: Mapping[str, Any] | None = None) -> Study:
-    """Read and check a study file.
-
-    Parameters
-    ----------
-    path : Path
-        YAML file of a study.
-    overrides : mapping, optional
-        Keys that replace those of the file, nested like the file.
-
-    Returns
-    -------
-    Study
-        With every default filled in.
+    """Read and check a study file, some of whose keys are replaced by `overrides`, nested like the file.
 
     Raises
     ------
@@ -48,24 +36,7 @@ def _merged(base: Mapping[str, Any], overrides: Mapping[str, Any]) -> dict[str, 
 
 
 def check_study(data: Mapping[str, Any], where: str) -> Study:
-    """Check the content of a study file.
-
-    Parameters
-    ----------
-    data : mapping
-        Keys and values as read.
-    where : str
-        Name of the file, for the messages.
-
-    Returns
-    -------
-    Study
-
-    Raises
-    ------
-    ConfigError
-        One line per wrong key.
-    """
+    """Check the content of a study file, `where` in the messages; a ConfigError has one line per wrong key."""
     try:
         return Study.model_validate(dict(data))
     except ValidationError as error:
@@ -85,9 +56,8 @@ def _lines(error: ValidationError, where: str) -> list[str]:
                 lines.append(f"{where}: {key}: this key is needed")
             case _:
                 message = item["msg"].removeprefix("Value error, ").replace("Input should be", "it should be")
-                shown = item["input"]
-                value = "" if isinstance(shown, BaseModel | dict) else f" {_short(shown)}"
-                lines.append(f"{where}: {key}:{value} – {message}" if value else f"{where}: {key}: {message}")
+                value = "" if isinstance(item["input"], BaseModel | dict) else f" {_short(item['input'])} –"
+                lines.append(f"{where}: {key}:{value} {message}")
     return lines
 
 
@@ -118,25 +88,12 @@ def _nearest(steps: list[int | str]) -> str:
 
 
 def entries_of(study: Study, where: str, root: Path = Path()) -> dict[str, RecordEntry]:
-    """Rows of the record table that a study uses, in its order.
-
-    Parameters
-    ----------
-    study : Study
-        The study.
-    where : str
-        Name of the study file, for the messages.
-    root : Path
-        Folder from which the table's path counts.
-
-    Returns
-    -------
-    dict of str to RecordEntry
+    """Rows of the record table, whose path counts from `root`, that a study uses, in its order.
 
     Raises
     ------
     ConfigError
-        If a record is not in the table.
+        If a record is not in the table; names the study's file as `where`.
     """
     table = read_catalogue(root / study.records.table)
     for name, line in study.records.pulses.items():
@@ -155,22 +112,7 @@ def entries_of(study: Study, where: str, root: Path = Path()) -> dict[str, Recor
 
 
 def study_from(text: str) -> Study:
-    """A study from the name of its file, or from its content as JSON.
-
-    Parameters
-    ----------
-    text : str
-        Path of a YAML file, or a JSON object.
-
-    Returns
-    -------
-    Study
-
-    Raises
-    ------
-    ConfigError
-        As `load_study`.
-    """
+    """A study from the name of its file, or from its content as JSON; errors are those of `load_study`."""
     if not text.lstrip().startswith("{"):
         return load_study(Path(text))
     try:

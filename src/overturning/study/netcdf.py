@@ -1,13 +1,15 @@
 """Dimensions, coordinates and outcome variables in a NetCDF file, written the same way for a part and for the cube."""
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from overturning.dem.grid import Grid
 from overturning.dem.variables import Variable
+from overturning.errors import ResultError
 
 COORDINATES: Final[dict[str, dict[str, Any]]] = {
     "azimuth": {"long_name": "azimuth of the vertical plane of motion, clockwise from north", "units": "degree"},
@@ -18,41 +20,47 @@ COORDINATES: Final[dict[str, dict[str, Any]]] = {
 }
 
 
-def add_coordinates(file: Any, coordinates: dict[str, NDArray[np.generic]]) -> None:
-    """Create the dimensions of a grid with their coordinate variables in an open netCDF4 file."""
-    for name, values in coordinates.items():
+def open_raw(path: Path, what: str, remedy: str) -> Any:
+    """Open a netCDF4 file that masks and scales nothing; a ResultError that it cannot be read or opened, with the remedy."""
+    from netCDF4 import Dataset
+
+    try:
+        file = Dataset(path)
+    except OSError as error:
+        raise ResultError(f"{path}: cannot be {what} ({error}); {remedy}") from None
+    file.set_auto_maskandscale(False)
+    return file
+
+
+def add_coordinate(
+    file: Any, dimension: str, name: str, dtype: Any, values: Iterable[Any], fill: Any = None, **attributes: Any
+) -> None:
+    """Create a coordinate variable along a dimension, with the fill value for None, in an open netCDF4 file."""
+    variable = file.createVariable(name, dtype, (dimension,), fill_value=fill)
+    variable.setncatts(attributes)
+    variable.set_auto_maskandscale(False)
+    for index, value in enumerate(values):
+        variable[index] = fill if value is None else value
+
+
+def add_grid(file: Any, grid: Grid) -> None:
+    """Create the dimensions of a grid with their coordinate variables; of elements their numbers, and names beside them."""
+    for name, values in grid.coordinates().items():
         file.createDimension(name, values.size)
-        variable = file.createVariable(name, values.dtype, (name,))
-        variable.setncatts(COORDINATES[name])
-        variable[:] = values
+        add_coordinate(file, name, name, values.dtype, values, **COORDINATES[name])
+    if count := len(grid.element):
+        file.createDimension("element", count)
+        about = "of the free element of the scene"
+        add_coordinate(file, "element", "element", "i4", range(count), long_name=f"number {about}", units="1")
+        add_coordinate(file, "element", "element_name", str, grid.element, long_name=f"name {about}")
 
 
-def add_elements(file: Any, names: tuple[str, ...]) -> None:
-    """Create the dimension of a scene's free elements, where there is one: numbers, and their names beside them."""
-    if not names:
-        return
-    file.createDimension("element", len(names))
-    number = file.createVariable("element", "i4", ("element",))
-    number.setncatts({"long_name": "number of the free element of the scene", "units": "1"})
-    number[:] = np.arange(len(names))
-    text = file.createVariable("element_name", str, ("element",))
-    text.long_name = "name of the free element of the scene"
-    for index, name in enumerate(names):
-        text[index] = name
-
-
-def add_variable(file: Any, variable: Variable, dimensions: tuple[str, ...], chunks: tuple[int, ...]) -> Any:
-    """Create an outcome variable, filled with "missing", in an open netCDF4 file."""
+def add_variable(file: Any, variable: Variable, grid: Grid, *before: str) -> Any:
+    """Create an outcome variable over dimensions `before` and those of a grid, filled with "missing"; a chunk is a grid."""
     created = file.createVariable(
-        variable.name,
-        variable.dtype,
-        dimensions,
-        zlib=True,
-        complevel=1,
-        shuffle=variable.dtype != "i1",
-        chunksizes=chunks,
-        fill_value=variable.fill_value,
-    )
+        variable.name, variable.dtype, (*before, *grid.dimensions(variable)), fill_value=variable.fill_value,
+        zlib=True, complevel=1, shuffle=variable.dtype != "i1", chunksizes=(*(1 for _ in before), *grid.shape_of(variable)),
+    )  # fmt: skip
     created.setncatts(variable.all_attributes)
     created.set_auto_maskandscale(False)
     return created

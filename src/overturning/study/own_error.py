@@ -1,6 +1,6 @@
 """Part of a study run again, with finer steps and with stiffer springs: how far its answers hang on the computation."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from typing import Any, Final
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.dem.cases import Cases
+from overturning.dem.numerics import Progress
 from overturning.errors import ArgumentError
 from overturning.records.record import Record
 from overturning.study.choice import Sample
@@ -41,32 +42,14 @@ def repeat_sample(
     sample: Sample,
     study_block_steps: int,
     threads: int = 1,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> dict[str, Any]:
     """Run chosen cases again, with finer steps and with stiffer springs, as many as cost no more than is allowed.
 
     The stiffer repetition goes first, in growing parts: its block steps tell what the finer one will cost. The finer one
-    takes the first cases of the same random order, as many as the rest of the allowance pays for, and both are counted on these.
-
-    Parameters
-    ----------
-    study : Study
-        The study, whose `verification` is not "none".
-    records : sequence of Record
-        The processed records in the order of the study.
-    sample : Sample
-        Chosen cases.
-    study_block_steps : int
-        Work of the study itself.
-    threads : int
-        Records run at the same time; the result does not depend on it.
-    progress : callable, optional
-        Called with the cases done and all cases of both repetitions.
-
-    Returns
-    -------
-    dict
-        Counts and block steps by repetition, the same for every run: no clock.
+    takes the first cases of the same random order, as many as the rest of the allowance pays for, and both are counted on
+    these. The records are the processed ones in the study's order; `progress` is called with the cases done and all cases
+    of both repetitions. The counts and block steps do not depend on the number of threads.
     """
     settings = study.verification
     assert not isinstance(settings, str)  # the workflow does not ask for it
@@ -125,12 +108,7 @@ class _Runs:
     """Repetitions of the first cases of a sample, kept as they grow."""
 
     def __init__(
-        self,
-        study: Study,
-        records: Sequence[Record],
-        sample: Sample,
-        threads: int,
-        progress: Callable[[int, int], None] | None,
+        self, study: Study, records: Sequence[Record], sample: Sample, threads: int, progress: Progress | None
     ) -> None:
         self.sample, self.threads, self.progress = sample, threads, progress
         self.motions = [motion_of(study, record) for record in records]
@@ -153,7 +131,8 @@ class _Runs:
             mine = rows[self.sample.record[rows] == number]
             chosen = self.sample.index[mine]
             cases = Cases(*(axis[chosen[:, column]] for column, axis in enumerate(self.axes)))
-            overturned[mine - begin], block_steps[mine - begin] = self.repetitions[kind](self.motions[number], cases)
+            results = self.repetitions[kind](self.motions[number], cases)
+            overturned[mine - begin], block_steps[mine - begin] = results.overturned, results.block_steps
 
         try:
             with ThreadPoolExecutor(max_workers=self.threads) as pool:

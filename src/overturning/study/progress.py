@@ -17,18 +17,7 @@ _LOG_INTERVAL = 10.0
 
 @contextmanager
 def logged_to(path: Path | None) -> Iterator[Callable[[str], None]]:
-    """Lines, and an error that ends the block, go into a log file besides standard error.
-
-    Parameters
-    ----------
-    path : Path or None
-        The log; None for standard error only.
-
-    Yields
-    ------
-    callable
-        Writes one line to the log.
-    """
+    """Lines, by the function yielded, and an error that ends the block go into a log; without one, to standard error."""
     if path is None:
         yield lambda line: print(line, file=sys.stderr)
         return
@@ -44,19 +33,9 @@ def logged_to(path: Path | None) -> Iterator[Callable[[str], None]]:
 class Progress:
     """Progress of one record's sweep, seen together with those that run beside it.
 
-    Each job keeps its share in a small file beside the parts; the one that writes last draws the line, so that several
-    jobs do not draw over one another. The time to go is read off the share done since the first job of this run began.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the parts.
-    record : str
-        The record of this job.
-    records : int
-        Number of records of the study.
-    say : callable
-        Writes a line to the log.
+    Each job keeps its share in a small file beside the parts, in their `folder`; the one that writes last draws the line, so
+    that several jobs do not draw over one another. The time to go is read off the share done since the first job of this
+    run began. `record` is that of this job, one of `records`; `say` writes a line to the log.
     """
 
     def __init__(self, folder: Path, record: str, records: int, say: Callable[[str], None]) -> None:
@@ -109,21 +88,7 @@ class Progress:
 
 
 def overall(states: list[dict[str, float]], records: int, now: float) -> str:
-    """One line for a whole sweep.
-
-    Parameters
-    ----------
-    states : list of dict
-        ``share`` done and time ``begin`` of each record that has begun.
-    records : int
-        Number of records.
-    now : float
-        The present time, on the clock of ``begin``.
-
-    Returns
-    -------
-    str
-    """
+    """One line for a whole sweep, from the ``share`` done and time ``begin`` (s) of each of the records that has begun."""
     done = sum(state["share"] for state in states) / records
     # Records of an earlier run, long done, would make the time to go too short: only what began since the oldest
     # unfinished record began is speed of this run; where none is unfinished, nothing is to go.

@@ -1,7 +1,7 @@
 """Numbers with units in configuration files: a plain number is in the key's own unit, a text may name another one."""
 
 import re
-from collections.abc import Callable
+from functools import partial
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
@@ -12,15 +12,8 @@ _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _UNITS: dict[str, dict[str, float]] = {
     "m": {"m": 1.0, "cm": 0.01, "mm": 0.001},
     "s": {"s": 1.0, "ms": 0.001, "min": 60.0},
-    "kg/m³": {
-        "kg/m³": 1.0,
-        "kg/m3": 1.0,
-        "kg/m^3": 1.0,
-        "g/cm³": 1000.0,
-        "g/cm3": 1000.0,
-        "t/m³": 1000.0,
-        "t/m3": 1000.0,
-    },
+    "kg/m³": dict.fromkeys(("kg/m³", "kg/m3", "kg/m^3"), 1.0)
+    | dict.fromkeys(("g/cm³", "g/cm3", "t/m³", "t/m3"), 1000.0),
     "°": {"°": 1.0, "deg": 1.0, "degree": 1.0, "degrees": 1.0},
     "N/m": {"N/m": 1.0, "kN/m": 1e3, "MN/m": 1e6, "GN/m": 1e9},
     "N·s/m": {"N·s/m": 1.0, "N*s/m": 1.0, "N s/m": 1.0, "kN·s/m": 1e3, "kN*s/m": 1e3},
@@ -29,25 +22,7 @@ _UNITS: dict[str, dict[str, float]] = {
 
 
 def parse_quantity(value: object, unit: str) -> float:
-    """Turn a number, or a text such as ``"60 cm"``, into a number in the given unit.
-
-    Parameters
-    ----------
-    value : object
-        A number in ``unit``, or a text of number and unit name.
-    unit : str
-        One of the units above.
-
-    Returns
-    -------
-    float
-        The value in ``unit``.
-
-    Raises
-    ------
-    ValueError
-        If the value is neither, or its unit measures something else. The message names the units that fit.
-    """
+    """Turn a number in a unit, or a text such as ``"60 cm"``, into a number in that unit; a ValueError names what fits."""
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise ValueError(f"give a number in {unit}")
     if not isinstance(value, str):
@@ -62,14 +37,10 @@ def parse_quantity(value: object, unit: str) -> float:
     return float(match[1]) * factor if factor >= 1 else float(match[1]) / round(1 / factor)
 
 
-def _parser(unit: str) -> Callable[[Any], float]:
-    return lambda value: parse_quantity(value, unit)
-
-
 def _quantity(unit: str) -> Any:
     return Annotated[
         float,
-        BeforeValidator(_parser(unit), json_schema_input_type=float | str),
+        BeforeValidator(partial(parse_quantity, unit=unit), json_schema_input_type=float | str),
         Field(json_schema_extra={"unit": unit}),
     ]
 

@@ -1,23 +1,17 @@
 """Ranges of values and of azimuths, as a study writes them."""
 
-from typing import Self
+from typing import Annotated, Any, Self, TypeVar
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
+from overturning.dem.element import Model
 from overturning.study.quantity import Degree
 
 _MAX_VALUES = 100_000
 
 
-class Settings(BaseModel):
-    """Base of every part of a study."""
-
-    # A misspelt key must be an error, and what a job computes must not depend on who changed the model on the way.
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class Range(Settings):
+class Range(Model):
     """Values from start to stop by step. The stop is included where a step meets it."""
 
     start: float = Field(description="first value")
@@ -38,7 +32,7 @@ class Range(Settings):
         return tuple(round(self.start + index * self.step, 10) for index in range(count))
 
 
-class AzimuthRange(Settings):
+class AzimuthRange(Model):
     """Azimuths from start by step up to stop, which is excluded: 0° and 360° are the same direction."""
 
     start: Degree = Field(default=0.0, ge=0, lt=360, description="first azimuth, degrees clockwise from north")
@@ -61,10 +55,22 @@ class AzimuthRange(Settings):
         return tuple(sorted(grid | {round(azimuth % 360.0, 10) for azimuth in self.also}))
 
 
-def ascending(values: tuple[float, ...]) -> tuple[float, ...]:
+def _listed(value: Any) -> Any:
+    """The values of a range, a list of one number, or what is a list already."""
+    if isinstance(value, dict):
+        return Range.model_validate(value).values()
+    return [value] if isinstance(value, int | float | str) else value
+
+
+def _ascending(values: tuple[float, ...]) -> tuple[float, ...]:
     """Values in ascending order; a ValueError where there is none, or one stands twice."""
     if not values:
         raise ValueError("empty list; give at least one value")
     if len(set(values)) != len(values):
         raise ValueError(f"a value stands twice in {list(values)}")
     return tuple(sorted(values))
+
+
+_Value = TypeVar("_Value", bound=float)
+Values = Annotated[tuple[_Value, ...], BeforeValidator(_listed), AfterValidator(_ascending)]
+"""Values as a study gives them: one, a list, or start, stop and step."""

@@ -1,6 +1,5 @@
 """Compute a random sample of a cube's cells again and compare them bit for bit."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -8,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from overturning.dem.grid import DIMENSIONS, Grid, opposite_azimuths
-from overturning.dem.variables import Variable
 from overturning.errors import ArgumentError, ResultError
 from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
@@ -17,34 +15,20 @@ from overturning.study.cube import open_cube, study_of
 from overturning.study.ensemble import run_ensemble
 from overturning.study.grid import grid_of
 from overturning.study.members import draw_members
-from overturning.study.netcdf import content_hash
+from overturning.study.netcdf import content_hash, open_raw
 from overturning.study.scenes import motion_of, numerics_of
 from overturning.study.sweep import member_runner, simulate_variant, variables_of
 
 
 @dataclass
 class Recheck:
-    """What a recheck found.
+    """What a recheck found."""
 
-    Attributes
-    ----------
-    cells : int
-        Cells computed again.
-    of : int
-        Cells of the cube.
-    ensemble_cells : int
-        Of these, how many with their ensemble.
-    content_as_stated : bool
-        Whether the file's numbers have the hash that the file states.
-    differences : list of str
-        One line per value that differs.
-    """
-
-    cells: int
-    of: int
-    ensemble_cells: int = 0
-    content_as_stated: bool = True
-    differences: list[str] = field(default_factory=list)
+    of: int  # cells of the cube
+    content_as_stated: bool  # whether the file's numbers have the hash that the file states
+    cells: int = 0  # computed again
+    ensemble_cells: int = 0  # of these, with their ensemble
+    differences: list[str] = field(default_factory=list)  # a line per value that differs
 
     @property
     def same(self) -> bool:
@@ -53,22 +37,7 @@ class Recheck:
 
 
 def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: int = 1) -> Recheck:
-    """Compute a random sample of cells again.
-
-    Parameters
-    ----------
-    path : Path
-        The cube.
-    motions : Path, optional
-        Folder of the processed motions; ``motion`` beside the cube where not given.
-    cells : int
-        Size of the sample; every record has its share.
-    seed : int
-        Of the sample.
-
-    Returns
-    -------
-    Recheck
+    """Compute a random sample of a cube's cells again; the motions are in ``motion`` beside it where not given.
 
     Raises
     ------
@@ -77,8 +46,6 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
     ResultError
         If the cube or a motion is not there.
     """
-    from netCDF4 import Dataset
-
     if cells < 1:
         raise ArgumentError(f"cells: {cells}; at least 1")
     folder = motions or path.parent / "motion"
@@ -87,11 +54,8 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
         names = [str(name) for name in cube["record_id"].to_numpy()]
     grid, variables = grid_of(study, variant), variables_of(study)
     generator = np.random.Generator(np.random.PCG64(seed))
-    with Dataset(path) as file:
-        file.set_auto_maskandscale(False)
-        result = Recheck(
-            0, len(names) * grid.size, content_as_stated=content_hash(file, variables) == file.content_sha256
-        )
+    with open_raw(path, "opened", "run the study again") as file:
+        result = Recheck(len(names) * grid.size, content_hash(file, variables) == file.content_sha256)
         chosen = np.sort(generator.choice(result.of, size=min(cells, result.of), replace=False))
         for index, name in enumerate(names):
             places = chosen[chosen // grid.size == index] % grid.size
@@ -104,12 +68,15 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
             stored = {variable.name: file[variable.name][index] for variable in variables}
             for flat in places:
                 place = tuple(int(i) for i in np.unravel_index(flat, grid.shape))
-                again = _again(
-                    motion, grid, place, study, variant, "members" in stored and stored["members"][place] > 0
-                )
-                result.ensemble_cells += "members" in again
+                with_ensemble = "members" in stored and bool(stored["members"][place] > 0)
+                again = _again(motion, grid, place, study, variant, with_ensemble)
+                result.ensemble_cells += with_ensemble
                 result.cells += 1
-                _compare(result, name, grid, place, variables, stored, again)
+                where = ", ".join(f"{d} {getattr(grid, d)[i]:g}" for d, i in zip(DIMENSIONS, place, strict=True))
+                for variable in (variable for variable in variables if variable.name in again):
+                    kept, new = stored[variable.name][place], variable.stored(again[variable.name])
+                    if new.tobytes() != kept.tobytes():
+                        result.differences.append(f"{name}, {where}: {variable.name} is {kept} in the cube, {new} here")
     return result
 
 
@@ -126,21 +93,3 @@ def _again(
         run = member_runner(study, variant, motion, numerics_of(study))
         arrays |= run_ensemble(motion, few, arrays, draw_members(study.ensemble), run, everywhere=True)[0]
     return {name: values[-1, 0, 0, 0] for name, values in arrays.items() if name != "block_steps"}
-
-
-def _compare(
-    result: Recheck,
-    record: str,
-    grid: Grid,
-    place: tuple[int, ...],
-    variables: Sequence[Variable],
-    stored: dict[str, Any],
-    again: dict[str, Any],
-) -> None:
-    for variable in variables:
-        if variable.name not in again:
-            continue
-        kept, new = stored[variable.name][place], variable.stored(again[variable.name])
-        if new.tobytes() != kept.tobytes():
-            where = ", ".join(f"{d} {getattr(grid, d)[i]:g}" for d, i in zip(DIMENSIONS, place, strict=True))
-            result.differences.append(f"{record}, {where}: {variable.name} is {kept} in the cube, {new} here")

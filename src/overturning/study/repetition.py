@@ -3,14 +3,14 @@
 import itertools
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from overturning.dem.cases import Cases
 from overturning.dem.element import ContactLaw
-from overturning.dem.numerics import Numerics
+from overturning.dem.results import Results
 from overturning.dem.run import run
 from overturning.dem.scene import Scene
 from overturning.motion.motion import Motion
@@ -23,8 +23,8 @@ FINER: Final = 8
 STIFFER: Final = 4.0
 """Stiffness of the second repetition over the study's; the step follows, as 1/√4, where the contact and not rocking limits it."""
 
-Again = Callable[[Motion, Cases], tuple[NDArray[np.int8], NDArray[np.int64]]]
-"""Flags, shape (n, elements), and block steps, shape (n,), of cases under a motion."""
+Again = Callable[[Motion, Cases], Results]
+"""What runs cases again under a motion."""
 
 
 def repetitions(study: Study) -> dict[str, Again]:
@@ -36,8 +36,8 @@ def repetitions(study: Study) -> dict[str, Again]:
     step = numerics.time_step
     shorter = step if isinstance(step, str) else step / np.sqrt(STIFFER)
     return {
-        "finer": _again(scene, replace(numerics, refinement=FINER)),
-        "stiffer": _again(stiffer_scene(scene), replace(numerics, time_step=shorter)),
+        "finer": partial(run, scene, numerics=replace(numerics, refinement=FINER)),
+        "stiffer": partial(run, stiffer_scene(scene), numerics=replace(numerics, time_step=shorter)),
     }
 
 
@@ -52,11 +52,3 @@ def stiffer_scene(scene: Scene) -> Scene:
             changed = {"stiffness": law.stiffness * STIFFER}
         laws.append(law.model_copy(update=changed))
     return scene.model_copy(update={"contacts": tuple(laws)})
-
-
-def _again(scene: Scene, numerics: Numerics) -> Again:
-    def again(motion: Motion, cases: Cases) -> tuple[NDArray[np.int8], NDArray[np.int64]]:
-        results = run(scene, motion, cases, numerics)
-        return results.overturned, results.block_steps
-
-    return again

@@ -1,6 +1,6 @@
 """What a study, or a variant of it, simulates: its scene, at which sizes, and how."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -42,21 +42,11 @@ def scene_of(study: Study, variant: str = NOMINAL) -> Scene:
 
 @dataclass(frozen=True)
 class Sizes:
-    """How the sizes of a variant's scene follow from those of the study's.
+    """How the sizes of a variant's scene follow from those of the study's."""
 
-    Attributes
-    ----------
-    factor : float
-        On the study's heights.
-    own_ratio : float or None
-        The scene's B/H, where the study's are not for its reference element.
-    digits : int or None
-        To which a B/H is rounded, in a scene that the study names.
-    """
-
-    factor: float = 1.0
-    own_ratio: float | None = None
-    digits: int | None = 12
+    factor: float = 1.0  # on the study's heights
+    own_ratio: float | None = None  # the scene's B/H, where the study's are not for its reference element
+    digits: int | None = 12  # to which a B/H is rounded, in a scene that the study names
 
     @classmethod
     def of(cls, study: Study, variant: str) -> "Sizes":
@@ -94,5 +84,4 @@ def numerics_of(study: Study, threads: int = 1, progress: Progress | None = None
 
 def motion_of(study: Study, record: Record) -> Motion:
     """The motion of a record as a study applies it: without the vertical component where the study leaves it out."""
-    up = record.up if study.simulation.vertical else None
-    return Motion(record.north, record.east, up, sampling_interval=record.sampling_interval)
+    return Motion.of(record if study.simulation.vertical else replace(record, up=None))

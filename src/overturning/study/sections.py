@@ -4,14 +4,14 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
+from overturning.dem.element import Model
 from overturning.dem.scene import Scene, load_scene
 from overturning.study.quantity import Damping, Degree, Radian, Second, Stiffness
-from overturning.study.ranges import Settings
 
 PulseName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
 
 
-class Records(Settings):
+class Records(Model):
     """Which records to study and where they are described."""
 
     table: str = Field(
@@ -41,7 +41,7 @@ class Records(Settings):
         return ids
 
 
-class ContactSettings(Settings):
+class ContactSettings(Model):
     """Springs, dashpots and slider at each corner."""
 
     stiffness: Literal["auto"] | Stiffness = Field(
@@ -64,7 +64,7 @@ class ContactSettings(Settings):
         return self
 
 
-class Simulation(Settings):
+class Simulation(Model):
     """How the cases are computed."""
 
     scheme: str | None = Field(
@@ -94,7 +94,7 @@ def scene_of_choice(choice: Any) -> Any:
 SceneChoice = Annotated[Scene, BeforeValidator(scene_of_choice, json_schema_input_type=str | Scene)]
 
 
-class Variant(Settings):
+class Variant(Model):
     """A second setting, computed beside the nominal one into a cube of its own: of the contact, or of the scene."""
 
     scene: SceneChoice | None = Field(
@@ -104,7 +104,7 @@ class Variant(Settings):
     contact: ContactSettings = Field(default=ContactSettings(), description="contact of this variant")
 
 
-class Ensemble(Settings):
+class Ensemble(Model):
     """Each case run again in a neighbourhood: uniform half-widths, scrambled Sobol points."""
 
     members: int = Field(default=16, ge=0, le=4096, description="runs per case, even (two scrambles); 0 leaves it out")
@@ -127,7 +127,7 @@ class Ensemble(Settings):
         return members
 
 
-class Verification(Settings):
+class Verification(Model):
     """A random part of the study run again more exactly, to see how far its answers hang on the computation."""
 
     share: float = Field(
@@ -145,7 +145,7 @@ class Verification(Settings):
     seed: int = Field(default=1, ge=0, description="seed of the choice")
 
 
-class Published(Settings):
+class Published(Model):
     """What a publication states of one component, to compare the study with."""
 
     record: str = Field(description="id of the record")
@@ -158,7 +158,7 @@ class Published(Settings):
     overturns: bool = Field(description="whether the block overturns")
 
 
-class Survey(Settings):
+class Survey(Model):
     """Stones that somebody has found fallen, to compare with what the study predicts for their site."""
 
     stones: str = Field(

@@ -61,25 +61,10 @@ def _part_of(path: Path, function: str) -> ast.Module:
 def sources_of(module: str, *others: Path) -> list[Path]:
     """Source files that a module is made of: its own and those it imports from the package, at any depth.
 
-    Imports inside functions count; the package's own ``__init__`` does not, since it imports nothing by itself.
-
-    Parameters
-    ----------
-    module : str
-        Full name of a module, for instance ``overturning.commands.survey``, or of one of its functions after a colon, for
-        instance ``overturning.commands.workflow:sweep``: then only what that function needs counts.
-    *others : Path
-        Folders of further packages that are followed too.
-
-    Returns
-    -------
-    list of Path
-        Sorted.
-
-    Raises
-    ------
-    ValueError
-        If there is no such module, or the module has no such function.
+    Imports inside functions count; the package's own ``__init__`` does not, since it imports nothing by itself. After a
+    colon the name of a function may follow, as in ``overturning.commands.workflow:sweep``: then only what that function
+    needs counts. `others` are folders of further packages that are followed too. A ValueError where there is no such module
+    or function.
     """
     roots = (_ROOT, *others)
     first, function = _named(module, roots)
@@ -94,19 +79,9 @@ def sources_of(module: str, *others: Path) -> list[Path]:
 
 
 def source_hash(module: str, *others: Path) -> str:
-    """Hash of the sources a module is made of, and of the data files (templates, styles) beside them.
+    """Hash, sixteen hexadecimal digits, of the sources as of `sources_of` and of the templates and styles beside them.
 
-    Parameters
-    ----------
-    module : str
-        As in `sources_of`; of a function's own file only the part counts that the function is made of.
-    *others : Path
-        As for `sources_of`.
-
-    Returns
-    -------
-    str
-        Sixteen hexadecimal digits.
+    Of a function's own file only the part counts that the function is made of.
     """
     roots = (_ROOT, *others)
     files = sources_of(module, *others)

@@ -21,7 +21,7 @@ from overturning.study.config import Study
 from overturning.study.ensemble import ENSEMBLE_VARIABLES, Runner, run_ensemble
 from overturning.study.grid import grid_of
 from overturning.study.members import Members, draw_members
-from overturning.study.netcdf import add_coordinates, add_elements, add_variable
+from overturning.study.netcdf import add_grid, add_variable
 from overturning.study.scenes import NOMINAL, Sizes, motion_of, numerics_of, scene_of
 
 NOMINAL_SHARE = 0.15
@@ -36,15 +36,10 @@ def variables_of(study: Study) -> tuple[Variable, ...]:
 def simulate_variant(
     study: Study, variant: str, motion: Motion, grid: Grid, numerics: Numerics
 ) -> dict[str, NDArray[Any]]:
-    """Simulate a variant's scene on the study's grid, or on a piece of it.
+    """Simulate a variant's scene on the study's grid, or on a piece of it; arrays as of `simulate_grid`.
 
     The scene of a variant is scaled by the same factor as the study's own; the slenderness is that of its reference
     element where this has the name of the study's, otherwise the scene keeps its own and the outcome is repeated.
-
-    Returns
-    -------
-    dict of ndarray
-        As of `overturning.dem.simulate.simulate_arrays`.
     """
     scene, sizes = scene_of(study, variant), Sizes.of(study, variant)
     sized = replace(grid, height=sizes.heights(grid.height))
@@ -77,29 +72,9 @@ def sweep_record(
     progress: Progress | None = None,
     members: Members | None = None,
 ) -> int:
-    """Simulate every case of one record and write them as a part of the cube.
+    """Simulate every case of one processed record and write them as a part of the cube (NetCDF).
 
-    Parameters
-    ----------
-    study : Study
-        The study.
-    record : Record
-        The processed record.
-    path : Path
-        NetCDF file to make.
-    variant : str
-        Name of the contact settings.
-    threads : int
-        Number of threads.
-    progress : callable, optional
-        Called now and then with the work done and the whole work, in block steps.
-    members : Members, optional
-        Of the ensemble; drawn from the study where not given.
-
-    Returns
-    -------
-    int
-        Block steps computed.
+    Returns the number of block steps computed. `members` of the ensemble are drawn from the study where not given.
     """
     grid, motion = grid_of(study, variant), motion_of(study, record)
     with_ensemble = study.ensemble.members > 0
@@ -146,9 +121,7 @@ def write_part(
     from netCDF4 import Dataset
 
     with atomic_write(path) as part, Dataset(part, "w", format="NETCDF4") as file:
-        add_coordinates(file, grid.coordinates())
-        add_elements(file, grid.element)
+        add_grid(file, grid)
         for variable in variables:
-            created = add_variable(file, variable, grid.dimensions(variable), grid.shape_of(variable))
-            created[:] = variable.stored(outcome[variable.name])
+            add_variable(file, variable, grid)[:] = variable.stored(outcome[variable.name])
         file.setncatts(attributes)

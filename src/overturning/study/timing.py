@@ -14,18 +14,7 @@ from overturning.files import atomic_write
 
 @contextmanager
 def timed(path: Path) -> Iterator[dict[str, Any]]:
-    """Measure a block of code and write a table of one row.
-
-    Parameters
-    ----------
-    path : Path
-        CSV file to make.
-
-    Yields
-    ------
-    dict
-        Further columns of the row, to be filled in by the block.
-    """
+    """Measure a block of code and write a table (CSV) of one row; the block fills in the further columns yielded."""
     row: dict[str, Any] = {}
     wall, cpu = time.perf_counter(), time.process_time()
     yield row

@@ -31,6 +31,16 @@ def test_a_torn_cache_file_is_a_miss(tmp_path: Path, monkeypatch: pytest.MonkeyP
         assert compiled() == (1, 0)
 
 
+def test_what_was_edited_after_it_was_imported_is_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    module = tmp_path / "tiny.py"
+    module.write_text("def twice(x):\n    return 2 * x\n", encoding="utf-8")
+    kept = keep_compiled(numba.njit(runpy.run_path(str(module))["twice"]))
+    module.write_text("def twice(x):\n    return x + x + 1\n", encoding="utf-8")
+    assert kept(21.0) == 42.0
+    assert list((tmp_path / "cache").rglob("*.nbi")) == []
+
+
 def test_the_kernel_is_kept_for_the_next_process() -> None:
     wave = 4.0 * np.sin(0.1 * np.arange(200))
     case = {"azimuth_deg": [0.0], "height": [0.6], "b_over_h": [0.3], "friction": [1.0]}

@@ -33,6 +33,10 @@ def sources_digest(folder: Path) -> str:
     return digest.hexdigest()[:16]
 
 
+_IMPORTED = {Path(__file__).parent: sources_digest(Path(__file__).parent)}
+"""Digest of this layer as it is imported: this module comes before all that is compiled."""
+
+
 def cache_directory(sources: Path | None = None) -> Path:
     """Folder of the compiled kernels of the layer in the folder `sources`; `dem` where not given.
 
@@ -67,7 +71,8 @@ def keep_compiled(dispatcher: Any) -> Any:
         return dispatcher
     cache = dispatcher._cache
     file = cache._cache_file
-    folder = cache_directory(layer_of(Path(dispatcher.py_func.__code__.co_filename)))
+    layer = layer_of(Path(dispatcher.py_func.__code__.co_filename))
+    folder, imported = cache_directory(layer), _IMPORTED.get(layer) or sources_digest(layer)
     cache._cache_path = file._cache_path = str(folder)
     file._index_path = str(folder / Path(file._index_path).name)
     file._source_stamp = folder.name  # contents, not the time at which the file was checked out
@@ -83,8 +88,10 @@ def keep_compiled(dispatcher: Any) -> Any:
             return None
 
     def save_if_possible(signature: Any, data: Any) -> None:
-        with suppress(OSError):
-            save(signature, data)
+        # What was edited after it was imported is compiled as it was; kept, it would answer for what it is now.
+        if sources_digest(layer) == imported:
+            with suppress(OSError):
+                save(signature, data)
 
     cache.load_overload = load_or_miss
     cache.save_overload = save_if_possible

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from overturning.dem.scene import Scene
     from overturning.records.record import Record
 
@@ -49,7 +51,7 @@ def one(
     from overturning.dem.trajectory import trajectory
     from overturning.errors import ArgumentError
     from overturning.figures.film_movie import write_film_movie
-    from overturning.figures.film_of_trajectory import compass_name, film_of, outcome
+    from overturning.figures.film_of_trajectory import film_of
     from overturning.figures.film_page import write_film_page
     from overturning.figures.response import response_figure
     from overturning.figures.style import save, style
@@ -74,12 +76,7 @@ def one(
     what = "" if scene is None else f"{stones.title or stones.name}, "
     title = f"{place}: {what}B/H = {b_over_h:g}, H = {height:g} m, µ = {friction:g}"
     print(title)
-    for path in paths:
-        text, one = outcome(path), path.sel(element=stones.shown_name)
-        if one["overturned"] == 0:
-            name = f" ({stones.shown_name})" if len(stones.free) > 1 else ""
-            text += f"; slipped {100 * float(one['base_slip'][-1]):.1f} cm by the end{name}"
-        print(f"  motion along {compass_name(path.attrs['azimuth_deg'])}: {text}")
+    _print_outcomes(paths, stones)
     if animate is not None:
         note = f" The motion is {amplitude:g} times the record." if amplitude != 1 else ""
         accelerations = [amplitude * motion.along(angle) for angle in azimuth]
@@ -129,3 +126,14 @@ def _record(name: str, table: Path, folder: Path) -> "Record":
         hint = f"did you mean {near[0]!r}?" if near else f"ids: {', '.join(list(entries)[:8])} …"
         raise ConfigError(f"{table}: no record {name!r}, nor a file of that name; {hint}")
     return rounded(process(read_record(entries[name], folder), None))
+
+
+def _print_outcomes(paths: "list[xr.Dataset]", stones: "Scene") -> None:
+    from overturning.figures.film_of_trajectory import compass_name, outcome
+
+    for path in paths:
+        text, shown = outcome(path), path.sel(element=stones.shown_name)
+        if shown["overturned"] == 0:
+            name = f" ({stones.shown_name})" if len(stones.free) > 1 else ""
+            text += f"; slipped {100 * float(shown['base_slip'][-1]):.1f} cm by the end{name}"
+        print(f"  motion along {compass_name(path.attrs['azimuth_deg'])}: {text}")

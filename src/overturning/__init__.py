@@ -7,10 +7,11 @@ if TYPE_CHECKING:
     from overturning.dem.contact import Contact
     from overturning.dem.run import run_cases
     from overturning.dem.simulate import simulate
+    from overturning.dem.solid.simulate import simulate_in_space
     from overturning.dem.trajectory import trajectory
     from overturning.motion.motion import Motion
 
-__all__ = ["Cases", "Contact", "Motion", "run_cases", "simulate", "trajectory"]
+__all__ = ["Cases", "Contact", "Motion", "run_cases", "simulate", "simulate_in_space", "trajectory"]
 
 # Imported when first asked for, so that the command line starts without numba and xarray.
 _MODULES = {
@@ -19,6 +20,7 @@ _MODULES = {
     "Motion": "overturning.motion.motion",
     "run_cases": "overturning.dem.run",
     "simulate": "overturning.dem.simulate",
+    "simulate_in_space": "overturning.dem.solid.simulate",
     "trajectory": "overturning.dem.trajectory",
 }
 

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,10 @@ Z_95: Final = 1.959963984540054
 """Two-sided 95 % point of the normal distribution."""
 
 
+ASIDE: Final = 15.0
+"""Degrees between two azimuths of a fall in space from which they are not the same."""
+
+
 @dataclass(frozen=True)
 class Counts:
     """How far the answers to the same cases differ."""
@@ -20,7 +24,7 @@ class Counts:
     cases: int = 0  # with an answer in both
     flags: int = 0  # of these, that fall in one answer and stand in the other
     fallen: int = 0  # that fall in both
-    sides: int = 0  # of these, that fall to the other side
+    sides: int = 0  # of these, that fall to the other side, in space `ASIDE` or more away
     unanswered: int = 0  # without an answer in one or both
 
     def __add__(self, other: "Counts") -> "Counts":
@@ -28,16 +32,25 @@ class Counts:
         return Counts(**{name: getattr(self, name) + getattr(other, name) for name in names})
 
 
-def compare(first: NDArray[np.int8], second: NDArray[np.int8]) -> Counts:
-    """Count how far two arrays of `overturned` differ: +1, −1, 0, or −128 where there is no answer."""
+def compare(
+    first: NDArray[np.int8], second: NDArray[np.int8], azimuths: tuple[NDArray[Any], NDArray[Any]] | None = None
+) -> Counts:
+    """Count how far two arrays of `overturned` differ: +1, −1, 0, or −128 where there is no answer.
+
+    In space the `azimuths` of the falls, degrees, say whether two go the same way.
+    """
     known = (first != INT8_MISSING) & (second != INT8_MISSING)
     fell, fell_too = first != 0, second != 0
     both = known & fell & fell_too
+    other = first != second
+    if azimuths is not None:
+        apart = np.subtract(*(np.where(both, values, 0.0) for values in azimuths))
+        other = np.abs((apart + 180.0) % 360.0 - 180.0) >= ASIDE
     return Counts(
         cases=int(known.sum()),
         flags=int((known & (fell != fell_too)).sum()),
         fallen=int(both.sum()),
-        sides=int((both & (first != second)).sum()),
+        sides=int((both & other).sum()),
         unanswered=int((~known).sum()),
     )
 

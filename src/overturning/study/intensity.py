@@ -14,7 +14,7 @@ from overturning.motion.motion import Motion
 from overturning.motion.spectra import rotd
 from overturning.records.record import Record
 from overturning.study.config import Study
-from overturning.study.grid import grid_of
+from overturning.study.grid import plane_grid
 
 PERCENTILES = (0.0, 50.0, 100.0)
 SPECTRUM_PERIODS = np.geomspace(0.01, 10.0, 61)
@@ -33,7 +33,7 @@ def write_intensity(study: Study, records: Sequence[Record], path: Path) -> None
     """
     import xarray as xr
 
-    azimuth = grid_of(study).azimuth
+    azimuth = plane_grid(study).azimuth
     measures = [intensity_by_azimuth(Motion.of(record), azimuth) for record in records]
     table = xr.concat(measures, dim="record", combine_attrs="override", coords="minimal", compat="override")
     table = table.assign_coords(

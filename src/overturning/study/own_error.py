@@ -8,7 +8,6 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.cases import Cases
 from overturning.dem.numerics import Progress
 from overturning.errors import ArgumentError
 from overturning.records.record import Record
@@ -16,7 +15,7 @@ from overturning.study.choice import Sample
 from overturning.study.comparison import compare
 from overturning.study.config import Study
 from overturning.study.grid import grid_of
-from overturning.study.repetition import FINER, STIFFER, Again, repetitions
+from overturning.study.repetition import FINER, STIFFER, Again, cases_of, repetitions
 from overturning.study.scenes import motion_of
 
 WARN_ABOVE: Final = 0.01
@@ -83,8 +82,9 @@ def repeat_sample(
             found[kind] = {"refused": runs.refused[kind]}
             continue
         answers = runs.overturned[kind][:count]
+        azimuths = None if sample.azimuth is None else (sample.azimuth[:count], runs.azimuth[kind][:count])
         outcomes = [
-            {"element": name, **asdict(compare(sample.overturned[:count, column], answers[:, column]))}
+            {"element": name, **asdict(compare(sample.overturned[:count, column], answers[:, column], azimuths))}
             for column, name in enumerate(elements)
         ]
         found[kind] = {"block_steps": int(runs.block_steps[kind].sum()), "outcomes": outcomes}
@@ -113,10 +113,11 @@ class _Runs:
         self.sample, self.threads, self.progress = sample, threads, progress
         self.motions = [motion_of(study, record) for record in records]
         self.repetitions: Mapping[str, Again] = repetitions(study)
-        grid = grid_of(study)
-        self.axes = (grid.azimuth.astype(np.float64), grid.height, grid.b_over_h, grid.friction)
+        self.axes = [axis.astype(np.float64) for axis in grid_of(study).coordinates().values()]
+        self.cases = cases_of(study)
         nothing = np.zeros((0, sample.overturned.shape[1]), np.int8)
         self.overturned: dict[str, NDArray[np.int8]] = dict.fromkeys(KINDS, nothing)
+        self.azimuth: dict[str, NDArray[np.float32]] = dict.fromkeys(KINDS, np.zeros(0, np.float32))
         self.block_steps: dict[str, NDArray[np.int64]] = dict.fromkeys(KINDS, np.zeros(0, np.int64))
         self.refused: dict[str, str] = {}
 
@@ -125,14 +126,16 @@ class _Runs:
         begin = len(self.block_steps[kind])
         rows = np.arange(begin, until)
         overturned = np.zeros((rows.size, self.sample.overturned.shape[1]), np.int8)
-        block_steps = np.zeros(rows.size, np.int64)
+        block_steps, azimuth = np.zeros(rows.size, np.int64), np.full(rows.size, np.nan, np.float32)
 
         def one(number: int) -> None:
             mine = rows[self.sample.record[rows] == number]
             chosen = self.sample.index[mine]
-            cases = Cases(*(axis[chosen[:, column]] for column, axis in enumerate(self.axes)))
+            cases = self.cases(*(axis[chosen[:, column]] for column, axis in enumerate(self.axes)))
             results = self.repetitions[kind](self.motions[number], cases)
-            overturned[mine - begin], block_steps[mine - begin] = results.overturned, results.block_steps
+            overturned[mine - begin] = results.overturned.reshape(mine.size, -1)
+            block_steps[mine - begin] = results.block_steps
+            azimuth[mine - begin] = getattr(results, "fall_azimuth", np.nan)
 
         try:
             with ThreadPoolExecutor(max_workers=self.threads) as pool:
@@ -141,6 +144,7 @@ class _Runs:
             self.refused[kind] = str(error)
             return False
         self.overturned[kind] = np.concatenate([self.overturned[kind], overturned])
+        self.azimuth[kind] = np.concatenate([self.azimuth[kind], azimuth])
         self.block_steps[kind] = np.concatenate([self.block_steps[kind], block_steps])
         if self.progress:
             self.progress(sum(map(len, self.block_steps.values())), 2 * self.sample.size)

@@ -25,6 +25,8 @@ class SpaceCases:
         μ.
     amplitude : array_like
         Factor on the whole motion.
+    damping_factor : array_like
+        Factor on the contact's dashpots.
 
     Raises
     ------
@@ -38,6 +40,7 @@ class SpaceCases:
     aspect: ArrayLike
     friction: ArrayLike
     amplitude: ArrayLike = 1.0
+    damping_factor: ArrayLike = 1.0
 
     def __post_init__(self) -> None:
         columns = {item.name: np.atleast_1d(np.asarray(getattr(self, item.name), np.float64)) for item in fields(self)}

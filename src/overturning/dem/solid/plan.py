@@ -116,8 +116,9 @@ def plan_in_space(
     square = np.maximum(laws[:, 0], laws[:, 1]) * modes
     period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY))
     interval, samples = motion.sampling_interval, motion.samples
-    of_body = steps_per_sample(scheme, numerics.time_step, square, laws[:, 2] * modes, interval, period)
-    steps = (of_body * numerics.refinement)[which]
+    dashpot = laws[which, 2] * np.asarray(cases.damping_factor)
+    steps = steps_per_sample(scheme, numerics.time_step, square[which], dashpot * modes[which], interval, period[which])
+    steps = steps * numerics.refinement
     friction, amplitude = np.asarray(cases.friction), np.asarray(cases.amplitude)
     row, cosines, along = _shaking(motion, cases)
     first, calm, never = np.zeros(cases.size, np.int64), np.full(cases.size, np.inf), np.zeros(cases.size, np.bool_)
@@ -132,7 +133,7 @@ def plan_in_space(
         k.P_BODY: which,
         k.P_STIFFNESS: laws[which, 0],
         k.P_TANGENTIAL: laws[which, 1],
-        k.P_DASHPOT: laws[which, 2],
+        k.P_DASHPOT: dashpot,
         k.P_FRICTION: friction,
         k.P_AMPLITUDE: amplitude,
         k.P_FIRST: first,

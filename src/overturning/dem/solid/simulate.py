@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from overturning.dem.numerics import Numerics
 from overturning.dem.solid.cases import SpaceCases, sizes_of
 from overturning.dem.solid.contact import VertexContact
+from overturning.dem.solid.grid import SPACE_DIMENSIONS
 from overturning.dem.solid.plan import SPACE_SCHEMES
 from overturning.dem.solid.results import SPACE_VARIABLES
 from overturning.dem.solid.run import run_in_space
@@ -18,8 +19,6 @@ from overturning.motion.motion import Motion
 
 if TYPE_CHECKING:
     import xarray as xr
-
-SPACE_DIMENSIONS: Final = ("orientation", "height", "b_over_h", "aspect", "friction")
 
 LEVEL: Final = "none: the motion has two components, so the base moves level"
 
@@ -69,7 +68,9 @@ def simulate_in_space_arrays(
     """
     shape = shape_of(body)
     ratio, size = sizes_of(shape, b_over_h, height)
-    axes = [np.atleast_1d(np.asarray(values, np.float64)) for values in (orientation_deg, size, ratio, aspect, friction)]
+    axes = [
+        np.atleast_1d(np.asarray(values, np.float64)) for values in (orientation_deg, size, ratio, aspect, friction)
+    ]
     for name, row in zip(SPACE_DIMENSIONS, axes, strict=True):
         if row.ndim != 1 or row.size == 0:
             raise ArgumentError(f"{name}: shape {row.shape}; give a row of at least one value")

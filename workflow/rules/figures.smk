@@ -1,6 +1,7 @@
 # Cube and intensities to figures, one job.
 
 FIGURES = f"{RESULTS}/figures"
+CAUSES = ["plane"] if STUDY.body is None else ["follow", "earthquakes"]
 
 
 rule figures:
@@ -31,11 +32,11 @@ rule figures:
             category="Study",
             labels={"figure": "fall axes by earthquake"},
         ),
-        plane=report(
-            f"{FIGURES}/plane.svg",
-            caption="../report/plane.rst",
+        causes=report(
+            expand(f"{FIGURES}/{{name}}.svg", name=CAUSES),
+            caption=f"../report/{CAUSES[0]}.rst",
             category="Study",
-            labels={"figure": "PGA and PGV/PGA"},
+            labels={"figure": "what falls go with"},
         ),
         telling=directory(f"{FIGURES}/telling"),
         maps=directory(f"{FIGURES}/maps"),  # empty where no record has coordinates

@@ -4,6 +4,7 @@ from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
 
 from overturning.figures.axes_by_earthquake import axes_figure
@@ -13,9 +14,12 @@ from overturning.figures.polar import fall_map_figure
 from overturning.figures.probability import probability_map_figure
 from overturning.figures.rose import rose_figure
 from overturning.figures.site_map import site_map_figure, sites_by_earthquake
+from overturning.figures.space import earthquake_roses_figure, follow_figure, space_map_figure, space_rose_figure
 from overturning.figures.style import save, style
+from overturning.statistics.direction import in_space
 from overturning.statistics.earthquakes import axes_by_group, summarise_axes
 from overturning.statistics.logistic import overturning_fit
+from overturning.statistics.space import followed_by_slenderness
 from overturning.study.cube import open_cube
 
 PALETTE = 64
@@ -33,8 +37,8 @@ def draw_study(cube_path: Path, intensity_path: Path, motions: Path, folder: Pat
         Folder of the processed motions, for the telling cases.
     folder : Path
         Receives ``polar/ID.png`` and ``intensity/ID.png`` for each record (the polar map shows probabilities where the
-        cube has an ensemble, flags otherwise), ``rose.svg``, ``axes.svg``, ``plane.svg``, ``telling/``, and ``maps/`` (empty where no
-        record has coordinates).
+        cube has an ensemble, flags otherwise; in space it is a map over orientations), ``rose.svg``, ``axes.svg``, ``plane.svg`` (in
+        space ``follow.svg`` and ``earthquakes.svg``), ``telling/``, and ``maps/`` (empty where no record has coordinates).
     threads : int
         Number of processes that draw: Matplotlib draws one figure at a time. The files are the same for any number.
     """
@@ -60,6 +64,8 @@ def _draw_record(cube_path: Path, intensity_path: Path, folder: Path, index: int
         name, station, event = (str(one[key].item()) for key in ("record_id", "station", "event"))
         title = f"{station}, {event}" if event else station
         polar_figure = probability_map_figure if "probability_towards" in cube else fall_map_figure
+        if in_space(cube):
+            polar_figure = space_map_figure
         save(polar_figure(one, title), folder / "polar" / f"{name}.png", PALETTE)
         around = intensity_figure(intensity.isel(record=index), float(one["fault_normal"]), title)
         save(around, folder / "intensity" / f"{name}.png", PALETTE)
@@ -69,13 +75,19 @@ def _draw_whole(cube_path: Path, intensity_path: Path, motions: Path, folder: Pa
     from overturning.figures.telling import draw_telling_cases
 
     with open_cube(cube_path, chunks={"record": 1}) as cube, xr.open_dataset(intensity_path) as intensity, style():
-        save(rose_figure(cube), folder / "rose.svg")
         groups = axes_by_group(cube)
         summaries = {name: summarise_axes(axes) for name, axes in groups.items()}
         save(axes_figure(groups, summaries), folder / "axes.svg")
         _draw_maps(cube, folder / "maps")
-        plane = intensity_plane_figure(cube, intensity, overturning_fit(cube, intensity), float(cube["friction"].max()))
-        save(plane, folder / "plane.svg")
+        if in_space(cube):
+            save(space_rose_figure(cube), folder / "rose.svg")
+            save(earthquake_roses_figure(cube), folder / "earthquakes.svg")
+            slender = cube["b_over_h"].to_numpy().astype(np.float64)
+            save(follow_figure(followed_by_slenderness(cube, intensity), slender), folder / "follow.svg")
+        else:
+            save(rose_figure(cube), folder / "rose.svg")
+            fit = overturning_fit(cube, intensity)
+            save(intensity_plane_figure(cube, intensity, fit, float(cube["friction"].max())), folder / "plane.svg")
         draw_telling_cases(cube, motions, folder / "telling")
 
 

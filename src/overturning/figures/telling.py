@@ -21,6 +21,7 @@ from overturning.motion.motion import Motion
 from overturning.motion.spectra import spectra_by_azimuth
 from overturning.records.store import read_motion
 from overturning.statistics.boundary import boundary
+from overturning.statistics.direction import in_space
 from overturning.statistics.telling import TellingCase, telling_cases
 from overturning.study.cube import study_of
 from overturning.study.scenes import motion_of, numerics_of, scene_of
@@ -35,7 +36,9 @@ def draw_telling_cases(cube: "xr.Dataset", motions: Path, folder: Path) -> None:
     The other folder receives ``telling.json`` (titles, rules, outcomes, films) and, for case K from 1, ``K-response.svg``,
     ``K-boundary.svg``, ``K-hodograph.svg`` and ``K-spectra.svg``.
     """
-    rows = [_draw(cube, case, motions, folder, number) for number, case in enumerate(telling_cases(cube), 1)]
+    # Of bodies in space none are chosen: `overturning one --solid` films any of them.
+    cases = [] if in_space(cube) else telling_cases(cube)
+    rows = [_draw(cube, case, motions, folder, number) for number, case in enumerate(cases, 1)]
     with atomic_write(folder / "telling.json") as part:
         part.write_text(json.dumps(rows, ensure_ascii=False, separators=(",", ":")), encoding="utf-8")
 

@@ -19,6 +19,7 @@ from overturning.report.sections import (
     published,
     records,
     scene,
+    space,
     survey,
     telling,
 )
@@ -30,6 +31,9 @@ SECTIONS: Final[tuple[Callable[[Results], Section | None], ...]] = (
     published.published,
     telling.telling,
     falls.falls,
+    space.follows,
+    space.plane_beside,
+    space.twists,
     cause.cause,
     ensemble.ensemble,
     records.records,

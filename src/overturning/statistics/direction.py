@@ -11,6 +11,10 @@ from overturning.statistics.planes import by_plane
 CASE_DIMS = ("height", "b_over_h", "friction")
 
 
+MEAN_OF_MEMBERS = ("probability_falls", "fall_north", "fall_east", "fall_axis_cosine", "fall_axis_sine")
+"""What an ensemble in space says of a cell: share of falls, and means of the components of their direction and axis."""
+
+
 def in_space(cube: xr.Dataset) -> bool:
     """Whether a cube is of bodies in space: these face an orientation, and fall towards any azimuth."""
     return "orientation" in cube.dims
@@ -81,10 +85,9 @@ def by_orientation(cube: xr.Dataset, *, ensemble: bool = True) -> xr.Dataset:
         "axis_sine": np.sin(2 * azimuth).where(falls == 1, 0.0).where(known),
     }
     if ensemble and "probability_falls" in cube:
-        members = ("probability_falls", "fall_north", "fall_east", "fall_axis_cosine", "fall_axis_sine")
         nominal = {
             name: cube[of].astype("float64").fillna(values)
-            for (name, values), of in zip(nominal.items(), members, strict=True)
+            for (name, values), of in zip(nominal.items(), MEAN_OF_MEMBERS, strict=True)
         }
     count = cube.sizes["orientation"]
     return xr.Dataset({**nominal, "weight": ("orientation", np.full(count, 1.0 / count))})

@@ -4,6 +4,7 @@ Records of one earthquake are averaged first and count as one, as in `overturnin
 percentiles of a bootstrap over earthquakes.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,8 +13,9 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.statistics.circular import wrap_axis
-from overturning.statistics.direction import by_orientation, case_dims
+from overturning.statistics.direction import MEAN_OF_MEMBERS, by_orientation, case_dims
 from overturning.statistics.earthquakes import FEWEST_FOR_AN_INTERVAL, percentiles, resamples
+from overturning.statistics.groups import record_groups
 
 SECTORS = 24
 """Of a rose, the first centred on its zero."""
@@ -64,7 +66,9 @@ class Rose:
     high: FloatArray
 
 
-def rose_of(cube: xr.Dataset, *, from_normal: bool = False, level: float = 0.95, draws: int = 2000, seed: int = 1) -> Rose:
+def rose_of(
+    cube: xr.Dataset, *, from_normal: bool = False, level: float = 0.95, draws: int = 2000, seed: int = 1
+) -> Rose:
     """Rose of the nominal fall azimuths of a cube in space.
 
     Parameters
@@ -82,7 +86,7 @@ def rose_of(cube: xr.Dataset, *, from_normal: bool = False, level: float = 0.95,
     if from_normal:
         azimuth = azimuth - cube["fault_normal"].to_numpy()[:, None]
     width = 360.0 / SECTORS
-    events = cube["event"].to_numpy().astype(str)
+    events = np.atleast_1d(cube["event"].to_numpy().astype(str))
     shares = np.full((azimuth.shape[0], SECTORS), np.nan)
     total = 0
     for row, angles in enumerate(azimuth):
@@ -132,10 +136,52 @@ def alignment(cube: xr.Dataset, azimuth_deg: FloatArray, *, axial: bool) -> xr.D
 def taken_together(cube: xr.Dataset, azimuth_deg: FloatArray, *, axial: bool) -> FloatArray:
     """`alignment` of each record with all B/H taken together, every fall once, shape (records,)."""
     found = alignment(cube, azimuth_deg, axial=axial)
-    falls = by_orientation(cube)["falls"].sum(("orientation", *(name for name in case_dims(cube) if name != "b_over_h")))
+    falls = by_orientation(cube)["falls"].sum(
+        ("orientation", *(name for name in case_dims(cube) if name != "b_over_h"))
+    )
     weight = falls.where(found.notnull(), 0.0)
     total = weight.sum("b_over_h")
     return np.asarray(((found.fillna(0.0) * weight).sum("b_over_h") / total.where(total > 0)).compute().to_numpy())
+
+
+def references(cube: xr.Dataset, intensity: xr.Dataset) -> dict[str, tuple[FloatArray, bool]]:
+    """Azimuths that a fall may follow, by name: of each record, and whether they have a head."""
+    azimuth = {name: intensity[of].to_numpy().astype(np.float64) for name, of in (
+        ("peak velocity", "pgv_azimuth"), ("peak acceleration", "pga_azimuth"), ("pulse", "pulse_axis"),
+    )}  # fmt: skip
+    normal = cube["fault_normal"].to_numpy().astype(np.float64)
+    return {name: (values, name != "pulse") for name, values in azimuth.items()} | {"fault normal": (normal, False)}
+
+
+def followed(
+    cube: xr.Dataset, intensity: xr.Dataset, slenderness: Sequence[slice | int]
+) -> dict[str, dict[tuple[str, bool], list[Mean]]]:
+    """How far falls follow each of the `references`, over earthquakes, for parts of the B/H of a cube.
+
+    Returns
+    -------
+    dict
+        By group of records, then by name and whether it is taken as an axis (all are; those with a head as directions too):
+        `Mean` of the mean cos 2Δ, or cos Δ, of the falls of each record, one for each part.
+    """
+    kept = ["overturned", "fall_azimuth", *(name for name in MEAN_OF_MEMBERS if name in cube)]
+    cube = cube[kept].load()
+    parts = [cube.isel(b_over_h=[part] if isinstance(part, int) else part) for part in slenderness]
+    events, groups = cube["event"].to_numpy().astype(str), record_groups(cube)
+    found: dict[str, dict[tuple[str, bool], list[Mean]]] = {group: {} for group in groups}
+    for name, (azimuth, head) in references(cube, intensity).items():
+        for axial in (True, False)[: 1 + head]:
+            values = [taken_together(part, azimuth, axial=axial) for part in parts]
+            for group, members in groups.items():
+                found[group][name, axial] = [
+                    mean_over_earthquakes(np.where(members, one, np.nan), events) for one in values
+                ]
+    return found
+
+
+def followed_by_slenderness(cube: xr.Dataset, intensity: xr.Dataset) -> dict[str, dict[tuple[str, bool], list[Mean]]]:
+    """`followed` for each B/H of a cube."""
+    return followed(cube, intensity, list(range(cube.sizes["b_over_h"])))
 
 
 @dataclass(frozen=True)
@@ -169,7 +215,9 @@ def plane_agreement(cube: xr.Dataset) -> PlaneAgreement:
     space, plane = (cube[name].to_numpy().ravel() for name in ("overturned", "plane_overturned"))
     known = np.isfinite(space) & np.isfinite(plane)
     both = known & (space == 1) & (plane == 1)
-    apart = np.subtract(*(cube[name].to_numpy().ravel()[both].astype(np.float64) for name in ("fall_azimuth", "plane_fall_azimuth")))
+    apart = np.subtract(
+        *(cube[name].to_numpy().ravel()[both].astype(np.float64) for name in ("fall_azimuth", "plane_fall_azimuth"))
+    )
     count, fell = int(known.sum()), int(both.sum())
     nan = float("nan")
 

@@ -48,7 +48,7 @@ class BodySettings(Model):
         # Imported here: what a study in planes needs not is not waited for.
         from overturning.dem.solid.shapes import Polyhedron, shape_of
 
-        return shape_of(self.plan) if self.vertices is None else Polyhedron(self.vertices)
+        return shape_of(self.plan if self.vertices is None else Polyhedron(self.vertices))
 
     def periods(self) -> tuple[float, ...]:
         """Turn about the vertical after which the body of each aspect looks the same, degrees; 0 where any one does."""

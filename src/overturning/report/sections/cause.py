@@ -12,8 +12,10 @@ DOUBLED = {1: "PGA, and PGV with it,", 2: "PGV alone", 4: "the size of a block a
 """What doubles where a predictor of `statistics.logistic.overturning_fit` grows by ln 2, by its place."""
 
 
-def cause(results: Results) -> Section:
-    """Falls in the plane of PGA and PGV/PGA, and the logistic fit."""
+def cause(results: Results) -> Section | None:
+    """Falls in the plane of PGA and PGV/PGA, and the logistic fit; none in space, where no azimuth is a case's own."""
+    if results.in_space:
+        return None
     fit = overturning_fit(results.cube, results.intensity)
     caption = (
         "Each point is one plane of one record. West: a block cannot rock below a = g B/H. Ishiyama: below this peak velocity "

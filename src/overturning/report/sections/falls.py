@@ -7,6 +7,7 @@ import numpy as np
 from overturning.report.blocks import Block, Disclosure, Figure, Note, Section, Table
 from overturning.report.results import Results
 from overturning.report.text import number
+from overturning.statistics.direction import case_dims
 from overturning.statistics.earthquakes import relative_axes
 from overturning.statistics.groups import record_groups
 
@@ -19,7 +20,17 @@ def falls(results: Results) -> Section | None:
         "Azimuths towards which blocks fall, over all cases. Each plane of motion counts once; the area of a sector is its "
         "share."
     )
+    if results.in_space:
+        caption = (
+            "Azimuths towards which blocks fall. Each earthquake counts once, its records alike; the area of a sector is its mean "
+            "share, the line across its rim the 95 % interval by bootstrap over earthquakes."
+        )
     blocks: list[Block] = [Figure(results.figures / "rose.svg", "rose of fall azimuths", caption, width=0.8)]
+    if results.in_space:
+        of_each = "The same for each earthquake, its records taken together; dashed: fault normals."
+        blocks.append(
+            Figure(results.figures / "earthquakes.svg", "roses of fall azimuths by earthquake", of_each, width=0.9)
+        )
     if results.tells_axes:
         note = Note("No p-value is given here: with so many shapes some would look small by chance.")
         blocks.append(Disclosure("Alignment with the fault normal by B/H and friction", (_by_shape(results), note)))
@@ -29,7 +40,11 @@ def falls(results: Results) -> Section | None:
 def _by_shape(results: Results) -> Table:
     """Mean alignment over earthquakes for each B/H and friction, heights taken together."""
     cube = results.cube
-    vectors = relative_axes(cube, over=("height",)).compute().transpose("record", "b_over_h", "friction")
+    vectors = (
+        relative_axes(cube, over=[name for name in case_dims(cube) if name not in ("b_over_h", "friction")])
+        .compute()
+        .transpose("record", "b_over_h", "friction")
+    )
     pairs = np.stack([vectors[name].to_numpy() for name in ("cosine", "sine")])
     events = cube["event"].to_numpy().astype(str)
     heads, columns = ["B/H", "µ"], []

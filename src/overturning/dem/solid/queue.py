@@ -282,7 +282,7 @@ def run_queue(
         if noted < path.shape[0]:
             note(state, 0, lag, ground.interval, ticks, path[noted])
             noted += 1
-        advance(state, vertices, count, columns, steps, gravity)
+        advance(kind, state, vertices, count, columns, steps, gravity)
         counter[0] += active * steps
         j = none if look_at(state, active, done, steps, ticks, end, deepest, limits) > 0 else active
         while j < active:

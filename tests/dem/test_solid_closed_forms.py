@@ -10,7 +10,7 @@ from overturning.dem.solid.shapes import Rectangle
 from overturning.dem.solid.simulate import simulate_in_space_arrays
 from overturning.dem.solid.trajectory import trajectory_in_space
 from overturning.motion.motion import Motion
-from overturning.units import STANDARD_GRAVITY as g
+from overturning.units import STANDARD_GRAVITY
 from tests.dem.solid_starts import axes, leaning, level
 
 
@@ -37,7 +37,7 @@ def test_a_rectangle_lifts_when_the_push_leaves_its_base(aspect: float) -> None:
     for share, falls in ((0.985, 0), (1.015, 1)):
         for one, threshold in zip(beta[:4], expected[:4], strict=True):
             # A base that accelerates towards β, seen from a block that faces north.
-            east, north = (share * threshold * g * ramp * f(np.radians(one)) for f in (np.sin, np.cos))
+            east, north = (share * threshold * STANDARD_GRAVITY * ramp * f(np.radians(one)) for f in (np.sin, np.cos))
             found = simulate_in_space_arrays(
                 Motion(north, east, sampling_interval=0.01), orientation_deg=0.0, height=1.0, b_over_h=ratio, aspect=aspect,
                 friction=10.0, contact=VertexContact(2e-5),
@@ -53,7 +53,7 @@ def test_barriers_over_an_edge_and_over_a_corner() -> None:
         turn = np.cross([0.0, 0.0, 1.0], arm) / np.hypot(*arm[:2])
         inertia = turn @ body.inertia @ turn + arm @ arm
         for share, falls in ((0.97, 0), (1.03, 1)):
-            turning = turn * np.sqrt(2.0 * share * g * rise / inertia)
+            turning = turn * np.sqrt(2.0 * share * STANDARD_GRAVITY * rise / inertia)
             path = trajectory_in_space(
                 level(4.0), orientation_deg=0.0, height=1.0, b_over_h=0.4, friction=10.0, contact=VertexContact(2e-5),
                 start=leaning(0.0, arm, turning),
@@ -113,7 +113,7 @@ def particle(motion: Motion, friction: float) -> np.ndarray:
             base = motion.horizontal[:, i] + (motion.horizontal[:, i + 1] - motion.horizontal[:, i]) * (k + 0.5) / steps
             pushed = velocity - dt * base
             speed = np.hypot(*pushed)
-            velocity = pushed * (max(speed - friction * g * dt, 0.0) / speed if speed else 0.0)
+            velocity = pushed * (max(speed - friction * STANDARD_GRAVITY * dt, 0.0) / speed if speed else 0.0)
             place = place + dt * velocity
     return place
 
@@ -121,9 +121,7 @@ def particle(motion: Motion, friction: float) -> np.ndarray:
 def test_a_squat_block_slides_as_a_particle_with_circular_friction() -> None:
     t = np.arange(45) * 0.05
     shakes = t < 1.2
-    motion = Motion(
-        5.0 * np.sin(6.0 * t) * shakes, (4.0 * np.cos(9.0 * t) - 1.0) * shakes, sampling_interval=0.05
-    )
+    motion = Motion(5.0 * np.sin(6.0 * t) * shakes, (4.0 * np.cos(9.0 * t) - 1.0) * shakes, sampling_interval=0.05)
     found = simulate_in_space_arrays(motion, orientation_deg=[0.0, 25.0], height=0.1, b_over_h=10.0, friction=0.2)
     for name, expected in zip(("residual_slip_north", "residual_slip_east"), particle(motion, 0.2), strict=True):
         np.testing.assert_allclose(found[name].ravel(), expected, rtol=1e-2)
@@ -148,7 +146,7 @@ def test_free_flight_conserves_angular_momentum_and_energy() -> None:
     momentum = spun(path, inertia)
     np.testing.assert_allclose(momentum, momentum[:1].repeat(len(momentum), 0), atol=1e-10 * np.abs(momentum).max())
     energy = 0.5 * (path.velocity.values**2).sum(axis=1) + 0.5 * (path.angular_velocity.values * momentum).sum(axis=1)
-    energy += g * path.place.values[:, 2]
+    energy += STANDARD_GRAVITY * path.place.values[:, 2]
     np.testing.assert_allclose(energy, energy[0], rtol=1e-10)
 
 

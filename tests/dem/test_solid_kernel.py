@@ -18,7 +18,7 @@ from overturning.dem.solid.simulate import simulate_in_space_arrays
 from overturning.dem.solid.trajectory import trajectory_in_space
 from overturning.dem.time_step import Scheme, stable_step
 from overturning.motion.motion import Motion
-from overturning.units import STANDARD_GRAVITY as g
+from overturning.units import STANDARD_GRAVITY
 from tests.dem.near_field import near_field
 from tests.dem.solid_starts import level
 
@@ -65,9 +65,15 @@ def test_mirror_images_are_exact() -> None:
     assert (found["overturned"] == 1).any()
     assert (found["overturned"] == 0).any()
     for north, east in ((1, -1), (-1, 1), (-1, -1)):
-        mirrored = Motion(north * motion.north, east * motion.east, motion.up, sampling_interval=motion.sampling_interval)
+        mirrored = Motion(
+            north * motion.north, east * motion.east, motion.up, sampling_interval=motion.sampling_interval
+        )
         other = simulate_in_space_arrays(mirrored, orientation_deg=[0.0], contact=SOFT, **grid)
-        for name, sign in [("residual_slip_north", north), ("residual_slip_east", east), ("residual_twist", north * east)]:
+        for name, sign in [
+            ("residual_slip_north", north),
+            ("residual_slip_east", east),
+            ("residual_twist", north * east),
+        ]:
             np.testing.assert_array_equal(other[name], sign * found[name])
         for name in ("peak_tilt", "peak_slip", "overturning_time", "energy_error", "overturned", "block_steps"):
             np.testing.assert_array_equal(other[name], found[name])
@@ -118,7 +124,7 @@ def test_the_stable_step_is_the_limit(shape: object, ratio: float, aspect: float
     normal, _, dashpot = SOFT.specific(body)
     mode = highest_mode(body)
     limit = float(stable_step(Scheme.CUNDALL, np.array(normal * mode), np.array(dashpot * mode)))
-    sunk = g / (body.base * normal)
+    sunk = STANDARD_GRAVITY / (body.base * normal)
     for share, grows in ((0.95, False), (1.05, True)):
         # A sample a step, since a plan would refuse a longer one; pressed in so deep that nothing leaves the base.
         motion = level(400 * share * limit, share * limit)

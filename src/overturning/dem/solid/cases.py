@@ -74,7 +74,9 @@ def sizes_of(shape: Shape, b_over_h: ArrayLike | None, height: ArrayLike | None)
     """Slenderness and heights where they are the body's own; `ArgumentError` where one is missing or cannot be chosen."""
     if shape.sized:
         if b_over_h is None or height is None:
-            raise ArgumentError(f"{'b_over_h' if b_over_h is None else 'height'}: not given; a {shape.name} has none of its own")
+            raise ArgumentError(
+                f"{'b_over_h' if b_over_h is None else 'height'}: not given; a {shape.name} has none of its own"
+            )
         return b_over_h, height
     if b_over_h is not None:
         raise ArgumentError(f"b_over_h: a {shape.name} has its own; leave it out")

@@ -74,7 +74,9 @@ def _ply(content: bytes) -> FloatArray:
     body = body[body.index(b"\n") + 1 :]
     names = [name for name, _ in columns]
     if form == "ascii":
-        table = np.array([[float(value) for value in line.split()] for line in body.decode("ascii").splitlines()[:count]])
+        table = np.array(
+            [[float(value) for value in line.split()] for line in body.decode("ascii").splitlines()[:count]]
+        )
         return table[:, [names.index(axis) for axis in "xyz"]]
     order = "<" if form == "binary_little_endian" else ">"
     records = np.frombuffer(body, np.dtype([(name, order + kind) for name, kind in columns]), count)

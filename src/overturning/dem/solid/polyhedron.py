@@ -65,7 +65,9 @@ def _hull(vertices: FloatArray) -> Hull:
     except QhullError:
         raise ArgumentError("body: its vertices lie in one plane, so it has no volume") from None
     if not hull.volume > FLAT * size**3:
-        raise ArgumentError(f"body: a volume of {hull.volume:.3g} m³ in a size of {size:.3g} m; its vertices lie in one plane")
+        raise ArgumentError(
+            f"body: a volume of {hull.volume:.3g} m³ in a size of {size:.3g} m; its vertices lie in one plane"
+        )
     inside = -(vertices @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)
     if inside.max() > FLAT * size:
         raise ArgumentError(
@@ -73,15 +75,15 @@ def _hull(vertices: FloatArray) -> Hull:
         )
     # Qhull's triangles turn either way; the outward normals tell.
     corners = vertices[hull.simplices]
-    outward = np.sum(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) * hull.equations[:, :3], axis=1)
+    outward = np.sum(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) * hull.equations[:, :3], axis=1
+    )
     simplices, neighbours = hull.simplices.astype(np.int64), hull.neighbors.astype(np.int64)
     turned = outward < 0
     simplices[turned], neighbours[turned] = simplices[turned][:, [0, 2, 1]], neighbours[turned][:, [0, 2, 1]]
     centre, inertia = _mass_properties(vertices[simplices])
     normals = hull.equations[:, :3]
-    return Hull(
-        vertices - centre, simplices, neighbours, normals, -hull.equations[:, 3] - normals @ centre, inertia
-    )
+    return Hull(vertices - centre, simplices, neighbours, normals, -hull.equations[:, 3] - normals @ centre, inertia)
 
 
 def _mass_properties(corners: FloatArray) -> tuple[FloatArray, FloatArray]:

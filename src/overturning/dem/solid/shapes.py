@@ -26,11 +26,17 @@ DRAWN_SIDES: Final = 36
 class Shape(Protocol):
     """A kind of body, whose sizes are those of the cases."""
 
-    name: str
-    sized: bool
-    """Whether slenderness is free; else it is the body's own;"""
-    oblong: bool
-    """whether its aspect is."""
+    @property
+    def name(self) -> str:
+        """As in the dataset."""
+
+    @property
+    def sized(self) -> bool:
+        """Whether slenderness is free; else it is the body's own."""
+
+    @property
+    def oblong(self) -> bool:
+        """Whether the aspect is."""
 
     def body(self, height: float, b_over_h: float, aspect: float) -> Body:
         """The body of a height (m), slenderness B/H and aspect D/B."""
@@ -81,7 +87,9 @@ class Regular:
         turn = 2.0 * np.pi * (np.arange(n) + 0.5) / n
         radius = apothem / np.round(np.cos(np.pi / n), 12)
         ring = radius * np.round(np.stack([np.cos(turn), np.sin(turn)], axis=1), 12)
-        square = radius * radius * (2.0 + np.round(np.cos(2.0 * np.pi / n), 12)) / 12.0  # ∫x² over the polygon, per area
+        square = (
+            radius * radius * (2.0 + np.round(np.cos(2.0 * np.pi / n), 12)) / 12.0
+        )  # ∫x² over the polygon, per area
         z = height * height / 12.0
         points = np.concatenate([ring, np.full((n, 1), -h)], axis=1)
         return Body(points, n, np.diag([square + z, square + z, 2.0 * square]), 0.5 * np.pi, _sides(n), 360.0 / n)
@@ -186,7 +194,9 @@ def _prism(ring: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
     """Corners and edges of a right prism by the ring of its base."""
     n = len(ring)
     lower, after = np.arange(n), np.roll(np.arange(n), -1)
-    edges = np.concatenate([np.stack(pair, axis=1) for pair in ((lower, after), (lower + n, after + n), (lower, lower + n))])
+    edges = np.concatenate(
+        [np.stack(pair, axis=1) for pair in ((lower, after), (lower + n, after + n), (lower, lower + n))]
+    )
     return np.concatenate([ring, ring * [1.0, 1.0, -1.0]]), edges
 
 

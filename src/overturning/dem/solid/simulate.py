@@ -69,7 +69,9 @@ def simulate_in_space_arrays(
     """
     shape = shape_of(body)
     ratio, size = sizes_of(shape, b_over_h, height)
-    axes = [np.atleast_1d(np.asarray(values, np.float64)) for values in (orientation_deg, size, ratio, aspect, friction)]
+    axes = [
+        np.atleast_1d(np.asarray(values, np.float64)) for values in (orientation_deg, size, ratio, aspect, friction)
+    ]
     for name, row in zip(SPACE_DIMENSIONS, axes, strict=True):
         if row.ndim != 1 or row.size == 0:
             raise ArgumentError(f"{name}: shape {row.shape}; give a row of at least one value")

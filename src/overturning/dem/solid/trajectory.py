@@ -117,9 +117,14 @@ def _dataset(
     variables = {
         "place": described("time enu", enu(path[:, k.T_X : k.T_X + 3]), "m", "centre, in the frame of the base"),
         "quaternion": described(
-            "time wxyz", np.concatenate([quaternion[:, :1], enu(quaternion[:, 1:])], axis=1), "1", "rotation from the pose at rest"
+            "time wxyz",
+            np.concatenate([quaternion[:, :1], enu(quaternion[:, 1:])], axis=1),
+            "1",
+            "rotation from the pose at rest",
         ),
-        "velocity": described("time enu", enu(path[:, k.T_V : k.T_V + 3]), "m s-1", "of the centre, relative to the base"),
+        "velocity": described(
+            "time enu", enu(path[:, k.T_V : k.T_V + 3]), "m s-1", "of the centre, relative to the base"
+        ),
         "angular_velocity": described("time enu", enu(path[:, k.T_W : k.T_W + 3]), "rad s-1", "angular velocity"),
         "tilt_north": described("time", axis[:, 1], "1", "northward component of the body's axis"),
         "tilt_east": described("time", axis[:, 0], "1", "eastward component of the body's axis"),

@@ -8,10 +8,11 @@ if TYPE_CHECKING:
     from overturning.dem.run import run_cases
     from overturning.dem.simulate import simulate
     from overturning.dem.solid.simulate import simulate_in_space
+    from overturning.dem.solid.trajectory import trajectory_in_space
     from overturning.dem.trajectory import trajectory
     from overturning.motion.motion import Motion
 
-__all__ = ["Cases", "Contact", "Motion", "run_cases", "simulate", "simulate_in_space", "trajectory"]
+__all__ = ["Cases", "Contact", "Motion", "run_cases", "simulate", "simulate_in_space", "trajectory", "trajectory_in_space"]
 
 # Imported when first asked for, so that the command line starts without numba and xarray.
 _MODULES = {
@@ -22,6 +23,7 @@ _MODULES = {
     "simulate": "overturning.dem.simulate",
     "simulate_in_space": "overturning.dem.solid.simulate",
     "trajectory": "overturning.dem.trajectory",
+    "trajectory_in_space": "overturning.dem.solid.trajectory",
 }
 
 

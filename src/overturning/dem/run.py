@@ -69,7 +69,9 @@ def run(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics | None = 
     def compute(chosen: NDArray[np.int64]) -> None:
         results.store(chosen, planned.compute(chosen, counter, nothing)[0])
 
-    run_queues(compute, shared_out(order, planned.group, planned.halved), numerics, counter, int(length.sum()) * planned.free)
+    run_queues(
+        compute, shared_out(order, planned.group, planned.halved), numerics, counter, int(length.sum()) * planned.free
+    )
     return results
 
 

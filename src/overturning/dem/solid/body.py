@@ -95,9 +95,7 @@ class Body:
 
     def scaled(self, factor: float) -> Self:
         """The same body with all lengths multiplied by a factor."""
-        return replace(
-            self, points=self.points * factor, inertia=self.inertia * factor**2, radius=self.radius * factor
-        )  # type: ignore[return-value]
+        return replace(self, points=self.points * factor, inertia=self.inertia * factor**2, radius=self.radius * factor)
 
     def uplift(self, azimuth_deg: float) -> float:
         """Steady acceleration of the base, in g, at which it starts to tip over an edge.

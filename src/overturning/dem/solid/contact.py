@@ -45,9 +45,7 @@ class VertexContact:
             value = getattr(self, item.name)
             above = item.name == "static_penetration"
             if not math.isfinite(value) or value < 0 or (above and value == 0):
-                raise ArgumentError(
-                    f"{item.name}: {value}; it must be finite and {'above' if above else 'at least'} 0"
-                )
+                raise ArgumentError(f"{item.name}: {value}; it must be finite and {'above' if above else 'at least'} 0")
 
     def specific(self, body: Body) -> tuple[float, float, float]:
         """K_n/m and K_s/m of a vertex, 1/s², and its dashpot h/m, 1/s."""

@@ -239,10 +239,14 @@ def move_all(state: Any, columns: int, gravity: float) -> None:
 
 @cache
 def loops(round_: bool) -> Any:
-    """The steps of a sample, for bodies with vertices or with a rim."""
+    """The steps of a sample, for bodies with vertices or with a rim.
+
+    They take `kind`, which says so too, for its type alone: it becomes part of the compiled function's name. Without it kernels for
+    either kind that were compiled by different processes would call each other's steps once one process has loaded both.
+    """
 
     @njit(**OPTIONS)
-    def advance(state: Any, vertices: Any, count: int, columns: int, steps: int, gravity: float) -> None:
+    def advance(kind: Any, state: Any, vertices: Any, count: int, columns: int, steps: int, gravity: float) -> None:  # noqa: ARG001
         half = count // 2 * OF_A_VERTEX
         for _ in range(steps):
             place_all(state, columns)

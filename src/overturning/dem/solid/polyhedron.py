@@ -34,9 +34,9 @@ class Hull(NamedTuple):
     """per mass, m²."""
 
 
-def body_of(vertices: FloatArray, triangles: NDArray[np.int64] | None = None) -> Body:
+def body_of(vertices: FloatArray) -> Body:
     """The body that stands on the lowest face of a polyhedron; parameters and errors as of `Polyhedron`."""
-    hull = _hull(vertices, triangles)
+    hull = _hull(vertices)
     size = float(np.ptp(hull.points, axis=0).max())
     bottom = float(hull.points[:, 2].min())
     below = np.flatnonzero(hull.points[:, 2] <= bottom + FLAT * size)
@@ -56,7 +56,7 @@ def body_of(vertices: FloatArray, triangles: NDArray[np.int64] | None = None) ->
     return Body(points, base.size, inertia, tilt, faces, facets=tuple(facets))
 
 
-def _hull(vertices: FloatArray, triangles: NDArray[np.int64] | None) -> Hull:
+def _hull(vertices: FloatArray) -> Hull:
     if vertices.ndim != 2 or vertices.shape[1] != 3 or len(vertices) < 4 or not np.isfinite(vertices).all():
         raise ArgumentError(f"body: vertices of shape {vertices.shape}; give at least 4 finite points [x, y, z]")
     size = float(np.ptp(vertices, axis=0).max())
@@ -65,39 +65,25 @@ def _hull(vertices: FloatArray, triangles: NDArray[np.int64] | None) -> Hull:
     except QhullError:
         raise ArgumentError("body: its vertices lie in one plane, so it has no volume") from None
     if not hull.volume > FLAT * size**3:
-        raise ArgumentError(f"body: a volume of {hull.volume:.3g} m³ in a size of {size:.3g} m; its vertices lie in one plane")
-    _check_convex(vertices, triangles, hull, size)
+        raise ArgumentError(
+            f"body: a volume of {hull.volume:.3g} m³ in a size of {size:.3g} m; its vertices lie in one plane"
+        )
+    inside = -(vertices @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)
+    if inside.max() > FLAT * size:
+        raise ArgumentError(
+            f"body: not convex; vertex {inside.argmax()} lies {inside.max():.3g} m inside the hull of the others: leave it out"
+        )
     # Qhull's triangles turn either way; the outward normals tell.
     corners = vertices[hull.simplices]
-    outward = np.sum(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) * hull.equations[:, :3], axis=1)
+    outward = np.sum(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) * hull.equations[:, :3], axis=1
+    )
     simplices, neighbours = hull.simplices.astype(np.int64), hull.neighbors.astype(np.int64)
     turned = outward < 0
     simplices[turned], neighbours[turned] = simplices[turned][:, [0, 2, 1]], neighbours[turned][:, [0, 2, 1]]
     centre, inertia = _mass_properties(vertices[simplices])
     normals = hull.equations[:, :3]
-    return Hull(
-        vertices - centre, simplices, neighbours, normals, -hull.equations[:, 3] - normals @ centre, inertia
-    )
-
-
-def _check_convex(vertices: FloatArray, triangles: NDArray[np.int64] | None, hull: object, size: float) -> None:
-    """Refuse vertices inside the hull, and a mesh that encloses less than it."""
-    distance = (vertices @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)  # type: ignore[attr-defined]
-    used = np.arange(len(vertices)) if triangles is None else np.unique(triangles)
-    inside = used[distance[used] < -FLAT * size]
-    if inside.size:
-        raise ArgumentError(
-            f"body: not convex; vertex {inside[0]} lies {-distance[inside[0]]:.3g} m inside the hull of the others. "
-            "Leave it out, or give the convex hull"
-        )
-    if triangles is not None:
-        corners = vertices[triangles]
-        volume = abs(np.sum(np.cross(corners[:, 0], corners[:, 1]) * corners[:, 2])) / 6.0
-        whole = hull.volume  # type: ignore[attr-defined]
-        if abs(volume - whole) > 1e-3 * whole:
-            raise ArgumentError(
-                f"body: not convex, or not closed; the mesh encloses {volume:.4g} m³ and its hull {whole:.4g}. Give the hull"
-            )
+    return Hull(vertices - centre, simplices, neighbours, normals, -hull.equations[:, 3] - normals @ centre, inertia)
 
 
 def _mass_properties(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -166,3 +152,14 @@ def _nearest_to_down(n1: FloatArray, n2: FloatArray) -> FloatArray:
     point = point / np.where(norm > 1e-12, norm, 1.0)[:, None]
     between = (np.sum(np.cross(n1, point) * axis, axis=1) >= 0) & (np.sum(np.cross(point, n2) * axis, axis=1) >= 0)
     return np.where(arc & between, norm, ends)
+
+
+def outline_of(vertices: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Corners about the centre of mass, m, and the edges between faces that are not of one plane."""
+    hull = _hull(vertices)
+    edges = set()
+    for triangle, neighbours, normal in zip(hull.triangles, hull.neighbours, hull.normals, strict=True):
+        for k, other in enumerate(neighbours):
+            if hull.normals[other] @ normal < 1.0 - FLAT:
+                edges.add(tuple(sorted((int(triangle[(k + 1) % 3]), int(triangle[(k + 2) % 3])))))
+    return hull.points, np.array(sorted(edges), np.int64)

@@ -116,7 +116,7 @@ def start(
     )  # fmt: skip
     at = case[tables.P_START :]
     f = frame_of(at[3], at[4], at[5], at[6])
-    lx, ly, lz = momentum(body, f, at[10], at[11], at[12])
+    lx, ly, lz = momentum_of(body, f, at[10], at[11], at[12])
     # What gravity and the springs do at the start, by which momenta that lag behind are what they are half a step before.
     az, mx, my = -gravity, 0.0, 0.0
     for i in range(points.shape[0]):
@@ -144,16 +144,28 @@ def start(
 
 
 @njit(**OPTIONS)
-def momentum(body: Body, f: Any, wx: float, wy: float, wz: float) -> tuple[float, float, float]:
+def momentum_of(body: Body, f: Any, wx: float, wy: float, wz: float) -> tuple[float, float, float]:
     """Angular momentum in space by the angular velocity there; the inertia is the inverse of its inverse, by cofactors."""
-    x, y, z = (f.xx * wx + f.yx * wy) + f.zx * wz, (f.xy * wx + f.yy * wy) + f.zy * wz, (f.xz * wx + f.yz * wy) + f.zz * wz
-    a, b, c = body.iyy * body.izz - body.iyz**2, body.ixz * body.iyz - body.ixy * body.izz, body.ixy * body.iyz - body.ixz * body.iyy
-    d, e, g = body.ixx * body.izz - body.ixz**2, body.ixy * body.ixz - body.ixx * body.iyz, body.ixx * body.iyy - body.ixy**2
+    x, y, z = (
+        (f.xx * wx + f.yx * wy) + f.zx * wz,
+        (f.xy * wx + f.yy * wy) + f.zy * wz,
+        (f.xz * wx + f.yz * wy) + f.zz * wz,
+    )
+    a, b, c = (
+        body.iyy * body.izz - body.iyz**2,
+        body.ixz * body.iyz - body.ixy * body.izz,
+        body.ixy * body.iyz - body.ixz * body.iyy,
+    )
+    d, e, g = (
+        body.ixx * body.izz - body.ixz**2,
+        body.ixy * body.ixz - body.ixx * body.iyz,
+        body.ixx * body.iyy - body.ixy**2,
+    )
     inverse = 1.0 / ((body.ixx * a + body.ixy * b) + body.ixz * c)
-    l = in_space(
+    momentum = in_space(
         f, inverse * ((a * x + b * y) + c * z), inverse * ((b * x + d * y) + e * z), inverse * ((c * x + e * y) + g * z)
     )
-    return l.x, l.y, l.z
+    return momentum.x, momentum.y, momentum.z
 
 
 @njit(**OPTIONS)
@@ -187,7 +199,9 @@ def next_sample(state: Any, columns: int, row: Any, along: Any, up: Any, ticks: 
 
 
 @njit(**OPTIONS)
-def look_at(state: Any, active: int, done: Any, steps: int, ticks: float, end: float, deepest: Any, limits: Limits) -> int:
+def look_at(
+    state: Any, active: int, done: Any, steps: int, ticks: float, end: float, deepest: Any, limits: Limits
+) -> int:
     """How many of the active columns there may be something to say of at the end of a sample; the others simply go on."""
     scale, count, spent = 1.0 / ticks, 0.0, 0
     for j in range(active):
@@ -282,7 +296,7 @@ def run_queue(
         if noted < path.shape[0]:
             note(state, 0, lag, ground.interval, ticks, path[noted])
             noted += 1
-        advance(state, vertices, count, columns, steps, gravity)
+        advance(kind, state, vertices, count, columns, steps, gravity)
         counter[0] += active * steps
         j = none if look_at(state, active, done, steps, ticks, end, deepest, limits) > 0 else active
         while j < active:

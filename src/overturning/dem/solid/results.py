@@ -131,5 +131,9 @@ def _degrees(angle: FloatArray) -> FloatArray:
 def _lowest(faces: FloatArray, quaternion: FloatArray) -> int:
     """The face whose normal points most nearly down."""
     w, x, y, z = quaternion
-    down = -(2.0 * (x * z - w * y) * faces[:, 0] + 2.0 * (y * z + w * x) * faces[:, 1] + (1.0 - 2.0 * (x * x + y * y)) * faces[:, 2])
+    down = -(
+        2.0 * (x * z - w * y) * faces[:, 0]
+        + 2.0 * (y * z + w * x) * faces[:, 1]
+        + (1.0 - 2.0 * (x * x + y * y)) * faces[:, 2]
+    )
     return int(np.argmax(np.round(down, 9)))

@@ -5,11 +5,11 @@ from functools import cached_property
 from typing import Final, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.solid.body import RIM, Body
-from overturning.dem.solid.polyhedron import body_of
+from overturning.dem.solid.polyhedron import body_of, outline_of
 from overturning.errors import ArgumentError
 
 SMALLEST, LARGEST = 0.01, 20.0
@@ -19,17 +19,30 @@ MOST_SIDES: Final = 96
 """Of a regular prism; a body with more is a cylinder."""
 
 
+DRAWN_SIDES: Final = 36
+"""Of a cylinder, where it is drawn."""
+
+
 class Shape(Protocol):
     """A kind of body, whose sizes are those of the cases."""
 
-    name: str
-    sized: bool
-    """Whether slenderness is free; else it is the body's own;"""
-    oblong: bool
-    """whether its aspect is."""
+    @property
+    def name(self) -> str:
+        """As in the dataset."""
+
+    @property
+    def sized(self) -> bool:
+        """Whether slenderness is free; else it is the body's own."""
+
+    @property
+    def oblong(self) -> bool:
+        """Whether the aspect is."""
 
     def body(self, height: float, b_over_h: float, aspect: float) -> Body:
         """The body of a height (m), slenderness B/H and aspect D/B."""
+
+    def outline(self, height: float, b_over_h: float, aspect: float) -> tuple[FloatArray, NDArray[np.int64]]:
+        """Its corners from the centre, shape (n, 3), m, and the edges between them, shape (m, 2): how it is drawn."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +62,10 @@ class Rectangle:
         x, y, z = B * B / 12.0, D * D / 12.0, height * height / 12.0
         inertia = np.diag([y + z, x + z, x + y])
         return Body(points, 4, inertia, 0.5 * np.pi, _sides(4), 90.0 if B == D else 180.0)
+
+    def outline(self, height: float, b_over_h: float, aspect: float) -> tuple[FloatArray, NDArray[np.int64]]:
+        """Both its ends."""
+        return _prism(self.body(height, b_over_h, aspect).points)
 
 
 @dataclass(frozen=True)
@@ -70,10 +87,16 @@ class Regular:
         turn = 2.0 * np.pi * (np.arange(n) + 0.5) / n
         radius = apothem / np.round(np.cos(np.pi / n), 12)
         ring = radius * np.round(np.stack([np.cos(turn), np.sin(turn)], axis=1), 12)
-        square = radius * radius * (2.0 + np.round(np.cos(2.0 * np.pi / n), 12)) / 12.0  # ∫x² over the polygon, per area
+        square = (
+            radius * radius * (2.0 + np.round(np.cos(2.0 * np.pi / n), 12)) / 12.0
+        )  # ∫x² over the polygon, per area
         z = height * height / 12.0
         points = np.concatenate([ring, np.full((n, 1), -h)], axis=1)
         return Body(points, n, np.diag([square + z, square + z, 2.0 * square]), 0.5 * np.pi, _sides(n), 360.0 / n)
+
+    def outline(self, height: float, b_over_h: float, aspect: float) -> tuple[FloatArray, NDArray[np.int64]]:
+        """Both its ends."""
+        return _prism(self.body(height, b_over_h, aspect).points)
 
 
 @dataclass(frozen=True)
@@ -91,6 +114,12 @@ class Circle:
         across = (3.0 * R * R + height * height) / 12.0
         return Body(points, 4, np.diag([across, across, 0.5 * R * R]), 0.5 * np.pi, np.zeros((0, 3)), 0.0, R)
 
+    def outline(self, height: float, b_over_h: float, aspect: float) -> tuple[FloatArray, NDArray[np.int64]]:  # noqa: ARG002
+        """Both its ends, as polygons of many sides."""
+        turn = 2.0 * np.pi * np.arange(DRAWN_SIDES) / DRAWN_SIDES
+        ring = 0.5 * b_over_h * height * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+        return _prism(np.concatenate([ring, np.full((DRAWN_SIDES, 1), -0.5 * height)], axis=1))
+
 
 @dataclass(frozen=True, eq=False)
 class Polyhedron:
@@ -100,8 +129,6 @@ class Polyhedron:
     ----------
     vertices : array_like, shape (n, 3)
         In its own axes, z up, m; x points to the azimuth of its orientation.
-    triangles : array_like of int, shape (m, 3), optional
-        Of a mesh, which must be convex; the vertices' hull where not given.
     name : str
         As in the dataset.
 
@@ -112,7 +139,6 @@ class Polyhedron:
     """
 
     vertices: ArrayLike
-    triangles: ArrayLike | None = None
     name: str = "polyhedron"
     sized: bool = False
     oblong: bool = False
@@ -129,13 +155,18 @@ class Polyhedron:
     @cached_property
     def own(self) -> Body:
         """The body at its own size."""
-        made = body_of(np.asarray(self.vertices), None if self.triangles is None else np.asarray(self.triangles))
+        made = body_of(np.asarray(self.vertices))
         check_height(self.height)
         return made
 
     def body(self, height: float, b_over_h: float, aspect: float) -> Body:  # noqa: ARG002, it has its own
         """The body, scaled to a height."""
         return self.own.scaled(height / self.height)
+
+    def outline(self, height: float, b_over_h: float, aspect: float) -> tuple[FloatArray, NDArray[np.int64]]:  # noqa: ARG002
+        """The edges of its hull."""
+        corners, edges = outline_of(np.asarray(self.vertices))
+        return corners * (height / self.height), edges
 
 
 def shape_of(body: "str | int | Shape") -> Shape:
@@ -157,6 +188,16 @@ def shape_of(body: "str | int | Shape") -> Shape:
             raise ArgumentError(f"body: {body} sides; from 3 to {MOST_SIDES}, or 'circle'")
         return Regular(body)
     return body
+
+
+def _prism(ring: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Corners and edges of a right prism by the ring of its base."""
+    n = len(ring)
+    lower, after = np.arange(n), np.roll(np.arange(n), -1)
+    edges = np.concatenate(
+        [np.stack(pair, axis=1) for pair in ((lower, after), (lower + n, after + n), (lower, lower + n))]
+    )
+    return np.concatenate([ring, ring * [1.0, 1.0, -1.0]]), edges
 
 
 def check_height(height: float) -> None:

@@ -43,8 +43,8 @@ def whole_step(body: Body, s: State, lag: float) -> tuple[Vector, Vector, Vector
 @njit(**OPTIONS)
 def energy(body: Body, s: State, vertices: Any, count: int, j: int, lag: float, gravity: float) -> float:
     """Kinetic, gravitational and spring energy per mass."""
-    v, l, w = whole_step(body, s, lag)
-    motion = (v.x * v.x + v.y * v.y + v.z * v.z) + (l.x * w.x + l.y * w.y + l.z * w.z)
+    v, spin, w = whole_step(body, s, lag)
+    motion = (v.x * v.x + v.y * v.y + v.z * v.z) + (spin.x * w.x + spin.y * w.y + spin.z * w.z)
     springs = 0.0
     for i in range(count):
         one = load_memory(vertices[i * OF_A_VERTEX : (i + 1) * OF_A_VERTEX], j)
@@ -109,8 +109,8 @@ def verdict(
     sample = course.sample + s.tick / ticks
     if sample >= course.calm and inside(vertices, count, j) >= base:
         # A body that rests on its base after the last instant at which it could start stays there.
-        _, l, w = whole_step(body, s, lag)
-        kinetic = 0.5 * (s.vx * s.vx + s.vy * s.vy + s.vz * s.vz + (l.x * w.x + l.y * w.y + l.z * w.z))
+        _, spin, w = whole_step(body, s, lag)
+        kinetic = 0.5 * (s.vx * s.vx + s.vy * s.vy + s.vz * s.vz + (spin.x * w.x + spin.y * w.y + spin.z * w.z))
         if kinetic < REST_ENERGY * gravity * course.reach:
             return Status.SIMULATED
     if sample < end:

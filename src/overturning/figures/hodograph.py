@@ -11,7 +11,7 @@ from overturning.figures.style import DASHED, FALLS, INK, SERIES, caption, grid,
 from overturning.units import CM, GAL
 
 
-def _draw_hodograph(axes: Any, north: FloatArray, east: FloatArray, label: str, fault_normal_deg: float) -> None:
+def draw_hodograph(axes: Any, north: FloatArray, east: FloatArray, label: str, fault_normal_deg: float) -> None:
     """Draw one path in the unit of the label: east to the right, north up, one scale for both."""
     radius = np.hypot(north, east)
     size, title = float(radius.max(initial=0.0)), label
@@ -49,6 +49,6 @@ def hodograph_figure(motion: xr.Dataset, fault_normal_deg: float, title: str) ->
     units = (("acceleration", GAL, "Gal"), ("velocity", CM, "cm/s"), ("displacement", CM, "cm"))
     for axes, (name, unit, called) in zip(panels.flat, units, strict=True):
         north, east = (motion[f"{name}_{side}"].to_numpy() / unit for side in ("north", "east"))
-        _draw_hodograph(axes, north, east, f"{name}, {called}", fault_normal_deg)
+        draw_hodograph(axes, north, east, f"{name}, {called}", fault_normal_deg)
     caption(figure, title, panels[0, 0], 2)
     return figure

@@ -76,13 +76,19 @@ def by_orientation(cube: xr.Dataset, *, ensemble: bool = True) -> xr.Dataset:
     """
     known = cube["overturned"].notnull()
     falls = (cube["overturned"] == 1).where(known)
-    azimuth = np.radians(cube["fall_azimuth"].astype("float64"))
+    azimuth = cube["fall_azimuth"].astype("float64") * (np.pi / 180.0)
+
+    def mean_of(values: xr.DataArray) -> xr.DataArray:
+        return values.where(falls == 1, 0.0).where(known)
+
+    twice = 2.0 * azimuth
     nominal = {
         "falls": falls.astype("float64"),
-        "direction_cosine": np.cos(azimuth).where(falls == 1, 0.0).where(known),
-        "direction_sine": np.sin(azimuth).where(falls == 1, 0.0).where(known),
-        "axis_cosine": np.cos(2 * azimuth).where(falls == 1, 0.0).where(known),
-        "axis_sine": np.sin(2 * azimuth).where(falls == 1, 0.0).where(known),
+        **{
+            f"{kind}_{name}": mean_of(xr.apply_ufunc(part, angle, dask="allowed"))
+            for kind, angle in (("direction", azimuth), ("axis", twice))
+            for name, part in (("cosine", np.cos), ("sine", np.sin))
+        },
     }
     if ensemble and "probability_falls" in cube:
         nominal = {

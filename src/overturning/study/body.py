@@ -1,12 +1,12 @@
 """What a study in space says of its body, and of the directions that it faces."""
 
-from typing import TYPE_CHECKING, Annotated, Final, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from overturning.dem.element import Model
-from overturning.errors import ArgumentError
+from overturning.errors import ArgumentError, OverturningError
 from overturning.study.quantity import Degree, Metre
 from overturning.study.ranges import Values
 
@@ -32,6 +32,27 @@ class BodySettings(Model):
         default=None,
         description="instead of a prism: vertices of a convex body that stands on its lowest face (x, y, z up; m)",
     )
+
+    mesh: str | None = Field(
+        default=None,
+        description="instead of vertices: mesh of such a body (OBJ, PLY or STL, m); path from the project's folder",
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read(cls, data: Any) -> Any:
+        # A mesh is read at once, so that a filled-in study holds the whole body.
+        if not isinstance(data, dict) or data.get("mesh") is None:
+            return data
+        from overturning.dem.solid.mesh import read_mesh
+
+        try:
+            read = read_mesh(str(data["mesh"]))
+        except OverturningError as error:
+            raise ValueError(f"mesh: {error}") from None
+        return {key: value for key, value in data.items() if key != "mesh"} | {
+            "vertices": np.asarray(read.vertices).tolist()
+        }
 
     @model_validator(mode="after")
     def _possible(self) -> Self:

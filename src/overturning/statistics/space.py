@@ -106,42 +106,40 @@ def rose_of(
     return Rose(total, len(means), means.mean(axis=0), low, high)
 
 
-def alignment(cube: xr.Dataset, azimuth_deg: FloatArray, *, axial: bool) -> xr.DataArray:
-    """Mean cos(Δ), or cos(2Δ) for an axis, of falls from a reference azimuth of each record, by record and B/H.
+def sums_by_slenderness(cube: xr.Dataset) -> xr.Dataset:
+    """Sums of `by_orientation` over all cells of a record and B/H, in memory."""
+    kept = ["overturned", "fall_azimuth", *(name for name in MEAN_OF_MEMBERS if name in cube)]
+    found = by_orientation(cube[kept].load()).drop_vars("weight")
+    over = ("orientation", *(name for name in case_dims(cube) if name != "b_over_h"))
+    return found.sum(over).transpose("record", "b_over_h")
+
+
+def alignment(sums: xr.Dataset, azimuth_deg: FloatArray, *, axial: bool, part: slice = slice(None)) -> FloatArray:
+    """Mean cos(Δ), or cos(2Δ) for an axis, of all falls of each record from a reference azimuth of it.
 
     Parameters
     ----------
-    cube : Dataset
-        In space.
+    sums : Dataset
+        From `sums_by_slenderness`.
     azimuth_deg : ndarray, shape (records,)
         NaN where there is none.
     axial : bool
         The reference has no head.
+    part : slice
+        Of the B/H.
 
     Returns
     -------
-    DataArray
-        Over record and b_over_h: 1 where all falls go along the reference, 0 where they do not heed it, −1 where they go
-        across it (of an axis) or against it (of a direction); missing where nothing falls.
+    ndarray, shape (records,)
+        1 where all falls go along the reference, 0 where they do not heed it, −1 where they go across it (of an axis) or
+        against it (of a direction); NaN where nothing falls.
     """
-    found = by_orientation(cube)
-    over = ("orientation", *(name for name in case_dims(cube) if name != "b_over_h"))
-    kind, factor = ("axis", 2.0) if axial else ("direction", 1.0)
-    sums = found[["falls", f"{kind}_cosine", f"{kind}_sine"]].sum(over)
-    turn = xr.DataArray(np.radians(factor * azimuth_deg), dims="record")
-    along = sums[f"{kind}_cosine"] * np.cos(turn) + sums[f"{kind}_sine"] * np.sin(turn)
-    return (along / sums["falls"].where(sums["falls"] > 0)).transpose("record", "b_over_h").compute()
-
-
-def taken_together(cube: xr.Dataset, azimuth_deg: FloatArray, *, axial: bool) -> FloatArray:
-    """`alignment` of each record with all B/H taken together, every fall once, shape (records,)."""
-    found = alignment(cube, azimuth_deg, axial=axial)
-    falls = by_orientation(cube)["falls"].sum(
-        ("orientation", *(name for name in case_dims(cube) if name != "b_over_h"))
+    kind, turn = ("axis", np.radians(2.0 * azimuth_deg)) if axial else ("direction", np.radians(azimuth_deg))
+    falls, cosine, sine = (
+        sums[name].to_numpy()[:, part].sum(axis=1) for name in ("falls", f"{kind}_cosine", f"{kind}_sine")
     )
-    weight = falls.where(found.notnull(), 0.0)
-    total = weight.sum("b_over_h")
-    return np.asarray(((found.fillna(0.0) * weight).sum("b_over_h") / total.where(total > 0)).compute().to_numpy())
+    along = cosine * np.cos(turn) + sine * np.sin(turn)
+    return np.asarray(np.where(falls > 0, along / np.where(falls > 0, falls, 1.0), np.nan))
 
 
 def references(cube: xr.Dataset, intensity: xr.Dataset) -> dict[str, tuple[FloatArray, bool]]:
@@ -154,7 +152,7 @@ def references(cube: xr.Dataset, intensity: xr.Dataset) -> dict[str, tuple[Float
 
 
 def followed(
-    cube: xr.Dataset, intensity: xr.Dataset, slenderness: Sequence[slice | int]
+    cube: xr.Dataset, intensity: xr.Dataset, slenderness: Sequence[slice]
 ) -> dict[str, dict[tuple[str, bool], list[Mean]]]:
     """How far falls follow each of the `references`, over earthquakes, for parts of the B/H of a cube.
 
@@ -164,14 +162,12 @@ def followed(
         By group of records, then by name and whether it is taken as an axis (all are; those with a head as directions too):
         `Mean` of the mean cos 2Δ, or cos Δ, of the falls of each record, one for each part.
     """
-    kept = ["overturned", "fall_azimuth", *(name for name in MEAN_OF_MEMBERS if name in cube)]
-    cube = cube[kept].load()
-    parts = [cube.isel(b_over_h=[part] if isinstance(part, int) else part) for part in slenderness]
+    sums = sums_by_slenderness(cube)
     events, groups = cube["event"].to_numpy().astype(str), record_groups(cube)
     found: dict[str, dict[tuple[str, bool], list[Mean]]] = {group: {} for group in groups}
     for name, (azimuth, head) in references(cube, intensity).items():
         for axial in (True, False)[: 1 + head]:
-            values = [taken_together(part, azimuth, axial=axial) for part in parts]
+            values = [alignment(sums, azimuth, axial=axial, part=part) for part in slenderness]
             for group, members in groups.items():
                 found[group][name, axial] = [
                     mean_over_earthquakes(np.where(members, one, np.nan), events) for one in values
@@ -181,7 +177,7 @@ def followed(
 
 def followed_by_slenderness(cube: xr.Dataset, intensity: xr.Dataset) -> dict[str, dict[tuple[str, bool], list[Mean]]]:
     """`followed` for each B/H of a cube."""
-    return followed(cube, intensity, list(range(cube.sizes["b_over_h"])))
+    return followed(cube, intensity, [slice(index, index + 1) for index in range(cube.sizes["b_over_h"])])
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,9 @@ def own_error(results: Results) -> Section | None:
         f"Interval by Wilson. The study itself took {found['study_block_steps']:.3g} block steps. Seed of the choice: "
         f"{found['seed']}."
     )
-    side = f"azimuth, by {ASIDE:g}° or more, where it falls" if results.in_space else "side, where it falls"
+    side = (
+        f"azimuth, by {ASIDE:g}° or more, where it falls" if results.study.body is not None else "side, where it falls"
+    )
     rows = tuple(row for kind in KINDS for row in _rows(found, kind, side))
     blocks += [Paragraph(text), Table((*heads, "block steps", "of the study's"), rows, "tt"), Note(note)]
     return Section("How exact these answers are", tuple(blocks), anchor="own-error")

@@ -33,14 +33,14 @@ def kernel_column(prepared: Prepared) -> FloatArray:
         support, (x, z) = placed[prepared.support[index]], prepared.base[index]
         elements.append(
             k.Element(
-                pose, still, still, still, still,
+                pose, still, k.Trial(pose, still, still, 0.0, 0.0, still), still, still,
                 k.Body(*free, frame, held, float(prepared.critical[index])),
-                k.Course(moved=0.0, turned=0.0, work=0.0, peak_angle=abs(turn), last_upright=-1.0),
+                k.Course(moved=0.0, turned=0.0, work=0.0, peak_angle=abs(turn), last_upright=-1.0, power=0.0),
                 k.Standing(0.0, 0.0, 0.0, 0.0, 0.0, x - item.x, z - item.z, x - support.x, z - support.z),
             )
         )  # fmt: skip
     settled = np.inf if rests_on_one_face(placed) else 0.0
-    nearest = k.Nearest(face_a=-1.0, face_b=-1.0, lever=0.0, limit=settled, reach=-1.0, used=0.0)
+    nearest = k.Nearest(face_a=-1.0, face_b=-1.0, lever=0.0, limit=settled, reach=-1.0, used=0.0, ahead=0.0)
     seen, face, zero = k.Seen(0.0, 0.0), k.Face(0.0, 0.0, 0.0, 0.0, 0.0), k.Action(0.0, 0.0, 0.0, 0.0)
     unseen = k.Vertices(seen, seen, seen, seen)
     pairs = []
@@ -52,8 +52,9 @@ def kernel_column(prepared: Prepared) -> FloatArray:
         for at, side, slip in prepared.springs:
             if at == index:
                 ends[side] = k.Memory(slip, k.MINE if _is_first(placed[i], placed[j], side) else k.THEIRS, 0.0, 0.0)
-        pairs.append(k.Pair(face, face, law, nearest, unseen, ends[0], ends[1], zero, 0.0, 0.0))
-    return np.array([0.0] * k.CASE.count + k.flat(elements) + k.flat(pairs))
+        pairs.append(k.Pair(face, face, law, nearest, unseen, ends[0], ends[1], zero, 0.0, 0.0, 0.0, 0.0))
+    step = [0.0] * (k.PAIR.count - len(k.flat(pairs[0])) if pairs else 0)
+    return np.array([0.0] * k.CASE.count + k.flat(elements) + [number for pair in pairs for number in k.flat(pair) + step])
 
 
 def rests_on_one_face(placed: list[Placed]) -> bool:

@@ -10,8 +10,7 @@ from numba import njit
 from overturning.dem.lanes import INLINE
 from overturning.dem.mechanics import larger
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.faces import End, Stretch
-from overturning.dem.polygon.rows import Action, Element, Memory, Pair, Plane
+from overturning.dem.polygon.rows import Action, Element, End, Memory, Pair, Plane, Stretch
 
 
 class Force(NamedTuple):

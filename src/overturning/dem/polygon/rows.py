@@ -25,17 +25,54 @@ THEIRS: Final = -1.0
 HANDED_ON: Final = 2.0
 
 
+class Line(NamedTuple):
+    """A component of the base's acceleration over a sample, m/s²: value at its begin, slope per tick, change of slope at its end."""
+
+    value: float
+    slope: float
+    bend: float
+
+
 class Shaking(NamedTuple):
     """Acceleration of the base, linear between two samples, and time."""
 
-    base: float
-    """Towards the azimuth: at the sample (m/s²) and per step,"""
-    slope: float
-    up_base: float
+    base: Line
+    """Towards the azimuth,"""
+    up: Line
     """upwards,"""
-    up_slope: float
     tick: float
-    """steps since the sample."""
+    """ticks since the sample."""
+
+
+class Attempt(NamedTuple):
+    """How the next step is to be tried (centred scheme)."""
+
+    length: float
+    """Its length in ticks,"""
+    left: float
+    """how many of this length are to come before longer ones,"""
+    tries: float
+    """how often it has been done again with other ends sliding."""
+
+
+class Found(NamedTuple):
+    """What a step found, above 0 where it did."""
+
+    changed: float
+    """A contact opens or closes;"""
+    wrong: float
+    """an end sticks or slides otherwise than taken;"""
+    reversed: float
+    """a sliding end has turned round."""
+
+
+class Verdict(NamedTuple):
+    """What becomes of the step, above 0 where so."""
+
+    again: float
+    """It is not taken;"""
+    then: Attempt
+    """the next one."""
 
 
 class Case(NamedTuple):
@@ -43,8 +80,17 @@ class Case(NamedTuple):
 
     shaking: Shaking
     step: float
-    """Time step (s), and steps per second,"""
+    """Length of a tick (s), ticks per second,"""
     rate: float
+    lag: float
+    """time by which velocities lag behind poses, s,"""
+    finest: float
+    """ticks of the shortest step,"""
+    dwell: float
+    """steps of one length after a change of contact, before those of twice the length,"""
+    attempt: Attempt
+    found: Found
+    verdict: Verdict
     amplitude: float
     """factor on the record,"""
     sample: float
@@ -100,7 +146,9 @@ class Course(NamedTuple):
     """work of what moves the base and of what holds the element, J,"""
     peak_angle: float
     last_upright: float
-    """steps of this sample up to the last at which |rotation| was below α, −1 if none."""
+    """ticks of this sample up to the last at which |rotation| was below α, −1 if none,"""
+    power: float
+    """power at the last step, W (centred scheme)."""
 
 
 class Standing(NamedTuple):
@@ -121,13 +169,27 @@ class Standing(NamedTuple):
     support_z: float
 
 
+class Trial(NamedTuple):
+    """An element at the end of a step, were its acceleration to stay (centred scheme)."""
+
+    pose: Pose
+    half: Plane
+    """Velocity after half the step,"""
+    end: Plane
+    """and at its end;"""
+    moved: float
+    """motion (m) and rotation (rad) of the step;"""
+    turned: float
+    change: Plane
+    """what the solution adds to the velocity at the end."""
+
+
 class Element(NamedTuple):
-    """An element; velocity half a step ago, force at the whole step."""
+    """An element; velocity `Case.lag` ago, force at the whole step."""
 
     pose: Pose
     velocity: Plane
-    now: Plane
-    """Velocity at the whole step with the forces known so far."""
+    trial: Trial
     acceleration: Plane
     force: Plane
     body: Body
@@ -166,7 +228,9 @@ class Nearest(NamedTuple):
     """motion before the faces can change, and before a contact can begin (−1: there may be one now),"""
     reach: float
     used: float
-    """motion since the search."""
+    """motion since the search,"""
+    ahead: float
+    """and at the end of this step."""
 
 
 class Seen(NamedTuple):
@@ -203,6 +267,88 @@ class Action(NamedTuple):
     moment_b: float
 
 
+class Levers(NamedTuple):
+    """Levers of a normal and of a tangential force about a centre, m."""
+
+    n: float
+    t: float
+
+
+class End(NamedTuple):
+    """One end of the faces' common stretch."""
+
+    mine: bool
+    """Whether a's vertex carries it, else b's,"""
+    faces: bool
+    """whether it lies on the other face,"""
+    closed: bool
+    """and whether it touches,"""
+    nx: float
+    """direction of the normal force on a,"""
+    nz: float
+    depth: float
+    """the rest as of the vertex."""
+    before: float
+    slip: float
+    a: Levers
+    b: Levers
+
+
+class Stretch(NamedTuple):
+    """The common stretch of two faces: how one is turned to the other, both ends, all vertices as the next step needs them."""
+
+    turn_q: float
+    turn_r: float
+    one: End
+    two: End
+    now: Vertices
+
+
+class Taken(NamedTuple):
+    """What an end is taken to do in the equations of a step."""
+
+    stretch: float
+    """Stretch of its tangential spring as foreseen, m,"""
+    slid: float
+    """±μ where it slides."""
+
+
+class Couple(NamedTuple):
+    """What the velocities of a pair's elements add to their forces (N s/m and so on): rows forces, columns velocities.
+
+    Signs as if b were a: the opposite force acts on b, and the opposite velocity counts.
+    """
+
+    xx: float
+    xz: float
+    zx: float
+    zz: float
+    xa: float
+    za: float
+    xb: float
+    zb: float
+    ax: float
+    az: float
+    bx: float
+    bz: float
+    aa: float
+    ab: float
+    ba: float
+    bb: float
+    load: Action
+    """Forces as foreseen."""
+
+
+class Met(NamedTuple):
+    """A pair at the end of a step that may not be taken."""
+
+    before: Vertices
+    one: Memory
+    two: Memory
+    deepest: float
+    taken: float
+
+
 class Pair(NamedTuple):
     """Two elements a and b that can meet; vertices as a step ago."""
 
@@ -217,21 +363,39 @@ class Pair(NamedTuple):
     deepest: float
     """Largest penetration, m; energy taken from the elements, J."""
     taken: float
+    slid_one: float
+    """±μ of an end that was last found sliding (centred scheme)."""
+    slid_two: float
+
+
+class Step(NamedTuple):
+    """A pair while a step of the centred scheme is computed."""
+
+    ends: Stretch
+    one: Taken
+    two: Taken
+    couple: Couple
+    met: Met
 
 
 CASE: Final = Rows(COLUMNS, Case)
 ELEMENT: Final = Rows(COLUMNS, Element)
-PAIR: Final = Rows(COLUMNS, Pair)
+PAIR: Final = Rows(COLUMNS, Pair, Step)
 CASE_SIZE: Final = CASE.size
 ELEMENT_SIZE: Final = ELEMENT.size
 PAIR_SIZE: Final = PAIR.size
 
 load_case, store_case, _ = CASE.access(Case)
-_, store_shaking, _ = CASE.access(Case, "shaking")
+_, store_base, _ = CASE.access(Case, "shaking.base")
+_, store_up, _ = CASE.access(Case, "shaking.up")
+_, store_attempt, _ = CASE.access(Case, "attempt")
+_, store_then, _ = CASE.access(Case, "verdict.then")
+_, store_found, _ = CASE.access(Case, "found")
 load_element, _, _ = ELEMENT.access(Element)
 load_pose, store_pose, _ = ELEMENT.access(Element, "pose")
 _, store_velocity, _ = ELEMENT.access(Element, "velocity")
-_, store_now, _ = ELEMENT.access(Element, "now")
+_, store_trial, _ = ELEMENT.access(Element, "trial")
+load_change, store_change, _ = ELEMENT.access(Element, "trial.change")
 _, store_acceleration, _ = ELEMENT.access(Element, "acceleration")
 _, store_force, _ = ELEMENT.access(Element, "force")
 _, store_course, _ = ELEMENT.access(Element, "course")
@@ -243,10 +407,25 @@ load_nearest, store_nearest, _ = PAIR.access(Pair, "nearest")
 _, store_vertices, _ = PAIR.access(Pair, "before")
 load_memory, store_memory, _ = PAIR.access(Pair, "one")
 _, store_action, _ = PAIR.access(Pair, "action")
+load_body, _, _ = ELEMENT.access(Element, "body")
+load_step, _, _ = PAIR.access(Step)
+_, store_ends, _ = PAIR.access(Step, "ends")
+_, store_taken_one, _ = PAIR.access(Step, "one")
+_, store_taken_two, _ = PAIR.access(Step, "two")
+load_couple, store_couple, _ = PAIR.access(Step, "couple")
+_, store_met, _ = PAIR.access(Step, "met")
+keep_vertices, keep_memory = PAIR.access(Pair, "before").store_unless, PAIR.access(Pair, "one").store_unless
+keep_pose, keep_velocity, keep_acceleration = (
+    ELEMENT.access(Element, name).store_unless for name in ("pose", "velocity", "acceleration")
+)
+keep_course = ELEMENT.access(Element, "course").store_unless
 
 # Rows of numbers that are changed by themselves. Added to a column, SECOND leads from end 1's memory to end 2's.
 SECOND: Final = PAIR.row(Pair, "two.spring") - PAIR.row(Pair, "one.spring")
 TICK: Final = CASE.row(Case, "shaking.tick")
+FRAME: Final = ELEMENT.row(Element, "body.frame")
+MOVED: Final = ELEMENT.row(Element, "course.moved")
+TURNED: Final = ELEMENT.row(Element, "course.turned")
 SAMPLE: Final = CASE.row(Case, "sample")
 ENERGY: Final = CASE.row(Case, "energy")
 LAST_UPRIGHT: Final = ELEMENT.row(Element, "course.last_upright")
@@ -258,6 +437,12 @@ SAFE_FROM: Final = ELEMENT.row(Element, "standing.safe_from")
 LIMIT: Final = PAIR.row(Pair, "nearest.limit")
 REACH: Final = PAIR.row(Pair, "nearest.reach")
 USED: Final = PAIR.row(Pair, "nearest.used")
+AHEAD: Final = PAIR.row(Pair, "nearest.ahead")
+SLID_ONE: Final = PAIR.row(Pair, "slid_one")
+SLID_TWO: Final = PAIR.row(Pair, "slid_two")
+LENGTH: Final = CASE.row(Case, "attempt.length")
+CHANGED: Final = CASE.row(Case, "found.changed")
+AGAIN: Final = CASE.row(Case, "verdict.again")
 DEEPEST: Final = PAIR.row(Pair, "deepest")
 TAKEN: Final = PAIR.row(Pair, "taken")
 

@@ -47,7 +47,7 @@ SOFT_FRACTION: Final = 0.5
 """The same where its contact is so soft that 8/ω exceeds 0.025/p."""
 
 SCENE_FRACTION: Final = 0.5
-"""The same for a scene of polygons, with either scheme."""
+"""The same for a scene of polygons with Cundall's scheme."""
 
 MOST_STEPS_PER_SAMPLE: Final = 2_000_000
 """More than this cannot be resolved in any reasonable time."""

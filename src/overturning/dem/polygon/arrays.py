@@ -41,7 +41,7 @@ def kernel_column(prepared: Prepared) -> FloatArray:
         )  # fmt: skip
     settled = np.inf if rests_on_one_face(placed) else 0.0
     nearest = k.Nearest(face_a=-1.0, face_b=-1.0, lever=0.0, limit=settled, reach=-1.0, used=0.0, ahead=0.0)
-    seen, face, zero = k.Seen(0.0, 0.0), k.Face(0.0, 0.0, 0.0, 0.0, 0.0), k.Action(0.0, 0.0, 0.0, 0.0)
+    seen, face = k.Seen(0.0, 0.0), k.Face(0.0, 0.0, 0.0, 0.0, 0.0)
     unseen = k.Vertices(seen, seen, seen, seen)
     pairs = []
     for index, (i, j) in enumerate(prepared.pairs):
@@ -52,9 +52,11 @@ def kernel_column(prepared: Prepared) -> FloatArray:
         for at, side, slip in prepared.springs:
             if at == index:
                 ends[side] = k.Memory(slip, k.MINE if _is_first(placed[i], placed[j], side) else k.THEIRS, 0.0, 0.0)
-        pairs.append(k.Pair(face, face, law, nearest, unseen, ends[0], ends[1], zero, 0.0, 0.0, 0.0, 0.0))
+        pairs.append(k.Pair(face, face, law, nearest, unseen, ends[0], ends[1], 0.0, 0.0, 0.0, 0.0))
     step = [0.0] * (k.PAIR.count - len(k.flat(pairs[0])) if pairs else 0)
-    return np.array([0.0] * k.CASE.count + k.flat(elements) + [number for pair in pairs for number in k.flat(pair) + step])
+    return np.array(
+        [0.0] * k.CASE.count + k.flat(elements) + [number for pair in pairs for number in k.flat(pair) + step]
+    )
 
 
 def rests_on_one_face(placed: list[Placed]) -> bool:

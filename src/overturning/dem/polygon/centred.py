@@ -18,17 +18,14 @@ from overturning.dem.polygon.contact import Force, action_of, stretched
 from overturning.dem.polygon.faces import common_stretch
 from overturning.dem.polygon.ladder import FORESEEN, TICKS
 from overturning.dem.polygon.rows import (
-    Action,
     Body,
     Case,
     Couple,
     End,
     Found,
     Law,
-    Levers,
     Memory,
     Met,
-    Pair,
     Plane,
     Seen,
     Stretch,
@@ -86,6 +83,15 @@ class Outer(NamedTuple):
     bb: float
 
 
+class Direction(NamedTuple):
+    """Direction of a force or velocity of a relative to b, and its levers about both centres."""
+
+    x: float
+    z: float
+    a: float
+    b: float
+
+
 class Relative(NamedTuple):
     """Velocity of a relative to b, and both angular velocities."""
 
@@ -133,13 +139,12 @@ def guess(
 
 
 @njit(**INLINE)
-def outer(end: End, push_a: Levers, push_b: Levers, fx: float, fz: float, jx: float, jz: float, on: Levers, by: Levers, c: float) -> Outer:  # fmt: skip
-    """Force times velocity: f and the levers of both elements, c times j and the velocity's levers."""
-    cx, cz, ca, cb = c * jx, c * jz, c * on.n, c * by.n
-    pa, pb = push_a.n, push_b.n
+def outer(c: float, f: Direction, v: Direction) -> Outer:
+    """A force for c times a velocity, each with its direction and its levers."""
+    x, z, a, b = c * v.x, c * v.z, c * v.a, c * v.b
     return Outer(
-        fx * cx, fx * cz, fz * cx, fz * cz, fx * ca, fz * ca, fx * cb, fz * cb, pa * cx, pa * cz, pb * cx, pb * cz,
-        pa * ca, pa * cb, pb * ca, pb * cb,
+        f.x * x, f.x * z, f.z * x, f.z * z, f.x * a, f.z * a, f.x * b, f.z * b, f.a * x, f.a * z, f.b * x, f.b * z,
+        f.a * a, f.a * b, f.b * a, f.b * b,
     )  # fmt: skip
 
 
@@ -164,13 +169,12 @@ def share(law: Law, half: float, end: End, one: Guess, other: Guess) -> tuple[Ou
     n = one.n if one.on else 0.0
     t = slid * n if slides else one.t
     t = t if one.on else 0.0
+    along, across = Direction(end.nx, end.nz, end.a.n, end.b.n), Direction(end.nz, -end.nx, end.a.t, end.b.t)
     # The force of a sliding end is inclined.
-    fx, fz = end.nx + slid * end.nz, end.nz - slid * end.nx
-    pa, pb = end.a.n + slid * end.a.t, end.b.n + slid * end.b.t
-    zero = 0.0
-    normal = outer(end, Levers(pa, zero), Levers(pb, zero), fx, fz, end.nx, end.nz, end.a, end.b, press)
-    ta, tb = Levers(end.a.t, zero), Levers(end.b.t, zero)
-    tangent = outer(end, ta, tb, end.nz, -end.nx, end.nz, -end.nx, ta, tb, stick)
+    inclined = Direction(
+        along.x + slid * across.x, along.z + slid * across.z, along.a + slid * across.a, along.b + slid * across.b
+    )
+    normal, tangent = outer(press, inclined, along), outer(stick, across, across)
     return plus(normal, tangent), Force(n, t, one.stretch), slid
 
 
@@ -184,7 +188,12 @@ def is_late(case: Case) -> bool:
 def couple(q: Any, a: Any, b: Any, own: Any) -> None:
     """The part of one pair in the equations of a step."""
     for j in range(rows.COLUMNS):
-        pair, first, second, case = rows.load_pair(q, j), rows.load_element(a, j), rows.load_element(b, j), rows.load_case(own, j)
+        pair, first, second, case = (
+            rows.load_pair(q, j),
+            rows.load_element(a, j),
+            rows.load_element(b, j),
+            rows.load_case(own, j),
+        )
         on, by, law = first.trial, second.trial, pair.law
         late, half = is_late(case), 0.5 * (case.step * case.attempt.length)
         ends, u = common_stretch(pair, on.pose, by.pose), relative(on.end, by.end)

@@ -8,7 +8,6 @@ they take too much away.
 from functools import cache
 from typing import Any, Final, NamedTuple
 
-import numpy as np
 from numba import njit
 
 from overturning.dem.lanes import INLINE, OPTIONS, Rows
@@ -117,7 +116,12 @@ add_aa, add_ab, add_ba, add_bb = adder(True, True), adder(True, False), adder(Fa
 def add_loads(q: Any, a: Any, b: Any, own: Any) -> None:
     """Add a pair's foreseen forces to the right-hand sides."""
     for j in range(rows.COLUMNS):
-        c, on, by, case = rows.load_couple(q, j).load, rows.load_body(a, j), rows.load_body(b, j), rows.load_case(own, j)
+        c, on, by, case = (
+            rows.load_couple(q, j).load,
+            rows.load_body(a, j),
+            rows.load_body(b, j),
+            rows.load_case(own, j),
+        )
         half, d, e = 0.5 * (case.step * case.attempt.length), rows.load_change(a, j), rows.load_change(b, j)
         m, i = half * on.inverse_mass, half * on.inverse_inertia
         rows.store_change(a, j, Plane(d.x + m * c.x, d.z + m * c.z, d.w + i * c.moment_a))
@@ -219,8 +223,3 @@ def add_pair(state: Any, matrix: Any, used: Any, moves: Any, size: int, q: Any, 
         use(matrix, used, size, k, i)
         add_ab(of_block(matrix, size, i, k), q, a, state)
         add_ba(of_block(matrix, size, k, i), q, b, state)
-
-
-def room(elements: int) -> Any:
-    """Numbers of the matrix."""
-    return np.zeros(elements * elements * BLOCK_SIZE)

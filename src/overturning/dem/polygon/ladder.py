@@ -1,6 +1,5 @@
 """How long each step of the centred scheme is: a ladder of lengths, each twice the one below, that a change of contact leads down."""
 
-import os
 from typing import Any, Final
 
 from numba import njit
@@ -15,19 +14,19 @@ MOST_HALVINGS: Final = 20
 TICKS: Final = 2**MOST_HALVINGS
 """Ticks of a whole step, the unit of a case's clock."""
 
-FINEST: Final = float(os.environ.get("PFINEST", 0.08))
+FINEST: Final = 0.08
 """Longest step in which a contact may open or close, in 1/ω of the highest mode."""
 
-DWELL: Final = float(os.environ.get("PDWELL", 8))
+DWELL: Final = 8.0
 """Steps of one length after a change of contact, before those of twice the length; more where the contact rings."""
 
-FORESEEN: Final = float(os.environ.get("PSHORT", 4))
+FORESEEN: Final = 4.0
 """Up to so many finest steps the foreseen forces tell which ends press and slide."""
 
-MOST_TRIES: Final = float(os.environ.get("PTRIES", 2))
+MOST_TRIES: Final = 2.0
 """A long step is done again so often with other ends taken to slide; then it is done in shorter ones."""
 
-LONGEST_ROCKING: Final = float(os.environ.get("PROCK", 0.0125))
+LONGEST_ROCKING: Final = 0.0125
 """Whole step in 1/p of the element that rocks fastest, p = √(3g/4R)."""
 
 NO_FRACTION: Final = 2.0**52

@@ -13,13 +13,13 @@ from overturning.dem.numerics import Numerics
 from overturning.dem.plan import AFTERMATH, Path, Plan, shaking
 from overturning.dem.polygon import tables as t
 from overturning.dem.polygon.arrays import kernel_column, kernel_rules, kernel_shapes
+from overturning.dem.polygon.ladder import DWELL, FINEST, LONGEST_ROCKING, MOST_HALVINGS, TICKS
 from overturning.dem.polygon.path import polygon_path
 from overturning.dem.polygon.prepare import Prepared, prepare
 from overturning.dem.polygon.queue import SCHEMES, run_queue
 from overturning.dem.quiet import SAFE_SHARE, quiet_windows
 from overturning.dem.results import Answers
 from overturning.dem.scene import Scene
-from overturning.dem.polygon.ladder import DWELL, FINEST, LONGEST_ROCKING, MOST_HALVINGS, TICKS
 from overturning.dem.time_step import HEAVY_DAMPING, Scheme, samples_divided, scheme_of, steps_per_sample
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion

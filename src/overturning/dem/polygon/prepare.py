@@ -77,7 +77,7 @@ class Prepared:
     @property
     def period(self) -> float:
         """1/p of the element that rocks fastest, s: p = √(3g/4R), R its farthest vertex."""
-        square = min(float((self.placed[k].shape.vertices**2).sum(axis=1).max()) for k in self.free)
+        square = min(float((self.placed[k].shape.vertices ** 2).sum(axis=1).max()) for k in self.free)
         return float(np.sqrt(np.sqrt(square) / (0.75 * self.scene.gravity)))
 
     @property

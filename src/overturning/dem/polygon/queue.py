@@ -22,9 +22,9 @@ from overturning.dem.mechanics import renormalised
 from overturning.dem.polygon import centred, cundall, rows
 from overturning.dem.polygon import tables as t
 from overturning.dem.polygon.energy import energy, springs
+from overturning.dem.polygon.equations import BLOCK_SIZE
 from overturning.dem.polygon.memory import load_at_rest
 from overturning.dem.polygon.note import note, note_forces
-from overturning.dem.polygon.equations import BLOCK_SIZE
 from overturning.dem.polygon.rows import Attempt, Case, Found, Law, Line, Pose, Shaking, Verdict
 from overturning.dem.polygon.search import search
 from overturning.dem.polygon.step import step_of, trapezoidal_step
@@ -67,7 +67,13 @@ def start(
     for row in range(initial.size):
         state[row * rows.COLUMNS + j] = initial[row]
     step, none = interval / ticks, Line(0.0, 0.0, 0.0)
-    now, calm, after, finest, dwell = case[t.P_FIRST], case[t.P_CALM], case[t.P_AFTER], case[t.P_FINEST], case[t.P_DWELL]
+    now, calm, after, finest, dwell = (
+        case[t.P_FIRST],
+        case[t.P_CALM],
+        case[t.P_AFTER],
+        case[t.P_FINEST],
+        case[t.P_DWELL],
+    )
     rows.store_case(state, j, Case(
         Shaking(none, none, 0.0), step, ticks / interval, lag * step, finest, dwell, Attempt(finest, dwell, 0.0),
         Found(0.0, 0.0, 0.0), Verdict(0.0, Attempt(0.0, 0.0, 0.0)), case[t.P_AMPLITUDE], now, calm, after, 0.0,
@@ -87,7 +93,7 @@ def start(
         search(q, a, b, j, 2.0 * lag * step, shapes[i, : sizes[i]], shapes[k, : sizes[k]])
         if settled:
             q[rows.LIMIT + j], q[rows.REACH + j] = np.inf, -1.0
-        load_at_rest(q, a, b, j)
+        load_at_rest(q, j)
         q[rows.TAKEN + j] = springs(rows.load_pair(q, j))
     state[rows.ENERGY + j] = energy(state, j, layout, sizes.size, gravity)
 
@@ -194,7 +200,9 @@ def run_queue(
     case, row = np.zeros(rows.COLUMNS, np.int64), np.zeros(rows.COLUMNS, np.int64)
     variant, done = np.zeros(rows.COLUMNS, np.int64), np.zeros(rows.COLUMNS, np.int64)
     step, ticks = chosen_step(scheme, upward), 1.0 * scheme.ticks * steps
-    matrix, used, moves = np.zeros(elements * elements * BLOCK_SIZE), np.zeros((elements + 1, max(elements, layout.shape[0])), np.bool_), np.zeros(elements, np.bool_)
+    # Blocks of the equations and which of them are used; below them, which pairs are in reach.
+    matrix = aligned(elements * elements * BLOCK_SIZE)
+    used, moves = np.zeros((elements + 1, max(elements, layout.shape[0])), np.bool_), np.zeros(elements, np.bool_)
     for i in range(elements):
         moves[i] = initial[0, (rows.CASE_SIZE + i * rows.ELEMENT_SIZE + rows.FRAME) // rows.COLUMNS] != 0.0
     free = 0

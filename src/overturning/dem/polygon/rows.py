@@ -359,7 +359,6 @@ class Pair(NamedTuple):
     before: Vertices
     one: Memory
     two: Memory
-    action: Action
     deepest: float
     """Largest penetration, m; energy taken from the elements, J."""
     taken: float
@@ -406,7 +405,6 @@ _, store_law, _ = PAIR.access(Pair, "law")
 load_nearest, store_nearest, _ = PAIR.access(Pair, "nearest")
 _, store_vertices, _ = PAIR.access(Pair, "before")
 load_memory, store_memory, _ = PAIR.access(Pair, "one")
-_, store_action, _ = PAIR.access(Pair, "action")
 load_body, _, _ = ELEMENT.access(Element, "body")
 load_step, _, _ = PAIR.access(Step)
 _, store_ends, _ = PAIR.access(Step, "ends")

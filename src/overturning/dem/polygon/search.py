@@ -11,7 +11,7 @@ from numba import njit
 from overturning.dem.lanes import OPTIONS
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import rotated, seen_before
-from overturning.dem.polygon.memory import hand_on, let_go
+from overturning.dem.polygon.memory import forget, hand_on
 from overturning.dem.polygon.rows import Face, Nearest, Pose
 
 
@@ -118,7 +118,7 @@ def search(q: Any, a: Any, b: Any, j: int, step: float, shape_a: Any, shape_b: A
     ahead = 2.0 * ((first.trial.moved + second.trial.moved) + lever * (first.trial.turned + second.trial.turned))
     rows.store_nearest(q, j, Nearest(best.a, best.b, lever, max(limit, reach), reach, 0.0, ahead))
     if clear > 0.0:
-        let_go(q, j)
+        forget(q, j)
     changed = old.face_a != best.a or old.face_b != best.b
     if changed:
         rows.store_face_a(q, j, face_of(shape_a, best.a))

@@ -150,8 +150,17 @@ def step_of(contact: Any, vertical: bool) -> Any:
 
     @njit(**OPTIONS)
     def step(
-        state: Any, matrix: Any, used: Any, moves: Any, layout: Any, sizes: Any, shapes: Any, variant: Any, ticks: float, gravity: float
-    ) -> None:  # fmt: skip
+        state: Any,
+        matrix: Any,  # noqa: ARG001, of the equations that the other scheme solves
+        used: Any,  # noqa: ARG001
+        moves: Any,
+        layout: Any,
+        sizes: Any,
+        shapes: Any,
+        variant: Any,
+        ticks: float,  # noqa: ARG001
+        gravity: float,
+    ) -> None:
         for p in range(layout.shape[0]):
             if in_reach(state, layout, sizes, shapes, variant, p):
                 contact(

@@ -20,7 +20,8 @@ FLAT: Final = round(0.999 * 0.5 * np.pi, 12)
 
 def kernel_column(prepared: Prepared) -> FloatArray:
     """The rows of a column at rest, as the kernel wants them, shape (rows,)."""
-    from overturning.dem.polygon import rows as k
+    from overturning.dem.polygon import rows
+    from overturning.dem.polygon import state as k
 
     placed, laws, still = prepared.placed, prepared.laws, k.Plane(0.0, 0.0, 0.0)
     elements = []
@@ -48,14 +49,16 @@ def kernel_column(prepared: Prepared) -> FloatArray:
         tangential = laws.tangential[index]
         compliance = 1.0 / tangential if tangential > 0 else 0.0
         law = k.Law(laws.normal[index], tangential, laws.dashpot[index], laws.friction[index], compliance)
-        ends = [k.Memory(0.0, k.OPEN, 0.0, 0.0)] * 2
+        ends = [k.Memory(0.0, rows.OPEN, 0.0, 0.0)] * 2
         for at, side, slip in prepared.springs:
             if at == index:
-                ends[side] = k.Memory(slip, k.MINE if _is_first(placed[i], placed[j], side) else k.THEIRS, 0.0, 0.0)
+                ends[side] = k.Memory(
+                    slip, rows.MINE if _is_first(placed[i], placed[j], side) else rows.THEIRS, 0.0, 0.0
+                )
         pairs.append(k.Pair(face, face, law, nearest, unseen, ends[0], ends[1], 0.0, 0.0, 0.0, 0.0))
-    step = [0.0] * (k.PAIR.count - len(k.flat(pairs[0])) if pairs else 0)
+    step = [0.0] * (rows.PAIR.count - len(rows.flat(pairs[0])) if pairs else 0)
     return np.array(
-        [0.0] * k.CASE.count + k.flat(elements) + [number for pair in pairs for number in k.flat(pair) + step]
+        [0.0] * rows.CASE.count + rows.flat(elements) + [number for pair in pairs for number in rows.flat(pair) + step]
     )
 
 

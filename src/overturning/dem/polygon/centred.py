@@ -17,7 +17,7 @@ from overturning.dem.polygon import rows
 from overturning.dem.polygon.contact import Force, action_of, stretched
 from overturning.dem.polygon.faces import common_stretch
 from overturning.dem.polygon.ladder import FORESEEN, TICKS
-from overturning.dem.polygon.rows import (
+from overturning.dem.polygon.state import (
     Body,
     Case,
     Couple,

@@ -10,7 +10,7 @@ from numba import njit
 from overturning.dem.lanes import INLINE
 from overturning.dem.mechanics import larger
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.rows import Action, Element, End, Memory, Pair, Plane, Stretch
+from overturning.dem.polygon.state import Action, Element, End, Memory, Pair, Plane, Stretch
 
 
 class Force(NamedTuple):

@@ -9,7 +9,7 @@ from overturning.dem.mechanics import within
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.contact import Force, act, stretched
 from overturning.dem.polygon.faces import common_stretch
-from overturning.dem.polygon.rows import End, Law, Memory, Stretch
+from overturning.dem.polygon.state import End, Law, Memory, Stretch
 
 
 class Cundall(NamedTuple):

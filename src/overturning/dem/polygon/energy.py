@@ -7,7 +7,7 @@ from numba import njit
 from overturning.dem.lanes import OPTIONS
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import carried, seen_before
-from overturning.dem.polygon.rows import Element, Pair
+from overturning.dem.polygon.state import Element, Pair
 
 
 @njit(**OPTIONS)

@@ -12,7 +12,7 @@ from numba import njit
 
 from overturning.dem.lanes import INLINE, OPTIONS, Rows
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.rows import Body, Couple, Plane
+from overturning.dem.polygon.state import Body, Couple, Plane
 
 
 class Block(NamedTuple):

@@ -7,7 +7,7 @@ from numba import njit
 from overturning.dem.lanes import INLINE, OPTIONS
 from overturning.dem.mechanics import turned
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.rows import Element, End, Face, Levers, Memory, Pair, Pose, Seen, Stretch, Vertices
+from overturning.dem.polygon.state import Element, End, Face, Levers, Memory, Pair, Pose, Seen, Stretch, Vertices
 
 
 class Facing(NamedTuple):

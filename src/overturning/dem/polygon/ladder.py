@@ -6,7 +6,7 @@ from numba import njit
 
 from overturning.dem.lanes import INLINE, OPTIONS
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.rows import Attempt, Case, Found
+from overturning.dem.polygon.state import Attempt, Case, Found
 
 MOST_HALVINGS: Final = 20
 """So often a step may be halved where a contact changes."""

@@ -7,7 +7,7 @@ from numba import njit
 from overturning.dem.lanes import OPTIONS
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import carried, rotated
-from overturning.dem.polygon.rows import Memory, Pair, Pose
+from overturning.dem.polygon.state import Memory, Pair, Pose
 
 
 @njit(**OPTIONS)

@@ -25,8 +25,8 @@ from overturning.dem.polygon.energy import energy, springs
 from overturning.dem.polygon.equations import BLOCK_SIZE
 from overturning.dem.polygon.memory import load_at_rest
 from overturning.dem.polygon.note import note, note_forces
-from overturning.dem.polygon.rows import Attempt, Case, Found, Law, Line, Pose, Shaking, Verdict
 from overturning.dem.polygon.search import search
+from overturning.dem.polygon.state import Attempt, Case, Found, Law, Line, Pose, Shaking, Verdict
 from overturning.dem.polygon.step import step_of, trapezoidal_step
 from overturning.dem.polygon.verdict import GOES_ON, finish, note_standing, verdict
 from overturning.dem.status import Status
@@ -199,6 +199,7 @@ def run_queue(
     state: Any = rows.borrowed(owner)  # type: ignore[call-arg]
     case, row = np.zeros(rows.COLUMNS, np.int64), np.zeros(rows.COLUMNS, np.int64)
     variant, done = np.zeros(rows.COLUMNS, np.int64), np.zeros(rows.COLUMNS, np.int64)
+    looked = np.zeros(rows.COLUMNS, np.int64)
     step, ticks = chosen_step(scheme, upward), 1.0 * scheme.ticks * steps
     # Blocks of the equations and which of them are used; below them, which pairs are in reach.
     matrix = aligned(elements * elements * BLOCK_SIZE)
@@ -218,6 +219,7 @@ def run_queue(
             n = queue[head]
             v = variant_of_case[n]
             case[active], row[active], variant[active], done[active] = n, row_of_case[n], v, 0
+            looked[active] = int(cases[n, t.P_FIRST]) // stride
             start(state, active, cases[n], initial[v], layout, sizes, shapes[v], interval, ticks, scheme.lag, gravity)
             active, head = active + 1, head + 1
         if active == 0:
@@ -253,8 +255,10 @@ def run_queue(
         for j in range(active - 1, -1, -1):
             done[j] += steps
             n, v, spent = case[j], variant[j], done[j] >= budget
-            if (int(cases[n, t.P_FIRST]) + done[j] // steps) % stride != 0 and not spent:
+            part = int(state[rows.SAMPLE + j]) // stride
+            if part == looked[j] and not spent:
                 continue
+            looked[j] = part
             ended = verdict(state, j, layout, elements, rules[v], limits[v], float(samples), gravity)
             ended = Status.OVER_BUDGET if spent and ended == GOES_ON else ended
             if ended != GOES_ON:
@@ -262,6 +266,7 @@ def run_queue(
                 # The last column, already looked at, moves into the free place.
                 active -= 1
                 case[j], row[j], variant[j], done[j] = case[active], row[active], variant[active], done[active]
+                looked[j] = looked[active]
                 copy_column(state, count, active, j)
 
 

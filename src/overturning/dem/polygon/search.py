@@ -12,7 +12,7 @@ from overturning.dem.lanes import OPTIONS
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import rotated, seen_before
 from overturning.dem.polygon.memory import forget, hand_on
-from overturning.dem.polygon.rows import Face, Nearest, Pose
+from overturning.dem.polygon.state import Face, Nearest, Pose
 
 
 class Candidate(NamedTuple):

@@ -15,8 +15,8 @@ from overturning.dem.polygon import rows
 from overturning.dem.polygon.centred import couple, keep, meet
 from overturning.dem.polygon.equations import add_pair, solve
 from overturning.dem.polygon.ladder import begin, go_on, judge
-from overturning.dem.polygon.rows import Body, Case, Course, Element, Line, Plane, Pose, Trial
 from overturning.dem.polygon.search import changes, count_motion, search
+from overturning.dem.polygon.state import Body, Case, Course, Element, Line, Plane, Pose, Trial
 
 
 @njit(**INLINE)

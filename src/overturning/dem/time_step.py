@@ -47,7 +47,7 @@ SOFT_FRACTION: Final = 0.5
 """The same where its contact is so soft that 8/ω exceeds 0.025/p."""
 
 SCENE_FRACTION: Final = 0.5
-"""The same for a scene of polygons, with either scheme."""
+"""The same for a scene of polygons with Cundall's scheme."""
 
 MOST_STEPS_PER_SAMPLE: Final = 2_000_000
 """More than this cannot be resolved in any reasonable time."""
@@ -164,9 +164,16 @@ def steps_per_sample(
         If the step is above the stable one, or so small that a sample takes millions.
     """
     stable = stable_step(scheme, square, rate, period)
+    return samples_divided(stable, stable * _automatic(scheme, square, rate, period), time_step, sampling_interval)
+
+
+def samples_divided(
+    stable: FloatArray, automatic: FloatArray, time_step: float | str, sampling_interval: float
+) -> NDArray[np.int64]:
+    """Steps per sample for a stable and an automatic step, s; the rest and the errors as of `steps_per_sample`."""
     least = float(np.min(stable))
     if time_step == "auto":
-        step = stable * _automatic(scheme, square, rate, period)
+        step = automatic
     elif isinstance(time_step, str):
         step = stable * _fraction(time_step)
     else:

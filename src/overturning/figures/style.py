@@ -71,6 +71,7 @@ def save(figure: "Figure", path: Path, colours: int = 0) -> None:
     """
     import matplotlib.pyplot as plt
 
+    _lay_out_once(figure)
     kind = path.suffix.removeprefix(".")
     # No date and no version of the program that drew it: both would change bytes that nobody sees.
     metadata: dict[str, Any] = {"Date": None, "Creator": None} if kind == "svg" else {"Software": None}
@@ -82,6 +83,22 @@ def save(figure: "Figure", path: Path, colours: int = 0) -> None:
         if kind == "svg":
             part.write_text(compact(part.read_text(encoding="utf-8")), encoding="utf-8")
     plt.close(figure)
+
+
+def _lay_out_once(figure: "Figure") -> None:
+    """Spare the drawing that Matplotlib makes, and throws away, only for the layout that comes with it."""
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    draw = figure.draw
+
+    def draw_or_lay_out(renderer: Any) -> None:
+        engine = figure.get_layout_engine()
+        if isinstance(engine, ConstrainedLayoutEngine):  # no longer where the picture itself is drawn
+            engine.execute(figure)
+        else:
+            draw(renderer)
+
+    figure.draw = draw_or_lay_out  # type: ignore[method-assign]
 
 
 def _save_small(figure: "Figure", path: Path, colours: int) -> None:

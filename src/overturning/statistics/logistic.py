@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.statistics.planes import by_plane
+from overturning.statistics.planes import by_plane, falls_of_record
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -228,7 +228,7 @@ def overturning_rows(
 
     parts = []
     for i in range(cube.sizes["record"]):
-        planes = by_plane(cube.isel(record=i), ensemble=ensemble)
+        planes = by_plane(falls_of_record(cube, i), ensemble=ensemble)
         where = planes["azimuth"].values
         try:
             along = intensity[["pga", "pgv"]].isel(record=i).sel(azimuth=where, method="nearest", tolerance=1e-6)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.statistics.circular import wrap_axis
-from overturning.statistics.planes import fall_probability, plane_index
+from overturning.statistics.planes import fall_probability, falls_of_record, plane_index
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -84,7 +84,7 @@ def _normal_against_parallel(cube: "xr.Dataset", record: int, planes: NDArray[np
 def _which_side(cube: "xr.Dataset", record: int, planes: NDArray[np.intp]) -> Candidate | None:
     if "probability_towards" not in cube:
         return None
-    p = fall_probability(cube.isel(record=record)).isel(azimuth=planes)
+    p = fall_probability(falls_of_record(cube, record)).isel(azimuth=planes)
     p = p.transpose("azimuth", "height", "b_over_h", "friction")
     split = np.minimum(p["towards"].to_numpy(), p["away"].to_numpy())
     sure = (p["towards"] + p["away"]).to_numpy() > 0.99

@@ -14,10 +14,16 @@ from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.errors import ConfigError, ResultError
 from overturning.motion.motion import Motion
+from overturning.records.record import Record
+from overturning.records.store import write_motion
+from overturning.study.cube import open_cube
 from overturning.study.ensemble import BATCH, ENSEMBLE_VARIABLES, cells_to_run, half_width, run_ensemble, settled
+from overturning.study.gather import gather
 from overturning.study.load import check_study
 from overturning.study.members import Members, draw_members, read_members, write_members
+from overturning.study.recheck import recheck
 from overturning.study.sections import Ensemble
+from overturning.study.sweep import sweep_record
 
 AZIMUTH = np.arange(0, 360, 60, dtype=np.int16)
 GRID = Grid(AZIMUTH, np.array([0.6]), np.array([0.1, 0.2, 0.3, 0.4, 0.5]), np.array([0.5, 1.0]))
@@ -184,6 +190,32 @@ def test_a_cell_stops_where_its_own_members_say_so(motion: Motion, nominal: dict
         )[0]  # fmt: skip
         for variable in ENSEMBLE_VARIABLES:
             assert alone[variable.name].item() == some[variable.name][place].item()
+
+
+def test_a_cube_with_settled_cells_is_found_again_bit_for_bit(tmp_path: Path) -> None:
+    study = check_study(
+        {
+            "name": "few", "records": {"use": ["pulse"]}, "azimuth": {"start": 0, "stop": 360, "step": 60},
+            "height": [0.6], "b_over_h": [0.2, 0.3, 0.4], "friction": [1.0], "verification": "none",
+            "ensemble": {"where": "everywhere", "amplitude": 0.2, "b_over_h": 0.1},
+        },
+        "few.yaml",
+    )  # fmt: skip
+    time = np.arange(0, 4, 0.01)
+    pulse = np.where((time > 1) & (time < 1.8), 6.0 * np.sin(2 * np.pi * (time - 1) / 0.8), 0.0)
+    record = Record(
+        "pulse", np.round(pulse, 9), np.round(0.3 * pulse, 9), None, 0.01,
+        station="S", event="E", source="made", licence="none", sha256="0" * 64,
+    )  # fmt: skip
+    (tmp_path / "motion").mkdir()
+    write_motion(record, tmp_path / "motion" / "pulse.nc")
+    sweep_record(study, record, tmp_path / "part.nc", threads=2)
+    gather(study, [record], [tmp_path / "part.nc"], tmp_path / "cube.nc")
+    with open_cube(tmp_path / "cube.nc") as cube:
+        assert len(np.unique(cube["members"].to_numpy())) > 1
+    found = recheck(tmp_path / "cube.nc", cells=18)
+    assert found.differences == []
+    assert found.cells == found.ensemble_cells == 18
 
 
 def _stopped(probability: float, widest: float, batches: list[int]) -> dict[tuple[int, int], float]:

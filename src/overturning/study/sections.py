@@ -107,7 +107,16 @@ class Variant(Model):
 class Ensemble(Model):
     """Each case run again in a neighbourhood: uniform half-widths, scrambled Sobol points."""
 
-    members: int = Field(default=16, ge=0, le=4096, description="runs per case, even (two scrambles); 0 leaves it out")
+    members: int = Field(
+        default=24, ge=0, le=4096, description="runs per case at most, even (two scrambles); 0 leaves it out"
+    )
+    half_width: float = Field(
+        default=0.19,
+        ge=0,
+        lt=0.5,
+        description="a case gets no further batch of 8 runs once the 95 % intervals of its probabilities are no wider than "
+        "this on either side; 24 runs always reach 0.19; 0 makes all runs",
+    )
     where: Literal["boundary", "everywhere"] = Field(
         default="boundary", description="cells within two B/H steps of a change of flag, or all cells"
     )

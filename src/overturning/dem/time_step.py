@@ -22,11 +22,12 @@ HEAVY_DAMPING: Final = 4.0
 """Above this damping ratio of the highest mode the centred scheme's step shrinks in proportion to its inverse: the step
 itself would stay stable, but which corners press and slip is guessed from a velocity that the dashpots change too much."""
 
-LONGEST_CONTACT: Final = 8.0
+import os
+LONGEST_CONTACT: Final = float(os.environ.get('LONG',1e9))
 """The centred scheme is stable with any step; this one, in 1/ω of the highest mode, is the longest that still tells when
 a contact opens, closes, sticks and slips (docs/method.md)."""
 
-LONGEST_ROCKING: Final = 0.025
+LONGEST_ROCKING: Final = float(os.environ.get('ROCK',0.0125))
 """And this one, in 1/p with p = √(3g/4R), the longest for which a soft contact's energy balances."""
 
 LIGHT_DAMPING: Final = 0.6
@@ -193,8 +194,7 @@ def _automatic(scheme: Scheme, square: FloatArray, rate: FloatArray, period: Flo
     if period is None or scheme == Scheme.CUNDALL:
         fraction = SCENE_FRACTION if period is None else AUTO_FRACTION[scheme]
         return np.where(damping < BARE_DAMPING, 0.5 * fraction, fraction)
-    soft = LONGEST_CONTACT / np.sqrt(square) > LONGEST_ROCKING * period
-    return np.where(damping < LIGHT_DAMPING, LIGHT_FRACTION, np.where(soft, SOFT_FRACTION, AUTO_FRACTION[scheme]))
+    return np.full_like(damping, AUTO_FRACTION[scheme])
 
 
 def _fraction(text: str) -> float:

@@ -9,7 +9,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.block import tables as k
 from overturning.dem.block.path import block_path
 from overturning.dem.block.queue import SCHEMES, Ground, Limits, run_queue
-from overturning.dem.block.rows import LEAST_TAIL, SETTLING, TAIL, TICKS
+from overturning.dem.block.rows import DWELL, FINEST, MOST_HALVINGS
 from overturning.dem.cases import Cases
 from overturning.dem.contact import check_precision
 from overturning.dem.numerics import Numerics
@@ -17,7 +17,7 @@ from overturning.dem.plan import AFTERMATH, DEEPEST, Path, Plan, rounded, shakin
 from overturning.dem.quiet import quiet_windows
 from overturning.dem.results import Answers
 from overturning.dem.scene import Scene
-from overturning.dem.time_step import highest_eigenvalue, rocking_time, scheme_of, steps_per_sample
+from overturning.dem.time_step import HEAVY_DAMPING, highest_eigenvalue, rocking_time, scheme_of, steps_per_sample
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
@@ -113,10 +113,10 @@ def plan_block(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics) -
         calm = quiet.astype(np.float64)
         # A block whose weight alone presses it in too far has no answer: the kernel is to find and mark it.
         never &= STANDARD_GRAVITY / (2.0 * normal) <= DEEPEST * 0.5 * np.minimum(width, height)
-    # A lightly damped contact rings for longer.
+    # As many halvings of a whole step as the contact asks for; a lightly damped one rings for longer.
     frequency = np.sqrt(square)
-    settling = SETTLING * np.clip(frequency / np.maximum(rate, 1e-300), 1.0, 8.0) / frequency
-    tail = np.maximum(np.ceil(TAIL / frequency * (steps / interval)), LEAST_TAIL) * TICKS
+    heavy = np.maximum(0.5 * rate / frequency / HEAVY_DAMPING, 1.0)
+    halvings = np.clip(np.frexp(interval / steps * frequency * heavy / FINEST)[1], 0, MOST_HALVINGS)
     columns = {
         k.P_WIDTH: width,
         k.P_HEIGHT: height,
@@ -131,8 +131,8 @@ def plan_block(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics) -
         k.P_FIRST: first,
         k.P_CALM: calm,
         k.P_AFTER: samples + np.ceil(AFTERMATH * period / interval),
-        k.P_WINDOW: np.ceil(settling * (steps / interval)) * TICKS + tail,
-        k.P_TAIL: tail,
+        k.P_FINEST: np.ldexp(1.0, MOST_HALVINGS - halvings),
+        k.P_DWELL: np.round(DWELL * np.clip(frequency / np.maximum(rate, 1e-300), 1.0, 8.0)),
     }
     table = np.zeros((cases.size, k.PARAMETERS))
     for column, values in columns.items():

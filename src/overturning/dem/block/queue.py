@@ -93,7 +93,7 @@ def start(state: Any, j: int, case: Any, friction: float, interval: float, ticks
     inertia = 3.0 / (b * b + h * h)
     block = Block(
         b, h, inertia, k, ks, 1.0 / ks if ks > 0.0 else 0.0, case[tables.P_DASHPOT], friction, case[tables.P_ALPHA], interval / ticks,
-        case[tables.P_WINDOW], case[tables.P_TAIL],
+        case[tables.P_FINEST], case[tables.P_DWELL],
     )  # fmt: skip
     tilted = s != 0.0
     z = (b * abs(s) + h * c) - (gravity / k if tilted else 0.5 * gravity / k)
@@ -105,7 +105,7 @@ def start(state: Any, j: int, case: Any, friction: float, interval: float, ticks
     at_rest = State(x, z, case[tables.P_TILT], c, s, 0.0, 0.0, 0.0, 0.0, az, aw, left, right, 0.0)
     store_block(state, j, block)
     store_state(state, j, at_rest)
-    store_attempt(state, j, Attempt(case[tables.P_WINDOW], 0.0, 0.0, 0.0))
+    store_attempt(state, j, Attempt(block.finest, block.dwell, 0.0, 0.0, 0.0))
     store_peaks(state, j, Peaks(abs(case[tables.P_TILT]), 0.0, 0.0, -1.0))
     barrier = gravity * (np.sqrt(b * b + h * h) - h)
     store_course(state, j, Course(

@@ -326,7 +326,7 @@ def next_attempt(
     twice = tick * (0.5 / length)
     fits = (twice + NO_FRACTION) - NO_FRACTION == twice
     longer = (attempt.left <= 1.0) & (length < WHOLE) & fits
-    then, dwell = (2.0 * length if longer else length), (block.dwell if longer else attempt.left - 1.0)
+    then, dwell = (2.0 * length if longer else length), ((block.dwell if length < rows.CALM_STEP * block.finest else rows.CALM_DWELL) if longer else attempt.left - 1.0)
     then, dwell = (length if changed | retry else then), (block.dwell if changed else dwell)
     then, dwell = (0.5 * length if shorter else then), (2.0 if shorter else dwell)
     return shorter | retry, Attempt(then, attempt.left if retry else dwell, tries, slid_l, slid_r)

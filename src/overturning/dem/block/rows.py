@@ -29,6 +29,9 @@ DWELL: Final = float(os.environ.get('DWELL',8))
 FORESEEN: Final = float(os.environ.get('SHORT',4))
 """Up to so many finest steps the foreseen forces tell which corners press and slide."""
 
+import os
+CALM_STEP = float(os.environ.get('CALM', 64))
+CALM_DWELL = float(os.environ.get('CDW', 2))
 MOST_TRIES: Final = 2.0
 """A long step is done again so often with other corners taken to slide; then it is done in shorter ones."""
 

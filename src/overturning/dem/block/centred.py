@@ -251,6 +251,8 @@ class Met(NamedTuple):
     """how deep it has sunk since, 1 where it has not;"""
     changed: float
     """above 0 where the contact has opened or closed;"""
+    far: float
+    """how far it has moved up or down, m;"""
     found: float
     """±μ where it slips,"""
     wrong: bool
@@ -294,7 +296,7 @@ def meet(
     return Met(
         Corner(kept, place, depth, n), f, r.drop * f - r.arm * n if rough else -(r.arm * n),
         damping + sliding if rough else damping, (old.spring + kept) * (stretch - kept) if rough else 0.0, cut,
-        fresh, sinking if fresh else 1.0, changed, found, (found != taken) & (most > 0.0), (taken * ux < 0.0) & (most > 0.0),
+        fresh, sinking if fresh else 1.0, changed, abs(sinking) if changed > 0.0 else 0.0, found, (found != taken) & (most > 0.0), (taken * ux < 0.0) & (most > 0.0),
     )  # fmt: skip
 
 
@@ -312,7 +314,8 @@ def next_attempt(
     """
     length, late = attempt.length, attempt.length <= FORESEEN * block.finest
     changed = (left.changed if left.changed > right.changed else right.changed) > 0.0
-    finest = length <= block.finest
+    far = left.far if left.far > right.far else right.far
+    finest = (length <= block.finest) | ((far <= block.reach) & (length <= rows.SLOWEST * block.finest))
     shorter, retry, tries, slid_l, slid_r = changed & (not finest), False, 0.0, 0.0, 0.0
     if rough:
         wrong = (left.wrong | right.wrong) & (not (late | shorter))

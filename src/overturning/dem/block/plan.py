@@ -132,6 +132,7 @@ def plan_block(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics) -
         k.P_CALM: calm,
         k.P_AFTER: samples + np.ceil(AFTERMATH * period / interval),
         k.P_FINEST: np.ldexp(1.0, MOST_HALVINGS - halvings),
+        k.P_REACH: float(__import__('os').environ.get('KAPPA',0.0)) * FINEST / (frequency * heavy) * width * rounded(np.arctan, ratio) / period,
         k.P_DWELL: np.round(DWELL * np.clip(frequency / np.maximum(rate, 1e-300), 1.0, 8.0)),
     }
     table = np.zeros((cases.size, k.PARAMETERS))

@@ -30,6 +30,7 @@ FORESEEN: Final = float(os.environ.get('SHORT',4))
 """Up to so many finest steps the foreseen forces tell which corners press and slide."""
 
 import os
+SLOWEST = float(os.environ.get('SLOWEST', 8))
 CALM_STEP = float(os.environ.get('CALM', 64))
 CALM_DWELL = float(os.environ.get('CDW', 2))
 MOST_TRIES: Final = 2.0
@@ -59,7 +60,9 @@ class Block(NamedTuple):
     finest: float
     """ticks of its shortest step,"""
     dwell: float
-    """and how many steps of a length it takes before longer ones."""
+    """and how many steps of a length it takes before longer ones;"""
+    reach: float
+    """how far a corner may move in a longer step in which it opens or closes, m."""
 
 
 class Corner(NamedTuple):

@@ -21,7 +21,7 @@ COMMANDS = {
     "members": ("workflow", "Draw the members of a study's ensemble."),
     "gather": ("workflow", "Gather the parts of a sweep into the cube."),
     "figures": ("workflow", "Draw the figures of a study."),
-    "verify-study": ("verify_study", "Run a random part of a study again, with finer steps and with stiffer springs."),
+    "verify-study": ("workflow", "Run a random part of a study again, with finer steps and with stiffer springs."),
     "report": ("workflow", "Write the report of a study."),
     "survey": ("survey", "Compare a survey of fallen stones with the cube of its site."),
     "recheck": ("recheck", "Compute a random sample of a cube's cells again and compare bit for bit."),

@@ -12,17 +12,9 @@ from overturning.errors import ConfigError
 
 @contextmanager
 def atomic_write(path: Path) -> Iterator[Path]:
-    """Write a file under another name in the same folder and move it into place when complete.
+    """Yield another name in the same folder to write to; move the file to ``path``, complete, when the block is through.
 
-    Parameters
-    ----------
-    path : Path
-        The file to make. Its folder is made where it is missing.
-
-    Yields
-    ------
-    Path
-        The name to write to. If the block raises, nothing stays behind and an earlier file keeps its content.
+    The folder is made where it is missing. If the block raises, nothing stays behind and an earlier file keeps its content.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)

@@ -22,38 +22,21 @@ def read_rows(
     kind: str,
     one_of: Sequence[str] = (),
 ) -> Iterator[tuple[int, Row]]:
-    """Read a table.
+    """The rows of a table, UTF-8 with or without byte order mark, each with the number of its line in the file.
 
     Lines that begin with ``#`` are comments; empty lines are passed over; an empty cell means the column's default. A
     table set off by tabs may leave out the empty cells at a line's end.
 
     Parameters
     ----------
-    path : Path
-        The file, UTF-8 with or without byte order mark.
+    path, delimiter, kind : Path, str, str
+        The file, what sets off its cells (a comma or a tab), and what it is called in a message.
     model : type of BaseModel
         Its fields are the columns that the table may have.
-    delimiter : str
-        What sets off the cells: a comma or a tab.
     error : type of OverturningError
-        What to raise.
-    kind : str
-        What the table is called in a message.
+        What to raise: it names file, line, column, value and remedy.
     one_of : sequence of str
         Columns of which the header must name one.
-
-    Yields
-    ------
-    line : int
-        Number of the line in the file.
-    row : BaseModel
-        The model of that line.
-
-    Raises
-    ------
-    OverturningError
-        Naming file, line, column, value and remedy: the file cannot be read, a column is unknown or named twice, a line has
-        another number of cells, or a cell is not what its column holds.
     """
     lines = _lines(path, model, error, kind)
     cells_of = [[cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))] for _, line in lines]

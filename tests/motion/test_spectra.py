@@ -22,7 +22,7 @@ from overturning.motion.intensity import MEASURES, intensity_by_azimuth, measure
 from overturning.motion.jma_intensity import instrumental_intensity, reported_intensity
 from overturning.motion.motion import Motion
 from overturning.motion.rotation import cosines_of, largest_along
-from overturning.motion.spectra import component_spectrum, rotd, spectra_by_azimuth, spectrum_intensity
+from overturning.motion.spectra import rotd, spectra_by_azimuth, spectrum_intensity
 from overturning.records.catalogue import read_catalogue
 from overturning.records.processing import process
 from overturning.records.read import read_record
@@ -66,6 +66,12 @@ def test_the_largest_of_a_line_of_motion():
     azimuths = np.arange(0.0, 360.0, 7.5)
     expected = np.abs(wave).max() * np.abs(np.cos(np.radians(azimuths - 60)))
     np.testing.assert_allclose(largest_along(pair, cosines_of(azimuths)), expected, atol=1e-11)
+
+
+def component_spectrum(samples, interval, periods, damping=0.05):
+    """Pseudo-acceleration spectrum of one component, m/s²."""
+    motion = Motion(samples, np.zeros_like(samples), sampling_interval=interval)
+    return spectra_by_azimuth(motion, periods, 0.0, damping=damping)["acceleration"][:, 0]
 
 
 @pytest.mark.parametrize("period", [0.05, 0.3, 1.0, 4.0])

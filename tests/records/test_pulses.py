@@ -70,6 +70,14 @@ def test_ricker_is_the_second_derivative_of_a_gaussian():
     assert a.max() == pytest.approx(1.0)
 
 
+def velocity(pulse, time):
+    """Equation 3 of Mavroeidis & Papageorgiou (2003), m/s, with V = A T/(2π)."""
+    after_the_middle = time - 0.5 * pulse.gamma * pulse.period_s
+    envelope = 1 + np.cos(2 * np.pi * after_the_middle / (pulse.gamma * pulse.period_s))
+    peak = pulse.amplitude_gal / 100 * pulse.period_s / (2 * np.pi)
+    return 0.5 * peak * envelope * np.cos(2 * np.pi * after_the_middle / pulse.period_s + math.radians(pulse.phase_deg))
+
+
 @pytest.mark.parametrize(("gamma", "phase"), [(1.5, 0), (2.2, 90), (3.0, 217)])
 def test_mavroeidis_papageorgiou_acceleration_is_the_derivative_of_its_velocity(gamma, phase):
     time, a, pulse = along(
@@ -78,12 +86,12 @@ def test_mavroeidis_papageorgiou_acceleration_is_the_derivative_of_its_velocity(
     inside = (time > 0.01) & (time < pulse.length - 0.01)
     moment = time[inside]
     h = 1e-5
-    derivative = (pulse.velocity(moment + h) - pulse.velocity(moment - h)) / (2 * h)
+    derivative = (velocity(pulse, moment + h) - velocity(pulse, moment - h)) / (2 * h)
     np.testing.assert_allclose(a[inside], derivative, atol=1e-8)
-    assert abs(pulse.velocity(np.array([0.0, pulse.length]))).max() < 1e-12
+    assert abs(velocity(pulse, np.array([0.0, pulse.length]))).max() < 1e-12
     # Peak velocity of the symmetric pulse: V at its middle.
     if phase == 0:
-        assert np.abs(pulse.velocity(time)).max() == pytest.approx(1.3 / (2 * np.pi), rel=1e-6)
+        assert np.abs(velocity(pulse, time)).max() == pytest.approx(1.3 / (2 * np.pi), rel=1e-6)
 
 
 def test_constant_acceleration():

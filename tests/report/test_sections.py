@@ -202,9 +202,7 @@ def test_published_values(one_record: Make) -> None:
 def test_the_fit(opened: Results, monkeypatch: pytest.MonkeyPatch) -> None:
     numbers = [np.array([0.5, 3.0, 1.0, -2.0, -1.0]) + shift for shift in (0.0, -1.0, 1.0)]
     names = ("intercept", "PGA", "ratio", "shape", "size")
-    fit = LogisticFit(
-        names, numbers[0], np.zeros(5), *numbers[1:], np.eye(5), 1234, 5, np.full(4, -0.5), np.ones(4), 0.95
-    )
+    fit = LogisticFit(names, numbers[0], np.zeros(5), *numbers[1:], 1234, 5, np.full(4, -0.5), np.ones(4), 0.95)
     monkeypatch.setattr("overturning.report.sections.cause.overturning_fit", lambda *_: fit)
     shown = cause(opened)
     (table,) = tables(shown)

@@ -95,9 +95,7 @@ def test_missing_outcomes_are_not_passed_over() -> None:
 
 def fit_of(coefficient: list[float], low: list[float], high: list[float]) -> LogisticFit:
     values = [np.array(numbers) for numbers in (coefficient, np.zeros(5), low, high)]
-    return LogisticFit(
-        ("intercept", "PGA", "ratio", "shape", "size"), *values, np.eye(5), 100, 5, np.zeros(4), np.ones(4), 0.95
-    )
+    return LogisticFit(("intercept", "PGA", "ratio", "shape", "size"), *values, 100, 5, np.zeros(4), np.ones(4), 0.95)
 
 
 def test_doubling() -> None:

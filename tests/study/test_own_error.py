@@ -264,7 +264,7 @@ def test_the_gravestone_scene_is_verified_with_the_fast_kernel() -> None:
 def test_the_command_reads_a_scenes_cube_and_writes_what_the_report_reads(
     row_of_two: dict[str, object], tmp_path: Path
 ) -> None:
-    from overturning.commands.verify_study import verify_study
+    from overturning.commands.workflow import verify_study
     from overturning.records.store import read_motion, write_motion
     from overturning.study.gather import gather
     from overturning.study.sweep import sweep_record

@@ -21,7 +21,7 @@ rule verification:
         ),
         motions=lambda wildcards, input: Path(input.motions[0]).parent,
         sweep=lambda wildcards, input: Path(input.timing[0]).parent,
-        sources=sources("verify_study"),
+        sources=sources("workflow:verify_study"),
     shell:
         "overturning verify-study --study {params.study:q} --motions {params.motions} --cube {input.cube}"
         " --sweep {params.sweep} --output {output.outcome} --timing {output.timing} --threads {threads} --log {log}"

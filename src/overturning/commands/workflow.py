@@ -5,7 +5,7 @@ does not run it again (`overturning.study.sources`).
 """
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -15,7 +15,9 @@ Study = Annotated[str, typer.Option(help="study file, or its content as JSON")]
 Motions = Annotated[Path, typer.Option(help="folder of the motions")]
 Variant = Annotated[str, typer.Option(help="name of the contact setting")]
 Threads = Annotated[int, typer.Option(min=1, help="number of threads or processes")]
+Timing = Annotated[Path, typer.Option(help="table of run times to make (CSV)")]
 Log = Annotated[Path | None, typer.Option(help="file for progress lines and errors")]
+Cube = Annotated[Path, typer.Option(help="the study's cube (NetCDF)")]
 NetCDF = Annotated[Path, typer.Option(help="NetCDF file to make")]
 
 
@@ -37,15 +39,21 @@ def read(
     write_motion(process(raw, settings.processing), output)
 
 
-@app.command()
-def rotate(study: Study, motions: Motions, output: NetCDF) -> None:
-    """Write the intensity measures of all records along every azimuth."""
+def _with_records(study: str, motions: Path) -> tuple[Any, list[Any]]:
+    """The study and the processed motions of its records."""
     from overturning.records.store import read_motion
-    from overturning.study.intensity import write_intensity
     from overturning.study.load import study_from
 
     settings = study_from(study)
-    write_intensity(settings, [read_motion(motions / f"{name}.nc") for name in settings.records.use], output)
+    return settings, [read_motion(motions / f"{name}.nc") for name in settings.records.use]
+
+
+@app.command()
+def rotate(study: Study, motions: Motions, output: NetCDF) -> None:
+    """Write the intensity measures of all records along every azimuth."""
+    from overturning.study.intensity import write_intensity
+
+    write_intensity(*_with_records(study, motions), output)
 
 
 @app.command()
@@ -62,7 +70,7 @@ def sweep(
     study: Study,
     motion: Annotated[Path, typer.Option(help="processed motion (NetCDF)")],
     output: NetCDF,
-    timing: Annotated[Path, typer.Option(help="table of run times to make (CSV)")],
+    timing: Timing,
     variant: Variant = "nominal",
     records: Annotated[
         int, typer.Option(min=1, help="number of records of the whole study, for the progress line")
@@ -100,19 +108,50 @@ def gather(
     variant: Variant = "nominal",
 ) -> None:
     """Gather the parts of a sweep into the cube."""
-    from overturning.records.store import read_motion
     from overturning.study.gather import gather as gather_parts
-    from overturning.study.load import study_from
 
-    settings = study_from(study)
-    names = settings.records.use
-    records = [read_motion(motions / f"{name}.nc") for name in names]
-    gather_parts(settings, records, [parts / f"{name}.nc" for name in names], output, variant)
+    settings, records = _with_records(study, motions)
+    gather_parts(settings, records, [parts / f"{name}.nc" for name in settings.records.use], output, variant)
+
+
+@app.command()
+def verify_study(
+    study: Study,
+    motions: Motions,
+    cube: Cube,
+    sweep: Annotated[Path, typer.Option(help="folder of the sweep's tables, one per record (CSV)")],
+    output: Annotated[Path, typer.Option(help="outcome to make (JSON)")],
+    timing: Timing,
+    threads: Threads = 1,
+    log: Log = None,
+) -> None:
+    """Run a part of a study again, with finer steps and with stiffer springs."""
+    from overturning.errors import ConfigError
+    from overturning.study.choice import read_sample
+    from overturning.study.own_error import repeat_sample
+    from overturning.study.own_error_file import write_verification
+    from overturning.study.progress import logged_to
+    from overturning.study.timing import block_steps_of, timed
+
+    with logged_to(log) as say, timed(timing) as row:
+        settings, records = _with_records(study, motions)
+        if isinstance(settings.verification, str):
+            raise ConfigError(f"{settings.name}: verification: none; leave the key out to verify the study")
+        sample = read_sample(cube, settings.verification)
+        done = sum(block_steps_of(sweep / f"{name}.csv") for name in settings.records.use)
+
+        def tell(part: int, most: int) -> None:
+            say(f"verification: {part} of at most {most} cases")
+
+        found = repeat_sample(settings, records, sample, done, threads, tell)
+        row.update(record="all", variant="verification", cases=2 * found["chosen"])
+        row["block_steps"] = sum(found[kind].get("block_steps", 0) for kind in ("finer", "stiffer"))
+        write_verification(found, output)
 
 
 @app.command()
 def figures(
-    cube: Annotated[Path, typer.Option(help="the cube (NetCDF)")],
+    cube: Cube,
     intensity: Annotated[Path, typer.Option(help="intensity measures by azimuth (NetCDF)")],
     motions: Motions,
     output: Annotated[Path, typer.Option(help="folder for the figures")],

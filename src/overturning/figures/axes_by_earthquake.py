@@ -1,48 +1,48 @@
 """Fall axes of the earthquakes relative to their fault normals."""
 
-from typing import TYPE_CHECKING, Any
-
 import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
 
-from overturning.figures.style import FAULT, INK, SERIES, caption
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
-
-    from overturning.statistics.earthquakes import AxisSummary
+from overturning.figures.style import DASHED, FAULT, INK, SERIES, caption, grid
+from overturning.statistics.earthquakes import AxisSummary
 
 MARKERS = ("o", "D", "s")
 
 
-def _draw_axes(
-    axes: Any, groups: "dict[str, xr.Dataset]", summaries: "dict[str, AxisSummary]", names: list[str]
-) -> None:
-    """Draw one point per earthquake, named from top to bottom, and group; below the mean axis of each group with its interval."""
-    for index, (name, data) in enumerate(groups.items()):
-        colour = SERIES[(1, 0, 2)[index % 3]]
+def axes_figure(groups: dict[str, xr.Dataset], summaries: dict[str, AxisSummary]) -> Figure:
+    """Figure of all earthquakes: a point each, named from top to bottom; below, the mean axis with its interval.
+
+    Parameters
+    ----------
+    groups : dict of xarray.Dataset
+        From `statistics.earthquakes.axes_by_group`; the resultant length of its fall axes is the size of a point.
+    summaries : dict of AxisSummary
+        Mean axis and interval of each group.
+    """
+    names = list(dict.fromkeys(str(event) for data in groups.values() for event in data["event"].values))
+    figure, panels = grid(1, 1, 6.6, 1.6 + 0.27 * (len(names) + len(groups)))
+    axes = panels[0, 0]
+    means = [len(names) + 0.35 + 0.6 * index for index in range(len(groups))]
+    for index, ((name, data), row) in enumerate(zip(groups.items(), means, strict=True)):
+        colour, marker = SERIES[(1, 0, 2)[index % 3]], MARKERS[index % 3]
+        filled, summary = colour if index == 0 else "white", summaries[name]
         height = [names.index(str(event)) + 0.16 * (index - (len(groups) - 1) / 2) for event in data["event"].values]
         angle, length = data["axis"].to_numpy(), data["resultant"].to_numpy()
         known = np.isfinite(angle)
         axes.scatter(
-            angle[known], np.array(height)[known], s=25 + 220 * length[known], marker=MARKERS[index % 3],
-            facecolor=colour if index == 0 else "white", edgecolor=colour, linewidth=1.3, zorder=3, label=name,
+            angle[known], np.array(height)[known], s=25 + 220 * length[known], marker=marker,
+            facecolor=filled, edgecolor=colour, linewidth=1.3, zorder=3, label=name,
         )  # fmt: skip
-        summary, row = summaries[name], len(names) + 0.35 + 0.6 * index
-        if np.isfinite(summary.mean_axis_deg):
-            width = summary.mean_axis_half_width_deg
+        mean, width = summary.mean_axis_deg, summary.mean_axis_half_width_deg
+        if np.isfinite(mean):
             if np.isfinite(width):
-                axes.plot(
-                    [max(-90, summary.mean_axis_deg - width), min(90, summary.mean_axis_deg + width)], [row, row],
-                    color=colour, linewidth=2.2, solid_capstyle="butt", clip_on=False,
-                )  # fmt: skip
-            axes.plot(
-                summary.mean_axis_deg, row, MARKERS[index % 3], color=colour,
-                markerfacecolor=colour if index == 0 else "white", markersize=8, clip_on=False,
-            )  # fmt: skip
-    axes.axvline(0, color=FAULT, linestyle=(0, (4, 2)), linewidth=1.3, zorder=1, label="fault normal")
+                ends = [max(-90, mean - width), min(90, mean + width)]
+                axes.plot(ends, [row, row], color=colour, linewidth=2.2, solid_capstyle="butt", clip_on=False)
+            axes.plot(mean, row, marker, color=colour, markerfacecolor=filled, markersize=8, clip_on=False)
+    axes.axvline(0, color=FAULT, linestyle=DASHED, linewidth=1.3, zorder=1, label="fault normal")
     axes.axhline(len(names) - 0.3, color=INK, linewidth=0.6)
-    ticks = [*range(len(names)), *(len(names) + 0.35 + 0.6 * i for i in range(len(groups)))]
+    ticks = [*range(len(names)), *means]
     axes.set_yticks(ticks, [*names, *(f"mean, {name}" for name in groups)], fontsize=8, parse_math=False)
     axes.set_ylim(ticks[-1] + 0.5, -0.6)
     axes.set_xlim(-92, 92)
@@ -51,23 +51,5 @@ def _draw_axes(
     )
     axes.set_xlabel("fall axis relative to the fault normal", fontsize=8)
     axes.grid(True, axis="x")
-
-
-def axes_figure(groups: "dict[str, xr.Dataset]", summaries: "dict[str, AxisSummary]") -> "Figure":
-    """Figure of all earthquakes; the size of a point grows with the resultant length of its fall axes.
-
-    Parameters
-    ----------
-    groups : dict of xarray.Dataset
-        From `statistics.earthquakes.axes_by_earthquake`, by name of the group.
-    summaries : dict of AxisSummary
-        Mean axis and interval of each group.
-    """
-    import matplotlib.pyplot as plt
-
-    names = list(dict.fromkeys(str(event) for data in groups.values() for event in data["event"].values))
-    rows = len(names) + len(groups)
-    figure, axes = plt.subplots(figsize=(6.6, 1.6 + 0.27 * rows), layout="constrained")
-    _draw_axes(axes, groups, summaries, names)
     caption(figure, "", axes, 3)
     return figure

@@ -1,18 +1,15 @@
 """Peak ground acceleration and velocity along every azimuth."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
-from overturning.figures.style import SERIES, caption, compass, mark_fault_normal, radius_labels, short
+from overturning.figures.style import SERIES, caption, compass, grid, mark_fault_normal, radius_ticks, short
 from overturning.units import CM, GAL
 
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
-
-def intensity_figure(intensity: "xr.Dataset", fault_normal_deg: float, title: str) -> "Figure":
+def intensity_figure(intensity: xr.Dataset, fault_normal_deg: float, title: str) -> Figure:
     """Polar curves of PGA (Gal) and PGV (cm/s) of one record.
 
     Parameters
@@ -22,26 +19,20 @@ def intensity_figure(intensity: "xr.Dataset", fault_normal_deg: float, title: st
     fault_normal_deg : float
         Azimuth of the fault normal, degrees, or NaN.
     """
-    import matplotlib.pyplot as plt
-
     azimuth = intensity["azimuth"].to_numpy().astype(np.float64)
     # A peak is an absolute value: opposite azimuths share it, and the curve closes on itself.
     around = np.concatenate([azimuth, azimuth + 180.0]) % 360.0
     order = np.argsort(around, kind="stable")
-    figure, panels = plt.subplots(1, 2, figsize=(6.4, 3.7), subplot_kw={"projection": "polar"}, layout="constrained")
-    for axes, name, factor, label, colour in (
-        (panels[0], "pga", GAL, "PGA, Gal", SERIES[1]),
-        (panels[1], "pgv", CM, "PGV, cm/s", SERIES[2]),
-    ):
+    theta = np.radians(around[order])
+    figure, panels = grid(1, 2, 6.4, 3.7, polar=True)
+    measures = (("pga", GAL, "PGA, Gal", SERIES[1]), ("pgv", CM, "PGV, cm/s", SERIES[2]))
+    for axes, (name, factor, label, colour) in zip(panels.flat, measures, strict=True):
         values = np.tile(intensity[name].to_numpy() / factor, 2)[order]
         compass(axes)
-        theta = np.radians(around[order])
         axes.plot(np.append(theta, theta[0] + 2 * np.pi), np.append(values, values[0]), color=colour, linewidth=1.4)
-        top = float(values.max()) * 1.08 or 1.0
-        axes.set_ylim(0.0, top)
-        radius_labels(axes)
-        axes.yaxis.set_major_locator(plt.MaxNLocator(4))
-        mark_fault_normal(axes, fault_normal_deg, top)
+        radius_ticks(axes, float(values.max()) * 1.08 or 1.0)
+        axes.yaxis.set_major_locator(MaxNLocator(4))
+        mark_fault_normal(axes, fault_normal_deg)
         axes.set_title(f"{label}\nlargest {short(values.max())} at N{around[order][values.argmax()] % 180:g}°E", pad=4)
-    caption(figure, title, panels[0])
+    caption(figure, title, panels[0, 0])
     return figure

@@ -1,25 +1,23 @@
 """Falls in the plane of PGA and PGV/PGA, beside the classical limits and the fitted probability."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import FALLS, INK, SERIES, STANDS, caption, labels
+from overturning.figures.style import DASHED, FALLS, INK, SERIES, STANDS, caption, grid, labels
 from overturning.statistics.direction import fall_shares
 from overturning.statistics.limits import ishiyama_velocity, west_acceleration
+from overturning.statistics.logistic import LogisticFit
 from overturning.statistics.planes import by_plane
 from overturning.units import GAL, STANDARD_GRAVITY
 
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
-
-    from overturning.statistics.logistic import LogisticFit
-
 
 def plane_points(
-    cube: "xr.Dataset", intensity: "xr.Dataset", height: float, b_over_h: float, friction: float
+    cube: xr.Dataset, intensity: xr.Dataset, height: float, b_over_h: float, friction: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """PGA (m/s²), PGV/PGA (s) and probability of falling of one block, for every plane of every record, each shape (n,)."""
     planes = by_plane(cube.sel(height=height, b_over_h=b_over_h, friction=friction, method="nearest")).compute()
@@ -35,27 +33,23 @@ def _draw_intensity_plane(
     points: tuple[FloatArray, FloatArray, FloatArray],
     height: float,
     b_over_h: float,
-    fit: "LogisticFit | None" = None,
+    fit: LogisticFit | None = None,
 ) -> None:
     """Draw one block's plane: the points of `plane_points`, the limits, and the fit's line of probability one half."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
     pga, ratio, falls = points
     axes.set(xscale="log", yscale="log")
     west, velocity = float(west_acceleration(b_over_h)), float(ishiyama_velocity(height, b_over_h))
     low_x, high_x = min(pga.min(initial=west), west) / 1.5, max(pga.max(initial=west), west) * 1.5
     low_y, high_y = ratio.min(initial=0.05) / 1.5, ratio.max(initial=0.2) * 1.5
     stands = falls < 0.5
-    for chosen, colour, edge, marker, label in (
-        (stands, STANDS, "#555555", "o", "stands"),
-        (~stands, FALLS, FALLS, "D", "falls"),
+    common = {"s": 9, "linewidth": 0.5, "rasterized": True}
+    for chosen, label, look in (
+        (stands, "stands", {"marker": "o", "facecolor": STANDS, "edgecolor": "#555555"}),
+        (~stands, "falls", {"marker": "D", "facecolor": FALLS, "edgecolor": FALLS}),
     ):
-        axes.scatter(
-            pga[chosen] / GAL, ratio[chosen], s=9, marker=marker, facecolor=colour, edgecolor=edge, linewidth=0.5,
-            label=label, rasterized=True,
-        )  # fmt: skip
+        axes.scatter(pga[chosen] / GAL, ratio[chosen], label=label, **common, **look)
     x = np.geomspace(low_x, high_x, 200)
-    axes.axvline(west / GAL, color=SERIES[0], linewidth=1.4, linestyle=(0, (4, 2)), label="West: a = g B/H")
+    axes.axvline(west / GAL, color=SERIES[0], linewidth=1.4, linestyle=DASHED, label="West: a = g B/H")
     axes.plot(x / GAL, velocity / x, color=INK, linewidth=1.4, linestyle=(0, (1, 1.2)), label="Ishiyama: PGV limit")
     if fit is not None and not fit.note and abs(fit.coefficient[2]) > 1e-9:
         # Probability one half: the linear predictor is zero.
@@ -73,9 +67,7 @@ def _draw_intensity_plane(
     axes.set_title(f"B/H = {b_over_h:g}, H = {height:g} m", fontsize=9)
 
 
-def intensity_plane_figure(
-    cube: "xr.Dataset", intensity: "xr.Dataset", fit: "LogisticFit | None", friction: float
-) -> "Figure":
+def intensity_plane_figure(cube: xr.Dataset, intensity: xr.Dataset, fit: LogisticFit | None, friction: float) -> Figure:
     """Figure with up to three slendernesses (columns) and all heights (rows) at one friction.
 
     Parameters
@@ -89,8 +81,6 @@ def intensity_plane_figure(
     friction : float
         Friction coefficient to show.
     """
-    import matplotlib.pyplot as plt
-
     slender = cube["b_over_h"].to_numpy()
     one_friction = cube.sel(friction=[friction], method="nearest")
     share = fall_shares(one_friction, over=("record", "height", "friction"))["share_overturned"].compute().to_numpy()
@@ -98,10 +88,7 @@ def intensity_plane_figure(
     chosen = np.sort(slender[np.argsort(-np.nan_to_num(share * (1 - share)), kind="stable")[:3]])
     heights = cube["height"].to_numpy()
     shown = heights[np.unique([0, heights.size - 1])]
-    figure, panels = plt.subplots(
-        shown.size, chosen.size, figsize=(max(2.7 * chosen.size, 4.2), 2.6 * shown.size + 0.8), squeeze=False,
-        layout="constrained",
-    )  # fmt: skip
+    figure, panels = grid(shown.size, chosen.size, max(2.7 * chosen.size, 4.2), 2.6 * shown.size + 0.8)
     for row, height in enumerate(shown):
         for column, b_over_h in enumerate(chosen):
             points = plane_points(cube, intensity, float(height), float(b_over_h), friction)

@@ -1,61 +1,39 @@
 """Grids of compasses with slenderness as radius, one panel per block: what the polar maps have in common."""
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import compass, mark_fault_normal, radius_labels
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    import xarray as xr
-    from matplotlib.figure import Figure
+from overturning.figures.style import compass, grid, mark_fault_normal, slenderness_ticks
 
 MOST_IN_A_ROW = 4
 """Panels side by side where only one of height and friction varies; more go into further rows."""
 
 
-def case_panels(blocks: "xr.Dataset | xr.DataArray", *, more_width: float = 0.0) -> "tuple[Figure, Any]":
-    """A panel per friction (columns) and height (rows), or in rows of four where there is one of either only.
+def case_panels(blocks: xr.Dataset | xr.DataArray, *, more_width: float = 0.0) -> tuple[Figure, Any]:
+    """A figure with a compass per friction (columns) and height (rows), or in rows of four where there is one of either only.
 
-    Parameters
-    ----------
-    blocks : Dataset or DataArray
-        With coordinates ``height`` and ``friction``.
-    more_width : float
-        Room for a colour bar, inches.
-
-    Returns
-    -------
-    figure : Figure
-    panels : ndarray of polar Axes
-        Those that stay empty are hidden; take them by `blocks_of`.
+    ``more_width`` is room for a colour bar, inches. Panels that stay empty are hidden; take them by `blocks_of`.
     """
-    import matplotlib.pyplot as plt
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
-
     rows, columns = blocks["height"].size, blocks["friction"].size
     count = rows * columns
     if min(rows, columns) == 1 and count > 1:
         columns = min(count, MOST_IN_A_ROW if columns == 1 and count > 3 else columns, MOST_IN_A_ROW)
         rows = -(-count // columns)
-    figure, panels = plt.subplots(
-        rows,
-        columns,
-        figsize=(max(2.35 * columns, 4.4) + more_width, 2.45 * rows + 1.05),
-        subplot_kw={"projection": "polar"},
-        squeeze=False,
-        # the letters below a panel stay clear of the title of the next
-        layout=ConstrainedLayoutEngine(h_pad=0.11),
-    )
+    apart = ConstrainedLayoutEngine(h_pad=0.11)  # the letters below a panel stay clear of the title of the next
+    width = max(2.35 * columns, 4.4) + more_width
+    figure, panels = grid(rows, columns, width, 2.45 * rows + 1.05, polar=True, layout=apart)
     for axes in panels.flat[count:]:
         axes.set_visible(False)
     return figure, panels
 
 
-def blocks_of(blocks: Any, panels: Any) -> "Iterator[tuple[Any, Any]]":
+def blocks_of(blocks: Any, panels: Any) -> Iterator[tuple[Any, Any]]:
     """Each panel with its block, its title set: heights outside, frictions inside."""
     places = np.ndindex(blocks["height"].size, blocks["friction"].size)
     for axes, (row, column) in zip(panels.flat, places, strict=False):
@@ -81,33 +59,20 @@ def azimuth_edges(azimuth_deg: FloatArray) -> FloatArray:
     return np.radians(np.append(after[-1] - 360.0, after))
 
 
-def draw_cells(axes: Any, cells: "xr.DataArray", values: Any, **colours: Any) -> Any:
+def draw_cells(axes: Any, cells: xr.DataArray, values: Any, **colours: Any) -> Any:
     """Colour the cells of a compass by ``values`` (b_over_h, azimuth), and return the mesh for a colour bar."""
     compass(axes)
     axes.grid(False)
     theta = azimuth_edges(cells["azimuth"].to_numpy().astype(np.float64))
     radius = cell_edges(cells["b_over_h"].to_numpy().astype(np.float64))
     mesh = axes.pcolormesh(theta, radius, values, rasterized=True, shading="flat", **colours)
-    radius_ticks(axes, radius[-1], float(radius.mean()))
+    slenderness_ticks(axes, radius[-1], float(radius.mean()))
     axes.yaxis.grid(True, linewidth=0.4)
     return mesh
 
 
-def radius_ticks(axes: Any, top: float, middle: float) -> None:
-    """Ticks of B/H from the centre to ``top``; of a narrow range the ``middle`` alone."""
-    axes.set_ylim(0.0, top)
-    ticks = [tick for tick in (0.2, 0.4, 0.6, 0.8, 1.0) if tick < top] or [round(middle, 2)]
-    axes.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
-    radius_labels(axes)
-
-
-def fault_normal_of(cube: "xr.Dataset") -> float:
-    """Fault normal of a cube of one record, degrees; NaN where it is not known."""
-    return float(cube["fault_normal"]) if "fault_normal" in cube.variables else float("nan")
-
-
-def mark_normals(cube: "xr.Dataset", panels: Any) -> None:
-    """Mark the fault normal of a cube of one record on every panel that is shown."""
+def mark_normals(cube: xr.Dataset, panels: Any) -> None:
+    """Mark the fault normal of a cube of one record, where it is known, on every panel that is shown."""
     for axes in panels.flat:
-        if axes.get_visible():
-            mark_fault_normal(axes, fault_normal_of(cube), axes.get_ylim()[1])
+        if axes.get_visible() and "fault_normal" in cube.variables:
+            mark_fault_normal(axes, float(cube["fault_normal"]))

@@ -1,34 +1,24 @@
 """Rose of fall azimuths over a whole study."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import FALLS, FAULT, compass, mark_fault_normal, radius_labels
+from overturning.figures.style import FALLS, FAULT, compass, grid, mark_fault_normal, radius_ticks
 from overturning.statistics.falls import falls_towards
 from overturning.statistics.groups import record_groups
 from overturning.statistics.planes import plane_index, plane_weight
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 SECTOR_DEG = 15.0
 
 
 def sector_shares(azimuth_deg: FloatArray, weights: FloatArray) -> FloatArray:
-    """Share of the falls in each sector of 15°, the first centred on 0°.
+    """Share of the falls in each of 24 sectors, the first centred on 0°; all zero where nothing fell.
 
-    Parameters
-    ----------
-    azimuth_deg, weights : ndarray, shape (n,)
-        Azimuths and number of falls towards each.
-
-    Returns
-    -------
-    ndarray, shape (24,)
-        Sums to one; all zero where nothing fell.
+    ``weights`` are falls towards each azimuth, both of shape (n,).
     """
     sectors = int(360 / SECTOR_DEG)
     index = np.floor((azimuth_deg + SECTOR_DEG / 2) % 360.0 / SECTOR_DEG).astype(int) % sectors
@@ -52,49 +42,30 @@ def draw_rose(axes: Any, shares: FloatArray) -> None:
     centres = np.arange(shares.size) * width
     axes.bar(centres, np.sqrt(shares), width=width, color=FALLS, edgecolor="white", linewidth=0.4, zorder=3)
     top = max(float(np.sqrt(shares.max(initial=0.0))), 0.1) * 1.08
-    axes.set_ylim(0.0, top)
     levels = [level for level in (0.01, 0.05, 0.1, 0.2, 0.4, 0.8) if 0.25 * top < np.sqrt(level) <= top]
-    axes.set_yticks(np.sqrt(levels), [f"{level:.0%}" for level in levels])
-    radius_labels(axes, zorder=6)
+    radius_ticks(axes, top, {float(np.sqrt(level)): f"{level:.0%}" for level in levels}, zorder=6)
 
 
-def rose_figure(cube: "xr.Dataset") -> "Figure":
+def rose_figure(cube: xr.Dataset) -> Figure:
     """Rose of all falls of a study: by azimuth from north, and from the fault normal where it is known.
 
     Each plane of motion counts once, and azimuths added to the grid share the weight of their neighbourhood. Records with
     and without a velocity pulse have a column of their own where the study has both.
-
-    Parameters
-    ----------
-    cube : xarray.Dataset
-        The cube, lazily opened or not.
     """
-    import matplotlib.pyplot as plt
-
     falls = falls_towards(cube).sum(["height", "b_over_h", "friction"]).compute()
     azimuth = falls["azimuth"].to_numpy().astype(np.float64)
     counts = falls.transpose("record", "azimuth").to_numpy().astype(np.float64)
     weighted = counts * azimuth_weight(azimuth)
     normals = cube["fault_normal"].to_numpy()
     groups = record_groups(cube)
-    with_normal = bool(np.isfinite(normals).any())
-    rows = 2 if with_normal else 1
-    figure, panels = plt.subplots(
-        rows,
-        len(groups),
-        figsize=(max(3.3 * len(groups), 4.2), 3.5 * rows + 0.4),
-        subplot_kw={"projection": "polar"},
-        squeeze=False,
-        layout="constrained",
-    )
-    for column, (name, members) in enumerate(groups.items()):
-        axes = panels[0, column]
-        draw_rose(axes, sector_shares(azimuth, weighted[members].sum(axis=0)))
-        axes.set_title(f"{name}: {counts[members].sum():.0f} falls\nazimuth from north", pad=4)
-        if with_normal:
+    rows = 2 if np.isfinite(normals).any() else 1
+    figure, panels = grid(rows, len(groups), max(3.3 * len(groups), 4.2), 3.5 * rows + 0.4, polar=True)
+    for (name, members), (upper, *lower) in zip(groups.items(), panels.T, strict=True):
+        draw_rose(upper, sector_shares(azimuth, weighted[members].sum(axis=0)))
+        upper.set_title(f"{name}: {counts[members].sum():.0f} falls\nazimuth from north", pad=4)
+        for axes in lower:
             known = members & np.isfinite(normals)
             relative = (azimuth[None, :] - normals[known][:, None]) % 360.0
-            axes = panels[1, column]
             draw_rose(axes, sector_shares(relative.ravel(), weighted[known].ravel()))
             _fault_frame(axes)
             axes.set_title("from the fault normal", pad=4)
@@ -102,12 +73,9 @@ def rose_figure(cube: "xr.Dataset") -> "Figure":
 
 
 def _fault_frame(axes: Any) -> None:
-    axes.set_xticks(
-        np.radians(np.arange(0, 360, 45)), ["normal", "45°", "90°", "135°", "normal", "225°", "270°", "315°"]
-    )
-    axes.tick_params(axis="x", pad=5)
+    compass(axes, ("normal", "45°", "90°", "135°", "normal", "225°", "270°", "315°"), pad=5)
     for label, text in zip(axes.get_xticklabels(), axes.get_xticks(), strict=True):
         label.set_fontsize(7.5)
         if np.isclose(text % np.pi, 0.0):
             label.set_color(FAULT)
-    mark_fault_normal(axes, 0.0, axes.get_ylim()[1], label=False)
+    mark_fault_normal(axes, 0.0, label=None)

@@ -1,16 +1,14 @@
 """Station, epicentre and fault on a plain map with scale and north (the paper's figure 4)."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
 
 from overturning.errors import ArgumentError
-from overturning.figures.style import FALLS, FAULT, INK, SERIES, caption, labels
+from overturning.figures.style import DASHED, FALLS, INK, SERIES, caption, grid, labels, line_through_origin
 from overturning.statistics.circular import resultant
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 EARTH_RADIUS_KM = 6371.0
 """Mean radius of the Earth, km."""
@@ -25,22 +23,12 @@ def local_km(latitude: Any, longitude: Any, latitude0: float, longitude0: float)
     return EARTH_RADIUS_KM * east, EARTH_RADIUS_KM * np.radians(np.asarray(latitude) - latitude0)
 
 
-def sites_by_earthquake(cube: "xr.Dataset") -> "dict[str, xr.Dataset]":
+def sites_by_earthquake(cube: xr.Dataset) -> dict[str, xr.Dataset]:
     """What can be put on a map, by earthquake: those with an epicentre and a station, or with two stations.
 
-    Parameters
-    ----------
-    cube : xarray.Dataset
-        The cube, or its coordinates.
-
-    Returns
-    -------
-    dict of xarray.Dataset
-        By name of the earthquake in the order of the cube, each as `site_map_figure` takes it. The strike is the mean axis
-        of those that the records state; the epicentre the first that is known.
+    In the order of the cube, each as `site_map_figure` takes it. The strike is the mean axis of those that the records
+    state; the epicentre the first that is known.
     """
-    import xarray as xr
-
     names = ("station_latitude", "station_longitude", "epicentre_latitude", "epicentre_longitude", "fault_normal")
     table = {name: cube[name].to_numpy().astype(np.float64) for name in names}
     events, stations = (cube[name].to_numpy().astype(str) for name in ("event", "station"))
@@ -59,7 +47,7 @@ def sites_by_earthquake(cube: "xr.Dataset") -> "dict[str, xr.Dataset]":
     return sites
 
 
-def distances(site: "xr.Dataset") -> list[str]:
+def distances(site: xr.Dataset) -> list[str]:
     """How far and in which direction each station lies from the epicentre, a sentence each; none without an epicentre."""
     if "epicentre_latitude" not in site:
         return []
@@ -79,7 +67,7 @@ def _scale_length(extent: float) -> float:
     return float(max(step * power for step in (1, 2, 5) if step * power <= target))
 
 
-def _draw_site_map(axes: Any, site: "xr.Dataset") -> None:
+def _draw_site_map(axes: Any, site: xr.Dataset) -> None:
     """Draw the map of a site."""
 
     def scalar(name: str) -> float:
@@ -93,26 +81,19 @@ def _draw_site_map(axes: Any, site: "xr.Dataset") -> None:
     with_epicentre = bool(np.isfinite(epicentre).all())
     origin = epicentre if with_epicentre else (float(latitude[known].mean()), float(longitude[known].mean()))
     east, north = local_km(latitude[known], longitude[known], *origin)
-    reach = [np.abs(east).max(), np.abs(north).max(), 5.0]
-    strike, length = scalar("fault_strike"), scalar("fault_length")
+    reach, strike = max(np.abs(east).max(), np.abs(north).max(), 5.0), scalar("fault_strike")
     if with_epicentre:
         axes.plot(0, 0, "*", color=FALLS, markersize=15, markeredgecolor=INK, label="epicentre", zorder=4)
         if np.isfinite(strike):
-            half = length / 2 if np.isfinite(length) else 0.8 * max(reach)
-            s, c = np.sin(np.radians(strike)), np.cos(np.radians(strike))
-            kind = "-" if np.isfinite(length) else (0, (4, 2))
-            name = "fault" if np.isfinite(length) else "strike of the fault"
-            axes.plot(
-                [-half * s, half * s], [-half * c, half * c], color=FAULT, linestyle=kind, linewidth=2, label=name
-            )
-            reach.append(half)
+            look = {"linestyle": DASHED, "linewidth": 2, "label": "strike of the fault"}
+            line_through_origin(axes, strike, 0.8 * reach, **look)
     axes.plot(east, north, "^", color=SERIES[2], markersize=9, markeredgecolor=INK, label="station", zorder=5)
     for name, x, y in zip(site["station"].to_numpy()[known], east, north, strict=True):
         axes.annotate(
             str(name), (x, y), (0, -8), textcoords="offset points", ha="center", va="top", fontsize=8, parse_math=False,
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.5}, zorder=6,
         )  # fmt: skip
-    extent = 1.35 * max(reach)
+    extent = 1.35 * reach
     axes.set(xlim=(-extent, extent), ylim=(-extent, extent), aspect="equal")
     labels(axes, "east, km", "north, km")
     axes.spines[:].set_visible(True)
@@ -122,32 +103,28 @@ def _draw_site_map(axes: Any, site: "xr.Dataset") -> None:
     axes.annotate(
         f"{scale:g} km", (x0 + scale / 2, y0), (0, 4), textcoords="offset points", ha="center", va="bottom", fontsize=8
     )
-    axes.annotate(
-        "N", (0.93, 0.85), (0.93, 0.97), xycoords="axes fraction", ha="center", va="top", fontsize=10,
-    )  # fmt: skip
+    axes.annotate("N", (0.93, 0.85), (0.93, 0.97), xycoords="axes fraction", ha="center", va="top", fontsize=10)
     axes.annotate(
         "", (0.93, 0.91), (0.93, 0.80), xycoords="axes fraction", arrowprops={"arrowstyle": "-|>", "color": INK}
     )
 
 
-def site_map_figure(site: "xr.Dataset", title: str) -> "Figure":
+def site_map_figure(site: xr.Dataset, title: str) -> Figure:
     """Figure of the map.
 
     Parameters
     ----------
     site : xarray.Dataset
         ``station_latitude``, ``station_longitude`` (degrees) over dimension ``station`` with its names; optionally
-        ``epicentre_latitude``, ``epicentre_longitude``, ``fault_strike`` (degrees; drawn through the epicentre) and
-        ``fault_length`` (km), scalars, NaN where not known.
+        ``epicentre_latitude``, ``epicentre_longitude`` and ``fault_strike`` (degrees; drawn through the epicentre),
+        scalars, NaN where not known.
 
     Raises
     ------
     ArgumentError
         If no station has coordinates.
     """
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(figsize=(4.6, 5.1), layout="constrained")
-    _draw_site_map(axes, site)
-    caption(figure, title, axes, 3)
+    figure, panels = grid(1, 1, 4.6, 5.1)
+    _draw_site_map(panels[0, 0], site)
+    caption(figure, title, panels[0, 0], 3)
     return figure

@@ -1,16 +1,15 @@
 """Fourier and response spectra of several azimuths on one axis (the paper's figure 5)."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from overturning.figures.style import DASHES, SERIES, caption, labels
+import xarray as xr
+from matplotlib.figure import Figure
+
+from overturning.figures.style import DASHES, SERIES, caption, grid, labels
 from overturning.units import CM, GAL
 
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
-
-def _draw_spectrum(axes: Any, spectra: "xr.DataArray", along: str, factor: float, label: str) -> None:
+def _draw_spectrum(axes: Any, spectra: xr.DataArray, along: str, factor: float, label: str) -> None:
     """Draw one spectrum per azimuth ``along`` period (s) or frequency (Hz), divided by ``factor``, on logarithmic axes."""
     x = spectra[along].to_numpy()
     for index, azimuth in enumerate(spectra["azimuth"].to_numpy()):
@@ -25,7 +24,7 @@ def _draw_spectrum(axes: Any, spectra: "xr.DataArray", along: str, factor: float
     axes.grid(True, which="major")
 
 
-def spectra_figure(fourier: "xr.DataArray", response: "xr.DataArray", title: str, damping: float = 0.05) -> "Figure":
+def spectra_figure(fourier: xr.DataArray, response: xr.DataArray, title: str, damping: float = 0.05) -> Figure:
     """Figure with the Fourier amplitude spectra and the response spectra.
 
     Parameters
@@ -37,9 +36,7 @@ def spectra_figure(fourier: "xr.DataArray", response: "xr.DataArray", title: str
     damping : float
         Damping ratio of the response spectra.
     """
-    import matplotlib.pyplot as plt
-
-    figure, (left, right) = plt.subplots(1, 2, figsize=(7.4, 3.5), layout="constrained")
+    figure, ((left, right),) = grid(1, 2, 7.4, 3.5)
     _draw_spectrum(left, fourier, "frequency", CM, "Fourier amplitude, Gal·s")
     _draw_spectrum(right, response, "period", GAL, f"spectral acceleration (damping {damping:.0%}), Gal")
     caption(figure, title, right, 4)

@@ -3,9 +3,8 @@
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-import numpy as np
+import xarray as xr
 
 from overturning.figures.axes_by_earthquake import axes_figure
 from overturning.figures.intensity import intensity_figure
@@ -15,14 +14,9 @@ from overturning.figures.probability import probability_map_figure
 from overturning.figures.rose import rose_figure
 from overturning.figures.site_map import site_map_figure, sites_by_earthquake
 from overturning.figures.style import save, style
-from overturning.statistics.earthquakes import axes_by_earthquake, summarise_axes
-from overturning.statistics.groups import record_groups
+from overturning.statistics.earthquakes import axes_by_group, summarise_axes
 from overturning.statistics.logistic import overturning_fit
 from overturning.study.cube import open_cube
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 PALETTE = 64
 """Colours of the pictures of which there is one per record."""
@@ -60,8 +54,6 @@ def draw_study(cube_path: Path, intensity_path: Path, motions: Path, folder: Pat
 
 
 def _draw_record(cube_path: Path, intensity_path: Path, folder: Path, index: int) -> None:
-    import xarray as xr
-
     # A dask chunk is a record: no more than one is in memory.
     with open_cube(cube_path, chunks={"record": 1}) as cube, xr.open_dataset(intensity_path) as intensity, style():
         one = cube.isel(record=index).load()
@@ -74,32 +66,23 @@ def _draw_record(cube_path: Path, intensity_path: Path, folder: Path, index: int
 
 
 def _draw_whole(cube_path: Path, intensity_path: Path, motions: Path, folder: Path) -> None:
-    import xarray as xr
-
     from overturning.figures.telling import draw_telling_cases
 
     with open_cube(cube_path, chunks={"record": 1}) as cube, xr.open_dataset(intensity_path) as intensity, style():
         save(rose_figure(cube), folder / "rose.svg")
-        _draw_axes(cube, folder)
+        groups = axes_by_group(cube)
+        summaries = {name: summarise_axes(axes) for name, axes in groups.items()}
+        save(axes_figure(groups, summaries), folder / "axes.svg")
         _draw_maps(cube, folder / "maps")
-        fit = overturning_fit(cube, intensity)
-        friction = float(cube["friction"].max())
-        save(intensity_plane_figure(cube, intensity, fit, friction), folder / "plane.svg")
+        plane = intensity_plane_figure(cube, intensity, overturning_fit(cube, intensity), float(cube["friction"].max()))
+        save(plane, folder / "plane.svg")
         draw_telling_cases(cube, motions, folder / "telling")
 
 
-def _draw_maps(cube: "xr.Dataset", folder: Path) -> None:
+def _draw_maps(cube: xr.Dataset, folder: Path) -> None:
     # Files of an earlier study would be taken for maps of this one.
     for old in folder.glob("*.svg"):
         old.unlink()
     folder.mkdir(parents=True, exist_ok=True)
     for number, (event, site) in enumerate(sites_by_earthquake(cube).items(), 1):
         save(site_map_figure(site, event), folder / f"{number}.svg")
-
-
-def _draw_axes(cube: "xr.Dataset", folder: Path) -> None:
-    groups = {
-        name: axes_by_earthquake(cube.isel(record=np.flatnonzero(members)))
-        for name, members in record_groups(cube).items()
-    }
-    save(axes_figure(groups, {name: summarise_axes(axes) for name, axes in groups.items()}), folder / "axes.svg")

@@ -1,9 +1,11 @@
 """One look for all figures, and files that are the same bytes each time."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
 
 from overturning.figures.svg import compact
 from overturning.files import atomic_write
@@ -20,6 +22,7 @@ MISSING: Final = "#8a8a8a"
 FAULT: Final = "#0072b2"
 SERIES: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 
+DASHED: Final[Any] = (0, (4, 2))
 DASHES: Final[tuple[Any, ...]] = ("-", (0, (5, 1.5)), (0, (1, 1.2)), (0, (5, 1, 1, 1)), (0, (3, 3)), (0, (8, 2)))
 # Rasterised cells inside an SVG need no more; a PNG is looked at closer.
 _DPI: Final = {"svg": 110, "png": 200}
@@ -29,13 +32,8 @@ _SETTINGS: Final[Any] = {
     "font.family": ["DejaVu Sans", "sans-serif"],  # comes with Matplotlib; a page without it takes the next
     "font.size": 9,
     "axes.titlesize": 10,
-    "axes.edgecolor": INK,
-    "axes.labelcolor": INK,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "text.color": INK,
-    "xtick.color": INK,
-    "ytick.color": INK,
+    **dict.fromkeys(("axes.edgecolor", "axes.labelcolor", "text.color", "xtick.color", "ytick.color"), INK),
+    **dict.fromkeys(("axes.spines.top", "axes.spines.right"), False),
     "grid.color": "#c8c8c8",
     "grid.linewidth": 0.5,
     "legend.frameon": False,
@@ -58,44 +56,25 @@ def style() -> Iterator[None]:
 
 
 def save(figure: "Figure", path: Path, colours: int = 0) -> None:
-    """Write a figure as SVG or PNG, the same bytes each time, and close it.
+    """Write a figure to a .svg or .png file, a small .png with so many ``colours``, and close it.
 
-    Parameters
-    ----------
-    figure : matplotlib Figure
-        The figure.
-    path : Path
-        File ending in .svg or .png.
-    colours : int
-        Colours of the palette of a small .png; 0 for all of them.
+    It is the same bytes each time.
     """
     import matplotlib.pyplot as plt
+    from PIL import Image
 
     kind = path.suffix.removeprefix(".")
     # No date and no version of the program that drew it: both would change bytes that nobody sees.
     metadata: dict[str, Any] = {"Date": None, "Creator": None} if kind == "svg" else {"Software": None}
     with atomic_write(path) as part:
-        if kind == "png" and colours:
-            _save_small(figure, part, colours)
-        else:
-            figure.savefig(part, format=kind, metadata=metadata, dpi=_DPI[kind])
+        figure.savefig(part, format=kind, metadata=metadata, dpi=_SMALL_DPI if colours else _DPI[kind])
         if kind == "svg":
             part.write_text(compact(part.read_text(encoding="utf-8")), encoding="utf-8")
+        elif colours:  # a third of the bytes, for pages that show dozens
+            with Image.open(part) as full:
+                small = full.convert("RGB").quantize(colours, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+            small.save(part, format="PNG", optimize=True)
     plt.close(figure)
-
-
-def _save_small(figure: "Figure", path: Path, colours: int) -> None:
-    """A picture with a palette: a third of the bytes, for pages that show dozens."""
-    import io
-
-    from PIL import Image
-
-    picture = io.BytesIO()
-    figure.savefig(picture, format="png", metadata={"Software": None}, dpi=_SMALL_DPI)
-    with Image.open(picture) as full:
-        full.convert("RGB").quantize(colours, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE).save(
-            path, format="PNG", optimize=True
-        )
 
 
 def short(value: float) -> str:
@@ -103,18 +82,21 @@ def short(value: float) -> str:
     return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"
 
 
-def probability_colours() -> Any:
-    """Colours of a probability from 0 (paper) to 1 (the colour of falls, then darker): lightness falls all the way."""
-    from matplotlib.colors import LinearSegmentedColormap
+def grid(rows: int, columns: int, width: float, height: float, polar: bool = False, layout: Any = "constrained") -> Any:
+    """A figure of that size, inches, and its panels, an array of shape (rows, columns)."""
+    import matplotlib.pyplot as plt
 
-    return LinearSegmentedColormap.from_list("probability", [STANDS, "#f6c9a0", "#e58a4b", FALLS, "#6e2300"])
+    kind = {"projection": "polar"} if polar else None
+    return plt.subplots(rows, columns, figsize=(width, height), subplot_kw=kind, squeeze=False, layout=layout)
 
 
-def caption(figure: "Figure", title: str, of: Any = None, columns: int = 1) -> None:
-    """Put a title above a figure and below it the legend of one of its panels, where that has anything to tell."""
-    lines, names = of.get_legend_handles_labels() if of is not None else ([], [])
+def caption(
+    figure: "Figure", title: str, of: Any = None, columns: int = 1, first: Sequence[Any] = (), last: Sequence[Any] = ()
+) -> None:
+    """Put a title above a figure and below it the legend of one of its panels, other marks before and after its own."""
+    lines = [*first, *(of.get_legend_handles_labels()[0] if of is not None else ()), *last]
     if lines:
-        figure.legend(lines, names, loc="outside lower center", ncols=columns, fontsize=8)
+        figure.legend(handles=lines, loc="outside lower center", ncols=columns, fontsize=8)
     if title:
         figure.suptitle(title, fontsize=10, parse_math=False)
 
@@ -126,48 +108,42 @@ def labels(axes: Any, across: str, up: str, which: str = "major") -> None:
     axes.tick_params(labelsize=7, which=which)
 
 
-def radius_labels(axes: Any, **settings: Any) -> None:
-    """Small numbers along the radius of a compass, between two of its named directions."""
-    axes.set_rlabel_position(112.5)
-    axes.tick_params(axis="y", labelsize=7, **settings)
+def line_through_origin(axes: Any, azimuth_deg: float, half: float, **look: Any) -> None:
+    """Draw a line along an azimuth on a plan, east to the right and north up, so far to either side of the origin."""
+    east, north = half * np.sin(np.radians(azimuth_deg)), half * np.cos(np.radians(azimuth_deg))
+    axes.plot([-east, east], [-north, north], color=FAULT, **look)
 
 
-def compass(axes: Any) -> None:
+def compass(axes: Any, names: Sequence[str] = ("N", "NE", "E", "SE", "S", "SW", "W", "NW"), pad: float = 0) -> None:
     """Turn a polar axes into a compass: north up, clockwise, eight directions named."""
-    import numpy as np
-
     axes.set_theta_zero_location("N")
     axes.set_theta_direction(-1)
-    axes.set_xticks(np.radians(np.arange(0, 360, 45)), ["N", "NE", "E", "SE", "S", "SW", "W", "NW"])
-    axes.tick_params(axis="x", pad=0)
+    axes.set_xticks(np.radians(np.arange(0, 360, 45)), names)
+    axes.tick_params(axis="x", pad=pad)
     axes.spines["polar"].set_linewidth(0.6)
 
 
-def mark_fault_normal(axes: Any, fault_normal_deg: float, radius: float, label: bool = True) -> None:
-    """Mark both ends of the fault normal on a compass with a dashed line.
+def radius_ticks(axes: Any, top: float, ticks: dict[float, str] | None = None, **look: Any) -> None:
+    """End a compass at a radius and put small numbers along it, between two of its named directions."""
+    axes.set_ylim(0.0, top)
+    if ticks is not None:
+        axes.set_yticks(list(ticks), list(ticks.values()))
+    axes.set_rlabel_position(112.5)
+    axes.tick_params(axis="y", labelsize=7, **look)
 
-    Parameters
-    ----------
-    axes : polar Axes
-        A compass.
-    fault_normal_deg : float
-        Azimuth of the fault normal, degrees; nothing is drawn where it is NaN.
-    radius : float
-        Length of the line in data units.
-    label : bool
-        Whether the line appears in the legend.
-    """
-    import numpy as np
 
+def slenderness_ticks(axes: Any, top: float, otherwise: float) -> None:
+    """Ticks of B/H on a compass that ends at ``top``; one tick ``otherwise`` where no round number lies below that."""
+    ticks = [tick for tick in (0.2, 0.4, 0.6, 0.8, 1.0) if tick < top] or [round(otherwise, 2)]
+    radius_ticks(axes, top, {tick: f"{tick:g}" for tick in ticks})
+
+
+def mark_fault_normal(axes: Any, fault_normal_deg: float, label: str | None = "fault normal") -> None:
+    """Mark both ends of the fault normal on a compass with a dashed line; nothing where its azimuth is NaN."""
     if not np.isfinite(fault_normal_deg):
         return
-    angles = np.radians([fault_normal_deg, fault_normal_deg + 180.0])
+    angles, radius = np.radians([fault_normal_deg, fault_normal_deg + 180.0]), axes.get_ylim()[1]
     axes.plot(
-        [angles[0], angles[0], angles[1]],
-        [radius, 0.0, radius],
-        color=FAULT,
-        linewidth=1.4,
-        linestyle=(0, (4, 2)),
-        label="fault normal" if label else None,
-        zorder=5,
-    )
+        [angles[0], angles[0], angles[1]], [radius, 0.0, radius],
+        color=FAULT, linewidth=1.4, linestyle=DASHED, label=label, zorder=5,
+    )  # fmt: skip

@@ -8,7 +8,7 @@ keeps as many colours as it has, and every element stands on a line of its own.
 import base64
 import io
 import re
-from itertools import groupby
+from itertools import cycle, groupby
 from typing import Final
 from xml.etree import ElementTree as ET
 
@@ -21,23 +21,13 @@ _FAMILY: Final = re.compile(r" ?font-family: [^;]*,[^;]*;")
 
 
 def compact(text: str) -> str:
-    """The same drawing in fewer lines.
-
-    Parameters
-    ----------
-    text : str
-        An SVG file as Matplotlib writes it.
-
-    Returns
-    -------
-    str
-        An SVG file.
-    """
+    """The same drawing, an SVG file as Matplotlib writes it, in fewer lines."""
     ET.register_namespace("", _SVG.strip("{}"))
     ET.register_namespace("xlink", _HREF[1:].partition("}")[0])
     root = ET.fromstring(text)
-    _remove(root, f"{_SVG}metadata")
-    referred = {name.strip("#") for name in re.findall(r"(?<=xlink:href=\")#\w+|(?<=url\()#\w+", text)}
+    for metadata in root.findall(f"{_SVG}metadata"):
+        root.remove(metadata)
+    referred = set(re.findall(r"(?:xlink:href=\"|url\()#(\w+)", text))
     for element in root.iter():
         if element.get("id") not in referred:
             element.attrib.pop("id", None)
@@ -45,20 +35,15 @@ def compact(text: str) -> str:
     _flatten(root)
     markers = {name: element for element in root.iter(f"{_SVG}path") if (name := element.get("id"))}
     for element in list(root.iter()):
-        _join_ticks(element, markers)
+        groups = groupby(element, lambda child: _kind(child, markers))
+        element[:] = [one for kind, group in groups for one in _joined(list(group), markers.get(kind[0]))]
     _share_family(root)
     _break_lines(root)
     return f'<?xml version="1.0" encoding="utf-8"?>\n{ET.tostring(root, encoding="unicode")}\n'
 
 
-def _remove(root: ET.Element, tag: str) -> None:
-    for parent in root.iter():
-        for child in parent.findall(tag):
-            parent.remove(child)
-
-
 def _round(text: str) -> str:
-    return _NUMBER.sub(lambda match: f"{float(match[0]):.2f}".rstrip("0").rstrip(".").replace("-0", "-0"), text)
+    return _NUMBER.sub(lambda match: f"{float(match[0]):.2f}".rstrip("0").rstrip("."), text)
 
 
 def _shorten(element: ET.Element) -> None:
@@ -80,8 +65,7 @@ def _palette(data: str) -> str:
         kept = picture.convert("RGBA")
     colours, index = np.unique(np.asarray(kept).reshape(-1, 4), axis=0, return_inverse=True)
     if len(colours) <= 256:
-        kept = Image.new("P", kept.size)
-        kept.frombytes(index.astype(np.uint8).tobytes())
+        kept = Image.frombytes("P", kept.size, index.astype(np.uint8).tobytes())
         kept.putpalette(colours.tobytes(), "RGBA")
     written = io.BytesIO()
     kept.save(written, format="PNG", optimize=True)
@@ -89,67 +73,53 @@ def _palette(data: str) -> str:
 
 
 def _flatten(parent: ET.Element) -> None:
-    """Put the content of groups and definitions that say nothing themselves in their place."""
-    for child in list(parent):
+    """Put the content of groups that say nothing themselves in their place."""
+    for child in parent:
         _flatten(child)
-        if child.tag == f"{_SVG}g" and not child.attrib:
-            place = list(parent).index(child)
-            parent.remove(child)
-            for offset, grandchild in enumerate(list(child)):
-                parent.insert(place + offset, grandchild)
-
-
-def _join_ticks(parent: ET.Element, markers: dict[str, ET.Element]) -> None:
-    """Make one path of neighbouring marks of one kind that are open lines, as ticks are."""
-    children = list(parent)
-    for child in children:
-        parent.remove(child)
-    for (marker, *_), group in groupby(children, lambda child: _kind(child, markers)):
-        run = list(group)
-        if len(run) > 1:
-            own, first = markers[marker], run[0]
-            first.tag = own.tag
-            first.set("d", " ".join(_moved(own.get("d", ""), one) for one in run))
-            first.set("style", f"{first.get('style', '')}; {own.get('style', '')}".strip("; "))
-            for name in (_HREF, "x", "y"):
-                del first.attrib[name]
-        parent.extend(run[:1] if len(run) > 1 else run)
+    parent[:] = [
+        one for child in parent for one in ([child] if child.tag != f"{_SVG}g" or child.attrib else list(child))
+    ]
 
 
 def _kind(child: ET.Element, markers: dict[str, ET.Element]) -> tuple[str, ...]:
-    """The same for two marks that can be one path, another for every other element."""
+    """The same for marks that can be one path, open lines of one form as ticks are, another for every other element."""
     marker = child.get(_HREF, "")[1:]
     if child.tag != f"{_SVG}use" or set(markers[marker].get("d", "").upper()) & set("CZ"):
         return (str(id(child)),)
     return marker, child.get("style", ""), child.get("clip-path", "")
 
 
+def _joined(run: list[ET.Element], marker: ET.Element | None) -> list[ET.Element]:
+    """Neighbouring marks of one kind as one path."""
+    if len(run) == 1 or marker is None:
+        return run
+    first = run[0]
+    first.set("d", " ".join(_moved(marker.get("d", ""), mark) for mark in run))
+    first.tag = marker.tag
+    first.set("style", f"{first.get('style', '')}; {marker.get('style', '')}".strip("; "))
+    for name in (_HREF, "x", "y"):
+        del first.attrib[name]
+    return [first]
+
+
 def _moved(path: str, mark: ET.Element) -> str:
     """A path of M and L at the place of a mark."""
-    shift, numbers = (float(mark.get("x", 0)), float(mark.get("y", 0))), 0
-    words = []
-    for word in path.split():
-        if not word.isalpha():
-            word = _round(f"{float(word) + shift[numbers % 2]:.6f}")
-            numbers += 1
-        words.append(word)
-    return " ".join(words)
+    shift = cycle((float(mark.get("x", 0)), float(mark.get("y", 0))))
+    words = path.split()
+    return " ".join(word if word.isalpha() else _round(f"{float(word) + next(shift):.6f}") for word in words)
 
 
 def _share_family(root: ET.Element) -> None:
     """Say once, in a group around all, which fonts a text may take, and not in each text."""
-    said = {match[0] for element in root.iter() for match in _FAMILY.finditer(element.get("style", ""))}
-    if len(said) != 1:
+    styled = [element for element in root.iter() if _FAMILY.search(element.get("style", ""))]
+    families = {family for element in styled for family in _FAMILY.findall(element.get("style", ""))}
+    if len(families) != 1:
         return
-    (family,) = said
-    for element in root.iter():
-        if family in element.get("style", ""):
-            element.set("style", element.get("style", "").replace(family, "").strip())
+    (family,) = families
+    for element in styled:
+        element.set("style", element.get("style", "").replace(family, "").strip())
     group = ET.Element(f"{_SVG}g", {"style": family.strip().rstrip(";")})
-    for child in list(root):
-        root.remove(child)
-        group.append(child)
-    root.append(group)
+    group[:], root[:] = list(root), [group]
 
 
 def _break_lines(element: ET.Element, inside_text: bool = False) -> None:

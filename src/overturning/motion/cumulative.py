@@ -12,14 +12,9 @@ from overturning.units import STANDARD_GRAVITY
 
 
 def arias_intensity(motion: Motion, azimuth_deg: ArrayLike) -> FloatArray:
-    """Arias intensity along azimuths, π/(2g) ∫ a² dt (Arias 1970), trapezoidal rule.
+    """Arias intensity along azimuths, π/(2g) ∫ a² dt (Arias 1970), trapezoidal rule; m/s, shape (m,).
 
     a(φ)² is a quadratic form in cos φ and sin φ, so three integrals serve all azimuths.
-
-    Returns
-    -------
-    ndarray, shape (m,)
-        m/s.
     """
     cosines = cosines_of(azimuth_deg)
     squares = np.array([np.trapezoid(p, dx=motion.sampling_interval) for p in _products(motion)])
@@ -27,31 +22,16 @@ def arias_intensity(motion: Motion, azimuth_deg: ArrayLike) -> FloatArray:
 
 
 def cumulative_absolute_velocity(motion: Motion, azimuth_deg: ArrayLike) -> FloatArray:
-    """CAV along azimuths, ∫ |a| dt (EPRI 1988), trapezoidal rule.
-
-    Returns
-    -------
-    ndarray, shape (m,)
-        m/s.
-    """
+    """CAV along azimuths, ∫ |a| dt (EPRI 1988), trapezoidal rule; m/s, shape (m,)."""
     cosines = cosines_of(azimuth_deg)
-    measure = np.empty(cosines.shape[0])
-    for row, (c, s) in enumerate(cosines):
-        measure[row] = np.trapezoid(np.abs(c * motion.north + s * motion.east), dx=motion.sampling_interval)
-    return measure
+    sizes = (np.abs(c * motion.north + s * motion.east) for c, s in cosines)
+    return np.array([np.trapezoid(size, dx=motion.sampling_interval) for size in sizes])
 
 
-def significant_duration(
-    motion: Motion, azimuth_deg: ArrayLike, *, start: float = 0.05, end: float = 0.95
-) -> FloatArray:
-    """Time from 5 to 95 % of the Arias intensity along azimuths (Trifunac & Brady 1975).
+def significant_duration(motion: Motion, azimuth_deg: ArrayLike) -> FloatArray:
+    """Time from 5 to 95 % of the Arias intensity along azimuths (Trifunac & Brady 1975); s, shape (m,).
 
-    Between samples the cumulative intensity is taken as a straight line.
-
-    Returns
-    -------
-    ndarray, shape (m,)
-        s; 0 along an azimuth without motion.
+    Between samples the cumulative intensity is taken as a straight line; 0 along an azimuth without motion.
     """
     cosines = cosines_of(azimuth_deg)
     interval = motion.sampling_interval
@@ -65,7 +45,7 @@ def significant_duration(
         # The form of a motion at right angles rounds to a tiny negative number: it must not fall.
         along = np.maximum.accumulate(along)
         if along[-1] > 1e-12 * (summed[0, -1] + summed[2, -1]):
-            first, last = np.interp([start * along[-1], end * along[-1]], along, time)
+            first, last = np.interp([0.05 * along[-1], 0.95 * along[-1]], along, time)
             measure[row] = last - first
     return measure
 

@@ -2,35 +2,16 @@
 
 import math
 
-import numpy as np
-from numpy.typing import ArrayLike
-
-from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 
 _DECIMALS = 12
 
 
 def direction_cosines(azimuth_deg: float) -> tuple[float, float]:
-    """Cosine and sine of an azimuth.
+    """Cosine and sine of an azimuth φ, degrees clockwise from north: motion along φ is ``north * cos + east * sin``.
 
     The angle is reduced to the first quadrant and the result rounded to 1e-12, so that the cosines of φ + 180° are
     exactly the negatives of those of φ, and do not depend on the processor's libm.
-
-    Parameters
-    ----------
-    azimuth_deg : float
-        Azimuth φ, degrees clockwise from north; any real number.
-
-    Returns
-    -------
-    cos, sin : float
-        So that motion along φ is ``north * cos + east * sin``.
-
-    Raises
-    ------
-    ArgumentError
-        If the azimuth is not finite.
     """
     if not math.isfinite(azimuth_deg):
         raise ArgumentError(f"azimuth_deg: {azimuth_deg}; azimuths are finite numbers of degrees")
@@ -46,22 +27,3 @@ def direction_cosines(azimuth_deg: float) -> tuple[float, float]:
             return -first, -second
         case _:
             return second, -first
-
-
-def along(north: ArrayLike, east: ArrayLike, azimuth_deg: float) -> FloatArray:
-    """Horizontal motion along an azimuth: a(φ) = a_north cos φ + a_east sin φ.
-
-    Parameters
-    ----------
-    north, east : array_like, shape (n,)
-        Motion towards north and east, any unit.
-    azimuth_deg : float
-        Azimuth φ, degrees clockwise from north.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Motion towards φ, same unit.
-    """
-    cosine, sine = direction_cosines(azimuth_deg)
-    return np.asarray(north, dtype=np.float64) * cosine + np.asarray(east, dtype=np.float64) * sine

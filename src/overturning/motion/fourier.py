@@ -8,20 +8,7 @@ from overturning.errors import ArgumentError
 
 
 def amplitude_spectrum(acceleration: ArrayLike, sampling_interval: float) -> tuple[FloatArray, FloatArray]:
-    """Fourier amplitude |∫ a exp(−2πift) dt| at the frequencies of the record.
-
-    Parameters
-    ----------
-    acceleration : array_like, shape (n,)
-        m/s².
-    sampling_interval : float
-        s.
-
-    Returns
-    -------
-    frequency, amplitude : ndarray, shape (n // 2 + 1,)
-        Hz; m/s.
-    """
+    """Fourier amplitude |∫ a exp(−2πift) dt| of one component, and the frequencies of the record, Hz; shape (n // 2 + 1,)."""
     samples = np.asarray(acceleration, dtype=np.float64)
     if samples.ndim != 1 or samples.size < 2:
         raise ArgumentError(f"acceleration: shape {samples.shape}; a component is one row of at least 2 samples")
@@ -31,29 +18,10 @@ def amplitude_spectrum(acceleration: ArrayLike, sampling_interval: float) -> tup
     )
 
 
-def konno_ohmachi(
-    frequency: FloatArray, amplitude: FloatArray, at: ArrayLike, *, bandwidth: float = 40.0
-) -> FloatArray:
-    """Smooth a spectrum (Konno & Ohmachi 1998, BSSA 88, 228-241), by pykooh.
+def konno_ohmachi(frequency: FloatArray, amplitude: FloatArray, at: ArrayLike) -> FloatArray:
+    """Smooth a raw spectrum at the frequencies ``at`` (Konno & Ohmachi 1998, BSSA 88, 228-241), by pykooh.
 
-    Parameters
-    ----------
-    frequency, amplitude : ndarray, shape (k,)
-        The raw spectrum; a frequency of 0 is left out.
-    at : array_like, shape (q,)
-        Frequencies at which the smoothed spectrum is wanted, Hz.
-    bandwidth : float
-        Coefficient b; 40 is usual, smaller is smoother.
-
-    Returns
-    -------
-    ndarray, shape (q,)
-        Same unit as the amplitude.
-
-    Raises
-    ------
-    ArgumentError
-        If a frequency is not positive.
+    A frequency of 0 is left out of the spectrum and refused in ``at``. The coefficient b is the usual 40.
     """
     import pykooh
 
@@ -61,4 +29,4 @@ def konno_ohmachi(
     if not (np.isfinite(wanted) & (wanted > 0)).all():
         raise ArgumentError("at: smoothed spectra have positive frequencies only")
     positive = frequency > 0
-    return np.asarray(pykooh.smooth(wanted, frequency[positive], amplitude[positive], bandwidth), dtype=np.float64)
+    return np.asarray(pykooh.smooth(wanted, frequency[positive], amplitude[positive], 40.0), dtype=np.float64)

@@ -22,7 +22,7 @@ PEAKS = {
 }
 """Unit and long name of the measures that need no oscillator."""
 
-OTHERS = {
+MEASURES = PEAKS | {
     "arias": ("m s-1", "Arias intensity"),
     "cav": ("m s-1", "cumulative absolute velocity"),
     "duration": ("s", "significant duration, 5 to 95 % of the Arias intensity"),
@@ -30,8 +30,6 @@ OTHERS = {
     "si05": ("m s-1", "spectrum intensity, damping ratio 0.05"),
     "predominant_period": ("s", "period of the largest pseudo-acceleration, damping ratio 0.05"),
 }
-
-MEASURES = PEAKS | OTHERS
 """Unit and long name of every measure by azimuth."""
 
 PREDOMINANT_PERIODS = np.geomspace(0.04, 4.0, 81)
@@ -39,21 +37,10 @@ PREDOMINANT_PERIODS = np.geomspace(0.04, 4.0, 81)
 
 
 def peaks_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> dict[str, FloatArray]:
-    """PGA, PGV and PGD along azimuths, without xarray.
+    """PGA in m/s², PGV in m/s and PGD in m along azimuths, shape (m,), without xarray.
 
     Velocity and displacement come from the trapezoidal rule, starting from rest; integration and rotation commute, so each
     component is integrated once.
-
-    Parameters
-    ----------
-    motion : Motion
-    azimuth_deg : array_like, shape (m,)
-        Azimuths φ, degrees clockwise from north.
-
-    Returns
-    -------
-    dict of str to ndarray, shape (m,)
-        ``pga`` in m/s², ``pgv`` in m/s, ``pgd`` in m.
     """
     cosines = cosines_of(azimuth_deg)
     acceleration = motion.horizontal
@@ -84,19 +71,7 @@ def measures_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> dict[str, Flo
 
 
 def intensity_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> "xarray.Dataset":
-    """Intensity measures along azimuths.
-
-    Parameters
-    ----------
-    motion : Motion
-    azimuth_deg : array_like, shape (m,)
-        Azimuths φ, degrees clockwise from north.
-
-    Returns
-    -------
-    xarray.Dataset
-        Dimension ``azimuth`` (degrees); the variables of ``MEASURES``, with their units.
-    """
+    """The measures of ``MEASURES``, with their units, along azimuths φ, degrees clockwise from north (dimension ``azimuth``)."""
     import xarray as xr
 
     azimuths = checked_azimuths(azimuth_deg)
@@ -109,21 +84,13 @@ def intensity_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> "xarray.Data
 
 
 def record_measures(motion: Motion, processing: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """JMA intensity of a whole record, and what processing did to its peaks.
-
-    Parameters
-    ----------
-    motion : Motion
-        The processed record.
-    processing : sequence of mapping
-        The steps applied to it, in order, each with its ``effect`` on the peaks.
+    """JMA intensity of a whole processed record, and what the steps of its processing did to its peaks.
 
     Returns
     -------
     dict
-        ``jma_intensity`` (None without a vertical component); ``pga_unprocessed``, ``pgv_unprocessed``, ``pgd_unprocessed`` and
-        ``pga_processed`` … (largest of north and east, SI): the peaks before the first and after the last processing step,
-        None for a record left alone.
+        ``jma_intensity`` (None without a vertical component); ``pga_unprocessed`` … and ``pga_processed`` … (largest of north
+        and east, SI): the peaks before the first and after the last step, None for a record left alone.
     """
     from overturning.motion.jma_intensity import instrumental_intensity
 

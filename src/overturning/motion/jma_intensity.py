@@ -28,22 +28,8 @@ def amplitude(frequency: FloatArray) -> FloatArray:
 def instrumental_intensity(motion: Motion) -> float:
     """JMA instrumental intensity I = 2 log₁₀ a₀ + 0.94, a₀ in Gal, before it is rounded for publication.
 
-    a₀ is the largest level that the vector sum of the filtered components reaches or exceeds for 0.3 s in all.
-
-    Parameters
-    ----------
-    motion : Motion
-        With a vertical component: the measure is defined for three.
-
-    Returns
-    -------
-    float
-        −inf for no motion at all.
-
-    Raises
-    ------
-    ArgumentError
-        If there is no vertical component, or the motion is shorter than 0.3 s.
+    a₀ is the largest level that the vector sum of the filtered components reaches or exceeds for 0.3 s in all; −inf for no
+    motion at all. An ArgumentError says so where there is no vertical component, or the motion is shorter than 0.3 s.
     """
     if motion.up is None:
         raise ArgumentError("motion: no vertical component; the JMA intensity needs three components")

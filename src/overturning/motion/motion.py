@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.motion.direction import along
+from overturning.motion.direction import direction_cosines
 
 
 def _component(name: str, values: ArrayLike) -> FloatArray:
@@ -87,5 +87,6 @@ class Motion:
         return (self.samples - 1) * self.sampling_interval
 
     def along(self, azimuth_deg: float) -> FloatArray:
-        """Horizontal acceleration towards an azimuth, m/s², shape (n,)."""
-        return along(self.north, self.east, azimuth_deg)
+        """Horizontal acceleration towards an azimuth φ, a_north cos φ + a_east sin φ, m/s², shape (n,)."""
+        cosine, sine = direction_cosines(azimuth_deg)
+        return self.north * cosine + self.east * sine

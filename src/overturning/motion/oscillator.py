@@ -26,13 +26,7 @@ FINEST = 16
 
 
 def checked_periods(period_s: ArrayLike) -> FloatArray:
-    """Periods as a one-dimensional array, s.
-
-    Raises
-    ------
-    ArgumentError
-        If there are none, or one is not positive and finite.
-    """
+    """Periods as a one-dimensional array, s; an ArgumentError where there are none, or one is not positive and finite."""
     periods = np.atleast_1d(np.asarray(period_s, dtype=np.float64))
     if periods.ndim != 1 or periods.size == 0 or not (np.isfinite(periods) & (periods > 0)).all():
         raise ArgumentError("period_s: give one or more positive numbers of seconds, in one row")
@@ -42,16 +36,10 @@ def checked_periods(period_s: ArrayLike) -> FloatArray:
 def coefficients(
     period_s: float, damping: float, sampling_interval: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Filter coefficients from ground acceleration to relative displacement and velocity.
+    """Filter coefficients from ground acceleration to relative displacement and velocity: two numerators, one denominator.
 
     The state (d, v) of d̈ + 2hωḋ + ω²d = −a advances by one sample as A (d, v) + B₀ a_k + B₁ a_(k+1), with the matrix
-    exponential A of the linear system; its z-transform gives one denominator and two numerators.
-
-    Returns
-    -------
-    displacement, velocity : ndarray, shape (3,)
-        Numerators.
-    denominator : ndarray, shape (3,)
+    exponential A of the linear system; its z-transform gives one denominator and two numerators, shape (3,).
     """
     omega = 2.0 * math.pi / period_s
     free = omega * math.sqrt(1.0 - damping**2)
@@ -73,18 +61,9 @@ def coefficients(
 
 
 class Oscillators:
-    """Responses of oscillators of many periods to one motion.
+    """Responses of oscillators of many periods to one motion of k components, m/s², shape (k, n).
 
-    Parameters
-    ----------
-    components : ndarray, shape (k, n)
-        Ground acceleration of k components, m/s².
-    sampling_interval : float
-        Time between samples, s.
-    longest_s : float
-        Longest period to come, s: the motion is followed by as much rest, in which the response may still peak.
-    points_per_period : int
-        Points per period at which the peak is sought.
+    The motion is followed by as much rest as the longest period to come, in which the response may still peak.
     """
 
     def __init__(

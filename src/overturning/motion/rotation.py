@@ -14,13 +14,7 @@ _BLOCK = 4096
 
 
 def checked_azimuths(azimuth_deg: ArrayLike) -> FloatArray:
-    """Azimuths as a one-dimensional array.
-
-    Raises
-    ------
-    ArgumentError
-        If there are none, or one is not finite.
-    """
+    """Azimuths as a one-dimensional array; an ArgumentError where there are none, or one is not finite."""
     azimuths = np.atleast_1d(np.asarray(azimuth_deg, dtype=np.float64))
     if azimuths.ndim != 1 or azimuths.size == 0 or not np.isfinite(azimuths).all():
         raise ArgumentError("azimuth_deg: give one or more finite numbers of degrees, in one row")
@@ -33,22 +27,10 @@ def cosines_of(azimuth_deg: ArrayLike) -> FloatArray:
 
 
 def largest_along(pair: FloatArray, cosines: FloatArray) -> FloatArray:
-    """Largest absolute motion along each azimuth, max_t |n(t) cos φ + e(t) sin φ|.
+    """Largest absolute motion along each of m azimuths, max_t |n(t) cos φ + e(t) sin φ|, in the unit of the motion.
 
     Samples that cannot be the largest along any of the azimuths are left out first: those nearer to the origin than the
-    smallest of lower bounds, which a few extreme samples give.
-
-    Parameters
-    ----------
-    pair : ndarray, shape (2, n)
-        Motion towards north and east.
-    cosines : ndarray, shape (m, 2)
-        Direction cosines of the azimuths.
-
-    Returns
-    -------
-    ndarray, shape (m,)
-        Same unit as the motion.
+    smallest of lower bounds, which a few extreme samples give. ``pair`` has shape (2, n), ``cosines`` (m, 2).
     """
     turns = np.pi * np.arange(_SEEDS) / _SEEDS
     some = pair[:, ::_STRIDE]

@@ -66,31 +66,30 @@ def _common_window(components: Sequence[Component], *, trust_data: bool = False)
                 f"{other.file}: sampling interval {other.sampling_interval:g} s along {other.axis}, {components[0].file} has "
                 f"{interval:g} s; components of one record must share it"
             )
-    starts = [c.start for c in components]
+    starts = [c.start for c in components if c.start is not None]
     offsets = [0] * len(components)
-    if all(s is not None for s in starts):
-        known = [s for s in starts if s is not None]
-        latest = max(known)
-        spread = (latest - min(known)).total_seconds()
+    if len(starts) == len(components):
+        latest = max(starts)
+        spread = (latest - min(starts)).total_seconds()
         if spread > MAXIMUM_SPREAD:
             raise RecordError(
                 f"{components[0].file}: components start {spread:.2f} s apart (at most {MAXIMUM_SPREAD} s); "
                 "they are not of one record"
             )
-        offsets = [round((latest - s).total_seconds() / interval) for s in known]
-    lengths = [c.samples.size - o for c, o in zip(components, offsets, strict=True)]
-    spread = (max(c.samples.size for c in components) - min(c.samples.size for c in components)) * interval
+        offsets = [round((latest - start).total_seconds() / interval) for start in starts]
+    sizes = [c.samples.size for c in components]
+    spread = (max(sizes) - min(sizes)) * interval
     if spread > MAXIMUM_SPREAD + 0.5 * interval and not trust_data:
         raise RecordError(
-            f"{components[0].file}: components have {' and '.join(str(c.samples.size) for c in components)} samples, "
+            f"{components[0].file}: components have {' and '.join(map(str, sizes))} samples, "
             f"{spread:.2f} s apart (at most {MAXIMUM_SPREAD} s); get the file again, or say --trust-data to keep the common part"
         )
-    length = min(lengths)
+    length = min(size - offset for size, offset in zip(sizes, offsets, strict=True))
     if length < 2:
         raise RecordError(f"{components[0].file}: components have no common window")
     cut = []
     for component, offset in zip(components, offsets, strict=True):
-        start = None if component.start is None else component.start + timedelta(seconds=offset * interval)
+        start = component.start and component.start + timedelta(seconds=offset * interval)
         cut.append(replace(component, samples=component.samples[offset : offset + length], start=start))
     return cut
 
@@ -105,14 +104,12 @@ def assemble(
     vertical_sense: VerticalSense | None = None,
     overrides: dict[str, Any] | None = None,
 ) -> Record:
-    """Make one record of the components of one sensor.
+    """Make one record of the components of one sensor: two horizontal axes and at most one vertical one.
 
     Parameters
     ----------
     components : sequence of Component
-        Two horizontal axes and at most one vertical one.
     record_id : str
-        Name of the record.
     azimuths_deg : sequence of float, optional
         Azimuths of the two horizontal axes, in the order of the components, where the file does not state them.
     correction_deg : float
@@ -123,10 +120,6 @@ def assemble(
         Which way a vertical axis points that does not say so itself; ``none`` leaves it out.
     overrides : dict, optional
         Fields of the record that are known better than from the files (station, event, licence…).
-
-    Returns
-    -------
-    Record
 
     Raises
     ------

@@ -4,50 +4,40 @@ import re
 
 from overturning.errors import RecordError
 
-_UP = {"UP", "U", "Z", "+Z", "UPWARD"}
-_DOWN = {"DOWN", "DN", "DWN", "DOWNWARD", "-Z"}
-_NORTH = {"N", "NS", "N-S", "NORTH"}
-_EAST = {"E", "EW", "E-W", "EAST"}
+Direction = tuple[float | None, int]
+"""Azimuth, degrees clockwise from north or None, and vertical sense: +1 up, −1 down, 0 otherwise."""
+
+UNKNOWN: Direction = (None, 0)
+
+_WORDS: dict[Direction, str] = {
+    (None, 1): "UP U Z +Z UPWARD",
+    (None, -1): "DOWN DN DWN DOWNWARD -Z",
+    (0.0, 0): "N NS N-S NORTH",
+    (90.0, 0): "E EW E-W EAST",
+    (180.0, 0): "S SOUTH",
+    (270.0, 0): "W WEST",
+}
+_NAMED = {word: direction for direction, words in _WORDS.items() for word in words.split()}
 
 
-def parse_axis(text: str) -> tuple[float | None, int]:
-    """Azimuth and vertical sense of an axis name.
+def parse_axis(text: str) -> Direction:
+    """Azimuth (0 ≤ azimuth < 360 degrees clockwise from north) and vertical sense (+1 up, −1 down, 0 otherwise) of an axis name.
 
-    Parameters
-    ----------
-    text : str
-        ``N28W`` (28° from north towards west), ``S90E``, ``270``, ``360 Deg``, ``N``, ``Up``, ``Down``…
-
-    Returns
-    -------
-    azimuth_deg : float or None
-        Degrees clockwise from north, 0 ≤ azimuth < 360; None for a vertical or an unknown axis.
-    vertical : int
-        +1 up, −1 down, 0 otherwise. Both None and 0: nothing is known (``H1``, ``RAD``, ``--L``, and a bare ``VERT``, whose
-        sense nobody states).
+    Names are ``N28W`` (28° from north towards west), ``S90E``, ``270``, ``360 Deg``, ``N``, ``Up``, ``Down``… None and 0: nothing
+    is known (``H1``, ``RAD``, ``--L``, and a bare ``VERT``, whose sense nobody states).
     """
     word = re.sub(r"\s*(DEG(REES?)?|°)\.?$", "", text.strip().upper()).strip()
-    if word in _UP:
-        return None, 1
-    if word in _DOWN:
-        return None, -1
-    if word in _NORTH:
-        return 0.0, 0
-    if word in _EAST:
-        return 90.0, 0
-    if word in {"S", "SOUTH"}:
-        return 180.0, 0
-    if word in {"W", "WEST"}:
-        return 270.0, 0
+    if word in _NAMED:
+        return _NAMED[word]
     if match := re.fullmatch(r"([NS])\s*(\d{1,2}(?:\.\d+)?)\s*([EW])", word):
         angle = float(match[2])
         if angle > 90:
-            return None, 0
+            return UNKNOWN
         from_north = angle if match[1] == "N" else 180.0 - angle
         return (from_north if match[3] == "E" else -from_north) % 360.0, 0
     if re.fullmatch(r"\d{1,3}(\.\d+)?", word) and float(word) <= 360:
         return float(word) % 360.0, 0
-    return None, 0
+    return UNKNOWN
 
 
 def is_vertical_of_unknown_sense(text: str) -> bool:
@@ -56,19 +46,13 @@ def is_vertical_of_unknown_sense(text: str) -> bool:
     return word in {"V", "VER", "VRT", "VERT", "VERTICAL", "402"}
 
 
-def channel_axis(code: str) -> tuple[float | None, int]:
+def channel_axis(code: str) -> Direction:
     """Azimuth and vertical sense of a SEED channel code by its last letter: Z up, N and E within 5° of north and east."""
-    return {"Z": (None, 1), "N": (0.0, 0), "E": (90.0, 0)}.get(code[-1:].upper(), (None, 0))
+    return {"Z": (None, 1), "N": (0.0, 0), "E": (90.0, 0)}.get(code[-1:].upper(), UNKNOWN)
 
 
 def agree(file: str, line: int, text: str, first: float | None, second: float | None) -> None:
-    """Check that two statements of an azimuth in one file agree to a degree.
-
-    Raises
-    ------
-    RecordError
-        If they do not.
-    """
+    """Refuse two statements of an azimuth in one file that are more than a degree apart."""
     if first is None or second is None:
         return
     if abs((first - second + 180.0) % 360.0 - 180.0) > 1.0:

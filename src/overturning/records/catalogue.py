@@ -23,71 +23,66 @@ class RecordEntry(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    id: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$", description="Short name, lower case; names files too.")]
-    format: Annotated[str, Field(description="File format, or `auto` to go by the content; see docs/formats.md.")] = (
-        "auto"
+    id: str = Field(pattern=r"^[a-z0-9][a-z0-9_-]*$", description="Short name, lower case; names files too.")
+    format: str = Field(default="auto", description="File format, or `auto` to go by the content; see docs/formats.md.")
+    source: str = Field(min_length=1, description="Files in the data folder, or `set:id`, or a pulse.")
+    station: str = Field(default="", description="Name of the station; empty: as the file says.")
+    event: str = Field(
+        default="", description="Earthquake with its year; records that share it count as one earthquake."
     )
-    source: Annotated[str, Field(min_length=1, description="Files in the data folder, or `set:id`, or a pulse.")]
-    station: Annotated[str, Field(description="Name of the station; empty: as the file says.")] = ""
-    event: Annotated[
-        str, Field(description="Earthquake with its year; records that share it count as one earthquake.")
-    ] = ""
-    fault_strike_deg: Annotated[
-        float | None,
-        Field(
-            ge=0,
-            lt=360.001,
-            description="Strike of the fault, degrees clockwise from north; the normal is strike + 90.",
-        ),
-    ] = None
-    pulse: Annotated[bool | None, Field(description="Whether the record has a velocity pulse.")] = None
-    station_latitude_deg: Annotated[
-        _Latitude, Field(description="Of the station, north positive, for the map; empty: as the file says.")
-    ] = None
-    station_longitude_deg: Annotated[_Longitude, Field(description="Of the station, east positive.")] = None
-    epicentre_latitude_deg: Annotated[
-        _Latitude, Field(description="Of the epicentre, north positive; empty: as the file says.")
-    ] = None
-    epicentre_longitude_deg: Annotated[_Longitude, Field(description="Of the epicentre, east positive.")] = None
-    orientation_correction_deg: Annotated[
-        float,
-        Field(ge=-360, le=360, description="Added to the file's azimuths: misorientation of the sensor, clockwise."),
-    ] = 0.0
-    magnetic_declination_deg: Annotated[
-        float,
-        Field(
-            ge=-180, le=180, description="Added to azimuths that the file counts from magnetic north; east is positive."
-        ),
-    ] = 0.0
+    fault_strike_deg: float | None = Field(
+        default=None,
+        ge=0,
+        lt=360.001,
+        description="Strike of the fault, degrees clockwise from north; the normal is strike + 90.",
+    )
+    pulse: bool | None = Field(default=None, description="Whether the record has a velocity pulse.")
+    station_latitude_deg: _Latitude = Field(
+        default=None, description="Of the station, north positive, for the map; empty: as the file says."
+    )
+    station_longitude_deg: _Longitude = Field(default=None, description="Of the station, east positive.")
+    epicentre_latitude_deg: _Latitude = Field(
+        default=None, description="Of the epicentre, north positive; empty: as the file says."
+    )
+    epicentre_longitude_deg: _Longitude = Field(default=None, description="Of the epicentre, east positive.")
+    orientation_correction_deg: float = Field(
+        default=0.0,
+        ge=-360,
+        le=360,
+        description="Added to the file's azimuths: misorientation of the sensor, clockwise.",
+    )
+    magnetic_declination_deg: float = Field(
+        default=0.0,
+        ge=-180,
+        le=180,
+        description="Added to azimuths that the file counts from magnetic north; east is positive.",
+    )
     azimuths_deg: Annotated[
         tuple[float, float] | None,
         BeforeValidator(_numbers),
         Field(description="Azimuths of the two horizontal axes where the file does not state them, e.g. `0 90`."),
     ] = None
-    unit: Annotated[
-        Unit | None,
-        Field(description="Unit of the samples where the format leaves it open (SAC)."),
-    ] = None
-    columns: Annotated[
-        str, Field(description="Columns of a CSV file: `time:s north:gal east:gal up:gal`; `skip` passes one over.")
-    ] = ""
-    sampling_interval_s: Annotated[
-        float | None,
-        Field(gt=0, le=1, description="Of a CSV file without a time column, s."),
-    ] = None
-    vertical_sense: Annotated[
-        Literal["up", "down", "none"] | None,
-        Field(description="Which way a vertical axis points that does not say so (`Vert`); `none` leaves it out."),
-    ] = None
-    sensor: Annotated[
-        Literal["surface", "borehole"], Field(description="Which sensor of a station that has two (KiK-net).")
-    ] = "surface"
-    trust_data: Annotated[bool, Field(description="Go on where the header's peak contradicts the data.")] = False
-    sha256: Annotated[
-        str,
-        Field(pattern=r"^([0-9a-f]{64})?$", description="Expected SHA-256 of the record's file; empty: not checked."),
-    ] = ""
-    licence: Annotated[str, Field(description="Terms under which the data may be used.")] = ""
+    unit: Unit | None = Field(default=None, description="Unit of the samples where the format leaves it open (SAC).")
+    columns: str = Field(
+        default="", description="Columns of a CSV file: `time:s north:gal east:gal up:gal`; `skip` passes one over."
+    )
+    sampling_interval_s: float | None = Field(
+        default=None, gt=0, le=1, description="Of a CSV file without a time column, s."
+    )
+    vertical_sense: Literal["up", "down", "none"] | None = Field(
+        default=None,
+        description="Which way a vertical axis points that does not say so (`Vert`); `none` leaves it out.",
+    )
+    sensor: Literal["surface", "borehole"] = Field(
+        default="surface", description="Which sensor of a station that has two (KiK-net)."
+    )
+    trust_data: bool = Field(default=False, description="Go on where the header's peak contradicts the data.")
+    sha256: str = Field(
+        default="",
+        pattern=r"^([0-9a-f]{64})?$",
+        description="Expected SHA-256 of the record's file; empty: not checked.",
+    )
+    licence: str = Field(default="", description="Terms under which the data may be used.")
 
     @model_validator(mode="after")
     def _places_in_pairs(self) -> "RecordEntry":
@@ -105,12 +100,7 @@ class RecordEntry(BaseModel):
 
 
 def read_catalogue(path: Path | str) -> dict[str, RecordEntry]:
-    """Read a record table: tab-separated, one header line, empty cells for what is not known.
-
-    Parameters
-    ----------
-    path : path
-        The table. Lines that begin with ``#`` are comments.
+    """Read a record table: tab-separated, one header line, empty cells for what is not known, ``#`` for comments.
 
     Returns
     -------

@@ -17,24 +17,12 @@ from overturning.records.source import SourceFile, read_source
 
 @dataclass(frozen=True)
 class Finding:
-    """What was found of one record.
-
-    Attributes
-    ----------
-    files : tuple of str
-        The files that it lies in.
-    components : tuple of Component
-        Its axes; empty where the file cannot be read.
-    record : Record or None
-        The record, where it can be read.
-    reason : str
-        Why not, otherwise.
-    """
+    """What was found of one record."""
 
     files: tuple[str, ...]
-    components: tuple[Component, ...] = ()
-    record: Record | None = None
-    reason: str = ""
+    components: tuple[Component, ...] = ()  # its axes; empty where the file cannot be read
+    record: Record | None = None  # where it can be read
+    reason: str = ""  # why not, otherwise
 
 
 def check_paths(
@@ -45,21 +33,9 @@ def check_paths(
     trust_data: bool = False,
     vertical_sense: VerticalSense | None = None,
 ) -> list[Finding]:
-    """Read files and folders, sort their components into records, and check each.
+    """Read files and folders, sort their components into records, and check each; options as in `assemble`.
 
-    Parameters
-    ----------
-    paths : iterable of Path
-        Files; of a folder, the files in it.
-    options : ReadOptions, optional
-        What the files do not say about themselves.
-    azimuths_deg, trust_data, vertical_sense
-        As in `assemble`.
-
-    Returns
-    -------
-    list of Finding
-        Files that cannot be read first, then records in the order of their files.
+    Files that cannot be read come first, then records in the order of their files.
     """
     sources, findings = _sources(paths)
     options = (options or ReadOptions()).with_metadata_of(sources)

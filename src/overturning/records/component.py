@@ -9,6 +9,7 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
+from overturning.records.axes import Direction
 from overturning.records.source import SourceFile
 
 PEAK_TOLERANCE = 0.005
@@ -19,96 +20,43 @@ Sensor = Literal["surface", "borehole"]
 
 @dataclass(frozen=True)
 class StatedPeak:
-    """The peak acceleration that a file's header states.
+    """The peak acceleration that a file's header states."""
 
-    Attributes
-    ----------
-    value : float
-        Absolute peak, m/s².
-    resolution : float
-        Unit of the last printed digit, m/s²; half of it is the rounding that the comparison allows.
-    after_mean : bool
-        Whether the header's peak is that of the samples less their mean.
-    line : int or None
-        Line of the file that states it, counted from 1.
-    """
-
-    value: float
-    resolution: float = 0.0
-    after_mean: bool = False
-    line: int | None = None
+    value: float  # absolute, m/s²
+    resolution: float = 0.0  # unit of the last printed digit, m/s²; the comparison allows half of it
+    after_mean: bool = False  # whether it is that of the samples less their mean
+    line: int | None = None  # line of the file that states it, counted from 1
 
 
 @dataclass(frozen=True)
 class Component:
-    """Acceleration along one axis of one sensor, as a file gives it.
+    """Acceleration along one axis of one sensor, as a file gives it."""
 
-    Attributes
-    ----------
-    samples : ndarray, shape (n,)
-        Acceleration in m/s², positive along the axis.
-    sampling_interval : float
-        Time between samples, s.
-    axis : str
-        The axis as the file writes it (``N28W``, ``NS2``, ``--L``).
-    azimuth_deg : float or None
-        Azimuth of the axis, degrees clockwise from north; None for a vertical or an unknown axis.
-    vertical : int
-        +1 where the axis points up, −1 where it points down, 0 for a horizontal or an unknown axis.
-    file : str
-        Name of the file, without its folder.
-    sha256 : str
-        Of the file.
-    format : str
-        Name of the format.
-    start : datetime or None
-        Time of the first sample, UTC.
-    station, event : str
-        As the file names them.
-    latitude, longitude : float or None
-        Of the station, degrees.
-    peak : StatedPeak or None
-        Peak that the header states.
-    sensor : {"surface", "borehole"}
-        Where a station has more than one sensor.
-    processed : bool
-        Whether the file holds data that its agency has already corrected; such data is left alone by default.
-    extra : mapping
-        What else the file states.
-    """
-
-    samples: FloatArray
-    sampling_interval: float
-    axis: str
-    azimuth_deg: float | None
-    vertical: int
-    file: str
-    sha256: str
-    format: str
-    start: datetime | None = None
+    samples: FloatArray  # m/s², positive along the axis, shape (n,)
+    sampling_interval: float  # s
+    axis: str  # as the file writes it (``N28W``, ``NS2``, ``--L``)
+    azimuth_deg: float | None  # of the axis, degrees clockwise from north; None for a vertical or an unknown axis
+    vertical: int  # +1 where the axis points up, −1 where it points down, 0 for a horizontal or an unknown axis
+    file: str  # name of the file, without its folder
+    sha256: str  # of the file
+    format: str = ""  # its name in the table of formats
+    start: datetime | None = None  # time of the first sample, UTC
     station: str = ""
     event: str = ""
-    latitude: float | None = None
+    latitude: float | None = None  # of the station, degrees
     longitude: float | None = None
     peak: StatedPeak | None = None
     sensor: Sensor = "surface"
-    processed: bool = False
-    extra: Mapping[str, Any] = field(default_factory=dict)
+    processed: bool = False  # whether its agency has already corrected the data, which is then left alone by default
+    extra: Mapping[str, Any] = field(default_factory=dict)  # what else the file states
 
     @classmethod
     def of(
-        cls,
-        source: SourceFile,
-        form: str,
-        axis: str,
-        direction: tuple[float | None, int],
-        samples: FloatArray,
-        sampling_interval: float,
-        **more: Any,
+        cls, source: SourceFile, axis: str, direction: Direction, samples: FloatArray, interval: float, **more: Any
     ) -> "Component":
-        """A component of a file: its format, axis with azimuth and vertical sense, samples, and what else is known."""
+        """A component of a file: its axis with azimuth and vertical sense, samples, and what else is known."""
         azimuth, vertical = direction
-        return cls(samples, sampling_interval, axis, azimuth, vertical, source.name, source.sha256, form, **more)
+        return cls(samples, interval, axis, azimuth, vertical, source.name, source.sha256, **more)
 
     def __post_init__(self) -> None:
         bad = np.flatnonzero(~np.isfinite(self.samples))
@@ -134,17 +82,9 @@ def largest(component: Component) -> float:
 
 
 def check_peak(component: Component) -> float | None:
-    """Compare the peak of the data with the one that the header states.
+    """Relative difference of the data's peak from the header's; None where the header states none.
 
-    Returns
-    -------
-    float or None
-        Relative difference, or None where the header states no peak.
-
-    Raises
-    ------
-    RecordError
-        If they differ by more than 0.5 % and by more than half a unit of the header's last digit.
+    A RecordError where they differ by more than 0.5 % and by more than half a unit of the header's last digit.
     """
     if component.peak is None:
         return None

@@ -15,19 +15,7 @@ Reader = Callable[[SourceFile, ReadOptions], list[Component]]
 
 @dataclass(frozen=True)
 class Format:
-    """A file format.
-
-    Attributes
-    ----------
-    name : str
-        As the record table writes it.
-    title : str
-        As a person calls it.
-    detect : callable
-        Whether a file has this format.
-    read : callable
-        Its components.
-    """
+    """A file format: how the record table writes it, how a person calls it, whether a file has it, its components."""
 
     name: str
     title: str
@@ -41,29 +29,23 @@ def _plain(read: Callable[[SourceFile], list[Component]]) -> Reader:
 
 
 FORMATS: Final = (
-    Format(knet.NAME, "K-NET / KiK-net ASCII", knet.detect, _plain(knet.read)),
-    Format(geonet.NAME, "GeoNet V1A / V2A", geonet.detect, _plain(geonet.read)),
-    Format(cosmos.NAME, "COSMOS V1 / V2", cosmos.detect, _plain(cosmos.read)),
-    Format(csmip.NAME, "CSMIP / CGS V1, V2, RAW", csmip.detect, _plain(csmip.read)),
-    Format(smc.NAME, "USGS SMC", smc.detect, _plain(smc.read)),
-    Format(peer.NAME, "PEER AT2", peer.detect, _plain(peer.read)),
-    Format(esm.NAME, "ESM / DYNA ASCII", esm.detect, _plain(esm.read)),
-    Format(miniseed.NAME, "MiniSEED with StationXML", miniseed.detect, miniseed.read),
-    Format(sac.NAME, "SAC", sac.detect, sac.read),
+    Format("kik-net", "K-NET / KiK-net ASCII", knet.detect, _plain(knet.read)),
+    Format("geonet", "GeoNet V1A / V2A", geonet.detect, _plain(geonet.read)),
+    Format("cosmos", "COSMOS V1 / V2", cosmos.detect, _plain(cosmos.read)),
+    Format("csmip", "CSMIP / CGS V1, V2, RAW", csmip.detect, _plain(csmip.read)),
+    Format("smc", "USGS SMC", smc.detect, _plain(smc.read)),
+    Format("peer-at2", "PEER AT2", peer.detect, _plain(peer.read)),
+    Format("esm-dyna", "ESM / DYNA ASCII", esm.detect, _plain(esm.read)),
+    Format("miniseed", "MiniSEED with StationXML", miniseed.detect, miniseed.read),
+    Format("sac", "SAC", sac.detect, sac.read),
     # Never by content: columns of numbers say nothing about themselves.
-    Format(csv_columns.NAME, "columns as declared", lambda _source: False, csv_columns.read),
+    Format("csv", "columns as declared", lambda _source: False, csv_columns.read),
 )
 """In the order in which they are tried; the first that recognises a file reads it."""
 
 
 def detect_format(source: SourceFile) -> Format:
-    """The format of a file.
-
-    Raises
-    ------
-    RecordError
-        If no format recognises it.
-    """
+    """The format of a file; a RecordError where none recognises it."""
     for form in FORMATS:
         if form.detect(source):
             return form

@@ -4,7 +4,7 @@ import os
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 from urllib.parse import urlsplit
 
 from overturning.errors import ArgumentError, MissingDataError, RecordError
@@ -13,6 +13,8 @@ from overturning.records.source import is_web_page
 USER: Final = "OVERTURNING_FETCH_USER"
 PASSWORD: Final = "OVERTURNING_FETCH_PASSWORD"
 """Names of the environment variables with credentials; nothing else is asked, and nothing is written down."""
+
+SET_CREDENTIALS: Final = f"set {USER} and {PASSWORD} in the environment"
 
 BLOCK: Final = 1 << 16
 
@@ -56,17 +58,8 @@ def fetch_url(
         Where it goes; made if missing.
     name : str, optional
         File name; default: the last part of the URL's path.
-    tries : int
-        Attempts in all.
-    timeout : float
-        Longest silence of the server, s.
-    wait : float
-        Pause before the second try, s; doubled each time.
-
-    Returns
-    -------
-    Path
-        The file.
+    tries, timeout, wait : int, float, float
+        Attempts in all, longest silence of the server, and pause before the second try, s; doubled each time.
 
     Raises
     ------
@@ -86,7 +79,11 @@ def fetch_url(
     def download(address: str, output: str, _pooch: object) -> None:
         _continued(address, folder / f".{target}.part", tries, timeout, wait)
         os.replace(folder / f".{target}.part", output)
-        _no_page(Path(output), target)
+        with open(output, "rb") as file:
+            if is_web_page(file.read(400)):
+                raise RecordError(
+                    f"{target}: the server sent a web page instead of the file; sign in there, or check the address"
+                )
 
     pooch.get_logger().setLevel("WARNING")
     try:
@@ -109,9 +106,7 @@ def _checked(url: str, sha256: str, name: str | None) -> str:
     if parts.scheme not in ("http", "https") or not parts.hostname:
         raise ArgumentError(f"url: {shown(url)!r}; give an http or https address")
     if parts.username or parts.password:
-        raise ArgumentError(
-            f"url: credentials do not belong in an address; set {USER} and {PASSWORD} in the environment"
-        )
+        raise ArgumentError(f"url: credentials do not belong in an address; {SET_CREDENTIALS}")
     if parts.hostname.endswith("bosai.go.jp"):
         raise MissingDataError(
             f"{parts.hostname}: NIED gives records to registered users only; download them in a browser "
@@ -129,13 +124,6 @@ def shown(url: str) -> str:
     """An address as a message may show it: without user, password, query and fragment."""
     parts = urlsplit(url)
     return f"{parts.scheme}://{parts.hostname or ''}{parts.path}"
-
-
-def _no_page(path: Path, name: str) -> None:
-    if is_web_page(path.open("rb").read(400)):
-        raise RecordError(
-            f"{name}: the server sent a web page instead of the file; sign in there, or check the address"
-        )
 
 
 def _continued(url: str, part: Path, tries: int, timeout: float, wait: float) -> None:
@@ -164,23 +152,24 @@ def _once(url: str, part: Path, timeout: float) -> bool:
     # Encoded bodies have another length than the file, so none are asked for.
     headers["Accept-Encoding"] = "identity"
     with requests.get(url, headers=headers, timeout=timeout, stream=True, auth=credentials()) as answer:
+        content_range = answer.headers.get("Content-Range", "")
         if answer.status_code == 416:  # nothing left to send: the part is whole, or not of this file
-            part_size = answer.headers.get("Content-Range", "").rpartition("/")[2]
-            if part_size == str(have):
+            if content_range.rpartition("/")[2] == str(have):
                 return True
             part.unlink()
             return False
         if answer.status_code in (401, 403):
             raise MissingDataError(
-                f"{shown(url)}: the server wants an account (status {answer.status_code}); set {USER} and {PASSWORD} in the environment"
+                f"{shown(url)}: the server wants an account (status {answer.status_code}); {SET_CREDENTIALS}"
             )
         if answer.status_code in (404, 410):
             raise RecordError(f"{shown(url)}: there is no such file (status {answer.status_code}); check the address")
         if answer.status_code not in (200, 206):
             answer.raise_for_status()
             return False
-        continued = answer.status_code == 206 and _begins_at(answer, have)
-        expected = _length(answer, have if continued else 0)
+        continued = answer.status_code == 206 and content_range.startswith(f"bytes {have}-")
+        length = answer.headers.get("Content-Length", "")
+        expected = int(length) + (have if continued else 0) if length.isdigit() else None
         with part.open("ab" if continued else "wb") as out:
             try:
                 for block in answer.iter_content(BLOCK):
@@ -188,12 +177,3 @@ def _once(url: str, part: Path, timeout: float) -> bool:
             except requests.RequestException:
                 return False
     return expected is None or part.stat().st_size == expected
-
-
-def _begins_at(answer: Any, have: int) -> bool:
-    return str(answer.headers.get("Content-Range", "")).startswith(f"bytes {have}-")
-
-
-def _length(answer: Any, have: int) -> int | None:
-    length = answer.headers.get("Content-Length", "")
-    return have + int(length) if length.isdigit() else None

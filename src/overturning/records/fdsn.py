@@ -8,36 +8,22 @@ from typing import Any
 
 from overturning.errors import ArgumentError, MissingDataError, RecordError
 from overturning.files import atomic_write
-from overturning.records.download import PASSWORD, USER, attempts, credentials
-from overturning.records.source import is_web_page
+from overturning.records.download import SET_CREDENTIALS, attempts, credentials
+from overturning.records.source import SourceFile, is_web_page
 
 
 @dataclass(frozen=True)
 class Request:
-    """What to ask a server for.
+    """What to ask a server for: a window, or an event of its catalogue."""
 
-    Attributes
-    ----------
-    server : str
-        A short name that obspy knows, or the address of the services.
-    network, station, location, channel : str
-        SEED codes; ``HN?`` is the three components of an accelerometer.
-    start, end : str
-        Time window, ISO 8601 in UTC; empty with an event.
-    event_id : str
-        Event of the server's catalogue; the window is then counted from its origin time.
-    before_s, after_s : float
-        Window around the event, s.
-    """
-
-    server: str
-    network: str
+    server: str  # a short name that obspy knows, or the address of the services
+    network: str  # SEED codes, down to the channel
     station: str
     location: str = "*"
-    channel: str = "HN?"
-    start: str = ""
+    channel: str = "HN?"  # the three components of an accelerometer
+    start: str = ""  # ISO 8601 in UTC; empty with an event
     end: str = ""
-    event_id: str = ""
+    event_id: str = ""  # the window is then counted from its origin time
     before_s: float = 30.0
     after_s: float = 270.0
 
@@ -50,32 +36,16 @@ class Request:
         if not self.event_id and not (self.start and self.end):
             raise ArgumentError("start, end: give both")
         if "@" in self.server:
-            raise ArgumentError(f"server: no credentials in an address; set {USER} and {PASSWORD} in the environment")
+            raise ArgumentError(f"server: no credentials in an address; {SET_CREDENTIALS}")
 
 
 def fetch_fdsn(
     request: Request, folder: Path | str, *, tries: int = 3, timeout: float = 60.0, wait: float = 1.0
 ) -> list[Path]:
-    """Get waveforms and StationXML, or find them in the folder already.
+    """Get a MiniSEED and its StationXML file, or find them in the folder, which is made if missing.
 
-    Both files are read before they are moved into place, so a cut or foreign answer never becomes one.
-
-    Parameters
-    ----------
-    request : Request
-    folder : path
-        Where the two files go; made if missing.
-    tries : int
-        Attempts per file.
-    timeout : float
-        Longest wait for an answer, s.
-    wait : float
-        Pause before the second try, s; doubled each time.
-
-    Returns
-    -------
-    list of Path
-        The MiniSEED file and the StationXML file.
+    Both files are read before they are moved into place, so a cut or foreign answer never becomes one. ``tries``, ``timeout``
+    and ``wait`` are as in `fetch_url`, per file.
 
     Raises
     ------
@@ -137,54 +107,40 @@ def _window(client: Any, request: Request, tries: int, wait: float) -> tuple[Any
 
 def _retried(action: Any, request: Request, tries: int, wait: float) -> Any:
     """Do it, again after trouble on the way; what the server says for certain is not asked twice."""
-    from obspy.clients.fdsn.header import (
-        FDSNBadRequestException,
-        FDSNException,
-        FDSNForbiddenException,
-        FDSNNoDataException,
-        FDSNNoServiceException,
-        FDSNUnauthorizedException,
-    )
+    from obspy.clients.fdsn import header
 
     what = f"{request.server} {request.network}.{request.station}"
+    nothing = MissingDataError(f"{what}: the server has no such data; check codes, time window and event")
     last = ""
     for _ in attempts(tries, wait):
         try:
             return action()
         except (ArgumentError, MissingDataError):
             raise
-        except FDSNNoDataException:
-            raise MissingDataError(f"{what}: the server has no such data; check codes, time window and event") from None
-        except (FDSNUnauthorizedException, FDSNForbiddenException):
-            raise MissingDataError(
-                f"{what}: the server wants an account; set {USER} and {PASSWORD} in the environment"
-            ) from None
-        except FDSNBadRequestException:
+        except header.FDSNNoDataException:
+            raise nothing from None
+        except (header.FDSNUnauthorizedException, header.FDSNForbiddenException):
+            raise MissingDataError(f"{what}: the server wants an account; {SET_CREDENTIALS}") from None
+        except header.FDSNBadRequestException:
             raise ArgumentError(f"{what}: the server does not understand the request; check codes and times") from None
-        except FDSNNoServiceException:
+        except header.FDSNNoServiceException:
             last = "no FDSN services at that address"
         except RecordError as problem:
             last = str(problem)
-        except FDSNException as problem:
-            if "404" in str(problem).partition("\n")[0]:
-                raise MissingDataError(
-                    f"{what}: the server has no such data; check codes, time window and event"
-                ) from None
-            last = type(problem).__name__
         except Exception as problem:  # urllib, http, socket, obspy: each a kind of its own
+            if isinstance(problem, header.FDSNException) and "404" in str(problem).partition("\n")[0]:
+                raise nothing from None
             last = type(problem).__name__
     raise RecordError(f"{what}: not to be had in {tries} tries ({last}); nothing was kept: try again later")
 
 
 def _stations(client: Any, codes: tuple[str, ...], start: Any, end: Any, path: Path) -> None:
     from overturning.records.formats.stationxml import read_inventory
-    from overturning.records.source import SourceFile
 
     answer = io.BytesIO()
     named = dict(zip(("network", "station", "location", "channel"), codes, strict=True))
     client.get_stations(**named, starttime=start, endtime=end, level="response", filename=answer)
-    data = answer.getvalue()
-    _no_page(data, "StationXML")
+    data = _checked(answer, "StationXML")
     read_inventory([SourceFile("StationXML", data)])
     with atomic_write(path) as part:
         part.write_bytes(data)
@@ -195,8 +151,7 @@ def _waveforms(client: Any, codes: tuple[str, ...], start: Any, end: Any, path: 
 
     answer = io.BytesIO()
     client.get_waveforms(*codes, start, end, filename=answer)
-    data = answer.getvalue()
-    _no_page(data, "MiniSEED")
+    data = _checked(answer, "MiniSEED")
     if len(data) % 128:
         raise RecordError(f"MiniSEED of {len(data)} bytes, no whole number of records: the answer was cut")
     try:
@@ -209,8 +164,11 @@ def _waveforms(client: Any, codes: tuple[str, ...], start: Any, end: Any, path: 
         part.write_bytes(data)
 
 
-def _no_page(data: bytes, what: str) -> None:
+def _checked(answer: io.BytesIO, what: str) -> bytes:
+    """The bytes of an answer that is neither empty nor a web page."""
+    data = answer.getvalue()
     if not data:
         raise RecordError(f"an empty answer instead of {what}")
     if is_web_page(data):
         raise RecordError(f"a web page instead of {what}")
+    return data

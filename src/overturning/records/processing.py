@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime, timedelta
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,20 +15,7 @@ from overturning.errors import RecordError
 from overturning.motion.integration import integrate, peaks
 from overturning.records.assembly import iso
 from overturning.records.record import Record
-from overturning.records.steps import (
-    Baseline,
-    Cut,
-    Detrend,
-    Highpass,
-    Lowpass,
-    RemoveMean,
-    Resample,
-    Scale,
-    Step,
-    Taper,
-)
-
-__all__ = ["Step", "default_steps", "process"]
+from overturning.records.steps import Baseline, Cut, Detrend, Filter, Highpass, RemoveMean, Resample, Scale, Step, Taper
 
 LARGEST_RATIO = 1000
 """Largest numerator or denominator of a resampling ratio."""
@@ -46,13 +34,7 @@ def default_steps(record: Record) -> tuple[Step, ...]:
 
 
 def process(record: Record, steps: Sequence[Step] | None) -> Record:
-    """Apply steps in order.
-
-    Parameters
-    ----------
-    record : Record
-    steps : sequence of Step, or None
-        None: :func:`default_steps` of the record.
+    """Apply steps in order, :func:`default_steps` of the record where they are None.
 
     Returns
     -------
@@ -67,11 +49,9 @@ def process(record: Record, steps: Sequence[Step] | None) -> Record:
     """
     for step in default_steps(record) if steps is None else steps:
         before = _horizontal_peaks(record)
-        north, east = (_apply(step, record.north, record), _apply(step, record.east, record))
-        up = None if record.up is None else _apply(step, record.up, record)
         interval = step.sampling_interval_s if isinstance(step, Resample) else record.sampling_interval
-        start = _later(record.start, _shift(step, record.sampling_interval))
-        record = replace(record, north=north, east=east, up=up, sampling_interval=interval, start=start)
+        changed = partial(_apply, step, record)
+        record = record.with_each(changed, sampling_interval=interval, start=_start_after(step, record))
         after = _horizontal_peaks(record)
         effect = {name: [b, a] for name, b, a in zip(("pga", "pgv", "pgd"), before, after, strict=True)}
         entry: dict[str, Any] = step.model_dump(mode="json") | {"effect": effect}
@@ -79,27 +59,27 @@ def process(record: Record, steps: Sequence[Step] | None) -> Record:
     return record
 
 
-def _shift(step: Step, interval: float) -> float:
-    """How much later the record starts after a step, s."""
-    match step:
-        case Cut():
-            return round(step.start_s / interval) * interval
-        case Highpass():
-            return -_pad(step, interval) * interval
-        case _:
-            return 0.0
-
-
 def _horizontal_peaks(record: Record) -> tuple[float, float, float]:
     # Nine digits are plenty for a report and the same on every processor.
     return tuple(float(f"{peak:.9g}") for peak in peaks(record.horizontal, record.sampling_interval))  # type: ignore[return-value]
 
 
-def _later(start: str | None, seconds: float) -> str | None:
-    return None if start is None else iso(datetime.fromisoformat(start) + timedelta(seconds=seconds))
+def _start_after(step: Step, record: Record) -> str | None:
+    """Time of the first sample after a step."""
+    interval, samples = record.sampling_interval, 0
+    if isinstance(step, Cut):
+        samples = round(step.start_s / interval)
+    elif isinstance(step, Highpass):
+        samples = -_pad(step, interval)
+    moment = None if record.start is None else datetime.fromisoformat(record.start)
+    return None if moment is None else iso(moment + timedelta(seconds=samples * interval))
 
 
-def _apply(step: Step, samples: FloatArray, record: Record) -> FloatArray:
+def _refused(record: Record, key: str, why: str) -> RecordError:
+    return RecordError(f"record {record.record_id}: {key}; {why}")
+
+
+def _apply(step: Step, record: Record, samples: FloatArray) -> FloatArray:
     interval = record.sampling_interval
     match step:
         case RemoveMean():
@@ -108,7 +88,7 @@ def _apply(step: Step, samples: FloatArray, record: Record) -> FloatArray:
             return _detrend(samples, step.order)
         case Taper():
             return samples * _bell(samples.size, step, record)
-        case Highpass() | Lowpass():
+        case Filter():
             return _butterworth(samples, step, record)
         case Baseline():
             return _boore_2001(samples, step, record)
@@ -118,9 +98,8 @@ def _apply(step: Step, samples: FloatArray, record: Record) -> FloatArray:
             first = round(step.start_s / interval)
             last = samples.size if step.end_s is None else round(step.end_s / interval) + 1
             if last > samples.size or last - first < 2:
-                raise RecordError(
-                    f"record {record.record_id}: cut from {step.start_s:g} to {step.end_s} s; the record ends at {record.duration:g} s"
-                )
+                what = f"cut from {step.start_s:g} to {step.end_s} s"
+                raise _refused(record, what, f"the record ends at {record.duration:g} s")
             return samples[first:last].copy()
         case Scale():
             return samples * step.factor
@@ -131,9 +110,8 @@ def _pre_event(step: RemoveMean, record: Record) -> int | None:
         return None
     count = round(step.first_s / record.sampling_interval)
     if not 1 <= count <= record.north.size:
-        raise RecordError(
-            f"record {record.record_id}: remove_mean.first_s {step.first_s:g}; it must lie between one sample and {record.duration:g} s"
-        )
+        bounds = f"it must lie between one sample and {record.duration:g} s"
+        raise _refused(record, f"remove_mean.first_s {step.first_s:g}", bounds)
     return count
 
 
@@ -147,24 +125,21 @@ def _detrend(samples: FloatArray, order: int) -> FloatArray:
 def _bell(count: int, step: Taper, record: Record) -> FloatArray:
     width = round(step.length_s / record.sampling_interval)
     if not 1 <= width <= count // 2:
-        raise RecordError(
-            f"record {record.record_id}: taper.length_s {step.length_s:g}; it must lie between one sample and half the record, "
-            f"{0.5 * record.duration:g} s"
-        )
+        bounds = f"it must lie between one sample and half the record, {0.5 * record.duration:g} s"
+        raise _refused(record, f"taper.length_s {step.length_s:g}", bounds)
     window = np.ones(count)
     window[:width] = 0.5 * (1.0 - np.cos(np.pi * np.arange(width) / width))
     window[-width:] = window[:width][::-1]
     return window
 
 
-def _butterworth(samples: FloatArray, step: Highpass | Lowpass, record: Record) -> FloatArray:
+def _butterworth(samples: FloatArray, step: Filter, record: Record) -> FloatArray:
     from scipy.signal import butter, sosfiltfilt
 
     nyquist = 0.5 / record.sampling_interval
     if step.corner_hz >= nyquist:
-        raise RecordError(
-            f"record {record.record_id}: {step.step}.corner_hz {step.corner_hz:g}; it must lie below the Nyquist frequency {nyquist:g} Hz"
-        )
+        what = f"{step.step}.corner_hz {step.corner_hz:g}"
+        raise _refused(record, what, f"it must lie below the Nyquist frequency {nyquist:g} Hz")
     sections = butter(step.order, step.corner_hz, btype=step.step, fs=1.0 / record.sampling_interval, output="sos")
     pad = _pad(step, record.sampling_interval)
     filtered = sosfiltfilt(sections, np.pad(samples, pad), padtype=None)
@@ -174,7 +149,7 @@ def _butterworth(samples: FloatArray, step: Highpass | Lowpass, record: Record) 
     return np.ascontiguousarray(kept, dtype=np.float64)
 
 
-def _pad(step: Highpass | Lowpass, interval: float) -> int:
+def _pad(step: Filter, interval: float) -> int:
     """Zeros at each end in which the filter rings out: 1.5 n / f_c seconds (Converse & Brady 1992, BAP)."""
     return math.ceil(1.5 * step.order / step.corner_hz / interval)
 
@@ -184,10 +159,8 @@ def _boore_2001(samples: FloatArray, step: Baseline, record: Record) -> FloatArr
     time = np.arange(samples.size) * interval
     end = time >= step.fit_from_s - 1e-9
     if end.sum() < 10:
-        raise RecordError(
-            f"record {record.record_id}: baseline.fit_from_s {step.fit_from_s:g}; the record ends at {record.duration:g} s and the "
-            "fit needs ten samples"
-        )
+        bounds = f"the record ends at {record.duration:g} s and the fit needs ten samples"
+        raise _refused(record, f"baseline.fit_from_s {step.fit_from_s:g}", bounds)
     velocity = integrate(samples, interval)
     # Solve about the middle of the fitted part: well conditioned however late it lies.
     middle = float(time[end].mean())
@@ -212,10 +185,8 @@ def _resample(samples: FloatArray, step: Resample, record: Record) -> FloatArray
     exact = record.sampling_interval / step.sampling_interval_s
     ratio = Fraction(exact).limit_denominator(LARGEST_RATIO)
     if ratio.numerator > LARGEST_RATIO or ratio == 0 or not math.isclose(float(ratio), exact, rel_tol=1e-7):
-        raise RecordError(
-            f"record {record.record_id}: resample.sampling_interval_s {step.sampling_interval_s:g} from {record.sampling_interval:g}; their ratio "
-            f"must be a fraction of whole numbers up to {LARGEST_RATIO}"
-        )
+        what = f"resample.sampling_interval_s {step.sampling_interval_s:g} from {record.sampling_interval:g}"
+        raise _refused(record, what, f"their ratio must be a fraction of whole numbers up to {LARGEST_RATIO}")
     if ratio == 1:
         return samples
     out = resample_poly(samples, ratio.numerator, ratio.denominator)

@@ -21,13 +21,13 @@ from overturning.units import GAL
 class _Pulse(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    amplitude_gal: Annotated[float, Field(gt=0, le=1e5, description="Largest factor of the formula, Gal.")]
-    azimuth_deg: Annotated[
-        float, Field(ge=-360, le=360, description="Direction of the motion, clockwise from north.")
-    ] = 0.0
-    sampling_interval_s: Annotated[float, Field(ge=1e-5, le=0.1, description="Time between samples, s.")] = 0.005
-    before_s: Annotated[float, Field(ge=0, le=1000, description="Rest before the pulse, s.")] = 1.0
-    after_s: Annotated[float, Field(ge=0, le=1000, description="Rest after the pulse, s.")] = 1.0
+    amplitude_gal: float = Field(gt=0, le=1e5, description="Largest factor of the formula, Gal.")
+    azimuth_deg: float = Field(
+        default=0.0, ge=-360, le=360, description="Direction of the motion, clockwise from north."
+    )
+    sampling_interval_s: float = Field(default=0.005, ge=1e-5, le=0.1, description="Time between samples, s.")
+    before_s: float = Field(default=1.0, ge=0, le=1000, description="Rest before the pulse, s.")
+    after_s: float = Field(default=1.0, ge=0, le=1000, description="Rest after the pulse, s.")
 
     @property
     def length(self) -> float:
@@ -40,8 +40,8 @@ class _Pulse(BaseModel):
 
 
 class _Wave(_Pulse):
-    period_s: Annotated[float, Field(gt=0, le=1000, description="Period T, s.")]
-    cycles: Annotated[float, Field(gt=0, le=1000, description="Number of cycles.")] = 1.0
+    period_s: float = Field(gt=0, le=1000, description="Period T, s.")
+    cycles: float = Field(default=1.0, gt=0, le=1000, description="Number of cycles.")
 
     @property
     def length(self) -> float:
@@ -73,9 +73,7 @@ class Ricker(_Pulse):
     """a = A (1 − 2x²) exp(−x²), x = π (t − t₀)/T, the second derivative of a Gaussian (Ricker 1943); cut at |t − t₀| = 1.6 T."""
 
     shape: Literal["ricker"] = "ricker"
-    period_s: Annotated[
-        float, Field(gt=0, le=1000, description="Inverse of the frequency with the largest amplitude, s.")
-    ]
+    period_s: float = Field(gt=0, le=1000, description="Inverse of the frequency with the largest amplitude, s.")
 
     @property
     def length(self) -> float:
@@ -96,34 +94,25 @@ class MavroeidisPapageorgiou(_Pulse):
     """
 
     shape: Literal["mavroeidis-papageorgiou"] = "mavroeidis-papageorgiou"
-    period_s: Annotated[float, Field(gt=0, le=1000, description="Prevailing period T, s.")]
-    gamma: Annotated[float, Field(gt=1, le=100, description="Oscillatory character γ.")] = 1.5
-    phase_deg: Annotated[float, Field(ge=-360, le=360, description="Phase ν, degrees.")] = 0.0
+    period_s: float = Field(gt=0, le=1000, description="Prevailing period T, s.")
+    gamma: float = Field(default=1.5, gt=1, le=100, description="Oscillatory character γ.")
+    phase_deg: float = Field(default=0.0, ge=-360, le=360, description="Phase ν, degrees.")
 
     @property
     def length(self) -> float:
         """γ T, s."""
         return self.gamma * self.period_s
 
-    def _terms(self, time: FloatArray) -> tuple[FloatArray, FloatArray]:
-        phase = 2.0 * np.pi * (time - 0.5 * self.length) / self.period_s
-        return phase / self.gamma, phase + math.radians(self.phase_deg)
-
-    def velocity(self, time: FloatArray) -> FloatArray:
-        """Velocity within the pulse, m/s."""
-        slow, fast = self._terms(time)
-        peak = self.amplitude_gal * GAL * self.period_s / (2.0 * np.pi)
-        return 0.5 * peak * (1.0 + np.cos(slow)) * np.cos(fast)
-
     def acceleration(self, time: FloatArray) -> FloatArray:
         """See the class."""
-        slow, fast = self._terms(time)
+        phase = 2.0 * np.pi * (time - 0.5 * self.length) / self.period_s
+        slow, fast = phase / self.gamma, phase + math.radians(self.phase_deg)
         bracket = np.sin(slow) * np.cos(fast) / self.gamma + (1.0 + np.cos(slow)) * np.sin(fast)
         return -0.5 * self.amplitude_gal * GAL * bracket
 
 
 class _Lasting(_Pulse):
-    duration_s: Annotated[float, Field(gt=0, le=1000, description="How long, s.")]
+    duration_s: float = Field(gt=0, le=1000, description="How long, s.")
 
     @property
     def length(self) -> float:
@@ -150,10 +139,10 @@ class Noise(_Lasting):
     """
 
     shape: Literal["noise"] = "noise"
-    duration_s: Annotated[float, Field(gt=0, le=300, description="Length D of the burst, s.")]
-    low_hz: Annotated[float, Field(gt=0, le=1000, description="Lowest frequency, Hz.")] = 0.1
-    high_hz: Annotated[float, Field(gt=0, le=1000, description="Highest frequency, Hz.")] = 20.0
-    seed: Annotated[int, Field(ge=0, description="Another seed, another burst.")] = 0
+    duration_s: float = Field(gt=0, le=300, description="Length D of the burst, s.")
+    low_hz: float = Field(default=0.1, gt=0, le=1000, description="Lowest frequency, Hz.")
+    high_hz: float = Field(default=20.0, gt=0, le=1000, description="Highest frequency, Hz.")
+    seed: int = Field(default=0, ge=0, description="Another seed, another burst.")
 
     def acceleration(self, time: FloatArray) -> FloatArray:
         """See the class."""
@@ -179,8 +168,11 @@ _ADAPTER: TypeAdapter[Pulse] = TypeAdapter(Pulse)
 SHAPES = ("sine", "cosine", "ricker", "mavroeidis-papageorgiou", "constant", "noise")
 
 
-def _parameters(text: str) -> dict[str, str]:
-    """The words of a pulse's line by key."""
+def parse_pulse(text: str) -> Pulse:
+    """A pulse from its line: shape and parameters, as in ``sine amplitude_gal=300 period_s=1 azimuth_deg=60``.
+
+    A ConfigError names the wrong word, its value and the bound.
+    """
     shape, *rest = text.split() or [""]
     values = {"shape": shape}
     for word in rest:
@@ -188,23 +180,6 @@ def _parameters(text: str) -> dict[str, str]:
         if not equals or key in values:
             raise ConfigError(f"pulse {text!r}: {word!r}; write each parameter once, as key=value")
         values[key] = value
-    return values
-
-
-def parse_pulse(text: str) -> Pulse:
-    """A pulse from its line.
-
-    Parameters
-    ----------
-    text : str
-        Shape and parameters: ``sine amplitude_gal=300 period_s=1 azimuth_deg=60``.
-
-    Raises
-    ------
-    ConfigError
-        Naming the wrong word, its value and the bound.
-    """
-    values = _parameters(text)
     try:
         return _ADAPTER.validate_python(values)
     except ValidationError as problem:
@@ -217,23 +192,10 @@ def parse_pulse(text: str) -> Pulse:
 
 
 def pulse_record(pulse: Pulse, record_id: str = "pulse") -> Record:
-    """A pulse as a record: rest, pulse, rest; horizontal, towards the pulse's azimuth.
+    """A pulse as a record: rest, pulse, rest; horizontal, towards the pulse's azimuth, without a vertical component.
 
-    Parameters
-    ----------
-    pulse : Pulse
-    record_id : str
-        Name of the record.
-
-    Returns
-    -------
-    Record
-        With no vertical component; ``extra`` marks it as processed, so that nothing filters it.
-
-    Raises
-    ------
-    ConfigError
-        If the pulse has fewer than ten samples: the interval is too coarse for it.
+    ``extra`` marks it as processed, so that nothing filters it. A ConfigError says so where the pulse has fewer than ten
+    samples: the interval is too coarse for it.
     """
     interval = pulse.sampling_interval_s
     if pulse.length < 10 * interval:
@@ -248,10 +210,8 @@ def pulse_record(pulse: Pulse, record_id: str = "pulse") -> Record:
     along = np.zeros(count)
     along[inside] = pulse.acceleration(np.clip(time[inside], 0.0, pulse.length))
     cosine, sine = direction_cosines(pulse.azimuth_deg)
-    line = " ".join(
-        [pulse.shape]
-        + [f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in pulse.model_dump(exclude={"shape"}).items()]
-    )
+    given = pulse.model_dump(exclude={"shape"}).items()
+    line = " ".join([pulse.shape, *(f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in given)])
     return Record(
         record_id=record_id,
         north=along * cosine + 0.0,

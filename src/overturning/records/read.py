@@ -17,18 +17,7 @@ from overturning.records.source import SourceFile, is_archive, open_archive, rea
 
 
 def read_record(entry: RecordEntry, data_dir: Path | str) -> Record:
-    """Read a record of the record table.
-
-    Parameters
-    ----------
-    entry : RecordEntry
-        Line of the table.
-    data_dir : path
-        Folder with the user's files; not needed for records that come with a package.
-
-    Returns
-    -------
-    Record
+    """Read a record of the record table, from the user's files in a folder or from a package that brings it.
 
     Raises
     ------
@@ -39,46 +28,34 @@ def read_record(entry: RecordEntry, data_dir: Path | str) -> Record:
     ConfigError
         If the format of the entry is unknown.
     """
+    stated = entry.model_dump(include={"station", "event", "licence", "fault_strike_deg"})
     if entry.format == "synthetic":
-        return _pulse(entry)
-    components = _components_of(entry, Path(data_dir))
+        from overturning.records.pulses import parse_pulse, pulse_record
+
+        pulse = pulse_record(parse_pulse(entry.source), entry.id)
+        return replace(pulse, **_known(stated))
+    place = {"latitude": entry.station_latitude_deg, "longitude": entry.station_longitude_deg}
     record = assemble(
-        components,
+        _components_of(entry, Path(data_dir)),
         record_id=entry.id,
         azimuths_deg=entry.azimuths_deg,
         correction_deg=entry.azimuth_correction_deg,
         trust_data=entry.trust_data,
         vertical_sense=entry.vertical_sense,
-        overrides={
-            "station": entry.station,
-            "event": entry.event,
-            "licence": entry.licence,
-            "fault_strike_deg": entry.fault_strike_deg,
-            "source": f"{entry.format} {entry.source}",
-            "latitude": entry.station_latitude_deg,
-            "longitude": entry.station_longitude_deg,
-        },
+        overrides=stated | place | {"source": f"{entry.format} {entry.source}"},
     )
     if entry.sha256 and entry.sha256 != record.sha256:
         raise RecordError(
             f"record {entry.id}: {entry.source} has SHA-256 {record.sha256}, the record table says {entry.sha256}; "
             "get the file again, or correct the table"
         )
-    known = {
-        "pulse": entry.pulse,
-        "event_latitude": entry.epicentre_latitude_deg,
-        "event_longitude": entry.epicentre_longitude_deg,
-    }
-    return replace(record, extra=record.extra | {name: value for name, value in known.items() if value is not None})
+    epicentre = {"event_latitude": entry.epicentre_latitude_deg, "event_longitude": entry.epicentre_longitude_deg}
+    return replace(record, extra=record.extra | _known({"pulse": entry.pulse} | epicentre))
 
 
-def _pulse(entry: RecordEntry) -> Record:
-    from overturning.records.pulses import parse_pulse, pulse_record
-
-    record = pulse_record(parse_pulse(entry.source), entry.id)
-    known: dict[str, Any] = {"station": entry.station, "event": entry.event, "licence": entry.licence}
-    known = {name: value for name, value in known.items() if value}
-    return replace(record, fault_strike_deg=entry.fault_strike_deg, **known)
+def _known(values: dict[str, Any]) -> dict[str, Any]:
+    """Those that the record table states."""
+    return {name: value for name, value in values.items() if value not in (None, "")}
 
 
 def _components_of(entry: RecordEntry, data_dir: Path) -> list[Component]:
@@ -104,19 +81,9 @@ def read_files(
 ) -> list[Component]:
     """Components of files and archives, each read in the format of its content.
 
-    Parameters
-    ----------
-    files : iterable of SourceFile
-        StationXML among them goes to the readers that need it.
-    form : str, optional
-        Name of the only format allowed; ``csv`` is never found by content and must be named (or columns declared).
-    options : ReadOptions, optional
-        Declarations.
-
-    Raises
-    ------
-    RecordError
-        If a file is of no known format, or not of the one it should have.
+    ``form`` names the only format allowed: ``csv`` is never found by content and must be named (or columns declared).
+    StationXML among the files goes to the readers that need it. A RecordError says so where a file is of no known format,
+    or not of the one it should have.
     """
     from overturning.records.detect import FORMATS, detect_format
 
@@ -133,7 +100,7 @@ def read_files(
             raise RecordError(f"{member.name}: not a {named.title} file; check `format` in the record table")
         reader = named or detect_format(member)
         try:
-            components += reader.read(member, options)
+            components += [replace(c, format=reader.name) for c in reader.read(member, options)]
         except (ValueError, IndexError, KeyError, OverflowError, MemoryError, TypeError, ZeroDivisionError) as problem:
             if isinstance(problem, RecordError):
                 raise
@@ -147,10 +114,7 @@ def read_files(
 def _one_record(components: Sequence[Component], sensor: Sensor) -> list[Component]:
     """The components of one sensor, where there are two, or of the only one.
 
-    Raises
-    ------
-    RecordError
-        If there is no such sensor, or if they are of several records, as those of an archive with many stations are.
+    A RecordError where there is no such sensor, or where they are of several records, as those of an archive may be.
     """
     only = sensor == "surface" and len({c.sensor for c in components}) < 2
     chosen = [c for c in components if only or c.sensor == sensor]
@@ -200,10 +164,8 @@ def read_path(
         Name of the record; default: the first file's stem.
     sensor : {"surface", "borehole"}
         Which sensor, where there are two.
-    azimuths_deg, trust_data
-        As in `assemble`.
-    options : ReadOptions, optional
-        Unit, columns and metadata that the files do not state.
+    azimuths_deg, trust_data, options
+        As in `assemble`; unit, columns and metadata that the files do not state.
 
     Raises
     ------

@@ -1,6 +1,7 @@
 """The one form in which every ground-motion record enters the project."""
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -11,57 +12,25 @@ from overturning.errors import RecordError
 
 @dataclass(frozen=True)
 class Record:
-    """A strong-motion record turned to north, east and up.
+    """A strong-motion record turned to north, east and up."""
 
-    Attributes
-    ----------
-    record_id : str
-        Name of the record in the record table.
-    north, east : ndarray, shape (n,)
-        Ground acceleration towards true north and east, m/s².
-    up : ndarray, shape (n,), or None
-        Upward ground acceleration, m/s²; None where the record has none.
-    sampling_interval : float
-        Time between samples, s.
-    start : str or None
-        Time of the first sample, ISO 8601 in UTC, where the file states it.
-    station, event : str
-        Names as the record table or the file gives them.
-    source : str
-        Where the data came from, without a path of this machine.
-    sha256 : str
-        SHA-256 of the file (or of the samples, where a file holds many records).
-    licence : str
-        Terms under which the data may be used.
-    fault_strike_deg : float or None
-        Strike of the fault, degrees clockwise from north; the fault normal is strike + 90°.
-    component_azimuths_deg : tuple of float
-        Azimuths of the two recorded horizontal components as the file states them, after corrections, degrees.
-    latitude, longitude : float or None
-        Of the station, degrees.
-    processing : tuple of dict
-        The steps applied, in order, with parameters and effect.
-    extra : dict
-        What else the file states and a report may want to show (magnitude, epicentre, header peaks).
-    """
-
-    record_id: str
-    north: FloatArray
+    record_id: str  # its name in the record table
+    north: FloatArray  # ground acceleration towards true north, m/s², shape (n,)
     east: FloatArray
-    up: FloatArray | None
-    sampling_interval: float
-    start: str | None = None
-    station: str = ""
+    up: FloatArray | None  # None where the record has none
+    sampling_interval: float  # s
+    start: str | None = None  # time of the first sample, ISO 8601 in UTC, where the file states it
+    station: str = ""  # as the record table or the file names it
     event: str = ""
-    source: str = ""
-    sha256: str = ""
-    licence: str = ""
-    fault_strike_deg: float | None = None
-    component_azimuths_deg: tuple[float, ...] = ()
-    latitude: float | None = None
+    source: str = ""  # where the data came from, without a path of this machine
+    sha256: str = ""  # of the file (or of the samples, where a file holds many records)
+    licence: str = ""  # terms under which the data may be used
+    fault_strike_deg: float | None = None  # clockwise from north; the fault normal is strike + 90°
+    component_azimuths_deg: tuple[float, ...] = ()  # of the two recorded axes, after corrections
+    latitude: float | None = None  # of the station, degrees
     longitude: float | None = None
-    processing: tuple[dict[str, Any], ...] = ()
-    extra: dict[str, Any] = field(default_factory=dict)
+    processing: tuple[dict[str, Any], ...] = ()  # the steps applied, in order, with parameters and effect
+    extra: dict[str, Any] = field(default_factory=dict)  # what else is known (magnitude, epicentre, header peaks)
 
     def __post_init__(self) -> None:
         components = {"north": self.north, "east": self.east} | ({} if self.up is None else {"up": self.up})
@@ -84,6 +53,11 @@ class Record:
             raise RecordError(
                 f"record {self.record_id}: sampling interval {self.sampling_interval} s; it must be positive"
             )
+
+    def with_each(self, change: Callable[[FloatArray], FloatArray], **more: Any) -> "Record":
+        """The record with each component changed in the same way, and other fields as given."""
+        up = None if self.up is None else change(self.up)
+        return replace(self, north=change(self.north), east=change(self.east), up=up, **more)
 
     @property
     def horizontal(self) -> FloatArray:

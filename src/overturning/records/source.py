@@ -22,17 +22,9 @@ MAXIMUM_MEMBERS: Final = 20_000
 
 @dataclass(frozen=True)
 class SourceFile:
-    """A record file in memory.
+    """A record file in memory."""
 
-    Attributes
-    ----------
-    name : str
-        Name without folder, or ``archive:member``; what errors name.
-    data : bytes
-        All of it.
-    """
-
-    name: str
+    name: str  # without folder, or ``archive:member``; what errors name
     data: bytes
 
     @cached_property
@@ -76,12 +68,7 @@ def is_web_page(data: bytes) -> bool:
 def read_source(path: Path) -> SourceFile:
     """Read a file whole.
 
-    Raises
-    ------
-    MissingDataError
-        If there is no such file.
-    RecordError
-        If it is a folder, empty, unreadable or larger than 200 MB.
+    A MissingDataError where there is none; a RecordError where it is a folder, empty, unreadable or larger than 200 MB.
     """
     if not path.exists():
         raise MissingDataError(f"{path}: no such file; check the name, or the data folder in the config")
@@ -103,13 +90,8 @@ def open_archive(source: SourceFile, *, _depth: int = 0, _budget: list[int] | No
     """Yield the members of a .tar, .tar.gz or .zip file, nested archives (as NIED delivers them) included.
 
     Nothing is written to the disk, so a member's folder cannot lead out of anything; names that try are refused all the
-    same, as are links and devices. Member sizes are counted while they are unpacked, not believed.
-
-    Raises
-    ------
-    RecordError
-        If the archive is damaged, nested more than twice, holds a link, a device or a name with ``..``, or unpacks to more
-        than 200 MB.
+    same, as are links, devices, damage, more than two levels, and more than 200 MB. Member sizes are counted while they are
+    unpacked, not believed.
     """
     budget = _budget if _budget is not None else [MAXIMUM_BYTES, MAXIMUM_MEMBERS]
     if _depth > 2:

@@ -13,26 +13,34 @@ class RemoveMean(_Step):
     """Subtract the mean: of the pre-event part where its length is given, else of the whole record."""
 
     step: Literal["remove_mean"] = "remove_mean"
-    first_s: Annotated[
-        float | None, Field(gt=0, description="Length of the pre-event part, s; none: the whole record.")
-    ] = None
+    first_s: float | None = Field(
+        default=None, gt=0, description="Length of the pre-event part, s; none: the whole record."
+    )
 
 
 class Detrend(_Step):
     """Subtract the least-squares polynomial of the whole record."""
 
     step: Literal["detrend"] = "detrend"
-    order: Annotated[int, Field(ge=0, le=5, description="Order of the polynomial; 1 is a line.")] = 1
+    order: int = Field(default=1, ge=0, le=5, description="Order of the polynomial; 1 is a line.")
 
 
 class Taper(_Step):
     """Multiply both ends by half a cosine bell."""
 
     step: Literal["taper"] = "taper"
-    length_s: Annotated[float, Field(gt=0, description="Length of the bell at each end, s.")]
+    length_s: float = Field(gt=0, description="Length of the bell at each end, s.")
 
 
-class Highpass(_Step):
+class Filter(_Step):
+    """Butterworth filter, forward and backward (zero phase)."""
+
+    step: Literal["highpass", "lowpass"]  # here for its place among the keys
+    corner_hz: float = Field(gt=0, description="Corner frequency; the amplitude there is halved by the two passes.")
+    order: int = Field(default=2, ge=1, le=8, description="Order of each of the two passes.")
+
+
+class Highpass(Filter):
     """Butterworth high-pass filter, forward and backward (zero phase).
 
     Zeros are put before and behind the record, 1.5 n/f_c seconds each, and stay: the filter acts there too, and without them
@@ -40,20 +48,12 @@ class Highpass(_Step):
     """
 
     step: Literal["highpass"] = "highpass"
-    corner_hz: Annotated[
-        float, Field(gt=0, description="Corner frequency; the amplitude there is halved by the two passes.")
-    ]
-    order: Annotated[int, Field(ge=1, le=8, description="Order of each of the two passes.")] = 2
 
 
-class Lowpass(_Step):
+class Lowpass(Filter):
     """Butterworth low-pass filter, forward and backward (zero phase); the record keeps its length."""
 
     step: Literal["lowpass"] = "lowpass"
-    corner_hz: Annotated[
-        float, Field(gt=0, description="Corner frequency; the amplitude there is halved by the two passes.")
-    ]
-    order: Annotated[int, Field(ge=1, le=8, description="Order of each of the two passes.")] = 2
 
 
 class Baseline(_Step):
@@ -65,12 +65,10 @@ class Baseline(_Step):
     """
 
     step: Literal["baseline"] = "baseline"
-    scheme: Annotated[Literal["boore-2001"], Field(description="Name of the scheme.")] = "boore-2001"
-    fit_from_s: Annotated[float, Field(gt=0, description="Where the fit to the end of the velocity begins, s.")]
-    t1_s: Annotated[float | None, Field(ge=0, description="Where the offset of the strong motion begins, s.")] = None
-    t2_s: Annotated[float | None, Field(gt=0, description="Where it ends, s; none: where the fitted line is zero.")] = (
-        None
-    )
+    scheme: Literal["boore-2001"] = Field(default="boore-2001", description="Name of the scheme.")
+    fit_from_s: float = Field(gt=0, description="Where the fit to the end of the velocity begins, s.")
+    t1_s: float | None = Field(default=None, ge=0, description="Where the offset of the strong motion begins, s.")
+    t2_s: float | None = Field(default=None, gt=0, description="Where it ends, s; none: where the fitted line is zero.")
 
     @model_validator(mode="after")
     def _ordered(self) -> "Baseline":
@@ -85,15 +83,15 @@ class Resample(_Step):
     """Band-limited resampling (polyphase FIR); the ratio of the intervals must be a fraction of small whole numbers."""
 
     step: Literal["resample"] = "resample"
-    sampling_interval_s: Annotated[float, Field(gt=0, le=1, description="New time between samples, s.")]
+    sampling_interval_s: float = Field(gt=0, le=1, description="New time between samples, s.")
 
 
 class Cut(_Step):
     """Keep the samples from start to end."""
 
     step: Literal["cut"] = "cut"
-    start_s: Annotated[float, Field(ge=0, description="First sample kept, s after the record's start.")] = 0.0
-    end_s: Annotated[float | None, Field(gt=0, description="Last sample kept, s; none: to the end.")] = None
+    start_s: float = Field(default=0.0, ge=0, description="First sample kept, s after the record's start.")
+    end_s: float | None = Field(default=None, gt=0, description="Last sample kept, s; none: to the end.")
 
     @model_validator(mode="after")
     def _ordered(self) -> "Cut":
@@ -106,7 +104,7 @@ class Scale(_Step):
     """Multiply every sample by a factor."""
 
     step: Literal["scale"] = "scale"
-    factor: Annotated[float, Field(gt=0, description="Factor, without unit.")]
+    factor: float = Field(gt=0, description="Factor, without unit.")
 
 
 Step = Annotated[

@@ -1,7 +1,6 @@
 """``motion.nc``: a record as one NetCDF file, the same bytes each time."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,44 +17,32 @@ SCHEMA = "overturning motion 1"
 
 _TEXTS = ("record_id", "start", "station", "event", "source", "sha256", "licence")
 _NUMBERS = ("fault_strike_deg", "latitude", "longitude")
-_NAMES = {"north": "ground acceleration towards north", "east": "ground acceleration towards east"}
 
 
 def rounded(record: Record) -> Record:
     """The record as it will be read back: samples rounded to 1e-9 m/s², without negative zeros."""
-    return replace(
-        record,
-        north=np.round(record.north, DECIMALS) + 0.0,
-        east=np.round(record.east, DECIMALS) + 0.0,
-        up=None if record.up is None else np.round(record.up, DECIMALS) + 0.0,
-    )
+    return record.with_each(lambda samples: np.round(samples, DECIMALS) + 0.0)
 
 
 def write_motion(record: Record, path: Path | str) -> None:
-    """Write a record as NetCDF (CF-1.11), under another name first and then moved into place.
-
-    Parameters
-    ----------
-    record : Record
-    path : path
-        The file to write; its folder is made where it is missing.
-    """
+    """Write a record as NetCDF (CF-1.11), under another name first and then moved into place; its folder is made if missing."""
     import netCDF4
 
     record = rounded(record)
     with atomic_write(Path(path)) as part, netCDF4.Dataset(part, "w", format="NETCDF4") as file:
         file.setncatts(_attributes(record))
         file.createDimension("time", record.north.size)
-        time = file.createVariable("time", "f8", ("time",), zlib=True, shuffle=True)
-        time.setncatts({"long_name": "time after the start of the record", "units": "s"})
-        time[:] = np.arange(record.north.size) * record.sampling_interval
-        for name in ("north", "east", "up"):
-            samples = getattr(record, name)
-            if samples is None:
-                continue
-            variable = file.createVariable(name, "f8", ("time",), zlib=True, shuffle=True)
-            variable.setncatts({"long_name": _NAMES.get(name, "upward ground acceleration"), "units": "m s-2"})
-            variable[:] = samples
+        time = np.arange(record.north.size) * record.sampling_interval
+        for name, values, unit, long_name in (
+            ("time", time, "s", "time after the start of the record"),
+            ("north", record.north, "m s-2", "ground acceleration towards north"),
+            ("east", record.east, "m s-2", "ground acceleration towards east"),
+            ("up", record.up, "m s-2", "upward ground acceleration"),
+        ):
+            if values is not None:
+                variable = file.createVariable(name, "f8", ("time",), zlib=True, shuffle=True)
+                variable.setncatts({"long_name": long_name, "units": unit})
+                variable[:] = values
 
 
 def _attributes(record: Record) -> dict[str, Any]:
@@ -75,13 +62,7 @@ def _attributes(record: Record) -> dict[str, Any]:
 
 
 def read_motion(path: Path | str) -> Record:
-    """Read a ``motion.nc``.
-
-    Raises
-    ------
-    ResultError
-        If it is missing, damaged or not of this kind.
-    """
+    """Read a ``motion.nc``; a ResultError where it is missing, damaged or not of this kind."""
     import netCDF4
 
     path = Path(path)

@@ -121,25 +121,10 @@ keep_compiled(rock)
 def rocking_outcome(
     acceleration: ArrayLike, sampling_interval: float, height: float, b_over_h: float, *, aftermath: float = 20.0
 ) -> tuple[int, float]:
-    """Which way a rigid block that rocks without sliding falls.
+    """Which way a block that rocks without sliding falls, +1 towards +s, −1 towards −s, 0 standing, and its largest abs(θ)/α.
 
-    Parameters
-    ----------
-    acceleration : array_like, shape (n,)
-        Of the base towards +s, m/s²; linear between the samples, zero after them.
-    sampling_interval : float
-        s.
-    height, b_over_h : float
-        H in m, and B/H.
-    aftermath : float
-        Time after the record in 1/p.
-
-    Returns
-    -------
-    side : int
-        +1 fallen towards +s, −1 towards −s, 0 standing.
-    peak : float
-        Largest abs(θ)/α.
+    The acceleration of the base, m/s² towards +s, is linear between the samples and zero after them; the block is H metres high,
+    and followed for ``aftermath``/p after the record.
     """
     samples = np.asarray(acceleration, dtype=np.float64) / STANDARD_GRAVITY
     ratio = b_over_h**2 / (1.0 + b_over_h**2)

@@ -14,11 +14,8 @@ from overturning.report import blocks
 
 def render_html(report: blocks.Report) -> str:
     """The page, which needs nothing from outside."""
-    title, style, script = (
-        escape(report.title),
-        _file("report.css") + player_style(),
-        _file("sort.js") + player_script(),
-    )
+    title = escape(report.title)
+    style, script = _file("report.css") + player_style(), _file("sort.js") + player_script()
     question = f'<p class="question">{escape(report.question)}</p>\n' if report.question else ""
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
@@ -109,7 +106,6 @@ def _inline(path: Path, alt: str, name: str) -> str:
         return f'<img alt="{escape(alt)}" src="data:image/png;base64,{data}">'
     text = path.read_text(encoding="utf-8")
     text = text[text.index("<svg") :]
-    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     text = re.sub(r'(\bid="|xlink:href="#|href="#|url\(#)', rf"\g<1>{name}-", text)
     attributes = f'role="img" aria-label="{escape(alt)}"'
     if size := re.search(r'<svg[^>]*? width="([0-9.]+)pt"', text):

@@ -7,14 +7,13 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-import numpy as np
+import xarray as xr
 
 from overturning.dem.scene import gravestone
 from overturning.statistics import earthquakes
 from overturning.statistics.falls import overturns
-from overturning.statistics.groups import record_groups
 from overturning.statistics.planes import plane_index
 from overturning.study.config import Study
 from overturning.study.cube import open_cube, study_of
@@ -22,9 +21,6 @@ from overturning.study.own_error import is_verified
 from overturning.study.own_error_file import read_verification
 from overturning.study.scenes import NOMINAL, scene_of
 from overturning.surveys.result import SurveyResult, read_survey_result
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def has_scene(study: Study) -> bool:
@@ -71,9 +67,9 @@ class Results:
     """
 
     study: Study
-    cube: "xr.Dataset"
-    cubes: "dict[str, xr.Dataset]"
-    intensity: "xr.Dataset"
+    cube: xr.Dataset
+    cubes: dict[str, xr.Dataset]
+    intensity: xr.Dataset
     figures: Path
     drawings: Path
     telling: list[dict[str, Any]]
@@ -118,12 +114,8 @@ class Results:
         return counts
 
     @cached_property
-    def _axes(self) -> Any:
-        groups = record_groups(self.cube).items()
-        return {
-            name: earthquakes.axes_by_earthquake(self.cube.isel(record=np.flatnonzero(chosen)))
-            for name, chosen in groups
-        }
+    def _axes(self) -> "dict[str, xr.Dataset]":
+        return earthquakes.axes_by_group(self.cube)
 
     @cached_property
     def axes(self) -> dict[str, earthquakes.AxisSummary]:
@@ -145,7 +137,7 @@ class Results:
         """Whether there is an axis relative to a fault to speak of."""
         return self.faults_known and 0 < self.fallen < 1 and self.planes > 1
 
-    def reference_cube(self, variant: str) -> "xr.Dataset":
+    def reference_cube(self, variant: str) -> xr.Dataset:
         """Cube of the reference element of a variant's scene."""
         return _reference_cube(self.study, variant, self.cubes[variant])
 
@@ -156,21 +148,9 @@ def _reference_cube(study: Study, variant: str, cube: "xr.Dataset") -> "xr.Datas
 
 @contextmanager
 def open_results(folder: Path) -> Iterator[Results]:
-    """Open the results of a study.
+    """Open a study's folder of results: cubes, intensities, figures, surveys, verification; `ResultError` without one."""
 
-    Parameters
-    ----------
-    folder : Path
-        Folder of the results: cubes, intensities, figures, surveys, verification.
-
-    Raises
-    ------
-    ResultError
-        If one is missing.
-    """
-    import xarray as xr
-
-    def cube_of(name: str) -> "xr.Dataset":
+    def cube_of(name: str) -> xr.Dataset:
         path = folder / ("cube.nc" if name == NOMINAL else f"cube.{name}.nc")
         cube = open_cube(path, chunks={"record": 1}, element=None)
         stack.callback(cube.close)

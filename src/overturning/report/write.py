@@ -12,21 +12,9 @@ from overturning.report.results import open_results
 
 
 def write_report(results: Path, path: Path, pdf: Path | None = None) -> None:
-    """Write the report of a study, the same bytes each time.
+    """Write the report of a study's folder of results as a page (HTML), and as PDF, the same bytes each time.
 
-    Parameters
-    ----------
-    results : Path
-        Folder of the study's results: cubes, intensities and figures.
-    path : Path
-        The page to make.
-    pdf : Path, optional
-        The same on paper.
-
-    Raises
-    ------
-    ResultError
-        If a result is missing.
+    `ResultError` if a result is missing.
     """
     with open_results(results) as opened:
         report = build_report(opened)

@@ -6,18 +6,15 @@ Overturning is not monotonic in B/H: a block may stand between two that fall. So
 
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.statistics.circular import resultant
 from overturning.statistics.planes import fall_probability, plane_index, plane_weight
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 HALF = 0.5
 
@@ -40,21 +37,14 @@ def crossing_values(probability: ArrayLike, b_over_h: ArrayLike, crossings: int)
     b_over_h : array_like, shape (n,)
         Ascending.
     crossings : int
-        Length of the last dimension of the answer.
-
-    Returns
-    -------
-    ndarray, shape (..., crossings)
-        Ascending, filled up with NaN.
+        Length of the last dimension of the answer, which ascends and is filled up with NaN; of more the last are kept.
     """
-    values = np.asarray(probability, dtype=np.float64)
-    slenderness = np.asarray(b_over_h, dtype=np.float64)
-    flat = values.reshape(-1, values.shape[-1])
-    out = np.full((flat.shape[0], crossings), np.nan)
-    for row, line in zip(out, flat, strict=True):
-        crossed = _crossings_of_line(line, slenderness)[0][-crossings:]  # of too many, the last: they bound what falls
-        row[: crossed.size] = crossed
-    return out.reshape(*values.shape[:-1], crossings)
+
+    def of_line(line: FloatArray, slenderness: FloatArray) -> FloatArray:
+        crossed = _crossings_of_line(line, slenderness)[0][-crossings:]  # the last: they bound what falls
+        return np.append(crossed, np.full(crossings - crossed.size, np.nan))
+
+    return _by_line(of_line, "(n),(n)->(k)", probability, b_over_h)
 
 
 def crossing_bounds(
@@ -64,12 +54,10 @@ def crossing_bounds(
 
     Parameters
     ----------
-    probability : array_like, shape (..., n)
-        Probability of falling, of both scrambles together.
-    first, second : array_like, shape (..., n)
-        The same of each scramble alone.
-    b_over_h, crossings
+    probability, b_over_h, crossings
         As in `crossing_values`, whose crossings these intervals belong to.
+    first, second : array_like, shape (..., n)
+        Probability of falling of each scramble alone.
 
     Returns
     -------
@@ -77,19 +65,23 @@ def crossing_bounds(
         Lowest and highest of the crossing and the nearest one of each scramble at which falling likewise ends, or
         begins; NaN where a scramble has none.
     """
-    whole, *parts = (np.asarray(values, dtype=np.float64) for values in (probability, first, second))
-    slenderness = np.asarray(b_over_h, dtype=np.float64)
-    length = whole.shape[-1]
-    rows = [values.reshape(-1, length) for values in (whole, *parts)]
-    out = np.full((rows[0].shape[0], crossings, 2), np.nan)
-    for place, lines in enumerate(zip(*rows, strict=True)):
-        (crossed, ends), *others = (_crossings_of_line(line, slenderness) for line in lines)
+
+    def of_line(*lines: FloatArray) -> FloatArray:
+        (crossed, ends), *others = (_crossings_of_line(line, lines[-1]) for line in lines[:-1])
+        out = np.full((crossings, 2), np.nan)
         for index, (at, end) in enumerate(zip(crossed[-crossings:], ends[-crossings:], strict=True)):
             alike = [values[kinds == end] for values, kinds in others]
             if all(values.size for values in alike):
                 near = [at, *(values[np.abs(values - at).argmin()] for values in alike)]
-                out[place, index] = min(near), max(near)
-    return out.reshape(*whole.shape[:-1], crossings, 2)
+                out[index] = min(near), max(near)
+        return out
+
+    return _by_line(of_line, "(n),(n),(n),(n)->(k,b)", probability, first, second, b_over_h)
+
+
+def _by_line(function: Callable[..., FloatArray], signature: str, *values: ArrayLike) -> FloatArray:
+    arrays = [np.asarray(one, dtype=np.float64) for one in values]
+    return np.asarray(np.vectorize(function, otypes=[np.float64], signature=signature)(*arrays))
 
 
 def last_known(probability: ArrayLike) -> FloatArray:
@@ -99,11 +91,7 @@ def last_known(probability: ArrayLike) -> FloatArray:
     return np.asarray(np.take_along_axis(values, at[..., None], axis=-1)[..., 0])
 
 
-def _along_b_over_h(
-    function: Callable[..., FloatArray], sizes: dict[str, int], *values: "xr.DataArray"
-) -> "xr.DataArray":
-    import xarray as xr
-
+def _along_b_over_h(function: Callable[..., FloatArray], sizes: dict[str, int], *values: xr.DataArray) -> xr.DataArray:
     lazy = [one.chunk({"b_over_h": -1}) if one.chunks is not None else one for one in values]
     crossed: xr.DataArray = xr.apply_ufunc(
         function,
@@ -117,14 +105,14 @@ def _along_b_over_h(
     return crossed
 
 
-def _crossings(probability: "xr.DataArray", count: int) -> "xr.DataArray":
+def _crossings(probability: xr.DataArray, count: int) -> xr.DataArray:
     if "b_over_h" not in probability.dims:
         raise ArgumentError("probability: no dimension b_over_h; a boundary is sought along it")
     function = partial(crossing_values, crossings=count)
     return _along_b_over_h(function, {"crossing": count}, probability, probability["b_over_h"].astype("float64"))
 
 
-def boundary(cube: "xr.Dataset", *, crossings: int = 6, ensemble: bool = True) -> "xr.Dataset":
+def boundary(cube: xr.Dataset, *, crossings: int = 6, ensemble: bool = True) -> xr.Dataset:
     """Crossings of probability one half along B/H, and their interval between the ensemble's scrambles.
 
     Parameters
@@ -145,17 +133,13 @@ def boundary(cube: "xr.Dataset", *, crossings: int = 6, ensemble: bool = True) -
         ``falls_beyond`` where the block still falls at the largest B/H, so that the boundary lies above the grid, and
         ``stands_throughout`` where it never falls.
     """
-    import xarray as xr
-
     p = fall_probability(cube, ensemble=ensemble)
     falls = p["towards"] + p["away"]
     sides = [falls, falls]
     if ensemble and "scramble_difference_towards" in cube:
         gap = (cube["scramble_difference_towards"] + cube["scramble_difference_away"]).fillna(0.0)
         sides = [falls + gap / 2, falls - gap / 2]
-    crossed = _crossings(falls, crossings).assign_attrs(
-        long_name="slenderness at which the probability of falling is one half", units="1"
-    )
+    crossed = _crossings(falls, crossings)
     beyond = _along_b_over_h(last_known, {}, falls) >= HALF
     bounds = _along_b_over_h(
         partial(crossing_bounds, crossings=crossings),
@@ -164,22 +148,25 @@ def boundary(cube: "xr.Dataset", *, crossings: int = 6, ensemble: bool = True) -
         falls["b_over_h"].astype("float64"),
     )
     edges = [_crossings(side, crossings).max("crossing").where(~beyond) for side in sides]
-    return crossed.to_dataset(name="crossing_b_over_h").assign(
-        crossing_low=bounds.isel(bound=0).assign_attrs(long_name="lowest crossing of two scrambles", units="1"),
-        crossing_high=bounds.isel(bound=1).assign_attrs(long_name="highest crossing of two scrambles", units="1"),
-        boundary=crossed.max("crossing").where(~beyond).assign_attrs(long_name="overturning boundary", units="1"),
-        boundary_low=xr.apply_ufunc(np.fmin, *edges, dask="allowed").assign_attrs(
-            long_name="overturning boundary, lower of two scrambles", units="1"
+    named = {
+        "crossing_b_over_h": (crossed, "slenderness at which the probability of falling is one half"),
+        "crossing_low": (bounds.isel(bound=0), "lowest crossing of two scrambles"),
+        "crossing_high": (bounds.isel(bound=1), "highest crossing of two scrambles"),
+        "boundary": (crossed.max("crossing").where(~beyond), "overturning boundary"),
+        "boundary_low": (
+            xr.apply_ufunc(np.fmin, *edges, dask="allowed"),
+            "overturning boundary, lower of two scrambles",
         ),
-        boundary_high=xr.apply_ufunc(np.fmax, *edges, dask="allowed").assign_attrs(
-            long_name="overturning boundary, upper of two scrambles", units="1"
+        "boundary_high": (
+            xr.apply_ufunc(np.fmax, *edges, dask="allowed"),
+            "overturning boundary, upper of two scrambles",
         ),
-        falls_beyond=beyond,
-        stands_throughout=(falls.fillna(0.0) < HALF).all("b_over_h"),
-    )
+    }
+    made = {name: values.assign_attrs(long_name=text, units="1") for name, (values, text) in named.items()}
+    return xr.Dataset({**made, "falls_beyond": beyond, "stands_throughout": (falls.fillna(0.0) < HALF).all("b_over_h")})
 
 
-def easiest_azimuth(bounds: "xr.Dataset", b_over_h: ArrayLike) -> "xr.Dataset":
+def easiest_azimuth(bounds: xr.Dataset, b_over_h: ArrayLike) -> xr.Dataset:
     """The plane in which the block overturns most easily, and how much more easily than in the hardest.
 
     Parameters
@@ -197,8 +184,6 @@ def easiest_azimuth(bounds: "xr.Dataset", b_over_h: ArrayLike) -> "xr.Dataset":
         falls), ``highest_boundary``, ``lowest_boundary`` (B/H), ``ratio`` of the two, and ``bounded``: false where one of
         them is only a bound, so that the ratio is a lower bound.
     """
-    import xarray as xr
-
     grid = np.asarray(b_over_h, dtype=np.float64)
     index = plane_index(bounds["azimuth"].values)
     planes = bounds[["boundary", "falls_beyond", "stands_throughout"]].isel(azimuth=index).compute()
@@ -216,13 +201,12 @@ def easiest_azimuth(bounds: "xr.Dataset", b_over_h: ArrayLike) -> "xr.Dataset":
         axis, edge, planes["stands_throughout"], input_core_dims=[["azimuth"], ["azimuth"]], vectorize=True
     )
     never = planes["stands_throughout"].all("azimuth")
-    return (
-        easiest.assign_attrs(long_name="axis of easiest overturning", units="degree")
-        .to_dataset(name="easiest_axis")
-        .assign(
-            highest_boundary=highest.where(~never),
-            lowest_boundary=lowest.where(~never),
-            ratio=(highest / lowest).where(~never),
-            bounded=~(planes["falls_beyond"].any("azimuth") | planes["stands_throughout"].any("azimuth")),
-        )
+    return xr.Dataset(
+        {
+            "easiest_axis": easiest.assign_attrs(long_name="axis of easiest overturning", units="degree"),
+            "highest_boundary": highest.where(~never),
+            "lowest_boundary": lowest.where(~never),
+            "ratio": (highest / lowest).where(~never),
+            "bounded": ~(planes["falls_beyond"].any("azimuth") | planes["stands_throughout"].any("azimuth")),
+        }
     )

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.special import ndtr
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
@@ -58,30 +59,21 @@ def wrap_axis(angle_deg: ArrayLike) -> FloatArray:
 
 @dataclass(frozen=True)
 class TestResult:
-    """A test's statistic with its sample size and p-value.
+    """A test of ``n`` independent observations: its name, the statistic that the source tabulates, and the p-value.
 
-    Attributes
-    ----------
-    name : str
-        The test.
-    n : int
-        Independent observations.
-    statistic : float
-        The statistic the source tabulates.
-    p_value : float
-        Probability of a statistic at least as extreme if the null hypothesis holds; NaN without observations.
+    That is the probability of a statistic at least as extreme if the null hypothesis holds. Both are NaN where n = 0.
     """
 
     __test__ = False  # not a test case, whatever pytest makes of the name
 
     name: str
     n: int
-    statistic: float
-    p_value: float
+    statistic: float = math.nan
+    p_value: float = math.nan
 
 
 def rayleigh_test(angle_deg: ArrayLike, *, axial: bool = False) -> TestResult:
-    """Rayleigh test of uniformity against one preferred direction or axis.
+    """Rayleigh test of uniformity against one preferred direction or axis, with statistic z.
 
     z = n R̄², p = exp(√(1 + 4n + 4(n² − R²)) − (1 + 2n)) with R = n R̄ (Zar 2010, Biostatistical Analysis, eqs 27.2 and
     27.4, after Greenwood & Durand 1955).
@@ -92,16 +84,11 @@ def rayleigh_test(angle_deg: ArrayLike, *, axial: bool = False) -> TestResult:
         Independent angles, degrees.
     axial : bool
         Test axes (angles doubled).
-
-    Returns
-    -------
-    TestResult
-        With z as statistic.
     """
     angle = np.asarray(angle_deg, dtype=np.float64)
     n = int(angle.size)
     if n == 0:
-        return TestResult("Rayleigh", 0, math.nan, math.nan)
+        return TestResult("Rayleigh", 0)
     length = resultant(angle, axial=axial)[1]
     z = n * length**2
     p_value = math.exp(math.sqrt(1 + 4 * n + 4 * n * (n - z)) - (1 + 2 * n))
@@ -109,7 +96,7 @@ def rayleigh_test(angle_deg: ArrayLike, *, axial: bool = False) -> TestResult:
 
 
 def v_test(angle_deg: ArrayLike, expected_deg: float, *, axial: bool = False) -> TestResult:
-    """V test of uniformity against a preferred direction or axis that was stated beforehand.
+    """V test of uniformity against a preferred direction or axis that was stated beforehand, with statistic u.
 
     u = n R̄ cos(mean − expected) √(2/n), normal (one-sided) for large n (Zar 2010, eqs 27.5 and 27.6; Mardia & Jupp 2000,
     eq. 6.3.4).
@@ -122,25 +109,18 @@ def v_test(angle_deg: ArrayLike, expected_deg: float, *, axial: bool = False) ->
         Direction or axis stated by the hypothesis, degrees.
     axial : bool
         Test axes (angles doubled).
-
-    Returns
-    -------
-    TestResult
-        With u as statistic.
     """
-    from scipy.special import ndtr
-
     angle = np.asarray(angle_deg, dtype=np.float64)
     n = int(angle.size)
     if n == 0:
-        return TestResult("V", 0, math.nan, math.nan)
+        return TestResult("V", 0)
     twice = 2 if axial else 1
     u = float(np.cos(np.radians(twice * (angle - expected_deg))).sum()) * math.sqrt(2.0 / n)
     return TestResult("V", n, u, float(ndtr(-u)))
 
 
 def watson_u2_test(uniform: ArrayLike) -> TestResult:
-    """Watson's U² test of fit on the circle.
+    """Watson's U² test of fit on the circle, with U² (not modified) as statistic.
 
     U² = Σ (u_i − ū − (2i − 1)/2n + 1/2)² + 1/12n on the ordered u_i (Watson 1961, Biometrika 48); Stephens' (1970, JRSS B 32)
     U²* = (U² − 0.1/n + 0.1/n²)(1 + 0.8/n) has p = 2 Σ (−1)^(m−1) exp(−2 m² π² U²*) for all n.
@@ -150,11 +130,6 @@ def watson_u2_test(uniform: ArrayLike) -> TestResult:
     uniform : array_like, shape (n,)
         The distribution function of the model at each observed angle, 0 to 1; for uniformity the angle over 360°.
 
-    Returns
-    -------
-    TestResult
-        With U² (not modified) as statistic.
-
     Raises
     ------
     ArgumentError
@@ -163,7 +138,7 @@ def watson_u2_test(uniform: ArrayLike) -> TestResult:
     ordered = np.sort(np.asarray(uniform, dtype=np.float64))
     n = int(ordered.size)
     if n == 0:
-        return TestResult("Watson U²", 0, math.nan, math.nan)
+        return TestResult("Watson U²", 0)
     if not (np.isfinite(ordered).all() and ordered[0] >= 0 and ordered[-1] <= 1):
         raise ArgumentError("uniform: values must lie in 0 to 1; pass the model's distribution function at the angles")
     rank = (2 * np.arange(1, n + 1) - 1) / (2 * n)
@@ -197,12 +172,7 @@ def grouped_watson_test(
     probability : array_like, shape (k,)
         Of each sector under the null hypothesis; they sum to 1.
     simulations, seed : int
-        Number of draws and their seed.
-
-    Returns
-    -------
-    TestResult
-        p is (1 + draws at least as extreme)/(1 + draws).
+        Number of draws and their seed; p is (1 + draws at least as extreme)/(1 + draws).
 
     Raises
     ------
@@ -225,20 +195,10 @@ def _chi_square(counts: FloatArray, probability: FloatArray) -> FloatArray:
 def chi_square_test(
     counts: FloatArray, probability: FloatArray, *, simulations: int = 20_000, seed: int = 1
 ) -> TestResult:
-    """Pearson's chi-square of counts against probabilities, with a p-value simulated from the multinomial distribution.
+    """Pearson's X² of counts against probabilities, with a p-value simulated from the multinomial distribution.
 
     Simulated because octants of a survey often hold fewer than the five expected stones that the chi-square
-    distribution needs (Mardia & Jupp 2000, section 6.3.3).
-
-    Parameters
-    ----------
-    counts, probability, simulations, seed
-        As in `grouped_watson_test`.
-
-    Returns
-    -------
-    TestResult
-        With X² as statistic.
+    distribution needs (Mardia & Jupp 2000, section 6.3.3). Parameters as in `grouped_watson_test`.
     """
     return _simulated_test("chi-square", _chi_square, counts, probability, simulations, seed)
 
@@ -254,7 +214,7 @@ def _simulated_test(
     """A test of counts against probabilities by simulation; the function takes counts of shape (…, k)."""
     n = int(counts.sum())
     if n == 0:
-        return TestResult(name, 0, math.nan, math.nan)
+        return TestResult(name, 0)
     statistic = float(function(counts, probability))
     draws = np.random.Generator(np.random.PCG64(seed)).multinomial(n, probability / probability.sum(), size=simulations)
     extreme = int((function(draws.astype(np.float64), probability) >= statistic * (1 - 1e-12)).sum())

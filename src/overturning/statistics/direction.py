@@ -1,23 +1,18 @@
 """Which way blocks fall: share of planes that overturn, mean fall direction, mean fall axis."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from overturning.statistics.circular import NO_DIRECTION
 from overturning.statistics.planes import by_plane
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 CASE_DIMS = ("height", "b_over_h", "friction")
 
 
-def _mean(vectors: "xr.Dataset", kind: str, full: float, plural: str) -> "xr.Dataset":
+def _mean(vectors: xr.Dataset, kind: str, full: float, plural: str) -> xr.Dataset:
     """Mean angle, up to ``full`` degrees, and mean resultant length of sums that `fall_vectors` made."""
-    import xarray as xr
-
     cosine, sine, total = vectors[f"{kind}_cosine"], vectors[f"{kind}_sine"], vectors["falls"]
     length = (xr.apply_ufunc(np.hypot, cosine, sine, dask="allowed") / total.where(total > 0)).clip(0, 1)
     turned = xr.apply_ufunc(np.arctan2, sine, cosine, dask="allowed")
@@ -27,7 +22,7 @@ def _mean(vectors: "xr.Dataset", kind: str, full: float, plural: str) -> "xr.Dat
     return angle.to_dataset(name=f"mean_{kind}").assign({f"{kind}_resultant": length})
 
 
-def fall_shares(cube: "xr.Dataset", *, over: Sequence[str] = (), ensemble: bool = True) -> "xr.Dataset":
+def fall_shares(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True) -> xr.Dataset:
     """Share of planes that overturn.
 
     Parameters
@@ -49,14 +44,14 @@ def fall_shares(cube: "xr.Dataset", *, over: Sequence[str] = (), ensemble: bool 
     known = planes["weight"].where(planes["falls"].notnull(), 0.0)
     weight = known.sum(dims)
     cases = int(np.prod([cube.sizes[d] for d in over])) if over else 1
-    share = ((planes["falls"] * planes["weight"]).sum(dims) / weight.where(weight > 0)).assign_attrs(
-        long_name="share of vertical planes in which the block falls", units="1"
-    )
-    missing = (1 - weight / cases).clip(0).assign_attrs(long_name="share of planes without an outcome", units="1")
-    return share.to_dataset(name="share_overturned").assign(share_missing=missing)
+    share = (planes["falls"] * planes["weight"]).sum(dims) / weight.where(weight > 0)
+    share.attrs = {"long_name": "share of vertical planes in which the block falls", "units": "1"}
+    missing = (1 - weight / cases).clip(0)
+    missing.attrs = {"long_name": "share of planes without an outcome", "units": "1"}
+    return xr.Dataset({"share_overturned": share, "share_missing": missing})
 
 
-def fall_vectors(cube: "xr.Dataset", *, over: Sequence[str] = (), ensemble: bool = True) -> "xr.Dataset":
+def fall_vectors(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True) -> xr.Dataset:
     """Sums from which mean directions and axes are made; they may be added up further before the angle is taken.
 
     Parameters
@@ -73,21 +68,18 @@ def fall_vectors(cube: "xr.Dataset", *, over: Sequence[str] = (), ensemble: bool
     planes = by_plane(cube, ensemble=ensemble)
     dims = ("azimuth", *over)
     angle = np.radians(planes["azimuth"].astype("float64"))
-    weight = planes["weight"]
-    falls, net = planes["falls"] * weight, (planes["towards"] - planes["away"]) * weight
-    return (
-        falls.sum(dims)
-        .to_dataset(name="falls")
-        .assign(
-            direction_cosine=(net * np.cos(angle)).sum(dims),
-            direction_sine=(net * np.sin(angle)).sum(dims),
-            axis_cosine=(falls * np.cos(2 * angle)).sum(dims),
-            axis_sine=(falls * np.sin(2 * angle)).sum(dims),
-        )
-    )
+    falls, net = planes["falls"] * planes["weight"], (planes["towards"] - planes["away"]) * planes["weight"]
+    vectors = {
+        "falls": falls,
+        "direction_cosine": net * np.cos(angle),
+        "direction_sine": net * np.sin(angle),
+        "axis_cosine": falls * np.cos(2 * angle),
+        "axis_sine": falls * np.sin(2 * angle),
+    }
+    return xr.Dataset(vectors).sum(dims)
 
 
-def fall_direction(cube: "xr.Dataset", *, over: Sequence[str] = (), ensemble: bool = True) -> "xr.Dataset":
+def fall_direction(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True) -> xr.Dataset:
     """Mean direction towards which blocks fall (Mardia & Jupp 2000, eqs 2.2.2 to 2.2.4), each plane once.
 
     Parameters
@@ -104,7 +96,7 @@ def fall_direction(cube: "xr.Dataset", *, over: Sequence[str] = (), ensemble: bo
     return _mean(fall_vectors(cube, over=over, ensemble=ensemble), "direction", 360.0, "fall directions")
 
 
-def fall_axis(cube: "xr.Dataset", *, over: Sequence[str] = (), ensemble: bool = True) -> "xr.Dataset":
+def fall_axis(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True) -> xr.Dataset:
     """Mean axis along which blocks fall, whichever way: angles doubled (Mardia & Jupp 2000, section 9.1).
 
     Parameters

@@ -7,22 +7,21 @@ fault normal is called positive is arbitrary; only axes are compared.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.statistics.circular import NO_DIRECTION, TestResult, rayleigh_test, resultant, v_test, wrap_axis
 from overturning.statistics.direction import CASE_DIMS, fall_vectors
-
-if TYPE_CHECKING:
-    import xarray as xr
+from overturning.statistics.groups import record_groups
 
 FEWEST_FOR_AN_INTERVAL = 4
 """Earthquakes below which a bootstrap interval is not given: resamples of three have ten different values."""
 
 
-def relative_axes(cube: "xr.Dataset", *, over: Sequence[str] = CASE_DIMS, ensemble: bool = True) -> "xr.Dataset":
+def relative_axes(cube: xr.Dataset, *, over: Sequence[str] = CASE_DIMS, ensemble: bool = True) -> xr.Dataset:
     """Mean fall axis of each record, relative to its fault normal.
 
     Parameters
@@ -45,10 +44,10 @@ def relative_axes(cube: "xr.Dataset", *, over: Sequence[str] = CASE_DIMS, ensemb
     turn = 2 * np.radians(cube["fault_normal"].astype("float64"))
     cosine = (v["axis_cosine"] * np.cos(turn) + v["axis_sine"] * np.sin(turn)) / total
     sine = (v["axis_sine"] * np.cos(turn) - v["axis_cosine"] * np.sin(turn)) / total
-    return cosine.to_dataset(name="cosine").assign(sine=sine)
+    return xr.Dataset({"cosine": cosine, "sine": sine})
 
 
-def axes_by_earthquake(cube: "xr.Dataset", *, over: Sequence[str] = CASE_DIMS, ensemble: bool = True) -> "xr.Dataset":
+def axes_by_earthquake(cube: xr.Dataset, *, over: Sequence[str] = CASE_DIMS, ensemble: bool = True) -> xr.Dataset:
     """Fall axis relative to the fault normal, per earthquake.
 
     Parameters
@@ -63,8 +62,6 @@ def axes_by_earthquake(cube: "xr.Dataset", *, over: Sequence[str] = CASE_DIMS, e
         normal; missing where nothing fell), ``resultant``, ``cosine``, ``sine`` of the mean of the records' vectors,
         ``records`` and ``records_with_falls``.
     """
-    import xarray as xr
-
     vectors = relative_axes(cube, over=over, ensemble=ensemble).compute()
     events = [str(name) for name in np.atleast_1d(cube["event"].values)]
     names = list(dict.fromkeys(events))
@@ -73,16 +70,21 @@ def axes_by_earthquake(cube: "xr.Dataset", *, over: Sequence[str] = CASE_DIMS, e
     counts = xr.concat([group["cosine"].notnull().sum("record") for group in groups], dim="event")
     length = xr.apply_ufunc(np.hypot, mean["cosine"], mean["sine"])
     axis = xr.apply_ufunc(wrap_axis, np.degrees(np.arctan2(mean["sine"], mean["cosine"])) / 2)
-    keep = [name for name in ("record", "record_id", "station", "fault_normal", "pulse") if name in mean.coords]
-    result = mean.drop_vars(keep).assign(
-        axis=axis.where(length > NO_DIRECTION).assign_attrs(
-            long_name="mean fall axis relative to the fault normal", units="degree"
-        ),
-        resultant=length.assign_attrs(long_name="mean resultant length of doubled fall axes", units="1"),
-        records=("event", np.array([group.sizes["record"] for group in groups])),
-        records_with_falls=counts,
-    )
-    return result.assign_coords(event=("event", np.array(names, dtype=object).astype(str)))
+    axis = axis.where(length > NO_DIRECTION)
+    axis.attrs = {"long_name": "mean fall axis relative to the fault normal", "units": "degree"}
+    length.attrs = {"long_name": "mean resultant length of doubled fall axes", "units": "1"}
+    of_records = ["record", "record_id", "station", "fault_normal", "pulse"]
+    records = ("event", np.array([group.sizes["record"] for group in groups]))
+    result = mean.drop_vars(of_records, errors="ignore").assign(axis=axis, resultant=length, records=records)
+    return result.assign(records_with_falls=counts).assign_coords(event=("event", np.array(names, dtype=str)))
+
+
+def axes_by_group(cube: xr.Dataset) -> dict[str, xr.Dataset]:
+    """`axes_by_earthquake` of each group of records, by its name."""
+    return {
+        name: axes_by_earthquake(cube.isel(record=np.flatnonzero(members)))
+        for name, members in record_groups(cube).items()
+    }
 
 
 @dataclass(frozen=True)
@@ -91,10 +93,8 @@ class AxisSummary:
 
     Attributes
     ----------
-    earthquakes : int
-        Earthquakes looked at.
-    n : int
-        Those with falls and a known fault normal: the sample size of everything below.
+    earthquakes, n : int
+        Earthquakes looked at; those with falls and a known fault normal: the sample size of everything below.
     mean_axis_deg : float
         Mean axis relative to the fault normal, (−90, 90]; NaN without falls.
     mean_axis_half_width_deg : float
@@ -102,10 +102,8 @@ class AxisSummary:
         `FEWEST_FOR_AN_INTERVAL` earthquakes, 90 where the data do not tell an axis.
     resultant : float
         Mean resultant length of the unit vectors of doubled angles.
-    alignment : float
-        Mean cos 2Δ over earthquakes: 1 normal to the fault, −1 parallel, 0 neither.
-    alignment_interval : (float, float)
-        Bootstrap percentile interval of it.
+    alignment, alignment_interval : float, (float, float)
+        Mean cos 2Δ over earthquakes: 1 normal to the fault, −1 parallel, 0 neither; its bootstrap percentile interval.
     closer_to_normal : int
         Earthquakes whose axis is within 45° of the fault normal.
     level : float
@@ -131,7 +129,12 @@ def _resamples(n: int, draws: int, seed: int) -> NDArray[np.int64]:
     return np.random.Generator(np.random.PCG64(seed)).integers(0, n, size=(draws, n))
 
 
-def summarise_axes(axes: "xr.Dataset", *, level: float = 0.95, draws: int = 10_000, seed: int = 1) -> AxisSummary:
+def _percentiles(values: FloatArray, level: float) -> tuple[float, float]:
+    low, high = np.quantile(values, [(1 - level) / 2, (1 + level) / 2])
+    return float(low), float(high)
+
+
+def summarise_axes(axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000, seed: int = 1) -> AxisSummary:
     """Mean axis over earthquakes with tests and bootstrap over earthquakes.
 
     Parameters
@@ -157,8 +160,7 @@ def summarise_axes(axes: "xr.Dataset", *, level: float = 0.95, draws: int = 10_0
     if n >= FEWEST_FOR_AN_INTERVAL:
         doubled = np.radians(2 * angle)[_resamples(n, draws, seed)]
         cosine, sine = np.cos(doubled).mean(axis=1), np.sin(doubled).mean(axis=1)
-        low, high = np.quantile(cosine, [(1 - level) / 2, (1 + level) / 2])
-        interval = (float(low), float(high))
+        interval = _percentiles(cosine, level)
         distance = np.abs(wrap_axis(np.degrees(np.arctan2(sine, cosine)) / 2 - mean))
         half_width = float(np.quantile(np.where(np.hypot(cosine, sine) < NO_DIRECTION, 90.0, distance), level))
     return AxisSummary(
@@ -178,16 +180,9 @@ def summarise_axes(axes: "xr.Dataset", *, level: float = 0.95, draws: int = 10_0
 
 @dataclass(frozen=True)
 class AlignmentDifference:
-    """Alignment (mean cos 2Δ) of one set of earthquakes minus that of another.
+    """Alignment (mean cos 2Δ) of one set of earthquakes minus that of another; NaN where one has no falls.
 
-    Attributes
-    ----------
-    difference : float
-        First minus second; NaN where one has no falls.
-    interval : (float, float)
-        Bootstrap percentile interval, earthquakes resampled together.
-    n_first, n_second : int
-        Earthquakes with falls in each.
+    The bootstrap percentile interval resamples the earthquakes together; ``n_first`` and ``n_second`` are those with falls.
     """
 
     difference: float
@@ -197,7 +192,7 @@ class AlignmentDifference:
 
 
 def compare_alignment(
-    first: "xr.Dataset", second: "xr.Dataset", *, level: float = 0.95, draws: int = 10_000, seed: int = 1
+    first: xr.Dataset, second: xr.Dataset, *, level: float = 0.95, draws: int = 10_000, seed: int = 1
 ) -> AlignmentDifference:
     """Compare the alignment with the fault normal of two sets of records, such as pulse records and the control.
 
@@ -217,19 +212,17 @@ def compare_alignment(
         The interval is missing where either has fewer than `FEWEST_FOR_AN_INTERVAL` earthquakes.
     """
     names = list(dict.fromkeys([*map(str, first["event"].values), *map(str, second["event"].values)]))
-    values = np.full((2, len(names)), np.nan)
-    for row, axes in enumerate((first, second)):
-        for name, angle in zip(map(str, axes["event"].values), axes["axis"].values, strict=True):
-            values[row, names.index(name)] = np.cos(np.radians(2 * angle))
-    n_first, n_second = (int(k) for k in np.isfinite(values).sum(axis=1))
-    if min(n_first, n_second) == 0:
-        return AlignmentDifference(math.nan, (math.nan, math.nan), n_first, n_second)
+    angles = np.stack([axes["axis"].reindex(event=names).values for axes in (first, second)])
+    values = np.cos(np.radians(2 * angles))
+    n = [int(k) for k in np.isfinite(values).sum(axis=1)]
+    nowhere = (math.nan, math.nan)
+    if min(n) == 0:
+        return AlignmentDifference(math.nan, nowhere, *n)
     difference = float(np.nanmean(values[0]) - np.nanmean(values[1]))
-    if min(n_first, n_second) < FEWEST_FOR_AN_INTERVAL:
-        return AlignmentDifference(difference, (math.nan, math.nan), n_first, n_second)
+    if min(n) < FEWEST_FOR_AN_INTERVAL:
+        return AlignmentDifference(difference, nowhere, *n)
     drawn = values[:, _resamples(len(names), draws, seed)]
     counts = np.isfinite(drawn).sum(axis=2)
     usable = (counts > 0).all(axis=0)
     means = np.nansum(drawn[:, usable], axis=2) / counts[:, usable]
-    low, high = np.quantile(means[0] - means[1], [(1 - level) / 2, (1 + level) / 2])
-    return AlignmentDifference(difference, (float(low), float(high)), n_first, n_second)
+    return AlignmentDifference(difference, _percentiles(means[0] - means[1], level), *n)

@@ -1,14 +1,10 @@
 """Falls by the azimuth towards which they go."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
-
-if TYPE_CHECKING:
-    import xarray as xr
+import xarray as xr
 
 
-def falls_towards(cube: "xr.Dataset") -> "xr.DataArray":
+def falls_towards(cube: xr.Dataset) -> xr.DataArray:
     """Whether the block falls towards an azimuth.
 
     A block that falls towards −1 at φ falls towards φ + 180°; motions along φ and φ + 180° are one plane and one
@@ -27,11 +23,10 @@ def falls_towards(cube: "xr.Dataset") -> "xr.DataArray":
         the outcome is missing. Its azimuths are those of the cube and their opposites, ascending; lazy where the
         cube is.
     """
-    import xarray as xr
-
     overturned = cube["overturned"].astype("float32")
     azimuth = cube["azimuth"].to_numpy()
-    opposite = _opposite(azimuth)
+    turned = (azimuth.astype(np.float64) + 180.0) % 360.0
+    opposite = turned.astype(azimuth.dtype) if np.issubdtype(azimuth.dtype, np.integer) else np.round(turned, 10)
     everywhere = np.union1d(azimuth, opposite)
     here = overturned.reindex(azimuth=everywhere)
     mirrored = overturned.assign_coords(azimuth=opposite).sortby("azimuth").reindex(azimuth=everywhere)
@@ -41,15 +36,8 @@ def falls_towards(cube: "xr.Dataset") -> "xr.DataArray":
     )
 
 
-def _opposite(azimuth: np.ndarray) -> np.ndarray:
-    turned = (azimuth.astype(np.float64) + 180.0) % 360.0
-    return turned.astype(azimuth.dtype) if np.issubdtype(azimuth.dtype, np.integer) else np.round(turned, 10)
-
-
-def overturns(cube: "xr.Dataset") -> "xr.DataArray":
+def overturns(cube: xr.Dataset) -> xr.DataArray:
     """Whether the block falls to either side: 1, 0, or NaN where the outcome is missing."""
-    import xarray as xr
-
     overturned = cube["overturned"]
     return xr.where(overturned.isnull(), np.nan, (overturned != 0).astype("float32")).assign_attrs(
         long_name="block overturns to either side", units="1"

@@ -16,50 +16,18 @@ def _positive(name: str, values: ArrayLike) -> FloatArray:
 
 
 def west_acceleration(b_over_h: ArrayLike) -> FloatArray:
-    """Acceleration at which a rigid block begins to rock: a = g B/H.
+    """Acceleration, m/s², at which a rigid block begins to rock: a = g B/H; `ArgumentError` if B/H is not positive.
 
     West's formula as given by Milne (1885, Transactions of the Seismological Society of Japan 8).
-
-    Parameters
-    ----------
-    b_over_h : array_like
-        Slenderness B/H.
-
-    Returns
-    -------
-    ndarray
-        m/s².
-
-    Raises
-    ------
-    ArgumentError
-        If B/H is not positive.
     """
     return STANDARD_GRAVITY * _positive("b_over_h", b_over_h)
 
 
 def ishiyama_velocity(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
-    """Peak ground velocity below which a block that rocks does not overturn.
+    """Peak ground velocity, m/s, below which a block of height H, m, that rocks does not overturn.
 
     v = 0.4 √(8 g R/3 · (1 − cos α)/cos² α), R half the diagonal, tan α = B/H (Ishiyama 1982, Earthquake Engineering and
-    Structural Dynamics 10); about 10 B/√H in cm and cm/s for slender blocks.
-
-    Parameters
-    ----------
-    height : array_like
-        H, m.
-    b_over_h : array_like
-        Slenderness B/H.
-
-    Returns
-    -------
-    ndarray
-        m/s.
-
-    Raises
-    ------
-    ArgumentError
-        If H or B/H is not positive.
+    Structural Dynamics 10); about 10 B/√H in cm and cm/s for slender blocks. `ArgumentError` if H or B/H is not positive.
     """
     tall, slenderness = _positive("height", height), _positive("b_over_h", b_over_h)
     alpha = np.arctan(slenderness)

@@ -3,18 +3,18 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
+import xarray as xr
 from numpy.typing import ArrayLike, NDArray
+from scipy.special import stdtrit
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
+from overturning.statistics.direction import CASE_DIMS
 from overturning.statistics.planes import by_plane
-
-if TYPE_CHECKING:
-    import xarray as xr
-
+from overturning.units import STANDARD_GRAVITY
 
 PREDICTORS = ("ln PGA/(g B/H)", "ln PGV/PGA", "ln B/H", "ln H")
 """Predictors of `overturning_fit`: PGA over West's limit, PGV/PGA in s, slenderness, height in m."""
@@ -34,8 +34,6 @@ class LogisticFit:
         ``intercept`` and the predictors.
     coefficient, standard_error, low, high : ndarray, shape (k,)
         Estimates, cluster-robust standard errors and intervals; NaN where not to be had.
-    covariance : ndarray, shape (k, k)
-        Cluster-robust covariance of the estimates.
     rows, clusters : int
         Rows that entered and independent clusters (earthquakes) they came from.
     minimum, maximum : ndarray, shape (k − 1,)
@@ -51,7 +49,6 @@ class LogisticFit:
     standard_error: FloatArray
     low: FloatArray
     high: FloatArray
-    covariance: FloatArray
     rows: int
     clusters: int
     minimum: FloatArray
@@ -116,7 +113,7 @@ def logistic_fit(
     _, member = np.unique(np.asarray(cluster), return_inverse=True)
     groups = int(member.max()) + 1 if y.size else 0
     label = ("intercept", *(names or [f"x{i + 1}" for i in range(x.shape[1])]))
-    coefficient, covariance = np.full(len(label), np.nan), np.full((len(label), len(label)), np.nan)
+    coefficient = variance = np.full(len(label), np.nan)
     note = ""
     if y.size == 0 or y.min() == y.max():
         which = "no outcome is known" if y.size == 0 else ("everything falls" if y[0] else "nothing falls")
@@ -135,11 +132,11 @@ def logistic_fit(
         back[1 + np.flatnonzero(varies), 1 + np.arange(int(varies.sum()))] = 1 / scale[varies]
         coefficient = np.where(np.concatenate(([True], varies)), back @ beta, np.nan)
         if groups > 1:
-            covariance = _sandwich(design, y, w, beta, member, groups, back)
+            variance = np.diag(_sandwich(design, y, w, beta, member, back))
         else:
             note = "no interval: a single earthquake"
-    error = np.where(np.isfinite(coefficient), np.sqrt(np.diag(covariance)), np.nan)
-    half = _student_quantile((1 + level) / 2, groups - 1) * error if groups > 1 else error
+    error = np.where(np.isfinite(coefficient), np.sqrt(variance), np.nan)
+    half = float(stdtrit(groups - 1, (1 + level) / 2)) * error if groups > 1 else error
     nowhere = np.full(len(label) - 1, np.nan)
     return LogisticFit(
         names=label,
@@ -147,7 +144,6 @@ def logistic_fit(
         standard_error=error,
         low=coefficient - half,
         high=coefficient + half,
-        covariance=covariance,
         rows=int(y.size),
         clusters=groups,
         minimum=x.min(axis=0) if y.size else nowhere,
@@ -176,15 +172,10 @@ def _newton(design: FloatArray, y: FloatArray, w: FloatArray) -> tuple[FloatArra
 
 
 def _sandwich(
-    design: FloatArray,
-    y: FloatArray,
-    w: FloatArray,
-    beta: FloatArray,
-    member: NDArray[np.intp],
-    groups: int,
-    back: FloatArray,
+    design: FloatArray, y: FloatArray, w: FloatArray, beta: FloatArray, member: NDArray[np.intp], back: FloatArray
 ) -> FloatArray:
     """Cluster-robust covariance of the estimates in the predictors' own units, to which ``back`` leads."""
+    groups = int(member.max()) + 1
     p = 1 / (1 + np.exp(-(design @ beta)))
     score = np.zeros((groups, design.shape[1]))
     np.add.at(score, member, design * (w * (y - p))[:, None])
@@ -192,14 +183,8 @@ def _sandwich(
     return np.asarray(groups / (groups - 1) * back @ bread @ (score.T @ score) @ bread @ back.T)
 
 
-def _student_quantile(probability: float, freedom: int) -> float:
-    from scipy.special import stdtrit
-
-    return float(stdtrit(freedom, probability))
-
-
 def overturning_rows(
-    cube: "xr.Dataset", intensity: "xr.Dataset", *, ensemble: bool = True
+    cube: xr.Dataset, intensity: xr.Dataset, *, ensemble: bool = True
 ) -> tuple[FloatArray, FloatArray, NDArray[np.str_], FloatArray]:
     """Rows of the fit, one per plane and case: predictors, share that falls, earthquake, weight.
 
@@ -224,53 +209,40 @@ def overturning_rows(
     ArgumentError
         If an azimuth of the cube is missing from the intensities.
     """
-    from overturning.units import STANDARD_GRAVITY
-
     parts = []
     for i in range(cube.sizes["record"]):
         planes = by_plane(cube.isel(record=i), ensemble=ensemble)
-        where = planes["azimuth"].values
+        where, falls = planes["azimuth"], planes["falls"].transpose("azimuth", *CASE_DIMS).compute()
         try:
             along = intensity[["pga", "pgv"]].isel(record=i).sel(azimuth=where, method="nearest", tolerance=1e-6)
         except KeyError as error:
             raise ArgumentError(
                 "intensity: azimuths of the cube are missing; compute it on the cube's azimuths"
             ) from error
-        falls = planes["falls"].transpose("azimuth", "height", "b_over_h", "friction")
-        pga, pgv = along["pga"].values, along["pgv"].values
-        shape = falls.shape
-        slender, height = falls["b_over_h"].values.astype(float), falls["height"].values.astype(float)
-        columns = [
-            np.log(pga[:, None, None, None] / (STANDARD_GRAVITY * slender[None, None, :, None])),
-            np.log(pgv / pga)[:, None, None, None],
-            np.log(slender)[None, None, :, None],
-            np.log(height)[None, :, None, None],
-        ]
-        table = np.stack([np.broadcast_to(c, shape).ravel() for c in columns], axis=1)
-        value = falls.values.astype(np.float64).ravel()
-        weight = np.broadcast_to(planes["weight"].values[:, None, None, None] * shape[0], shape).ravel()
-        event = np.full(value.size, str(cube["event"].values[i]))
-        known = np.isfinite(value)
-        parts.append((table[known], value[known], event[known], weight[known]))
+        pga, pgv = (along[name].assign_coords(azimuth=where) for name in ("pga", "pgv"))
+        slender, height = (falls[name].astype(float) for name in ("b_over_h", "height"))
+        values = (pga / (STANDARD_GRAVITY * slender), pgv / pga, slender, height)
+        columns: list[Any] = [*map(np.log, values), planes["weight"] * where.size]
+        known = np.isfinite(falls.to_numpy())
+        *table, weights = (one.broadcast_like(falls).transpose(*falls.dims).to_numpy()[known] for one in columns)
+        event = np.full(weights.size, str(cube["event"].values[i]))
+        parts.append((np.stack(table, axis=1), falls.to_numpy()[known].astype(np.float64), event, weights))
     if not parts:
         return np.empty((0, 4)), np.empty(0), np.empty(0, dtype=str), np.empty(0)
-    predictors, outcome, events, weights = (np.concatenate(column) for column in zip(*parts, strict=True))
-    return predictors, outcome, events, weights
+    predictors, outcome, events, shares = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return predictors, outcome, events, shares
 
 
 def overturning_fit(
-    cube: "xr.Dataset", intensity: "xr.Dataset", *, level: float = 0.95, ensemble: bool = True
+    cube: xr.Dataset, intensity: xr.Dataset, *, level: float = 0.95, ensemble: bool = True
 ) -> LogisticFit:
     """Fit the probability of falling on `PREDICTORS`; parameters as in `overturning_rows` and `logistic_fit`."""
     predictors, outcome, event, weight = overturning_rows(cube, intensity, ensemble=ensemble)
     return logistic_fit(predictors, outcome, event, weight=weight, names=PREDICTORS, level=level)
 
 
-def describe(fit: LogisticFit) -> list[dict[str, object]]:
-    """Rows of a table: name, estimate, interval, range of the data; None where there is none."""
-    edge = [(math.nan, math.nan), *zip(fit.minimum, fit.maximum, strict=True)]
-    values = zip(fit.names, fit.coefficient, fit.low, fit.high, edge, strict=True)
-    return [
-        {"name": name, "coefficient": c, "low": low, "high": high, "minimum": e[0], "maximum": e[1]}
-        for name, c, low, high, e in values
-    ]
+def describe(fit: LogisticFit) -> list[tuple[str, float, float, float, float, float]]:
+    """Rows of a table: name, estimate, ends of its interval, least and largest of the data; NaN where there is none."""
+    least, most = ((math.nan, *values.tolist()) for values in (fit.minimum, fit.maximum))
+    estimates = (values.tolist() for values in (fit.coefficient, fit.low, fit.high))
+    return list(zip(fit.names, *estimates, least, most, strict=True))

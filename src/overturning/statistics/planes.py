@@ -5,16 +5,12 @@ azimuths of one record are the same ground motion seen from many sides, not inde
 gives a p-value.
 """
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ResultError
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 FLAG_MISSING = -128
 
@@ -61,13 +57,7 @@ def plane_weight(plane_azimuth_deg: ArrayLike) -> FloatArray:
     return (gap + np.roll(gap, 1)) / 360.0
 
 
-def _flag_probability(cube: "xr.Dataset", sign: int) -> "xr.DataArray":
-    flag = cube["overturned"]
-    known = flag.notnull() & (flag != FLAG_MISSING)
-    return (flag == sign).where(known).astype("float32")
-
-
-def fall_probability(cube: "xr.Dataset", *, ensemble: bool = True) -> "xr.Dataset":
+def fall_probability(cube: xr.Dataset, *, ensemble: bool = True) -> xr.Dataset:
     """Probability of falling towards φ and towards φ + 180°, cell by cell.
 
     Parameters
@@ -89,17 +79,19 @@ def fall_probability(cube: "xr.Dataset", *, ensemble: bool = True) -> "xr.Datase
     """
     if "overturned" not in cube:
         raise ResultError("the dataset has no variable 'overturned'; it is not a cube of this program")
-    towards, away = _flag_probability(cube, 1), _flag_probability(cube, -1)
-    if ensemble and "probability_towards" in cube:
-        towards = cube["probability_towards"].astype("float32").fillna(towards)
-        away = cube["probability_away"].astype("float32").fillna(away)
-    result = towards.to_dataset(name="towards").assign(away=away)
-    result["towards"].attrs = {"long_name": "probability of falling towards the azimuth", "units": "1"}
-    result["away"].attrs = {"long_name": "probability of falling towards the azimuth + 180°", "units": "1"}
-    return result
+    flag = cube["overturned"]
+    known = flag.notnull() & (flag != FLAG_MISSING)
+    made = {}
+    for sign, name, where in ((1, "towards", "azimuth"), (-1, "away", "azimuth + 180°")):
+        chance = (flag == sign).where(known).astype("float32")
+        if ensemble and "probability_towards" in cube:
+            chance = cube[f"probability_{name}"].astype("float32").fillna(chance)
+        chance.attrs = {"long_name": f"probability of falling towards the {where}", "units": "1"}
+        made[name] = chance
+    return xr.Dataset(made)
 
 
-def by_plane(cube: "xr.Dataset", *, ensemble: bool = True) -> "xr.Dataset":
+def by_plane(cube: xr.Dataset, *, ensemble: bool = True) -> xr.Dataset:
     """Fall probabilities with each plane once, and the weight of each plane.
 
     Returns
@@ -108,8 +100,6 @@ def by_plane(cube: "xr.Dataset", *, ensemble: bool = True) -> "xr.Dataset":
         ``towards``, ``away``, their sum ``falls``, and ``weight(azimuth)`` (sums to 1); ``azimuth`` holds one azimuth per
         plane.
     """
-    import xarray as xr
-
     index = plane_index(cube["azimuth"].values)
     result = fall_probability(cube, ensemble=ensemble).isel(azimuth=index)
     weight = plane_weight(cube["azimuth"].values[index])

@@ -3,19 +3,16 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.statistics.circular import TestResult, chi_square_test, grouped_watson_test, resultant, watson_u2_test
-from overturning.surveys.prediction import BACKGROUND, SIDES, SitePrediction, knows_face, observed_side
+from overturning.surveys.prediction import BACKGROUND, SIDES, SitePrediction, knows_face, observed_side, sector
 from overturning.surveys.stones import Stone
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -65,23 +62,19 @@ class SurveyComparison:
     background: float
 
 
-def _sector(stone: Stone) -> int:
-    return int(((stone.azimuth_deg + 22.5) % 360) // 45)
-
-
 def _density(site: SitePrediction, stone: Stone) -> FloatArray:
     """Fall directions of a stone; where its face is known one sector of 90° about each of its four normals."""
     if not knows_face(stone):
         return site.density(stone.b_over_h)
     sides = site.sides(stone)[1:]
-    quarter = (((site.azimuth - stone.face_azimuth_deg + 45.0) % 360) // 90).astype(int)
+    quarter = sector(site.azimuth - stone.face_azimuth_deg, 4)
     mass = np.array([site.share[quarter == i].sum() for i in range(4)])
     p = sides / sides.sum()
     return np.asarray(p[quarter] * site.share / mass[quarter])
 
 
 def compare_survey(
-    stones: Sequence[Stone], cube: "xr.Dataset", *, background: float = BACKGROUND, draws: int = 2000, seed: int = 1
+    stones: Sequence[Stone], cube: xr.Dataset, *, background: float = BACKGROUND, draws: int = 2000, seed: int = 1
 ) -> SurveyComparison:
     """Compare the stones of a survey with the cube of its site.
 
@@ -89,18 +82,11 @@ def compare_survey(
     ----------
     stones : sequence of Stone
         From `read_survey`.
-    cube : Dataset
-        Cube of one record.
-    background : float
-        Share of stones taken to fall any way.
+    cube, background
+        As in `SitePrediction`.
     draws, seed : int
         For the p-value of the likelihood ratio (a parametric bootstrap under "any way": Davison & Hinkley 1997, Bootstrap
         Methods and their Application, section 4.2).
-
-    Returns
-    -------
-    SurveyComparison
-        The comparison.
 
     Raises
     ------
@@ -113,7 +99,7 @@ def compare_survey(
     fallen = [stone for stone in stones if stone.fell for _ in range(stone.count)]
     densities = {id(stone): _density(site, stone) for stone in stones if stone.fell}
     uniform_octant = site.octants(site.share)
-    observed = np.bincount([_sector(stone) for stone in fallen], minlength=8).astype(np.float64)
+    observed = np.bincount([sector(stone.azimuth_deg, 8) for stone in fallen], minlength=8).astype(np.float64)
     octants = {key: site.octants(density) for key, density in densities.items()}
     predicted = sum((octants[id(stone)] for stone in fallen), np.zeros(8))
     ratio, p_value = _likelihood_ratio(site, fallen, densities, octants, draws, seed)
@@ -155,12 +141,11 @@ def _likelihood_ratio(
     for stone in fallen:
         density = densities[id(stone)]
         if stone.octant:
-            table, sector, chance = octants[id(stone)] / uniform_octant, _sector(stone), uniform_octant
+            table, chance = octants[id(stone)] / uniform_octant, uniform_octant
+            place = int(sector(stone.azimuth_deg, 8))
         else:
-            table, chance = density / site.share, site.share
-            distance = np.abs((site.azimuth - stone.azimuth_deg + 180.0) % 360 - 180.0)
-            sector = int(np.argmin(distance))
-        ratios.append(math.log(table[sector]))
+            table, chance, place = density / site.share, site.share, site.nearest(stone.azimuth_deg)
+        ratios.append(math.log(table[place]))
         tables.append((np.log(table), chance))
     generator = np.random.Generator(np.random.PCG64(seed))
     simulated = np.zeros(draws)

@@ -1,18 +1,15 @@
 """What the cube of a site says about the stones of a survey."""
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.statistics.planes import fall_probability, plane_index, plane_weight
 from overturning.surveys.stones import Stone
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 SIDES = ("stood", "forwards", "to its right", "backwards", "to its left")
 """Outcomes of a stone whose face is known: towards the face's azimuth, then clockwise by 90° each."""
@@ -38,7 +35,7 @@ class SitePrediction:
         If the cube holds more than one record, or the background is not between 0 and 1.
     """
 
-    def __init__(self, cube: "xr.Dataset", *, background: float = BACKGROUND) -> None:
+    def __init__(self, cube: xr.Dataset, *, background: float = BACKGROUND) -> None:
         if cube.sizes.get("record", 1) != 1:
             raise ArgumentError(
                 f"cube: {cube.sizes['record']} records; a survey belongs to one site, so name its record (--record)"
@@ -49,25 +46,27 @@ class SitePrediction:
         index = plane_index(site["azimuth"].values)
         weight = plane_weight(site["azimuth"].values[index])
         p = fall_probability(site).isel(azimuth=index).transpose("azimuth", "b_over_h", "height", "friction")
-        mean = p.mean(("height", "friction"))
+        mean = p.mean(("height", "friction")).fillna(0.0)
         self.background = background
         self.b_over_h: FloatArray = p["b_over_h"].values.astype(np.float64)
         plane = site["azimuth"].values[index].astype(np.float64)
-        # Both ends of each plane, in the order of the azimuth: probability of falling towards that azimuth.
-        azimuth = np.concatenate([plane % 360, (plane + 180) % 360])
-        order = np.argsort(azimuth)
-        self.azimuth: FloatArray = azimuth[order]
-        ends = [np.nan_to_num(mean[name].values) for name in ("towards", "away")]
-        self.towards: FloatArray = np.concatenate(ends)[order].astype(np.float64)
+        order = np.argsort(np.concatenate([plane % 360, (plane + 180) % 360]))
+
+        def ends(first: ArrayLike, second: ArrayLike) -> FloatArray:
+            """Values at both ends of each plane, in the order of the azimuth."""
+            return np.concatenate([first, second])[order].astype(np.float64)
+
+        self.azimuth = ends(plane % 360, (plane + 180) % 360)
+        self.share = ends(weight, weight) / 2
+        # Probability of falling towards that azimuth.
+        self.towards = ends(mean["towards"].values, mean["away"].values)
         # The same for each block (height and friction), and when it falls in that plane; NaN where not known.
-        shape = (order.size, self.b_over_h.size, -1)
-        blocks = [p[name].values for name in ("towards", "away")]
-        self.blocks: FloatArray = np.concatenate(blocks)[order].astype(np.float64).reshape(shape)
-        times = np.full(blocks[0].shape, math.nan)
+        times = np.full(p["towards"].shape, math.nan)
         if "overturning_time" in site:
             times = site["overturning_time"].isel(azimuth=index).transpose(*p["towards"].dims).values
-        self.times: FloatArray = np.concatenate([times, times])[order].astype(np.float64).reshape(shape)
-        self.share: FloatArray = np.concatenate([weight, weight])[order] / 2
+        shape = (order.size, self.b_over_h.size, -1)
+        self.blocks = ends(p["towards"].values, p["away"].values).reshape(shape)
+        self.times = ends(times, times).reshape(shape)
         # Each azimuth's sector reaches half way to its neighbours; `start` is where the first one begins.
         self.start = float((self.azimuth[0] + self.azimuth[-1] - 360) / 2)
 
@@ -78,8 +77,11 @@ class SitePrediction:
         high = min(low + 1, self.b_over_h.size - 1)
         by_azimuth = self.blocks[:, low] + (place - low) * (self.blocks[:, high] - self.blocks[:, low])
         p = np.array([np.interp(azimuth_deg % 360, self.azimuth, line, period=360) for line in by_azimuth.T])
-        nearest = int(np.argmin(np.abs((self.azimuth - azimuth_deg + 180.0) % 360 - 180.0)))
-        return p, self.times[nearest, round(float(place))]
+        return p, self.times[self.nearest(azimuth_deg), round(float(place))]
+
+    def nearest(self, azimuth_deg: float) -> int:
+        """Place of the nearest azimuth."""
+        return int(np.argmin(np.abs((self.azimuth - azimuth_deg + 180.0) % 360 - 180.0)))
 
     def density(self, b_over_h: float = math.nan) -> FloatArray:
         """Probability of each azimuth's sector, given that a stone of unknown orientation fell; sums to 1.
@@ -136,8 +138,7 @@ class SitePrediction:
         width = self.share * 360
         left = self.start + np.concatenate([[0.0], np.cumsum(width)[:-1]])
         for begin, wide, mass in zip(left, width, density, strict=True):
-            at = (begin + wide * (np.arange(64) + 0.5) / 64 + 22.5) % 360
-            np.add.at(fine, (at // 45).astype(int), mass / 64)
+            np.add.at(fine, sector(begin + wide * (np.arange(64) + 0.5) / 64, 8), mass / 64)
         return np.asarray(fine / fine.sum())
 
 
@@ -148,6 +149,10 @@ def knows_face(stone: Stone) -> bool:
 
 def observed_side(stone: Stone) -> int:
     """Index into `SIDES` of what a stone did."""
-    if not stone.fell:
-        return 0
-    return 1 + int(((stone.azimuth_deg - stone.face_azimuth_deg + 45.0) % 360) // 90)
+    return 1 + int(sector(stone.azimuth_deg - stone.face_azimuth_deg, 4)) if stone.fell else 0
+
+
+def sector(angle_deg: ArrayLike, count: int) -> NDArray[np.intp]:
+    """Which of so many sectors an angle lies in, the first centred on 0°."""
+    wide = 360.0 / count
+    return np.asarray(((np.asarray(angle_deg) + wide / 2) % 360 // wide).astype(np.intp))

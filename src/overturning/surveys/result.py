@@ -20,17 +20,7 @@ _ARRAYS = ("octant_observed", "octant_predicted", "confusion")
 
 @dataclass(frozen=True)
 class SurveyResult:
-    """A comparison with what it compares.
-
-    Attributes
-    ----------
-    stones, sha256 : str
-        Name of the survey's file and hash of its bytes.
-    record : str
-        Id of the site's record.
-    comparison : SurveyComparison
-        The comparison.
-    """
+    """A comparison with the name of the survey's file, the hash of its bytes, and the id of the site's record."""
 
     stones: str
     sha256: str
@@ -62,22 +52,7 @@ def _number(value: Any) -> Any:
 
 
 def read_survey_result(path: Path) -> SurveyResult:
-    """Read a comparison that `write_survey` has written.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    SurveyResult
-
-    Raises
-    ------
-    ResultError
-        If it is missing or of another version.
-    """
+    """Read a comparison that `write_survey` has written; `ResultError` if it is missing or of another version."""
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
         comparison = data["comparison"]

@@ -1,18 +1,15 @@
 """Observed and predicted falls of a survey by compass octant."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
-from overturning.figures.style import FALLS, INK, caption, compass, radius_labels
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from overturning.surveys.comparison import SurveyComparison
+from overturning.figures.style import FALLS, INK, caption, compass, grid, radius_ticks
+from overturning.surveys.comparison import SurveyComparison
 
 
-def _draw_survey(axes: Any, comparison: "SurveyComparison") -> None:
+def _draw_survey(axes: Any, comparison: SurveyComparison) -> None:
     """Draw stones per octant as sectors, and the expected ones as an outline; the radius is the square root of the count."""
     compass(axes)
     width = np.pi / 4
@@ -24,16 +21,12 @@ def _draw_survey(axes: Any, comparison: "SurveyComparison") -> None:
     )  # fmt: skip
     top = max(1.0, float(np.sqrt(np.maximum(comparison.octant_observed, comparison.octant_predicted).max())))
     counts = [n for n in (1, 2, 5, 10, 20, 50, 100, 200, 500) if 0.3 * top < np.sqrt(n) <= top * 1.05] or [1]
-    axes.set_ylim(0, top * 1.08)
-    axes.set_yticks(np.sqrt(counts), [str(n) for n in counts])
-    radius_labels(axes)
+    radius_ticks(axes, top * 1.08, {float(np.sqrt(n)): str(n) for n in counts})
 
 
-def survey_figure(comparison: "SurveyComparison", title: str) -> "Figure":
+def survey_figure(comparison: SurveyComparison, title: str) -> Figure:
     """Figure of a survey's comparison: fallen stones by octant, observed and predicted."""
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(figsize=(4.2, 4.6), subplot_kw={"projection": "polar"}, layout="constrained")
-    _draw_survey(axes, comparison)
-    caption(figure, f"{title}\nfallen stones by octant", axes, 2)
+    figure, panels = grid(1, 1, 4.2, 4.6, polar=True)
+    _draw_survey(panels[0, 0], comparison)
+    caption(figure, f"{title}\nfallen stones by octant", panels[0, 0], 2)
     return figure

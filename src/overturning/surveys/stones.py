@@ -110,7 +110,7 @@ COLUMNS = tuple(SurveyRow.model_fields)
 
 
 def read_survey(path: Path) -> list[Stone]:
-    """Read a survey.
+    """Read a survey, its stones in the order of the file.
 
     A CSV with a header; columns as `COLUMNS`. ``magnetic_declination_deg`` (east positive) is added to the stone's
     directions, so leave it empty where they were taken from true north. Lines that begin with ``#`` are comments.
@@ -119,11 +119,6 @@ def read_survey(path: Path) -> list[Stone]:
     ----------
     path : Path
         The file, UTF-8 with or without byte order mark.
-
-    Returns
-    -------
-    list of Stone
-        In the order of the file.
 
     Raises
     ------

@@ -12,13 +12,12 @@ from typing import Final
 
 import numpy as np
 
-from overturning.records.axes import channel_axis, parse_axis
+from overturning.records.axes import UNKNOWN, Direction, channel_axis, parse_axis
 from overturning.records.component import Component, StatedPeak
 from overturning.records.formats.lines import Lines
 from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY
 
-NAME: Final = "cosmos"
 UNITS: Final = {2: STANDARD_GRAVITY, 4: GAL, 10: GAL, 11: 1e-3 * STANDARD_GRAVITY}
 """COSMOS table 2: g, cm/s², Gal, mg."""
 NULL: Final = -999.0
@@ -34,14 +33,8 @@ def detect(source: SourceFile) -> bool:
 
 
 def read(source: SourceFile) -> list[Component]:
-    """Read all channels.
-
-    Raises
-    ------
-    RecordError
-        If a channel is cut or its unit is none of acceleration.
-    """
-    lines = Lines(source.name, source.lines)
+    """Read all channels; a RecordError names the line where one is cut or its unit is none of acceleration."""
+    lines = Lines.of(source)
     components = []
     at = 0
     while at < len(lines.lines):
@@ -99,7 +92,6 @@ def _channel(source: SourceFile, lines: Lines, at: int) -> tuple[Component, int]
     known = {index: float(value) for index, value in enumerate(real) if value != NULL}
     component = Component.of(
         source,
-        NAME,
         axis,
         direction,
         samples * scale,
@@ -131,21 +123,21 @@ def _unit(lines: Lines, data_at: int, code: int) -> float:
     return UNITS[number]
 
 
-def _axis(lines: Lines, at: int, everything: Sequence[str], code: int) -> tuple[str, tuple[float | None, int]]:
+def _axis(lines: Lines, at: int, everything: Sequence[str], code: int) -> tuple[str, Direction]:
     """Axis from the text, checked against the code; from the SEED channel where neither says it."""
     match = re.search(r"Sta Cha\w*\s+\S+?:\s*(.*?)\s*(?:\(|Location|$)", lines.lines[at + 8])
     word = match[1] if match else ""
     direction = parse_axis(word)
-    coded = {400: (None, 1), 401: (None, -1)}.get(code, (float(code % 360), 0) if 1 <= code <= 360 else (None, 0))
-    if direction == (None, 0):
+    coded = {400: (None, 1), 401: (None, -1)}.get(code, (float(code % 360), 0) if 1 <= code <= 360 else UNKNOWN)
+    if direction == UNKNOWN:
         direction = coded
-    elif coded != (None, 0) and coded != direction:
+    elif coded != UNKNOWN and coded != direction:
         raise lines.error(
             at + 8,
             f"axis {word!r} in the text, code {code} in the integers; components may be swapped: find out which, and give "
             "azimuths_deg",
         )
-    if direction == (None, 0) and code in (0, -999):
+    if direction == UNKNOWN and code in (0, -999):
         channel = _word(everything, r"<SCNL>\s*[^.\s]+\.([A-Z0-9]{3})\.")
         direction = channel_axis(channel)
         word = channel or word

@@ -16,11 +16,9 @@ import numpy as np
 from overturning.errors import RecordError
 from overturning.records.axes import parse_axis
 from overturning.records.component import Component, StatedPeak
-from overturning.records.formats.lines import FLOAT, Lines, resolution
+from overturning.records.formats.lines import FLOAT, Lines
 from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY
-
-NAME: Final = "csmip"
 
 _UNITS: Final = {
     "g": STANDARD_GRAVITY,
@@ -50,24 +48,17 @@ def detect(source: SourceFile) -> bool:
 
 
 def read(source: SourceFile) -> list[Component]:
-    """Read all channels.
-
-    Raises
-    ------
-    RecordError
-        If a channel is cut, its unit or rate is missing or contradictory, or its samples are not evenly spaced.
-    """
+    """Read all channels; a RecordError names the line where one is cut, contradicts itself or is not evenly spaced."""
     lines = source.lines
     if lines[0].upper().lstrip().startswith("RESPONSE"):
         raise RecordError(f"{source.name} line 1: response spectra (volume 3); get volume 1 or 2")
     volume = 2 if lines[0].upper().lstrip().startswith("CORRECTED") else 1
     components = []
     at = 0
-    while True:
-        while at < len(lines) and not lines[at].strip():
+    while at < len(lines):
+        if not lines[at].strip():
             at += 1
-        if at >= len(lines):
-            break
+            continue
         end = next((i for i in range(at, len(lines)) if _END.match(lines[i])), None)
         if end is None:
             raise RecordError(
@@ -110,7 +101,6 @@ def _channel(source: SourceFile, block: Lines, volume: int) -> Component:
     event = replace(text, lines=text.lines[1:12]).find(r"^\s*R(?:e?co?rd) of (.*?)(?:\s{3,}|\(|$)")
     return Component.of(
         source,
-        NAME,
         f"chan {channel[1]}: {axis}",
         (azimuth, vertical),
         samples,
@@ -195,8 +185,7 @@ def _peak(text: Lines, volume: int) -> StatedPeak | None:
     if stated is None:
         return None
     match, index = stated
-    scale = _UNITS[match[2].lower()]
-    return StatedPeak(abs(float(match[1])) * scale, resolution(match[1]) * scale, line=text.before + index + 1)
+    return text.peak(match[1], index, "the peak", _UNITS[match[2].lower()])
 
 
 def _start(text: Lines) -> datetime | None:

@@ -6,13 +6,12 @@ from typing import Final
 import numpy as np
 
 from overturning.errors import RecordError
-from overturning.records.axes import parse_axis
+from overturning.records.axes import UNKNOWN, parse_axis
 from overturning.records.component import Component
 from overturning.records.formats.lines import Lines
 from overturning.records.options import UNITS, ReadOptions
 from overturning.records.source import SourceFile
 
-NAME: Final = "csv"
 SECONDS: Final = {"s": 1.0, "ms": 1e-3}
 
 
@@ -21,12 +20,6 @@ def read(source: SourceFile, options: ReadOptions) -> list[Component]:
 
     ``columns`` names every column in order: ``time:s`` or ``time:ms``, ``skip``, or an axis with its unit: ``north:gal``,
     ``N28W:g``, ``270:m/s2``, ``up:gal``, ``down:gal``. Lines that begin with ``#`` and one line of headings are passed over.
-
-    Raises
-    ------
-    RecordError
-        If the declaration is missing or senseless, a line has another number of columns, a cell is no number, or the times
-        are not evenly spaced.
     """
     name = source.name
     columns = _declared(options.columns, name)
@@ -43,7 +36,7 @@ def read(source: SourceFile, options: ReadOptions) -> list[Component]:
             continue
         samples = rows[:, index] * UNITS[unit]
         # Whoever declares units by hand also declares the processing.
-        components.append(Component.of(source, NAME, word, parse_axis(word), samples, interval, processed=True))
+        components.append(Component.of(source, word, parse_axis(word), samples, interval, processed=True))
     return components
 
 
@@ -56,11 +49,11 @@ def _declared(text: str, name: str) -> list[tuple[str, str]]:
     columns = []
     for word in text.split():
         axis, _, unit = word.rpartition(":") if ":" in word else (word, "", "")
-        if axis.lower() == "skip" or word.lower() == "skip":
+        if axis.lower() == "skip":
             columns.append(("skip", ""))
         elif axis.lower() == "time" and unit in SECONDS:
             columns.append(("time", unit))
-        elif unit.lower() in UNITS and parse_axis(axis) != (None, 0):
+        elif unit.lower() in UNITS and parse_axis(axis) != UNKNOWN:
             columns.append((axis, unit.lower()))
         else:
             raise RecordError(
@@ -71,7 +64,7 @@ def _declared(text: str, name: str) -> list[tuple[str, str]]:
 
 
 def _rows(source: SourceFile, width: int) -> tuple[np.ndarray, int]:
-    lines = Lines(source.name, source.lines)
+    lines = Lines.of(source)
     separator = _separator(source)
     values: list[list[float]] = []
     first_line = heading = 0

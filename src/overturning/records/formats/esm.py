@@ -6,12 +6,10 @@ from typing import Final
 
 from overturning.errors import RecordError
 from overturning.records.axes import channel_axis
-from overturning.records.component import Component, StatedPeak
-from overturning.records.formats.lines import Lines, resolution
+from overturning.records.component import Component
+from overturning.records.formats.lines import Lines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
-
-NAME: Final = "esm-dyna"
 
 _KNOWN: Final = {
     "STATION_LATITUDE_DEGREE": "latitude",
@@ -30,14 +28,8 @@ def detect(source: SourceFile) -> bool:
 
 
 def read(source: SourceFile) -> list[Component]:
-    """Read one component.
-
-    Raises
-    ------
-    RecordError
-        If a key is missing, the unit is not cm/s², the count is wrong, or the data is not acceleration.
-    """
-    lines = Lines(source.name, source.lines)
+    """Read one component; a RecordError says so where a key is missing, the count is wrong, or it is no acceleration in cm/s²."""
+    lines = Lines.of(source)
     header: dict[str, tuple[int, str]] = {}
     first = 0
     for first, line in enumerate(source.lines):
@@ -49,35 +41,31 @@ def read(source: SourceFile) -> list[Component]:
     def text(key: str) -> str:
         return header.get(key, (0, ""))[1]
 
-    def value(key: str) -> float:
+    def at(key: str) -> int:
         if key not in header:
             raise RecordError(f"{source.name}: no header line {key}; get the file again")
-        return lines.number(text(key), header[key][0], key)
+        return header[key][0]
 
-    for key in ("UNITS", "STREAM"):
-        if key not in header:
-            raise RecordError(f"{source.name}: no header line {key}; get the file again")
+    def value(key: str) -> float:
+        return lines.number(text(key), at(key), key)
+
+    units_at, _ = at("UNITS"), at("STREAM")
     if text("UNITS").replace(" ", "").lower() not in ("cm/s^2", "cm/s2"):
-        raise lines.error(header["UNITS"][0], f"unit {text('UNITS')!r}; only cm/s^2 is read: get acceleration")
+        raise lines.error(units_at, f"unit {text('UNITS')!r}; only cm/s^2 is read: get acceleration")
     if text("DATA_TYPE") != "ACCELERATION" and "DATA_TYPE" in header:
-        raise lines.error(header["DATA_TYPE"][0], f"{text('DATA_TYPE')}; only ACCELERATION is read: get that file")
+        raise lines.error(at("DATA_TYPE"), f"{text('DATA_TYPE')}; only ACCELERATION is read: get that file")
     samples = lines.column(first)
     lines.check_last_number(source.text[-200:])
     if samples.size != int(value("NDATA")):
         raise lines.error(
-            header["NDATA"][0],
+            at("NDATA"),
             f"header promises {text('NDATA')} samples, the file has {samples.size}; it is cut: get it again",
         )
     known = {name: value(key) for key, name in _KNOWN.items() if text(key)}
-    peak = None
-    if stated := text("PGA_CM/S^2"):
-        at = header["PGA_CM/S^2"][0]
-        size = abs(lines.number(stated, at, "PGA")) * GAL
-        peak = StatedPeak(size, resolution(stated) * GAL, line=at + 1)
+    stated = text("PGA_CM/S^2")
     return [
         Component.of(
             source,
-            NAME,
             text("STREAM"),
             channel_axis(text("STREAM")),
             samples * GAL,
@@ -87,7 +75,7 @@ def read(source: SourceFile) -> list[Component]:
             event=text("EVENT_NAME") or text("EVENT_ID"),
             latitude=known.pop("latitude", None),
             longitude=known.pop("longitude", None),
-            peak=peak,
+            peak=lines.peak(stated, at("PGA_CM/S^2"), "PGA", GAL) if stated else None,
             processed="NOT REMOVED" not in text("BASELINE_CORRECTION").upper(),
             extra=known,
         )

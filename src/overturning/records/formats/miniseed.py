@@ -1,14 +1,10 @@
 """MiniSEED with StationXML, through obspy: counts alone are no acceleration."""
 
-from typing import Final
-
 from overturning.errors import RecordError
 from overturning.records.component import Component
 from overturning.records.formats.stationxml import components_of, read_inventory, read_stream
 from overturning.records.options import ReadOptions
 from overturning.records.source import SourceFile
-
-NAME: Final = "miniseed"
 
 
 def detect(source: SourceFile) -> bool:
@@ -18,13 +14,7 @@ def detect(source: SourceFile) -> bool:
 
 
 def read(source: SourceFile, options: ReadOptions) -> list[Component]:
-    """Read all channels.
-
-    Raises
-    ------
-    RecordError
-        If it is damaged, has gaps, or there is no StationXML for it.
-    """
+    """Read all channels; a RecordError says so where the file is damaged, has gaps, or no StationXML goes with it."""
     if len(source.data) % 128:
         raise RecordError(
             f"{source.name}: {len(source.data)} bytes are no whole number of MiniSEED records; it is cut: get it again"
@@ -35,4 +25,4 @@ def read(source: SourceFile, options: ReadOptions) -> list[Component]:
         raise RecordError(
             f"{source.name}: MiniSEED holds counts without gain or orientation; give the station's StationXML with it"
         )
-    return components_of(stream, inventory, source, NAME)
+    return components_of(stream, inventory, source)

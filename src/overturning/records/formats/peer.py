@@ -14,8 +14,6 @@ from overturning.records.formats.lines import FLOAT, Lines
 from overturning.records.source import SourceFile
 from overturning.units import STANDARD_GRAVITY
 
-NAME: Final = "peer-at2"
-
 _COUNTS: Final = (
     re.compile(rf"NPTS\s*=\s*(\d+)\s*,?\s*DT\s*=\s*({FLOAT})", re.IGNORECASE),
     re.compile(rf"^\s*(\d+)\s+({FLOAT})\s+NPTS\s*,\s*DT", re.IGNORECASE),
@@ -28,15 +26,9 @@ def detect(source: SourceFile) -> bool:
 
 
 def read(source: SourceFile) -> list[Component]:
-    """Read one component.
-
-    Raises
-    ------
-    RecordError
-        If it is no acceleration in g, or holds more or fewer samples than the header says.
-    """
+    """Read one component; a RecordError says so where it is no acceleration in g, or the header promises other samples."""
     lines = source.lines
-    text = Lines(source.name, lines)
+    text = Lines.of(source)
     if len(lines) < 5:
         raise text.error(len(lines) - 1, "the file ends in the header; get it again")
     if not re.search(r"ACCELERATION.*UNITS OF G\b", lines[2], re.IGNORECASE):
@@ -55,7 +47,7 @@ def read(source: SourceFile) -> list[Component]:
     axis = re.sub(r"\(.*\)", "", parts[-1]).strip()
     event, station = _names(parts)
     more = {"station": station, "event": event, "processed": True}
-    return [Component.of(source, NAME, axis, parse_axis(axis), samples * STANDARD_GRAVITY, interval, **more)]
+    return [Component.of(source, axis, parse_axis(axis), samples * STANDARD_GRAVITY, interval, **more)]
 
 
 def _names(parts: list[str]) -> tuple[str, str]:

@@ -7,12 +7,12 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.errors import RecordError
+from overturning.records.axes import UNKNOWN, Direction
 from overturning.records.component import Component, StatedPeak
 from overturning.records.formats.stationxml import components_of, read_inventory, read_stream
 from overturning.records.options import UNITS, ReadOptions
 from overturning.records.source import SourceFile
 
-NAME: Final = "sac"
 UNDEFINED: Final = -12345.0
 
 
@@ -28,13 +28,7 @@ def detect(source: SourceFile) -> bool:
 
 
 def read(source: SourceFile, options: ReadOptions) -> list[Component]:
-    """Read one component.
-
-    Raises
-    ------
-    RecordError
-        If it is damaged, or neither StationXML nor a declared unit says what its numbers are.
-    """
+    """Read one component; its unit comes from StationXML or is declared, else a RecordError asks for it."""
     # obspy divides by the interval before anybody can look at it.
     intervals = [struct.unpack(f"{order}f", source.data[:4])[0] for order in "<>"]
     if not any(1e-6 < interval < 1e3 for interval in intervals):
@@ -42,7 +36,7 @@ def read(source: SourceFile, options: ReadOptions) -> list[Component]:
     stream = read_stream(source, "SAC", checksize=True)
     inventory = read_inventory(options.metadata)
     if inventory is not None:
-        return components_of(stream, inventory, source, NAME)
+        return components_of(stream, inventory, source)
     if options.unit is None:
         raise RecordError(
             f"{source.name}: SAC does not say its unit; declare it (unit in the record table, --unit here: {', '.join(UNITS)}) "
@@ -62,7 +56,6 @@ def _component(trace: Any, source: SourceFile, scale: float) -> Component:
     moment = trace.stats.starttime
     return Component.of(
         source,
-        NAME,
         trace.stats.channel or "unnamed",
         _orientation(known("cmpaz"), known("cmpinc")),
         np.asarray(trace.data, dtype=np.float64) * scale,
@@ -77,10 +70,10 @@ def _component(trace: Any, source: SourceFile, scale: float) -> Component:
     )
 
 
-def _orientation(azimuth: float | None, inclination: float | None) -> tuple[float | None, int]:
+def _orientation(azimuth: float | None, inclination: float | None) -> Direction:
     """SAC's CMPINC is the angle from up: 0 up, 90 horizontal, 180 down."""
     if inclination is not None and inclination in (0.0, 180.0):
         return None, 1 if inclination == 0.0 else -1
     if azimuth is None or inclination != 90.0:
-        return None, 0
+        return UNKNOWN
     return azimuth % 360.0, 0

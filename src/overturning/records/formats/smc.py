@@ -11,13 +11,12 @@ from typing import Final
 import numpy as np
 
 from overturning.errors import RecordError
-from overturning.records.axes import agree, parse_axis
+from overturning.records.axes import Direction, agree, parse_axis
 from overturning.records.component import Component, StatedPeak
 from overturning.records.formats.lines import Lines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
-NAME: Final = "smc"
 KINDS: Final = {"1 UNCORRECTED ACCELEROGRAM": False, "2 CORRECTED ACCELEROGRAM": True}
 REFUSED: Final = ("3 VELOCITY", "4 DISPLACEMENT", "5 ", "6 ")
 TEXT_LINES: Final = 11
@@ -31,15 +30,9 @@ def detect(source: SourceFile) -> bool:
 
 
 def read(source: SourceFile) -> list[Component]:
-    """Read one component.
-
-    Raises
-    ------
-    RecordError
-        If the file is no accelerogram, is cut, or its header contradicts itself.
-    """
+    """Read one component; a RecordError names the line where it is no accelerogram, is cut, or contradicts itself."""
     lines = source.lines
-    text = Lines(source.name, lines)
+    text = Lines.of(source)
     kind = lines[0].strip()
     if kind not in KINDS:
         raise text.error(0, f"{kind!r}; only accelerograms are read (kinds 1 and 2): get that file")
@@ -54,7 +47,6 @@ def read(source: SourceFile) -> list[Component]:
     return [
         Component.of(
             source,
-            NAME,
             axis,
             direction,
             samples * GAL,
@@ -92,7 +84,7 @@ def _samples(text: Lines, whole: np.ndarray, real: np.ndarray) -> np.ndarray:
     return samples
 
 
-def _axis(text: Lines, whole: np.ndarray) -> tuple[str, tuple[float | None, int]]:
+def _axis(text: Lines, whole: np.ndarray) -> tuple[str, Direction]:
     """Name of the axis, azimuth and vertical sense, from the text and from the numbers, which must agree."""
     word = re.search(r"component=\s*(\S+)", text.lines[5])
     axis = word[1] if word else str(whole[13])

@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.errors import RecordError
+from overturning.records.axes import UNKNOWN, Direction
 from overturning.records.component import Component
 from overturning.records.source import SourceFile
 
@@ -20,13 +21,7 @@ def detect(source: SourceFile) -> bool:
 
 
 def read_stream(source: SourceFile, form: str, **options: Any) -> Any:
-    """The traces of a file, by obspy.
-
-    Raises
-    ------
-    RecordError
-        If it is damaged.
-    """
+    """The traces of a file, by obspy; a RecordError where it is damaged."""
     import obspy
 
     try:
@@ -36,13 +31,7 @@ def read_stream(source: SourceFile, form: str, **options: Any) -> Any:
 
 
 def read_inventory(files: Sequence[SourceFile]) -> Any:
-    """All StationXML files as one inventory; None without files.
-
-    Raises
-    ------
-    RecordError
-        If one is damaged.
-    """
+    """All StationXML files as one inventory, None without files; a RecordError where one is damaged."""
     import obspy
 
     inventory = None
@@ -55,15 +44,12 @@ def read_inventory(files: Sequence[SourceFile]) -> Any:
     return inventory
 
 
-def components_of(stream: Any, inventory: Any, source: SourceFile, form: str) -> list[Component]:
+def components_of(stream: Any, inventory: Any, source: SourceFile) -> list[Component]:
     """Counts to m/s² with the inventory's gain (accelerometers) or response (velocity sensors).
 
-    Raises
-    ------
-    RecordError
-        If a trace has a gap or is not in the inventory.
+    A RecordError says so where a trace has a gap or is not in the inventory.
     """
-    return [_component(trace, inventory, source, form) for trace in _without_gaps(stream, source)]
+    return [_component(trace, inventory, source) for trace in _without_gaps(stream, source)]
 
 
 def _without_gaps(stream: Any, source: SourceFile) -> Any:
@@ -86,7 +72,7 @@ def _without_gaps(stream: Any, source: SourceFile) -> Any:
     return stream
 
 
-def _component(trace: Any, inventory: Any, source: SourceFile, form: str) -> Component:
+def _component(trace: Any, inventory: Any, source: SourceFile) -> Component:
     name = source.name
     moment = trace.stats.starttime
     try:
@@ -108,7 +94,6 @@ def _component(trace: Any, inventory: Any, source: SourceFile, form: str) -> Com
         samples, removed = _deconvolved(trace, inventory, name), "response"
     return Component.of(
         source,
-        form,
         trace.stats.channel,
         _orientation(place),
         samples,
@@ -141,10 +126,10 @@ def _deconvolved(trace: Any, inventory: Any, name: str) -> np.ndarray:
     return np.asarray(copy.data, dtype=np.float64)
 
 
-def _orientation(place: dict[str, Any]) -> tuple[float | None, int]:
+def _orientation(place: dict[str, Any]) -> Direction:
     azimuth, dip = place.get("azimuth"), place.get("dip")
     if dip is not None and abs(abs(dip) - 90.0) < 1.0:
         return None, 1 if dip < 0 else -1
     if azimuth is None or dip is None or abs(dip) > 1.0:
-        return None, 0
+        return UNKNOWN
     return float(azimuth) % 360.0, 0

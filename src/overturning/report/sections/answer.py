@@ -119,9 +119,8 @@ def _half_width(summary: AxisSummary) -> str:
 
 def _directions_in_words(results: Results) -> list[str]:
     """Mean fall direction and axis of each of a few records where there is no fault to compare them with."""
-    if results.faults_known or not results.fallen > 0 or results.planes == 1:
-        return []
-    if len(results.names) > MOST_RECORDS_IN_WORDS:
+    many = len(results.names) > MOST_RECORDS_IN_WORDS
+    if many or results.faults_known or not results.fallen > 0 or results.planes == 1:
         return []
     return [
         f"{name.station}: mean fall direction {direction} (resultant {one}), mean fall axis {axis} (resultant {other}), over "

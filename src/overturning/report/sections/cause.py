@@ -37,12 +37,11 @@ def cause(results: Results) -> Section:
 
 
 def _table(fit: LogisticFit) -> Table:
-    rows = []
-    for entry in describe(fit):
-        name, *values = (entry[key] for key in ("name", "coefficient", "low", "high", "minimum", "maximum"))
-        value, low, high, least, most = (float(one) for one in values)  # type: ignore[arg-type]
-        rows.append((str(name), number(value), interval(low, high), interval(least, most)))
-    return Table(("predictor", "coefficient", "95 % interval", "range of the data"), tuple(rows))
+    rows = tuple(
+        (name, number(value), interval(low, high), interval(least, most))
+        for name, value, low, high, least, most in describe(fit)
+    )
+    return Table(("predictor", "coefficient", "95 % interval", "range of the data"), rows)
 
 
 def doubling_sentence(fit: LogisticFit) -> str:

@@ -34,22 +34,13 @@ def own_error(results: Results) -> Section | None:
         several = any(len(counts) > 1 for counts in outcomes.values())
         text += " Each element of the scene is counted by itself." if several else ""
         text += " The variants were not run again." if results.study.variants else ""
-    heads = (
-        "run again with",
-        "what changed",
-        "changed",
-        "compared",
-        "share",
-        "95 % interval",
-        "no answer",
-        "block steps",
-    )
+    heads = ("run again with", "what changed", "changed", "compared", "share", "95 % interval", "no answer")
     note = (
         f"Interval by Wilson. The study itself took {found['study_block_steps']:.3g} block steps. Seed of the choice: "
         f"{found['seed']}."
     )
     rows = tuple(row for kind in KINDS for row in _rows(found, kind))
-    blocks += [Paragraph(text), Table((*heads, "of the study's"), rows, "tt"), Note(note)]
+    blocks += [Paragraph(text), Table((*heads, "block steps", "of the study's"), rows, "tt"), Note(note)]
     return Section("How exact these answers are", tuple(blocks), anchor="own-error")
 
 
@@ -81,10 +72,10 @@ def _rows(found: dict[str, Any], kind: str) -> list[tuple[str, ...]]:
             ("side, where it falls", outcome["sides"], outcome["fallen"]),
         ):
             low, high = wilson(changed, compared)
-            share = (
-                (percent(changed / compared, 2), f"{100 * low:.2f} to {percent(high, 2)}") if compared else ("–", "–")
-            )
-            rows.append((name, whose + what, str(changed), str(compared), *share, "", "", ""))
+            share, bounds = "–", "–"
+            if compared:
+                share, bounds = percent(changed / compared, 2), f"{100 * low:.2f} to {percent(high, 2)}"
+            rows.append((name, whose + what, str(changed), str(compared), share, bounds, "", "", ""))
     unanswered, steps = max(outcome["unanswered"] for outcome in part["outcomes"]), part["block_steps"]
     work = (str(unanswered), f"{steps:.3g}", percent(steps / own) if own else "")
     return [(*rows[0][:-3], *work), *(("", *row[1:]) for row in rows[1:])]

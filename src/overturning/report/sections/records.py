@@ -1,9 +1,9 @@
 """The records: their peaks, where blocks fall under each, where they were recorded, and their figures."""
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from overturning.report.blocks import Block, Figure, Note, Row, Section, Table
 from overturning.report.results import Results
@@ -13,9 +13,6 @@ from overturning.statistics.circular import wrap_axis
 from overturning.statistics.direction import fall_axis, fall_direction
 from overturning.statistics.falls import overturns
 from overturning.units import CM, GAL
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def records(results: Results) -> Section:
@@ -89,7 +86,7 @@ def _maps(results: Results) -> tuple[Figure, ...]:
     )
 
 
-def record_directions(cube: "xr.Dataset") -> list[tuple[str, ...]]:
+def record_directions(cube: xr.Dataset) -> list[tuple[str, ...]]:
     """Where blocks fall under each record, as cells of a table.
 
     Mean fall direction and its resultant, mean fall axis and its resultant, over all cases; azimuth of easiest overturning

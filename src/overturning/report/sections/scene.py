@@ -1,8 +1,7 @@
 """The study's scenes: their drawing, how often and which way each element falls, stack against monolith."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+import xarray as xr
 
 from overturning.report.blocks import Block, Figure, Note, Paragraph, Section, Table
 from overturning.report.results import Results, has_scene
@@ -10,9 +9,6 @@ from overturning.report.text import number, percent
 from overturning.statistics.elements import StoneComparison, compare_stones, falls_by_element
 from overturning.statistics.planes import fall_probability
 from overturning.study.scenes import scene_of
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def scene(results: Results) -> Section | None:
@@ -74,7 +70,7 @@ def comparison_sentence(found: StoneComparison) -> str:
     return text
 
 
-def spread_sentence(name: str, cube: "xr.Dataset") -> str | None:
+def spread_sentence(name: str, cube: xr.Dataset) -> str | None:
     """How probable the fall of the stone of that name is over the neighbourhood of the ensemble; None without one."""
     if "probability_towards" not in cube or not (cube["members"] > 0).any():
         return None

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.dem.cases import Cases
-from overturning.dem.element import ContactLaw
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import run
 from overturning.dem.scene import Scene
@@ -43,10 +42,10 @@ def repetitions(study: Study) -> dict[str, Again]:
 
 def stiffer_scene(scene: Scene) -> Scene:
     """The scene with all springs `STIFFER` times as stiff, also those of the default contact law."""
-    given = {frozenset(law.between): law for law in scene.contacts}
     laws = []
     for pair in itertools.combinations_with_replacement(scene.materials, 2):
-        law = given.get(frozenset(pair), ContactLaw(between=pair))
+        law = scene.law_between(*pair)
+        assert law.static_penetration is not None  # `law_between` gives it
         changed: dict[str, float] = {"static_penetration": law.static_penetration / STIFFER}
         if law.stiffness != "auto":
             changed = {"stiffness": law.stiffness * STIFFER}

@@ -35,6 +35,7 @@ from overturning.dem.lanes import INLINE, OPTIONS
 from overturning.dem.mechanics import larger, turned, within
 
 WHOLE, FORESEEN, MOST_TRIES = float(rows.TICKS), rows.FORESEEN, rows.MOST_TRIES
+GENTLE_STEPS, SETTLED_STEPS, SETTLED_DWELL = rows.GENTLE_STEPS, rows.SETTLED_STEPS, rows.SETTLED_DWELL
 
 NO_FRACTION: Final = 2.0**52
 """A number that is added to this one and taken off again has lost its fraction."""
@@ -252,7 +253,7 @@ class Met(NamedTuple):
     changed: float
     """above 0 where the contact has opened or closed;"""
     far: float
-    """how far it has moved up or down, m;"""
+    """and how far the corner has moved up or down in that step, m, 0 else;"""
     found: float
     """±μ where it slips,"""
     wrong: bool
@@ -296,7 +297,8 @@ def meet(
     return Met(
         Corner(kept, place, depth, n), f, r.drop * f - r.arm * n if rough else -(r.arm * n),
         damping + sliding if rough else damping, (old.spring + kept) * (stretch - kept) if rough else 0.0, cut,
-        fresh, sinking if fresh else 1.0, changed, abs(sinking) if changed > 0.0 else 0.0, found, (found != taken) & (most > 0.0), (taken * ux < 0.0) & (most > 0.0),
+        fresh, sinking if fresh else 1.0, changed, abs(sinking) if changed > 0.0 else 0.0,
+        found, (found != taken) & (most > 0.0), (taken * ux < 0.0) & (most > 0.0),
     )  # fmt: skip
 
 
@@ -306,17 +308,18 @@ def next_attempt(
 ) -> tuple[bool, Attempt]:
     """Whether the step, which would end at a tick, has to be done again, and how the next one is to be taken.
 
-    Unless it is the finest, a step in which a contact changes is not taken; one of half the length follows. After `dwell` steps
-    of a length come those of twice the length, at a tick that is a multiple of it: so every step lies within a sample, over which
-    the shaking is linear. A long step took each corner to slide or to stick. Where that proves wrong it is done again as was
-    found, at most `MOST_TRIES` times, then in shorter ones; so is one in which a sliding corner has turned round, since friction
-    changes its sign on the way.
+    A step in which a contact changes is not taken, unless it is the finest, or short and gentle; one of half the length follows.
+    After `dwell` steps of a length come those of twice the length, at a tick that is a multiple of it: so every step lies within
+    a sample, over which the shaking is linear. A long step took each corner to slide or to stick. Where that proves wrong it is
+    done again as was found, at most `MOST_TRIES` times, then in shorter ones; so is one in which a sliding corner has turned
+    round, since friction changes its sign on the way.
     """
     length, late = attempt.length, attempt.length <= FORESEEN * block.finest
     changed = (left.changed if left.changed > right.changed else right.changed) > 0.0
     far = left.far if left.far > right.far else right.far
-    finest = (length <= block.finest) | ((far <= block.reach) & (length <= rows.SLOWEST * block.finest))
-    shorter, retry, tries, slid_l, slid_r = changed & (not finest), False, 0.0, 0.0, 0.0
+    gentle = (far <= block.gentle) & (length <= GENTLE_STEPS * block.finest)
+    shorter = changed & (length > block.finest) & (not gentle)
+    retry, tries, slid_l, slid_r = False, 0.0, 0.0, 0.0
     if rough:
         wrong = (left.wrong | right.wrong) & (not (late | shorter))
         halved = ((left.reversed | right.reversed) & (not shorter)) | (wrong & (attempt.tries >= MOST_TRIES))
@@ -329,10 +332,14 @@ def next_attempt(
     twice = tick * (0.5 / length)
     fits = (twice + NO_FRACTION) - NO_FRACTION == twice
     longer = (attempt.left <= 1.0) & (length < WHOLE) & fits
-    then, dwell = (2.0 * length if longer else length), ((block.dwell if length < rows.CALM_STEP * block.finest else rows.CALM_DWELL) if longer else attempt.left - 1.0)
-    then, dwell = (length if changed | retry else then), (block.dwell if changed else dwell)
-    then, dwell = (0.5 * length if shorter else then), (2.0 if shorter else dwell)
-    return shorter | retry, Attempt(then, attempt.left if retry else dwell, tries, slid_l, slid_r)
+    settled = length >= SETTLED_STEPS * block.finest
+    dwell = (SETTLED_DWELL if settled else block.dwell) if longer else attempt.left - 1.0
+    dwell = block.dwell if changed else dwell
+    dwell = SETTLED_DWELL if shorter else dwell
+    dwell = attempt.left if retry else dwell
+    then = 2.0 * length if longer & (not (changed | retry)) else length
+    then = 0.5 * length if shorter else then
+    return shorter | retry, Attempt(then, dwell, tries, slid_l, slid_r)
 
 
 @njit(**INLINE)
@@ -412,19 +419,8 @@ def loops(vertical: bool, rough: bool) -> Any:
             right = meet(block, w.right, s.right, d.slid_right, late, w.x, w.half, d, rough)
             again, attempt = next_attempt(block, attempt, d, left, right, s.tick + length, rough)
             s, peaks, account = commit(
-                block,
-                s,
-                load_peaks(state, j),
-                load_account(state, j),
-                w,
-                d,
-                left,
-                right,
-                length,
-                gravity,
-                vertical,
-                rough,
-            )
+                block, s, load_peaks(state, j), load_account(state, j), w, d, left, right, length, gravity, vertical, rough
+            )  # fmt: skip
             store_attempt(state, j, attempt)
             store_state(state, j, again, s)
             store_peaks(state, j, again, peaks)

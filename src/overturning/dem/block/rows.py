@@ -14,25 +14,33 @@ COLUMNS: Final = 48
 """Blocks side by side: enough to hide the latency of one block's operations, few enough to stay in the first cache."""
 
 MOST_HALVINGS: Final = 24
-"""So often a step may be halved where a contact changes."""
+"""So often a whole step may be halved where a contact changes."""
 
 TICKS: Final = 2**MOST_HALVINGS
 """Ticks of a whole step, the unit of a block's clock."""
 
-import os
-FINEST: Final = float(os.environ.get('FINEST',0.08))
-"""Longest step in which a contact may open or close, in 1/ω of the contact's highest mode."""
+FINEST: Final = 0.08
+"""Longest step in which a contact may open or close, in 1/ω of the contact's highest mode: the finest step."""
 
-DWELL: Final = float(os.environ.get('DWELL',8))
+GENTLE: Final = 0.3
+"""A step of up to `GENTLE_STEPS` finest ones may do where the corner that opens or closes moves by no more than this in it, in
+the way it has in a finest step at B p α, about the speed of a corner of a block that just falls."""
+
+GENTLE_STEPS: Final = 8.0
+"""Length of the longest of these steps, in finest ones."""
+
+DWELL: Final = 8.0
 """Steps of one length after a change of contact, before those of twice the length; more where the contact rings."""
 
-FORESEEN: Final = float(os.environ.get('SHORT',4))
+SETTLED_STEPS: Final = 16.0
+"""Steps longer than so many finest ones no longer resolve what a change has set off:"""
+
+SETTLED_DWELL: Final = 2.0
+"""so many of each length do."""
+
+FORESEEN: Final = 4.0
 """Up to so many finest steps the foreseen forces tell which corners press and slide."""
 
-import os
-SLOWEST = float(os.environ.get('SLOWEST', 8))
-CALM_STEP = float(os.environ.get('CALM', 64))
-CALM_DWELL = float(os.environ.get('CDW', 2))
 MOST_TRIES: Final = 2.0
 """A long step is done again so often with other corners taken to slide; then it is done in shorter ones."""
 
@@ -61,7 +69,7 @@ class Block(NamedTuple):
     """ticks of its shortest step,"""
     dwell: float
     """and how many steps of a length it takes before longer ones;"""
-    reach: float
+    gentle: float
     """how far a corner may move in a longer step in which it opens or closes, m."""
 
 

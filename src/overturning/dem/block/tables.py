@@ -4,7 +4,7 @@ from typing import Final
 
 # Columns of the case table that `run_queue` takes.
 (P_WIDTH, P_HEIGHT, P_STIFFNESS, P_TANGENTIAL, P_DASHPOT, P_ALPHA, P_AMPLITUDE) = range(7)
-(P_TILT_COS, P_TILT_SIN, P_TILT, P_FIRST, P_CALM, P_AFTER, P_FINEST, P_DWELL, P_REACH) = range(7, 16)
+(P_TILT_COS, P_TILT_SIN, P_TILT, P_FIRST, P_CALM, P_AFTER, P_FINEST, P_DWELL, P_GENTLE) = range(7, 16)
 PARAMETERS: Final = 16
 
 # Columns of its results.

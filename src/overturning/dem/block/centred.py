@@ -35,7 +35,7 @@ from overturning.dem.lanes import INLINE, OPTIONS
 from overturning.dem.mechanics import larger, turned, within
 
 WHOLE, FORESEEN, MOST_TRIES = float(rows.TICKS), rows.FORESEEN, rows.MOST_TRIES
-GENTLE_STEPS, SETTLED_STEPS, SETTLED_DWELL = rows.GENTLE_STEPS, rows.SETTLED_STEPS, rows.SETTLED_DWELL
+GENTLE_STEPS, SETTLED_STEPS = rows.GENTLE_STEPS, rows.SETTLED_STEPS
 
 NO_FRACTION: Final = 2.0**52
 """A number that is added to this one and taken off again has lost its fraction."""
@@ -333,9 +333,9 @@ def next_attempt(
     fits = (twice + NO_FRACTION) - NO_FRACTION == twice
     longer = (attempt.left <= 1.0) & (length < WHOLE) & fits
     settled = length >= SETTLED_STEPS * block.finest
-    dwell = (SETTLED_DWELL if settled else block.dwell) if longer else attempt.left - 1.0
+    dwell = (block.settled if settled else block.dwell) if longer else attempt.left - 1.0
     dwell = block.dwell if changed else dwell
-    dwell = SETTLED_DWELL if shorter else dwell
+    dwell = block.settled if shorter else dwell
     dwell = attempt.left if retry else dwell
     then = 2.0 * length if longer & (not (changed | retry)) else length
     then = 0.5 * length if shorter else then

@@ -10,7 +10,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.block import tables as k
 from overturning.dem.block.path import block_path
 from overturning.dem.block.queue import SCHEMES, Ground, Limits, run_queue
-from overturning.dem.block.rows import DWELL, FINEST, GENTLE, MOST_HALVINGS
+from overturning.dem.block.rows import DWELL, FINEST, GENTLE, MOST_HALVINGS, SETTLED_DWELL
 from overturning.dem.cases import Cases
 from overturning.dem.contact import check_precision
 from overturning.dem.numerics import Numerics
@@ -66,13 +66,15 @@ class BlockPlan(Plan):
         ground = Ground(self.ground, upward, motion.samples, motion.sampling_interval)
         limits = Limits(STANDARD_GRAVITY, DEEPEST, self.numerics.budget)
         friction = self.friction[chosen] if self.friction[chosen[0]] > 0 else None
-        queue, noted, spent = np.arange(chosen.size), 0, np.zeros(chosen.size)
+        queue, noted, spent, table = np.arange(chosen.size), 0, np.zeros(chosen.size), self.table[chosen]
         for again in range(1 + MOST_AGAIN):
-            # The table has the shortest step in ticks, which shrink with the whole one.
             noted = run_queue(
-                SCHEMES[self.scheme][0], queue, self.table[chosen], self.row[chosen], friction, ground,
+                SCHEMES[self.scheme][0], queue, table, self.row[chosen], friction, ground,
                 int(self.steps[chosen[0]]) * FINER**again, limits, counter, path, out,
             )  # fmt: skip
+            # The shortest step is in ticks, which shrink with the whole one.
+            table[:, [k.P_DWELL, k.P_SETTLED]] *= FINER
+            table[:, k.P_GENTLE] /= FINER
             spent[queue] += out[queue, k.R_STEPS]
             balanced = out[queue, k.R_ENERGY] <= ENERGY_BOUND
             queue = queue[(out[queue, k.R_STATUS] == Status.SIMULATED) & ~balanced]
@@ -162,7 +164,8 @@ def plan_block(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics) -
         k.P_AFTER: samples + np.ceil(AFTERMATH * period / interval),
         k.P_FINEST: np.ldexp(1.0, MOST_HALVINGS - np.clip(halvings, 0, MOST_HALVINGS)),
         # A lightly damped contact rings for longer.
-        k.P_DWELL: np.round(DWELL * np.clip(np.sqrt(square) / np.maximum(rate, 1e-300), 1.0, 8.0)),
+        k.P_DWELL: np.round(DWELL * np.clip(np.sqrt(square) / np.maximum(rate, 1e-300), 1.0, 8.0) / shorter),
+        k.P_SETTLED: np.round(SETTLED_DWELL / shorter),
         k.P_GENTLE: GENTLE * finest * width * rounded(np.arctan, ratio) / period,
     }
     table = np.zeros((cases.size, k.PARAMETERS))

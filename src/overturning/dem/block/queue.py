@@ -93,7 +93,7 @@ def start(state: Any, j: int, case: Any, friction: float, interval: float, ticks
     inertia = 3.0 / (b * b + h * h)
     block = Block(
         b, h, inertia, k, ks, 1.0 / ks if ks > 0.0 else 0.0, case[tables.P_DASHPOT], friction, case[tables.P_ALPHA], interval / ticks,
-        case[tables.P_FINEST], case[tables.P_DWELL], case[tables.P_GENTLE],
+        case[tables.P_FINEST], case[tables.P_DWELL], case[tables.P_SETTLED], case[tables.P_GENTLE],
     )  # fmt: skip
     tilted = s != 0.0
     z = (b * abs(s) + h * c) - (gravity / k if tilted else 0.5 * gravity / k)

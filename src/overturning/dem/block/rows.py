@@ -36,7 +36,7 @@ SETTLED_STEPS: Final = 16.0
 """Steps longer than so many finest ones no longer resolve what a change has set off:"""
 
 SETTLED_DWELL: Final = 2.0
-"""so many of each length do."""
+"""so many of each length do. Where steps are wanted shorter, both numbers grow in proportion: each step is divided."""
 
 FORESEEN: Final = 4.0
 """Up to so many finest steps the foreseen forces tell which corners press and slide."""
@@ -68,7 +68,9 @@ class Block(NamedTuple):
     finest: float
     """ticks of its shortest step,"""
     dwell: float
-    """and how many steps of a length it takes before longer ones;"""
+    """how many steps of a length it takes before longer ones,"""
+    settled: float
+    """how many of lengths above `SETTLED_STEPS` of the shortest;"""
     gentle: float
     """how far a corner may move in a longer step in which it opens or closes, m."""
 

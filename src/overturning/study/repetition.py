@@ -20,7 +20,7 @@ FINER: Final = 8
 """Steps of the first repetition in each of the study's."""
 
 STIFFER: Final = 4.0
-"""Stiffness of the second repetition over the study's; the step follows, as 1/√4, where the contact and not rocking limits it."""
+"""Stiffness of the second repetition over the study's; of a scene's steps and a block's finest ones that means half."""
 
 Again = Callable[[Motion, Cases], tuple[NDArray[np.int8], NDArray[np.int64]]]
 """Flags, shape (n, elements), and block steps, shape (n,), of cases under a motion."""

@@ -147,8 +147,8 @@ def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threa
 
     stiff = {"contact": Contact(static_penetration=STATIC_PENETRATION / 4)}
     np.testing.assert_array_equal(whole(refinement=8), 8 * whole())
-    # Rounded up to five binary digits.
-    np.testing.assert_allclose(whole(**stiff) / whole(), 2.0, rtol=0.07)
+    # Whole steps follow the motion, whatever the contact.
+    np.testing.assert_array_equal(whole(**stiff), whole())
     assert found["finer"]["block_steps"] == steps(refinement=8)
     assert found["stiffer"]["block_steps"] == steps(**stiff)
     opposite = np.where(done.sample.overturned == 0, 1, 0).astype(np.int8)

@@ -93,7 +93,7 @@ def start(state: Any, j: int, case: Any, friction: float, interval: float, ticks
     inertia = 3.0 / (b * b + h * h)
     block = Block(
         b, h, inertia, k, ks, 1.0 / ks if ks > 0.0 else 0.0, case[tables.P_DASHPOT], friction, case[tables.P_ALPHA], interval / ticks,
-        case[tables.P_WINDOW], case[tables.P_TAIL],
+        case[tables.P_FINEST], case[tables.P_DWELL], case[tables.P_SETTLED], case[tables.P_GENTLE],
     )  # fmt: skip
     tilted = s != 0.0
     z = (b * abs(s) + h * c) - (gravity / k if tilted else 0.5 * gravity / k)
@@ -105,7 +105,7 @@ def start(state: Any, j: int, case: Any, friction: float, interval: float, ticks
     at_rest = State(x, z, case[tables.P_TILT], c, s, 0.0, 0.0, 0.0, 0.0, az, aw, left, right, 0.0)
     store_block(state, j, block)
     store_state(state, j, at_rest)
-    store_attempt(state, j, Attempt(case[tables.P_WINDOW], 0.0, 0.0, 0.0))
+    store_attempt(state, j, Attempt(block.finest, block.dwell, 0.0, 0.0, 0.0))
     store_peaks(state, j, Peaks(abs(case[tables.P_TILT]), 0.0, 0.0, -1.0))
     barrier = gravity * (np.sqrt(b * b + h * h) - h)
     store_course(state, j, Course(
@@ -144,19 +144,25 @@ def next_sample(state: Any, columns: int, row: Any, along: Any, up: Any, ticks: 
 
 
 @njit(**OPTIONS)
-def look_at(state: Any, columns: int, ticks: float, end: float, deepest: float) -> None:
-    """Find the columns of which there may be something to say at the end of a sample; the others simply go on."""
-    scale = 1.0 / ticks
-    for j in range(columns):
+def look_at(state: Any, active: int, done: Any, steps: int, ticks: float, end: float, limits: Limits) -> int:
+    """How many of the active columns there may be something to say of at the end of a sample; the others simply go on."""
+    scale, count, spent = 1.0 / ticks, 0.0, 0
+    for j in range(active):
+        done[j] += steps
+        spent += 1 if done[j] >= limits.budget else 0
+    for j in range(active):
         block, s, course = load_block(state, j), load_state(state, j), load_course(state, j)
         b, h = block.half_width, block.half_height
         sum_of_all = (s.vx + s.vz + s.vw) + (s.x + s.z + s.cos)
         sample, until = course.sample + s.tick * scale, course.calm if course.calm < end else end
-        most = deepest * (b if b < h else h)
+        most = limits.deepest * (b if b < h else h)
         # Not finite minus not finite is never 0.
         finite = sum_of_all - sum_of_all == 0.0
         goes_on = finite & (s.cos > 0.0) & (sample < until) & (load_peaks(state, j).depth <= most)
         state[LOOK + j] = 0.0 if goes_on else 1.0
+    for j in range(active):
+        count += state[LOOK + j]
+    return int(count) + spent
 
 
 def loops_of(scheme: Any, upward: Any, friction: Any) -> Any:
@@ -235,11 +241,9 @@ def run_queue(
             note(state, 0, lag, ground.interval, ticks, path[noted])
             noted += 1
         advance(state, columns, steps, gravity)
-        look_at(state, columns, ticks, end, limits.deepest)
         counter[0] += active * steps
-        j = none
+        j = none if look_at(state, active, done, steps, ticks, end, limits) > 0 else active
         while j < active:
-            done[j] += steps
             ended, spent = GOES_ON, done[j] >= limits.budget
             if state[LOOK + j] != 0.0 or spent:
                 ended = verdict(state, j, lag, ticks, end, gravity, limits.deepest)

@@ -41,7 +41,8 @@ lint: setup ## ruff, mypy, snakefmt, snakemake --lint
 peers: setup ## install the other engines (group `peers`): for bench, verify and one live test
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "mujoco>=3.2" "pymunk>=6.9"
 
-bench: peers ## how fast the kernel is, against scalar code and other engines
+bench: peers ## how fast the kernel is, against scalar code and other engines; and than another checkout: OTHER=folder
+	$(if $(OTHER),$(BIN)/python -m verification.paired $(OTHER))
 	$(BIN)/python -m verification.bench
 	$(BIN)/python -m verification.default_step
 	$(BIN)/python -m verification.step_and_contact

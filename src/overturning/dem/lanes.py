@@ -17,8 +17,7 @@ from collections.abc import Collection, Iterator
 from typing import Any, Final, NamedTuple, get_type_hints
 
 import numpy as np
-from numba import njit, types
-from numba.extending import intrinsic
+from numba import njit
 
 from overturning.dem.cache import prefer_full_width
 
@@ -54,10 +53,19 @@ class Access(NamedTuple):
 
 
 class Rows:
-    """Which row of an array holds which number of some named tuples, of numbers or of further such tuples.
+    """Which row of an array holds which number of some named tuples.
 
-    A row has `lanes` numbers; those of the tuples get the rows in the order of the fields. Rows count from the array that
-    the functions are given: it may as well be a slice of a larger one, with the rows of one body or pair out of many.
+    Parameters
+    ----------
+    lanes : int
+        Numbers in a row.
+    *tuples : type
+        Named tuples of numbers or of further such tuples; their numbers get the rows in the order of the fields.
+
+    Notes
+    -----
+    Rows count from the array that the functions are given: it may as well be a slice of a larger one, with the rows of one
+    body or pair out of many.
     """
 
     def __init__(self, lanes: int, *tuples: type) -> None:
@@ -72,74 +80,41 @@ class Rows:
         return self._rows[of, path]
 
     def access(self, of: type, path: str = "", without: Collection[str] = ()) -> Access:
-        """Functions that load and store one of the table's tuples, or a tuple within it at a path of field names.
+        """Functions that load and store a tuple.
 
-        Fields `without` which a variant of a kernel does, at any depth, are not stored, and loaded as 0.
+        Parameters
+        ----------
+        of : type
+            One of the table's tuples.
+        path : str
+            Path of field names to a tuple within it; the whole one where not given.
+        without : collection of str
+            Names of fields, at any depth, that a variant of a kernel does without: they are not stored, and loaded as 0.
         """
         kind, prefix = of, ""
-        for name in filter(None, path.split(".")):
+        for name in path.split(".") if path else ():
             kind, prefix = get_type_hints(kind)[name], f"{prefix}{name}."
         inner = [inner for inner in _paths(kind) if not set(inner.split(".")) & set(without)]
         key = (of, path, *inner)
         if key not in self._made:
-            self._made[key] = _access(kind, {p: self._rows[of, prefix + p] for p in inner})
+            self._made[key] = self._make(of, kind, prefix, inner)
         return self._made[key]
 
-
-def _access(kind: Any, place: dict[str, int]) -> Access:
-    """Functions for a tuple whose numbers begin at these rows: written in LLVM's language, which compiles in no time."""
-    tuple_type = _numba_type(kind)
-
-    def pointer(context: Any, builder: Any, signature: Any, values: Any, path: str) -> Any:
-        """Where the number at a path lies, of the lane and array that are the first values."""
-        assert signature.args[0].layout == "C", "rows lie one after another"
-        data = context.make_array(signature.args[0])(context, builder, value=values[0]).data
-        return builder.gep(data, [builder.add(values[1], values[1].type(place[path]))], inbounds=True)
-
-    def make_load(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        def part(of: Any, path: str) -> Any:
-            if hasattr(of, "fields"):
-                parts = [part(inner, f"{path}{name}.") for name, inner in zip(of.fields, of.types, strict=True)]
-                return context.make_tuple(builder, of, parts)
-            if path[:-1] in place:
-                return builder.load(pointer(context, builder, signature, values, path[:-1]))
-            return context.get_constant(types.float64, 0.0)
-
-        return part(tuple_type, "")
-
-    def make_store(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        for path in place:
-            number, of = values[-1], signature.args[-1]
-            for name in path.split("."):
-                at = of.fields.index(name)
-                number, of = builder.extract_value(number, at), of.types[at]
-            number = context.cast(builder, number, of, types.float64)
-            to = pointer(context, builder, signature, values, path)
-            if len(values) == 4:  # with a condition under which the lane keeps what it has
-                number = builder.select(values[2], builder.load(to), number)
-            builder.store(number, to)
-        return context.get_dummy_value()
-
-    @intrinsic
-    def load(_: Any, array: Any, j: Any) -> Any:  # noqa: ARG001, an intrinsic is called with types
-        return tuple_type(array, types.intp), make_load
-
-    @intrinsic
-    def store(_: Any, array: Any, j: Any, value: Any) -> Any:  # noqa: ARG001
-        return types.none(array, types.intp, value), make_store
-
-    @intrinsic
-    def store_unless(_: Any, array: Any, j: Any, keep: Any, value: Any) -> Any:  # noqa: ARG001
-        return types.none(array, types.intp, types.boolean, value), make_store
-
-    return Access(load, store, store_unless)
-
-
-def _numba_type(of: Any) -> Any:
-    """Numba's type of a tuple of numbers and of such tuples."""
-    if not hasattr(of, "_fields"):
-        return types.float64
-    return types.BaseTuple.from_types([_numba_type(kind) for kind in get_type_hints(of).values()], of)
+    def _make(self, of: type, kind: type, prefix: str, inner: list[str]) -> Access:
+        # Unsigned: Numba lets a signed index count from the end, and LLVM cannot always see that this one does not.
+        place = {p: f"array[unsigned({self._rows[of, prefix + p]}) + j]" for p in inner}
+        space: dict[str, Any] = {"unsigned": np.uintp}
+        value = _construction(kind, place, space)
+        stores = [f"{at} = value.{p}" for p, at in place.items()]
+        choices = [f"{at} = {at} if keep else value.{p}" for p, at in place.items()]
+        source = {
+            "load(array, j)": [f"return {value}"],
+            "store(array, j, value)": stores or ["pass"],
+            "store_unless(array, j, keep, value)": choices or ["pass"],
+        }
+        for head, body in source.items():
+            exec("\n    ".join([f"def {head}:", "j = unsigned(j)", *body]), space)
+        return Access(*(njit(**INLINE)(space[name]) for name in Access._fields))
 
 
 def _paths(of: type, prefix: str = "") -> Iterator[str]:
@@ -149,3 +124,15 @@ def _paths(of: type, prefix: str = "") -> Iterator[str]:
             yield from _paths(kind, f"{prefix}{name}.")
         else:
             yield prefix + name
+
+
+def _construction(of: Any, place: dict[str, str], space: dict[str, Any], prefix: str = "") -> str:
+    """Source of the call that builds a tuple of numbers by their places; the types it names are put into `space`."""
+    space[of.__name__] = of
+    parts = [
+        _construction(kind, place, space, f"{prefix}{name}.")
+        if hasattr(kind, "_fields")
+        else place.get(prefix + name, "0.0")
+        for name, kind in get_type_hints(of).items()
+    ]
+    return f"{of.__name__}({', '.join(parts)})"

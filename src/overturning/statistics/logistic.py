@@ -73,25 +73,16 @@ def logistic_fit(
 ) -> LogisticFit:
     """Maximum-likelihood logistic regression with cluster-robust covariance.
 
-    Newton's method (iteratively reweighted least squares: McCullagh & Nelder 1989, Generalized Linear Models, section
-    4.4). Covariance G/(G − 1) H⁻¹ (Σ_g s_g s_gᵀ) H⁻¹ with H the information and s_g the score of cluster g (Liang & Zeger
-    1986, Biometrika 73); intervals from Student's t with G − 1 degrees of freedom (Cameron & Miller 2015, Journal of Human
-    Resources 50), which few clusters need.
+    Newton's method (McCullagh & Nelder 1989, Generalized Linear Models, section 4.4). Covariance G/(G − 1) H⁻¹ (Σ_g s_g s_gᵀ)
+    H⁻¹ with H the information and s_g the score of cluster g (Liang & Zeger 1986, Biometrika 73); intervals from Student's t
+    with G − 1 degrees of freedom (Cameron & Miller 2015, Journal of Human Resources 50), which few clusters need.
 
     Parameters
     ----------
-    predictors : array_like, shape (n, k)
-        Without intercept.
-    outcome : array_like, shape (n,)
-        0 and 1, or a share between.
-    cluster : array_like, shape (n,)
-        Which rows belong together.
-    weight : array_like, shape (n,), optional
-        Of each row.
-    names : sequence of str
-        Of the predictors.
-    level : float
-        Of the intervals.
+    predictors, names : array_like, shape (n, k), sequence of str
+        Without intercept; what they are called.
+    outcome, weight, cluster, level : array_like, shape (n,), float
+        0 and 1, or a share between; weight of each row, 1 where not given; which rows belong together; of the intervals.
 
     Returns
     -------

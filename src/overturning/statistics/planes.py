@@ -10,9 +10,8 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
+from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ResultError
-
-FLAG_MISSING = -128
 
 
 def plane_index(azimuth_deg: ArrayLike) -> NDArray[np.intp]:
@@ -80,7 +79,7 @@ def fall_probability(cube: xr.Dataset, *, ensemble: bool = True) -> xr.Dataset:
     if "overturned" not in cube:
         raise ResultError("the dataset has no variable 'overturned'; it is not a cube of this program")
     flag = cube["overturned"]
-    known = flag.notnull() & (flag != FLAG_MISSING)
+    known = flag.notnull() & (flag != INT8_MISSING)
     made = {}
     for sign, name, where in ((1, "towards", "azimuth"), (-1, "away", "azimuth + 180°")):
         chance = (flag == sign).where(known).astype("float32")

@@ -25,8 +25,11 @@ from overturning.dem.block.rows import (
     Foreseen,
     ForeseenCorner,
     Line,
+    Met,
     Peaks,
     Shaking,
+    Share,
+    Sliding,
     State,
     arm_of,
     base_slip,
@@ -92,28 +95,6 @@ def foresee(block: Block, s: State, length: float, shaking: Shaking, ticks: floa
 
 
 # 2. Solve -------------------------------------------------------------------------------------------------------------
-
-
-class Sliding(NamedTuple):
-    """What a corner is taken to do tangentially."""
-
-    f: float
-    """Its force as foreseen;"""
-    slides: bool
-    slid: float
-    """±μ where it slides;"""
-    free: bool
-    """whether sliding does not jam it."""
-
-
-class Share(NamedTuple):
-    """A corner in the three equations: forces at rest at the end of the step, and what each velocity adds to them."""
-
-    n: float
-    f: float
-    press: float
-    stick: float
-    slide: float
 
 
 @njit(**INLINE)
@@ -229,37 +210,6 @@ def solve_smooth(block: Block, s: State, attempt: Attempt, w: Foreseen, gravity:
 
 
 # 3. Commit ------------------------------------------------------------------------------------------------------------
-
-
-class Met(NamedTuple):
-    """A corner at the solution."""
-
-    corner: Corner
-    """What it is to remember;"""
-    f: float
-    """its tangential force,"""
-    moment: float
-    """moment of both forces,"""
-    loss: float
-    """power of its dashpots and slider,"""
-    let_go: float
-    """energy that its springs let go, tangential"""
-    cut: float
-    """and normal, over half their stiffness;"""
-    fresh: bool
-    """whether the contact has closed in this step,"""
-    sunk: float
-    """how deep it has sunk since, 1 where it has not;"""
-    changed: float
-    """above 0 where the contact has opened or closed;"""
-    far: float
-    """and how far the corner has moved up or down in that step, m, 0 else;"""
-    found: float
-    """±μ where it slips,"""
-    wrong: bool
-    """whether it was taken to do otherwise,"""
-    reversed: bool
-    """and whether it slid the other way before."""
 
 
 @njit(**INLINE)
@@ -418,8 +368,9 @@ def loops(vertical: bool, rough: bool) -> Any:
             left = meet(block, w.left, s.left, d.slid_left, late, w.x, w.half, d, rough)
             right = meet(block, w.right, s.right, d.slid_right, late, w.x, w.half, d, rough)
             again, attempt = next_attempt(block, attempt, d, left, right, s.tick + length, rough)
+            peaks, account = load_peaks(state, j), load_account(state, j)
             s, peaks, account = commit(
-                block, s, load_peaks(state, j), load_account(state, j), w, d, left, right, length, gravity, vertical, rough
+                block, s, peaks, account, w, d, left, right, length, gravity, vertical, rough,
             )  # fmt: skip
             store_attempt(state, j, attempt)
             store_state(state, j, again, s)

@@ -228,6 +228,59 @@ class Change(NamedTuple):
     slid_right: float
 
 
+class Sliding(NamedTuple):
+    """What a corner is taken to do tangentially."""
+
+    f: float
+    """Its force as foreseen;"""
+    slides: bool
+    slid: float
+    """±μ where it slides;"""
+    free: bool
+    """whether sliding does not jam it."""
+
+
+class Share(NamedTuple):
+    """A corner in the three equations: forces at rest at the end of the step, and what each velocity adds to them."""
+
+    n: float
+    f: float
+    press: float
+    stick: float
+    slide: float
+
+
+class Met(NamedTuple):
+    """A corner at the solution."""
+
+    corner: Corner
+    """What it is to remember;"""
+    f: float
+    """its tangential force,"""
+    moment: float
+    """moment of both forces,"""
+    loss: float
+    """power of its dashpots and slider,"""
+    let_go: float
+    """energy that its springs let go, tangential"""
+    cut: float
+    """and normal, over half their stiffness;"""
+    fresh: bool
+    """whether the contact has closed in this step,"""
+    sunk: float
+    """how deep it has sunk since, 1 where it has not;"""
+    changed: float
+    """above 0 where the contact has opened or closed;"""
+    far: float
+    """and how far the corner has moved up or down in that step, m, 0 else;"""
+    found: float
+    """±μ where it slips,"""
+    wrong: bool
+    """whether it was taken to do otherwise,"""
+    reversed: bool
+    """and whether it slid the other way before."""
+
+
 ROWS: Final = Rows(COLUMNS, Block, State, Attempt, Peaks, Account, Shaking, Course, Foreseen, Change)
 
 

@@ -18,7 +18,7 @@ from overturning.dem.block.rows import (
     arm_of,
     base_slip,
 )
-from overturning.dem.lanes import OPTIONS
+from overturning.dem.lanes import INLINE, OPTIONS
 from overturning.dem.status import Status
 
 GOES_ON: Final = -1
@@ -35,14 +35,14 @@ load_account, load_course = ROWS.access(Account).load, ROWS.access(Course).load
 load_shaking = ROWS.access(Shaking).load
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def whole_step(block: Block, s: State, lag: float) -> tuple[float, float, float]:
     """Velocities brought to the whole step, behind which they are by `lag` steps."""
     time = lag * TICKS * block.step
     return s.vx + time * s.ax, s.vz + time * s.az, s.vw + time * s.aw
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def energy(block: Block, s: State, lag: float, gravity: float) -> float:
     """Kinetic, gravitational and spring energy per mass."""
     vx, vz, vw = whole_step(block, s, lag)
@@ -52,7 +52,7 @@ def energy(block: Block, s: State, lag: float, gravity: float) -> float:
     return float(0.5 * (motion + springs) + gravity * (s.z - block.half_height))
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def rise(block: Block, peak: float, gravity: float) -> float:
     """Energy that takes a block at rest to its largest rotation so far, or over, per mass; by series, without libm."""
     angle = min(peak, block.alpha)
@@ -62,7 +62,7 @@ def rise(block: Block, peak: float, gravity: float) -> float:
     return float(gravity * (block.half_width * sine - block.half_height * versine))
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def has_settled(block: Block, s: State, peak: float, barrier: float, lag: float, gravity: float) -> bool:
     """Whether a block on a base at rest stands for good, its largest rotation and nearly all of its slip behind it."""
     now = energy(block, s, lag, gravity)

@@ -149,50 +149,27 @@ def run_queue(
     shapes: Any, rules: Any, limits: Any, ground: Any, upward: Any, samples: int, interval: float, steps: int,
     gravity: float, budget: int, counter: Any, path: Any, results: Any, each: Any,
 ) -> int:  # fmt: skip
-    """Run the cases of a queue, all with the same number of steps per sample; a finished column takes the next one.
+    """Run cases of equal steps per sample, a finished column taking the next one, and return how many rows of `path` were filled.
 
     Parameters
     ----------
-    scheme : NamedTuple
-        From `SCHEMES`.
-    queue : ndarray of int64, shape (m,)
-        Rows of `cases` to run, in this order.
-    cases : ndarray, shape (n, PARAMETERS)
-        The case table.
+    scheme, queue, cases : NamedTuple of `SCHEMES`, ndarray of int64, shape (m,), ndarray, shape (n, PARAMETERS)
+        Rows of the case table to run, in this order; and that table.
     row_of_case, variant_of_case : ndarray of int64, shape (n,)
         Row of `ground` that shakes each case, and its variant of the scene.
-    initial : ndarray, shape (variants, rows)
-        A column at rest.
-    layout : ndarray of int64, shape (pairs, 2)
-        The two elements of each pair.
-    sizes : ndarray of int64, shape (elements,)
-        Number of vertices of each element.
-    shapes : ndarray, shape (variants, elements, vertices, 9)
-        Faces: both ends, normal, distance, middle, half length.
-    rules, limits : ndarray, shape (variants, elements, RULES), (variants, LIMITS)
-        When an element has fallen, when a case has failed or rests.
-    ground : ndarray, shape (azimuths, samples + 3)
-        Acceleration of the base towards the azimuth, m/s², padded with zeros.
-    upward : ndarray, shape (samples + 3,), or None
-        Upward acceleration, m/s²; None where there is none, which compiles a kernel without it.
-    samples, interval, steps : int, float, int
-        Length of the record, time between samples (s), steps per sample.
-    gravity : float
-        m/s².
-    budget : int
-        Largest number of steps of one case.
-    counter : ndarray of int64, shape (1,)
-        Grows by the element steps done; for progress.
+    initial, rules, limits : ndarray, shape (variants, rows), (variants, elements, RULES), (variants, LIMITS)
+        A column at rest; when an element has fallen; when a case has failed or rests.
+    layout, sizes, shapes : ndarray of int64, shape (pairs, 2), (elements,), ndarray, shape (variants, elements, vertices, 9)
+        The two elements of each pair; vertices of each element; faces: both ends, normal, distance, middle, half length.
+    ground, upward : ndarray, shape (azimuths, samples + 3), (samples + 3,) or None
+        Acceleration of the base towards the azimuth and up, m/s², padded with zeros; no upward one compiles a kernel without.
+    samples, interval, steps, gravity, budget : int, float, int, float, int
+        Length of the record, s between samples, steps per sample, m/s², largest number of steps of a case.
     path : ndarray, shape (rows, 2 + 6 elements) or (rows, 2 + 6 elements + 10 pairs)
         Zeros, filled with the first column's state at each sample and, where there is room, the forces at both ends of
         each pair; no rows to leave out.
-    results, each : ndarray, shape (n, RESULTS), (n, elements, ELEMENT_RESULTS)
-        Filled in the rows of the queue.
-
-    Returns
-    -------
-    int
-        Rows of `path` that were filled.
+    counter, results, each : ndarray of int64, shape (1,), ndarray, shape (n, RESULTS), (n, elements, ELEMENT_RESULTS)
+        Grows by the element steps done, for progress; filled in the rows of the queue.
     """
     count, elements = initial.shape[1], sizes.size
     owner = aligned(count * rows.COLUMNS)

@@ -245,7 +245,8 @@ def test_scene_repetitions_are_finer_and_stiffer(row_of_two: dict[str, object]) 
         for name, again in repetitions(settings).items()
     }
     assert steps["finer"] == pytest.approx(8, rel=0.1)
-    assert steps["stiffer"] == pytest.approx(2, rel=0.15)
+    # Whole steps follow the motion; the contact halves only the finest ones.
+    assert 1.0 < steps["stiffer"] < 1.2
     soft, stiff = prepare(settings.scene).laws, prepare(stiffer_scene(settings.scene)).laws
     np.testing.assert_allclose(stiff.normal, 4 * soft.normal)
     np.testing.assert_allclose(stiff.dashpot, 2 * soft.dashpot, err_msg="the damping ratio stays")

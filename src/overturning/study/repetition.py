@@ -20,7 +20,7 @@ FINER: Final = 8
 """Steps of the first repetition in each of the study's."""
 
 STIFFER: Final = 4.0
-"""Stiffness of the second repetition over the study's; of a scene's steps and a block's finest ones that means half."""
+"""Stiffness of the second repetition over the study's; the finest steps are half as long for it, the whole ones are not."""
 
 Again = Callable[[Motion, Cases], Results]
 """What runs cases again under a motion."""

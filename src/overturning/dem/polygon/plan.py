@@ -96,10 +96,12 @@ def plan_polygons(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics
     square = np.array([item.square for item in variants])
     rate = np.array([item.rate for item in variants]) * distinct[:, 2]
     period = np.array([item.period for item in variants])
-    per_sample, finest = steps_of(scheme, numerics.time_step, square, rate, motion.sampling_interval, period)
+    per_sample, finest, divided = steps_of(scheme, numerics.time_step, square, rate, motion.sampling_interval, period)
     first, never, table = _case_table(scene, motion, cases, variants, variant, row, ground, numerics.leave_out)
     table[:, t.P_FINEST] = finest[variant]
-    table[:, t.P_DWELL] = np.round(DWELL * np.clip(np.sqrt(square) / np.maximum(rate, 1e-300), 1.0, 8.0))[variant]
+    # A lightly damped contact rings for longer. Where steps are wanted shorter, each is divided.
+    dwell = DWELL * np.clip(np.sqrt(square) / np.maximum(rate, 1e-300), 1.0, 8.0) * divided * numerics.refinement
+    table[:, t.P_DWELL] = np.round(dwell)[variant]
     shaped, ruled = [kernel_shapes(item) for item in variants], [kernel_rules(item) for item in variants]
     return PolygonPlan(
         scene=scene, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground,
@@ -141,17 +143,17 @@ def _path(prepared: Prepared, rows: FloatArray) -> Path:
 
 def steps_of(
     scheme: Scheme, time_step: float | str, square: FloatArray, rate: FloatArray, interval: float, period: FloatArray
-) -> tuple[NDArray[np.int64], FloatArray]:
-    """Whole steps per sample of each variant, and ticks of its finest step."""
+) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
+    """Whole steps per sample of each variant, ticks of its finest step, and how many steps the automatic one is divided into."""
     if scheme != Scheme.CENTRED:
-        return steps_per_sample(scheme, time_step, square, rate, interval), np.ones(square.size)
+        return steps_per_sample(scheme, time_step, square, rate, interval), np.ones(square.size), np.ones(square.size)
     frequency = np.sqrt(square)
     whole = np.minimum(LONGEST_ROCKING * period, interval)
     heavy = np.maximum(0.5 * rate / frequency / HEAVY_DAMPING, 1.0)
-    longest = interval / samples_divided(whole, whole, "auto", interval)
+    fewest, steps = (samples_divided(whole, whole, wanted, interval) for wanted in ("auto", time_step))
     # As often halved whatever the step: a finer one is finer throughout.
-    halvings = np.clip(np.frexp(longest * frequency * heavy / FINEST)[1], 0, MOST_HALVINGS)
-    return samples_divided(whole, whole, time_step, interval), np.ldexp(float(TICKS), -halvings)
+    halvings = np.clip(np.frexp(interval / fewest * frequency * heavy / FINEST)[1], 0, MOST_HALVINGS)
+    return steps, np.ldexp(float(TICKS), -halvings), steps / fewest
 
 
 def _check_variants(scene: Scene, variants: list[Prepared]) -> None:

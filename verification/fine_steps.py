@@ -23,9 +23,10 @@ VARIANTS: dict[str, dict[str, float]] = {
     "gentle touches twice as fast": {"GENTLE": 0.6},
     "four steps of each length": {"DWELL": 4.0},
     "sixteen steps of each length": {"DWELL": 16.0},
-    "so up to 8 finest steps": {"SETTLED_STEPS": 8.0},
-    "so up to 32 finest steps": {"SETTLED_STEPS": 32.0},
+    "so up to 4 finest steps": {"SETTLED_STEPS": 4.0},
+    "so up to 16 finest steps": {"SETTLED_STEPS": 16.0},
     "then four of each length": {"SETTLED_DWELL": 4.0},
+    "whole steps while standing": {"RIGID": 1e9},
     "no step done once more, only shorter": {"MOST_TRIES": 0.0},
     "up to four tries": {"MOST_TRIES": 4.0},
 }  # fmt: skip

@@ -6,7 +6,7 @@ import pytest
 from overturning.dem.block import plan as plan_module
 from overturning.dem.block import rows, tables
 from overturning.dem.block.centred import Met, next_attempt
-from overturning.dem.block.rows import ROWS, Attempt, Block, Change, Corner
+from overturning.dem.block.rows import Attempt, Block, Change, Corner
 from overturning.dem.cases import Cases
 from overturning.dem.contact import SCENE_STATIC_PENETRATION, STATIC_PENETRATION, Contact
 from overturning.dem.numerics import Numerics
@@ -63,60 +63,66 @@ def test_the_finest_step_resolves_the_contact_however_deep_the_halving(damping_r
     assert (finest > 0.49 * rows.FINEST * contact_time(square, rate)).all()
 
 
-def test_every_step_of_the_ladder_lies_within_a_sample() -> None:
-    numbers = dict.fromkeys(Block._fields, 1.0) | {"finest": 64.0, "dwell": 8.0, "settled": 2.0, "gentle": 1e-6}
-    block, d = Block(**numbers), Change(0.0, 0.0, 0.0, 0.0, 0.0)
-    attempt, tick, samples = Attempt(block.finest, block.dwell, 0.0, 0.0, 0.0), 0.0, 40 * WHOLE
-    random, lengths, changes = np.random.default_rng(1), set(), 0
-    change = random.uniform(0.0, WHOLE)
-    while tick < samples:
+def block_of(standing: float = WHOLE) -> Block:
+    """A block whose finest step is 64 ticks."""
+    numbers = dict.fromkeys(Block._fields, 1.0)
+    return Block(**numbers | {"finest": 64.0, "dwell": 8.0, "settled": 2.0, "gentle": 1e-6, "standing": standing})
+
+
+def met(changed: bool, far: float = 1.0, pressed: float = 1.0) -> Met:
+    """A corner that sticks, and opens or closes or does not."""
+    nothing = Met(Corner(0.0, 0.0, 1.0, pressed), *[0.0] * 5, False, 1.0, -1.0, 0.0, 0.0, False, False)
+    return nothing._replace(changed=1.0, far=far) if changed else nothing
+
+
+@pytest.mark.parametrize("steps", [1, 3, 4])
+def test_every_step_of_the_ladder_lies_within_a_sample(steps: int) -> None:
+    sample, random = steps * WHOLE, np.random.default_rng(1)
+    block, d = block_of(sample), Change(0.0, 0.0, 0.0, 0.0, 0.0)
+    attempt, tick, change, stands = Attempt(block.finest, block.dwell, 0.0, 0.0, 0.0), 0.0, 0.6 * WHOLE, True
+    lengths, changes = {True: set[float](), False: set[float]()}, 0
+    while tick < 400 * sample:
         length, end = attempt.length, tick + attempt.length
-        lengths.add(length)
-        assert block.finest <= length <= WHOLE
-        assert tick // WHOLE == (end - 1.0) // WHOLE, "a step crosses the end of a sample"
+        assert tick // sample == (end - 1.0) // sample, "a step crosses the end of a sample"
         changed = tick < change <= end
-        corner = Corner(0.0, 0.0, 1.0, 0.0)
-        met = Met(
-            corner,
-            0.0,
-            0.0,
-            0.0,
-            0.0,
-            0.0,
-            False,
-            1.0,
-            1.0 if changed else -1.0,
-            1.0 if changed else 0.0,
-            0.0,
-            False,
-            False,
+        again, attempt = next_attempt.py_func(
+            block, attempt, d, met(changed), met(changed, pressed=1.0 if stands else 0.0), end, True
         )
-        again, attempt = next_attempt.py_func(block, attempt, d, met, met, end, True)
         assert again == (changed and length > block.finest)
         if not again:
             tick = end
+            lengths[stands].add(attempt.length)
             if changed:
                 changes += 1
                 assert attempt.length == block.finest
-                change = tick + random.exponential(WHOLE)
-    assert changes > 10
-    assert lengths == {2.0**power for power in range(6, rows.MOST_HALVINGS + 1)}
+                change, stands = tick + random.exponential(3 * sample), not stands
+    assert changes > 50
+    ladder = {2.0**power for power in range(6, rows.MOST_HALVINGS + 1)}
+    assert lengths == {True: ladder | {sample}, False: ladder}
 
 
 def test_a_gentle_touch_needs_no_finest_step() -> None:
-    numbers = dict.fromkeys(Block._fields, 1.0) | {"finest": 64.0, "dwell": 8.0, "settled": 2.0, "gentle": 1e-6}
-    block, d = Block(**numbers), Change(0.0, 0.0, 0.0, 0.0, 0.0)
+    block, d = block_of(), Change(0.0, 0.0, 0.0, 0.0, 0.0)
 
     def refused(steps: float, far: float) -> bool:
-        met = Met(Corner(0.0, 0.0, 1.0, 0.0), 0.0, 0.0, 0.0, 0.0, 0.0, False, 1.0, 1.0, far, 0.0, False, False)
         attempt = Attempt(steps * block.finest, 8.0, 0.0, 0.0, 0.0)
-        return bool(next_attempt.py_func(block, attempt, d, met, met, WHOLE, False)[0])
+        return bool(next_attempt.py_func(block, attempt, d, met(True, far), met(True, far), WHOLE, False)[0])
 
     assert not refused(rows.GENTLE_STEPS, 1e-6)
     assert refused(rows.GENTLE_STEPS, 1.1e-6)
     assert refused(2 * rows.GENTLE_STEPS, 1e-9)
     assert not refused(1.0, 1.0)
-    assert ROWS.count > len(Block._fields)
+
+
+@pytest.mark.parametrize("step", ["auto", "0.5 stable", "0.125 stable", 2e-4])
+def test_samples_are_steps_enough_for_a_standing_block_on_a_rigid_contact(step: float | str) -> None:
+    contacts = [Contact(static_penetration=delta) for delta in (2e-5, 1e-8)]
+    soft, rigid = (plan(gravestone(one), pulse(), blocks(), Numerics(time_step=step)) for one in contacts)
+    usual = plan(gravestone(contacts[1]), pulse(), blocks(), Numerics()).steps
+    assert (soft.table[:, tables.P_STANDING] == WHOLE).all()
+    standing = rigid.table[:, tables.P_STANDING] / WHOLE
+    np.testing.assert_array_equal(rigid.steps % standing, 0.0)
+    np.testing.assert_array_equal(standing, np.gcd(usual, rigid.steps))
 
 
 def test_a_case_that_does_not_balance_is_computed_again_in_shorter_steps(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from overturning.dem.block.queue import SCHEMES
-from overturning.dem.block.rows import COLUMNS, ROWS
+from overturning.dem.block.rows import COLUMNS, ROWS, TICKS
 from overturning.dem.lanes import aligned
 from overturning.dem.polygon import centred, cundall, equations, rows
 from overturning.dem.polygon.step import advance_on, motion_on
@@ -24,7 +24,7 @@ Compile = Callable[[], Iterator[str]]
 def block_loops(scheme: Any, vertical: bool, rough: bool) -> Compile:
     def assemblies() -> Iterator[str]:
         advance = SCHEMES[scheme][1](vertical, rough)
-        advance(aligned(ROWS.size), COLUMNS, 1, 9.80665)
+        advance(aligned(ROWS.size), COLUMNS, 1, float(TICKS), 9.80665)
         inner = [cell.cell_contents for cell in advance.py_func.__closure__]
         named = [part for part in inner if getattr(part, "__name__", "").endswith("_all")]
         for loop in named or [advance]:

@@ -51,7 +51,9 @@ class Centred(NamedTuple):
     """What the kernel has to know of the scheme."""
 
     lag: float = 0.0
-    """Steps by which velocities lag behind positions."""
+    """Steps by which velocities lag behind positions;"""
+    ahead: int = 1
+    """steps that may follow those of a whole sample before the shaking of the next but one is needed."""
 
 
 # 1. Foresee -----------------------------------------------------------------------------------------------------------
@@ -260,7 +262,7 @@ def next_attempt(
 
     A step in which a contact changes is not taken, unless it is the finest, or short and gentle; one of half the length follows.
     After `dwell` steps of a length come those of twice the length, at a tick that is a multiple of it: so every step lies within
-    a sample, over which the shaking is linear. A long step took each corner to slide or to stick. Where that proves wrong it is
+    a sample, over which the shaking is linear. Only while the block stands on both corners are they longer than whole. A long step took each corner to slide or to stick. Where that proves wrong it is
     done again as was found, at most `MOST_TRIES` times, then in shorter ones; so is one in which a sliding corner has turned
     round, since friction changes its sign on the way.
     """
@@ -279,16 +281,20 @@ def next_attempt(
         slid_l = taken_l if retry & (not left.wrong) else left.found
         slid_r = taken_r if retry & (not right.wrong) else right.found
         tries = attempt.tries + 1.0 if retry else 0.0
-    twice = tick * (0.5 / length)
-    fits = (twice + NO_FRACTION) - NO_FRACTION == twice
-    longer = (attempt.left <= 1.0) & (length < WHOLE) & fits
+    stands = (left.corner.pressed > 0.0) & (right.corner.pressed > 0.0)
+    longest = block.standing if stands else WHOLE
+    above = 2.0 * length if length < WHOLE else block.standing
+    times = tick / above
+    fits = (times + NO_FRACTION) - NO_FRACTION == times
+    longer = (attempt.left <= 1.0) & (length < longest) & fits
     settled = length >= SETTLED_STEPS * block.finest
     dwell = (block.settled if settled else block.dwell) if longer else attempt.left - 1.0
     dwell = block.dwell if changed else dwell
     dwell = block.settled if shorter else dwell
     dwell = attempt.left if retry else dwell
-    then = 2.0 * length if longer & (not (changed | retry)) else length
+    then = above if longer & (not (changed | retry)) else length
     then = 0.5 * length if shorter else then
+    then = WHOLE if (length > WHOLE) & (shorter | (not stands)) else then
     return shorter | retry, Attempt(then, dwell, tries, slid_l, slid_r)
 
 
@@ -378,8 +384,7 @@ def loops(vertical: bool, rough: bool) -> Any:
             store_account(state, j, again, account)
 
     @njit(**OPTIONS)
-    def advance(state: Any, columns: int, steps: int, gravity: float) -> None:
-        ticks = WHOLE * steps
+    def advance(state: Any, columns: int, steps: int, ticks: float, gravity: float) -> None:
         for _ in range(steps):
             foresee_all(state, columns, ticks)
             solve_all(state, columns, gravity)

@@ -10,7 +10,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.block import tables as k
 from overturning.dem.block.path import block_path
 from overturning.dem.block.queue import SCHEMES, Ground, Limits, run_queue
-from overturning.dem.block.rows import DWELL, FINEST, GENTLE, MOST_HALVINGS, SETTLED_DWELL
+from overturning.dem.block.rows import DWELL, FINEST, GENTLE, MOST_HALVINGS, RIGID, SETTLED_DWELL, TICKS
 from overturning.dem.cases import Cases
 from overturning.dem.contact import check_precision
 from overturning.dem.numerics import Numerics
@@ -56,8 +56,9 @@ class BlockPlan(Plan):
 
     @property
     def group(self) -> NDArray[np.int64]:
-        """Cases with equal steps, all with friction or all without, share a queue."""
-        return 2 * self.steps + (self.friction == 0)
+        """Cases with equal steps, standing and not, all with friction or all without, share a queue."""
+        of_all = np.stack([self.steps, self.table[:, k.P_STANDING], self.friction == 0])
+        return np.asarray(np.unique(of_all, axis=1, return_inverse=True)[1]).ravel()
 
     def compute(self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: FloatArray) -> tuple[Answers, int]:
         """Run cases with the same steps per sample, all with friction or all without; finer those that do not balance."""
@@ -92,7 +93,7 @@ class BlockPlan(Plan):
             # The first run counts the rows, the second fills them.
             for _ in range(2):
                 answers, noted = self.compute(np.zeros(1, np.int64), np.zeros(1, np.int64), path)
-                path = path if noted else np.zeros((int(answers.block_steps[0]) // int(self.steps[0]), k.TRAJECTORY))
+                path = path if noted else np.zeros((int(answers.block_steps[0]), k.TRAJECTORY))
         rest = np.zeros((int(self.first[0]) if noted else self.motion.samples, k.TRAJECTORY))
         rest[:, k.T_TIME] = np.arange(len(rest)) * self.motion.sampling_interval
         depth = 0.5 * STANDARD_GRAVITY / self.table[0, k.P_STIFFNESS]
@@ -134,6 +135,11 @@ def plan_block(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics) -
     period = rocking_time(width, height)
     interval, samples = motion.sampling_interval, motion.samples
     steps = steps_per_sample(scheme, numerics.time_step, square, rate, interval, period) * numerics.refinement
+    standing = np.ones_like(steps)
+    if scheme == Scheme.CENTRED:
+        # Samples are steps enough while a block stands on a contact that is rigid to them, each divided where steps are wanted shorter.
+        usual = steps_per_sample(scheme, "auto", square, rate, interval, period)
+        standing = np.where(np.sqrt(square) * interval >= RIGID, np.gcd(usual, steps), 1)
     # A step that is wanted shorter has a shorter finest one, too.
     shorter = shortening(scheme, numerics.time_step, stable_step(scheme, square, rate, period)) / numerics.refinement
     finest = FINEST * shorter * contact_time(square, rate)
@@ -166,6 +172,7 @@ def plan_block(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics) -
         # A lightly damped contact rings for longer.
         k.P_DWELL: np.round(DWELL * np.clip(np.sqrt(square) / np.maximum(rate, 1e-300), 1.0, 8.0) / shorter),
         k.P_SETTLED: np.round(SETTLED_DWELL / shorter),
+        k.P_STANDING: TICKS * standing,
         k.P_GENTLE: GENTLE * finest * width * rounded(np.arctan, ratio) / period,
     }
     table = np.zeros((cases.size, k.PARAMETERS))

@@ -32,11 +32,14 @@ GENTLE_STEPS: Final = 8.0
 DWELL: Final = 8.0
 """Steps of one length after a change of contact, before those of twice the length; more where the contact rings."""
 
-SETTLED_STEPS: Final = 16.0
+SETTLED_STEPS: Final = 8.0
 """Steps longer than so many finest ones no longer resolve what a change has set off:"""
 
 SETTLED_DWELL: Final = 2.0
 """so many of each length do. Where steps are wanted shorter, both numbers grow in proportion: each step is divided."""
+
+RIGID: Final = 100.0
+"""A block that stands on both corners takes whole samples as steps where 1/ω is so many times shorter than they are."""
 
 FORESEEN: Final = 4.0
 """Up to so many finest steps the foreseen forces tell which corners press and slide."""
@@ -72,7 +75,9 @@ class Block(NamedTuple):
     settled: float
     """how many of lengths above `SETTLED_STEPS` of the shortest;"""
     gentle: float
-    """how far a corner may move in a longer step in which it opens or closes, m."""
+    """how far a corner may move in a longer step in which it opens or closes, m;"""
+    standing: float
+    """ticks of its step while it stands on both corners."""
 
 
 class Corner(NamedTuple):

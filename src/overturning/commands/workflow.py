@@ -145,7 +145,7 @@ def verify_study(
 
         found = repeat_sample(settings, records, sample, done, threads, tell)
         row.update(record="all", variant="verification", cases=2 * found["chosen"])
-        row["block_steps"] = sum(found[kind].get("block_steps", 0) for kind in ("finer", "stiffer"))
+        row["block_steps"] = sum(found[kind].get("block_steps", 0) for kind in ("finer", "stiffer", "settling"))
         write_verification(found, output)
 
 

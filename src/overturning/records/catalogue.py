@@ -69,6 +69,10 @@ class RecordEntry(BaseModel):
     sampling_interval_s: float | None = Field(
         default=None, gt=0, le=1, description="Of a CSV file without a time column, s."
     )
+    processed: bool | None = Field(
+        default=None,
+        description="Whether the samples of a CSV or SAC file have been corrected already (`true`) or are raw (`false`).",
+    )
     vertical_sense: Literal["up", "down", "none"] | None = Field(
         default=None,
         description="Which way a vertical axis points that does not say so (`Vert`); `none` leaves it out.",
@@ -76,7 +80,10 @@ class RecordEntry(BaseModel):
     sensor: Literal["surface", "borehole"] = Field(
         default="surface", description="Which sensor of a station that has two (KiK-net)."
     )
-    trust_data: bool = Field(default=False, description="Go on where the header's peak contradicts the data.")
+    trust_data: bool = Field(
+        default=False,
+        description="Go on where header and data contradict each other, or the motion's size is none of a ground motion.",
+    )
     sha256: str = Field(
         default="",
         pattern=r"^([0-9a-f]{64})?$",

@@ -21,6 +21,7 @@ class Format:
     title: str
     detect: Callable[[SourceFile], bool]
     read: Reader
+    agency: str = ""  # who processes the files that are processed; empty where the file names it, or nobody does
 
 
 def _plain(read: Callable[[SourceFile], list[Component]]) -> Reader:
@@ -30,12 +31,12 @@ def _plain(read: Callable[[SourceFile], list[Component]]) -> Reader:
 
 FORMATS: Final = (
     Format("kik-net", "K-NET / KiK-net ASCII", knet.detect, _plain(knet.read)),
-    Format("geonet", "GeoNet V1A / V2A", geonet.detect, _plain(geonet.read)),
+    Format("geonet", "GeoNet V1A / V2A", geonet.detect, _plain(geonet.read), "GNS Science"),
     Format("cosmos", "COSMOS V1 / V2", cosmos.detect, _plain(cosmos.read)),
-    Format("csmip", "CSMIP / CGS V1, V2, RAW", csmip.detect, _plain(csmip.read)),
-    Format("smc", "USGS SMC", smc.detect, _plain(smc.read)),
-    Format("peer-at2", "PEER AT2", peer.detect, _plain(peer.read)),
-    Format("esm-dyna", "ESM / DYNA ASCII", esm.detect, _plain(esm.read)),
+    Format("csmip", "CSMIP / CGS V1, V2, RAW", csmip.detect, _plain(csmip.read), "CSMIP / CGS"),
+    Format("smc", "USGS SMC", smc.detect, _plain(smc.read), "USGS"),
+    Format("peer-at2", "PEER AT2", peer.detect, _plain(peer.read), "PEER"),
+    Format("esm-dyna", "ESM / DYNA ASCII", esm.detect, _plain(esm.read), "ESM / ITACA"),
     Format("miniseed", "MiniSEED with StationXML", miniseed.detect, miniseed.read),
     Format("sac", "SAC", sac.detect, sac.read),
     # Never by content: columns of numbers say nothing about themselves.

@@ -12,8 +12,10 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
-from overturning.motion.integration import integrate, peaks
-from overturning.records.assembly import iso
+from overturning.motion.integration import integrate
+from overturning.motion.plausible import implausible
+from overturning.records.assembly import iso, peaks_of
+from overturning.records.corner import DEFAULT_HZ, choose_corner
 from overturning.records.record import Record
 from overturning.records.steps import Baseline, Cut, Detrend, Filter, Highpass, RemoveMean, Resample, Scale, Step, Taper
 
@@ -30,7 +32,7 @@ def default_steps(record: Record) -> tuple[Step, ...]:
     """
     if record.extra.get("processed", False):
         return ()
-    return (RemoveMean(), Taper(length_s=min(2.0, 0.05 * record.duration)), Highpass(corner_hz=0.1, order=2))
+    return (RemoveMean(), Taper(length_s=min(2.0, 0.05 * record.duration)), Highpass(corner_hz=DEFAULT_HZ, order=2))
 
 
 def process(record: Record, steps: Sequence[Step] | None) -> Record:
@@ -45,23 +47,26 @@ def process(record: Record, steps: Sequence[Step] | None) -> Record:
     Raises
     ------
     RecordError
-        If a step does not fit the record (corner above the Nyquist frequency, cut beyond its end…).
+        If a step does not fit the record (corner above the Nyquist frequency, cut beyond its end…), or what comes out is
+        not the size of a ground motion.
     """
-    for step in default_steps(record) if steps is None else steps:
-        before = _horizontal_peaks(record)
+    steps = default_steps(record) if steps is None else steps
+    for step in steps:
+        chosen: dict[str, str] = {}
+        if isinstance(step, Highpass) and step.corner_hz == "auto":
+            corner, reason = choose_corner(record)
+            step, chosen = step.model_copy(update={"corner_hz": corner}), {"chosen": reason}
+        before = peaks_of(record.horizontal, record.sampling_interval)
         interval = step.sampling_interval_s if isinstance(step, Resample) else record.sampling_interval
         changed = partial(_apply, step, record)
         record = record.with_each(changed, sampling_interval=interval, start=_start_after(step, record))
-        after = _horizontal_peaks(record)
-        effect = {name: [b, a] for name, b, a in zip(("pga", "pgv", "pgd"), before, after, strict=True)}
-        entry: dict[str, Any] = step.model_dump(mode="json") | {"effect": effect}
+        after = peaks_of(record.horizontal, record.sampling_interval)
+        effect = {name: [before[name], after[name]] for name in before}
+        entry: dict[str, Any] = step.model_dump(mode="json") | chosen | {"effect": effect}
         record = replace(record, processing=(*record.processing, entry))
+    if steps and not record.trusted and (why := implausible(record.components, record.sampling_interval)):
+        raise _refused(record, f"after processing, {why}", "correct unit or steps, or say trust_data")
     return record
-
-
-def _horizontal_peaks(record: Record) -> tuple[float, float, float]:
-    # Nine digits are plenty for a report and the same on every processor.
-    return tuple(float(f"{peak:.9g}") for peak in peaks(record.horizontal, record.sampling_interval))  # type: ignore[return-value]
 
 
 def _start_after(step: Step, record: Record) -> str | None:
@@ -137,10 +142,11 @@ def _butterworth(samples: FloatArray, step: Filter, record: Record) -> FloatArra
     from scipy.signal import butter, sosfiltfilt
 
     nyquist = 0.5 / record.sampling_interval
-    if step.corner_hz >= nyquist:
-        what = f"{step.step}.corner_hz {step.corner_hz:g}"
+    corner = float(step.corner_hz)
+    if corner >= nyquist:
+        what = f"{step.step}.corner_hz {corner:g}"
         raise _refused(record, what, f"it must lie below the Nyquist frequency {nyquist:g} Hz")
-    sections = butter(step.order, step.corner_hz, btype=step.step, fs=1.0 / record.sampling_interval, output="sos")
+    sections = butter(step.order, corner, btype=step.step, fs=1.0 / record.sampling_interval, output="sos")
     pad = _pad(step, record.sampling_interval)
     filtered = sosfiltfilt(sections, np.pad(samples, pad), padtype=None)
     # A zero-phase high-pass filter acts before the first sample too. Stripped of its pads its output would integrate to a
@@ -151,7 +157,7 @@ def _butterworth(samples: FloatArray, step: Filter, record: Record) -> FloatArra
 
 def _pad(step: Filter, interval: float) -> int:
     """Zeros at each end in which the filter rings out: 1.5 n / f_c seconds (Converse & Brady 1992, BAP)."""
-    return math.ceil(1.5 * step.order / step.corner_hz / interval)
+    return math.ceil(1.5 * step.order / float(step.corner_hz) / interval)
 
 
 def _boore_2001(samples: FloatArray, step: Baseline, record: Record) -> FloatArray:

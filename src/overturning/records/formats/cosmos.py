@@ -104,9 +104,20 @@ def _channel(source: SourceFile, lines: Lines, at: int) -> tuple[Component, int]
         # The reals have six decimals; the samples as many as their own format.
         peak=StatedPeak(abs(known[63]) * scale, 1e-5 * scale, line=reals_at + 12) if 63 in known else None,
         processed=text[0].lstrip().upper().startswith("CORRECTED"),
-        extra={"magnitude": known[12]} if 12 in known else {},
+        extra=({"magnitude": known[12]} if 12 in known else {}) | _agency(text),
     )
     return component, end + 1
+
+
+def _agency(text: Sequence[str]) -> dict[str, str]:
+    """Who has processed a corrected file, and with which filter."""
+    if not text[0].lstrip().upper().startswith("CORRECTED"):
+        return {}
+    by, when = _word(text, r"Src:\s*(\S.*)"), _word(text, r"^\s*Processed:\s*(\S.*?),?\s+Max")
+    corners = _word(text, r"Record filtered\s+(below\s.*?)\s*$")
+    return {"processed_by": by or f"the agency of the file ({when})" if by or when else "the agency of the file"} | (
+        {"agency_processing": " ".join(f"filtered {corners}".split())} if corners else {}
+    )
 
 
 def _unit(lines: Lines, data_at: int, code: int) -> float:

@@ -112,7 +112,14 @@ def _channel(source: SourceFile, block: Lines, volume: int) -> Component:
         longitude=longitude,
         peak=_peak(text, volume),
         processed=volume == 2,
+        extra=_filter(text) if volume == 2 else {},
     )
+
+
+def _filter(text: Lines) -> dict[str, str]:
+    """The band-pass filter of volume 2, where the header states its corners."""
+    stated = text.find(rf"BAND-?PASS.*?\b({FLOAT})\s+(?:AND|TO|-)\s+({FLOAT})\s*HZ")
+    return {"agency_processing": f"band-pass filter {stated[0][1]} to {stated[0][2]} Hz"} if stated else {}
 
 
 def _needed(text: Lines, pattern: str, missing: str) -> tuple[re.Match[str], int]:

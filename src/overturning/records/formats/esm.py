@@ -61,7 +61,10 @@ def read(source: SourceFile) -> list[Component]:
             at("NDATA"),
             f"header promises {text('NDATA')} samples, the file has {samples.size}; it is cut: get it again",
         )
-    known = {name: value(key) for key, name in _KNOWN.items() if text(key)}
+    known: dict[str, float | str] = {name: value(key) for key, name in _KNOWN.items() if text(key)}
+    corners = [text(f"{end}_CUT_FREQUENCY_HZ") for end in ("LOW", "HIGH")]
+    if all(corners):
+        known["agency_processing"] = f"{text('FILTER_TYPE').lower() or 'filter'} {corners[0]} to {corners[1]} Hz"
     stated = text("PGA_CM/S^2")
     return [
         Component.of(

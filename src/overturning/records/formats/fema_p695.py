@@ -88,6 +88,7 @@ def _components(file: Any, source: str, number: int) -> tuple[list[Component], d
                 event=event,
                 processed=True,
                 extra={
+                    "processed_by": "PEER",
                     "magnitude": numbers["EarthquakeMagnitude"],
                     "distance_km": numbers["SiteDistanceClosestToPlane"],
                     "lowest_usable_frequency_hz": numbers["LowestUsableFrequency"],

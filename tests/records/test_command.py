@@ -42,7 +42,7 @@ def test_check_takes_what_the_files_do_not_say(tmp_path, capsys):
     assert "--azimuths" in capsys.readouterr().err
     table = tmp_path / "x.csv"
     table.write_text("".join(f"{a},{b}\n" for a, b in zip(A, B, strict=True)))
-    assert run("records", "check", "--columns", "north:gal east:gal", "--interval", 0.01, table) == 0
+    assert run("records", "check", "--columns", "north:gal east:gal", "--interval", 0.01, "--raw", table) == 0
     assert run("records", "check", "--unit", "feet", table) == 1
     assert "known are" in capsys.readouterr().err
 

@@ -97,12 +97,17 @@ def test_sac_whose_peak_contradicts_its_header_is_refused(tmp_path):
 @pytest.mark.parametrize("separator", [",", ";", "\t", "  "])
 def test_columns_as_declared(tmp_path, separator):
     path = tmp_path / "x.csv"
-    rows = [separator.join(f"{v:g}" for v in row) for row in zip(np.arange(500) * 0.01, E, N, -Z, strict=True)]
+    rows = [
+        separator.join(f"{v:g}" for v in row)
+        for row in zip(np.arange(500) * 0.01, E / 100, N / 100, -Z / 100, strict=True)
+    ]
     path.write_text("# mine\n" + separator.join(["t", "a_e", "a_n", "down"]) + "\n" + "\n".join(rows) + "\n")
-    entry = RecordEntry(id="x", format="csv", source="x.csv", columns="time:s east:mm/s2 north:mm/s2 down:mm/s2")
+    entry = RecordEntry(
+        id="x", format="csv", source="x.csv", processed=True, columns="time:s east:mm/s2 north:mm/s2 down:mm/s2"
+    )
     record = read_record(entry, tmp_path)
-    np.testing.assert_allclose(record.north, [float(f"{v:g}") / 1000 for v in N], rtol=1e-12)
-    np.testing.assert_allclose(record.up, [float(f"{v:g}") / 1000 for v in Z], rtol=1e-12)
+    np.testing.assert_allclose(record.north, [float(f"{v / 100:g}") / 1000 for v in N], rtol=1e-12)
+    np.testing.assert_allclose(record.up, [float(f"{v / 100:g}") / 1000 for v in Z], rtol=1e-12)
     assert record.sampling_interval == 0.01
 
 
@@ -127,4 +132,4 @@ def test_columns_that_do_not_hold_what_is_declared(tmp_path, text, columns, inte
     path = tmp_path / "x.csv"
     path.write_text(text)
     with refused(RecordError, "x.csv", *words):
-        read_path(path, options=ReadOptions(columns=columns, sampling_interval_s=interval))
+        read_path(path, options=ReadOptions(columns=columns, sampling_interval_s=interval, processed=True))

@@ -135,12 +135,16 @@ def assemble(
     """
     name = components[0].file if components else record_id
     components = _with_sense(components, vertical_sense)
-    differences, trusted = _checked(components, trust_data=trust_data)
+    differences, trusted = _checked_peaks(components, trust_data=trust_data)
     horizontal, vertical = _axes(components, azimuths_deg, name)
     window = _common_window([*horizontal, *vertical], trust_data=trust_data)
     azimuths = [((c.azimuth_deg or 0.0) + correction_deg) % 360.0 for c in window[:2]]
     north, east = _to_north_east(window[0].samples, azimuths[0], window[1].samples, azimuths[1], name)
     first = window[0]
+    if why := _not_the_size_of_a_motion(window):
+        if not trust_data:
+            raise RecordError(f"{first.file}: {why}: correct it, or say --trust-data (trust_data in the record table)")
+        trusted.append(why)
     extra: dict[str, Any] = dict(first.extra) | {"format": first.format, "processed": first.processed}
     extra["axes"] = [c.axis for c in window]
     if known := {axis: round(difference, 6) for axis, difference in differences.items() if difference is not None}:
@@ -176,12 +180,8 @@ def assemble(
     )
 
 
-def _checked(components: Sequence[Component], *, trust_data: bool) -> tuple[dict[str, float | None], list[str]]:
-    """Differences of the headers' peaks from the data's by axis, and what is wrong but trusted.
-
-    A RecordError says what is wrong where it is not. Of raw data the offset is taken away first, and the velocity left to
-    what comes after the processing.
-    """
+def _checked_peaks(components: Sequence[Component], *, trust_data: bool) -> tuple[dict[str, float | None], list[str]]:
+    """Differences of the headers' peaks from the data's by axis, and which of them are wrong but trusted."""
     differences: dict[str, float | None] = {}
     trusted = []
     for component in components:
@@ -191,14 +191,11 @@ def _checked(components: Sequence[Component], *, trust_data: bool) -> tuple[dict
             if not trust_data:
                 raise
             trusted.append(str(problem).partition("; ")[0])
-    if components and (why := _not_the_size_of_a_motion(components)):
-        if not trust_data:
-            raise RecordError(f"{components[0].file}: {why}: correct it, or say --trust-data (trust_data in the table)")
-        trusted.append(why)
     return differences, trusted
 
 
 def _not_the_size_of_a_motion(components: Sequence[Component]) -> str:
+    """What speaks against a motion's size: of raw data without its offset, and without the velocity that drifts."""
     raw = not all(c.processed for c in components)
     moving = [c.samples - c.samples.mean() if raw else c.samples for c in components]
     if not any(samples.any() for samples in moving):

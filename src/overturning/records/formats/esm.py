@@ -15,6 +15,7 @@ _KNOWN: Final = {
     "STATION_LATITUDE_DEGREE": "latitude",
     "STATION_LONGITUDE_DEGREE": "longitude",
     "MAGNITUDE_W": "magnitude",
+    "VS30_M/S": "vs30",
     "EVENT_LATITUDE_DEGREE": "event_latitude",
     "EVENT_LONGITUDE_DEGREE": "event_longitude",
 }

@@ -1,7 +1,7 @@
 """`overturning records`: say what record files are, and fetch new ones."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -40,6 +40,48 @@ def check(
     typer.echo(f"{read} read, {len(findings) - read} refused")
     if read < len(findings):
         raise typer.Exit(1)
+
+
+@app.command()
+def plot(
+    paths: Annotated[list[Path], typer.Argument(help="a file of a record, or all of its files")],
+    output: Annotated[Path | None, typer.Option(help="figure to make, .svg or .png; default: ID.svg")] = None,
+    corner: Annotated[
+        str, typer.Option(help="corner of the default high-pass filter, Hz; auto: by the noise before the onset")
+    ] = "0.1",
+    azimuths: declared.Azimuths = "",
+    columns: declared.Columns = "",
+    form: declared.Form = "",
+    interval: declared.Interval = None,
+    processed: declared.Processed = None,
+    sensor: declared.Sensor = "",
+    trust_data: declared.TrustData = False,
+    unit: declared.Unit = "",
+    vertical_sense: declared.VerticalSense = "",
+) -> None:
+    """Draw time histories of a record before and after the default processing, spectra, and what was taken away."""
+    from overturning.errors import ArgumentError
+    from overturning.figures.history import history_figure
+    from overturning.figures.style import save, style
+    from overturning.records.processing import default_steps, process
+    from overturning.records.read import read_path
+    from overturning.records.summary import summary
+
+    given = declared.declared(azimuths, columns, form, interval, processed, sensor, trust_data, unit, vertical_sense)
+    try:
+        frequency: float | Literal["auto"] = "auto" if corner == "auto" else float(corner)
+    except ValueError:
+        raise ArgumentError(f"--corner: {corner!r}; a frequency in Hz, or auto") from None
+    record = read_path(paths, **given)
+    used = process(record, default_steps(record, frequency))
+    output = output or Path(f"{record.record_id}.svg")
+    if output.suffix not in (".svg", ".png"):
+        raise ArgumentError(f"--output: {output.name}; end it in .svg or .png")
+    with style():
+        save(history_figure(record, used), output)
+    for step in used.processing:
+        typer.echo(summary(step))
+    typer.echo(f"figure: {output}")
 
 
 fetch = typer.Typer(rich_markup_mode=None, no_args_is_help=True, help="Fetch records into a folder, checked and whole.")

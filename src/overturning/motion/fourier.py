@@ -1,10 +1,15 @@
 """Fourier amplitude spectra, raw and smoothed after Konno & Ohmachi."""
 
+from typing import Final
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
+
+_RAW_PER_LOWEST: Final = 16
+"""Frequencies of a spectrum up to the lowest at which it is smoothed: the window, b = 40, is a few percent wide."""
 
 
 def amplitude_spectrum(acceleration: ArrayLike, sampling_interval: float) -> tuple[FloatArray, FloatArray]:
@@ -16,6 +21,17 @@ def amplitude_spectrum(acceleration: ArrayLike, sampling_interval: float) -> tup
         np.asarray(np.fft.rfftfreq(samples.size, sampling_interval), dtype=np.float64),
         np.abs(np.fft.rfft(samples)) * sampling_interval,
     )
+
+
+def smoothed_amplitude(acceleration: FloatArray, sampling_interval: float, at: FloatArray) -> FloatArray:
+    """Fourier amplitude of one component, smoothed after Konno and Ohmachi at the frequencies ``at``, Hz, however short it is.
+
+    Zeros are put behind it until its own frequencies are so dense that some lie in the narrow window about the lowest
+    wanted one.
+    """
+    needed = int(np.ceil(_RAW_PER_LOWEST / float(np.min(at)) / sampling_interval))
+    padded = np.pad(acceleration, (0, max(0, needed - acceleration.size)))
+    return konno_ohmachi(*amplitude_spectrum(padded, sampling_interval), at)
 
 
 def konno_ohmachi(frequency: FloatArray, amplitude: FloatArray, at: ArrayLike) -> FloatArray:

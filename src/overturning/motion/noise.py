@@ -7,10 +7,13 @@ from typing import Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi
+from overturning.motion.fourier import smoothed_amplitude
 
 SHORTEST_NOISE: Final = 2.0
 """Shortest part before the onset that is taken for noise, s."""
+
+LOWEST_HZ: Final = 0.01
+"""Below it no accelerograph tells motion from tilt."""
 
 PER_DECADE: Final = 20
 
@@ -65,9 +68,9 @@ def noise_ratio(components: Sequence[FloatArray], sampling_interval: float) -> N
     first = min((onset(samples) for samples in moving), default=0)
     if first * sampling_interval < SHORTEST_NOISE or not all(np.ptp(samples[:first]) > 0 for samples in moving):
         return None
-    energy = np.cumsum(sum(samples[first:] ** 2 for samples in moving))
+    energy = np.cumsum(np.sum([samples[first:] ** 2 for samples in moving], axis=0))
     last = first + int(np.searchsorted(energy, 0.95 * energy[-1])) + 1
-    lowest, highest = 1.0 / (first * sampling_interval), 0.4 / sampling_interval
+    lowest, highest = max(1.0 / (first * sampling_interval), LOWEST_HZ), 0.4 / sampling_interval
     frequency = np.geomspace(lowest, highest, max(2, round(PER_DECADE * np.log10(highest / lowest)) + 1))
     spectra = [
         np.stack([_density(samples[part], sampling_interval, frequency) for samples in moving])
@@ -81,5 +84,5 @@ def _density(samples: FloatArray, interval: float, frequency: FloatArray) -> Flo
     bell = np.ones(samples.size)
     bell[:width] = 0.5 * (1.0 - np.cos(np.pi * np.arange(width) / width))
     bell[-width:] = bell[:width][::-1]
-    spectrum = amplitude_spectrum((samples - samples.mean()) * bell, interval)
-    return konno_ohmachi(*spectrum, frequency) / np.sqrt(samples.size * interval)
+    amplitude = smoothed_amplitude((samples - samples.mean()) * bell, interval, frequency)
+    return amplitude / np.sqrt(samples.size * interval)

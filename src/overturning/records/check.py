@@ -14,7 +14,7 @@ from overturning.records.processing import process
 from overturning.records.read import read_files
 from overturning.records.record import Record
 from overturning.records.source import SourceFile, read_source
-from overturning.records.summary import summary
+from overturning.records.summary import state_of, summary
 
 
 @dataclass(frozen=True)
@@ -99,16 +99,6 @@ def passed_over(paths: Iterable[Path]) -> list[str]:
     """Names of the files in folders that are passed over."""
     folders = [path for path in paths if path.is_dir()]
     return sorted(p.name for folder in folders for p in folder.rglob("*") if p.is_file() and is_passed_over(p))
-
-
-def state_of(record: Record) -> str:
-    """Raw or processed, and by whom."""
-    if not record.extra.get("processed"):
-        return "raw"
-    by = record.extra.get("processed_by")
-    if by:
-        return f"processed by {by}"
-    return "processed, as declared" if "processed" in record.extra.get("declared", ()) else "processed"
 
 
 def describe(finding: Finding) -> str:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from datetime import datetime, timedelta
 from fractions import Fraction
 from functools import partial
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -23,16 +23,16 @@ LARGEST_RATIO = 1000
 """Largest numerator or denominator of a resampling ratio."""
 
 
-def default_steps(record: Record) -> tuple[Step, ...]:
+def default_steps(record: Record, corner_hz: float | Literal["auto"] = DEFAULT_HZ) -> tuple[Step, ...]:
     """The steps for a record whose study names none.
 
     Files that an agency has processed, and synthetic records, are left alone. Raw ones lose their mean and the long
     periods that an accelerograph does not resolve: mean, taper of 2 s (5 % of a short record), zero-phase Butterworth
-    high-pass of order 2 at 0.1 Hz.
+    high-pass of order 2 at 0.1 Hz, or at another corner.
     """
     if record.extra.get("processed", False):
         return ()
-    return (RemoveMean(), Taper(length_s=min(2.0, 0.05 * record.duration)), Highpass(corner_hz=DEFAULT_HZ, order=2))
+    return (RemoveMean(), Taper(length_s=min(2.0, 0.05 * record.duration)), Highpass(corner_hz=corner_hz, order=2))
 
 
 def process(record: Record, steps: Sequence[Step] | None) -> Record:
@@ -58,26 +58,31 @@ def process(record: Record, steps: Sequence[Step] | None) -> Record:
             step, chosen = step.model_copy(update={"corner_hz": corner}), {"chosen": reason}
         before = peaks_of(record.horizontal, record.sampling_interval)
         interval = step.sampling_interval_s if isinstance(step, Resample) else record.sampling_interval
-        changed = partial(_apply, step, record)
-        record = record.with_each(changed, sampling_interval=interval, start=_start_after(step, record))
+        changed, shift = partial(_apply, step, record), _shift(step, record.sampling_interval)
+        record = record.with_each(changed, sampling_interval=interval, start=_start_after(record, shift))
         after = peaks_of(record.horizontal, record.sampling_interval)
         effect = {name: [before[name], after[name]] for name in before}
         entry: dict[str, Any] = step.model_dump(mode="json") | chosen | {"effect": effect}
+        entry |= {"shift_s": round(shift, 9)} if shift else {}
         record = replace(record, processing=(*record.processing, entry))
     if steps and not record.trusted and (why := implausible(record.components, record.sampling_interval)):
         raise _refused(record, f"after processing, {why}", "correct unit or steps, or say trust_data")
     return record
 
 
-def _start_after(step: Step, record: Record) -> str | None:
-    """Time of the first sample after a step."""
-    interval, samples = record.sampling_interval, 0
-    if isinstance(step, Cut):
-        samples = round(step.start_s / interval)
-    elif isinstance(step, Highpass):
-        samples = -_pad(step, interval)
+def _shift(step: Step, interval: float) -> float:
+    """Time of the first sample after a step less that before it, s."""
+    match step:
+        case Cut():
+            return round(step.start_s / interval) * interval
+        case Highpass():
+            return -_pad(step, interval) * interval
+    return 0.0
+
+
+def _start_after(record: Record, shift: float) -> str | None:
     moment = None if record.start is None else datetime.fromisoformat(record.start)
-    return None if moment is None else iso(moment + timedelta(seconds=samples * interval))
+    return None if moment is None else iso(moment + timedelta(seconds=shift))
 
 
 def _refused(record: Record, key: str, why: str) -> RecordError:

@@ -186,7 +186,7 @@ def read_path(
         If a file is missing, of no known format, damaged, or contradicts itself.
     """
     paths = [Path(path)] if isinstance(path, str | Path) else [Path(p) for p in path]
-    if len(paths) == 1:
+    if len(paths) == 1:  # of a record in several files the others are found beside it
         components = _with_sisters(paths[0], form, options)
     else:
         components = read_files([read_source(p) for p in paths], form, options)

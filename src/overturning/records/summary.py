@@ -1,7 +1,10 @@
-"""Processing steps in words, for people."""
+"""What was done to a record, in words, for people."""
 
 from collections.abc import Mapping
 from typing import Any
+
+from overturning.records.assembly import peaks_of
+from overturning.records.record import Record
 
 
 def summary(step: Mapping[str, Any]) -> str:
@@ -29,3 +32,34 @@ def summary(step: Mapping[str, Any]) -> str:
             return f"times {step['factor']:g}"
         case other:
             return str(other)
+
+
+def state_of(record: Record) -> str:
+    """Raw or processed, and by whom."""
+    if not record.extra.get("processed"):
+        return "raw"
+    by = record.extra.get("processed_by")
+    if by:
+        return f"processed by {by}"
+    return "processed, as declared" if "processed" in record.extra.get("declared", ()) else "processed"
+
+
+def account(record: Record) -> dict[str, Any]:
+    """All that a reader of the results has to know of how a processed record came about, as plain data.
+
+    ``data`` (raw or processed, and by whom), ``agency`` (its processing), ``steps`` (as `process` writes them down),
+    ``peaks`` (largest PGA, PGV and PGD of north and east before and after, SI), ``start``, ``duration_s`` (of what is
+    computed), ``declared`` and ``trusted``.
+    """
+    effects = [step["effect"] for step in record.processing]
+    now = peaks_of(record.horizontal, record.sampling_interval)
+    return {
+        "data": state_of(record),
+        "agency": record.extra.get("agency_processing", ""),
+        "steps": list(record.processing),
+        "peaks": {name: [effects[0][name][0] if effects else peak, peak] for name, peak in now.items()},
+        "start": record.start or "",
+        "duration_s": round(record.duration, 6),
+        "declared": list(record.extra.get("declared") or ()),
+        "trusted": list(record.extra.get("trusted") or ()),
+    }

@@ -23,6 +23,14 @@ class Caution(Paragraph):
 
 
 @dataclass(frozen=True)
+class FileLink:
+    """A line that leads to a file beside the report, named by its path from there."""
+
+    text: str
+    path: str
+
+
+@dataclass(frozen=True)
 class Answer:
     """The sentences that answer the question, set apart."""
 
@@ -124,7 +132,7 @@ class Section:
     together: bool = False
 
 
-Block = Paragraph | Answer | Bullets | Code | Figure | Table | Film | Row | Disclosure | Section
+Block = Paragraph | FileLink | Answer | Bullets | Code | Figure | Table | Film | Row | Disclosure | Section
 
 
 @dataclass(frozen=True)

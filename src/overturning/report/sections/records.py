@@ -1,17 +1,20 @@
 """The records: their peaks, where blocks fall under each, where they were recorded, and their figures."""
 
 import math
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from overturning.report.blocks import Block, Figure, Note, Row, Section, Table
+from overturning.records.summary import summary
+from overturning.report.blocks import Block, Figure, FileLink, Note, Row, Section, Table
 from overturning.report.results import Results
 from overturning.report.text import degrees, number, percent
 from overturning.statistics.boundary import boundary, easiest_azimuth
 from overturning.statistics.circular import wrap_axis
 from overturning.statistics.direction import fall_axis, fall_direction
 from overturning.statistics.falls import overturns
+from overturning.study.cube import processing_of
 from overturning.units import CM, GAL
 
 
@@ -22,6 +25,8 @@ def records(results: Results) -> Section:
         "azimuth along which it is reached. Overturned: share of the record's cases."
     )
     blocks: list[Block] = [_peaks(results), about_peaks, Note("A click on a heading sorts.", medium="page")]
+    if accounts := processing_of(results.cube):
+        blocks.append(_processing(results, accounts))
     if results.fallen > 0:
         blocks.append(_directions(results))
     if maps := _maps(results):
@@ -40,7 +45,12 @@ def record_by_record(results: Results) -> Section:
         polar = Figure(results.figures / "polar" / f"{name.id}.png", "where blocks fall, by azimuth and B/H")
         peaks = Figure(results.figures / "intensity" / f"{name.id}.png", "peak acceleration and velocity by azimuth")
         pair = Row((polar, peaks), shares=(1.25, 1.0))
-        sections.append(Section(name.heading, (pair,), anchor=name.id, together=True))
+        history = results.figures / "history" / f"{name.id}.svg"
+        beside = FileLink(
+            "Time histories before and after processing, spectra, what was taken away",
+            f"{history.parent.parent.name}/{history.parent.name}/{history.name}",
+        )
+        sections.append(Section(name.heading, (pair, beside), anchor=name.id, together=True))
     return Section("Record by record", tuple(sections), anchor="figures")
 
 
@@ -60,6 +70,34 @@ def _peaks(results: Results) -> Table:
         rows.append((*named, *cells[:-1], percent(float(shares[index]))))
     heads = ("record", "station", "earthquake", "pulse", "fault normal", "PGA, Gal", "along", "PGV, cm/s", "along")
     return Table((*heads, "PGD, cm", "overturned"), tuple(rows), "lttt", anchor="peaks", sortable=True)
+
+
+def _processing(results: Results, accounts: dict[str, dict[str, Any]]) -> Section:
+    """What was done to each record, by whom, and what that changed."""
+    heads = ("record", "data", "processing", "PGA, Gal", "PGV, cm/s", "PGD, cm", "computed", "declared or trusted")
+    named = [(name.id, accounts[name.id]) for name in results.names if name.id in accounts]
+    rows = tuple((name, *_account(account)) for name, account in named)
+    note = Note(
+        "Raw data is as the recorder gave it; what an agency did to processed data is told as far as its file tells it. Peaks "
+        "are the largest of north and east, before → after what was done here. Computed is the length of the motion, from its "
+        "first sample (UTC); of it each case leaves out the beginning that cannot move its block."
+    )
+    return Section("Processing of the records", (Table(heads, rows, "lttnnntt", anchor="processing"), note))
+
+
+def _account(account: dict[str, Any]) -> tuple[str, ...]:
+    """Cells of a record's row, after its name."""
+    agency = [f"agency: {account['agency']}"] if account["agency"] else []
+    steps = [summary(step) for step in account["steps"]]
+    peaks = []
+    for measure, unit, digits in (("pga", GAL, 0), ("pgv", CM, 1), ("pgd", CM, 1)):
+        before, after = (f"{value / unit:.{digits}f}" for value in account["peaks"][measure])
+        peaks.append(after if before == after else f"{before} → {after}")
+    start = account["start"].replace("T", " ").partition(".")[0].removesuffix("Z")
+    computed = f"{account['duration_s']:.1f} s" + (f" from {start}" if start else "")
+    said = [*account["declared"], *(f"trusted although {why}" for why in account["trusted"])]
+    done = "; ".join([*agency, "here: " + ", ".join(steps) if steps else "nothing here"])
+    return account["data"], done, *peaks, computed, "; ".join(said) or "–"
 
 
 def _directions(results: Results) -> Section:

@@ -146,8 +146,15 @@ def _draw_spectra(panel: "Axes", before: Record, after: Record, name: str) -> No
         panel.annotate(
             f"{corner:g} Hz", (corner, 0.03), xycoords=("data", "axes fraction"), fontsize=7, color=FALLS, rotation=90
         )
-    panel.set(xscale="log", yscale="log")
+    _logarithmic(panel)
     labels(panel, "frequency, Hz", "Fourier amplitude, Gal·s")
+
+
+def _logarithmic(panel: "Axes") -> None:
+    from matplotlib.ticker import NullFormatter
+
+    panel.set(xscale="log", yscale="log")
+    panel.yaxis.set_minor_formatter(NullFormatter())
 
 
 def _draw_husid(panel: "Axes", after: Record, names: list[str]) -> None:
@@ -158,7 +165,7 @@ def _draw_husid(panel: "Axes", after: Record, names: list[str]) -> None:
             panel.plot(*envelope(time, 100.0 * energy / energy[-1]), color=colour, linewidth=1.0, label=name)
     for share in (5, 95):
         panel.axhline(share, color=MISSING, linewidth=0.5, linestyle=DASHED)
-    labels(panel, "time, s", "Arias intensity so far (Husid), %")
+    labels(panel, "time, s", "Husid: Arias intensity, %")
     panel.legend(fontsize=7, loc="lower right")
 
 
@@ -170,7 +177,7 @@ def _draw_ratio(panel: "Axes", noise: NoiseRatio | None, names: list[str]) -> No
     for row, (name, colour) in enumerate(zip(names, SERIES, strict=False)):
         panel.plot(noise.frequency, noise.ratio[row], color=colour, linewidth=1.0, label=name)
     panel.axhline(RATIO, color=FALLS, linewidth=0.8, linestyle=DASHED)
-    panel.set(xscale="log", yscale="log")
+    _logarithmic(panel)
     panel.legend(fontsize=7, loc="upper right")
 
 
@@ -185,7 +192,7 @@ def _draw_removed(panel: "Axes", before: Record, after: Record, names: list[str]
     for name, colour in zip(names, SERIES, strict=False):
         away = getattr(before, name)[inside] - np.interp(time[inside], later, getattr(after, name))
         panel.plot(*envelope(time[inside], away / GAL), color=colour, linewidth=0.8, label=name)
-    panel.legend(fontsize=7, loc="upper right")
+    panel.legend(fontsize=7, loc="upper left")
 
 
 def _say(panel: "Axes", words: str) -> None:

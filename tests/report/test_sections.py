@@ -44,8 +44,10 @@ def test_sections_of_a_study_of_a_block(report: Report, opened: Results) -> None
     ]
     assert len(SECTIONS) == len(titles(report)) + 4  # no scene, no survey, nothing published, not run again
     assert report.title == BAD
-    peaks, directions = tables(section(report, "Records"))
+    peaks, processing, directions = tables(section(report, "Records"))
     assert column(peaks, "record") == column(directions, "record") == ["one", "two"]
+    assert column(processing, "data") == ["raw", "raw"]
+    assert column(processing, "processing") == ["nothing here", "nothing here"]
     assert column(peaks, "pulse") == ["yes", "no"]
     assert column(peaks, "fault normal") == ["60°", "30°"]
     largest = opened.intensity["pga"].max("azimuth").to_numpy() * 100

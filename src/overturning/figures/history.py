@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import DASHED, FALLS, INK, MISSING, SERIES, labels
+from overturning.figures.style import DASHED, FALLS, INK, MISSING, SERIES, labels, short
 from overturning.motion.fourier import smoothed_amplitude
 from overturning.motion.integration import integrate
 from overturning.motion.noise import NoiseRatio, noise_ratio
@@ -127,7 +127,7 @@ def _draw_series(panels: Any, before: Record, after: Record, name: str) -> None:
         panel.plot(*envelope(_time(after, shift_of(after)), new / unit), color=INK, linewidth=0.6)
         labels(panel, "time, s" if panel is panels[-1] else "", label)
         panel.annotate(
-            f"peak {peak:.3g}", (0.98, 0.96), xycoords="axes fraction", ha="right", va="top", fontsize=7, color=INK
+            f"peak {short(peak)}", (0.98, 0.96), xycoords="axes fraction", ha="right", va="top", fontsize=7, color=INK
         )
 
 
@@ -178,7 +178,7 @@ def _draw_ratio(panel: "Axes", noise: NoiseRatio | None, names: list[str]) -> No
         panel.plot(noise.frequency, noise.ratio[row], color=colour, linewidth=1.0, label=name)
     panel.axhline(RATIO, color=FALLS, linewidth=0.8, linestyle=DASHED)
     _logarithmic(panel)
-    panel.legend(fontsize=7, loc="upper right")
+    panel.legend(fontsize=7, loc="best")
 
 
 def _draw_removed(panel: "Axes", before: Record, after: Record, names: list[str]) -> None:

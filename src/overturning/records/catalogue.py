@@ -36,7 +36,9 @@ class RecordEntry(BaseModel):
 
     id: str = Field(pattern=r"^[a-z0-9][a-z0-9_-]*$", description="Short name, lower case; names files too.")
     format: str = Field(default="auto", description="File format, or `auto` to go by the content; see docs/formats.md.")
-    source: str = Field(min_length=1, description="Files in the data folder, or `set:id`, or a pulse.")
+    source: str = Field(
+        min_length=1, description="Files in the data folder, or `set:id`, or a pulse, or `example:file`."
+    )
     station: str = Field(default="", description="Name of the station; empty: as the file says.")
     event: str = Field(
         default="", description="Earthquake with its year; records that share it count as one earthquake."

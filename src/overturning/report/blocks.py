@@ -23,14 +23,6 @@ class Caution(Paragraph):
 
 
 @dataclass(frozen=True)
-class FileLink:
-    """A line that leads to a file beside the report, named by its path from there."""
-
-    text: str
-    path: str
-
-
-@dataclass(frozen=True)
 class Answer:
     """The sentences that answer the question, set apart."""
 
@@ -132,7 +124,7 @@ class Section:
     together: bool = False
 
 
-Block = Paragraph | FileLink | Answer | Bullets | Code | Figure | Table | Film | Row | Disclosure | Section
+Block = Paragraph | Answer | Bullets | Code | Figure | Table | Film | Row | Disclosure | Section
 
 
 @dataclass(frozen=True)

@@ -44,8 +44,6 @@ class _Page:
             case blocks.Paragraph():
                 kind = {blocks.Note: ' class="note"', blocks.Caution: ' class="warning"'}.get(type(block), "")
                 return "" if block.medium == "paper" else f"<p{kind}>{escape(block.text)}</p>"
-            case blocks.FileLink():
-                return f'<p class="note"><a href="{escape(block.path)}">{escape(block.text)}</a></p>'
             case blocks.Answer():
                 return f'<div class="answer">\n{_lines("p", block.sentences)}\n</div>'
             case blocks.Bullets():

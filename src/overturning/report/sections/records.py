@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.records.summary import summary
-from overturning.report.blocks import Block, Figure, FileLink, Note, Row, Section, Table
+from overturning.report.blocks import Block, Figure, Note, Row, Section, Table
 from overturning.report.results import Results
 from overturning.report.text import degrees, number, percent
 from overturning.statistics.boundary import boundary, easiest_azimuth
@@ -25,8 +25,7 @@ def records(results: Results) -> Section:
         "azimuth along which it is reached. Overturned: share of the record's cases."
     )
     blocks: list[Block] = [_peaks(results), about_peaks, Note("A click on a heading sorts.", medium="page")]
-    if accounts := processing_of(results.cube):
-        blocks.append(_processing(results, accounts))
+    blocks += _processing(results)
     if results.fallen > 0:
         blocks.append(_directions(results))
     if maps := _maps(results):
@@ -45,13 +44,12 @@ def record_by_record(results: Results) -> Section:
         polar = Figure(results.figures / "polar" / f"{name.id}.png", "where blocks fall, by azimuth and B/H")
         peaks = Figure(results.figures / "intensity" / f"{name.id}.png", "peak acceleration and velocity by azimuth")
         pair = Row((polar, peaks), shares=(1.25, 1.0))
-        history = results.figures / "history" / f"{name.id}.svg"
-        beside = FileLink(
-            "Time histories before and after processing, spectra, what was taken away",
-            f"{history.parent.parent.name}/{history.parent.name}/{history.name}",
-        )
-        sections.append(Section(name.heading, (pair, beside), anchor=name.id, together=True))
-    return Section("Record by record", tuple(sections), anchor="figures")
+        sections.append(Section(name.heading, (pair,), anchor=name.id, together=True))
+    beside = Note(
+        f"Beside the report, {results.figures.name}/history/ has a page of each record (record.svg): time histories before and "
+        "after processing, Fourier amplitudes, signal-to-noise ratio, Husid plot, and what was taken away."
+    )
+    return Section("Record by record", (beside, *sections), anchor="figures")
 
 
 def _peaks(results: Results) -> Table:
@@ -72,17 +70,20 @@ def _peaks(results: Results) -> Table:
     return Table((*heads, "PGD, cm", "overturned"), tuple(rows), "lttt", anchor="peaks", sortable=True)
 
 
-def _processing(results: Results, accounts: dict[str, dict[str, Any]]) -> Section:
+def _processing(results: Results) -> list[Block]:
     """What was done to each record, by whom, and what that changed."""
     heads = ("record", "data", "processing", "PGA, Gal", "PGV, cm/s", "PGD, cm", "computed", "declared or trusted")
+    accounts = processing_of(results.cube)
     named = [(name.id, accounts[name.id]) for name in results.names if name.id in accounts]
+    if not named:
+        return []
     rows = tuple((name, *_account(account)) for name, account in named)
     note = Note(
         "Raw data is as the recorder gave it; what an agency did to processed data is told as far as its file tells it. Peaks "
         "are the largest of north and east, before → after what was done here. Computed is the length of the motion, from its "
         "first sample (UTC); of it each case leaves out the beginning that cannot move its block."
     )
-    return Section("Processing of the records", (Table(heads, rows, "lttnnntt", anchor="processing"), note))
+    return [Section("Processing of the records", (Table(heads, rows, "lttnnntt", anchor="processing"), note))]
 
 
 def _account(account: dict[str, Any]) -> tuple[str, ...]:

@@ -7,7 +7,6 @@ from overturning.errors import MissingDataError
 from overturning.records.catalogue import RecordEntry
 from overturning.records.source import SourceFile, open_archive, read_source
 
-
 EXAMPLE: Final = "example:"
 """Before the name of a file that comes with the package (`records/examples`)."""
 

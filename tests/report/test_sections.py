@@ -46,8 +46,7 @@ def test_sections_of_a_study_of_a_block(report: Report, opened: Results) -> None
     assert report.title == BAD
     peaks, processing, directions = tables(section(report, "Records"))
     assert column(peaks, "record") == column(directions, "record") == ["one", "two"]
-    assert column(processing, "data") == ["raw", "raw"]
-    assert column(processing, "processing") == ["nothing here", "nothing here"]
+    assert column(processing, "data and processing") == ["raw; left alone here", "raw; left alone here"]
     assert column(peaks, "pulse") == ["yes", "no"]
     assert column(peaks, "fault normal") == ["60°", "30°"]
     largest = opened.intensity["pga"].max("azimuth").to_numpy() * 100

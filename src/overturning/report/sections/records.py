@@ -72,7 +72,7 @@ def _peaks(results: Results) -> Table:
 
 def _processing(results: Results) -> list[Block]:
     """What was done to each record, by whom, and what that changed."""
-    heads = ("record", "data", "processing", "PGA, Gal", "PGV, cm/s", "PGD, cm", "computed", "declared or trusted")
+    heads = ("record", "data and processing", "PGA, Gal", "PGV, cm/s", "PGD, cm", "computed", "declared or trusted")
     accounts = processing_of(results.cube)
     named = [(name.id, accounts[name.id]) for name in results.names if name.id in accounts]
     if not named:
@@ -83,22 +83,22 @@ def _processing(results: Results) -> list[Block]:
         "are the largest of north and east, before → after what was done here. Computed is the length of the motion, from its "
         "first sample (UTC); of it each case leaves out the beginning that cannot move its block."
     )
-    return [Section("Processing of the records", (Table(heads, rows, "lttnnntt", anchor="processing"), note))]
+    return [Section("Processing of the records", (Table(heads, rows, "lwnnntw", anchor="processing"), note))]
 
 
 def _account(account: dict[str, Any]) -> tuple[str, ...]:
     """Cells of a record's row, after its name."""
-    agency = [f"agency: {account['agency']}"] if account["agency"] else []
     steps = [summary(step) for step in account["steps"]]
     peaks = []
     for measure, unit, digits in (("pga", GAL, 0), ("pgv", CM, 1), ("pgd", CM, 1)):
         before, after = (f"{value / unit:.{digits}f}" for value in account["peaks"][measure])
         peaks.append(after if before == after else f"{before} → {after}")
-    start = account["start"].replace("T", " ").partition(".")[0].removesuffix("Z")
-    computed = f"{account['duration_s']:.1f} s" + (f" from {start}" if start else "")
+    clock = account["start"].partition("T")[2].partition(".")[0].removesuffix("Z")
+    computed = f"{account['duration_s']:.1f}\u00a0s" + (f" from\u00a0{clock}" if clock else "")
     said = [*account["declared"], *(f"trusted although {why}" for why in account["trusted"])]
-    done = "; ".join([*agency, "here: " + ", ".join(steps) if steps else "nothing here"])
-    return account["data"], done, *peaks, computed, "; ".join(said) or "–"
+    data = account["data"] + (f" ({account['agency']})" if account["agency"] else "")
+    done = f"{data}; " + ("here: " + ", ".join(steps) if steps else "left alone here")
+    return done, *peaks, computed, "; ".join(said) or "–"
 
 
 def _directions(results: Results) -> Section:

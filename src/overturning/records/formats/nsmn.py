@@ -1,0 +1,85 @@
+"""NSMN, Türkiye (AFAD's National Strong-Motion Network): three components in one file, Gal.
+
+The format: the title, sixteen lines ``KEY: text``, a line that names the columns, N-S, E-W and U-D; then three samples per
+line. The files are in the code page of the place, so names may hold any letters.
+"""
+
+import re
+from typing import Final
+
+from overturning.errors import RecordError
+from overturning.records.component import Component
+from overturning.records.formats.lines import FLOAT, Header, Lines
+from overturning.records.source import SourceFile
+from overturning.units import GAL
+
+TITLE: Final = b"STRONG GROUND MOTION RECORDS OF TURK"
+_AXES: Final = {"N-S": (0.0, 0), "E-W": (90.0, 0), "U-D": (None, 1)}
+_PLACE: Final = rf"({FLOAT})\s*N\s*-\s*({FLOAT})\s*E"
+
+
+def detect(source: SourceFile) -> bool:
+    """Whether a file has NSMN's title."""
+    return TITLE in source.data[:200].split(b"\n")[0].upper()
+
+
+def read(source: SourceFile) -> list[Component]:
+    """Read all components; a RecordError names the line where the file is cut or contradicts itself."""
+    lines = Lines.of(source)
+    names_at = next((i for i, line in enumerate(lines.lines[:40]) if line.split()[:3] == list(_AXES)), None)
+    if names_at is None:
+        raise lines.error(
+            min(len(lines.lines), 40) - 1, "no line that names the columns N-S, E-W and U-D; get the file again"
+        )
+    header = Header.of(lines, names_at)
+    values = lines.rows(names_at + 1, 3)
+    lines.check_last_number(source.text[-200:])
+    count = header.number("NUMBER OF DATA")
+    if values.shape[0] != count:
+        raise header.error(
+            "NUMBER OF DATA", f"header promises {count:g} samples, the file has {values.shape[0]}; get it again"
+        )
+    key = next((k for k in header.texts if k.startswith("RAW PGA VALUES")), "RAW PGA VALUES (gal)")
+    header.at(key)
+    if "gal" not in key.lower():
+        raise header.error(key, f"peaks in {key!r}; only Gal is read")
+    clock = re.match(r"(\d+/\d+/\d+ \d+:\d+:\d+)(\.\d+)?", header.text("RECORD TIME"))
+    if clock is None:
+        raise header.error("RECORD TIME", f"{header.text('RECORD TIME')!r} is no time; correct it")
+    start = header.time("RECORD TIME", "%d/%m/%Y %H:%M:%S.%f", clock[1] + (clock[2] or ".0")[:7])
+    place = _coordinates(header, "STATION COORDINATES")
+    epicentre = _coordinates(header, "EPICENTER COORDINATES")
+    more = dict(zip(("event_latitude", "event_longitude"), epicentre, strict=True)) if None not in epicentre else {}
+    components = []
+    for column, (axis, direction) in enumerate(_AXES.items()):
+        stated = re.search(rf"\({axis}\)\s*({FLOAT})", header.text(key))
+        if stated is None:
+            raise header.error(key, f"no peak of {axis}; get the file again")
+        components.append(
+            Component.of(
+                source,
+                axis,
+                direction,
+                values[:, column] * GAL,
+                header.number("SAMPLING INTERVAL (sec)"),
+                start=start,
+                station=header.text("STATION ID"),
+                event=f"earthquake of {header.text('EARTHQUAKE DATE')}",
+                latitude=place[0],
+                longitude=place[1],
+                peak=lines.peak(stated[1], header.at(key), "the peak", GAL),
+                extra=more,
+            )
+        )
+    return components
+
+
+def _coordinates(header: Header, key: str) -> tuple[float | None, float | None]:
+    """Latitude and longitude, degrees; None where the header leaves them blank."""
+    said = header.text(key)
+    if not said:
+        return None, None
+    found = re.search(_PLACE, said)
+    if found is None:
+        raise RecordError(f"{header.lines.file} line {header.at(key) + 1}: place {said!r}; it reads like 40.84N-31.15E")
+    return float(found[1]), float(found[2])

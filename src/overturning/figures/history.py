@@ -8,7 +8,7 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.figures.style import DASHED, FALLS, INK, MISSING, SERIES, labels, short
-from overturning.motion.fourier import smoothed_amplitude
+from overturning.motion.fourier import band_amplitude
 from overturning.motion.integration import integrate
 from overturning.motion.noise import NoiseRatio, noise_ratio
 from overturning.records.corner import RATIO
@@ -139,7 +139,7 @@ def _draw_spectra(panel: "Axes", before: Record, after: Record, name: str) -> No
     for record, colour in ((before, MISSING), (after, INK)) if before is not after else ((after, INK),):
         samples = getattr(record, name)
         frequency = np.geomspace(max(0.02, 1.0 / record.duration), 0.45 / record.sampling_interval, 90)
-        amplitude = smoothed_amplitude(samples, record.sampling_interval, frequency) / CM
+        amplitude = band_amplitude(samples, record.sampling_interval, frequency) / CM
         panel.plot(frequency, np.maximum(amplitude, 1e-12), color=colour, linewidth=0.9)
     for corner in _corners(after.processing):
         panel.axvline(corner, color=FALLS, linewidth=0.8, linestyle=DASHED)
@@ -151,10 +151,10 @@ def _draw_spectra(panel: "Axes", before: Record, after: Record, name: str) -> No
 
 
 def _logarithmic(panel: "Axes") -> None:
-    from matplotlib.ticker import NullFormatter
+    from matplotlib.ticker import NullLocator
 
     panel.set(xscale="log", yscale="log")
-    panel.yaxis.set_minor_formatter(NullFormatter())
+    panel.yaxis.set_minor_locator(NullLocator())
 
 
 def _draw_husid(panel: "Axes", after: Record, names: list[str]) -> None:

@@ -1,15 +1,10 @@
 """Fourier amplitude spectra, raw and smoothed after Konno & Ohmachi."""
 
-from typing import Final
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-
-_RAW_PER_LOWEST: Final = 16
-"""Frequencies of a spectrum up to the lowest at which it is smoothed: the window, b = 40, is a few percent wide."""
 
 
 def amplitude_spectrum(acceleration: ArrayLike, sampling_interval: float) -> tuple[FloatArray, FloatArray]:
@@ -23,15 +18,19 @@ def amplitude_spectrum(acceleration: ArrayLike, sampling_interval: float) -> tup
     )
 
 
-def smoothed_amplitude(acceleration: FloatArray, sampling_interval: float, at: FloatArray) -> FloatArray:
-    """Fourier amplitude of one component, smoothed after Konno and Ohmachi at the frequencies ``at``, Hz, however short it is.
+def band_amplitude(acceleration: FloatArray, sampling_interval: float, centres: FloatArray) -> FloatArray:
+    """Root mean square of the Fourier amplitude of one component in bands about evenly spaced centres, Hz, on a log scale.
 
-    Zeros are put behind it until its own frequencies are so dense that some lie in the narrow window about the lowest
-    wanted one.
+    Zeros are put behind a short component until its own frequencies are so dense that every band holds some.
     """
-    needed = int(np.ceil(_RAW_PER_LOWEST / float(np.min(at)) / sampling_interval))
+    ratio = float(centres[1] / centres[0])
+    needed = int(np.ceil(2.0 / (centres[0] * (ratio - 1.0)) / sampling_interval))
     padded = np.pad(acceleration, (0, max(0, needed - acceleration.size)))
-    return konno_ohmachi(*amplitude_spectrum(padded, sampling_interval), at)
+    frequency, amplitude = amplitude_spectrum(padded, sampling_interval)
+    edges = np.append(centres / np.sqrt(ratio), centres[-1] * np.sqrt(ratio))
+    bounds = np.searchsorted(frequency, edges)
+    powers = np.concatenate([[0.0], np.cumsum(amplitude**2)])
+    return np.sqrt((powers[bounds[1:]] - powers[bounds[:-1]]) / np.maximum(np.diff(bounds), 1))
 
 
 def konno_ohmachi(frequency: FloatArray, amplitude: FloatArray, at: ArrayLike) -> FloatArray:

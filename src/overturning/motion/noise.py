@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.motion.fourier import smoothed_amplitude
+from overturning.motion.fourier import band_amplitude
 
 SHORTEST_NOISE: Final = 2.0
 """Shortest part before the onset that is taken for noise, s."""
@@ -16,6 +16,7 @@ LOWEST_HZ: Final = 0.01
 """Below it no accelerograph tells motion from tilt."""
 
 PER_DECADE: Final = 20
+"""Bands per decade."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +26,7 @@ class NoiseRatio:
     onset: float  # s after the first sample: the noise is before it
     frequency: FloatArray  # Hz, shape (m,), from the inverse of the noise's length on
     signal: (
-        FloatArray  # smoothed Fourier amplitude over the root of the window's length, m/s^1.5, shape (components, m)
+        FloatArray  # Fourier amplitude in bands over the root of the window's length, m/s^1.5, shape (components, m)
     )
     noise: FloatArray
 
@@ -84,5 +85,5 @@ def _density(samples: FloatArray, interval: float, frequency: FloatArray) -> Flo
     bell = np.ones(samples.size)
     bell[:width] = 0.5 * (1.0 - np.cos(np.pi * np.arange(width) / width))
     bell[-width:] = bell[:width][::-1]
-    amplitude = smoothed_amplitude((samples - samples.mean()) * bell, interval, frequency)
+    amplitude = band_amplitude((samples - samples.mean()) * bell, interval, frequency)
     return amplitude / np.sqrt(samples.size * interval)

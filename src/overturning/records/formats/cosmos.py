@@ -80,7 +80,7 @@ def _channel(source: SourceFile, lines: Lines, at: int) -> tuple[Component, int]
         raise lines.error(comments_at, "no line that introduces the comments; get the file again")
     data_at = comments_at + 1 + int(comment[1])
     form, end = _set(lines, data_at, "samples")
-    unit = _unit(lines, data_at, int(whole[1]))
+    unit = _unit(lines, data_at, int(whole[2]))
     scale = _of_a_count(lines, reals_at, real) if unit == COUNTS else UNITS[unit]
     samples = lines.fixed_columns(data_at + 1, **form)
     if end >= len(all_lines) or not _END.match(all_lines[end]):

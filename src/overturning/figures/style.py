@@ -63,6 +63,7 @@ def save(figure: "Figure", path: Path, colours: int = 0) -> None:
     import matplotlib.pyplot as plt
     from PIL import Image
 
+    _lay_out_once(figure)
     kind = path.suffix.removeprefix(".")
     # No date and no version of the program that drew it: both would change bytes that nobody sees.
     metadata: dict[str, Any] = {"Date": None, "Creator": None} if kind == "svg" else {"Software": None}
@@ -75,6 +76,22 @@ def save(figure: "Figure", path: Path, colours: int = 0) -> None:
                 small = full.convert("RGB").quantize(colours, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
             small.save(part, format="PNG", optimize=True)
     plt.close(figure)
+
+
+def _lay_out_once(figure: "Figure") -> None:
+    """Spare the drawing that Matplotlib makes, and throws away, only for the layout that comes with it."""
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    draw = figure.draw
+
+    def draw_or_lay_out(renderer: Any) -> None:
+        engine = figure.get_layout_engine()
+        if isinstance(engine, ConstrainedLayoutEngine):  # no longer where the picture itself is drawn
+            engine.execute(figure)
+        else:
+            draw(renderer)
+
+    figure.draw = draw_or_lay_out  # type: ignore[method-assign]
 
 
 def short(value: float) -> str:

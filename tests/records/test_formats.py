@@ -143,11 +143,11 @@ def test_cosmos(tmp_path, unit, scale):
     assert record.start == "2005-06-16T20:53:04.4Z"
 
 
-@pytest.mark.parametrize("unit", [5, 50])
-def test_cosmos_of_other_quantities_is_refused(tmp_path, unit):
+@pytest.mark.parametrize(("unit", "words"), [(5, "only acceleration"), (50, "counts, but real 22 .* is not stated")])
+def test_cosmos_of_other_quantities_is_refused(tmp_path, unit, words):
     path = tmp_path / "x.v2"
     path.write_text(cosmos_text({"340 deg": (340, A), "70 deg": (70, B)}, 0.01, unit=unit))
-    with pytest.raises(RecordError, match="only acceleration"):
+    with pytest.raises(RecordError, match=words):
         read_path(path)
 
 

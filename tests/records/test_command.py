@@ -116,6 +116,8 @@ def test_check_goes_into_folders_and_passes_over_what_is_no_record(tmp_path, cap
     assert "geonet, processed by GNS Science" in out
     assert "by the agency: band-pass filter, transition bands .10-.25 Hz and 24.50-25.50 Hz" in out
     assert "passed over, no records by their names: 3 (.hidden, event.json, study.yaml)" in out
+    assert run("records", "check", inside / "good.V2A", tmp_path / "a" / "study.yaml") == 0
+    assert "1 (study.yaml)" in capsys.readouterr().out
     assert "1 read, 0 refused" in out
     # A place near the epicentre's is no name of the station's.
     assert "TEST (-42.6194, 173.0536); earthquake of 2016 November 13 11:02:56 UT (epicentre 5 km south-west" in out
@@ -132,6 +134,12 @@ def test_plot_draws_a_page_and_prints_the_corner_and_its_reason(tmp_path, capsys
     out = capsys.readouterr().out
     assert "high-pass 0.1 Hz, order 2 (no noise of 2 s before the onset" in out
     assert (tmp_path / "x.svg").read_text().startswith("<?xml")
+    (tmp_path / "note.json").write_text("{}")
+    assert run("records", "plot", tmp_path, "--output", tmp_path / "pages") == 0
+    assert [page.name for page in (tmp_path / "pages").iterdir()] == ["good.V1A.svg"]
+    (tmp_path / "other.V2A").write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02))
+    assert run("records", "plot", tmp_path / "good.V1A", tmp_path / "other.V2A", "--output", tmp_path / "x.png") == 1
+    assert "there are 2 records" in capsys.readouterr().err
     assert run("records", "plot", path, "--corner", "low") == 1
     assert "--corner: 'low'" in capsys.readouterr().err
 

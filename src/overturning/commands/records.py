@@ -44,8 +44,13 @@ def check(
 
 @app.command()
 def plot(
-    paths: Annotated[list[Path], typer.Argument(help="a file of a record, or all of its files")],
-    output: Annotated[Path | None, typer.Option(help="figure to make, .svg or .png; default: ID.svg")] = None,
+    paths: Annotated[
+        list[Path], typer.Argument(help="files, or folders; of one file the others of its record are found")
+    ],
+    output: Annotated[
+        Path,
+        typer.Option(help="folder for the pages, each named as its file; or the page, .svg or .png, of one record"),
+    ] = Path(),
     corner: Annotated[
         str, typer.Option(help="corner of the default high-pass filter, Hz; auto: by the noise before the onset")
     ] = "0.1",
@@ -59,10 +64,14 @@ def plot(
     unit: declared.Unit = "",
     vertical_sense: declared.VerticalSense = "",
 ) -> None:
-    """Draw time histories of a record before and after the default processing, spectra, and what was taken away."""
+    """Draw time histories of records before and after the default processing, spectra, and what was taken away.
+
+    Exit status 1 if anything was refused.
+    """
     from overturning.errors import ArgumentError
     from overturning.figures.history import history_figure
     from overturning.figures.style import save, style
+    from overturning.records.check import check_paths, describe
     from overturning.records.processing import default_steps, process
     from overturning.records.read import read_path
     from overturning.records.summary import summary
@@ -72,16 +81,26 @@ def plot(
         frequency: float | Literal["auto"] = "auto" if corner == "auto" else float(corner)
     except ValueError:
         raise ArgumentError(f"--corner: {corner!r}; a frequency in Hz, or auto") from None
-    record = read_path(paths, **given)
-    used = process(record, default_steps(record, frequency))
-    output = output or Path(f"{record.record_id}.svg")
-    if output.suffix not in (".svg", ".png"):
-        raise ArgumentError(f"--output: {output.name}; end it in .svg or .png")
-    with style():
-        save(history_figure(record, used), output)
-    for step in used.processing:
-        typer.echo(summary(step))
-    typer.echo(f"figure: {output}")
+    refused = []
+    if len(paths) == 1 and paths[0].is_file():
+        records = {paths[0].name: read_path(paths, **given)}
+    else:
+        findings = check_paths(paths, **given)
+        records = {finding.files[0]: finding.record for finding in findings if finding.record is not None}
+        refused = [finding for finding in findings if finding.record is None]
+    page = output.suffix in (".svg", ".png")
+    if page and len(records) > 1:
+        raise ArgumentError(f"--output: {output.name} is one page, but there are {len(records)} records; name a folder")
+    for name, record in records.items():
+        used = process(record, default_steps(record, frequency))
+        target = output if page else output / f"{name.replace(':', '-')}.svg"
+        with style():
+            save(history_figure(record, used), target)
+        typer.echo(f"{target}: {', '.join(map(summary, used.processing)) or 'left alone'}")
+    for finding in refused:
+        typer.echo(describe(finding))
+    if refused:
+        raise typer.Exit(1)
 
 
 fetch = typer.Typer(rich_markup_mode=None, no_args_is_help=True, help="Fetch records into a folder, checked and whole.")

@@ -31,7 +31,7 @@ class Finding:
 NO_RECORDS = frozenset(
     ("geojson", "htm", "jpeg", "jpg", "json", "kml", "md", "pdf", "png", "py", "svg", "toml", "yaml", "yml")
 )
-"""Extensions of files that are no records: those of a folder are passed over."""
+"""Extensions of files that are no records: in folders, and among several files, they are passed over."""
 
 
 def check_paths(
@@ -49,7 +49,7 @@ def check_paths(
     Of folders the folders inside are read too. Files that cannot be read come first, then records in the order of their
     files. Without ``sensor`` both of a station that has two are looked at.
     """
-    sources, findings = _sources(paths)
+    sources, findings = _sources(list(paths))
     options = (options or ReadOptions()).with_metadata_of(sources)
     components: list[Component] = []
     for source in sources:
@@ -74,11 +74,13 @@ def check_paths(
     return findings
 
 
-def _sources(paths: Iterable[Path]) -> tuple[list[SourceFile], list[Finding]]:
+def _sources(paths: Sequence[Path]) -> tuple[list[SourceFile], list[Finding]]:
     sources, findings = [], []
     for path in paths:
         inside = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else []
         members = [p for p in inside if not is_passed_over(p)] if path.is_dir() else [path]
+        if len(paths) > 1 and not path.is_dir() and is_passed_over(path):
+            continue
         if not members:
             why = f"{len(inside)} files, none of them a record" if inside else "an empty folder"
             findings.append(Finding((path.name,), reason=f"{path}: {why}"))
@@ -91,14 +93,15 @@ def _sources(paths: Iterable[Path]) -> tuple[list[SourceFile], list[Finding]]:
 
 
 def is_passed_over(path: Path) -> bool:
-    """Whether a file of a folder is none that could be a record, by its extension, or hidden."""
+    """Whether a file is none that could be a record, by its extension, or hidden."""
     return path.suffix.lower().lstrip(".") in NO_RECORDS or path.name.startswith(".")
 
 
-def passed_over(paths: Iterable[Path]) -> list[str]:
-    """Names of the files in folders that are passed over."""
-    folders = [path for path in paths if path.is_dir()]
-    return sorted(p.name for folder in folders for p in folder.rglob("*") if p.is_file() and is_passed_over(p))
+def passed_over(paths: Sequence[Path]) -> list[str]:
+    """Names of the files that are passed over: those in folders, and those among several that are named."""
+    files = [p for folder in paths if folder.is_dir() for p in folder.rglob("*") if p.is_file()]
+    files += [path for path in paths if path.is_file() and len(paths) > 1]
+    return sorted(p.name for p in files if is_passed_over(p))
 
 
 def describe(finding: Finding) -> str:

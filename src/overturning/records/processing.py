@@ -65,7 +65,9 @@ def process(record: Record, steps: Sequence[Step] | None) -> Record:
         entry: dict[str, Any] = step.model_dump(mode="json") | chosen | {"effect": effect}
         entry |= {"shift_s": round(shift, 9)} if shift else {}
         record = replace(record, processing=(*record.processing, entry))
-    if steps and not record.trusted and (why := implausible(record.components, record.sampling_interval)):
+    # A record that its agency has processed and nobody else has been looked at when it was read.
+    looked_at = not steps and record.extra.get("processed", False)
+    if not (looked_at or record.trusted) and (why := implausible(record.components, record.sampling_interval)):
         raise _refused(record, f"after processing, {why}", "correct unit or steps, or say trust_data")
     return record
 

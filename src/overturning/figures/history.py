@@ -52,6 +52,8 @@ def history_figure(before: Record, after: Record) -> "Figure":
         _draw_spectra(panels[3, column], before, after, name)
         for panel in panels[1:3, column]:
             panel.sharex(panels[0, column])
+        for panel in panels[:2, column]:
+            panel.tick_params(labelbottom=False)
     _draw_husid(panels[4, 0], after, names)
     _draw_ratio(panels[4, 1], noise, [n for n, samples in zip(names, moving, strict=True) if np.ptp(samples) > 0])
     _draw_removed(panels[-1, 2 if len(names) > 2 else 0], before, after, names)
@@ -154,7 +156,8 @@ def _logarithmic(panel: "Axes") -> None:
     from matplotlib.ticker import NullLocator
 
     panel.set(xscale="log", yscale="log")
-    panel.yaxis.set_minor_locator(NullLocator())
+    for axis in (panel.xaxis, panel.yaxis):  # ticks take most of the time that a page takes
+        axis.set_minor_locator(NullLocator())
 
 
 def _draw_husid(panel: "Axes", after: Record, names: list[str]) -> None:

@@ -195,7 +195,7 @@ def _draw_removed(panel: "Axes", before: Record, after: Record, names: list[str]
     for name, colour in zip(names, SERIES, strict=False):
         away = getattr(before, name)[inside] - np.interp(time[inside], later, getattr(after, name))
         panel.plot(*envelope(time[inside], away / GAL), color=colour, linewidth=0.8, label=name)
-    panel.legend(fontsize=7, loc="upper left")
+    panel.legend(fontsize=7, loc="best")
 
 
 def _say(panel: "Axes", words: str) -> None:

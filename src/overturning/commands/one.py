@@ -62,7 +62,6 @@ def one(
     """Simulate one block or scene, print what it does, and make a film or a figure of it."""
     from overturning.dem.polygon.geometry import native_size
     from overturning.dem.trajectory import trajectory
-    from overturning.errors import ArgumentError
     from overturning.figures.film_movie import write_film_movie
     from overturning.figures.film_of_trajectory import film_of
     from overturning.figures.film_page import write_film_page
@@ -70,9 +69,7 @@ def one(
     from overturning.figures.style import save, style
     from overturning.motion.motion import Motion
 
-    for file, kinds in ((animate, {".html", ".gif", ".mp4"}), (response, {".svg", ".png"})):
-        if file is not None and file.suffix.lower() not in kinds:
-            raise ArgumentError(f"{file.name}: unknown kind of file; end it in {', '.join(sorted(kinds))}")
+    _check_kinds((animate, {".html", ".gif", ".mp4"}), (response, {".svg", ".png"}))
     given = declared.declared(azimuths, columns, form, interval, processed, sensor, trust_data, unit, vertical_sense)
     shaking = _record(record, table, folder, given)
     motion = Motion.of(shaking if vertical else replace(shaking, up=None))
@@ -103,6 +100,15 @@ def one(
         with style():
             save(response_figure(paths, title), response)
         print(f"figure: {response}")
+
+
+def _check_kinds(*files: tuple[Path | None, set[str]]) -> None:
+    """Refuse files to write, where there are any, whose names do not end in one of their kinds."""
+    from overturning.errors import ArgumentError
+
+    for file, kinds in files:
+        if file is not None and file.suffix.lower() not in kinds:
+            raise ArgumentError(f"{file.name}: unknown kind of file; end it in {', '.join(sorted(kinds))}")
 
 
 def _scene(

@@ -10,10 +10,10 @@ from overturning.motion.integration import integrate
 from overturning.units import CM, STANDARD_GRAVITY, UNITS
 
 LARGEST_PGA: Final = 5.0 * STANDARD_GRAVITY
-"""Above the largest ever recorded, 4.4 g (vector sum, Iwate-Miyagi 2008, IWTH25), m/s²."""
+"""Above the largest ever recorded, 4.1 g (vector sum, Iwate-Miyagi 2008, IWTH25), m/s²."""
 
 LARGEST_PGV: Final = 1000.0 * CM
-"""Three times the largest ever recorded, about 3.2 m/s (Chi-Chi 1999, TCU068), m/s."""
+"""Three times the largest ever recorded, about 3 m/s (Chi-Chi 1999, TCU068), m/s."""
 
 SMALLEST_PGA: Final = 1e-4 * STANDARD_GRAVITY
 """A tenth of a Gal: felt by nobody, m/s²."""

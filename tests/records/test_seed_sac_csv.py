@@ -6,6 +6,7 @@ from overturning.errors import RecordError
 from overturning.records.catalogue import RecordEntry
 from overturning.records.options import ReadOptions
 from overturning.records.read import read_path, read_record
+from overturning.records.summary import state_of
 from tests.expect import refused
 
 random = np.random.default_rng(11)
@@ -65,6 +66,7 @@ def test_a_velocity_sensor_is_deconvolved(tmp_path):
     middle = record.north[1500:2500]
     assert np.abs(middle).max() == pytest.approx(0.1 * 2 * np.pi, rel=0.01)
     np.testing.assert_allclose(middle, 0.1 * 2 * np.pi * np.cos(2 * np.pi * time[1500:2500]), atol=0.01)
+    assert state_of(record) == "raw, response of a velocity sensor removed"
 
 
 def test_sac_needs_a_unit_and_takes_orientation_from_its_header(tmp_path):

@@ -37,7 +37,7 @@ def summary(step: Mapping[str, Any]) -> str:
 def state_of(record: Record) -> str:
     """Raw or processed, and by whom."""
     if not record.extra.get("processed"):
-        return "raw"
+        return "raw" + (", response of a velocity sensor removed" if record.extra.get("removed") == "response" else "")
     by = record.extra.get("processed_by")
     if by:
         return f"processed by {by}"

@@ -1,7 +1,8 @@
 """NSMN, Türkiye (AFAD's National Strong-Motion Network): three components in one file, Gal.
 
-The format: the title, sixteen lines ``KEY: text``, a line that names the columns, N-S, E-W and U-D; then three samples per
-line. The files are in the code page of the place, so names may hold any letters.
+The format: eighteen lines, of which the first is the title, those in between are ``KEY: text`` in a fixed order, and the
+last names the columns, N-S, E-W and U-D; then three samples per line. The files are in the code page of the place, so names
+may hold any letters.
 """
 
 import re
@@ -15,6 +16,7 @@ from overturning.units import GAL
 
 TITLE: Final = b"STRONG GROUND MOTION RECORDS OF TURK"
 _AXES: Final = {"N-S": (0.0, 0), "E-W": (90.0, 0), "U-D": (None, 1)}
+HEADER_LINES: Final = 18
 _PLACE: Final = rf"({FLOAT})\s*N\s*-\s*({FLOAT})\s*E"
 
 
@@ -31,47 +33,52 @@ def read(source: SourceFile) -> list[Component]:
         raise lines.error(
             min(len(lines.lines), 40) - 1, "no line that names the columns N-S, E-W and U-D; get the file again"
         )
+    if names_at != HEADER_LINES - 1:
+        raise lines.error(names_at, f"the columns are named here, not in line {HEADER_LINES}; get the file again")
     header = Header.of(lines, names_at)
+    when, count, interval, peaks = (_key(lines, index) for index in (11, 12, 13, 14))
     values = lines.rows(names_at + 1, 3)
     lines.check_last_number(source.text[-200:])
-    count = header.number("NUMBER OF DATA")
-    if values.shape[0] != count:
-        raise header.error(
-            "NUMBER OF DATA", f"header promises {count:g} samples, the file has {values.shape[0]}; get it again"
-        )
-    key = next((k for k in header.texts if k.startswith("RAW PGA VALUES")), "RAW PGA VALUES (gal)")
-    header.at(key)
-    if "gal" not in key.lower():
-        raise header.error(key, f"peaks in {key!r}; only Gal is read")
-    clock = re.match(r"(\d+/\d+/\d+ \d+:\d+:\d+)(\.\d+)?", header.text("RECORD TIME"))
+    if values.shape[0] != header.number(count):
+        raise header.error(count, f"header promises {header.text(count)} samples, the file has {values.shape[0]}")
+    if (unit := re.search(r"\(([^)]*)\)", peaks)) and unit[1].lower() not in ("gal", "cm/s2", "cm/s^2", "cm/s/s"):
+        raise header.error(peaks, f"peaks in {unit[1]}; only Gal is read")
+    clock = re.match(r"(\d+/\d+/\d+ \d+:\d+:\d+)(\.\d+)?", header.text(when))
     if clock is None:
-        raise header.error("RECORD TIME", f"{header.text('RECORD TIME')!r} is no time; correct it")
-    start = header.time("RECORD TIME", "%d/%m/%Y %H:%M:%S.%f", clock[1] + (clock[2] or ".0")[:7])
-    place = _coordinates(header, "STATION COORDINATES")
-    epicentre = _coordinates(header, "EPICENTER COORDINATES")
+        raise header.error(when, f"{header.text(when)!r} is no time; correct it")
+    start = header.time(when, "%d/%m/%Y %H:%M:%S.%f", clock[1] + (clock[2] or ".0")[:7])
+    place, epicentre = (_coordinates(header, _key(lines, index)) for index in (7, 3))
     more = dict(zip(("event_latitude", "event_longitude"), epicentre, strict=True)) if None not in epicentre else {}
     components = []
     for column, (axis, direction) in enumerate(_AXES.items()):
-        stated = re.search(rf"\({axis}\)\s*({FLOAT})", header.text(key))
+        stated = re.search(rf"{axis}[\s):=]*({FLOAT})", header.text(peaks))
         if stated is None:
-            raise header.error(key, f"no peak of {axis}; get the file again")
+            raise header.error(peaks, f"no peak of {axis}; get the file again")
         components.append(
             Component.of(
                 source,
                 axis,
                 direction,
                 values[:, column] * GAL,
-                header.number("SAMPLING INTERVAL (sec)"),
+                header.number(interval),
                 start=start,
-                station=header.text("STATION ID"),
-                event=f"earthquake of {header.text('EARTHQUAKE DATE')}",
+                station=header.text(_key(lines, 6)),
+                event=f"earthquake of {header.text(_key(lines, 2))}",
                 latitude=place[0],
                 longitude=place[1],
-                peak=lines.peak(stated[1], header.at(key), "the peak", GAL),
+                peak=lines.peak(stated[1], header.at(peaks), "the peak", GAL),
                 extra=more,
             )
         )
     return components
+
+
+def _key(lines: Lines, index: int) -> str:
+    """Key of a header line; a RecordError where the line is none."""
+    key, colon, _ = lines.lines[index].partition(":")
+    if not colon:
+        raise lines.error(index, f"{lines.lines[index].strip()[:40]!r} where KEY: text belongs; get the file again")
+    return " ".join(key.split())
 
 
 def _coordinates(header: Header, key: str) -> tuple[float | None, float | None]:

@@ -24,6 +24,9 @@ _KEYS: Final = {
     "counts": "NUM. TOTAL DE MUESTRAS, C1-C6",
     "peaks": "ACEL. MAX.(GAL), C1-C6",
     "unit": "UNIDADES DE LOS DATOS",
+    "day": "FECHA DEL SISMO",
+    "origin": "HORA EPICENTRO",
+    "first": "HORA DE LA PRIMERA MUESTRA",
 }
 LATE: Final = timedelta(hours=12)
 
@@ -71,9 +74,9 @@ def read(source: SourceFile) -> list[Component]:
             _direction(axis),
             values[:, column] * GAL,
             header.number(keys["intervals"], intervals[column]),
-            start=_start(header),
+            start=_start(header, keys),
             station=header.text("CLAVE DE LA ESTACION"),
-            event=f"earthquake of {header.text('FECHA DEL SISMO [GMT]')} {header.text('HORA EPICENTRO (GMT)')} GMT",
+            event=f"earthquake of {header.text(keys['day'])} {header.text(keys['origin'])} GMT",
             latitude=latitude,
             longitude=longitude,
             peak=_peak(header, keys["peaks"], peaks, column),
@@ -120,11 +123,11 @@ def _place(header: Header, key: str) -> tuple[float, float]:
     return north, float(longitude[1]) * (1 if longitude[2].upper() == "E" else -1)
 
 
-def _start(header: Header) -> datetime:
+def _start(header: Header, keys: dict[str, str]) -> datetime:
     """Time of the first sample: its clock on the day of the earthquake, or on the next one where that is nearer."""
-    day = header.text("FECHA DEL SISMO [GMT]")
+    day = header.text(keys["day"])
     moments = []
-    for key in ("HORA EPICENTRO (GMT)", "HORA DE LA PRIMERA MUESTRA (GMT)"):
+    for key in (keys["origin"], keys["first"]):
         clock = header.text(key)
         whole = f"{day} {clock}" + ("" if "." in clock else ".0")
         moments.append(header.time(key, "%Y/%m/%d %H:%M:%S.%f", whole[:26]))

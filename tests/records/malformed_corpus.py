@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 from record_writers import cosmos_text, csmip_text, esm_text, geonet_text, knet_text, peer_text, smc_text
-from world_writers import bhrc_text, cwa_text, nsmn_text, unam_text
+from world_writers import bhrc_text, counts_text, cwa_text, nsmn_text, renadic_text, unam_text
 
 random = np.random.default_rng(5)
 A, B = (np.round(random.normal(0, 50, 203), 1) for _ in range(2))
@@ -25,6 +25,8 @@ WHOLE: dict[str, tuple[dict[str, str], int]] = {
         {"x1.AT2": peer_text(A / 1000, 0.01, "228", header="oldest"), "x2.AT2": peer_text(B / 1000, 0.01, "318")},
         4,
     ),
+    "cosmos0": ({"x.V0": counts_text(np.round(2 * A), np.round(2 * B))}, 45),
+    "renadic": ({"x.v1": renadic_text({"NS": np.round(A / 100, 3), "EW": np.round(B / 100, 3)})}, 27),
     "cwa": ({"x.dat": cwa_text(A, B, A)}, 22),
     "nsmn": ({"x.txt": nsmn_text(A, B, A)}, 18),
     "bhrc": ({"x.V1": bhrc_text({"L": A / 100, "T": B / 100})}, 27),
@@ -180,6 +182,21 @@ SPECIAL: dict[str, dict[str, Callable[[str], bytes]]] = {
         "another unit": replaced("IN UNITS OF G", "IN UNITS OF CM/S/S"),
         "unknown axis": replaced(", 228", ", H1"),
         "parallel axes": replaced(", 228", ", 318"),
+    },
+    "cosmos0": {
+        "no sensitivity": lambda t: t.replace("     1.250000", "  -999.000000").encode(),
+        "no step": lambda t: t.replace("  2000.000000", "     0.000000").encode(),
+        "unit contradicts": replaced("counts(50)", "cm/sec2(04)"),
+    },
+    "renadic": {
+        "another unit": replaced("SEC AND G/10", "SEC AND VOLT"),
+        "count too large": replaced("NO. OF POINTS =    203", "NO. OF POINTS =    999"),
+        "count too small": replaced("NO. OF POINTS =    203", "NO. OF POINTS =    190"),
+        "uneven time": replaced("  0.050", "  0.053"),
+        "peak 1 % off": lambda t: re.sub(
+            r"MAX  = *([\d.]+) G", lambda m: f"MAX  ={float(m[1]) * 1.02:7.4f} G", t, count=1
+        ).encode(),
+        "no end mark": replaced("/&", "  "),
     },
     "cwa": {
         "another unit": replaced("gal. DC", "counts DC"),

@@ -52,7 +52,7 @@ def bounded() -> Iterator[None]:
 
 
 def test_the_corpus_is_large_enough():
-    assert sum(map(len, CORPUS.values())) >= 1872
+    assert sum(map(len, CORPUS.values())) >= 2126
     assert len(BYTES) >= 19
 
 

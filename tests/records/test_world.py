@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from record_writers import cosmos_text, esm_text, fixed, smc_text
+from record_writers import esm_text, smc_text
 from seed_writers import write_inventory, write_sac
-from world_writers import bhrc_text, cwa_text, nsmn_text, renadic_text, unam_text
+from world_writers import bhrc_text, counts_text, cwa_text, nsmn_text, renadic_text, unam_text
 
 from overturning.errors import RecordError
 from overturning.records.read import read_path
@@ -78,17 +78,6 @@ def test_renadic_asks_for_azimuths_and_up(tmp_path):
     assert (record.station, record.latitude, record.start) == ("PRUEBA S/N 4561", None, "2010-02-27T06:34:50Z")
     never_set = renadic_text({"L": a, "T": b}, trigger="1/1/1980 0:00:00.000")
     assert put(tmp_path, "y.v1", never_set, azimuths_deg=(0, 90)).start is None
-
-
-def counts_text(a, b, *, microvolts=2000.0, volts_per_g=1.25, gain=2.0):
-    """COSMOS volume 0: counts, with the recorder's step, the sensor's sensitivity and the gain among the reals."""
-    text = cosmos_text({"340 deg": (340, a), "70 deg": (70, b)}, 0.01, unit=50, kind="Raw")
-    lines = text.splitlines(keepends=True)
-    for at in [i for i, line in enumerate(lines) if "Real-header" in line]:
-        real = [float(line[k : k + 13]) for line in lines[at + 1 : at + 18] for k in range(0, len(line) - 1, 13)]
-        real[21], real[41], real[46] = microvolts, volts_per_g, gain
-        lines[at + 1 : at + 18] = fixed(real, 13, 6, 6).splitlines(keepends=True)
-    return "".join(lines)
 
 
 def test_cosmos_counts_with_their_sensitivity(tmp_path):

@@ -1,7 +1,7 @@
 """Small files in the formats of further networks, written from numbers; see record_writers."""
 
 import numpy as np
-from record_writers import fixed
+from record_writers import cosmos_text, fixed
 
 
 def cwa_text(north, east, up, rate: int = 100, sequence: str = "Time U(+); N(+); E(+)") -> str:
@@ -155,3 +155,14 @@ def renadic_text(channels: dict, interval: float = 0.005, trigger: str = "2/27/2
         text += "\n".join(lines) + "\n" + fixed(whole, 5, 0, 16) + fixed([0.0] * 50, 10, 3, 8)
         text += fixed(pairs, 7, 3, 10) + f"/&  ----------  END OF DATA FOR CHANNEL {number}  ----------\n"
     return text
+
+
+def counts_text(a, b, *, microvolts=2000.0, volts_per_g=1.25, gain=2.0):
+    """COSMOS volume 0: counts, with the recorder's step, the sensor's sensitivity and the gain among the reals."""
+    text = cosmos_text({"340 deg": (340, a), "70 deg": (70, b)}, 0.01, unit=50, kind="Raw")
+    lines = text.splitlines(keepends=True)
+    for at in [i for i, line in enumerate(lines) if "Real-header" in line]:
+        real = [float(line[k : k + 13]) for line in lines[at + 1 : at + 18] for k in range(0, len(line) - 1, 13)]
+        real[21], real[41], real[46] = microvolts, volts_per_g, gain
+        lines[at + 1 : at + 18] = fixed(real, 13, 6, 6).splitlines(keepends=True)
+    return "".join(lines)

@@ -180,10 +180,15 @@ def _interval(block: Lines, data_at: int) -> float:
 def _pairs(block: Lines, text: Lines) -> tuple[np.ndarray, float]:
     """Old volume 1: time and acceleration in turn, ten columns of seven."""
     stated, _ = _needed(text, r"NO\.? OF POINTS\s*=\s*(\d+)", "no line NO. OF POINTS")
-    unit, _ = _needed(text, r"UNITS OF .*SEC AND (G/10|G|CM/SEC/SEC|CM/SEC2)", "no line UNITS OF")
+    unit, _ = _needed(
+        text, r"UNITS OF .*SEC AND (G/10|G|CM/SEC/SEC|CM/SEC2)(?=[.,;\s]|$)", "no unit in a line UNITS OF"
+    )
     count = int(stated[1])
     first = len(text.lines) + 14
     values = block.fixed_columns(first, width=7, per_line=10, count=2 * count)
+    after = first + -(-2 * count // 10)
+    if any(line.strip() for line in block.lines[after:]):
+        raise block.error(after, f"samples after the last of {count}; the header's count is wrong")
     time, samples = values[0::2], values[1::2]
     steps = np.diff(time)
     interval = round(float(time[-1] - time[0]) / max(count - 1, 1), 6)

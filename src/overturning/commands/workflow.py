@@ -36,7 +36,8 @@ def read(
     settings = study_from(study)
     entry = entries_of(settings, settings.name)[record]
     raw = read_record(entry, Path(settings.records.folder))
-    write_motion(process(raw, settings.processing), output)
+    done = process(raw, settings.processing)
+    write_motion(done, output, unprocessed=None if done is raw else raw)
 
 
 def _with_records(study: str, motions: Path) -> tuple[Any, list[Any]]:

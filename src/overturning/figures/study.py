@@ -7,6 +7,7 @@ from pathlib import Path
 import xarray as xr
 
 from overturning.figures.axes_by_earthquake import axes_figure
+from overturning.figures.history import history_figure
 from overturning.figures.intensity import intensity_figure
 from overturning.figures.intensity_plane import intensity_plane_figure
 from overturning.figures.polar import fall_map_figure
@@ -14,6 +15,7 @@ from overturning.figures.probability import probability_map_figure
 from overturning.figures.rose import rose_figure
 from overturning.figures.site_map import site_map_figure, sites_by_earthquake
 from overturning.figures.style import save, style
+from overturning.records.store import read_motion, read_unprocessed
 from overturning.statistics.earthquakes import axes_by_group, summarise_axes
 from overturning.statistics.logistic import overturning_fit
 from overturning.study.cube import open_cube
@@ -30,9 +32,10 @@ def draw_study(cube_path: Path, intensity_path: Path, motions: Path, folder: Pat
     cube_path, intensity_path : Path
         The cube and the intensity measures, NetCDF.
     motions : Path
-        Folder of the processed motions, for the telling cases.
+        Folder of the processed motions, for the time histories and the telling cases.
     folder : Path
-        Receives ``polar/ID.png`` and ``intensity/ID.png`` for each record (the polar map shows probabilities where the
+        Receives ``polar/ID.png``, ``intensity/ID.png`` and ``history/ID.svg`` (time histories, not part of the report's
+        page but beside it) for each record (the polar map shows probabilities where the
         cube has an ensemble, flags otherwise), ``rose.svg``, ``axes.svg``, ``plane.svg``, ``telling/``, and ``maps/`` (empty where no
         record has coordinates).
     threads : int
@@ -42,7 +45,7 @@ def draw_study(cube_path: Path, intensity_path: Path, motions: Path, folder: Pat
         count = cube.sizes["record"]
     tasks = [
         partial(_draw_whole, cube_path, intensity_path, motions, folder),
-        *(partial(_draw_record, cube_path, intensity_path, folder, index) for index in range(count)),
+        *(partial(_draw_record, cube_path, intensity_path, motions, folder, index) for index in range(count)),
     ]
     if threads == 1:
         for task in tasks:
@@ -53,7 +56,7 @@ def draw_study(cube_path: Path, intensity_path: Path, motions: Path, folder: Pat
             drawn.result()
 
 
-def _draw_record(cube_path: Path, intensity_path: Path, folder: Path, index: int) -> None:
+def _draw_record(cube_path: Path, intensity_path: Path, motions: Path, folder: Path, index: int) -> None:
     # A dask chunk is a record: no more than one is in memory.
     with open_cube(cube_path, chunks={"record": 1}) as cube, xr.open_dataset(intensity_path) as intensity, style():
         one = cube.isel(record=index).load()
@@ -63,6 +66,9 @@ def _draw_record(cube_path: Path, intensity_path: Path, folder: Path, index: int
         save(polar_figure(one, title), folder / "polar" / f"{name}.png", PALETTE)
         around = intensity_figure(intensity.isel(record=index), float(one["fault_normal"]), title)
         save(around, folder / "intensity" / f"{name}.png", PALETTE)
+        motion = motions / f"{name}.nc"
+        used = read_motion(motion)
+        save(history_figure(read_unprocessed(motion) or used, used), folder / "history" / f"{name}.svg")
 
 
 def _draw_whole(cube_path: Path, intensity_path: Path, motions: Path, folder: Path) -> None:

@@ -29,6 +29,12 @@ def atomic_write(path: Path) -> Iterator[Path]:
             part.unlink()
 
 
+def without_folders(name: str) -> str:
+    """A path as a result may state it: an absolute one, which only this machine has, keeps its last part."""
+    path = Path(name)
+    return path.name if path.is_absolute() else path.as_posix()
+
+
 def _umask() -> int:
     mask = os.umask(0)
     os.umask(mask)

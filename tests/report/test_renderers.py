@@ -90,8 +90,8 @@ def test_names_from_files_are_text(everything: Report) -> None:
     assert film is not None
     assert json.loads(film[1]) == {"title": HARM}
     written = sum(text == HARM for text in texts(everything))
-    # What stands in the place of a film is for paper only, the title stands twice, and so does a link.
-    assert shown_on_page(page).count(HARM.splitlines()[0]) == written - 1
+    # What stands in the place of a film is for paper only; the title, a link, and a heading in the contents stand twice.
+    assert shown_on_page(page).count(HARM.splitlines()[0]) == written
     assert sum(text == HARM for text in paper_texts(paper_data(everything, {}))) >= written
     assert render_pdf(everything).startswith(b"%PDF")
 
@@ -127,6 +127,15 @@ def test_the_renderers_hold_no_words() -> None:
     source = re.sub(r"^//.*$", "", source, flags=re.MULTILINE)
     strings = re.findall(r'"([^"\n]*)"', source)
     assert [text for text in strings if " " in text] == ["1 / 1", "Libertinus Serif", "no such kind of block: "]
+
+
+def test_contents_lead_to_every_section(report: Report) -> None:
+    page = render_html(report)
+    contents = re.search(r'<nav class="contents">(.*?)</nav>', page)
+    assert contents is not None
+    for part in report.blocks:
+        assert f'<a href="#{part.anchor}">{html.escape(part.title)}</a>' in contents[1]
+        assert page.count(f'id="{part.anchor}"') == 1
 
 
 def test_each_figure_keeps_its_own_identifiers(everything: Report) -> None:

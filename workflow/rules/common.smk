@@ -39,6 +39,7 @@ def load():
 STUDY, ENTRIES, FILES = load()
 SETTINGS = STUDY.model_dump(mode="json")
 RECORDS = list(ENTRIES)
+BESIDE = ("surveys", "figures")  # the cube does not depend on them, nor says anything about them
 VARIANTS = ["nominal", *STUDY.variants]
 RESULTS = f"results/{STUDY.name}"
 LOGS = f"{RESULTS}/logs"

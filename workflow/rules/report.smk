@@ -22,6 +22,7 @@ rule report:
         mem_mb=1000,
     params:
         folder=lambda wildcards, output: Path(output[0]).parent,
+        study=settings(*BESIDE),
         sources=sources("workflow:report"),
     shell:
-        "overturning report --results {params.folder} --output {output.page} --pdf {output.pdf} 2> {log}"
+        "overturning report --study {params.study:q} --results {params.folder} --output {output.page} --pdf {output.pdf} 2> {log}"

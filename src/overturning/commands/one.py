@@ -129,7 +129,8 @@ def _record(name: str, table: Path, folder: Path) -> "Record":
 
 
 def _print_outcomes(paths: "list[xr.Dataset]", stones: "Scene") -> None:
-    from overturning.figures.film_of_trajectory import compass_name, outcome
+    from overturning.figures.film_of_trajectory import outcome
+    from overturning.figures.style import compass_name
 
     for path in paths:
         text, shown = outcome(path), path.sel(element=stones.shown_name)

@@ -10,6 +10,7 @@ from overturning.dem.status import Status
 from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ArgumentError
 from overturning.figures.film import FRAME_INTERVAL, Body, Film, Panel, about_the_peak, frame_times
+from overturning.figures.style import compass_name
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,11 +27,6 @@ LAST_TURN = 0.5
 
 FORCE_NOTE = "Contact forces: means over a sampling interval, over the weight of all stones that are free."
 """What the arrows of a film are."""
-
-
-def compass_name(azimuth_deg: float) -> str:
-    """An azimuth as it is written beside a film: N60°E, with no more digits than it has."""
-    return f"N{round(azimuth_deg % 360.0, 2):g}°E"
 
 
 def free_elements(path: "xr.Dataset") -> "xr.Dataset":

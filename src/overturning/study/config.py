@@ -13,6 +13,7 @@ from overturning.study.ranges import AzimuthRange, Values
 from overturning.study.sections import (
     ContactSettings,
     Ensemble,
+    Figures,
     Published,
     Records,
     SceneChoice,
@@ -82,6 +83,8 @@ class Study(Model):
     surveys: tuple[Survey, ...] = Field(
         default=(), description="surveys of fallen stones; the report compares each with what its site's cube predicts"
     )
+
+    figures: Figures = Field(default=Figures(), description="size, resolution and kinds of the figures' files")
 
     @model_validator(mode="before")
     @classmethod

@@ -7,6 +7,7 @@ import xarray as xr
 
 from overturning.report.blocks import Block, Figure, Note, Row, Section, Table
 from overturning.report.results import Results
+from overturning.report.sections.maps import polar_map, records_first
 from overturning.report.text import degrees, number, percent
 from overturning.statistics.boundary import boundary, easiest_azimuth
 from overturning.statistics.circular import wrap_axis
@@ -36,11 +37,13 @@ def records(results: Results) -> Section:
 def record_by_record(results: Results) -> Section:
     """The figures of each record."""
     sections = []
+    first = records_first(results)
     for name in results.names:
-        polar = Figure(results.figures / "polar" / f"{name.id}.png", "where blocks fall, by azimuth and B/H")
-        peaks = Figure(results.figures / "intensity" / f"{name.id}.png", "peak acceleration and velocity by azimuth")
-        pair = Row((polar, peaks), shares=(1.25, 1.0))
-        sections.append(Section(name.heading, (pair,), anchor=name.id, together=True))
+        peaks = Figure(
+            results.figures / "intensity" / f"{name.id}.svg", "peak acceleration and velocity by azimuth", width=0.7
+        )
+        shown = (peaks,) if name in first else (polar_map(results, name), peaks)
+        sections.append(Section(name.heading, shown, anchor=name.id, together=True))
     return Section("Record by record", tuple(sections), anchor="figures")
 
 

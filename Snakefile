@@ -5,6 +5,7 @@
 #   snakemake --report provenance.html                        how each figure came about
 
 import os
+import sys
 
 from snakemake.utils import min_version
 
@@ -36,6 +37,14 @@ rule all:
         REPORT,
         f"{RESULTS}/timing.csv",
     localrule: True
+
+
+onerror:
+    sys.path.insert(0, f"{workflow.basedir}/workflow/scripts")
+    from talk import failures
+
+    with open(log, encoding="utf-8") as talk:
+        print(*failures(talk.read()), sep="\n", file=sys.stderr)
 
 
 onsuccess:

@@ -1,5 +1,6 @@
 """The command line: a thin face, one subcommand per rule of the workflow and per question of a user."""
 
+import errno
 import importlib
 import sys
 from collections.abc import Sequence
@@ -26,6 +27,13 @@ COMMANDS = {
     "survey": ("survey", "Compare a survey of fallen stones with the cube of its site."),
     "recheck": ("recheck", "Compute a random sample of a cube's cells again and compare bit for bit."),
     "one": ("one", "Simulate one block; print what it does, and make a film of it."),
+}
+
+
+# What a user can do where a file cannot be written.
+_REMEDIES = {
+    **dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS), "choose a folder that you may write to"),
+    **dict.fromkeys((errno.ENOSPC, errno.EDQUOT), "free some space and run again; nothing half-written was kept"),
 }
 
 
@@ -73,6 +81,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
         app(args=None if arguments is None else list(arguments))
     except OverturningError as error:
         print(f"error: {error}", file=sys.stderr)
+        sys.exit(1)
+    except OSError as error:
+        remedy = _REMEDIES.get(error.errno or 0)
+        if remedy is None:
+            raise
+        print(f"error: {error.filename or 'a file'}: {str(error.strerror).lower()}; {remedy}", file=sys.stderr)
         sys.exit(1)
 
 

@@ -7,7 +7,16 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from overturning.errors import ConfigError
+from overturning.errors import ArgumentError, ConfigError
+
+
+def check_output(path: Path, argument: str) -> None:
+    """Refuse a file that could not be written, before anything is computed for it; an `ArgumentError` says why."""
+    if not path.parent.is_dir():
+        raise ArgumentError(f"{argument} {path}: there is no folder {path.parent}; make it first, or name another")
+    if path.is_dir() or not os.access(path.parent, os.W_OK | os.X_OK):
+        why = "is a folder" if path.is_dir() else f"cannot be written into {path.parent}"
+        raise ArgumentError(f"{argument} {path}: {why}; name another file")
 
 
 @contextmanager

@@ -51,9 +51,12 @@ def test_timing_has_a_row_per_record(finished: Checkout) -> None:
             {"read", "rotate", "sweep", "timing", "gather", "verification", "figures", "report", "all"},
         ),
         ("verification=none", {"gather", "timing", "figures", "report", "all"}),
+        ("surveys=[{stones: config/stones.csv, record: rinaldi}]", {"survey", "report", "all"}),
+        ("figures={dpi: 100}", {"figures", "report", "all"}),
     ],
 )
 def test_change_of_a_key_runs_only_what_depends_on_it(finished: Checkout, change: str, again: set[str]) -> None:
+    (finished.folder / "config" / "stones.csv").write_text("octant\nSE\n", encoding="utf-8")
     assert finished.planned("--config", change) == again
 
 

@@ -5,7 +5,9 @@ FIGURES = f"{RESULTS}/figures"
 
 def drawn(name, **wildcards):
     """Files of a figure, one per format, the one that the report shows first."""
-    return expand(f"{FIGURES}/{name}.{{format}}", format=STUDY.figures.formats, **wildcards)
+    return expand(
+        f"{FIGURES}/{name}.{{format}}", format=STUDY.figures.formats, **wildcards
+    )
 
 
 rule figures:

@@ -43,23 +43,29 @@ def one(
         ),
     ] = None,
     response: Annotated[
-        Path | None, typer.Option(help="figure of rotation, slip and uplift against time: .svg or .png")
+        Path | None, typer.Option(help="figure of rotation, slip and uplift against time: .svg, .png or .pdf")
     ] = None,
 ) -> None:
     """Simulate one block or scene, print what it does, and make a film or a figure of it."""
     from overturning.dem.polygon.geometry import native_size
     from overturning.dem.trajectory import trajectory
     from overturning.errors import ArgumentError
-    from overturning.figures.film_movie import write_film_movie
+    from overturning.figures.film_movie import check_movie, write_film_movie
     from overturning.figures.film_of_trajectory import film_of
     from overturning.figures.film_page import write_film_page
     from overturning.figures.response import response_figure
     from overturning.figures.style import save, style
+    from overturning.files import check_output
     from overturning.motion.motion import Motion
 
-    for file, kinds in ((animate, {".html", ".gif", ".mp4"}), (response, {".svg", ".png"})):
-        if file is not None and file.suffix.lower() not in kinds:
+    outputs = (("--animate", animate, {".html", ".gif", ".mp4"}), ("--response", response, {".svg", ".png", ".pdf"}))
+    for option, file, kinds in outputs:
+        if file is None:
+            continue
+        if file.suffix.lower() not in kinds:
             raise ArgumentError(f"{file.name}: unknown kind of file; end it in {', '.join(sorted(kinds))}")
+        check_output(file, option)
+        check_movie(file)
     shaking = _record(record, table, folder)
     motion = Motion.of(shaking if vertical else replace(shaking, up=None))
     place = ", ".join(part for part in (shaking.station or shaking.record_id, shaking.event) if part)

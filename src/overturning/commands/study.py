@@ -10,15 +10,15 @@ app = typer.Typer(rich_markup_mode=None, no_args_is_help=True, help="Check a stu
 
 @app.command()
 def check(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> None:
-    """Check a study file and say how many cases it has."""
-    from overturning.study.load import entries_of, load_study
-    from overturning.surveys.stones import read_survey
+    """Find what a run would find: wrong keys, missing and damaged files, too many cases. Says what a run takes, about."""
+    from overturning.study.check import check_files, check_records, check_size
+    from overturning.study.load import load_study
 
     study = load_study(path)
-    records = entries_of(study, str(path))
-    for survey in study.surveys:
-        read_survey(Path(survey.stones))
-    print(f"{path}: study {study.name!r}, {len(records)} records × {study.cases} cases = {len(records) * study.cases}")
+    size = check_size(study, str(path))
+    entries, _ = check_files(study, str(path))
+    check_records(study, entries)
+    print(f"{path}: study {study.name!r}, {size}")
 
 
 @app.command()

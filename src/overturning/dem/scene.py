@@ -14,6 +14,7 @@ from overturning.dem.element import ContactLaw, Element, Material, Model, Name, 
 from overturning.dem.polygon.geometry import WIDE, check_geometry, native_size
 from overturning.errors import ArgumentError, ConfigError
 from overturning.files import read_mapping
+from overturning.tables import said
 from overturning.units import GRANITE_DENSITY, STANDARD_GRAVITY
 
 MOST_ELEMENTS: Final = 64
@@ -192,6 +193,8 @@ def check_scene(data: dict[str, Any], where: str = "scene") -> Scene:
         for item in error.errors():
             key = ".".join(_parts(data, item["loc"]))
             message = item["msg"].removeprefix("Value error, ")
+            if item["type"] == "string_pattern_mismatch":
+                message = said(item["ctx"]["pattern"])
             message = {"extra_forbidden": "unknown key", "missing": "this key is needed"}.get(item["type"], message)
             lines.append(f"{where}: {key}: {message}" if key else f"{where}: {message}")
         raise ConfigError("\n       ".join(dict.fromkeys(lines))) from None

@@ -30,6 +30,8 @@ COMMANDS = {
 }
 
 
+_INTERRUPTED = 130
+
 # What a user can do where a file cannot be written.
 _REMEDIES = {
     **dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS), "choose a folder that you may write to"),
@@ -88,6 +90,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
             raise
         print(f"error: {error.filename or 'a file'}: {str(error.strerror).lower()}; {remedy}", file=sys.stderr)
         sys.exit(1)
+    except SystemExit as end:
+        if end.code == _INTERRUPTED:
+            print("Stopped; nothing half-written was kept.", file=sys.stderr)
+        raise
 
 
 if __name__ == "__main__":

@@ -1,6 +1,8 @@
 """Atomic writes: results that are either complete or not there; and files of keys and values."""
 
+import errno
 import os
+import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -33,9 +35,22 @@ def atomic_write(path: Path) -> Iterator[Path]:
         yield part
         os.chmod(part, 0o666 & ~_umask())
         os.replace(part, path)
+    except (OSError, RuntimeError) as error:
+        # A full disk reaches us without the file's name, and from NetCDF as an error that does not say so.
+        full = isinstance(error, RuntimeError) and str(error).startswith("NetCDF: ") and _free(path) < _LITTLE
+        if full or (isinstance(error, OSError) and error.errno == errno.ENOSPC):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path)) from None
+        raise
     finally:
         with suppress(FileNotFoundError):
             part.unlink()
+
+
+_LITTLE = 1_000_000  # bytes; a disk with less is full
+
+
+def _free(path: Path) -> int:
+    return shutil.disk_usage(path.parent).free
 
 
 def without_folders(name: str) -> str:

@@ -6,6 +6,7 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 
 from overturning.errors import OverturningError
+from overturning.surveys.stones import read_survey
 from overturning.study.check import check_files, check_records, check_size
 from overturning.study.load import check_study, load_study
 from overturning.study.sources import source_hash
@@ -25,6 +26,9 @@ def load():
         )
         check_size(study, where)
         entries, files = check_files(study, where)
+        for survey in study.surveys:
+            # A wrong line is better known now than after the sweep.
+            read_survey(Path(survey.stones))
         if workflow.is_main_process:
             # What has been read before is not read again.
             motion = Path("results", study.name, "motion")

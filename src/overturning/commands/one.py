@@ -126,6 +126,8 @@ def _record(name: str, table: Path, folder: Path) -> "Record":
 
     if Path(name).is_file():
         return rounded(process(read_path(Path(name)), None))
+    if Path(name).suffix or len(Path(name).parts) > 1:
+        raise ConfigError(f"--record {name}: no such file; give a file, or the id of a record in {table}")
     entries = read_catalogue(table)
     if name not in entries:
         near = difflib.get_close_matches(name, entries, n=1)

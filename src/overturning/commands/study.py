@@ -13,10 +13,13 @@ def check(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> No
     """Find what a run would find: wrong keys, missing and damaged files, too many cases. Says what a run takes, about."""
     from overturning.study.check import check_files, check_records, check_size
     from overturning.study.load import load_study
+    from overturning.surveys.stones import read_survey
 
     study = load_study(path)
     size = check_size(study, str(path))
     entries, _ = check_files(study, str(path))
+    for survey in study.surveys:
+        read_survey(Path(survey.stones))
     check_records(study, entries)
     print(f"{path}: study {study.name!r}, {size}")
 

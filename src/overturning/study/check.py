@@ -1,4 +1,4 @@
-"""What a run would stumble over, found before it starts: missing and damaged files, surveys, studies too large."""
+"""What a run would stumble over, found before it starts: missing and damaged files, studies too large."""
 
 import os
 import shutil
@@ -11,7 +11,6 @@ from overturning.records.catalogue import RecordEntry
 from overturning.records.locate import find_paths
 from overturning.study.config import Study
 from overturning.study.load import entries_of
-from overturning.surveys.stones import read_survey
 
 # Of the default study on one core of a small machine, rounded up; they tell minutes from days and no more.
 _CASE_S: Final = 1e-4
@@ -99,8 +98,6 @@ def check_files(study: Study, where: str) -> tuple[dict[str, RecordEntry], dict[
             faults.append(str(error))
     if faults:
         raise MissingDataError(_joined(faults))
-    for survey in study.surveys:
-        read_survey(Path(survey.stones))
     return entries, files
 
 

@@ -25,7 +25,7 @@ def logged_to(path: Path | None) -> Iterator[Callable[[str], None]]:
     with path.open("w", encoding="utf-8", buffering=1) as log:
         try:
             yield lambda line: print(line, file=log)
-        except OverturningError as error:
+        except (OverturningError, OSError) as error:
             print(f"error: {error}", file=log)
             raise
 

@@ -4,7 +4,7 @@ import errno
 import importlib
 import sys
 from collections.abc import Sequence
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
@@ -14,8 +14,9 @@ from overturning.errors import OverturningError
 # Subcommand: module in overturning.commands that holds a typer app named `app`, with that subcommand alone, with a command of
 # that name, or with commands of its own; and its line in --help. Only the module of the subcommand that runs is imported.
 COMMANDS = {
-    "study": ("study", "Check a study's configuration; write the schema and the key table."),
-    "records": ("records", "Say what record files are, or why they are refused; fetch records."),
+    "init": ("init", "Make a folder for studies of one's own: study, record table, scenes, workflow."),
+    "study": ("study", "Write a new study, or check one; write the schema and the key table."),
+    "records": ("records", "Say what record files are, or why they are refused; add or fetch records."),
     "read": ("workflow", "Read one record of the table into motion.nc."),
     "rotate": ("workflow", "Intensity measures per azimuth of all records into intensity.nc."),
     "sweep": ("workflow", "Simulate every case of one record."),
@@ -68,8 +69,20 @@ app = typer.Typer(
 )
 
 
+def _version(wanted: bool) -> None:
+    if wanted:
+        from importlib import metadata
+
+        print(f"overturning {metadata.version('overturning')}")
+        raise typer.Exit
+
+
 @app.callback()
-def _root() -> None:
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Say which version this is.")
+    ] = False,
+) -> None:
     pass
 
 

@@ -46,6 +46,23 @@ def atomic_write(path: Path) -> Iterator[Path]:
             part.unlink()
 
 
+def shipped(path: Path) -> Path:
+    """A file of the project's, ``config/records.tsv`` or a scene: the one in the working folder, or else that of the package.
+
+    In a checkout the package is surrounded by its project; a wheel carries it inside.
+    """
+    if path.exists() or path.is_absolute():
+        return path
+    here = next((root / path for root in project_folders() if (root / path).exists()), None)
+    return path if here is None else here
+
+
+def project_folders() -> list[Path]:
+    """Where the project's files may be: in a wheel inside the package, in a checkout around it."""
+    package = Path(__file__).resolve().parent
+    return [package / "project", package.parents[1]]
+
+
 _LITTLE = 1_000_000  # bytes; a disk with less is full
 
 

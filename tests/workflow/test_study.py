@@ -167,8 +167,7 @@ def test_bad_record_is_named_and_leaves_nothing_half_written(tmp_path: Path) -> 
     assert done.returncode != 0
     assert "broken.csv" in done.stdout + done.stderr
     assert "Traceback" not in done.stdout + done.stderr
-    assert sorted(path.name for path in (checkout.results / "motion").iterdir()) == ["rinaldi.nc"]
-    assert not (checkout.results / "cube.nc").exists()
+    assert not checkout.results.exists(), "it is known before anything is computed"
 
 
 def test_missing_files_of_a_user_stop_the_run_at_once(tmp_path: Path) -> None:

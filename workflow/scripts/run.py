@@ -1,7 +1,7 @@
 """Run a study, also after an earlier run was killed: unlock the folder if no other run is alive, then go on.
 
 Snakemake leaves its lock behind when it is killed and refuses the next run; and its jobs may outlive it. What it says goes
-into a log, `results/run.log`; here stand one line of progress, errors in the words of the steps themselves, and what was made.
+into a log, `.snakemake/run.log`; here stand one line of progress, errors in the words of the steps themselves, and what was made.
 With VERBOSE=1 in the environment, and for requests that run nothing, Snakemake speaks for itself.
 """
 
@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from talk import failures, made, steps
 
 _PROGRAMS = ("snakemake", "overturning")
-_TALK = Path("results") / "run.log"
+_TALK = Path(".snakemake") / "run.log"
 _SPEAKS = {
     "-n",
     "--dry-run",

@@ -119,6 +119,7 @@ def _record(name: str, table: Path, folder: Path) -> "Record":
     import difflib
 
     from overturning.errors import ConfigError
+    from overturning.files import shipped
     from overturning.records.catalogue import read_catalogue
     from overturning.records.processing import process
     from overturning.records.read import read_path, read_record
@@ -126,9 +127,9 @@ def _record(name: str, table: Path, folder: Path) -> "Record":
 
     if Path(name).is_file():
         return rounded(process(read_path(Path(name)), None))
-    if Path(name).suffix or len(Path(name).parts) > 1:
+    if " " not in name and (Path(name).suffix or len(Path(name).parts) > 1):
         raise ConfigError(f"--record {name}: no such file; give a file, or the id of a record in {table}")
-    entries = read_catalogue(table)
+    entries = read_catalogue(shipped(table))
     if name not in entries:
         near = difflib.get_close_matches(name, entries, n=1)
         hint = f"did you mean {near[0]!r}?" if near else f"ids: {', '.join(list(entries)[:8])} …"

@@ -5,6 +5,8 @@ from typing import Annotated, get_args
 
 import typer
 
+from overturning.commands.add import add
+
 app = typer.Typer(rich_markup_mode=None, no_args_is_help=True, help="Check record files, or fetch them.")
 
 
@@ -59,6 +61,8 @@ def check(
     if read < len(findings):
         raise typer.Exit(1)
 
+
+app.command()(add)
 
 fetch = typer.Typer(rich_markup_mode=None, no_args_is_help=True, help="Fetch records into a folder, checked and whole.")
 app.add_typer(fetch, name="fetch")

@@ -13,7 +13,7 @@ from overturning.dem.contact import Contact
 from overturning.dem.element import ContactLaw, Element, Material, Model, Name, Positive
 from overturning.dem.polygon.geometry import WIDE, check_geometry, native_size
 from overturning.errors import ArgumentError, ConfigError
-from overturning.files import read_mapping
+from overturning.files import read_mapping, shipped
 from overturning.tables import said
 from overturning.units import GRANITE_DENSITY, STANDARD_GRAVITY
 
@@ -177,9 +177,10 @@ def load_scene(name: str | Path, root: Path = Path()) -> Scene:
     """
     path = root / name
     if path.suffix not in {".yaml", ".yml"}:
-        path = root / SCENES / f"{name}.yaml"
+        path = shipped(root / SCENES / f"{name}.yaml")
     if not path.is_file():
-        known = ", ".join(sorted(file.stem for file in (root / SCENES).glob("*.yaml"))) or "none"
+        folders = {root / SCENES, shipped(SCENES)}
+        known = ", ".join(sorted({file.stem for folder in folders for file in folder.glob("*.yaml")})) or "none"
         raise ConfigError(f"scene {name}: no file {path}; known: {known}")
     return check_scene(read_mapping(path, "scene", "see docs/scenes.md"), str(path))
 

@@ -9,7 +9,7 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from overturning.errors import ConfigError
-from overturning.files import read_mapping
+from overturning.files import read_mapping, shipped
 from overturning.records.catalogue import RecordEntry, read_catalogue
 from overturning.records.pulses import parse_pulse
 from overturning.study.config import Study
@@ -100,7 +100,7 @@ def entries_of(study: Study, where: str, root: Path = Path()) -> dict[str, Recor
     ConfigError
         If a record is not in the table; names the study's file as `where`.
     """
-    table = read_catalogue(root / study.records.table)
+    table = read_catalogue(shipped(root / study.records.table))
     for name, line in study.records.pulses.items():
         if name in table:
             raise ConfigError(

@@ -35,6 +35,7 @@ rule all:
     input:
         CUBES,
         REPORT,
+        EXPLORER,
         f"{RESULTS}/timing.csv",
     localrule: True
 
@@ -49,5 +50,5 @@ onerror:
 
 onsuccess:
     print(f"\nCube and report of the study {STUDY.name!r}:")
-    for made in filter(os.path.exists, (*CUBES, REPORT)):
+    for made in filter(os.path.exists, (*CUBES, REPORT, EXPLORER)):
         print(f"  {made}")

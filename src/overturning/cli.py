@@ -25,6 +25,7 @@ COMMANDS = {
     "figures": ("workflow", "Draw the figures of a study."),
     "verify-study": ("workflow", "Run a random part of a study again, with finer steps and with stiffer springs."),
     "report": ("workflow", "Write the report of a study."),
+    "explore": ("explore", "Write a page to look around in a cube: point at a cell, see what is known of it."),
     "survey": ("survey", "Compare a survey of fallen stones with the cube of its site."),
     "recheck": ("recheck", "Compute a random sample of a cube's cells again and compare bit for bit."),
     "one": ("one", "Simulate one block; print what it does, and make a film of it."),

@@ -44,13 +44,13 @@ def test_timing_has_a_row_per_record(finished: Checkout) -> None:
 @pytest.mark.parametrize(
     ("change", "again"),
     [
-        ("friction=[0.5]", {"sweep", "timing", "gather", "verification", "figures", "report", "all"}),
-        ("title=Other", {"gather", "verification", "timing", "figures", "report", "all"}),
+        ("friction=[0.5]", {"sweep", "timing", "gather", "verification", "figures", "explore", "report", "all"}),
+        ("title=Other", {"gather", "verification", "timing", "figures", "explore", "report", "all"}),
         (
             "processing=[{step: remove_mean}]",
-            {"read", "rotate", "sweep", "timing", "gather", "verification", "figures", "report", "all"},
+            {"read", "rotate", "sweep", "timing", "gather", "verification", "figures", "explore", "report", "all"},
         ),
-        ("verification=none", {"gather", "timing", "figures", "report", "all"}),
+        ("verification=none", {"gather", "timing", "figures", "explore", "report", "all"}),
         ("surveys=[{stones: config/stones.csv, record: rinaldi}]", {"survey", "report", "all"}),
         ("figures={dpi: 100}", {"figures", "report", "all"}),
     ],
@@ -75,7 +75,7 @@ def with_sources(tmp_path_factory: pytest.TempPathFactory, finished: Checkout) -
     ("module", "again"),
     [
         ("figures/rose.py", {"figures", "report", "all"}),
-        ("dem/block/queue.py", {"sweep", "timing", "gather", "verification", "figures", "report", "all"}),
+        ("dem/block/queue.py", {"sweep", "timing", "gather", "verification", "figures", "explore", "report", "all"}),
         ("report/html.py", {"report", "all"}),
     ],
 )

@@ -54,6 +54,7 @@ VARIANTS = ["nominal", *STUDY.variants]
 RESULTS = f"results/{STUDY.name}"
 LOGS = f"{RESULTS}/logs"
 REPORT = f"{RESULTS}/report.html"
+EXPLORER = f"{RESULTS}/explore.html"
 PAPER = f"{RESULTS}/report.pdf"
 MEMBERS = f"{RESULTS}/members.csv"
 CUBES = [

@@ -53,6 +53,8 @@ class _Page:
                 return "" if block.medium == "paper" else f"<p{kind}>{escape(block.text)}</p>"
             case blocks.Answer():
                 return f'<div class="answer">\n{_lines("p", block.sentences)}\n</div>'
+            case blocks.Link():
+                return f'<p><a href="{escape(block.file)}">{escape(block.text)}</a></p>'
             case blocks.Bullets():
                 return f"<ul>\n{_lines('li', block.lines)}\n</ul>"
             case blocks.Code():

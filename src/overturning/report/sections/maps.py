@@ -2,12 +2,15 @@
 
 import numpy as np
 
-from overturning.report.blocks import Block, Figure, Note, Section
+from overturning.report.blocks import Block, Figure, Link, Note, Section
 from overturning.report.results import RecordName, Results
 from overturning.statistics.direction import fall_axis
 
 MOST_MAPS = 4
 """Maps that stand at the beginning; those of further records stand with the records."""
+
+EXPLORER = "explore.html"
+"""Name of the page of `overturning explore`, beside the report."""
 
 _ABOUT = (
     "Angle: the azimuth towards which the block falls, north up, clockwise. Radius: slenderness B/H. {colour}The two halves of "
@@ -29,6 +32,7 @@ def maps(results: Results) -> Section:
     blocks += [polar_map(results, name) for name in chosen]
     colour = "Colour: the probability of that fall over the neighbourhood of each case. "
     blocks.append(Note(_ABOUT.format(colour=colour if "probability_towards" in results.cube else "")))
+    blocks.append(Link("Look around in all cases: point at a cell, see what is known of it", EXPLORER))
     return Section("Which way blocks fall", tuple(blocks), anchor="maps")
 
 

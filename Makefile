@@ -1,11 +1,11 @@
-# make setup | run | test | lint | peers | bench | verify | lock | clean
+# make setup | run | test | lint | docs | peers | bench | verify | lock | clean
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 CORES ?= 2
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: setup run test tests lint format peers bench verify lock clean help
+.PHONY: setup run test tests lint docs format peers bench verify lock clean help
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -39,6 +39,9 @@ lint: setup ## ruff, mypy, snakefmt, snakemake --lint
 	$(BIN)/snakemake --lint
 	$(BIN)/snakemake --lint --snakefile verification/Snakefile
 
+docs: setup ## build the documentation site into site/, links checked, without network
+	$(BIN)/mkdocs build --strict --quiet
+
 peers: setup ## install the other engines (group `peers`): for bench, verify and one live test
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "mujoco>=3.2" "pymunk>=6.9"
 
@@ -62,7 +65,7 @@ format: setup
 lock: setup ## resolve the hashed lock again
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check uv
 	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-annotate --no-header \
-	  --extra test --extra build pyproject.toml --output-file requirements.lock
+	  --extra test --extra build --extra docs pyproject.toml --output-file requirements.lock
 
 clean: ## remove results and the environment
-	rm -rf results .snakemake $(VENV)
+	rm -rf results site .snakemake $(VENV)

@@ -66,6 +66,8 @@ def simulate(
     b_over_h: ArrayLike | None = None,
     friction: ArrayLike = 1.0,
     scene: Scene | None = None,
+    density: float = GRANITE_DENSITY,
+    contact: Contact | None = None,
     **options: Any,
 ) -> "xr.Dataset":
     """Simulate every combination of azimuth, size, slenderness and friction under one motion, as a dataset.
@@ -113,8 +115,9 @@ def simulate(
     import xarray as xr
 
     arrays = simulate_arrays(
-        motion, azimuth_deg=azimuth_deg, height=height, b_over_h=b_over_h, friction=friction, scene=scene, **options
-    )
+        motion, azimuth_deg=azimuth_deg, height=height, b_over_h=b_over_h, friction=friction, scene=scene, density=density,
+        contact=contact, **options,
+    )  # fmt: skip
     named, height, b_over_h = scene_or_gravestone(scene, None, GRANITE_DENSITY, height, b_over_h)
     several = named.free if len(named.free) > 1 else ()
     grid = Grid.over(several, azimuth_deg=azimuth_deg, height=height, b_over_h=b_over_h, friction=friction)

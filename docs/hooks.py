@@ -68,10 +68,9 @@ def variables() -> str:
     from overturning.dem.variables import VARIABLES
     from overturning.study.ensemble import ENSEMBLE_VARIABLES
 
-    rows = ["| variable | type | unit | meaning |", "|---|---|---|---|"]
-    for one in (*VARIABLES, *ENSEMBLE_VARIABLES):
-        rows.append(f"| `{one.name}` | {one.dtype} | {one.units} | {one.long_name} |")
-    return "\n".join(rows)
+    every = (*VARIABLES, *ENSEMBLE_VARIABLES)
+    rows = (f"| `{one.name}` | {one.dtype} | {one.units} | {one.long_name} |" for one in every)
+    return "\n".join(["| variable | type | unit | meaning |", "|---|---|---|---|", *rows])
 
 
 TABLES = {"commands": commands, "keys": keys, "columns": columns, "variables": variables}

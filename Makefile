@@ -51,6 +51,7 @@ bench: peers ## how fast the kernel is, against scalar code and other engines; a
 	$(BIN)/python -m verification.default_step
 	$(BIN)/python -m verification.step_and_contact
 	$(BIN)/python -m verification.fine_steps
+	$(BIN)/python -m verification.rigid_limit
 	$(BIN)/python -m verification.scene_speed
 
 verify: setup ## error against run time, map of stability; puts the figures into the docs

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from overturning.dem.cases import Cases
-from overturning.dem.contact import Contact
+from overturning.dem.contact import STATIC_PENETRATION, Contact
 from overturning.dem.run import run_cases
 from overturning.dem.trajectory import trajectory
 from overturning.motion.motion import Motion
@@ -112,7 +112,7 @@ def test_energy_in_free_rocking_never_rises(b_over_h: float) -> None:
         fine, azimuth_deg=0, height=height, b_over_h=b_over_h, friction=10.0, initial_tilt=tilt, leave_out=False
     )
     inertia = height**2 * (1.0 + b_over_h**2) / 12.0
-    stiffness = STANDARD_GRAVITY / (2.0 * 2e-5 * b_over_h * height)
+    stiffness = STANDARD_GRAVITY / (2.0 * STATIC_PENETRATION * b_over_h * height)
     sunk = np.maximum(depths(path), 0.0)
     energy = (
         0.5

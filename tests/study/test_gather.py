@@ -153,6 +153,16 @@ def test_missing_outcomes_are_missing_and_never_a_flag(
         assert cube["status"][0, 2, 0, 1, 1] == Status.UNDECIDED
 
 
+def test_flags_of_records_say_what_their_values_mean(
+    study: Study, records: list[Record], parts: Callable[..., list[Path]], tmp_path: Path
+) -> None:
+    gather(study, records, parts(), tmp_path / "cube.nc")
+    with open_cube(tmp_path / "cube.nc") as cube:
+        for name, meanings in (("pulse", "no_pulse pulse"), ("vertical", "horizontal_only with_vertical")):
+            assert cube[name].attrs["flag_values"].tolist() == [0, 1]
+            assert cube[name].attrs["flag_meanings"] == meanings
+
+
 def test_cube_passes_the_checker_of_the_convention_it_claims(
     study: Study, records: list[Record], parts: Callable[..., list[Path]], tmp_path: Path
 ) -> None:

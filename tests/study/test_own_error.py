@@ -147,8 +147,8 @@ def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threa
 
     stiff = {"contact": Contact(static_penetration=STATIC_PENETRATION / 4)}
     np.testing.assert_array_equal(whole(refinement=8), 8 * whole())
-    # Rounded up to five binary digits.
-    np.testing.assert_allclose(whole(**stiff) / whole(), 2.0, rtol=0.07)
+    # Whole steps follow the motion, whatever the contact.
+    np.testing.assert_array_equal(whole(**stiff), whole())
     assert found["finer"]["block_steps"] == steps(refinement=8)
     assert found["stiffer"]["block_steps"] == steps(**stiff)
     opposite = np.where(done.sample.overturned == 0, 1, 0).astype(np.int8)
@@ -175,7 +175,7 @@ def test_repetition_of_a_small_study_costs_no_more_than_the_study(step: int, lea
     assert spent <= done.block_steps
     assert least <= found["chosen"] < found["wanted"]
     assert found["chosen"] < 4 or spent > 0.5 * done.block_steps, "the allowance is made use of"
-    (text,) = paragraphs(reported(settings, found, tmp_path))
+    *_, text = paragraphs(reported(settings, found, tmp_path))  # after a warning where so few cases show a change
     assert "more block steps than the study itself" in text
     assert str(found["chosen"] or "No case") in text
 
@@ -245,7 +245,8 @@ def test_scene_repetitions_are_finer_and_stiffer(row_of_two: dict[str, object]) 
         for name, again in repetitions(settings).items()
     }
     assert steps["finer"] == pytest.approx(8, rel=0.1)
-    assert steps["stiffer"] == pytest.approx(2, rel=0.15)
+    # Whole steps follow the motion; the contact halves only the finest ones.
+    assert 1.0 < steps["stiffer"] < 1.2
     soft, stiff = prepare(settings.scene).laws, prepare(stiffer_scene(settings.scene)).laws
     np.testing.assert_allclose(stiff.normal, 4 * soft.normal)
     np.testing.assert_allclose(stiff.dashpot, 2 * soft.dashpot, err_msg="the damping ratio stays")

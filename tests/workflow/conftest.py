@@ -72,7 +72,7 @@ class Checkout:
 
 @pytest.fixture(scope="session")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Checkout:
-    """A study computed on one core. Tests must not change it."""
-    checkout = Checkout(tmp_path_factory.mktemp("one") / "checkout")
-    checkout.run(cores=1)
+    """A study computed on two cores, from start to end. Tests must not change it."""
+    checkout = Checkout(tmp_path_factory.mktemp("finished") / "checkout")
+    checkout.run(cores=2)
     return checkout

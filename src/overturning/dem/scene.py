@@ -9,7 +9,7 @@ from typing import Any, Final, Self
 
 from pydantic import Field, ValidationError, model_validator
 
-from overturning.dem.contact import Contact
+from overturning.dem.contact import SCENE_STATIC_PENETRATION, STATIC_PENETRATION, Contact
 from overturning.dem.element import ContactLaw, Element, Material, Model, Name, Positive
 from overturning.dem.polygon.geometry import WIDE, check_geometry, native_size
 from overturning.errors import ArgumentError, ConfigError
@@ -115,8 +115,16 @@ class Scene(Model):
 
     def law(self, one: Element, other: Element) -> ContactLaw:
         """The contact law of two elements."""
-        given = (law for law in self.contacts if set(law.between) == {one.material, other.material})
-        return next(given, ContactLaw(between=(one.material, other.material)))
+        return self.law_between(one.material, other.material)
+
+    def law_between(self, one: Name, other: Name) -> ContactLaw:
+        """The contact law of two materials, its static penetration that of the scene where the file gives none."""
+        laws = (law for law in self.contacts if set(law.between) == {one, other})
+        law = next(laws, ContactLaw(between=(one, other)))
+        if law.static_penetration is not None:
+            return law
+        penetration = STATIC_PENETRATION if self.single_block else SCENE_STATIC_PENETRATION
+        return law.model_copy(update={"static_penetration": penetration})
 
 
 @lru_cache(maxsize=64)

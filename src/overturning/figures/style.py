@@ -73,14 +73,31 @@ def save(figure: "Figure", *paths: Path, dpi: float = DPI) -> None:
     """
     import matplotlib.pyplot as plt
 
+    _lay_out_once(figure)
     for path in paths:
         kind = path.suffix.removeprefix(".")
         with atomic_write(path) as part:
             figure.savefig(part, format=kind, metadata=_METADATA[kind], dpi=dpi)
             if kind == "svg":
                 part.write_text(compact(part.read_text(encoding="utf-8")), encoding="utf-8")
-        figure.set_layout_engine("none")  # laid out once: the other files show the same
     plt.close(figure)
+
+
+def _lay_out_once(figure: "Figure") -> None:
+    """Spare the drawing that Matplotlib makes, and throws away, only for the layout that comes with it."""
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    draw, waiting = figure.draw, [True]
+
+    def draw_or_lay_out(renderer: Any) -> None:
+        engine = figure.get_layout_engine()
+        if not isinstance(engine, ConstrainedLayoutEngine):  # no longer where the picture itself is drawn
+            draw(renderer)
+        elif waiting:  # once for all files of a figure
+            waiting.clear()
+            engine.execute(figure)
+
+    figure.draw = draw_or_lay_out  # type: ignore[method-assign]
 
 
 def short(value: float) -> str:

@@ -27,8 +27,8 @@ KINDS: Final = ("finer", "stiffer")
 PILOT: Final = 16
 """Cases that tell what a case costs before more are run."""
 
-FINER_OVER_STIFFER: Final = 4.4
-"""Block steps of the first repetition over those of the second: 8 over √4, and a tenth for the rounding of steps."""
+FINER_OVER_STIFFER: Final = 9.0
+"""Block steps of the first repetition over those of the second, at most: 8 over 1, and what is done once more."""
 
 
 def is_verified(study: Study) -> bool:

@@ -35,7 +35,7 @@ def case_panels(blocks: xr.Dataset | xr.DataArray, *, more_width: float = 0.0) -
     apart = ConstrainedLayoutEngine(h_pad=0.11)  # the letters below a panel stay clear of the title of the next
     side = PANEL[columns]
     figure, panels = grid(
-        rows, columns, side * columns + more_width, (side + 0.35) * rows + 1.05, polar=True, layout=apart
+        rows, columns, side * columns + more_width, (side + 0.2) * rows + 0.8, polar=True, layout=apart
     )
     for axes in panels.flat[blocks["height"].size * blocks["friction"].size :]:
         axes.set_visible(False)

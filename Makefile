@@ -35,7 +35,7 @@ lint: setup ## ruff, mypy, snakefmt, snakemake --lint
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/snakefmt --check Snakefile workflow verification
+	$(BIN)/snakefmt --check workflow verification
 	$(BIN)/snakemake --lint
 	$(BIN)/snakemake --lint --snakefile verification/Snakefile
 
@@ -61,7 +61,7 @@ verify: setup ## error against run time, map of stability; puts the figures into
 format: setup
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
-	$(BIN)/snakefmt Snakefile workflow verification
+	$(BIN)/snakefmt workflow verification
 
 lock: setup ## resolve the hashed lock again
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check uv

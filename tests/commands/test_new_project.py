@@ -49,7 +49,12 @@ def test_the_wheel_is_whole(wheel: Path, tmp_path: Path) -> None:
     assert "falls towards S32°W" in done.stdout
     assert (tmp_path / "fall.html").stat().st_size > 10_000
     project = wheel / "overturning" / "project"
-    for part in ("Snakefile", "config/records.tsv", "config/scenes/three-tier.yaml", "workflow/scripts/run.py"):
+    for part in (
+        "workflow/Snakefile",
+        "config/records.tsv",
+        "config/scenes/three-tier.yaml",
+        "workflow/scripts/run.py",
+    ):
         assert (project / part).read_bytes() == (ROOT / part).read_bytes(), part
     assert not list(project.rglob("__pycache__"))
 

@@ -54,6 +54,7 @@ VARIANTS = ["nominal", *STUDY.variants]
 RESULTS = f"results/{STUDY.name}"
 LOGS = f"{RESULTS}/logs"
 REPORT = f"{RESULTS}/report.html"
+FIGURES = f"{RESULTS}/figures"
 EXPLORER = f"{RESULTS}/explore.html"
 PAPER = f"{RESULTS}/report.pdf"
 MEMBERS = f"{RESULTS}/members.csv"
@@ -102,3 +103,10 @@ def parts_of_cube(wildcards):
 def survey_of(wildcards):
     """Settings of a survey by its number."""
     return STUDY.surveys[int(wildcards.number) - 1]
+
+
+def drawn(name, **wildcards):
+    """Files of a figure, one per format, the one that the report shows first."""
+    return expand(
+        f"{FIGURES}/{name}.{{format}}", format=STUDY.figures.formats, **wildcards
+    )

@@ -1,14 +1,5 @@
 # Cube and intensities to figures, one job.
 
-FIGURES = f"{RESULTS}/figures"
-
-
-def drawn(name, **wildcards):
-    """Files of a figure, one per format, the one that the report shows first."""
-    return expand(
-        f"{FIGURES}/{name}.{{format}}", format=STUDY.figures.formats, **wildcards
-    )
-
 
 rule figures:
     input:
@@ -52,7 +43,7 @@ rule figures:
     resources:
         mem_mb=1000,
     params:
-        folder=FIGURES,
+        folder=lambda wildcards, output: Path(output.telling).parent,
         study=settings("figures"),
         motions=lambda wildcards, input: Path(input.motions[0]).parent,
         sources=sources("workflow:figures"),

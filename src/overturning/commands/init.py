@@ -7,7 +7,7 @@ import typer
 
 app = typer.Typer(rich_markup_mode=None)
 
-PARTS = ("Snakefile", "workflow", "config/records.tsv", "config/scenes", "config/schema.json", "config/README.md")
+PARTS = ("workflow", "config/records.tsv", "config/scenes", "config/schema.json", "config/README.md")
 
 
 @app.command()
@@ -21,7 +21,7 @@ def init(folder: Annotated[Path, typer.Argument(help="folder to make")]) -> None
 
     if folder.exists() and any(folder.iterdir() if folder.is_dir() else [folder]):
         raise ArgumentError(f"{folder}: is there already and not empty; name a folder to make")
-    project = next(root for root in project_folders() if (root / PARTS[0]).is_file())
+    project = next(root for root in project_folders() if (root / PARTS[0] / "Snakefile").is_file())
     for part in PARTS:
         source, target = project / part, folder / part
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -29,8 +29,6 @@ def init(folder: Annotated[Path, typer.Argument(help="folder to make")]) -> None
             shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__"))
         else:
             shutil.copyfile(source, target)
-    # Snakemake takes the profile of this name by itself.
-    shutil.copytree(project / "workflow" / "profiles" / "default", folder / "profiles" / "default")
     (folder / "resources" / "records").mkdir(parents=True)
     with atomic_write(folder / "config" / "near-fault.yaml") as text:
         text.write_text(study_template("near-fault", ["rinaldi", "petrolia"]), encoding="utf-8")

@@ -47,7 +47,7 @@ def one(
         ),
     ] = None,
     response: Annotated[
-        Path | None, typer.Option(help="figure of rotation, slip and uplift against time: .svg or .png")
+        Path | None, typer.Option(help="figure of rotation, slip and uplift against time: .svg, .png or .pdf")
     ] = None,
     azimuths: declared.Azimuths = "",
     columns: declared.Columns = "",
@@ -62,14 +62,23 @@ def one(
     """Simulate one block or scene, print what it does, and make a film or a figure of it."""
     from overturning.dem.polygon.geometry import native_size
     from overturning.dem.trajectory import trajectory
-    from overturning.figures.film_movie import write_film_movie
+    from overturning.errors import ArgumentError
+    from overturning.figures.film_movie import check_movie, write_film_movie
     from overturning.figures.film_of_trajectory import film_of
     from overturning.figures.film_page import write_film_page
     from overturning.figures.response import response_figure
     from overturning.figures.style import save, style
+    from overturning.files import check_output
     from overturning.motion.motion import Motion
 
-    _check_kinds((animate, {".html", ".gif", ".mp4"}), (response, {".svg", ".png"}))
+    outputs = (("--animate", animate, {".html", ".gif", ".mp4"}), ("--response", response, {".svg", ".png", ".pdf"}))
+    for option, file, kinds in outputs:
+        if file is None:
+            continue
+        if file.suffix.lower() not in kinds:
+            raise ArgumentError(f"{file.name}: unknown kind of file; end it in {', '.join(sorted(kinds))}")
+        check_output(file, option)
+        check_movie(file)
     given = declared.declared(azimuths, columns, form, interval, processed, sensor, trust_data, unit, vertical_sense)
     shaking = _record(record, table, folder, given)
     motion = Motion.of(shaking if vertical else replace(shaking, up=None))
@@ -133,6 +142,7 @@ def _record(name: str, table: Path, folder: Path, given: dict[str, Any]) -> "Rec
     import difflib
 
     from overturning.errors import ArgumentError, ConfigError
+    from overturning.files import shipped
     from overturning.records.catalogue import read_catalogue
     from overturning.records.processing import process
     from overturning.records.pulses import SHAPES, parse_pulse, pulse_record
@@ -147,7 +157,9 @@ def _record(name: str, table: Path, folder: Path, given: dict[str, Any]) -> "Rec
         )
     if name.split()[:1] and name.split()[0] in SHAPES:
         return rounded(pulse_record(parse_pulse(name)))
-    entries = read_catalogue(table)
+    if " " not in name and (Path(name).suffix or len(Path(name).parts) > 1):
+        raise ConfigError(f"--record {name}: no such file; give a file, or the id of a record in {table}")
+    entries = read_catalogue(shipped(table))
     if name not in entries:
         near = difflib.get_close_matches(name, entries, n=1)
         hint = f"did you mean {near[0]!r}?" if near else f"ids: {', '.join(list(entries)[:8])} …"
@@ -156,7 +168,8 @@ def _record(name: str, table: Path, folder: Path, given: dict[str, Any]) -> "Rec
 
 
 def _print_outcomes(paths: "list[xr.Dataset]", stones: "Scene") -> None:
-    from overturning.figures.film_of_trajectory import compass_name, outcome
+    from overturning.figures.film_of_trajectory import outcome
+    from overturning.figures.style import compass_name
 
     for path in paths:
         text, shown = outcome(path), path.sel(element=stones.shown_name)

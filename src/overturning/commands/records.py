@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 from overturning.commands import declared
+from overturning.commands.add import add
 
 app = typer.Typer(rich_markup_mode=None, no_args_is_help=True, help="Check record files, or fetch them.")
 
@@ -102,6 +103,8 @@ def plot(
     if refused:
         raise typer.Exit(1)
 
+
+app.command()(add)
 
 fetch = typer.Typer(rich_markup_mode=None, no_args_is_help=True, help="Fetch records into a folder, checked and whole.")
 app.add_typer(fetch, name="fetch")

@@ -30,6 +30,14 @@ class Answer:
 
 
 @dataclass(frozen=True)
+class Link:
+    """A link from the page to a file that lies beside it; on paper its text and the file's name."""
+
+    text: str
+    file: str
+
+
+@dataclass(frozen=True)
 class Bullets:
     """A list."""
 
@@ -124,7 +132,7 @@ class Section:
     together: bool = False
 
 
-Block = Paragraph | Answer | Bullets | Code | Figure | Table | Film | Row | Disclosure | Section
+Block = Paragraph | Answer | Link | Bullets | Code | Figure | Table | Film | Row | Disclosure | Section
 
 
 @dataclass(frozen=True)

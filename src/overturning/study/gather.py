@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from overturning.dem.grid import DIMENSIONS, Grid
 from overturning.dem.variables import INT8_MISSING, Variable
 from overturning.errors import ResultError
-from overturning.files import atomic_write
+from overturning.files import atomic_write, without_folders
 from overturning.records.catalogue import METADATA
 from overturning.records.record import Record
 from overturning.records.summary import account
@@ -149,15 +149,10 @@ def portable(study: Study) -> dict[str, Any]:
     """The filled-in study without folders of the machine it ran on: absolute paths keep their last part only."""
     data = study.model_dump(mode="json")
     for key in ("table", "folder"):
-        data["records"][key] = _without_folders(data["records"][key])
+        data["records"][key] = without_folders(data["records"][key])
     for survey in data["surveys"]:
-        survey["stones"] = _without_folders(survey["stones"])
+        survey["stones"] = without_folders(survey["stones"])
     return data
-
-
-def _without_folders(name: str) -> str:
-    path = Path(name)
-    return path.name if path.is_absolute() else path.as_posix()
 
 
 def _attributes(study: Study, records: Sequence[Record], variant: str) -> dict[str, str]:

@@ -9,6 +9,7 @@ import xarray as xr
 from overturning.records.summary import summary
 from overturning.report.blocks import Block, Figure, Note, Row, Section, Table
 from overturning.report.results import Results
+from overturning.report.sections.maps import polar_map, records_first
 from overturning.report.text import degrees, number, percent
 from overturning.statistics.boundary import boundary, easiest_azimuth
 from overturning.statistics.circular import wrap_axis
@@ -16,6 +17,9 @@ from overturning.statistics.direction import fall_axis, fall_direction
 from overturning.statistics.falls import overturns
 from overturning.study.cube import processing_of
 from overturning.units import CM, GAL
+
+LEAST_RESULTANT = 0.05
+"""Resultant below which falls go every way alike and a mean direction or axis would be chance."""
 
 
 def records(results: Results) -> Section:
@@ -40,11 +44,13 @@ def records(results: Results) -> Section:
 def record_by_record(results: Results) -> Section:
     """The figures of each record."""
     sections = []
+    first = records_first(results)
     for name in results.names:
-        polar = Figure(results.figures / "polar" / f"{name.id}.png", "where blocks fall, by azimuth and B/H")
-        peaks = Figure(results.figures / "intensity" / f"{name.id}.png", "peak acceleration and velocity by azimuth")
-        pair = Row((polar, peaks), shares=(1.25, 1.0))
-        sections.append(Section(name.heading, (pair,), anchor=name.id, together=True))
+        peaks = Figure(
+            results.figures / "intensity" / f"{name.id}.svg", "peak acceleration and velocity by azimuth", width=0.7
+        )
+        shown = (peaks,) if name in first else (polar_map(results, name), peaks)
+        sections.append(Section(name.heading, shown, anchor=name.id, together=True))
     beside = Note(
         f"Beside the report, {results.figures.name}/history/ has a page of each record (record.svg): time histories before and "
         "after processing, Fourier amplitudes, signal-to-noise ratio, Husid plot, and what was taken away."
@@ -107,7 +113,7 @@ def _directions(results: Results) -> Section:
     rows = tuple((name.id, *cells) for name, cells in named)
     note = Note(
         "Over all cases of a record, each plane once. A direction has a head (towards 60°), an axis has none (60° and 240° "
-        "are the same); a resultant of 1 means all falls alike, of 0 falls to every side alike. Easiest axis: along it the "
+        "are the same); a resultant of 1 means all falls alike, of 0 falls to every side alike, so no mean is given below 0.05. Easiest axis: along it the "
         "lowest block at the highest friction overturns up to the largest B/H; easier by: that B/H over the one of the "
         "hardest azimuth."
     )
@@ -130,7 +136,8 @@ def record_directions(cube: xr.Dataset) -> list[tuple[str, ...]]:
 
     Mean fall direction and its resultant, mean fall axis and its resultant, over all cases; azimuth of easiest overturning
     of the lowest block at the highest friction, its angle from the fault normal, and the largest B/H along it over that
-    along the hardest azimuth. Dashes where nothing falls.
+    along the hardest azimuth. Dashes where nothing falls, and for a mean whose
+    resultant is below `LEAST_RESULTANT`.
     """
     over = ("height", "b_over_h", "friction")
     direction, axis = fall_direction(cube, over=over).compute(), fall_axis(cube, over=over).compute()
@@ -141,11 +148,13 @@ def record_directions(cube: xr.Dataset) -> list[tuple[str, ...]]:
         best, ratio = float(easiest["easiest_axis"][index]), float(easiest["ratio"][index])
         bound = "" if math.isnan(ratio) or bool(easiest["bounded"][index]) else "≥ "
         apart = abs(float(wrap_axis(best - normal))) if np.isfinite(normal) else math.nan
+        head, length = (float(direction[name][index]) for name in ("mean_direction", "direction_resultant"))
+        line, strength = (float(axis[name][index]) for name in ("mean_axis", "axis_resultant"))
         cells = (
-            degrees(float(direction["mean_direction"][index]), 360),
-            number(float(direction["direction_resultant"][index])),
-            degrees(float(axis["mean_axis"][index]), 180),
-            number(float(axis["axis_resultant"][index])),
+            degrees(head if length >= LEAST_RESULTANT else math.nan, 360),
+            number(length),
+            degrees(line if strength >= LEAST_RESULTANT else math.nan, 180),
+            number(strength),
             *(degrees(best, 180), degrees(apart), bound + number(ratio)),
         )
         rows.append(cells)

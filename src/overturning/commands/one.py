@@ -111,15 +111,6 @@ def one(
         print(f"figure: {response}")
 
 
-def _check_kinds(*files: tuple[Path | None, set[str]]) -> None:
-    """Refuse files to write, where there are any, whose names do not end in one of their kinds."""
-    from overturning.errors import ArgumentError
-
-    for file, kinds in files:
-        if file is not None and file.suffix.lower() not in kinds:
-            raise ArgumentError(f"{file.name}: unknown kind of file; end it in {', '.join(sorted(kinds))}")
-
-
 def _scene(
     name: str | None, density: float | None, stiffness: float | None, damping_ratio: float | None, damping: float | None
 ) -> "Scene":

@@ -114,10 +114,10 @@ def axis_figure(path: "xr.Dataset", motion: Motion, title: str) -> Figure:
     )
     labels(axes, "east", "north")
     velocity = integrate(float(path.attrs["amplitude"]) * motion.horizontal, motion.sampling_interval)
-    for panel, values, name in (
-        (panels[0, 1], velocity, "velocity of the ground, cm/s"),
-        (panels[0, 2], integrate(velocity, motion.sampling_interval), "displacement of the ground, cm"),
+    for panel, values, name, unit in (
+        (panels[0, 1], velocity, "velocity of the ground", "cm/s"),
+        (panels[0, 2], integrate(velocity, motion.sampling_interval), "displacement of the ground", "cm"),
     ):
-        draw_hodograph(panel, values[0] / CM, values[1] / CM, name, float("nan"))
+        draw_hodograph(panel, values[0] / CM, values[1] / CM, name, unit, float("nan"))
     caption(figure, title, axes, 4)
     return figure

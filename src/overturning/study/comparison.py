@@ -32,6 +32,22 @@ class Counts:
         return Counts(**{name: getattr(self, name) + getattr(other, name) for name in names})
 
 
+def apart(first: NDArray[Any], second: NDArray[Any], both: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which of the cases that fall in both answers go `ASIDE` or more apart, by their azimuths in degrees."""
+    turn = np.where(both, first, 0.0) - np.where(both, second, 0.0)
+    return np.asarray(np.abs((turn + 180.0) % 360.0 - 180.0) >= ASIDE)
+
+
+def differ(
+    first: NDArray[np.int8], second: NDArray[np.int8], azimuths: tuple[NDArray[Any], NDArray[Any]] | None = None
+) -> NDArray[np.bool_]:
+    """Which cases have another answer, by arrays of `overturned`, shape (n, elements), and in space of azimuths, (n,)."""
+    other = (first != second).any(axis=1)
+    if azimuths is not None:
+        other |= apart(*azimuths, (first == 1).all(axis=1) & (second == 1).all(axis=1))
+    return np.asarray(other)
+
+
 def compare(
     first: NDArray[np.int8], second: NDArray[np.int8], azimuths: tuple[NDArray[Any], NDArray[Any]] | None = None
 ) -> Counts:
@@ -42,10 +58,7 @@ def compare(
     known = (first != INT8_MISSING) & (second != INT8_MISSING)
     fell, fell_too = first != 0, second != 0
     both = known & fell & fell_too
-    other = first != second
-    if azimuths is not None:
-        apart = np.subtract(*(np.where(both, values, 0.0) for values in azimuths))
-        other = np.abs((apart + 180.0) % 360.0 - 180.0) >= ASIDE
+    other = first != second if azimuths is None else apart(*azimuths, both)
     return Counts(
         cases=int(known.sum()),
         flags=int((known & (fell != fell_too)).sum()),

@@ -14,13 +14,18 @@ from overturning.arrays import FloatArray
 from overturning.dem.cases import Cases
 from overturning.dem.grid import Axes, opposite_azimuths
 from overturning.dem.numerics import Progress
-from overturning.dem.results import Results
 from overturning.dem.variables import INT8_MISSING, Variable
 from overturning.motion.motion import Motion
 from overturning.study.members import Members
 
 REACH = 2
 """Cells on either side of a change of flag along B/H that `where: boundary` runs."""
+
+BATCH: Final = 8
+"""Members that are run together, half of them of each scramble; between batches it is asked whether the cell is settled."""
+
+NORMAL_QUANTILE: Final = 1.96
+"""Of the 95 % interval."""
 
 MOST_GROUND_VALUES = 20_000_000
 """Samples of rotated motion held at a time (160 MB)."""
@@ -64,8 +69,8 @@ class Kind(NamedTuple):
     """the nominal variable that marks cells for which others answer;"""
     cases: Callable[[Any, NDArray[np.int64], Members], Any]
     """every member of some cells of a grid, the members of a cell together;"""
-    tally: Callable[[Arrays, NDArray[np.int64], Any, Members], None]
-    """puts the results of these cells into the variables;"""
+    tally: Callable[[Arrays, NDArray[np.int64], NDArray[np.int8], FloatArray, Members], None]
+    """puts flags and, in space, fall azimuths of these cells' members into the variables;"""
     copy: Callable[[Any, Arrays, NDArray[Any]], None]
     """fills the marked cells of a grid from those that answer for them."""
 
@@ -101,6 +106,44 @@ def cells_to_run(overturned: NDArray[np.int8], everywhere: bool, dimensions: int
     return chosen
 
 
+def half_width(count: FloatArray, of: FloatArray) -> FloatArray:
+    """Half width of the 95 % interval of a probability (Wilson 1927, Journal of the American Statistical Association 22).
+
+    Parameters
+    ----------
+    count, of : ndarray
+        Members that fall to one side, of so many with an outcome.
+
+    Returns
+    -------
+    ndarray
+        ½ where no member has an outcome.
+    """
+    square = NORMAL_QUANTILE**2
+    share = count / np.maximum(of, 1)
+    return np.asarray(NORMAL_QUANTILE * np.sqrt(count * (1 - share) + square / 4) / (of + square))
+
+
+def settled(flags: NDArray[np.int8], widest: float) -> NDArray[np.bool_]:
+    """Which cells need no further members: both probabilities of every element are known to within ±`widest`.
+
+    Parameters
+    ----------
+    flags : ndarray, shape (cells, members) or (cells, members, elements)
+        Outcomes so far; members without an outcome, or not run yet, are missing.
+    widest : float
+        Largest half width of the 95 % interval (`half_width`).
+
+    Returns
+    -------
+    ndarray of bool, shape (cells,)
+        A function of each cell's own flags.
+    """
+    known = (flags != INT8_MISSING).sum(axis=1).astype(np.float64)
+    narrow = [half_width((flags == side).sum(axis=1).astype(np.float64), known) <= widest for side in (1, -1)]
+    return np.asarray(np.logical_and(*narrow).reshape(len(flags), -1).all(axis=1))
+
+
 def run_ensemble(
     motion: Motion,
     grid: Axes,
@@ -109,6 +152,7 @@ def run_ensemble(
     run: Runner,
     *,
     everywhere: bool,
+    widest: float = 0.0,
     progress: Progress | None = None,
     kind: Kind | None = None,
 ) -> tuple[Arrays, int]:
@@ -129,6 +173,8 @@ def run_ensemble(
         Runs the members' cases.
     everywhere : bool
         Run all cells, not only those near a change of flag.
+    widest : float
+        A cell gets no further members once it is `settled` to within this; 0 runs all members of every cell.
     progress : callable, optional
         Called now and then with the work done and the whole work.
     kind : Kind, optional
@@ -152,7 +198,7 @@ def run_ensemble(
         for variable in kind.variables
     }
     directions = np.flatnonzero(chosen.any(axis=tuple(range(1, chosen.ndim))))
-    group = max(1, MOST_GROUND_VALUES // max(1, members.size * motion.samples))
+    group = max(1, MOST_GROUND_VALUES // max(1, min(BATCH, members.size) * motion.samples))
     work, done = max(1, int(chosen.sum())), 0
     block_steps = 0
     for start in range(0, directions.size, group):
@@ -160,14 +206,16 @@ def run_ensemble(
         some[directions[start : start + group]] = True
         cells = np.argwhere(chosen & some)
 
-        def step(part: int, whole: int, before: int = done, count: int = len(cells)) -> None:
+        def step(share: float, before: int = done, count: int = len(cells)) -> None:
             if progress:
-                progress(int(1000 * (before + count * part / max(whole, 1))), 1000 * work)
+                progress(int(1000 * (before + count * share)), 1000 * work)
 
-        results = run(kind.cases(grid, cells, members), step if progress else None)
-        kind.tally(arrays, cells, results, members)
+        flags = np.full((len(cells), members.size, *overturned.shape[len(grid.shape) :]), INT8_MISSING)
+        azimuth = np.full((len(cells), members.size), np.nan)
+        told = step if progress else None
+        block_steps += _run_batches(kind, grid, cells, members, run, flags, azimuth, widest, told)
+        kind.tally(arrays, cells, flags, azimuth, members)
         done += len(cells)
-        block_steps += int(results.block_steps.sum())
     kind.copy(grid, arrays, marked)
     return arrays, block_steps
 
@@ -198,9 +246,49 @@ def _copy(grid: Any, arrays: Arrays, mirrored: NDArray[Any]) -> None:
         arrays[name][behind] = values
 
 
-def _tally(arrays: Arrays, cells: NDArray[np.int64], results: Results, members: Members) -> None:
+def _run_batches(
+    kind: Kind,
+    grid: Axes,
+    cells: NDArray[np.int64],
+    members: Members,
+    run: Runner,
+    flags: NDArray[np.int8],
+    azimuth: FloatArray,
+    widest: float,
+    step: Callable[[float], None] | None,
+) -> int:
+    """Fill in flags and, in space, fall azimuths of some cells, batch by batch, each of all cells that are not settled; return the block steps."""
+    batches, block_steps = members.batches(BATCH), 0
+    unsettled = np.arange(len(cells))
+    for index, batch in enumerate(batches):
+
+        def part_of_batch(part: int, whole: int, before: int = index) -> None:
+            if step:
+                step((before + part / max(whole, 1)) / len(batches))
+
+        cases = kind.cases(grid, cells[unsettled], members.some(batch))
+        results = run(cases, part_of_batch if step else None)
+        block_steps += int(results.block_steps.sum())
+        new = results.overturned.reshape(unsettled.size, batch.size, *flags.shape[2:])
+        flags[unsettled[:, None], batch] = new
+        if (towards := getattr(results, "fall_azimuth", None)) is not None:
+            azimuth[unsettled[:, None], batch] = towards.reshape(unsettled.size, batch.size)
+        unsettled = unsettled[~settled(flags[unsettled], widest)]
+        if unsettled.size == 0:
+            break
+    if step:
+        step(1.0)
+    return block_steps
+
+
+def _tally(
+    arrays: Arrays,
+    cells: NDArray[np.int64],
+    flags: NDArray[np.int8],
+    azimuth: FloatArray,  # noqa: ARG001, a plane has none
+    members: Members,
+) -> None:
     where = tuple(cells.T)
-    flags = results.overturned.reshape(len(cells), members.size, *arrays["probability_towards"].shape[4:])
     known = flags != INT8_MISSING
     counted = known.sum(axis=1)
     arrays["members"][where] = counted if counted.ndim == 1 else counted.min(axis=1)

@@ -91,8 +91,8 @@ def _again(
     arrays = simulate_variant(study, variant, motion, few, numerics_of(study))
     if with_ensemble:
         run, kind = member_runner(study, variant, motion, numerics_of(study)), kind_of(study)
-        members = draw_members(study.ensemble)
-        arrays |= run_ensemble(motion, few, arrays, members, run, everywhere=True, kind=kind)[0]
+        members, widest = draw_members(study.ensemble), study.ensemble.half_width
+        arrays |= run_ensemble(motion, few, arrays, members, run, everywhere=True, widest=widest, kind=kind)[0]
     cell = (-1, *(0,) * (len(place) - 1))
     return {name: values[cell] for name, values in arrays.items() if name != "block_steps"}
 

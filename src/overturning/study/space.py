@@ -6,6 +6,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.dem.numerics import Numerics
 from overturning.dem.solid.cases import SpaceCases
 from overturning.dem.solid.contact import STATIC_PENETRATION, VertexContact
@@ -135,11 +136,12 @@ def _cases(grid: SpaceGrid, cells: NDArray[np.int64], members: Members) -> Space
     )
 
 
-def _tally(arrays: Arrays, cells: NDArray[np.int64], results: SpaceResults, members: Members) -> None:
-    where, shape = tuple(cells.T), (len(cells), members.size)
-    flags = results.overturned.reshape(shape)
+def _tally(
+    arrays: Arrays, cells: NDArray[np.int64], flags: NDArray[np.int8], towards: FloatArray, members: Members
+) -> None:
+    where = tuple(cells.T)
     known, fell = flags != INT8_MISSING, flags == 1
-    azimuth = np.radians(results.fall_azimuth.reshape(shape).astype(np.float64) - members.azimuth_deg)
+    azimuth = np.radians(towards - members.azimuth_deg)
     arrays["members"][where] = known.sum(axis=1)
 
     def mean(values: Any, chosen: Any = True) -> Any:

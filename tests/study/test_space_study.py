@@ -214,7 +214,7 @@ def test_a_polyhedron_has_its_own_sizes() -> None:
         ({"body": {"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]]}}, "body"),
         ({"body": {"vertices": (1000 * np.array(BOULDER)).tolist()}, "b_over_h": None}, "millimetres"),
         ({"body": {"vertices": BOULDER}}, "b_over_h: the body of these vertices has its own"),
-        ({"height": [60]}, "height: 60 m; a stone is 0.01 to 20 m high; are these millimetres?"),
+        ({"height": [25]}, "height: 25 m; a stone is 0.01 to 20 m high; are these millimetres?"),
         ({"scene": {"name": "x"}}, "scene"),
         ({"density": 2000}, "density: nothing depends on it in space"),
         ({"surveys": [{"stones": "a.csv"}]}, "surveys: surveys are compared with a study in planes"),

@@ -6,6 +6,8 @@ import pytest
 from reading import text_of
 from tiny_studies import make_results, pulse_record
 
+from overturning.commands.explore import explore
+from overturning.errors import ArgumentError
 from overturning.report.blocks import Figure, Section, Table, each_block
 from overturning.report.build import build_report
 from overturning.report.html import render_html
@@ -73,3 +75,8 @@ def test_paragraphs_of_the_answer_count_earthquakes(folder: Path) -> None:
         report = build_report(results)
     answer = next(block for block in report.blocks if block.anchor == "answer")
     assert "orientations of one record are the same motion" in text_of(answer)
+
+
+def test_the_explorer_refuses_a_cube_in_space(folder: Path) -> None:
+    with pytest.raises(ArgumentError, match="a cube in space; its report has the maps"):
+        explore(folder / "cube.nc")

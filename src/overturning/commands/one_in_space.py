@@ -37,6 +37,7 @@ def one_in_space(
     from overturning.dem.solid.trajectory import trajectory_in_space
     from overturning.errors import ArgumentError
     from overturning.figures.film_in_space import axis_figure, film_in_space, space_outcome
+    from overturning.figures.film_of_trajectory import compass_name
     from overturning.figures.film_page import write_film_page
     from overturning.figures.style import save, style
 
@@ -64,7 +65,7 @@ def one_in_space(
     if motion.up is None:
         print("  the motion has two components: the base moves level")
     for path in paths:
-        print(f"  facing N{path.attrs['orientation_deg']:g}°E: {space_outcome(path)}")
+        print(f"  facing {compass_name(path.attrs['orientation_deg'])}: {space_outcome(path)}")
     if animate is not None:
         note = "The frame moves with the base. Drag to turn the view."
         note += f" The motion is {amplitude:g} times the record." if amplitude != 1 else ""

@@ -98,7 +98,9 @@ def test_the_contact_turns_by_an_angle_of_its_own_in_a_near_face_down_pass(slend
     assert found[highest] == pytest.approx(tilt, rel=1e-2)
     A = (3 * R**2 + 4 * H**2) / 12
     expected = np.pi * np.sqrt((A + H**2 + R**2) / (A + H**2) if rolls else (A + R**2) / A)
-    assert abs(azimuth[highest] - azimuth[0]) == pytest.approx(expected, rel=1e-2)
+    # Most of it within a sample, so that it may as well be told the other way round.
+    turn = abs(azimuth[highest] - azimuth[0]) % (2 * np.pi)
+    assert max(turn, 2 * np.pi - turn) == pytest.approx(expected, rel=1e-2)
 
 
 # Sliding and flying ------------------------------------------------------------------------------------------------------

@@ -224,7 +224,7 @@ def orientation_grid(step_deg: float, shape: Shape, aspect: ArrayLike = 1.0) -> 
         raise ArgumentError(
             f"orientation: a step of {step_deg:g}° does not divide {turn:g}°, after which the body looks the same"
         )
-    return np.arange(count) * step_deg
+    return np.asarray(np.arange(count) * step_deg, np.float64)
 
 
 def _sides(n: int) -> FloatArray:

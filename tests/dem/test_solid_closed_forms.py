@@ -13,6 +13,8 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.solid_starts import axes, leaning, level
 
+BOTH = pytest.mark.parametrize("scheme", ["centred", "cundall"])
+
 
 def tilt_and_azimuth(path: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     """Tilt, rad, and the continuous azimuth towards which the body leans, rad."""
@@ -64,8 +66,9 @@ def test_barriers_over_an_edge_and_over_a_corner() -> None:
 # A cylinder on its rim ---------------------------------------------------------------------------------------------------
 
 
+@BOTH
 @pytest.mark.parametrize(("precession", "axial"), [(18.2597, 4.5573), (9.1286, 0.0)])
-def test_a_cylinder_rolls_on_its_rim_with_steady_precession(precession: float, axial: float) -> None:
+def test_a_cylinder_rolls_on_its_rim_with_steady_precession(precession: float, axial: float, scheme: str) -> None:
     R, H, tilt = 0.1, 0.25, 0.1
     up, down = axes(tilt)
     turning = precession * np.array([0.0, 0.0, 1.0]) + (axial - precession * np.cos(tilt)) * up
@@ -73,32 +76,38 @@ def test_a_cylinder_rolls_on_its_rim_with_steady_precession(precession: float, a
     start = leaning(tilt, R * down - H * up, turning, sunk=4 * contact.static_penetration * 2 * R)
     path = trajectory_in_space(
         level(3 * 2 * np.pi / precession), orientation_deg=90.0, height=2 * H, b_over_h=R / H, friction=10.0, body="circle",
-        contact=contact, start=start, leave_out=False,
+        contact=contact, start=start, leave_out=False, scheme=scheme,
     )  # fmt: skip
-    turns = slice(0, int(3 * 2 * np.pi / precession / 0.01))
+    turns = path.time.values < 3 * 2 * np.pi / precession
     found, azimuth = (values[turns] for values in tilt_and_azimuth(path))
     np.testing.assert_allclose(found, tilt, rtol=1e-2)
     # Anticlockwise from above: azimuths decrease.
     assert (azimuth[0] - azimuth[-1]) / path.time.values[turns][-1] == pytest.approx(precession, rel=1e-2)
 
 
+@BOTH
 @pytest.mark.parametrize("slender", [2.5, 3.0])
 @pytest.mark.parametrize("rolls", [True, False])
-def test_the_contact_turns_by_an_angle_of_its_own_in_a_near_face_down_pass(slender: float, rolls: bool) -> None:
+def test_the_contact_turns_by_an_angle_of_its_own_in_a_near_face_down_pass(
+    slender: float, rolls: bool, scheme: str
+) -> None:
     R, H, tilt, contact = 0.1, 0.1 * slender, 0.1, VertexContact(2e-9)
     up, down = axes(tilt)
     start = leaning(tilt, R * down - H * up, 0.005 * down, sunk=4 * contact.static_penetration * 2 * R, rolls=rolls)
     path = trajectory_in_space(
         level(0.5, 0.001), orientation_deg=0.0, height=2 * H, b_over_h=R / H, friction=10.0 if rolls else 0.0, body="circle",
-        contact=contact, start=start, leave_out=False,
+        contact=contact, start=start, leave_out=False, scheme=scheme,
     )  # fmt: skip
     found, azimuth = tilt_and_azimuth(path)
     lowest = int(np.flatnonzero(np.diff(found) > 0)[0])
-    highest = lowest + int(np.flatnonzero(np.diff(found[lowest:]) < 0)[0])
+    high = lowest + int(np.argmax(found[lowest:] > 0.98 * tilt))
+    highest = high + int(np.flatnonzero(np.diff(found[high:]) < 0)[0])
     assert found[highest] == pytest.approx(tilt, rel=1e-2)
     A = (3 * R**2 + 4 * H**2) / 12
     expected = np.pi * np.sqrt((A + H**2 + R**2) / (A + H**2) if rolls else (A + R**2) / A)
-    assert abs(azimuth[highest] - azimuth[0]) == pytest.approx(expected, rel=1e-2)
+    # Most of it within a sample, so that it may as well be told the other way round.
+    turn = abs(azimuth[highest] - azimuth[0]) % (2 * np.pi)
+    assert max(turn, 2 * np.pi - turn) == pytest.approx(expected, rel=1e-2)
 
 
 # Sliding and flying ------------------------------------------------------------------------------------------------------
@@ -118,11 +127,14 @@ def particle(motion: Motion, friction: float) -> np.ndarray:
     return place
 
 
-def test_a_squat_block_slides_as_a_particle_with_circular_friction() -> None:
+@BOTH
+def test_a_squat_block_slides_as_a_particle_with_circular_friction(scheme: str) -> None:
     t = np.arange(45) * 0.05
     shakes = t < 1.2
     motion = Motion(5.0 * np.sin(6.0 * t) * shakes, (4.0 * np.cos(9.0 * t) - 1.0) * shakes, sampling_interval=0.05)
-    found = simulate_in_space_arrays(motion, orientation_deg=[0.0, 25.0], height=0.1, b_over_h=10.0, friction=0.2)
+    found = simulate_in_space_arrays(
+        motion, orientation_deg=[0.0, 25.0], height=0.1, b_over_h=10.0, friction=0.2, scheme=scheme
+    )
     for name, expected in zip(("residual_slip_north", "residual_slip_east"), particle(motion, 0.2), strict=True):
         np.testing.assert_allclose(found[name].ravel(), expected, rtol=1e-2)
     assert (np.abs(found["residual_twist"]) < 0.01).all()
@@ -136,13 +148,14 @@ def spun(path: xr.Dataset, inertia: np.ndarray) -> np.ndarray:
     return turn(turn(path.angular_velocity.values, -1.0) * np.diag(inertia), 1.0)
 
 
-def test_free_flight_conserves_angular_momentum_and_energy() -> None:
+@BOTH
+def test_free_flight_conserves_angular_momentum_and_energy(scheme: str) -> None:
     inertia = Rectangle().body(0.6, 0.4, 1.5).inertia[[1, 0, 2]][:, [1, 0, 2]]  # the first side faces north
     path = trajectory_in_space(
-        level(1.0), orientation_deg=0.0, height=0.6, b_over_h=0.4, aspect=1.5, leave_out=False,
+        level(1.0), orientation_deg=0.0, height=0.6, b_over_h=0.4, aspect=1.5, leave_out=False, scheme=scheme,
         start=Start((0.0, 0.0, 10.0), (1.0, 0.0, 0.0, 0.0), (0.3, 0.1, 2.0), (0.5, 0.4, 0.3)),
     )  # fmt: skip
-    path = path.isel(time=slice(0, 100))  # then it comes down
+    path = path.isel(time=path.time.values < 1.0)  # then it comes down
     momentum = spun(path, inertia)
     np.testing.assert_allclose(momentum, momentum[:1].repeat(len(momentum), 0), atol=1e-10 * np.abs(momentum).max())
     energy = 0.5 * (path.velocity.values**2).sum(axis=1) + 0.5 * (path.angular_velocity.values * momentum).sum(axis=1)
@@ -150,10 +163,11 @@ def test_free_flight_conserves_angular_momentum_and_energy() -> None:
     np.testing.assert_allclose(energy, energy[0], rtol=1e-10)
 
 
-def test_without_friction_nothing_turns_about_the_vertical() -> None:
+@BOTH
+def test_without_friction_nothing_turns_about_the_vertical(scheme: str) -> None:
     arm = np.array([0.12, 0.12, -0.3])
     path = trajectory_in_space(
-        level(1.0), orientation_deg=0.0, height=0.6, b_over_h=0.4, friction=0.0, leave_out=False,
+        level(1.0), orientation_deg=0.0, height=0.6, b_over_h=0.4, friction=0.0, leave_out=False, scheme=scheme,
         start=leaning(0.0, arm, np.array([-0.5, 0.4, 0.3]), rolls=False),
     )  # fmt: skip
     momentum = spun(path, Rectangle().body(0.6, 0.4, 1.0).inertia)

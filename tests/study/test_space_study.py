@@ -23,6 +23,7 @@ from overturning.study.members import draw_members
 from overturning.study.own_error import repeat_sample
 from overturning.study.recheck import recheck
 from overturning.study.sections import Verification
+from overturning.study.space import body_of
 from overturning.study.sweep import sweep_record
 
 SMALL: dict[str, Any] = {
@@ -194,7 +195,7 @@ BOULDER = [[x, y, 0.0] for x in (-0.2, 0.2) for y in (-0.15, 0.15)] + [[0.05, 0.
 def test_a_polyhedron_has_its_own_sizes() -> None:
     study = check_study({"name": "b", "records": {"use": ["a"]}, "body": {"vertices": BOULDER}}, "b")
     assert study.height == (0.7,)
-    assert len(study.orientation.values(study.body.periods())) == 72  # type: ignore[union-attr]
+    assert len(study.orientation.values(body_of(study))) == 72
     assert study_from(study.model_dump_json()) == study
 
 
@@ -203,10 +204,10 @@ def test_a_polyhedron_has_its_own_sizes() -> None:
     [
         (
             {"orientation": {"step": 4}},
-            "orientation.step: 4° does not divide the 90° after which the body looks the same; give",
+            "orientation: a step of 4° does not divide 90°, after which the body looks the same",
         ),
         ({"orientation": {"step": 45, "start": 50}}, "orientation.start: 50°; it must lie below the step, 45°"),
-        ({"body": {"plan": 6}, "orientation": {"step": 25}}, "does not divide the 60°"),
+        ({"body": {"plan": 6}, "orientation": {"step": 25}}, "does not divide 60°"),
         ({"body": None}, "orientation: only a body in space has one"),
         ({"body": {"plan": "circle", "aspect": [2]}}, "only a rectangle has one"),
         ({"body": {"plan": "oval"}}, "body.plan"),

@@ -71,12 +71,6 @@ class BodySettings(Model):
 
         return shape_of(self.plan if self.vertices is None else Polyhedron(self.vertices))
 
-    def periods(self) -> tuple[float, ...]:
-        """Turn about the vertical after which the body of each aspect looks the same, degrees; 0 where any one does."""
-        from overturning.dem.solid.grid import periods_of
-
-        return tuple(periods_of(self.shape(), np.array(self.aspect)).tolist())
-
 
 class Orientations(Model):
     """Directions that a body faces: from start by step, up to the turn after which it looks the same."""
@@ -92,23 +86,25 @@ class Orientations(Model):
         "rectangle 180°), which it must divide",
     )
 
-    def check(self, periods: tuple[float, ...]) -> None:
-        """Refuse a grid that the body's symmetry does not close, by a ValueError that names a step that does."""
-        for period in periods:
-            parts = period / self.step
-            if period and (abs(parts - round(parts)) > 1e-9 * parts or parts < 0.5):
-                near = period / max(1, round(parts))
-                raise ValueError(
-                    f"orientation.step: {self.step:g}° does not divide the {period:g}° after which the body looks the same; "
-                    f"give {near:.10g}"
-                )
-        if self.start >= self.step and max(periods) > 0:
-            raise ValueError(f"orientation.start: {self.start:g}°; it must lie below the step, {self.step:g}°")
+    def values(self, body: BodySettings) -> tuple[float, ...]:
+        """The orientations, ascending; one alone of a body that looks the same from everywhere.
 
-    def values(self, periods: tuple[float, ...]) -> tuple[float, ...]:
-        """The orientations, ascending; one alone of a body that looks the same from everywhere."""
-        count = max(1, round(max(periods) / self.step))
-        return tuple(round(self.start + index * self.step, 10) for index in range(count))
+        A ValueError where the step does not divide the turn after which the body of an aspect looks the same, or the start does
+        not lie below the step.
+        """
+        from overturning.dem.solid.shapes import orientation_grid
+
+        shape = body.shape()
+        try:
+            # What symmetry repeats of one aspect must be in the grid of all.
+            for aspect in body.aspect:
+                orientation_grid(self.step, shape, aspect)
+            grid = orientation_grid(self.step, shape, body.aspect)
+        except ArgumentError as error:
+            raise ValueError(str(error)) from None
+        if self.start >= self.step:
+            raise ValueError(f"orientation.start: {self.start:g}°; it must lie below the step, {self.step:g}°")
+        return tuple(round(self.start + value, 10) for value in grid.tolist())
 
 
 IN_PLANES_ONLY: Final = {

@@ -154,7 +154,7 @@ class Study(Model):
             default = gravestone() if key == "scene" else Study.model_fields[key].default
             if getattr(self, key) != default:
                 raise ValueError(f"{key}: {reason}")
-        self.orientation.check(self.body.periods())
+        self.orientation.values(self.body)
         check_heights(self.height)
         contacts = {"": self.contact} | {f"variants.{name}.": one.contact for name, one in self.variants.items()}
         for where, contact in contacts.items():
@@ -223,5 +223,5 @@ class Study(Model):
         """Number of cases per record."""
         directions = len(self.azimuth.values())
         if self.body is not None:
-            directions = len(self.orientation.values(self.body.periods())) * len(self.body.aspect)
+            directions = len(self.orientation.values(self.body)) * len(self.body.aspect)
         return directions * len(self.height) * len(self.b_over_h) * len(self.friction)

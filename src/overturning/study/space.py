@@ -59,7 +59,7 @@ def body_of(study: Study) -> BodySettings:
 def space_grid(study: Study) -> SpaceGrid:
     """The grid of a study in space; orientations int16 where all are whole, float64 otherwise."""
     body = body_of(study)
-    orientation = np.array(study.orientation.values(body.periods()), np.float64)
+    orientation = np.array(study.orientation.values(body), np.float64)
     whole = np.array_equal(orientation, np.round(orientation))
     return SpaceGrid(
         orientation.astype(np.int16) if whole else orientation,

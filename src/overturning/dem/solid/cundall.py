@@ -113,7 +113,7 @@ def act(body: Body, s: State, at: Moved, old: Memory, rate: float) -> tuple[Wren
         fx, fy, n, a.y * n - a.z * fy, a.z * fx - a.x * n, a.x * fy - a.y * fx,
         dx, dy, dz, a.y * dz - a.z * dy, a.z * dx - a.x * dz, a.x * dy - a.y * dx,
         let_go * let_go, (old.sx + kx) * (tx - kx) + (old.sy + ky) * (ty - ky), at.depth,
-    ), Memory(kx, ky, s.x + a.x, s.y + a.y, at.depth)  # fmt: skip
+    ), Memory(kx, ky, s.x + a.x, s.y + a.y, at.depth, 0.0, 0.0)  # fmt: skip
 
 
 @njit(**INLINE)
@@ -172,18 +172,19 @@ def step(
         s.x + dt * vx, s.y + dt * vy, s.z + dt * vz, qw, qx, qy, qz, vx, vy, vz, lx, ly, lz, w.x, w.y, w.z,
         ax, ay, az, t.mx, t.my, t.mz, s.tick + WHOLE,
     )  # fmt: skip
-    return moved, peaks, Account(work, loss, spin)
+    return moved, peaks, Account(work, loss, spin, 0.0, 0.0, 0.0)
 
 
 # Side by side ---------------------------------------------------------------------------------------------------------
 
+UNUSED: Final = ("power", "loss", "torque", "pressed", "slid", "bend")
 load_body, load_state, load_frame = (ROWS.access(of).load for of in (Body, State, Frame))
-load_wrench, load_shaking = ROWS.access(Wrench).load, ROWS.access(Shaking).load
-load_peaks, load_account = ROWS.access(Peaks).load, ROWS.access(Account).load
+load_wrench, load_shaking = ROWS.access(Wrench).load, ROWS.access(Shaking, without=UNUSED).load
+load_peaks, load_account = ROWS.access(Peaks).load, ROWS.access(Account, without=UNUSED).load
 store_state, store_frame, store_wrench = (ROWS.access(of).store for of in (State, Frame, Wrench))
-store_peaks, store_account = ROWS.access(Peaks).store, ROWS.access(Account).store
+store_peaks, store_account = ROWS.access(Peaks).store, ROWS.access(Account, without=UNUSED).store
 load_vertex, load_memory, store_memory = (
-    VERTEX.access(Vertex).load, VERTEX.access(Memory).load, VERTEX.access(Memory).store
+    VERTEX.access(Vertex).load, VERTEX.access(Memory, without=UNUSED).load, VERTEX.access(Memory, without=UNUSED).store
 )  # fmt: skip
 OF_A_VERTEX: Final = VERTEX.size
 

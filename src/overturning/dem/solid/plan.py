@@ -18,13 +18,13 @@ from overturning.dem.solid.contact import VertexContact, highest_mode, rest
 from overturning.dem.solid.queue import SCHEMES, Bodies, Ground, Limits, Rim, Vertices, run_queue
 from overturning.dem.solid.results import SpaceResults
 from overturning.dem.solid.shapes import Shape
-from overturning.dem.time_step import Scheme, scheme_of, steps_per_sample
-from overturning.errors import ArgumentError
+from overturning.dem.solid.steps import pace_of
+from overturning.dem.time_step import Scheme, scheme_of
 from overturning.motion.direction import direction_cosines
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
-SPACE_SCHEMES: Final = ("cundall",)
+SPACE_SCHEMES: Final = ("centred", "cundall")
 """Names of the schemes in space, the default first."""
 
 
@@ -104,8 +104,6 @@ def plan_in_space(
 ) -> SpacePlan:
     """Check the arguments and work out what each case needs; parameters and errors as of `run_in_space`."""
     scheme = scheme_of(numerics.scheme)
-    if numerics.scheme not in SPACE_SCHEMES:
-        raise ArgumentError(f"scheme: {numerics.scheme!r} is not there in space; known: {', '.join(SPACE_SCHEMES)}")
     sizes, which = np.unique(cases.table[:, 1:4], axis=0, return_inverse=True)
     made = [shape.body(*(float(value) for value in size)) for size in sizes]
     laws = np.array([contact.specific(body) for body in made])
@@ -117,8 +115,7 @@ def plan_in_space(
     period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY))
     interval, samples = motion.sampling_interval, motion.samples
     dashpot = laws[which, 2] * np.asarray(cases.damping_factor)
-    steps = steps_per_sample(scheme, numerics.time_step, square[which], dashpot * modes[which], interval, period[which])
-    steps = steps * numerics.refinement
+    pace = pace_of(scheme, numerics, square[which], dashpot * modes[which], interval, period[which])
     friction, amplitude = np.asarray(cases.friction), np.asarray(cases.amplitude)
     row, cosines, along = _shaking(motion, cases)
     first, calm, never = np.zeros(cases.size, np.int64), np.full(cases.size, np.inf), np.zeros(cases.size, np.bool_)
@@ -138,6 +135,8 @@ def plan_in_space(
         k.P_AMPLITUDE: amplitude,
         k.P_FIRST: first,
         k.P_CALM: calm,
+        k.P_FINEST: pace.finest,
+        k.P_DWELL: pace.dwell,
         k.P_AFTER: samples + np.ceil(AFTERMATH * period[which] / interval),
     }
     for column, values in columns.items():
@@ -149,7 +148,7 @@ def plan_in_space(
     )
     return SpacePlan(
         motion=motion, numerics=numerics, scheme=scheme, shape=shape, made=made, bodies=_bodies(made), cosines=cosines,
-        orientation=np.asarray(cases.orientation_deg), row=row, along=along, steps=steps, first=first, never=never, table=table,
+        orientation=np.asarray(cases.orientation_deg), row=row, along=along, steps=pace.steps, first=first, never=never, table=table,
     )  # fmt: skip
 
 
@@ -185,5 +184,6 @@ def _bodies(made: list[Body]) -> Bodies:
         table[index] = [
             inverse[0, 0], inverse[1, 1], inverse[2, 2], inverse[0, 1], inverse[0, 2], inverse[1, 2], body.foot, body.radius,
             body.reach, critical, np.round(np.cos(body.fallen), 12), DEEPEST * smallest,
+            body.inertia[0, 0], body.inertia[1, 1], body.inertia[2, 2], body.inertia[0, 1], body.inertia[0, 2], body.inertia[1, 2],
         ]  # fmt: skip
     return Bodies(table, points, made[0].base, made[0].radius > 0)

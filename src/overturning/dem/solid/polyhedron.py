@@ -123,7 +123,7 @@ def _rests(hull: Hull, size: float) -> tuple[float, FloatArray]:
 
 
 def _can_touch(hull: Hull, tilt: float) -> NDArray[np.int64]:
-    """Vertices that are the lowest at some tilt up to this one.
+    """Vertices that are the lowest at some tilt below this one.
 
     A vertex is the lowest while the direction down lies among the normals of its faces, a polygon on the sphere whose sides are the
     arcs between the normals of neighbouring triangles. So one of its arcs comes within the tilt of the body's own downward axis.
@@ -131,7 +131,7 @@ def _can_touch(hull: Hull, tilt: float) -> NDArray[np.int64]:
     n1 = hull.normals[:, None, :].repeat(3, axis=1).reshape(-1, 3)
     n2 = hull.normals[hull.neighbours].reshape(-1, 3)
     nearest = _nearest_to_down(n1, n2).reshape(-1, 3)
-    reached = nearest >= np.cos(tilt) - 1e-9
+    reached = nearest > np.cos(tilt) + 1e-9  # what touches first when the body has fallen is of no use
     vertices = []
     for k in range(3):  # the edge opposite to vertex k
         pair = hull.triangles[:, [(k + 1) % 3, (k + 2) % 3]]

@@ -13,7 +13,8 @@ from numba.extending import overload
 from overturning.arrays import FloatArray
 from overturning.dem.cache import keep_compiled
 from overturning.dem.lanes import OPTIONS, aligned
-from overturning.dem.solid import cundall, tables
+from overturning.dem.solid import centred, cundall, tables
+from overturning.dem.solid.centred_rows import Attempt
 from overturning.dem.solid.rows import (
     COLUMNS,
     ROWS,
@@ -35,7 +36,10 @@ from overturning.dem.solid.verdict import GOES_ON, energy, finish, note, spin_ab
 from overturning.dem.status import Status
 from overturning.dem.time_step import Scheme
 
-SCHEMES: Final[dict[Scheme, tuple[Any, Any]]] = {Scheme.CUNDALL: (cundall.Cundall(), cundall.loops)}
+SCHEMES: Final[dict[Scheme, tuple[Any, Any]]] = {
+    Scheme.CUNDALL: (cundall.Cundall(), cundall.loops),
+    Scheme.CENTRED: (centred.Centred(), centred.loops),
+}
 """What the kernel is told of each scheme, and the function that makes its loops; the type of the one picks the other."""
 
 
@@ -89,7 +93,7 @@ load_body, store_body, _ = ROWS.access(Body)
 load_state, store_state, _ = ROWS.access(State)
 load_peaks, store_peaks, _ = ROWS.access(Peaks)
 load_course, store_course, _ = ROWS.access(Course)
-store_shaking = ROWS.access(Shaking).store
+store_shaking, store_attempt = ROWS.access(Shaking).store, ROWS.access(Attempt).store
 store_vertex, store_memory = VERTEX.access(Vertex).store, VERTEX.access(Memory).store
 NUMBERS: Final = ROWS.count
 OF_A_VERTEX: Final = VERTEX.size
@@ -107,12 +111,12 @@ def start(
     """Put a case into column j, at the place and with the velocities of its table."""
     for row in range(NUMBERS):
         state[row * COLUMNS + j] = 0.0
-    ks = case[tables.P_TANGENTIAL]
+    ks, own = case[tables.P_TANGENTIAL], constants[tables.B_INERTIA :]
     body = Body(
         constants[tables.B_IXX], constants[tables.B_IYY], constants[tables.B_IZZ], constants[tables.B_IXY],
-        constants[tables.B_IXZ], constants[tables.B_IYZ], constants[tables.B_FOOT], constants[tables.B_RADIUS],
+        constants[tables.B_IXZ], constants[tables.B_IYZ], own[0], own[1], own[2], own[3], own[4], own[5], constants[tables.B_FOOT], constants[tables.B_RADIUS],
         case[tables.P_STIFFNESS], ks, 1.0 / ks if ks > 0.0 else 0.0, case[tables.P_DASHPOT], case[tables.P_FRICTION],
-        constants[tables.B_CRITICAL], interval / ticks,
+        constants[tables.B_CRITICAL], interval / ticks, case[tables.P_FINEST], case[tables.P_DWELL],
     )  # fmt: skip
     at = case[tables.P_START :]
     f = frame_of(at[3], at[4], at[5], at[6])
@@ -124,7 +128,11 @@ def start(
         arm = in_space(f, p[0], p[1], p[2])
         depth = -(at[2] + arm.z)
         store_vertex(one, j, Vertex(p[0], p[1], p[2]))
-        store_memory(one, j, Memory(0.0, 0.0, at[0] + arm.x, at[1] + arm.y, depth))
+        rolls = body.radius > 0.0
+        # Points of a rim remember their velocity, vertices their place.
+        x = at[7] + (at[11] * arm.z - at[12] * arm.y) if rolls else at[0] + arm.x
+        y = at[8] + (at[12] * arm.x - at[10] * arm.z) if rolls else at[1] + arm.y
+        store_memory(one, j, Memory(0.0, 0.0, x, y, depth, body.stiffness * max(depth, 0.0), 0.0))
         n = body.stiffness * max(depth, 0.0)
         az, mx, my = az + n, mx + arm.y * n, my - arm.x * n
     back = lag * TICKS * body.step
@@ -134,6 +142,7 @@ def start(
     )  # fmt: skip
     store_body(state, j, body)
     store_state(state, j, begin)
+    store_attempt(state, j, Attempt(body.finest, body.dwell, 0.0, 0.0))
     store_peaks(state, j, Peaks(lean_of(f), 0.0, 0.0, -1.0))
     first, foot, reach = case[tables.P_FIRST], body.foot, constants[tables.B_REACH]
     store_course(state, j, Course(
@@ -171,8 +180,8 @@ def momentum_of(body: Body, f: Any, wx: float, wy: float, wz: float) -> tuple[fl
 @njit(**OPTIONS)
 def piece(motion: Any, i: int, factor: float, scale: float) -> Line:
     """A component of the motion over a sample, by its ticks, of which `scale` is 1 over their number."""
-    a0, a1 = motion[i] * factor, motion[i + 1] * factor
-    return Line(a0, (a1 - a0) * scale)
+    a0, a1, a2 = motion[i] * factor, motion[i + 1] * factor, motion[i + 2] * factor
+    return Line(a0, (a1 - a0) * scale, ((a2 - a1) - (a1 - a0)) * scale)
 
 
 @njit(**OPTIONS)

@@ -11,6 +11,7 @@ from typing import Final, NamedTuple
 from numba import njit
 
 from overturning.dem.lanes import INLINE, Rows
+from overturning.dem.solid.centred_rows import Attempt, Change, Equations, Foreseen, Next, Sum, Touch
 
 COLUMNS: Final = 48
 """Bodies side by side."""
@@ -29,6 +30,13 @@ class Body(NamedTuple):
     ixy: float
     ixz: float
     iyz: float
+    axx: float
+    """The inertia itself, m²;"""
+    ayy: float
+    azz: float
+    axy: float
+    axz: float
+    ayz: float
     foot: float
     """height of the centre above the base, m;"""
     radius: float
@@ -46,7 +54,11 @@ class Body(NamedTuple):
     critical: float
     """`lean` at the critical angle;"""
     step: float
-    """length of a tick, s."""
+    """length of a tick, s;"""
+    finest: float
+    """ticks of the finest step,"""
+    dwell: float
+    """and how many of these follow a change of contact (centred scheme)."""
 
 
 class State(NamedTuple):
@@ -141,7 +153,11 @@ class Memory(NamedTuple):
     """where it was, m;"""
     y: float
     depth: float
-    """its penetration, m, negative in the air."""
+    """its penetration, m, negative in the air;"""
+    pressed: float
+    """the normal force,"""
+    slid: float
+    """and whether it slid (centred scheme)."""
 
 
 class Peaks(NamedTuple):
@@ -159,13 +175,18 @@ class Account(NamedTuple):
     work: float
     lost: float
     spin: float
+    power: float
+    """Their rates at the last step (centred scheme)."""
+    loss: float
+    torque: float
 
 
 class Line(NamedTuple):
-    """A component of the shaking over a sample: value at its begin, and slope per tick."""
+    """A component of the shaking over a sample: value at its begin, slope per tick, change of slope at its end."""
 
     value: float
     slope: float
+    bend: float
 
 
 class Shaking(NamedTuple):
@@ -213,8 +234,10 @@ class Vector(NamedTuple):
     z: float
 
 
-ROWS: Final = Rows(COLUMNS, Body, State, Frame, Wrench, Peaks, Account, Shaking, Course)
-VERTEX: Final = Rows(COLUMNS, Vertex, Memory)
+ROWS: Final = Rows(
+    COLUMNS, Body, State, Frame, Wrench, Peaks, Account, Shaking, Course, Attempt, Foreseen, Equations, Change, Sum
+)
+VERTEX: Final = Rows(COLUMNS, Vertex, Memory, Touch, Next)
 
 
 @njit(**INLINE)

@@ -207,6 +207,26 @@ def check_height(height: float) -> None:
         raise ArgumentError(f"height: {height:g} m; a stone is {SMALLEST:g} to {LARGEST:g} m high{unit}")
 
 
+def orientation_grid(step_deg: float, shape: Shape, aspect: ArrayLike = 1.0) -> FloatArray:
+    """Orientations a step apart, degrees, up to the turn after which bodies of all these aspects look the same.
+
+    Raises
+    ------
+    ArgumentError
+        If the step does not divide that turn.
+    """
+    turns = {shape.body(1.0, 0.5, float(value)).period for value in np.atleast_1d(np.asarray(aspect))}
+    turn = max(turns)
+    if turn == 0.0:
+        return np.zeros(1)
+    count = round(turn / step_deg) if step_deg > 0 else 0
+    if count < 1 or abs(count * step_deg - turn) > 1e-9 * turn:
+        raise ArgumentError(
+            f"orientation: a step of {step_deg:g}° does not divide {turn:g}°, after which the body looks the same"
+        )
+    return np.asarray(np.arange(count) * step_deg, np.float64)
+
+
 def _sides(n: int) -> FloatArray:
     """Outward normals of the sides, clockwise from the first, which faces x."""
     turn = -2.0 * np.pi * np.arange(n) / n

@@ -50,7 +50,7 @@ def trajectory_in_space(
     Returns
     -------
     xarray.Dataset
-        Over `time`, once per sample until the case ends, in the frame of the base: `place` and `velocity` of the centre over `enu`
+        Over `time`, about once per sample until the case ends, in the frame of the base: `place` and `velocity` of the centre over `enu`
         (east, north, up; m and m/s), `quaternion` over `wxyz`, the rotation from the pose at rest, `angular_velocity` over `enu`
         (rad/s), `tilt_north` and `tilt_east` (components of the body's axis, 1), `ground_acceleration` over `enu` (m/s²). Over `corner` and
         `enu`, `outline`: the body at rest about its centre, m; over `edge` and `end`, `edges` between corners. So a corner is at

@@ -17,7 +17,7 @@ _CASE_S: Final = 1e-4
 _RECORD_S: Final = 4.0
 _RUN_AGAIN: Final = 0.6  # share of the cells near a change of flag, which the ensemble runs again
 _SCENE: Final = 10.0  # what an element more costs over the block, which has a kernel of its own
-_SPACE: Final = 60.0  # what a body in space costs over the block
+_SPACE: Final = 8.0  # what a body in space costs over the block
 
 _BASE_MEMORY: Final = 4e8
 _CELL_IN_MEMORY: Final = 400

@@ -44,6 +44,8 @@ def test_it_has_the_sections_of_space_and_none_of_planes(folder: Path) -> None:
         assert [row[0] for row in tables[0].rows] == ["one", "two"]
         page, paper = render_html(report), render_pdf(report)
     assert "What does a stone follow?" in page
+    assert 'class="film"' in page
+    assert "drag" in page.lower()
     assert "record × orientation × height × B/H × aspect × friction" in page
     assert "None of these records has vertical motion" in page
     assert paper.startswith(b"%PDF")

@@ -21,6 +21,7 @@ from overturning.statistics.space import (
     sums_by_slenderness,
     twist,
 )
+from overturning.statistics.telling_in_space import telling_in_space
 
 EVENTS = ("A", "A", "B", "C", "D")
 NORMALS = np.array([10.0, 10.0, 80.0, 150.0, 40.0])
@@ -213,3 +214,20 @@ def test_peaks_point_where_the_vector_is_largest() -> None:
     still = Motion(np.zeros(10), np.zeros(10), sampling_interval=0.01)
     assert np.isnan(peak_azimuths(still)["pgv"])
     assert np.isnan(pulse_axis(still)[0])
+
+
+def test_telling_cases_are_the_extremes_of_their_rules() -> None:
+    cube = space_cube()
+    shape = cube["overturned"].shape
+    turned, plane = np.zeros(shape, np.float32), np.ones(shape, np.float32)
+    flags, falls = cube["overturned"].to_numpy().copy(), cube["fall_azimuth"].to_numpy().copy()
+    flags[2, 1, 0, 2, 0, 1], plane[2, 1, 0, 2, 0, 1], falls[2, 1, 0, 2, 0, 1] = 1.0, 0.0, 15.0
+    flags[0, 4, 1, 0, 0, 0], falls[0, 4, 1, 0, 0, 0], turned[0, 4, 1, 0, 0, 0] = 0.0, np.nan, -30.0
+    values = {"overturned": flags, "fall_azimuth": falls, "plane_overturned": plane, "residual_twist": turned}
+    found = telling_in_space(cube.assign({name: (DIMENSIONS, value) for name, value in values.items()}))
+    alone, corner, twisted = found
+    assert (alone.record, alone.orientation, alone.b_over_h, alone.friction) == (2, 15.0, 0.4, 1.0)
+    assert corner.b_over_h == 0.4
+    assert (twisted.record, twisted.orientation, twisted.height) == (0, 60.0, 1.2)
+    still = cube.assign(residual_twist=(DIMENSIONS, np.zeros(shape)))
+    assert telling_in_space(still.assign(overturned=still["overturned"] * 0)) == []

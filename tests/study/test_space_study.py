@@ -229,3 +229,15 @@ def test_what_does_not_fit_is_one_line_that_says_why(change: dict[str, Any], exp
     with pytest.raises(ConfigError) as caught:
         check_study(data, "mine.yaml")
     assert expected in str(caught.value)
+
+
+def test_a_mesh_becomes_part_of_the_study(tmp_path: Path) -> None:
+    faces = [(1, 3, 2), (2, 3, 4), (1, 2, 5), (2, 4, 5), (4, 3, 5), (3, 1, 5)]
+    lines = [*(f"v {x} {y} {z}" for x, y, z in BOULDER), *(f"f {a} {b} {c}" for a, b, c in faces)]
+    (tmp_path / "stone.obj").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    study = check_study({"name": "b", "records": {"use": ["a"]}, "body": {"mesh": str(tmp_path / "stone.obj")}}, "b")
+    assert study.body is not None
+    assert sorted(study.body.vertices or ()) == sorted(tuple(map(float, vertex)) for vertex in BOULDER)
+    assert study_from(study.model_dump_json()) == study, "and the file is no longer needed"
+    with pytest.raises(ConfigError, match=r"gone\.obj"):
+        check_study({"name": "b", "records": {"use": ["a"]}, "body": {"mesh": "gone.obj"}}, "b")

@@ -30,7 +30,7 @@ def space_rose_figure(cube: xr.Dataset) -> Figure:
     for (name, members), (upper, *lower) in zip(groups.items(), panels.T, strict=True):
         rose = rose_of(cube.isel(record=np.flatnonzero(members)))
         _draw(upper, rose)
-        upper.set_title(f"{name}: {rose.falls} falls, {rose.earthquakes} earthquakes\nazimuth from north", pad=4)
+        upper.set_title(f"{name}\n{rose.falls} falls, {rose.earthquakes} earthquakes, from north", pad=4)
         for axes in lower:
             _draw(axes, rose_of(cube.isel(record=np.flatnonzero(members & known)), from_normal=True))
             fault_frame(axes)

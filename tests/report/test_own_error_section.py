@@ -5,8 +5,8 @@ from typing import Any
 
 from reading import column, tables, text_of
 
-from overturning.report.blocks import Caution, Section
-from overturning.report.sections.own_error import own_error
+from overturning.report.blocks import Caution, Note, Section
+from overturning.report.sections.own_error import dependence, own_error
 
 COUNTS = {"element": "", "cases": 200, "flags": 2, "fallen": 50, "sides": 0, "unanswered": 0}
 FOUND = {
@@ -86,3 +86,21 @@ def test_each_element_is_counted_by_itself() -> None:
 def test_a_study_without_it_has_no_section() -> None:
     results: Any = SimpleNamespace(study=None, verification=None)
     assert own_error(results) is None
+
+
+def test_the_line_below_the_answer() -> None:
+    def line(**found: Any) -> Any:
+        results: Any = SimpleNamespace(study=None, verification=FOUND | found)
+        return dependence(results)
+
+    calm = line()
+    assert type(calm) is Note
+    assert "200 cases change 1.0\u00a0% of the flags with steps 8 times finer" in calm.text
+    more = {"block_steps": 500, "outcomes": [COUNTS | {"flags": 5}]}
+    warning = line(stiffer=more)
+    assert isinstance(warning, Caution)
+    assert "2.5\u00a0% of the flags with springs 4 times stiffer" in warning.text
+    assert "a larger contact.stiffness would help" in warning.text
+    assert "time_step" not in warning.text
+    assert line(chosen=0) is None
+    assert dependence(SimpleNamespace(study=None, verification=None)) is None  # type: ignore[arg-type]

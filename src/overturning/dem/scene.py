@@ -13,7 +13,8 @@ from overturning.dem.contact import SCENE_STATIC_PENETRATION, STATIC_PENETRATION
 from overturning.dem.element import ContactLaw, Element, Material, Model, Name, Positive
 from overturning.dem.polygon.geometry import WIDE, check_geometry, native_size
 from overturning.errors import ArgumentError, ConfigError
-from overturning.files import read_mapping
+from overturning.files import read_mapping, shipped
+from overturning.tables import said
 from overturning.units import GRANITE_DENSITY, STANDARD_GRAVITY
 
 MOST_ELEMENTS: Final = 64
@@ -184,9 +185,10 @@ def load_scene(name: str | Path, root: Path = Path()) -> Scene:
     """
     path = root / name
     if path.suffix not in {".yaml", ".yml"}:
-        path = root / SCENES / f"{name}.yaml"
+        path = shipped(root / SCENES / f"{name}.yaml")
     if not path.is_file():
-        known = ", ".join(sorted(file.stem for file in (root / SCENES).glob("*.yaml"))) or "none"
+        folders = {root / SCENES, shipped(SCENES)}
+        known = ", ".join(sorted({file.stem for folder in folders for file in folder.glob("*.yaml")})) or "none"
         raise ConfigError(f"scene {name}: no file {path}; known: {known}")
     return check_scene(read_mapping(path, "scene", "see docs/scenes.md"), str(path))
 
@@ -200,6 +202,8 @@ def check_scene(data: dict[str, Any], where: str = "scene") -> Scene:
         for item in error.errors():
             key = ".".join(_parts(data, item["loc"]))
             message = item["msg"].removeprefix("Value error, ")
+            if item["type"] == "string_pattern_mismatch":
+                message = said(item["ctx"]["pattern"])
             message = {"extra_forbidden": "unknown key", "missing": "this key is needed"}.get(item["type"], message)
             lines.append(f"{where}: {key}: {message}" if key else f"{where}: {message}")
         raise ConfigError("\n       ".join(dict.fromkeys(lines))) from None

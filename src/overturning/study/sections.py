@@ -1,6 +1,6 @@
 """The sections of a study file: records, contact, simulation, ensemble, and what a report compares with."""
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
@@ -152,6 +152,29 @@ class Verification(Model):
         description="block steps of both repetitions, at most, as a share of the study's own",
     )
     seed: int = Field(default=1, ge=0, description="seed of the choice")
+
+
+FORMATS: Final = ("svg", "png", "pdf")
+
+
+class Figures(Model):
+    """How the figures of a study are written: polar maps, intensity by azimuth, rose, axes, plane."""
+
+    size: float = Field(default=1.0, ge=0.5, le=4, description="factor on the size of the figures; letters keep theirs")
+    dpi: int = Field(
+        default=200,
+        ge=50,
+        le=1200,
+        description="dots per inch of PNG files, and of the cells of polar maps in SVG and PDF",
+    )
+    formats: tuple[Literal["svg", "png", "pdf"], ...] = Field(
+        default=FORMATS, description="kinds of files; svg is always written, for the report"
+    )
+
+    @field_validator("formats")
+    @classmethod
+    def _in_order(cls, formats: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(kind for kind in FORMATS if kind == "svg" or kind in formats)
 
 
 class Published(Model):

@@ -11,6 +11,8 @@ from overturning.study.repetition import NUDGE
 
 _NAMES: Final = {"finer": "steps {finer_by} times finer", "stiffer": "springs {stiffer_by:g} times stiffer"}
 
+_SETTINGS: Final = {"finer": "a smaller simulation.time_step", "stiffer": "a larger contact.stiffness"}
+
 
 def own_error(results: Results) -> Section | None:
     """What changes when a part of the study is run again; none where the study leaves it out."""
@@ -43,6 +45,28 @@ def own_error(results: Results) -> Section | None:
     rows = tuple(row for kind in KINDS for row in _rows(found, kind))
     blocks += [Paragraph(text), Table((*heads, "block steps", "of the study's"), rows, "tt"), Note(note)]
     return Section("How exact these answers are", tuple(blocks), anchor="own-error")
+
+
+def dependence(results: Results) -> Paragraph | None:
+    """How much of the answer depends on step and stiffness, in a line, with the setting that would help."""
+    found = results.verification
+    if found is None or not found["chosen"]:
+        return None
+    shares, helps = [], []
+    for kind in KINDS:
+        outcomes = [one for one in found[kind].get("outcomes", ()) if one["cases"]]
+        if outcomes:
+            share = max(one["flags"] / one["cases"] for one in outcomes)
+            shares.append(f"{percent(share, 1)} of the flags with {_NAMES[kind].format(**found)}")
+            helps += [_SETTINGS[kind]] if share > WARN_ABOVE else []
+    if not shares:
+        return None
+    text = f"Run again, {found['chosen']} cases change {' and '.join(shares)}"
+    if not helps:
+        return Note(f"{text}: this little of the answer depends on the computation.")
+    return Caution(
+        f"{text}. Do not trust single cells; {' and '.join(helps)} would help (How exact these answers are, below)."
+    )
 
 
 def _text(found: dict[str, Any]) -> str:

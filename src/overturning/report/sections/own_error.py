@@ -96,12 +96,12 @@ def _settled(found: dict[str, Any]) -> str:
     which = _were(changed, "it", "they") if looked == changed else _were(looked, f"{looked} of them")
     low, high = wilson(chaotic, found["chosen"])
     share = f"{percent(chaotic / found['chosen'], 2)} of the cases run again (95 % interval {100 * low:.2f} to {percent(high, 2)})"
+    decided = f"; no computation decides these{f', {share}' if looked == changed else ''}" if chaotic else ""
     return (
         f" With finer steps {_cases(changed)} changed; {which} computed twice more, in steps half as long as those, and in "
-        f"those under a motion stronger by a factor of 1 + {NUDGE:g}. {settled} kept the answer of the finer steps, which so "
-        f"is settled; {looked - settled - chaotic} changed with the shorter steps only and would need finer ones yet; {chaotic} "
-        f"changed with the motion, by less than is known of any: no computation decides these"
-        f"{f', {share}' if looked == changed else ''}."
+        f"those under a motion stronger by a factor of 1 + {NUDGE:g}, less than is known of any. {settled} kept the answer of "
+        f"the finer steps, which so is settled; {looked - settled - chaotic} changed with the shorter steps only and would need "
+        f"finer ones yet; {chaotic or 'none'} changed with the motion{decided}."
     )
 
 

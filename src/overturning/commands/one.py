@@ -80,7 +80,7 @@ def one(
         for angle in azimuth
     ]  # fmt: skip
     what = "" if scene is None else f"{stones.title or stones.name}, "
-    title = f"{place}: {what}B/H = {b_over_h:g}, H = {height:g} m, µ = {friction:g}"
+    title = f"{place}: {what}B/H = {b_over_h:.3g}, H = {height:.3g} m, µ = {friction:g}"
     print(title)
     _print_outcomes(paths, stones)
     if animate is not None:

@@ -28,7 +28,7 @@ def ramp(height: float, seconds: float, upward: float = 0.0) -> Motion:
     t = np.arange(int((seconds + 1.0) / 0.005) + 1) * 0.005
     up = upward * np.minimum(t, 1.0)
     north = height * np.clip((t - 1.0) / seconds, 0.0, 1.0)
-    return Motion(north, 0 * north, up, sampling_interval=0.005)
+    return Motion(north, 0 * north, up, sampling_interval=0.005, trust_data=True)
 
 
 def test_a_base_that_accelerates_steadily_towards_s_throws_the_block_towards_minus_s() -> None:
@@ -145,7 +145,7 @@ def test_a_drop_follows_the_exact_bounce_of_a_damped_spring() -> None:
     up = np.where(t < 0.2, -STANDARD_GRAVITY - lifted, 0.0)
     contact = Contact(stiffness=2e6, damping_ratio=0.1)
     path = trajectory(
-        Motion(0 * t, 0 * t, up, sampling_interval=interval),
+        Motion(0 * t, 0 * t, up, sampling_interval=interval, trust_data=True),
         azimuth_deg=0, height=0.6, b_over_h=1.0, friction=0.5, contact=contact, leave_out=False,
         time_step="0.02 stable",
     )  # fmt: skip

@@ -24,7 +24,7 @@ def test_a_block_at_rest_is_computed_from_well_before_it_can_move_until_after_th
     # Upward motion makes the block heavier: the same ratio needs more.
     up = np.full(1000, 0.5 * STANDARD_GRAVITY / amplitude) if vertical else None
     north = level * (1.5 if vertical else 1.0)
-    motion = Motion(north, 0 * north, up, sampling_interval=INTERVAL)
+    motion = Motion(north, 0 * north, up, sampling_interval=INTERVAL, trust_data=True)
     first, calm, never = quiet_windows(
         motion, np.array([0]), np.array([amplitude]), north[None, :], np.array([slenderness])
     )

@@ -93,7 +93,8 @@ def test_forces_at_rest_carry_the_weight(motion: Motion) -> None:
 
 
 def test_upward_acceleration_adds_to_the_weight(motion: Motion) -> None:
-    pushed = Motion(0 * motion.north, 0 * motion.east, np.full(motion.samples, 3.0), sampling_interval=0.01)
+    up = np.full(motion.samples, 3.0)
+    pushed = Motion(0 * motion.north, 0 * motion.east, up, sampling_interval=0.01, trust_data=True)
     path = trajectory(pushed, azimuth_deg=0, leave_out=False, **BLOCK)
     assert in_weights(path)[100].sum(axis=0) == pytest.approx([0, 1 + 3.0 / 9.80665], abs=2e-3)
 

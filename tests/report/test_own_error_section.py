@@ -12,6 +12,7 @@ COUNTS = {"element": "", "cases": 200, "flags": 2, "fallen": 50, "sides": 0, "un
 FOUND = {
     "seed": 1, "wanted": 200, "chosen": 200, "at_rest": 0, "cells": 9000, "study_block_steps": 1000, "cost": 1.0,
     "finer_by": 8, "stiffer_by": 4.0, "finer": {"block_steps": 500, "outcomes": [COUNTS]}, "stiffer": {"refused": "too stiff"},
+    "settling": {"changed": 0, "looked_at": 0, "settled": 0, "block_steps": 0},
 }  # fmt: skip
 
 
@@ -46,6 +47,20 @@ def test_it_warns_above_one_percent() -> None:
     assert "steps 8 times finer more than 1\u00a0% of the flags change" in warning.text
     (warning,) = warnings(section(finer=more, stiffer=more))
     assert "steps 8 times finer and with springs 4 times stiffer more" in warning.text
+
+
+def test_what_finer_steps_settle_and_what_nothing_decides() -> None:
+    assert "settle" not in text_of(section())
+    many = section(settling={"changed": 7, "looked_at": 7, "settled": 6, "block_steps": 50})
+    assert "7 cases changed; they were computed twice more" in text_of(many)
+    assert "6 kept the answer of the finer steps, which settle them; 1 did not and is chaotic" in text_of(many)
+    assert "decides it, 0.50\u00a0% of the cases run again (95 % interval 0.09 to 2.78\u00a0%)" in text_of(many)
+    some = section(settling={"changed": 7, "looked_at": 1, "settled": 1, "block_steps": 50})
+    assert "7 cases changed; 1 of them was computed twice more" in text_of(some)
+    assert "settle it; 0 did not and are chaotic: no computation decides them." in text_of(some)
+    assert "no room to look why" in text_of(
+        section(settling={"changed": 1, "looked_at": 0, "settled": 0, "block_steps": 0})
+    )
 
 
 def test_what_was_not_run_again() -> None:

@@ -159,6 +159,45 @@ def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threa
     assert json.dumps(again) == json.dumps(found)
 
 
+def test_what_changes_is_settled_by_finer_steps_or_chaotic(monkeypatch: pytest.MonkeyPatch) -> None:
+    settings = study(verification={"at_least": 10, "cost": 30})
+    done = swept(settings, [short(7)])
+    own = done.sample.overturned[:, 0]
+    other = np.where(own == 0, 1, 0).astype(np.int8)
+    position = {tuple(cell): row for row, cell in enumerate(done.sample.index.tolist())}
+    grid = grid_of(settings)
+    axes = (grid.azimuth, grid.height, grid.b_over_h, grid.friction)
+
+    def made(kind: str) -> Any:
+        def again(_: Motion, cases: Cases) -> Any:
+            amplitude = np.asarray(cases.amplitude)
+            nudged = bool((amplitude != 1.0).all())
+            assert not nudged or np.allclose(amplitude - 1.0, 1e-9, rtol=1e-6)
+            values = (cases.azimuth_deg, cases.height, cases.b_over_h, cases.friction)
+            cells = np.stack([np.searchsorted(axis, value) for axis, value in zip(axes, values, strict=True)], axis=1)
+            row = np.array([position[tuple(cell)] for cell in cells.tolist()])
+            # Of those that change with finer steps, 0 to 3, one changes back with the finest and one with the nudge.
+            changes = (row < 4) & ~((row == 1) & (kind == "finest")) & ~((row == 2) & nudged) & (kind != "stiffer")
+            return SimpleNamespace(
+                overturned=np.where(changes, other[row], own[row])[:, None],
+                block_steps=np.full(row.size, 100 if kind == "stiffer" else 900),
+            )
+
+        return again
+
+    fakes = {kind: made(kind) for kind in ("finer", "finest", "stiffer")}
+    monkeypatch.setattr("overturning.study.own_error.repetitions", lambda _: fakes)
+    found = repeat_sample(settings, done.records, done.sample, 1000)
+    assert found["settling"] == {"changed": 4, "looked_at": 4, "settled": 2, "block_steps": 7200}
+    # What is left of the allowance pays for three times a finer case each, as far as it goes.
+    looked_at = set()
+    for steps in range(300, 500, 10):
+        found = repeat_sample(settings, done.records, done.sample, steps)
+        assert sum(found[kind]["block_steps"] for kind in (*KINDS, "settling")) <= 30 * steps
+        looked_at.add(found["settling"]["looked_at"])
+    assert len(looked_at) > 2
+
+
 def cases_of(settings: Study, index: np.ndarray) -> Cases:
     grid = grid_of(settings)
     axes = (grid.azimuth.astype(np.float64), grid.height, grid.b_over_h, grid.friction)

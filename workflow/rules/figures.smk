@@ -35,6 +35,11 @@ rule figures:
             category="Study",
             labels={"figure": "PGA and PGV/PGA"},
         ),
+        history=report(
+            expand(f"{FIGURES}/history/{{record}}.svg", record=RECORDS),
+            caption="../report/history.rst",
+            category="Time histories",
+        ),
         telling=directory(f"{FIGURES}/telling"),
         maps=directory(f"{FIGURES}/maps"),  # empty where no record has coordinates
     log:

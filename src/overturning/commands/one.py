@@ -2,9 +2,11 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from overturning.commands import declared
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,7 +19,9 @@ app = typer.Typer(rich_markup_mode=None)
 
 @app.command()
 def one(
-    record: Annotated[str, typer.Option(help="id in the record table, or a record file")],
+    record: Annotated[
+        str, typer.Option(help="id in the record table, a record file, or a pulse: 'sine amplitude_gal=800 period_s=1'")
+    ],
     azimuth: Annotated[list[float], typer.Option(help="degrees clockwise from north; may be given several times")],
     b_over_h: Annotated[float | None, typer.Option(help="slenderness B/H (default 0.4, or the scene's)")] = None,
     height: Annotated[float | None, typer.Option(help="height H, m (default 0.6, or the scene's)")] = None,
@@ -45,6 +49,15 @@ def one(
     response: Annotated[
         Path | None, typer.Option(help="figure of rotation, slip and uplift against time: .svg, .png or .pdf")
     ] = None,
+    azimuths: declared.Azimuths = "",
+    columns: declared.Columns = "",
+    form: declared.Form = "",
+    interval: declared.Interval = None,
+    processed: declared.Processed = None,
+    sensor: declared.Sensor = "",
+    trust_data: declared.TrustData = False,
+    unit: declared.Unit = "",
+    vertical_sense: declared.VerticalSense = "",
 ) -> None:
     """Simulate one block or scene, print what it does, and make a film or a figure of it."""
     from overturning.dem.polygon.geometry import native_size
@@ -66,7 +79,8 @@ def one(
             raise ArgumentError(f"{file.name}: unknown kind of file; end it in {', '.join(sorted(kinds))}")
         check_output(file, option)
         check_movie(file)
-    shaking = _record(record, table, folder)
+    given = declared.declared(azimuths, columns, form, interval, processed, sensor, trust_data, unit, vertical_sense)
+    shaking = _record(record, table, folder, given)
     motion = Motion.of(shaking if vertical else replace(shaking, up=None))
     place = ", ".join(part for part in (shaking.station or shaking.record_id, shaking.event) if part)
     stones = _scene(scene, density, stiffness, damping_ratio, damping)
@@ -114,26 +128,33 @@ def _scene(
     return load_scene(name)
 
 
-def _record(name: str, table: Path, folder: Path) -> "Record":
-    """A record of the table, or of a file; processed as a study would by default."""
+def _record(name: str, table: Path, folder: Path, given: dict[str, Any]) -> "Record":
+    """A record of the table, of a file with what is given about it, or of a pulse; processed as a study would by default."""
     import difflib
 
-    from overturning.errors import ConfigError
+    from overturning.errors import ArgumentError, ConfigError
     from overturning.files import shipped
     from overturning.records.catalogue import read_catalogue
     from overturning.records.processing import process
+    from overturning.records.pulses import SHAPES, parse_pulse, pulse_record
     from overturning.records.read import read_path, read_record
     from overturning.records.store import rounded
 
     if Path(name).is_file():
-        return rounded(process(read_path(Path(name)), None))
+        return rounded(process(read_path(Path(name), **given), None))
+    if given != declared.declared():
+        raise ArgumentError(
+            f"--record {name!r}: no file of that name; what is said of files cannot be said of anything else"
+        )
+    if name.split()[:1] and name.split()[0] in SHAPES:
+        return rounded(pulse_record(parse_pulse(name)))
     if " " not in name and (Path(name).suffix or len(Path(name).parts) > 1):
         raise ConfigError(f"--record {name}: no such file; give a file, or the id of a record in {table}")
     entries = read_catalogue(shipped(table))
     if name not in entries:
         near = difflib.get_close_matches(name, entries, n=1)
         hint = f"did you mean {near[0]!r}?" if near else f"ids: {', '.join(list(entries)[:8])} …"
-        raise ConfigError(f"{table}: no record {name!r}, nor a file of that name; {hint}")
+        raise ConfigError(f"{table}: no record {name!r}, nor a file of that name or a pulse; {hint}")
     return rounded(process(read_record(entries[name], folder), None))
 
 

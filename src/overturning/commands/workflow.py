@@ -39,7 +39,8 @@ def read(
     settings = study_from(study)
     entry = entries_of(settings, settings.name)[record]
     raw = read_record(entry, Path(settings.records.folder))
-    write_motion(process(raw, settings.processing), output)
+    done = process(raw, settings.processing)
+    write_motion(done, output, unprocessed=None if done is raw else raw)
 
 
 def _with_records(study: str, motions: Path) -> tuple[Any, list[Any]]:
@@ -148,7 +149,7 @@ def verify_study(
 
         found = repeat_sample(settings, records, sample, done, threads, tell)
         row.update(record="all", variant="verification", cases=2 * found["chosen"])
-        row["block_steps"] = sum(found[kind].get("block_steps", 0) for kind in ("finer", "stiffer"))
+        row["block_steps"] = sum(found[kind].get("block_steps", 0) for kind in ("finer", "stiffer", "settling"))
         write_verification(found, output)
 
 

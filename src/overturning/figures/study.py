@@ -10,6 +10,7 @@ import xarray as xr
 
 from overturning.dem.scene import gravestone
 from overturning.figures.axes_by_earthquake import axes_figure
+from overturning.figures.history import history_figure
 from overturning.figures.intensity import intensity_figure
 from overturning.figures.intensity_plane import intensity_plane_figure
 from overturning.figures.polar import fall_map_figure
@@ -17,6 +18,7 @@ from overturning.figures.probability import probability_map_figure
 from overturning.figures.rose import rose_figure
 from overturning.figures.site_map import site_map_figure, sites_by_earthquake
 from overturning.figures.style import save, style
+from overturning.records.store import read_motion, read_unprocessed
 from overturning.statistics.earthquakes import axes_by_group, summarise_axes
 from overturning.statistics.logistic import overturning_fit
 from overturning.study.cube import open_cube, study_of
@@ -42,11 +44,11 @@ def draw_study(
     cube_path, intensity_path : Path
         The cube and the intensity measures, NetCDF.
     motions : Path
-        Folder of the processed motions, for the telling cases.
+        Folder of the processed motions, for the time histories and the telling cases.
     folder : Path
         Receives ``polar/ID`` and ``intensity/ID`` for each record (the polar map shows probabilities where the cube has an
-        ensemble, flags otherwise), ``rose``, ``axes`` and ``plane``, each in all formats; and ``telling/`` and ``maps/``
-        (empty where no record has coordinates).
+        ensemble, flags otherwise), ``rose``, ``axes`` and ``plane``, each in all formats; ``history/ID.svg`` (time histories,
+        not part of the report's page but beside it); and ``telling/`` and ``maps/`` (empty where no record has coordinates).
     threads : int
         Number of processes that draw: Matplotlib draws one figure at a time. The files are the same for any number.
     settings : Figures, optional
@@ -56,7 +58,7 @@ def draw_study(
         count, write = cube.sizes["record"], partial(_write, settings or study_of(cube).figures)
     tasks = [
         partial(_draw_whole, cube_path, intensity_path, motions, folder, write),
-        *(partial(_draw_record, cube_path, intensity_path, folder, write, index) for index in range(count)),
+        *(partial(_draw_record, cube_path, intensity_path, motions, folder, write, index) for index in range(count)),
     ]
     if threads == 1:
         for task in tasks:
@@ -75,7 +77,7 @@ def _write(settings: Figures, figure: "Figure", stem: Path) -> None:
     save(figure, *(stem.parent / f"{stem.name}.{kind}" for kind in settings.formats), dpi=settings.dpi)
 
 
-def _draw_record(cube_path: Path, intensity_path: Path, folder: Path, write: Write, index: int) -> None:
+def _draw_record(cube_path: Path, intensity_path: Path, motions: Path, folder: Path, write: Write, index: int) -> None:
     # A dask chunk is a record: no more than one is in memory.
     with open_cube(cube_path, chunks={"record": 1}) as cube, xr.open_dataset(intensity_path) as intensity, style():
         one = cube.isel(record=index).load()
@@ -85,6 +87,9 @@ def _draw_record(cube_path: Path, intensity_path: Path, folder: Path, write: Wri
         write(polar_figure(one, f"{title}{_stone(cube)}"), folder / "polar" / name)
         around = intensity_figure(intensity.isel(record=index), float(one["fault_normal"]), title)
         write(around, folder / "intensity" / name)
+        motion = motions / f"{name}.nc"
+        used = read_motion(motion)
+        save(history_figure(read_unprocessed(motion) or used, used), folder / "history" / f"{name}.svg")
 
 
 def _stone(cube: xr.Dataset) -> str:

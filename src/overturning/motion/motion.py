@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.motion.direction import direction_cosines
+from overturning.motion.plausible import implausible
 
 
 def _component(name: str, values: ArrayLike) -> FloatArray:
@@ -31,6 +32,8 @@ class Recorded(Protocol):
     def up(self) -> FloatArray | None: ...  # noqa: D102
     @property
     def sampling_interval(self) -> float: ...  # noqa: D102
+    @property
+    def trusted(self) -> bool: ...  # noqa: D102
 
 
 class Motion:
@@ -44,15 +47,24 @@ class Motion:
         Upward acceleration, m/s².
     sampling_interval : float
         Time between samples, s.
+    trust_data : bool
+        Take accelerations and velocities of any size.
 
     Raises
     ------
     ArgumentError
-        If a component is empty or not finite, lengths differ, or the sampling interval is not positive.
+        If a component is empty or not finite, lengths differ, the sampling interval is not positive, or the motion is not
+        the size of one: above 5 g or 1000 cm/s, or below 0.0001 g without being rest.
     """
 
     def __init__(
-        self, north: ArrayLike, east: ArrayLike, up: ArrayLike | None = None, *, sampling_interval: float
+        self,
+        north: ArrayLike,
+        east: ArrayLike,
+        up: ArrayLike | None = None,
+        *,
+        sampling_interval: float,
+        trust_data: bool = False,
     ) -> None:
         self.north = _component("north", north)
         self.east = _component("east", east)
@@ -65,11 +77,20 @@ class Motion:
         if not (np.isfinite(sampling_interval) and sampling_interval > 0):
             raise ArgumentError(f"sampling_interval: {sampling_interval}; it must be a positive number of seconds")
         self.sampling_interval = float(sampling_interval)
+        components = [self.north, self.east, *([] if self.up is None else [self.up])]
+        if not trust_data and (why := implausible(components, self.sampling_interval, unit="m/s2")):
+            raise ArgumentError(f"motion: {why}: give m/s², or say trust_data=True")
 
     @classmethod
     def of(cls, record: Recorded) -> "Motion":
         """The motion of a record."""
-        return cls(record.north, record.east, record.up, sampling_interval=record.sampling_interval)
+        return cls(
+            record.north,
+            record.east,
+            record.up,
+            sampling_interval=record.sampling_interval,
+            trust_data=record.trusted,
+        )
 
     from_record = of
 

@@ -14,7 +14,9 @@ from overturning.dem.grid import DIMENSIONS, Grid
 from overturning.dem.variables import INT8_MISSING, Variable
 from overturning.errors import ResultError
 from overturning.files import atomic_write, without_folders
+from overturning.records.catalogue import METADATA
 from overturning.records.record import Record
+from overturning.records.summary import account
 from overturning.study.config import Study
 from overturning.study.grid import grid_of
 from overturning.study.netcdf import add_coordinate, add_grid, add_variable, content_hash, open_raw
@@ -25,6 +27,7 @@ CONVENTIONS = "CF-1.11"
 RECORD_COORDINATES = (
     *("record_id", "station", "event", "fault_normal", "pulse", "vertical"),
     *("station_latitude", "station_longitude", "epicentre_latitude", "epicentre_longitude"),
+    *METADATA,
 )
 """Auxiliary coordinates of the dimension record."""
 
@@ -126,6 +129,12 @@ def _add_records(cube: Any, records: Sequence[Record], vertical: bool) -> None:
             # Half a place is none.
             values = [None if None in pair else pair[index] for pair in pairs]
             add(f"{where}_{name}", "f8", values, np.nan, **about)
+    for name, (_, long_name, unit) in METADATA.items():
+        known = [record.extra.get(name) for record in records]
+        if unit:
+            add(name, "f8", known, np.nan, long_name=long_name, units=unit)
+        else:
+            add(name, str, [str(word or "") for word in known], long_name=long_name)
     applied = [vertical and record.up is not None for record in records]
     for name, long_name, meanings, flags in (
         ("pulse", "whether the record has a velocity pulse", "no_pulse pulse", [r.extra.get("pulse") for r in records]),
@@ -164,7 +173,7 @@ def _attributes(study: Study, records: Sequence[Record], variant: str) -> dict[s
         "variant": variant,
         "record_sources": json.dumps(sources, ensure_ascii=False),
         "record_processing": json.dumps(
-            {r.record_id: list(r.processing) for r in records}, ensure_ascii=False, default=str
+            {record.record_id: account(record) for record in records}, ensure_ascii=False, default=str
         ),
         "versions": json.dumps({name: metadata.version(name) for name in _PACKAGES}),
     }

@@ -19,6 +19,9 @@ from overturning.study.scenes import numerics_of, scene_of
 FINER: Final = 8
 """Steps of the first repetition in each of the study's."""
 
+NUDGE: Final = 1e-9
+"""Share by which the motion is made stronger to see whether an answer hangs on less than is known of it."""
+
 STIFFER: Final = 4.0
 """Stiffness of the second repetition over the study's; the finest steps are half as long for it, the whole ones are not."""
 
@@ -36,6 +39,7 @@ def repetitions(study: Study) -> dict[str, Again]:
     shorter = step if isinstance(step, str) else step / np.sqrt(STIFFER)
     return {
         "finer": partial(run, scene, numerics=replace(numerics, refinement=FINER)),
+        "finest": partial(run, scene, numerics=replace(numerics, refinement=2 * FINER)),
         "stiffer": partial(run, stiffer_scene(scene), numerics=replace(numerics, time_step=shorter)),
     }
 

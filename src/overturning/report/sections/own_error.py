@@ -7,6 +7,7 @@ from overturning.report.results import Results
 from overturning.report.text import percent
 from overturning.study.comparison import wilson
 from overturning.study.own_error import KINDS, WARN_ABOVE
+from overturning.study.repetition import NUDGE
 
 _NAMES: Final = {"finer": "steps {finer_by} times finer", "stiffer": "springs {stiffer_by:g} times stiffer"}
 
@@ -31,7 +32,7 @@ def own_error(results: Results) -> Section | None:
             "single cells of this study; a smaller time step or a stiffer contact is needed."
         )
         blocks.append(Caution(warning))
-    text = _text(found)
+    text = _text(found) + _settled(found)
     if found["chosen"]:
         several = any(len(counts) > 1 for counts in outcomes.values())
         text += " Each element of the scene is counted by itself." if several else ""
@@ -81,6 +82,32 @@ def _text(found: dict[str, Any]) -> str:
         f"{chosen} of the {found['cells']} cases, drawn at random, were run again{why if chosen < wanted else ''}; "
         f"{found['at_rest']} of them lie below the thresholds of rocking and sliding and cannot change."
     )
+
+
+def _settled(found: dict[str, Any]) -> str:
+    """What a finer computation settles of what changed, and what none does."""
+    changed, looked, settled = (found["settling"][name] for name in ("changed", "looked_at", "settled"))
+    if not changed:
+        return ""
+    which = "it was" if changed == 1 else "they were"
+    if looked < changed:
+        which = f"{looked} of them {'was' if looked == 1 else 'were'}"
+    if not looked:
+        return f" With finer steps {_cases(changed)} changed; verification.cost leaves no room to look why."
+    open_ = looked - settled
+    low, high = wilson(open_, found["chosen"])
+    text = (
+        f" With finer steps {_cases(changed)} changed; {which} computed twice more, in steps half as long as those and under "
+        f"a motion stronger by a factor of 1 + {NUDGE:g}. {settled} kept the answer of the finer steps, which settle "
+        f"{'it' if settled == 1 else 'them'}; {open_} did not and {'is' if open_ == 1 else 'are'} chaotic: no computation "
+        f"decides {'it' if open_ == 1 else 'them'}"
+    )
+    of_all = f", {percent(open_ / found['chosen'], 2)} of the cases run again (95 % interval {100 * low:.2f} to {percent(high, 2)})"
+    return f"{text}{of_all if looked == changed else ''}."
+
+
+def _cases(count: int) -> str:
+    return "1 case" if count == 1 else f"{count} cases"
 
 
 def _rows(found: dict[str, Any], kind: str) -> list[tuple[str, ...]]:

@@ -1,10 +1,12 @@
 """The records: their peaks, where blocks fall under each, where they were recorded, and their figures."""
 
 import math
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from overturning.records.summary import summary
 from overturning.report.blocks import Block, Figure, Note, Row, Section, Table
 from overturning.report.results import Results
 from overturning.report.sections.maps import polar_map, records_first
@@ -13,6 +15,7 @@ from overturning.statistics.boundary import boundary, easiest_azimuth
 from overturning.statistics.circular import wrap_axis
 from overturning.statistics.direction import fall_axis, fall_direction
 from overturning.statistics.falls import overturns
+from overturning.study.cube import processing_of
 from overturning.units import CM, GAL
 
 LEAST_RESULTANT = 0.05
@@ -26,6 +29,7 @@ def records(results: Results) -> Section:
         "azimuth along which it is reached. Overturned: share of the record's cases."
     )
     blocks: list[Block] = [_peaks(results), about_peaks, Note("A click on a heading sorts.", medium="page")]
+    blocks += _processing(results)
     if results.fallen > 0:
         blocks.append(_directions(results))
     if maps := _maps(results):
@@ -47,7 +51,11 @@ def record_by_record(results: Results) -> Section:
         )
         shown = (peaks,) if name in first else (polar_map(results, name), peaks)
         sections.append(Section(name.heading, shown, anchor=name.id, together=True))
-    return Section("Record by record", tuple(sections), anchor="figures")
+    beside = Note(
+        f"Beside the report, {results.figures.name}/history/ has a page of each record (record.svg): time histories before and "
+        "after processing, Fourier amplitudes, signal-to-noise ratio, Husid plot, and what was taken away."
+    )
+    return Section("Record by record", (beside, *sections), anchor="figures")
 
 
 def _peaks(results: Results) -> Table:
@@ -66,6 +74,37 @@ def _peaks(results: Results) -> Table:
         rows.append((*named, *cells[:-1], percent(float(shares[index]))))
     heads = ("record", "station", "earthquake", "pulse", "fault normal", "PGA, Gal", "along", "PGV, cm/s", "along")
     return Table((*heads, "PGD, cm", "overturned"), tuple(rows), "lttt", anchor="peaks", sortable=True)
+
+
+def _processing(results: Results) -> list[Block]:
+    """What was done to each record, by whom, and what that changed."""
+    heads = ("record", "data and processing", "PGA, Gal", "PGV, cm/s", "PGD, cm", "computed", "declared or trusted")
+    accounts = processing_of(results.cube)
+    named = [(name.id, accounts[name.id]) for name in results.names if name.id in accounts]
+    if not named:
+        return []
+    rows = tuple((name, *_account(account)) for name, account in named)
+    note = Note(
+        "Raw data is as the recorder gave it; what an agency did to processed data is told as far as its file tells it. Peaks "
+        "are the largest of north and east, before → after what was done here. Computed is the length of the motion, from its "
+        "first sample (UTC); of it each case leaves out the beginning that cannot move its block."
+    )
+    return [Section("Processing of the records", (Table(heads, rows, "lwnnntw", anchor="processing"), note))]
+
+
+def _account(account: dict[str, Any]) -> tuple[str, ...]:
+    """Cells of a record's row, after its name."""
+    steps = [summary(step) for step in account["steps"]]
+    peaks = []
+    for measure, unit, digits in (("pga", GAL, 0), ("pgv", CM, 1), ("pgd", CM, 1)):
+        before, after = (f"{value / unit:.{digits}f}" for value in account["peaks"][measure])
+        peaks.append(after if before == after else f"{before} → {after}")
+    clock = account["start"].partition("T")[2].partition(".")[0].removesuffix("Z")
+    computed = f"{account['duration_s']:.1f}\u00a0s" + (f" from\u00a0{clock}" if clock else "")
+    said = [*account["declared"], *(f"trusted although {why}" for why in account["trusted"])]
+    data = account["data"] + (f" ({account['agency']})" if account["agency"] else "")
+    done = f"{data}; " + ("here: " + ", ".join(steps) if steps else "left alone here")
+    return done, *peaks, computed, "; ".join(said) or "–"
 
 
 def _directions(results: Results) -> Section:

@@ -254,19 +254,18 @@ def test_the_ensemble(report: Report, one_record: Make, run: bool) -> None:
 
 def test_a_mean_is_not_given_where_falls_go_every_way() -> None:
     azimuth = np.arange(0, 360, 30)
-    # One fall in every plane, now to one side and now to the other: every sixth of the circle gets one.
-    side = np.where(azimuth // 30 % 2 == 0, 1.0, -1.0)
-    side[6:] = -side[:6]
+    # One fall in every plane, of one shape to one side and of the other to the other.
+    side = np.where(azimuth < 180, 1.0, -1.0)[:, None] * [1.0, -1.0]
     dims = ("record", "azimuth", "height", "b_over_h", "friction")
     uniform = xr.Dataset(
-        {"overturned": (dims, side[None, :, None, None, None] * np.ones((1, 12, 1, 2, 1)))},
+        {"overturned": (dims, side[None, :, None, :, None])},
         coords={
             "azimuth": azimuth, "height": [0.6], "b_over_h": [0.2, 0.3], "friction": [1.0], "fault_normal": ("record", [30.0]),
         },
     )  # fmt: skip
     (cells,) = record_directions(uniform)
     assert cells[:4] == ("–", "0.00", "–", "0.00")
-    one_way = uniform.assign(overturned=uniform["overturned"].where(uniform["azimuth"] % 180 == 30, 0))
+    one_way = uniform.assign(overturned=uniform["overturned"].where(uniform["azimuth"] % 180 == 30, 0)[..., [0], :])
     (cells,) = record_directions(one_way)
     assert cells[1] == cells[3] == "1.00"
     assert cells[2] == "30°"

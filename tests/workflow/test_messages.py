@@ -128,3 +128,21 @@ def test_another_workflow_uses_it_as_a_module(tmp_path: Path) -> None:
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert "results/deployed/report.html" in done.stdout + done.stderr
+
+
+def test_a_step_that_fails_is_told_first_and_last_without_its_command(tmp_path: Path) -> None:
+    checkout = Checkout(tmp_path / "failing", SMALL.replace("rinaldi, petrolia", "rinaldi"))
+    programs = tmp_path / "bin"
+    programs.mkdir()
+    (programs / "overturning").write_text(
+        "#!/bin/sh\necho 'error: motion.nc: broken; mend it' >&2\nexit 1\n", encoding="utf-8"
+    )
+    (programs / "overturning").chmod(0o755)
+    checkout.environment["PATH"] = f"{programs}:{checkout.environment['PATH']}"
+    done = checkout.run(check=False)
+    assert done.returncode == 1
+    lines = done.stderr.strip().splitlines()
+    assert lines[0] == lines[-1] == "error: motion.nc: broken; mend it"
+    assert "run.log" in lines[1]
+    assert len(done.stdout + done.stderr) < 500
+    assert "Error in rule read" in (checkout.folder / ".snakemake" / "run.log").read_text(encoding="utf-8")

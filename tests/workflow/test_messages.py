@@ -10,6 +10,7 @@ import pytest
 from tests.workflow.conftest import ROOT, SMALL, Checkout
 
 sys.path.insert(0, str(ROOT / "workflow" / "scripts"))
+from run import cubes_kept
 from talk import failures, made, steps
 
 pytestmark = pytest.mark.workflow
@@ -146,3 +147,21 @@ def test_a_step_that_fails_is_told_first_and_last_without_its_command(tmp_path: 
     assert "run.log" in lines[1]
     assert len(done.stdout + done.stderr) < 500
     assert "Error in rule read" in (checkout.folder / ".snakemake" / "run.log").read_text(encoding="utf-8")
+
+
+def test_a_failed_run_does_not_cost_the_cube(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    cubes = [tmp_path / "results" / "mine" / name for name in ("cube.nc", "cube.other.nc")]
+    cubes[0].parent.mkdir(parents=True)
+    for cube in cubes:
+        cube.write_text("earlier", encoding="utf-8")
+    with cubes_kept():
+        cubes[0].unlink()  # as Snakemake does before the step that fails
+        cubes[1].unlink()
+        cubes[1].write_text("new", encoding="utf-8")
+    assert [cube.read_text(encoding="utf-8") for cube in cubes] == ["earlier", "new"]
+    assert cubes[0].stat().st_mtime == 0, "the next run makes it again"
+    assert cubes[1].stat().st_mtime > 0
+    with cubes_kept():
+        pass
+    assert sorted(path.name for path in cubes[0].parent.iterdir()) == ["cube.nc", "cube.other.nc"]

@@ -91,8 +91,9 @@ def cubes_kept() -> Iterator[None]:
     They are as old as can be then, so that the next run makes them in any case.
     """
     links = {path: path.with_name(f".{path.name}.kept") for path in Path("results").glob("*/cube*.nc")}
+    for left in Path("results").glob("*/.cube*.nc.kept"):  # by a run that was killed
+        left.unlink()
     for path, link in links.items():
-        link.unlink(missing_ok=True)
         with suppress(OSError):  # a file system without hard links
             os.link(path, link)
     try:

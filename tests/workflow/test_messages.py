@@ -1,6 +1,7 @@
 """What `make run` says: in the words of the steps, without Snakemake's talk."""
 
 import fcntl
+import subprocess
 import sys
 from pathlib import Path
 
@@ -107,3 +108,23 @@ def test_a_missing_file_is_named_before_the_run(checkout: Checkout) -> None:
     done = checkout.run(check=False)
     assert done.stderr.count("mine.V2A: ") == 2
     assert not (checkout.results / "motion").exists()
+
+
+def test_another_workflow_uses_it_as_a_module(tmp_path: Path) -> None:
+    """As snakedeploy has it: a Snakefile of one's own, a whole study in its config."""
+    checkout = Checkout(tmp_path / "module", SMALL.replace("name: small", "name: deployed"))
+    (checkout.folder / "config" / "near-fault.yaml").unlink()
+    used = checkout.folder / "workflow"
+    used.rename(checkout.folder / "used")
+    used.mkdir()
+    (used / "Snakefile").write_text(
+        'configfile: "config/mine.yaml"\n\nmodule overturning:\n    snakefile: "../used/Snakefile"\n    config: config\n\n'
+        "use rule * from overturning\n",
+        encoding="utf-8",
+    )
+    command = [sys.executable, "-m", "snakemake", "--dry-run", "--cores", "1", "--quiet", "host"]
+    done = subprocess.run(
+        command, cwd=checkout.folder, env=checkout.environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "results/deployed/report.html" in done.stdout + done.stderr

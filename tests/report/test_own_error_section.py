@@ -57,9 +57,7 @@ def test_what_finer_steps_settle_and_what_nothing_decides() -> None:
     many = said(changed=7, looked_at=7, settled=4, chaotic=1)
     assert "7 cases changed; they were computed twice more" in many
     assert "4 kept the answer of the finer steps, which so is settled; 2 changed with the shorter steps only" in many
-    assert (
-        "1 changed with the motion; no computation decides these, 0.50\u00a0% of" in many
-    )
+    assert "1 changed with the motion; no computation decides these, 0.50\u00a0% of" in many
     assert "(95 % interval 0.09 to 2.78\u00a0%)." in many
     some = said(changed=7, looked_at=1, settled=1)
     assert "7 cases changed; 1 of them was computed twice more" in some

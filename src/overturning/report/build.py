@@ -20,6 +20,7 @@ from overturning.report.sections import (
     published,
     records,
     scene,
+    space,
     survey,
     telling,
 )
@@ -32,6 +33,9 @@ SECTIONS: Final[tuple[Callable[[Results], Section | None], ...]] = (
     published.published,
     telling.telling,
     falls.falls,
+    space.follows,
+    space.plane_beside,
+    space.twists,
     cause.cause,
     ensemble.ensemble,
     records.records,

@@ -19,7 +19,7 @@ from verification.space_engines import Prism, fall_azimuth, installed
 from verification.tables import RESULTS, Figure, figures_table, publish, write_figures
 from verification.timing import measured
 
-GRID: Final = {"height": [0.6], "b_over_h": [0.2, 0.3, 0.4], "friction": [0.58]}
+GRID: Final[dict[str, Any]] = {"height": [0.6], "b_over_h": [0.2, 0.3, 0.4], "friction": [0.58]}
 TURNED: Final = np.arange(0.0, 90.0, 15.0)
 PEER_STEP: Final = 2e-4
 """Step of the other engines, s: small enough that a smaller one no longer changes their flags by more than they differ."""

@@ -27,8 +27,6 @@ class Checkout:
         self.folder = folder
         for name in ("workflow", "config"):
             shutil.copytree(ROOT / name, folder / name)  # makes the folder too
-        shutil.copy(ROOT / "Snakefile", folder)
-        (folder / "profiles").symlink_to("workflow/profiles")
         (folder / "config" / "mine.yaml").write_text(config, encoding="utf-8")
         self.environment = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
         if own_sources:
@@ -72,7 +70,7 @@ class Checkout:
 
 @pytest.fixture(scope="session")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Checkout:
-    """A study computed on one core. Tests must not change it."""
-    checkout = Checkout(tmp_path_factory.mktemp("one") / "checkout")
-    checkout.run(cores=1)
+    """A study computed on two cores, from start to end. Tests must not change it."""
+    checkout = Checkout(tmp_path_factory.mktemp("finished") / "checkout")
+    checkout.run(cores=2)
     return checkout

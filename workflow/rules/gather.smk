@@ -14,7 +14,7 @@ rule gather:
     resources:
         mem_mb=800,
     params:
-        study=settings(*SETTINGS),
+        study=settings(*(key for key in SETTINGS if key not in BESIDE)),
         variant=variant_of,
         motions=lambda wildcards, input: Path(input.motions[0]).parent,
         parts=lambda wildcards, input: Path(input.parts[0]).parent,

@@ -14,6 +14,7 @@ from overturning.report.sections import (
     cause,
     ensemble,
     falls,
+    maps,
     method,
     own_error,
     published,
@@ -25,6 +26,7 @@ from overturning.report.sections import (
 
 SECTIONS: Final[tuple[Callable[[Results], Section | None], ...]] = (
     answer.answer,
+    maps.maps,
     scene.scene,
     survey.surveys,
     published.published,

@@ -12,6 +12,7 @@ from overturning.report.results import Results
 from overturning.report.sections import (
     answer,
     cause,
+    criteria,
     ensemble,
     falls,
     method,
@@ -31,6 +32,7 @@ SECTIONS: Final[tuple[Callable[[Results], Section | None], ...]] = (
     telling.telling,
     falls.falls,
     cause.cause,
+    criteria.criteria,
     ensemble.ensemble,
     records.records,
     records.record_by_record,

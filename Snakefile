@@ -23,6 +23,7 @@ include: "workflow/rules/gather.smk"
 include: "workflow/rules/verify.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/survey.smk"
+include: "workflow/rules/population.smk"
 include: "workflow/rules/report.smk"
 
 
@@ -34,6 +35,7 @@ rule all:
     input:
         CUBES,
         REPORT,
+        FRAGILITY,
         f"{RESULTS}/timing.csv",
     localrule: True
 

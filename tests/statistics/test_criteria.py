@@ -32,7 +32,9 @@ def test_what_falls_by_wests_formula_is_foretold_by_it() -> None:
         },
         {"azimuth": azimuth, "height": [0.6, 1.2], "b_over_h": slender, "friction": [1.0]},
     )
-    peaks = {name: (("record", "azimuth"), np.tile(values, (3, 1))) for name, values in (("pga", pga), ("pgv", pga / 30))}
+    peaks = {
+        name: (("record", "azimuth"), np.tile(values, (3, 1))) for name, values in (("pga", pga), ("pgv", pga / 30))
+    }
     found = criteria_scores(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
     assert found is not None
     names = [one.name for one in CRITERIA]

@@ -31,9 +31,7 @@ def measure(tests: Tests, fractions: FloatArray) -> tuple[pd.DataFrame, dict[tup
             }
             known = np.isfinite(held[PEAKS])
             samples = drawn_motions(tests.motion[known])
-            drawn = {
-                name: np.array([scores(p[known][s], fell[known][s]) for s in samples]) for name, p in held.items()
-            }
+            drawn = {name: np.array([scores(p[known][s], fell[known][s]) for s in samples]) for name, p in held.items()}
             for name, p in held.items():
                 probabilities[split, name, specimen] = p
                 found = scores(p[known], fell[known])

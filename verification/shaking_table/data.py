@@ -1,6 +1,7 @@
 """The tests as a table: the table's measured motion, what was played, and whether each specimen fell."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ResultError
 from overturning.motion.motion import Motion
+from overturning.units import STANDARD_GRAVITY
 
 SOURCE: Final = (
     "github.com/ZhiangChen/virtual_shake_robot_pybullet, commit 9f239e7e21280702be9ba7a40ed9b47a35868a52, folder "
@@ -82,9 +84,9 @@ def read_tests(folder: Path) -> Tests:
     return Tests(
         number=data["test"].astype(np.int64),
         motion=record,
-        acceleration=[samples[a:b] for a, b in zip(start[:-1], start[1:], strict=True)],
+        acceleration=[samples[first:end] for first, end in pairwise(start)],
         sampling_interval=float(data["sampling_interval"]),
-        pga=data["pga_g"].astype(np.float64) * 9.80665,
+        pga=data["pga_g"].astype(np.float64) * STANDARD_GRAVITY,
         pgv=data["pgv"].astype(np.float64),
         fell={one: data[f"overturned_{one}"] == 1 for one in SPECIMENS},
     )

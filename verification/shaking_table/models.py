@@ -15,7 +15,7 @@ Rows = NDArray[np.intp]
 Model = Callable[[int, Rows, Rows], FloatArray]
 """From specimen, tests to learn from and tests to foretell to the probabilities of the latter."""
 
-B_OVER_H: Final = np.geomspace(0.20, 0.70, 36)
+B_OVER_H: Final = np.geomspace(0.07, 0.33, 36)
 HEIGHT: Final = np.geomspace(0.40, 1.60, 16)
 """Centres of the ensemble that are tried, B/H and height in m."""
 

@@ -51,7 +51,9 @@ def _draw_bins(axes: Any, bins: list[Bin]) -> None:
     spread = [[one.fell - one.low for one in bins], [one.high - one.fell for one in bins]]
     axes.errorbar(x, y, yerr=np.maximum(spread, 0), color=SERIES[0], marker="o", markersize=4, capsize=2, linewidth=1)
     for one in bins:
-        axes.annotate(str(one.tests), (one.probability, one.fell), xytext=(4, -10), textcoords="offset points", fontsize=7)
+        axes.annotate(
+            str(one.tests), (one.probability, one.fell), xytext=(4, -10), textcoords="offset points", fontsize=7
+        )
     axes.set(xlim=(-0.03, 1.03), ylim=(-0.03, 1.03))
     axes.grid(True)
 
@@ -69,7 +71,9 @@ def _scores(rows: pd.DataFrame) -> str:
     lines = []
     for (split, specimen, model), own in rows.groupby(["split", "specimen", "model"], sort=False):
         by_score = {one.score: one for one in lines_of(own)}
-        cells = [f"{by_score[name].value:.3f} ({by_score[name].low:.2f} to {by_score[name].high:.2f})" for name in NAMES]
+        cells = [
+            f"{by_score[name].value:.3f} ({by_score[name].low:.2f} to {by_score[name].high:.2f})" for name in NAMES
+        ]
         lines.append((split, specimen, model, *cells, int(own["tests"].iloc[0])))
     return markdown(("split", "specimen", "model", *NAMES, "tests"), lines)
 
@@ -91,7 +95,9 @@ def _aims(rows: pd.DataFrame) -> str:
                 own, other = (_value(rows, split, specimen, model, name) for model in (ENSEMBLE, PEAKS))
                 if (own >= other) if name == "Brier score" else (own <= other):
                     missed.append(f"{name} of specimen {specimen}: {own:.3f} against {other:.3f}")
-        lines.append((f"{ENSEMBLE}: {CLAIMS[ENSEMBLE]}, {split}", "met" if not missed else f"missed ({'; '.join(missed)})"))
+        lines.append(
+            (f"{ENSEMBLE}: {CLAIMS[ENSEMBLE]}, {split}", "met" if not missed else f"missed ({'; '.join(missed)})")
+        )
     reached = [_value(rows, "odd to even", specimen, BOTH, "F1") for specimen in SPECIMENS]
     met = reached[0] >= 0.93 and reached[1] >= 0.91
     lines.append((f"{BOTH}: {CLAIMS[BOTH]}", f"{'met' if met else 'missed'} ({reached[0]:.3f} and {reached[1]:.3f})"))

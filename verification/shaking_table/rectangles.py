@@ -22,7 +22,7 @@ SEED: Final = 1
 class Bounds(NamedTuple):
     """Ends of the cloud; all but friction are spread evenly over the logarithm."""
 
-    b_over_h: tuple[float, float] = (0.12, 1.0)
+    b_over_h: tuple[float, float] = (0.05, 0.45)
     height: tuple[float, float] = (0.3, 2.0)
     friction: tuple[float, float] = (0.4, 1.0)
     damping: tuple[float, float] = (0.3, 3.0)
@@ -41,13 +41,13 @@ class Cloud(NamedTuple):
     fell: NDArray[np.bool_]
 
 
-def rectangles(count: int = COUNT) -> Bounds:
-    """Scrambled Sobol points over `BOUNDS`, one row per quantity."""
+def rectangles(count: int = COUNT) -> dict[str, FloatArray]:
+    """Scrambled Sobol points over `BOUNDS`, a row for each of its names."""
     unit = qmc.Sobol(len(BOUNDS), seed=SEED).random(count).T
-    rows = {}
+    rows: dict[str, FloatArray] = {}
     for name, (low, high), u in zip(Bounds._fields, BOUNDS, unit, strict=True):
         rows[name] = low + (high - low) * u if name == "friction" else low * (high / low) ** u
-    return Bounds(**rows)
+    return rows
 
 
 def cloud(tests: Tests, kept: Path | None = None, *, count: int = COUNT, threads: int = 1) -> Cloud:
@@ -69,11 +69,11 @@ def cloud(tests: Tests, kept: Path | None = None, *, count: int = COUNT, threads
     if path is not None and path.is_file():
         fell = np.unpackbits(np.load(path), axis=1, count=count).astype(bool)
     else:
-        cases = Cases(0.0, rows.height, rows.b_over_h, rows.friction, rows.amplitude, rows.damping)
+        cases = Cases(0.0, rows["height"], rows["b_over_h"], rows["friction"], rows["amplitude"], rows["damping"])
         fell = np.zeros((len(tests.acceleration), count), dtype=bool)
         for index in range(len(tests.acceleration)):
             fell[index] = np.abs(run_cases(tests.ground(index), cases, threads=threads).overturned) == 1
         if path is not None:
             with atomic_write(path) as part, part.open("wb") as file:
                 np.save(file, np.packbits(fell, axis=1))
-    return Cloud(np.asarray(rows.b_over_h), np.asarray(rows.height), np.asarray(rows.amplitude), fell)
+    return Cloud(rows["b_over_h"], rows["height"], rows["amplitude"], fell)

@@ -7,6 +7,7 @@ rule report:
         intensity=f"{RESULTS}/intensity.nc",
         figures=rules.figures.output,
         verification=[VERIFICATION] if VERIFIED else [],
+        population=POPULATION,
         surveys=expand(f"{RESULTS}/survey/{{number}}.json", number=SURVEYS),
     output:
         pdf=PAPER,

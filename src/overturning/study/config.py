@@ -8,6 +8,7 @@ from overturning.dem.element import Model, Name
 from overturning.dem.polygon.geometry import native_size
 from overturning.dem.scene import Scene, gravestone
 from overturning.records.steps import Step
+from overturning.study.population import Population
 from overturning.study.quantity import Density, Metre
 from overturning.study.ranges import AzimuthRange, Values
 from overturning.study.sections import (
@@ -78,6 +79,9 @@ class Study(Model):
     )
     published: tuple[Published, ...] = Field(
         default=(), description="published values; the report compares the study with them"
+    )
+    population: Population | None = Field(
+        default=None, description="a cemetery of many stones, whose fall rate is wanted under each record"
     )
     surveys: tuple[Survey, ...] = Field(
         default=(), description="surveys of fallen stones; the report compares each with what its site's cube predicts"

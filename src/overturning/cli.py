@@ -26,6 +26,7 @@ COMMANDS = {
     "fragility": ("workflow", "Fragility curves of a population, as CSV and for OpenQuake."),
     "report": ("workflow", "Write the report of a study."),
     "survey": ("survey", "Compare a survey of fallen stones with the cube of its site."),
+    "backwards": ("backwards", "From a survey of fallen stones back to the motion: strength, azimuth, record."),
     "recheck": ("recheck", "Compute a random sample of a cube's cells again and compare bit for bit."),
     "one": ("one", "Simulate one block; print what it does, and make a film of it."),
 }

@@ -169,8 +169,7 @@ class Responses:
         plane, (height, shape, friction) = STEP_DEG * np.arange(PLANES), drawn(kind, self._population)
         cells = (self.amplitude.size, DRAWS, PLANES)
         columns = (plane, height[:, None], shape[:, None], friction[:, None], self.amplitude[:, None, None])
-        azimuth, *rest, amplitude = (np.broadcast_to(values, cells).ravel() for values in columns)
-        found = run_cases(motion, Cases(azimuth, *rest, amplitude=amplitude), threads=threads)
+        found = run_cases(motion, Cases(*(np.broadcast_to(one, cells).ravel() for one in columns)), threads=threads)
         flag, time = found.overturned.reshape(cells), found.overturning_time.reshape(cells)
         if kind.round:
             ways = first_way(flag, time, np.arange(PLANES))
@@ -200,7 +199,7 @@ class Responses:
             return np.asarray(fixed + (1 - fixed) * stands)
         chance = np.zeros(seen.shape[:3])
         for turn in turns:
-            chance[:, :, turn] = seen[:, :, turn, :WAYS] @ directions(stone, STEP_DEG * turn, error_deg)
+            chance[:, :, turn] = seen[:, :, turn, :WAYS] @ directions(stone, float(STEP_DEG * turn), error_deg)
         width = 45.0 if stone.octant else float(STEP_DEG)
         return np.asarray((1 - fixed) * ((1 - background) * chance + background / 2 * width / 360))
 

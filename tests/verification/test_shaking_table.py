@@ -50,7 +50,7 @@ def synthetic() -> tuple[Tests, Cloud]:
     peak = np.exp(generator.uniform(np.log(0.5), np.log(8), 300))
     rows = rectangles(4096)
     fell = peak[:, None] * rows["amplitude"] > limit(rows["b_over_h"], rows["height"])
-    threshold = limit(np.array(0.15), np.array(0.8)) * np.exp(generator.normal(0, 0.15, 300))
+    threshold = limit(np.array(0.15), np.array(0.8)) * np.exp(generator.normal(0, 0.35, 300))
     tests = Tests(
         number=np.arange(300),
         motion=np.repeat([f"RSN{i}" for i in range(12)], 25),
@@ -67,20 +67,20 @@ def test_finds_a_rectangle_of_the_right_strength(synthetic: tuple[Tests, Cloud])
     tests, cloud = synthetic
     centre = most_likely_centre(ensemble_fractions(cloud), tests.fell[1], np.arange(150))
     shape, size = divmod(centre, HEIGHT.size)
-    assert limit(B_OVER_H[shape], HEIGHT[size]) == pytest.approx(limit(np.array(0.15), np.array(0.8)), rel=0.1)
+    assert limit(B_OVER_H[shape], HEIGHT[size]) == pytest.approx(limit(np.array(0.15), np.array(0.8)), rel=0.15)
 
 
 def test_held_out_scores_and_reliability(synthetic: tuple[Tests, Cloud]) -> None:
     tests, cloud = synthetic
-    rows, held = measure(tests, ensemble_fractions(cloud))
+    rows, held = measure(tests, ensemble_fractions(cloud), draws=40)
     values = rows.set_index(["split", "specimen", "model", "score"])["value"]
     for split in ("odd to even", "motion left out"):
         for model in (PEAKS, ENSEMBLE, BOTH):
-            assert values[split, 1, model, "AUC"] > 0.97
-            assert values[split, 1, model, "Brier score"] < 0.07
+            assert values[split, 1, model, "AUC"] > 0.94
+            assert values[split, 1, model, "Brier score"] < 0.11
     assert (rows["low"] <= rows["value"] + 0.02).all()
     assert np.isfinite(held["motion left out", ENSEMBLE, 1]).all()
-    for one in reliability(held["motion left out", ENSEMBLE, 1], tests.fell[1], tests.motion):
+    for one in reliability(held["motion left out", ENSEMBLE, 1], tests.fell[1], tests.motion, 40):
         assert one.low - 0.25 <= one.probability <= one.high + 0.25
 
 

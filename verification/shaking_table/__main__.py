@@ -13,13 +13,15 @@ from verification.shaking_table import page
 from verification.shaking_table.data import SPECIMENS, Tests, read_tests
 from verification.shaking_table.models import PEAKS, each_motion, ensemble_fractions, foretold, models, odd_even
 from verification.shaking_table.rectangles import COUNT, cloud
-from verification.shaking_table.scores import NAMES, drawn_motions, interval, scores
+from verification.shaking_table.scores import DRAWS, NAMES, drawn_motions, interval, scores
 from verification.tables import RESULTS, ROOT, publish, write_csv
 
 SPLITS = {"odd to even": odd_even, "motion left out": each_motion}
 
 
-def measure(tests: Tests, fractions: FloatArray) -> tuple[pd.DataFrame, dict[tuple[str, str, int], FloatArray]]:
+def measure(
+    tests: Tests, fractions: FloatArray, draws: int = DRAWS
+) -> tuple[pd.DataFrame, dict[tuple[str, str, int], FloatArray]]:
     """Scores of every model, split and specimen with intervals by motion, and the held-out probabilities."""
     rows, probabilities = [], {}
     for split, divide in SPLITS.items():
@@ -30,7 +32,7 @@ def measure(tests: Tests, fractions: FloatArray) -> tuple[pd.DataFrame, dict[tup
                 for name, model in models(tests, fractions).items()
             }
             known = np.isfinite(held[PEAKS])
-            samples = drawn_motions(tests.motion[known])
+            samples = drawn_motions(tests.motion[known], draws)
             drawn = {name: np.array([scores(p[known][s], fell[known][s]) for s in samples]) for name, p in held.items()}
             for name, p in held.items():
                 probabilities[split, name, specimen] = p

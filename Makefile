@@ -1,11 +1,11 @@
-# make setup | run | test | lint | peers | bench | verify | shaking-table | lock | clean
+# make setup | run | test | lint | docs | peers | bench | verify | shaking-table | lock | clean
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 CORES ?= 2
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: setup run test tests lint format peers bench verify shaking-table lock clean help
+.PHONY: setup run test tests lint docs format peers bench verify shaking-table lock clean help
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -13,6 +13,7 @@ help: ## list the targets
 
 # The stamp carries the lock: a changed lock sets the environment up again, an unchanged one costs nothing.
 $(VENV)/.stamp: requirements.lock pyproject.toml
+	@command -v $(PYTHON) >/dev/null || { echo "no program $(PYTHON) here; try: make PYTHON=python3 $(MAKECMDGOALS)" >&2; exit 1; }
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "overturning needs Python 3.11 or newer; try: make PYTHON=python3.12 $(MAKECMDGOALS)" >&2; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --requirement requirements.lock
@@ -21,7 +22,7 @@ $(VENV)/.stamp: requirements.lock pyproject.toml
 
 setup: $(VENV)/.stamp ## make .venv from the hashed lock
 
-run: setup ## run the default study, or another: make run STUDY=config/mine.yaml; goes on after a killed run
+run: setup ## run the default study, or another: make run STUDY=config/mine.yaml; goes on after a killed run; VERBOSE=1: all that Snakemake says
 	@$(BIN)/python workflow/scripts/run.py --cores $(CORES) $(if $(STUDY),--configfile $(STUDY))
 
 test: setup ## lint and all tests, side by side
@@ -34,9 +35,12 @@ lint: setup ## ruff, mypy, snakefmt, snakemake --lint
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/snakefmt --check Snakefile workflow verification
+	$(BIN)/snakefmt --check workflow verification
 	$(BIN)/snakemake --lint
 	$(BIN)/snakemake --lint --snakefile verification/Snakefile
+
+docs: setup ## build the documentation site into site/, links checked, without network
+	$(BIN)/mkdocs build --strict --quiet
 
 peers: setup ## install the other engines (group `peers`): for bench, verify and one live test
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "mujoco>=3.2" "pymunk>=6.9"
@@ -47,6 +51,7 @@ bench: peers ## how fast the kernel is, against scalar code and other engines; a
 	$(BIN)/python -m verification.default_step
 	$(BIN)/python -m verification.step_and_contact
 	$(BIN)/python -m verification.fine_steps
+	$(BIN)/python -m verification.rigid_limit
 	$(BIN)/python -m verification.scene_speed
 
 verify: setup ## error against run time, map of stability; puts the figures into the docs
@@ -59,12 +64,12 @@ shaking-table: setup ## predictions beside shaking-table tests: DATA=folder (doc
 format: setup
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
-	$(BIN)/snakefmt Snakefile workflow verification
+	$(BIN)/snakefmt workflow verification
 
 lock: setup ## resolve the hashed lock again
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check uv
 	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-annotate --no-header \
-	  --extra test --extra build pyproject.toml --output-file requirements.lock
+	  --extra test --extra build --extra docs pyproject.toml --output-file requirements.lock
 
 clean: ## remove results and the environment
-	rm -rf results .snakemake $(VENV)
+	rm -rf results site .snakemake $(VENV)

@@ -122,7 +122,7 @@ def _plan(pen: Pen) -> None:
     pen.text((702, 318), "a = a_{north} cos φ + a_{east} sin φ", size=12, anchor="start")
 
 
-WHOLE, QUARTER, SHORT, TICK = "#e9e9e6", "#cfe3f0", "#f6c9a0", FALLS
+WHOLE, LONG, SHORT, FINE = "#e9e9e6", "#cfe3f0", "#f6c9a0", FALLS
 
 
 def clock() -> Pen:
@@ -130,11 +130,12 @@ def clock() -> Pen:
     pen = Pen(960, 345, "Whole steps, shorter steps around a change of contact, and whole steps again")
     unit, left, top = 150.0, 30.0, 66.0
     zoom, origin, low = 800.0, 80.0, 222.0
-    # In whole steps. The change is met in the third tick after 1.5625.
-    change = 1.5625 + 3 / 128
+    # In whole steps, the finest 1/128. A longer step begins at a multiple of its length.
+    change = 1.578125 + 1 / 128
     spans = [
-        (0, 1, WHOLE, 1), (1, 1.5, QUARTER, 4), (1.5, 1.5625, SHORT, 32), (1.5625, change + 0.25, TICK, 128),
-        (change + 0.25, change + 1, SHORT, 32), (change + 1, change + 3, QUARTER, 4), (change + 3, 6.0, WHOLE, 1),
+        (0, 1, WHOLE, 1), (1, 1.5, LONG, 2), (1.5, 1.5625, SHORT, 16), (1.5625, 1.578125, FINE, 64),
+        (1.578125, 1.65625, FINE, 128), (1.65625, 1.78125, FINE, 64), (1.78125, 2.0625, SHORT, 32),
+        (2.0625, 2.625, SHORT, 16), (2.625, 3, LONG, 8), (3, 3.5, LONG, 4), (3.5, 5, LONG, 2), (5, 6, WHOLE, 1),
     ]  # fmt: skip
     ends = [(left + unit, top + 34), (left + 2 * unit, top + 34), (origin + zoom, low), (origin, low)]
     pen.shape(ends, fill="#f3f3f1", stroke="none")
@@ -149,26 +150,32 @@ def clock() -> Pen:
     pen.text((left, top - 28), "time →", size=12, anchor="start")
     for start, end, words in (
         (0, 1, "whole steps"),
-        (change, change + 1, "for 5/ω"),
-        (change + 1, change + 3, "for 8/ω, at least two whole steps"),
-        (change + 3, 6, "whole steps"),
+        (change, 2.625, "eight of each length"),
+        (2.625, 5, "then two of each"),
+        (5, 6, "whole steps"),
     ):
         _brace(pen, left + unit * start, left + unit * end, top + 44, words)
     # The step of the change, enlarged: what is refused on the way to it.
-    for start, end, height in ((0.0, 1.0, 72.0), (0.5, 0.75, 32.0), (0.5625, 0.59375, 14.0)):
+    for start, end, height in (
+        (0.0, 1.0, 72.0),
+        (0.5, 1.0, 52.0),
+        (0.5, 0.75, 32.0),
+        (0.5, 0.625, 22.0),
+        (0.5625, 0.59375, 14.0),
+    ):
         a, b = origin + zoom * start, origin + zoom * end
         pen.arc(((a + b) / 2, low), (b - a) / 2, 90, -90, colour=FAULT, dash="4 3", flat=2 * height / (b - a))
     pen.text((origin + 150, low - 30), "refused: a contact would change", anchor="start", colour=FAULT, size=12)
     at = origin + zoom * (change - 1)
     pen.line((at, low - 5), (at, low + 44), width=2.2)
-    pen.text((at - 6, low + 52), "the change, in one tick", size=12, anchor="end")
-    _brace(pen, at, at + zoom / 4, low + 40, "a quarter of a whole step in ticks")
+    pen.text((at - 6, low + 52), "the change, in a finest step", size=12, anchor="end")
+    _brace(pen, at, origin + zoom * 0.65625, low + 40, "eight of the finest")
     x = 150.0
     for colour, words, room in (
-        (WHOLE, "whole step, 128 ticks", 240),
-        (QUARTER, "1/4", 120),
-        (SHORT, "1/32", 130),
-        (TICK, "tick, 1/128", 0),
+        (WHOLE, "whole step", 150),
+        (LONG, "1/2 to 1/8", 150),
+        (SHORT, "1/16, 1/32", 150),
+        (FINE, "1/64, 1/128: the finest here", 0),
     ):
         pen.shape([(x, 308), (x + 22, 308), (x + 22, 324), (x, 324)], fill=colour, width=0.6)
         pen.text((x + 30, 321), words, anchor="start", size=12)

@@ -1,5 +1,8 @@
 """The documentation: short lines, links that lead somewhere, drawings that the script makes, places that exist."""
 
+import importlib.util
+import json
+import os
 import re
 import subprocess
 import sys
@@ -9,10 +12,11 @@ import pytest
 
 from overturning.dem.status import Status
 from overturning.dem.variables import VARIABLES
+from tests.expect import lacking
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
-PAGES = [ROOT / "README.md", ROOT / "config" / "README.md", *sorted(DOCS.glob("*.md"))]
+PAGES = [ROOT / "README.md", ROOT / "config" / "README.md", *sorted(DOCS.rglob("*.md"))]
 LONGEST = 130
 LARGEST_DRAWING = 30_000
 
@@ -51,7 +55,8 @@ def test_links_lead_somewhere(page):
             continue
         path, _, anchor = target.partition("#")
         to = (page.parent / path).resolve() if path else page
-        assert to.exists(), f"{page.name}: {target}"
+        # A notebook becomes a page of the site.
+        assert to.exists() or to.with_suffix(".ipynb").exists(), f"{page.name}: {target}"
         assert not anchor or anchor in anchors(to), f"{page.name}: {target}; there are {sorted(anchors(to))}"
 
 
@@ -108,3 +113,48 @@ def test_the_method_explains_each_status_and_the_glossary_each_variable():
     table = method.split("| `status` |", 1)[1].split("\n\n", 1)[0]
     assert re.findall(r"^\| `(\w+)` \|", table, flags=re.MULTILINE) == [status.name.lower() for status in Status]
     assert [variable.name for variable in VARIABLES if f"`{variable.name}`" not in glossary] == []
+
+
+@pytest.fixture(scope="module")
+def hooks():
+    spec = importlib.util.spec_from_file_location("hooks", DOCS / "hooks.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_notebook_runs_and_shows_what_it_says(hooks):
+    page = hooks.notebook_page(DOCS / "first-look.ipynb")
+    assert "2.8 s, 561 samples" in page
+    assert page.count("<img alt=") == 2
+    assert "of the cases overturn" in page
+    kept = json.loads((DOCS / "first-look.ipynb").read_text(encoding="utf-8"))
+    assert all(not cell.get("outputs") for cell in kept["cells"]), "what it shows is made anew each time"
+
+
+def test_the_references_are_filled_in(hooks):
+    for page in (DOCS / "reference").glob("*.md"):
+        made = hooks.on_page_markdown(page.read_text(encoding="utf-8"))
+        assert "<!-- made" not in made
+        assert "](../config" not in made
+    commands = hooks.commands()
+    assert "## overturning records fetch url" in commands
+    assert "--animate" in commands
+    assert "`figures.dpi`" in hooks.TABLES["keys"]()
+
+
+def test_every_page_is_in_the_contents():
+    contents = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+    assert [page.name for page in DOCS.rglob("*.md") if f": {page.relative_to(DOCS)}" not in contents] == []
+
+
+def test_the_site_is_built_with_its_links_checked(tmp_path):
+    if importlib.util.find_spec("material") is None:
+        lacking("mkdocs-material is not installed (group docs)")
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(tmp_path / "site")]
+    environment = os.environ | {"NO_MKDOCS_2_WARNING": "1"}
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stdout + done.stderr
+    start = (tmp_path / "site" / "index.html").read_text(encoding="utf-8")
+    outside = re.findall(r'(?:src|href)="(https?://[^"]+)"', start)
+    assert [link for link in outside if not link.startswith("https://squidfunk.github.io")] == []

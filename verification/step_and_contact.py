@@ -16,7 +16,7 @@ from verification.inputs import half_grid, near_fault
 from verification.measures import difference, percent
 from verification.tables import markdown, publish
 
-PENETRATIONS = (2e-3, 2e-4, 2e-5, 2e-6)
+PENETRATIONS = (2e-3, 2e-4, 2e-5, 2e-6, 1e-7)
 DAMPING_RATIOS = (0.02, 0.1, 0.25, 1.0, 4.0)
 REFERENCE = "0.125 stable"
 STEPS = {"automatic": "auto"} | {f"{fraction:g}": f"{fraction} stable" for fraction in (0.25, 0.5, 0.75, 1.0)}

@@ -1,4 +1,16 @@
-"""Which way gravestones fall in an earthquake, and how sure one can be."""
+"""Which way gravestones fall in an earthquake, and how sure one can be.
+
+`read` a record, `simulate` blocks or scenes under it in every direction, look at one by `trajectory`, or run a small study by
+`run_study`:
+
+>>> import overturning
+>>> motion = overturning.Motion.sine(amplitude=6.0, period=0.8, azimuth_deg=60)
+>>> outcome = overturning.simulate(motion, azimuth_deg=range(0, 360, 30), height=[0.6], b_over_h=[0.2, 0.4], friction=[0.6])
+>>> outcome.overturned.dims
+('azimuth', 'height', 'b_over_h', 'friction')
+
+Azimuths are degrees clockwise from north; SI units. Large studies are files and a workflow: `overturning init FOLDER`.
+"""
 
 from typing import TYPE_CHECKING, Any
 
@@ -6,24 +18,58 @@ if TYPE_CHECKING:
     from overturning.dem.cases import Cases
     from overturning.dem.contact import Contact
     from overturning.dem.run import run_cases
+    from overturning.dem.scene import Scene, load_scene
     from overturning.dem.simulate import simulate
     from overturning.dem.trajectory import trajectory
     from overturning.motion.motion import Motion
+    from overturning.records.ready import read
+    from overturning.records.record import Record
+    from overturning.study.cube import open_cube
+    from overturning.study.small import run_study
 
-__all__ = ["Cases", "Contact", "Motion", "run_cases", "simulate", "trajectory"]
+    __version__: str
+
+__all__ = [
+    "Cases",
+    "Contact",
+    "Motion",
+    "Record",
+    "Scene",
+    "load_scene",
+    "open_cube",
+    "read",
+    "run_cases",
+    "run_study",
+    "simulate",
+    "trajectory",
+]
 
 # Imported when first asked for, so that the command line starts without numba and xarray.
 _MODULES = {
     "Cases": "overturning.dem.cases",
     "Contact": "overturning.dem.contact",
     "Motion": "overturning.motion.motion",
+    "Record": "overturning.records.record",
+    "Scene": "overturning.dem.scene",
+    "load_scene": "overturning.dem.scene",
+    "open_cube": "overturning.study.cube",
+    "read": "overturning.records.ready",
     "run_cases": "overturning.dem.run",
+    "run_study": "overturning.study.small",
     "simulate": "overturning.dem.simulate",
     "trajectory": "overturning.dem.trajectory",
 }
 
 
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__, "__version__"})
+
+
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from importlib import metadata
+
+        return metadata.version("overturning")
     if name not in _MODULES:
         raise AttributeError(f"module 'overturning' has no attribute {name!r}")
     from importlib import import_module

@@ -1,9 +1,10 @@
 """The command line: a thin face, one subcommand per rule of the workflow and per question of a user."""
 
+import errno
 import importlib
 import sys
 from collections.abc import Sequence
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
@@ -13,8 +14,9 @@ from overturning.errors import OverturningError
 # Subcommand: module in overturning.commands that holds a typer app named `app`, with that subcommand alone, with a command of
 # that name, or with commands of its own; and its line in --help. Only the module of the subcommand that runs is imported.
 COMMANDS = {
-    "study": ("study", "Check a study's configuration; write the schema and the key table."),
-    "records": ("records", "Say what record files are, or why they are refused; fetch records."),
+    "init": ("init", "Make a folder for studies of one's own: study, record table, scenes, workflow."),
+    "study": ("study", "Write a new study, or check one; write the schema and the key table."),
+    "records": ("records", "Say what record files are, or why they are refused; add or fetch records."),
     "read": ("workflow", "Read one record of the table into motion.nc."),
     "rotate": ("workflow", "Intensity measures per azimuth of all records into intensity.nc."),
     "sweep": ("workflow", "Simulate every case of one record."),
@@ -25,10 +27,20 @@ COMMANDS = {
     "population": ("workflow", "Fall rates of a study's population of stones."),
     "fragility": ("workflow", "Fragility curves of a population, as CSV and for OpenQuake."),
     "report": ("workflow", "Write the report of a study."),
+    "explore": ("explore", "Write a page to look around in a cube: point at a cell, see what is known of it."),
     "survey": ("survey", "Compare a survey of fallen stones with the cube of its site."),
     "backwards": ("backwards", "From a survey of fallen stones back to the motion: strength, azimuth, record."),
     "recheck": ("recheck", "Compute a random sample of a cube's cells again and compare bit for bit."),
     "one": ("one", "Simulate one block; print what it does, and make a film of it."),
+}
+
+
+_INTERRUPTED = 130
+
+# What a user can do where a file cannot be written.
+_REMEDIES = {
+    **dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS), "choose a folder that you may write to"),
+    **dict.fromkeys((errno.ENOSPC, errno.EDQUOT), "free some space and run again; nothing half-written was kept"),
 }
 
 
@@ -61,8 +73,20 @@ app = typer.Typer(
 )
 
 
+def _version(wanted: bool) -> None:
+    if wanted:
+        from importlib import metadata
+
+        print(f"overturning {metadata.version('overturning')}")
+        raise typer.Exit
+
+
 @app.callback()
-def _root() -> None:
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Say which version this is.")
+    ] = False,
+) -> None:
     pass
 
 
@@ -77,6 +101,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except OverturningError as error:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(1)
+    except OSError as error:
+        remedy = _REMEDIES.get(error.errno or 0)
+        if remedy is None:
+            raise
+        print(f"error: {error.filename or 'a file'}: {str(error.strerror).lower()}; {remedy}", file=sys.stderr)
+        sys.exit(1)
+    except SystemExit as end:
+        if end.code == _INTERRUPTED:
+            print("Stopped; nothing half-written was kept.", file=sys.stderr)
+        raise
 
 
 if __name__ == "__main__":

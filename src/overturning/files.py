@@ -1,13 +1,24 @@
 """Atomic writes: results that are either complete or not there; and files of keys and values."""
 
+import errno
 import os
+import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from overturning.errors import ConfigError
+from overturning.errors import ArgumentError, ConfigError
+
+
+def check_output(path: Path, argument: str) -> None:
+    """Refuse a file that could not be written, before anything is computed for it; an `ArgumentError` says why."""
+    if not path.parent.is_dir():
+        raise ArgumentError(f"{argument} {path}: there is no folder {path.parent}; make it first, or name another")
+    if path.is_dir() or not os.access(path.parent, os.W_OK | os.X_OK):
+        why = "is a folder" if path.is_dir() else f"cannot be written into {path.parent}"
+        raise ArgumentError(f"{argument} {path}: {why}; name another file")
 
 
 @contextmanager
@@ -24,9 +35,45 @@ def atomic_write(path: Path) -> Iterator[Path]:
         yield part
         os.chmod(part, 0o666 & ~_umask())
         os.replace(part, path)
+    except (OSError, RuntimeError) as error:
+        # A full disk reaches us without the file's name, and from NetCDF as an error that does not say so.
+        full = isinstance(error, RuntimeError) and str(error).startswith("NetCDF: ") and _free(path) < _LITTLE
+        if full or (isinstance(error, OSError) and error.errno == errno.ENOSPC):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path)) from None
+        raise
     finally:
         with suppress(FileNotFoundError):
             part.unlink()
+
+
+def shipped(path: Path) -> Path:
+    """A file of the project's, ``config/records.tsv`` or a scene: the one in the working folder, or else that of the package.
+
+    In a checkout the package is surrounded by its project; a wheel carries it inside.
+    """
+    if path.exists() or path.is_absolute():
+        return path
+    here = next((root / path for root in project_folders() if (root / path).exists()), None)
+    return path if here is None else here
+
+
+def project_folders() -> list[Path]:
+    """Where the project's files may be: in a wheel inside the package, in a checkout around it."""
+    package = Path(__file__).resolve().parent
+    return [package / "project", package.parents[1]]
+
+
+_LITTLE = 1_000_000  # bytes; a disk with less is full
+
+
+def _free(path: Path) -> int:
+    return shutil.disk_usage(path.parent).free
+
+
+def without_folders(name: str) -> str:
+    """A path as a result may state it: an absolute one, which only this machine has, keeps its last part."""
+    path = Path(name)
+    return path.name if path.is_absolute() else path.as_posix()
 
 
 def _umask() -> int:

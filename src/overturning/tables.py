@@ -10,7 +10,17 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from overturning.errors import OverturningError
 
+_NAMES = {"\t": "tabs", ",": "commas", ";": "semicolons", "  ": "spaces"}
+
 Row = TypeVar("Row", bound=BaseModel)
+
+
+def said(pattern: str) -> str:
+    """What a text has to be like that must match a pattern, in words."""
+    if "[0-9a-f]" in pattern:
+        return "64 digits of a SHA-256 are needed: 0 to 9 and a to f"
+    signs = "hyphens and underscores" if "_" in pattern else "and hyphens"
+    return f"only small letters, digits, {signs} are allowed, a letter or digit first".replace(", and", " and")
 
 
 def read_rows(
@@ -41,6 +51,8 @@ def read_rows(
     lines = _lines(path, model, error, kind)
     cells_of = [[cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))] for _, line in lines]
     columns = [cell.lower() for cell in cells_of[0]]
+    if len(columns) == 1 and (other := _other_delimiter(columns[0], delimiter)):
+        raise error(f"{path} line {lines[0][0]}: its columns are set off by {_NAMES[other]}; use {_NAMES[delimiter]}")
     if why := _wrong_columns(columns, model, one_of):
         raise error(f"{path} line {lines[0][0]}: {why}")
     adapter = TypeAdapter(model)
@@ -48,7 +60,7 @@ def read_rows(
         if len(cells) > len(columns) or (len(cells) < len(columns) and delimiter != "\t"):
             raise error(
                 f"{path} line {number}: {len(cells)} cells, the header names {len(columns)} columns; set off cells by "
-                f"{'tabs' if delimiter == chr(9) else 'commas'}"
+                f"{_NAMES[delimiter]}"
             )
         values = {column: cell for column, cell in zip(columns, cells, strict=False) if cell}
         try:
@@ -70,6 +82,11 @@ def _lines(path: Path, model: type[BaseModel], error: type[OverturningError], ki
     if not lines:
         raise error(f"{path}: the {kind} is empty; its first line names columns of {', '.join(model.model_fields)}")
     return lines
+
+
+def _other_delimiter(header: str, delimiter: str) -> str:
+    """What sets off the cells of a header instead of the delimiter; empty where it has one cell."""
+    return next((one for one in _NAMES if one != delimiter and one in header.strip()), "")
 
 
 def _wrong_columns(columns: Sequence[str], model: type[BaseModel], one_of: Sequence[str]) -> str:
@@ -100,6 +117,8 @@ def _what_is_wrong(problem: ValidationError, model: type[BaseModel], values: dic
     )
     if low is not None and high is not None:
         message = f"give a {'whole ' if field.annotation is int else ''}number from {low:g} to {high:g}"
+    elif first["type"] == "string_pattern_mismatch":
+        message = said(first["ctx"]["pattern"])
     elif first["type"] != "value_error":
         message = message[0].lower() + message[1:]
     return f"column {column} {values.get(column, '')!r}: {message}"

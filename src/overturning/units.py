@@ -13,3 +13,14 @@ CM: Final = 0.01
 
 GRANITE_DENSITY: Final = 2650.0
 """Default density of a gravestone, kg/m³."""
+
+UNITS: Final[dict[str, float]] = {
+    "m/s2": 1.0,
+    "cm/s2": GAL,
+    "gal": GAL,
+    "mm/s2": 1e-3,
+    "nm/s2": 1e-9,
+    "g": STANDARD_GRAVITY,
+    "mg": 1e-3 * STANDARD_GRAVITY,
+}
+"""Units of acceleration that may be declared, in m/s²."""

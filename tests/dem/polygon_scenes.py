@@ -10,6 +10,7 @@ from overturning.dem.numerics import Numerics
 from overturning.dem.polygon import rows as k
 from overturning.dem.polygon.geometry import native_size
 from overturning.dem.polygon.plan import PolygonPlan, plan_polygons
+from overturning.dem.polygon.state import Element
 from overturning.dem.results import Answers
 from overturning.dem.scene import Scene, check_scene, load_scene
 from overturning.motion.motion import Motion
@@ -64,7 +65,7 @@ def put(how: PolygonPlan, element: int, **values: float) -> None:
     """Set x, z, angle, vx, vz or vw of an element at the start; it touches nothing there."""
 
     def put_number(path: str, number: float) -> None:
-        row = k.CASE.count + element * k.ELEMENT.count + k.ELEMENT.row(k.Element, path) // k.COLUMNS
+        row = k.CASE.count + element * k.ELEMENT.count + k.ELEMENT.row(Element, path) // k.COLUMNS
         how.initial[0, row] = number
 
     paths = {"x": "pose.x", "z": "pose.z", "vx": "velocity.x", "vz": "velocity.z", "vw": "velocity.w"}

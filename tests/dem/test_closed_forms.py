@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from overturning.dem.cases import Cases
-from overturning.dem.contact import Contact
+from overturning.dem.contact import STATIC_PENETRATION, Contact
 from overturning.dem.run import run_cases
 from overturning.dem.trajectory import trajectory
 from overturning.motion.motion import Motion
@@ -28,7 +28,7 @@ def ramp(height: float, seconds: float, upward: float = 0.0) -> Motion:
     t = np.arange(int((seconds + 1.0) / 0.005) + 1) * 0.005
     up = upward * np.minimum(t, 1.0)
     north = height * np.clip((t - 1.0) / seconds, 0.0, 1.0)
-    return Motion(north, 0 * north, up, sampling_interval=0.005)
+    return Motion(north, 0 * north, up, sampling_interval=0.005, trust_data=True)
 
 
 def test_a_base_that_accelerates_steadily_towards_s_throws_the_block_towards_minus_s() -> None:
@@ -112,7 +112,7 @@ def test_energy_in_free_rocking_never_rises(b_over_h: float) -> None:
         fine, azimuth_deg=0, height=height, b_over_h=b_over_h, friction=10.0, initial_tilt=tilt, leave_out=False
     )
     inertia = height**2 * (1.0 + b_over_h**2) / 12.0
-    stiffness = STANDARD_GRAVITY / (2.0 * 2e-5 * b_over_h * height)
+    stiffness = STANDARD_GRAVITY / (2.0 * STATIC_PENETRATION * b_over_h * height)
     sunk = np.maximum(depths(path), 0.0)
     energy = (
         0.5
@@ -145,7 +145,7 @@ def test_a_drop_follows_the_exact_bounce_of_a_damped_spring() -> None:
     up = np.where(t < 0.2, -STANDARD_GRAVITY - lifted, 0.0)
     contact = Contact(stiffness=2e6, damping_ratio=0.1)
     path = trajectory(
-        Motion(0 * t, 0 * t, up, sampling_interval=interval),
+        Motion(0 * t, 0 * t, up, sampling_interval=interval, trust_data=True),
         azimuth_deg=0, height=0.6, b_over_h=1.0, friction=0.5, contact=contact, leave_out=False,
         time_step="0.02 stable",
     )  # fmt: skip

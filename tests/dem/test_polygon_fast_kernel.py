@@ -4,15 +4,20 @@ import numpy as np
 import pytest
 
 from overturning.dem.cases import Cases
+from overturning.dem.contact import SCENE_STATIC_PENETRATION, Contact
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.plan import plan_polygons
 from overturning.dem.run import run, run_cases
+from overturning.dem.scene import gravestone
 from overturning.dem.simulate import simulate_arrays
 from overturning.dem.status import Status
 from overturning.dem.trajectory import trajectory
 from overturning.motion.motion import Motion
 from tests.dem.near_field import near_field
 from tests.dem.polygon_scenes import shipped
+
+SOFT = Contact(static_penetration=SCENE_STATIC_PENETRATION)
+"""The contact of both kernels."""
 
 
 def _motion(number: int) -> Motion:
@@ -33,14 +38,14 @@ def _cases(step: int = 36) -> Cases:
 @pytest.mark.parametrize("number", [6, 7])
 def test_same_flags_and_peaks_as_the_fast_kernel(number: int) -> None:
     motion, cases = _motion(number), _cases()
-    general = run(shipped("gravestone"), motion, cases, Numerics(scheme="cundall", leave_out=False, general=True))
-    fast = run_cases(motion, cases, scheme="cundall", leave_out=False)
+    general = run(gravestone(SOFT), motion, cases, Numerics(scheme="cundall", leave_out=False, general=True))
+    fast = run_cases(motion, cases, scheme="cundall", leave_out=False, contact=SOFT)
     assert (general.status == Status.SIMULATED).all()
     assert (fast.overturned != 0).sum() > 20
     np.testing.assert_array_equal(general.overturned[:, 0], fast.overturned)
     # What a change of the shaking in its twelfth digit moves further than the tolerance is chaotic.
     nudged = Motion((1 + 1e-12) * motion.north, (1 + 1e-12) * motion.east, sampling_interval=motion.sampling_interval)
-    other = run_cases(nudged, cases, scheme="cundall", leave_out=False)
+    other = run_cases(nudged, cases, scheme="cundall", leave_out=False, contact=SOFT)
     firm = np.isclose(other.peak_rotation, fast.peak_rotation, rtol=1e-5, atol=1e-7)
     assert firm.mean() > 0.99
     np.testing.assert_allclose(general.peak_rotation[firm, 0], fast.peak_rotation[firm], rtol=1e-5, atol=1e-7)
@@ -53,7 +58,7 @@ def test_same_motion_until_the_second_impact() -> None:
     whole, cases = _motion(7), _cases(17)
     upto = round(6.5 / whole.sampling_interval)  # the last second impact of all is at 4.8 s
     motion = Motion(whole.north[:upto], whole.east[:upto], sampling_interval=whole.sampling_interval)
-    made = shipped("gravestone")
+    made = gravestone(SOFT)
     chosen = np.linspace(0, cases.size - 1, 500).astype(int)
     seen = 0
     for index in chosen:
@@ -65,7 +70,7 @@ def test_same_motion_until_the_second_impact() -> None:
         how = plan_polygons(made, motion, one, Numerics(scheme="cundall", leave_out=False))
         path = np.zeros((motion.samples, 14))
         _, noted = how.compute(np.zeros(1, np.int64), np.zeros(1, np.int64), path)
-        exact = trajectory(motion, scheme="cundall", leave_out=False, **given)
+        exact = trajectory(motion, scheme="cundall", leave_out=False, contact=SOFT, **given)
         stone = exact.sel(element="stone")
         count = min(noted, exact.sizes["time"])
         angle = stone["rotation"].to_numpy()[:count]

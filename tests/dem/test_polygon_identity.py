@@ -86,7 +86,7 @@ def test_instruction_sets_change_no_bit(target: str) -> None:
         "NUMBA_CPU_NAME": target,
         "NUMBA_CPU_FEATURES": "",
         "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-AVX2",
-        "PYTHONPATH": str(ROOT),
+        "PYTHONPATH": f"{ROOT / 'src'}{os.pathsep}{ROOT}",
     }
     code = "from tests.dem.test_polygon_identity import digest; print(digest())"
     done = subprocess.run(

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from overturning.dem.block.queue import SCHEMES
-from overturning.dem.block.rows import COLUMNS, ROWS
+from overturning.dem.block.rows import COLUMNS, ROWS, TICKS
 from overturning.dem.lanes import aligned
-from overturning.dem.polygon import centred, cundall, rows
-from overturning.dem.polygon.step import advance_on
+from overturning.dem.polygon import centred, cundall, equations, rows
+from overturning.dem.polygon.step import advance_on, motion_on
 from overturning.dem.polygon.verdict import note_standing
 
 Compile = Callable[[], Iterator[str]]
@@ -24,7 +24,7 @@ Compile = Callable[[], Iterator[str]]
 def block_loops(scheme: Any, vertical: bool, rough: bool) -> Compile:
     def assemblies() -> Iterator[str]:
         advance = SCHEMES[scheme][1](vertical, rough)
-        advance(aligned(ROWS.size), COLUMNS, 1, 9.80665)
+        advance(aligned(ROWS.size), COLUMNS, 1, float(TICKS), 9.80665)
         inner = [cell.cell_contents for cell in advance.py_func.__closure__]
         named = [part for part in inner if getattr(part, "__name__", "").endswith("_all")]
         for loop in named or [advance]:
@@ -41,7 +41,7 @@ def polygon_loops(loop: Any, *arguments: Any) -> Compile:
     return assemblies
 
 
-PAIR, ELEMENT, OWN = (np.zeros(table.size) for table in (rows.PAIR, rows.ELEMENT, rows.CASE))
+PAIR, ELEMENT, OWN, BLOCK = (np.zeros(table.size) for table in (rows.PAIR, rows.ELEMENT, rows.CASE, equations.BLOCK))
 LOOPS: dict[str, Compile] = {
     f"block, {scheme.name.lower()}, {'vertical' if vertical else 'level'}, {'rough' if rough else 'smooth'}": block_loops(
         scheme, vertical, rough
@@ -50,7 +50,16 @@ LOOPS: dict[str, Compile] = {
     for vertical in (False, True)
     for rough in (True, False)
 } | {
-    "polygons, centred contact": polygon_loops(centred.contact, PAIR, ELEMENT, ELEMENT.copy(), OWN),
+    "polygons, couple": polygon_loops(centred.couple, PAIR, ELEMENT, ELEMENT.copy(), OWN),
+    "polygons, meet": polygon_loops(centred.meet, PAIR, ELEMENT, ELEMENT.copy(), OWN),
+    "polygons, invert": polygon_loops(equations.invert, BLOCK),
+    "polygons, divide": polygon_loops(equations.divide, BLOCK, BLOCK.copy()),
+    "polygons, eliminate": polygon_loops(equations.eliminate, BLOCK, BLOCK.copy(), BLOCK.copy()),
+    "polygons, carry": polygon_loops(equations.carry, ELEMENT, BLOCK, ELEMENT.copy()),
+    "polygons, foresee, vertical": polygon_loops(motion_on(True)[0], ELEMENT, OWN, 128.0, 9.80665),
+    "polygons, foresee, level": polygon_loops(motion_on(False)[0], ELEMENT, OWN, 128.0, 9.80665),
+    "polygons, arrive, vertical": polygon_loops(motion_on(True)[1], ELEMENT, OWN, 128.0, 9.80665),
+    "polygons, arrive, level": polygon_loops(motion_on(False)[1], ELEMENT, OWN, 128.0, 9.80665),
     "polygons, cundall contact": polygon_loops(cundall.contact, PAIR, ELEMENT, ELEMENT.copy(), OWN),
     "polygons, motion, vertical": polygon_loops(advance_on(True), ELEMENT, OWN, 9.80665),
     "polygons, motion, level": polygon_loops(advance_on(False), ELEMENT, OWN, 9.80665),

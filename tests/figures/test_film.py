@@ -94,8 +94,8 @@ def test_in_a_browser(tmp_path: Path) -> None:
         page.wait(f"{data}.state === 'ended'")
         assert float(page.evaluate(f"{data}.time")) == pytest.approx(1.2)
         assert page.evaluate("document.querySelectorAll('.film-outcome')[1].textContent") == "stands"
-        # Keyboard.
-        page.evaluate("document.querySelector('.film').focus()")
+        # Keyboard: on a page with one film without a click on it.
+        page.evaluate("document.activeElement.blur()")
         page.press("Home")
         assert float(page.evaluate(f"{data}.time")) == 0
         page.press("ArrowRight")
@@ -115,6 +115,22 @@ def test_in_a_browser(tmp_path: Path) -> None:
         )
         assert float(page.evaluate(f"{data}.time")) == pytest.approx(1.0)
         assert page.complaints == []
+
+
+@pytest.mark.browser
+def test_three_panels_side_by_side_on_a_phone(tmp_path: Path) -> None:
+    film = two_panels()
+    write_film_page(Film("three", 0.0, 0.02, (*film.panels, film.panels[0])), tmp_path / "film.html")
+    with browser(tmp_path / "profile") as page:
+        page.call("Emulation.setDeviceMetricsOverride", width=390, height=800, deviceScaleFactor=1, mobile=True)
+        page.open(tmp_path / "film.html")
+        page.wait("document.querySelector('.film').dataset.ready === 'true'")
+        tops = page.evaluate(
+            "[...document.querySelectorAll('.film-panel')].map(p => Math.round(p.getBoundingClientRect().top))"
+        )
+        assert len(set(tops)) == 1
+        assert len(tops) == 3
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
 
 
 @pytest.mark.browser

@@ -6,9 +6,10 @@ import xarray as xr
 
 from overturning.figures.intensity import intensity_figure
 from overturning.figures.polar import fall_map_figure
-from overturning.figures.polar_panels import azimuth_edges, cell_edges
+from overturning.figures.polar_panels import azimuth_edges, cell_edges, rows_and_columns
+from overturning.figures.probability import probability_map_figure
 from overturning.figures.rose import azimuth_weight, rose_figure, sector_shares
-from overturning.figures.style import save, style
+from overturning.figures.style import PAGE_WIDTH, compass_name, save, style
 
 
 @pytest.fixture
@@ -77,7 +78,9 @@ def test_the_map_shows_the_fall_at_the_azimuth_it_goes_to(cube: xr.Dataset) -> N
     with style():
         figure = fall_map_figure(cube.isel(record=0), "A")
         axes = figure.axes[0]
-        kinds = axes.collections[0].get_array().reshape(2, 12)
+        parts = axes.collections[0].get_array().reshape(2, 12, -1)
+        kinds = parts[..., 0]
+        assert (parts == kinds[..., None]).all(), "a cell drawn in parts is of one colour"
         assert axes.get_theta_direction() == -1
         assert np.degrees(axes.get_theta_offset()) == 90
         plt.close(figure)
@@ -97,3 +100,71 @@ def test_studies_without_falls_without_faults_and_with_one_azimuth_are_drawn(cub
             save(fall_map_figure(odd.isel(record=1), name), tmp_path / f"{name}.png")
             save(rose_figure(odd), tmp_path / f"rose-{name}.png")
     assert len(list(tmp_path.iterdir())) == 6
+
+
+def probability_cube(cube: xr.Dataset) -> xr.Dataset:
+    """Falls towards 30°, with an ensemble; away from it on the other side, and one block without an outcome."""
+    flags = cube["overturned"]
+    towards = xr.where(flags > 0, 0.9, xr.where(flags < 0, 0.1, 0.0))
+    away = xr.where(flags < 0, 0.9, xr.where(flags > 0, 0.1, 0.0))
+    unknown = (cube["b_over_h"] == 0.4) & (cube["friction"] == 1.0) & (flags == 0)
+    return cube.assign(
+        overturned=flags.where(~unknown),
+        probability_towards=towards.where(~unknown),
+        probability_away=away.where(~unknown),
+    )
+
+
+def test_the_other_side_standing_and_no_outcome_look_different(cube: xr.Dataset) -> None:
+    import matplotlib.pyplot as plt
+
+    with style():
+        figure = probability_map_figure(probability_cube(cube).isel(record=0), "A")
+        figure.canvas.draw()
+        chance, kinds = (mesh.to_rgba(mesh.get_array()).reshape(-1, 4) for mesh in figure.axes[1].collections[:2])
+        seen = {tuple(np.round(row, 2)) for row in np.where(kinds[:, 3:] > 0, kinds, chance)}
+        legend = [text.get_text() for text in figure.legends[0].get_texts()]
+        plt.close(figure)
+    assert len(seen) == 4  # towards, to the other side, stands, no outcome
+    assert legend == ["stands", "falls to the other side", "no outcome", "fault normal"]
+
+
+@pytest.mark.parametrize("step", [30, 90])
+def test_cells_are_arcs_and_fill_the_page(cube: xr.Dataset, step: int) -> None:
+    import matplotlib.pyplot as plt
+
+    one = cube.isel(record=0, friction=[0], azimuth=slice(None, None, step // 30))
+    with style():
+        figure = probability_map_figure(one, "A")
+        figure.canvas.draw()
+        axes = figure.axes[0]
+        corners = axes.collections[0].get_coordinates()[0, :, 0]
+        panel, bar = axes.get_window_extent(), figure.axes[0].child_axes[0].get_window_extent()
+        width = figure.get_figwidth() * figure.dpi
+        plt.close(figure)
+    assert np.degrees(np.diff(corners)).max() <= 2.0 + 1e-9
+    assert panel.width > 0.6 * width, "one panel fills its page"
+    assert bar.height <= panel.height + 1
+    assert figure.get_figwidth() <= PAGE_WIDTH
+
+
+@pytest.mark.parametrize(
+    ("heights", "frictions", "expected"), [(1, 1, (1, 1)), (2, 3, (2, 3)), (1, 5, (2, 3)), (4, 1, (2, 2))]
+)
+def test_panels_are_never_more_than_three_in_a_row(heights: int, frictions: int, expected: tuple[int, int]) -> None:
+    assert rows_and_columns(heights, frictions) == expected
+
+
+def test_bearings() -> None:
+    names = {
+        0: "N",
+        60: "N60°E",
+        90: "E",
+        152: "S28°E",
+        180: "S",
+        212.5: "S32.5°W",
+        332: "N28°W",
+        360: "N",
+        -30: "N30°W",
+    }
+    assert {azimuth: compass_name(azimuth) for azimuth in names} == names

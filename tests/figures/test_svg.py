@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from overturning.figures.style import save, style
+from overturning.figures.style import DPI, save, style
 from overturning.figures.svg import compact
 
 
@@ -26,7 +26,7 @@ def drawn(path: Path, small: bool) -> str:
         if small:
             save(figure, path)
         else:
-            figure.savefig(path, dpi=110)
+            figure.savefig(path, dpi=DPI)
             plt.close(figure)
     return path.read_text(encoding="utf-8")
 

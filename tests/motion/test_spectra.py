@@ -70,7 +70,7 @@ def test_the_largest_of_a_line_of_motion():
 
 def component_spectrum(samples, interval, periods, damping=0.05):
     """Pseudo-acceleration spectrum of one component, m/s²."""
-    motion = Motion(samples, np.zeros_like(samples), sampling_interval=interval)
+    motion = Motion(samples, np.zeros_like(samples), sampling_interval=interval, trust_data=True)
     return spectra_by_azimuth(motion, periods, 0.0, damping=damping)["acceleration"][:, 0]
 
 
@@ -202,7 +202,8 @@ def test_jma_intensity_of_a_steady_sine():
 
 
 @pytest.mark.parametrize(
-    ("value", "reported"), [(6.378, 6.3), (4.449, 4.4), (4.495, 4.5), (4.444, 4.4), (-0.06, -0.1), (5.0, 5.0)]
+    ("value", "reported"),
+    [(6.378, 6.3), (4.449, 4.4), (4.494, 4.4), (4.495, 4.5), (4.444, 4.4), (4.994, 4.9), (-0.06, -0.1), (5.0, 5.0)],
 )
 def test_intensity_is_rounded_to_two_and_cut_to_one_decimal(value, reported):
     assert reported_intensity(value) == pytest.approx(reported)
@@ -275,6 +276,13 @@ def test_the_predominant_period_is_that_of_the_motion():
     time = np.arange(0, 30, 0.01)
     motion = Motion(np.sin(2 * np.pi * time / 0.8), np.sin(2 * np.pi * time / 0.3), sampling_interval=0.01)
     np.testing.assert_allclose(measures_by_azimuth(motion, [0, 90])["predominant_period"], [0.8, 0.3], rtol=0.04)
+
+
+def test_predominant_periods_are_sought_from_0_04_to_4_s():
+    """Of a motion outside of them the nearest to resonance is the end of the range."""
+    time = np.arange(0, 40, 0.002)
+    motion = Motion(np.sin(2 * np.pi * time / 0.01), np.sin(2 * np.pi * time / 10), sampling_interval=0.002)
+    np.testing.assert_allclose(measures_by_azimuth(motion, [0, 90])["predominant_period"], [0.04, 4.0])
 
 
 def test_record_measures_tell_what_processing_did(rinaldi):

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 from record_writers import cosmos_text, csmip_text, esm_text, geonet_text, knet_text, peer_text, smc_text
+from world_writers import bhrc_text, counts_text, cwa_text, nsmn_text, renadic_text, unam_text
 
 random = np.random.default_rng(5)
 A, B = (np.round(random.normal(0, 50, 203), 1) for _ in range(2))
@@ -24,6 +25,12 @@ WHOLE: dict[str, tuple[dict[str, str], int]] = {
         {"x1.AT2": peer_text(A / 1000, 0.01, "228", header="oldest"), "x2.AT2": peer_text(B / 1000, 0.01, "318")},
         4,
     ),
+    "cosmos0": ({"x.V0": counts_text(np.round(2 * A), np.round(2 * B))}, 45),
+    "renadic": ({"x.v1": renadic_text({"NS": np.round(A / 100, 3), "EW": np.round(B / 100, 3)})}, 27),
+    "cwa": ({"x.dat": cwa_text(A, B, A)}, 22),
+    "nsmn": ({"x.txt": nsmn_text(A, B, A)}, 18),
+    "bhrc": ({"x.V1": bhrc_text({"L": A / 100, "T": B / 100})}, 27),
+    "unam": ({"x.asa": unam_text({"N00E": A, "N90W": B})}, 23),
     "esm": ({"x.HNE.ASC": esm_text(A, 0.01, "HNE"), "x.HNN.ASC": esm_text(B, 0.01, "HNN")}, 23),
 }
 
@@ -175,6 +182,57 @@ SPECIAL: dict[str, dict[str, Callable[[str], bytes]]] = {
         "another unit": replaced("IN UNITS OF G", "IN UNITS OF CM/S/S"),
         "unknown axis": replaced(", 228", ", H1"),
         "parallel axes": replaced(", 228", ", 318"),
+    },
+    "cosmos0": {
+        "no sensitivity": lambda t: t.replace("     1.250000", "  -999.000000").encode(),
+        "no step": lambda t: t.replace("  2000.000000", "     0.000000").encode(),
+        "unit contradicts": replaced("counts(50)", "cm/sec2(04)"),
+    },
+    "renadic": {
+        "another unit": replaced("SEC AND G/10", "SEC AND VOLT"),
+        "count too large": replaced("NO. OF POINTS =    203", "NO. OF POINTS =    999"),
+        "count too small": replaced("NO. OF POINTS =    203", "NO. OF POINTS =    190"),
+        "uneven time": replaced("  0.050", "  0.053"),
+        "peak 1 % off": lambda t: re.sub(
+            r"MAX  = *([\d.]+) G", lambda m: f"MAX  ={float(m[1]) * 1.02:7.4f} G", t, count=1
+        ).encode(),
+        "no end mark": replaced("/&", "  "),
+    },
+    "cwa": {
+        "another unit": replaced("gal. DC", "counts DC"),
+        "swapped columns": replaced("Time U(+); N(+); E(+)", "Time N(+); U(+); E(+)"),
+        "unknown column": replaced("N(+)", "H1(+)"),
+        "no sign": replaced("N(+)", "N"),
+        "zero rate": replaced("SampleRate(Hz): 100", "SampleRate(Hz): 0"),
+        "another rate": replaced("SampleRate(Hz): 100", "SampleRate(Hz): 200"),
+        "length too large": replaced("RecordLength(sec): 2.03", "RecordLength(sec): 4.06"),
+        "touching columns": lambda t: re.sub(r"(\.\d{3}) +(-\d+\.\d{3}\n)", r"\1\2", t, count=1).encode(),
+        "uneven time": replaced("     0.050", "     0.055"),
+    },
+    "nsmn": {
+        "count too large": replaced("NUMBER OF DATA\t:\t203", "NUMBER OF DATA\t:\t999"),
+        "zero interval": replaced("(sec)\t:\t0.010000", "(sec)\t:\t0.000000"),
+        "another unit": replaced("RAW PGA VALUES (gal)", "RAW PGA VALUES (g)"),
+        "columns swapped": replaced("N-S          E-W", "E-W          N-S"),
+        "no such day": replaced("17/08/1999 00:01:47", "37/08/1999 00:01:47"),
+        "half a place": replaced("40.84370N-31.14888E", "40.84370N"),
+    },
+    "bhrc": {
+        "another unit": replaced("SECONDS AND G/10", "SECONDS AND G"),
+        "count too large": replaced("NO. OF POINTS =    203", "NO. OF POINTS =    999"),
+        "count too small": replaced("NO. OF POINTS =    203", "NO. OF POINTS =    190"),
+        "volume 2": replaced("* VOL1DS", "* VOL2DS"),
+        "unknown component": replaced("\nL\n", "\nX\n"),
+        "component contradicts": replaced("COMP L1", "COMP T1"),
+        "no end mark": replaced("/&", "  "),
+    },
+    "unam": {
+        "another unit": replaced(": Gal (cm/s/s)", ": g"),
+        "count too large": replaced(": /203/203/", ": /999/999/"),
+        "zero interval": replaced(": /0.01/0.01/", ": /0.0/0.0/"),
+        "an axis too few": replaced(": /N00E/N90W/", ": /N00E/"),
+        "unknown axis": replaced("/N00E/", "/H1/"),
+        "no such day": replaced("1995/09/14", "1995/19/14"),
     },
     "esm": {
         "another unit": replaced("UNITS: cm/s^2", "UNITS: cm"),

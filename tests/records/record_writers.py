@@ -203,7 +203,7 @@ def cosmos_text(channels: dict, interval: float, *, unit: int = 4, kind: str = "
         samples = np.asarray(samples, dtype=float)
         n = samples.size
         whole = [-999] * 100
-        whole[1], whole[53] = unit, code
+        whole[1], whole[2], whole[53] = 1, unit, code
         whole[39:45] = 2005, 167, 6, 16, 20, 53
         real = [-999.0] * 100
         real[0], real[1], real[12], real[29] = 34.046, -117.035, 4.8, 4.4

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from record_writers import geonet_text, peer_text
+from record_writers import csmip_text, geonet_text, peer_text
 
 from overturning.cli import main
 
@@ -42,7 +42,7 @@ def test_check_takes_what_the_files_do_not_say(tmp_path, capsys):
     assert "--azimuths" in capsys.readouterr().err
     table = tmp_path / "x.csv"
     table.write_text("".join(f"{a},{b}\n" for a, b in zip(A, B, strict=True)))
-    assert run("records", "check", "--columns", "north:gal east:gal", "--interval", 0.01, table) == 0
+    assert run("records", "check", "--columns", "north:gal east:gal", "--interval", 0.01, "--raw", table) == 0
     assert run("records", "check", "--unit", "feet", table) == 1
     assert "known are" in capsys.readouterr().err
 
@@ -64,3 +64,116 @@ def test_check_goes_on_at_a_wrong_peak_only_on_trust(tmp_path, capsys):
 def test_fetch_says_what_is_wrong_in_one_line(arguments, capsys, tmp_path):
     assert run("records", *arguments, "--folder", tmp_path) == 1
     assert capsys.readouterr().err.startswith("error: ")
+
+
+WAVE = 300 * np.sin(np.arange(4000) * 0.05) * np.exp(-(((np.arange(4000) - 2000) / 600) ** 2))
+
+
+def columns_file(path, scale=1.0, offset=0.0):
+    rows = zip(np.arange(WAVE.size) * 0.01, scale * WAVE + offset, -scale * WAVE + offset, strict=True)
+    path.write_text("".join(f"{t:.2f},{n:.6f},{e:.6f}\n" for t, n, e in rows))
+    return path
+
+
+def test_a_unit_that_cannot_be_is_refused_with_the_one_that_can(tmp_path, capsys):
+    path = columns_file(tmp_path / "x.csv")
+    given = ("records", "check", "--raw", path)
+    assert run(*given, "--columns", "time:s north:g east:g") == 1
+    out = capsys.readouterr().out
+    assert "refused: x.csv: peak acceleration 300 g" in out
+    assert "declared in g look like Gal (0.31 g)" in out
+    assert run(*given, "--columns", "time:s north:gal east:gal") == 0
+    assert "declared: columns time:s north:gal east:gal; raw" in capsys.readouterr().out
+    assert run(*given, "--columns", "time:s north:g east:g", "--trust-data") == 0
+    assert "trusted although peak acceleration 300 g" in capsys.readouterr().out
+
+
+def test_columns_are_declared_raw_or_processed_and_never_called_an_agency_s(tmp_path, capsys):
+    path = columns_file(tmp_path / "x.csv", offset=5.0)
+    given = ("records", "check", path, "--columns", "time:s north:gal east:gal")
+    assert run(*given) == 1
+    assert "--processed or --raw" in capsys.readouterr().out
+    assert run(*given, "--processed") == 0
+    out = capsys.readouterr().out
+    assert "csv, processed, as declared" in out
+    assert "agency" not in out
+    assert "as the file is" in out
+    assert run(*given, "--raw") == 0
+    out = capsys.readouterr().out
+    # An offset of 5 Gal for 40 s is 40 m of displacement; the default processing takes it away.
+    assert "after the default processing (mean removed" in out
+    assert float(out.split("PGD ")[1].split(" cm")[0]) < 100
+
+
+def test_check_goes_into_folders_and_passes_over_what_is_no_record(tmp_path, capsys):
+    inside = tmp_path / "a" / "b"
+    inside.mkdir(parents=True)
+    (inside / "good.V2A").write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02))
+    for name in ("study.yaml", "event.json", ".hidden"):
+        (tmp_path / "a" / name).write_text("{}")
+    assert run("records", "check", tmp_path) == 0
+    out = capsys.readouterr().out
+    assert "geonet, processed by GNS Science" in out
+    assert "by the agency: band-pass filter, transition bands .10-.25 Hz and 24.50-25.50 Hz" in out
+    assert "passed over, no records by their names: 3 (.hidden, event.json, study.yaml)" in out
+    assert run("records", "check", inside / "good.V2A", tmp_path / "a" / "study.yaml") == 0
+    assert "1 (study.yaml)" in capsys.readouterr().out
+    assert "1 read, 0 refused" in out
+    # A place near the epicentre's is no name of the station's.
+    assert "TEST (-42.6194, 173.0536); earthquake of 2016 November 13 11:02:56 UT (epicentre 5 km south-west" in out
+    (tmp_path / "none").mkdir()
+    (tmp_path / "none" / "event.json").write_text("{}")
+    assert run("records", "check", tmp_path / "none") == 1
+    assert "1 files, none of them a record" in capsys.readouterr().out
+
+
+def test_plot_draws_a_page_and_prints_the_corner_and_its_reason(tmp_path, capsys):
+    path = tmp_path / "good.V1A"
+    path.write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02, corrected=False))
+    assert run("records", "plot", path, "--corner", "auto", "--output", tmp_path / "x.svg") == 0
+    out = capsys.readouterr().out
+    assert "high-pass 0.1 Hz, order 2 (no noise of 2 s before the onset" in out
+    assert (tmp_path / "x.svg").read_text().startswith("<?xml")
+    (tmp_path / "note.json").write_text("{}")
+    assert run("records", "plot", tmp_path, "--output", tmp_path / "pages") == 0
+    assert [page.name for page in (tmp_path / "pages").iterdir()] == ["good.V1A.svg"]
+    (tmp_path / "other.V2A").write_text(geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02))
+    assert run("records", "plot", tmp_path / "good.V1A", tmp_path / "other.V2A", "--output", tmp_path / "x.png") == 1
+    assert "there are 2 records" in capsys.readouterr().err
+    assert run("records", "plot", path, "--corner", "low") == 1
+    assert "--corner: 'low'" in capsys.readouterr().err
+
+
+def test_channels_of_one_file_may_stop_apart_and_the_processing_says_so(tmp_path, capsys):
+    path = tmp_path / "x.v1"
+    path.write_text(csmip_text({"90 Deg": (90, A / 1000), "360 Deg": (360, B[:90] / 1000)}, 20))
+    assert run("records", "check", path) == 0
+    assert "cut to the common 90 samples (chan 1: 90: 200, chan 2: 360: 90), 5.5 s left out" in capsys.readouterr().out
+
+
+def test_one_takes_what_check_takes_and_a_pulse(tmp_path, capsys):
+    path = columns_file(tmp_path / "x.csv")
+    given = ("one", "--azimuth", 0, "--b-over-h", 0.2)
+    assert run(*given, "--record", path, "--columns", "time:s north:gal east:gal", "--processed") == 0
+    assert run(*given, "--record", "sine amplitude_gal=800 period_s=1 cycles=1") == 0
+    assert "pulse, sine pulse: B/H = 0.2" in capsys.readouterr().out
+    assert run(*given, "--record", path, "--columns", "time:s north:gal east:gal") == 1
+    assert run(*given, "--record", path, "--format", "geonet") == 1
+    assert run(*given, "--record", "rinaldi", "--unit", "g") == 1
+    assert "no file of that name" in capsys.readouterr().err
+    assert run(*given, "--record", path, "--sensor", "roof") == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "columns", "words"),
+    [
+        ("0;1,5;2\n", "time:s north:gal east:gal", "'1,5' has decimal commas"),
+        ("0,0,1,5,2,5\n", "time:s north:gal east:gal", "decimal commas"),
+        ("t,n,e\n0;1;2\n", "time:s north:gal east:gal", "set off by semicolons here"),
+        ("0,1,2\n", "time:s,north:gal,east:gal", "set them off by blanks"),
+    ],
+)
+def test_commas_and_semicolons_are_named(tmp_path, capsys, text, columns, words):
+    (tmp_path / "x.csv").write_text(text)
+    assert run("records", "check", tmp_path / "x.csv", "--raw", "--columns", columns) == 1
+    assert words in capsys.readouterr().out

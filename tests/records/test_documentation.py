@@ -6,9 +6,9 @@ from typing import get_args
 
 from overturning.records.catalogue import RecordEntry
 from overturning.records.detect import FORMATS
-from overturning.records.options import UNITS
 from overturning.records.processing import Step
 from overturning.records.pulses import SHAPES, Pulse
+from overturning.units import UNITS
 
 TEXT = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
 

@@ -20,6 +20,7 @@ from overturning.records.catalogue import RecordEntry
 from overturning.records.read import read_path, read_record
 
 G = 9.80665
+MG = G / 1000
 random = np.random.default_rng(7)
 A, B, C = (np.round(random.normal(0, 50, 210), 1) for _ in range(3))
 
@@ -135,17 +136,18 @@ def test_csmip_raw_with_pairs_of_time_and_acceleration(tmp_path):
 @pytest.mark.parametrize(("unit", "scale"), [(2, G), (4, 0.01)])
 def test_cosmos(tmp_path, unit, scale):
     path = tmp_path / "x.v2"
-    path.write_text(cosmos_text({"340 deg": (340, A), "70 deg": (70, B), "Up": (400, C)}, 0.01, unit=unit))
+    a, b, c = (x / 100 if unit == 2 else x for x in (A, B, C))
+    path.write_text(cosmos_text({"340 deg": (340, a), "70 deg": (70, b), "Up": (400, c)}, 0.01, unit=unit))
     record = read_path(path)
-    check(record, *turned(A * scale, 340, B * scale, 70), C * scale)
+    check(record, *turned(a * scale, 340, b * scale, 70), c * scale)
     assert record.start == "2005-06-16T20:53:04.4Z"
 
 
-@pytest.mark.parametrize("unit", [5, 50])
-def test_cosmos_of_other_quantities_is_refused(tmp_path, unit):
+@pytest.mark.parametrize(("unit", "words"), [(5, "only acceleration"), (50, "counts, but real 22 .* is not stated")])
+def test_cosmos_of_other_quantities_is_refused(tmp_path, unit, words):
     path = tmp_path / "x.v2"
     path.write_text(cosmos_text({"340 deg": (340, A), "70 deg": (70, B)}, 0.01, unit=unit))
-    with pytest.raises(RecordError, match="only acceleration"):
+    with pytest.raises(RecordError, match=words):
         read_path(path)
 
 
@@ -183,7 +185,7 @@ def test_peer_with_each_header(tmp_path, header):
 
 def test_peer_velocity_is_refused(tmp_path):
     (tmp_path / "x.VT2").write_text(
-        peer_text(A, 0.01, "228").replace(
+        peer_text(A / 1000, 0.01, "228").replace(
             "ACCELERATION TIME SERIES IN UNITS OF G", "VELOCITY TIME SERIES IN UNITS OF CM/S"
         )
     )
@@ -207,37 +209,37 @@ def test_esm(tmp_path):
 def test_axes_that_do_not_say_where_north_is_are_refused_unless_given(tmp_path, axes, word):
     paths = [tmp_path / "x1.AT2", tmp_path / "x2.AT2"]
     for path, samples, axis in zip(paths, (A, B), axes, strict=True):
-        path.write_text(peer_text(samples, 0.01, axis))
+        path.write_text(peer_text(samples / 1000, 0.01, axis))
     with pytest.raises(RecordError, match=f"{word}.*says nothing about north.*azimuths"):
         read_path(paths)
-    check(read_path(paths, azimuths_deg=(60, 330)), *turned(A * G, 60, B * G, 330), rtol=1e-6)
+    check(read_path(paths, azimuths_deg=(60, 330)), *turned(A * MG, 60, B * MG, 330), rtol=1e-6)
 
 
 @pytest.mark.parametrize("axis", ["V", "VER", "Vert"])
 def test_a_vertical_axis_of_unknown_sense_is_refused_unless_declared(tmp_path, axis):
     for name, samples, word in (("1", A, "0"), ("2", B, "90"), ("3", C, axis)):
-        (tmp_path / f"x{name}.AT2").write_text(peer_text(samples, 0.01, word))
+        (tmp_path / f"x{name}.AT2").write_text(peer_text(samples / 1000, 0.01, word))
     with pytest.raises(RecordError, match="whether up or down"):
         read_path(tmp_path / "x1.AT2")
-    for sense, up in (("up", C * G), ("down", -C * G), ("none", None)):
+    for sense, up in (("up", C * MG), ("down", -C * MG), ("none", None)):
         entry = RecordEntry(id="x", source="x1.AT2 x2.AT2 x3.AT2", vertical_sense=sense)
-        check(read_record(entry, tmp_path), A * G, B * G, up, rtol=1e-6)
+        check(read_record(entry, tmp_path), A * MG, B * MG, up, rtol=1e-6)
 
 
 def test_a_fault_normal_pulse_keeps_its_sense(tmp_path):
     """N60E positive comes out of S60W recorded negative: the flip that would turn every gravestone round."""
     paths = [tmp_path / "x1.AT2", tmp_path / "x2.AT2"]
-    paths[0].write_text(peer_text(-A, 0.01, "240"))
-    paths[1].write_text(peer_text(B, 0.01, "150"))
-    check(read_path(paths), *turned(A * G, 60, B * G, 150), rtol=1e-6)
+    paths[0].write_text(peer_text(-A / 1000, 0.01, "240"))
+    paths[1].write_text(peer_text(B / 1000, 0.01, "150"))
+    check(read_path(paths), *turned(A * MG, 60, B * MG, 150), rtol=1e-6)
 
 
 def test_components_of_unlike_length_are_cut_and_far_apart_refused(tmp_path):
     paths = [tmp_path / "x1.AT2", tmp_path / "x2.AT2"]
-    paths[0].write_text(peer_text(A, 0.01, "0"))
-    paths[1].write_text(peer_text(B[:160], 0.01, "90"))
-    check(read_path(paths), A[:160] * G, B[:160] * G, rtol=1e-6)
-    paths[1].write_text(peer_text(B[:159], 0.01, "90"))
+    paths[0].write_text(peer_text(A / 1000, 0.01, "0"))
+    paths[1].write_text(peer_text(B[:160] / 1000, 0.01, "90"))
+    check(read_path(paths), A[:160] * MG, B[:160] * MG, rtol=1e-6)
+    paths[1].write_text(peer_text(B[:159] / 1000, 0.01, "90"))
     with pytest.raises(RecordError, match=r"210 and 159 samples, 0\.51 s apart"):
         read_path(paths)
     assert read_path(paths, trust_data=True).north.size == 159
@@ -258,11 +260,11 @@ def test_unlike_starts_are_aligned(tmp_path):
 
 def test_unlike_rates_parallel_axes_and_doubled_components_are_refused(tmp_path):
     paths = [tmp_path / "x1.AT2", tmp_path / "x2.AT2"]
-    paths[0].write_text(peer_text(A, 0.01, "0"))
-    paths[1].write_text(peer_text(B, 0.02, "90"))
+    paths[0].write_text(peer_text(A / 1000, 0.01, "0"))
+    paths[1].write_text(peer_text(B / 1000, 0.02, "90"))
     with pytest.raises(RecordError, match=r"sampling interval 0.02 s"):
         read_path(paths)
-    paths[1].write_text(peer_text(B, 0.01, "30"))
+    paths[1].write_text(peer_text(B / 1000, 0.01, "30"))
     with pytest.raises(RecordError, match="right angle"):
         read_path(paths)
     with pytest.raises(RecordError, match="two horizontal components"):

@@ -1,3 +1,4 @@
+import hashlib
 import io
 import tarfile
 import zipfile
@@ -185,6 +186,23 @@ def test_the_table_s_hash_is_compared(tmp_path):
     assert read_record(RecordEntry(id="t", format="kik-net", source="T", sha256=right), tmp_path).sha256 == right
     with pytest.raises(RecordError, match="the record table says 0000"):
         read_record(RecordEntry(id="t", format="kik-net", source="T", sha256="0" * 64), tmp_path)
+
+
+def test_a_record_in_several_files_has_the_hash_of_their_hashes(tmp_path):
+    paths = write_knet_set(tmp_path, "T", NORTH, EAST, UP)
+    own = [hashlib.sha256(path.read_bytes()).hexdigest() for path in paths]
+    assert read_path(paths).sha256 == hashlib.sha256("".join(own).encode("ascii")).hexdigest()
+
+
+@pytest.mark.parametrize("end", ["", "\n"])
+@pytest.mark.parametrize("count", [8, 24])
+def test_the_last_line_is_whole_where_it_ends_or_is_flush(count, end):
+    """A single line has none before it to be flush with; a line with its end need not be flush."""
+    text = knet_text(NORTH[:count]).rstrip("\n")
+    if end and count > 8:
+        text = text[: text.rindex("\n") + 1] + " ".join(text[text.rindex("\n") :].split())
+    component = knet.read(SourceFile("T.NS", (text + end).encode("ascii")))[0]
+    np.testing.assert_allclose(component.samples, NORTH[:count] * GAIN, rtol=1e-12)
 
 
 def test_a_real_file_agrees_with_its_own_header():

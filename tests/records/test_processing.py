@@ -28,9 +28,9 @@ TIME = np.arange(6000) * DT
 
 
 def record(north, east=None, interval=DT) -> Record:
-    return Record(
-        "r", north, np.zeros_like(north) if east is None else east, None, interval, start="2001-02-03T04:05:06Z"
-    )
+    east = np.zeros_like(north) if east is None else east
+    known = {"trusted_data": True}  # ramps and steps are no ground motions
+    return Record("r", north, east, None, interval, start="2001-02-03T04:05:06Z", extra=known)
 
 
 def sine(frequency: float) -> np.ndarray:

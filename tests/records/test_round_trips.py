@@ -94,7 +94,7 @@ def test_esm(pair):
 @given(tenths(-99999, 99999), st.sampled_from([("g", G), ("gal", 0.01), ("m/s2", 1.0)]))
 def test_columns(pair, unit):
     text = "".join(f"{a!r},{b!r}\n" for a, b in pair.T.tolist())
-    options = ReadOptions(columns=f"north:{unit[0]} east:{unit[0]}", sampling_interval_s=0.01)
+    options = ReadOptions(columns=f"north:{unit[0]} east:{unit[0]}", sampling_interval_s=0.01, processed=True)
     first, second = csv_columns.read(SourceFile("x.csv", text.encode()), options)
     np.testing.assert_allclose(first.samples, pair[0] * unit[1], rtol=1e-15)
     np.testing.assert_allclose(second.samples, pair[1] * unit[1], rtol=1e-15)
@@ -106,7 +106,9 @@ def test_turning_there_and_back(pair, azimuth, left_handed, correction):
     """Motion along a sensor's axis is what that sensor recorded, whichever way the axes run."""
     second = azimuth - 90 if left_handed else azimuth + 90
     north, east = (read(peer, peer_text(p / 100, 0.01, "0"))[0] for p in pair)
-    record = assemble([north, east], record_id="x", azimuths_deg=(azimuth, second), correction_deg=correction)
+    record = assemble(
+        [north, east], record_id="x", azimuths_deg=(azimuth, second), correction_deg=correction, trust_data=True
+    )
     motion = Motion.of(record)
     np.testing.assert_allclose(motion.along(azimuth + correction), pair[0] / 100 * G, atol=1e-8)
     np.testing.assert_allclose(motion.along(second + correction), pair[1] / 100 * G, atol=1e-8)

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from overturning.errors import RecordError
 from overturning.motion.motion import Motion
 from overturning.motion.spectra import spectrum_intensity
 from overturning.records.catalogue import RecordEntry
@@ -51,10 +50,11 @@ def test_smc_three_files_make_one_record():
     assert np.abs(record.east).max() * 100 == pytest.approx(70.44, abs=0.01)
 
 
-def test_csmip_channels_of_unlike_length_need_trust():
-    with pytest.raises(RecordError, match=r"31932 and 32080 and 32190 samples, 2\.58 s apart"):
-        read_path(SAMPLES / "CICLC.v1")
-    record = read_path(SAMPLES / "CICLC.v1", trust_data=True)
+def test_csmip_channels_that_stop_apart_are_cut_to_the_common_part():
+    record = read_path(SAMPLES / "CICLC.v1")
+    assert record.north.size == 31932
+    assert record.processing[0]["left_out_s"] == pytest.approx(2.58)
+    assert "trusted" not in record.extra
     # the numbers of the files' own headers, .3442498 and .5107992 g
     assert np.abs(record.east).max() / 9.80665 == pytest.approx(0.3442498, rel=1e-5)
     assert np.abs(record.north).max() / 9.80665 == pytest.approx(0.5107992, rel=1e-5)

@@ -6,6 +6,7 @@ from overturning.errors import RecordError
 from overturning.records.catalogue import RecordEntry
 from overturning.records.options import ReadOptions
 from overturning.records.read import read_path, read_record
+from overturning.records.summary import state_of
 from tests.expect import refused
 
 random = np.random.default_rng(11)
@@ -65,6 +66,7 @@ def test_a_velocity_sensor_is_deconvolved(tmp_path):
     middle = record.north[1500:2500]
     assert np.abs(middle).max() == pytest.approx(0.1 * 2 * np.pi, rel=0.01)
     np.testing.assert_allclose(middle, 0.1 * 2 * np.pi * np.cos(2 * np.pi * time[1500:2500]), atol=0.01)
+    assert state_of(record) == "raw, response of a velocity sensor removed"
 
 
 def test_sac_needs_a_unit_and_takes_orientation_from_its_header(tmp_path):
@@ -97,12 +99,17 @@ def test_sac_whose_peak_contradicts_its_header_is_refused(tmp_path):
 @pytest.mark.parametrize("separator", [",", ";", "\t", "  "])
 def test_columns_as_declared(tmp_path, separator):
     path = tmp_path / "x.csv"
-    rows = [separator.join(f"{v:g}" for v in row) for row in zip(np.arange(500) * 0.01, E, N, -Z, strict=True)]
+    rows = [
+        separator.join(f"{v:g}" for v in row)
+        for row in zip(np.arange(500) * 0.01, E / 100, N / 100, -Z / 100, strict=True)
+    ]
     path.write_text("# mine\n" + separator.join(["t", "a_e", "a_n", "down"]) + "\n" + "\n".join(rows) + "\n")
-    entry = RecordEntry(id="x", format="csv", source="x.csv", columns="time:s east:mm/s2 north:mm/s2 down:mm/s2")
+    entry = RecordEntry(
+        id="x", format="csv", source="x.csv", processed=True, columns="time:s east:mm/s2 north:mm/s2 down:mm/s2"
+    )
     record = read_record(entry, tmp_path)
-    np.testing.assert_allclose(record.north, [float(f"{v:g}") / 1000 for v in N], rtol=1e-12)
-    np.testing.assert_allclose(record.up, [float(f"{v:g}") / 1000 for v in Z], rtol=1e-12)
+    np.testing.assert_allclose(record.north, [float(f"{v / 100:g}") / 1000 for v in N], rtol=1e-12)
+    np.testing.assert_allclose(record.up, [float(f"{v / 100:g}") / 1000 for v in Z], rtol=1e-12)
     assert record.sampling_interval == 0.01
 
 
@@ -127,4 +134,4 @@ def test_columns_that_do_not_hold_what_is_declared(tmp_path, text, columns, inte
     path = tmp_path / "x.csv"
     path.write_text(text)
     with refused(RecordError, "x.csv", *words):
-        read_path(path, options=ReadOptions(columns=columns, sampling_interval_s=interval))
+        read_path(path, options=ReadOptions(columns=columns, sampling_interval_s=interval, processed=True))

@@ -9,7 +9,7 @@ from typing import Any
 from overturning.report.blocks import Film, Report, Section, Table, each_block
 from overturning.report.write import write_report
 
-NO_TEXT = {"kinds", "anchor", "medium"}
+NO_TEXT = {"kinds", "anchor", "medium", "file"}
 
 BAD = "<script>window.hurt = 1</script>"
 """A name from a stranger's file."""

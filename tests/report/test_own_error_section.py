@@ -5,13 +5,14 @@ from typing import Any
 
 from reading import column, tables, text_of
 
-from overturning.report.blocks import Caution, Section
-from overturning.report.sections.own_error import own_error
+from overturning.report.blocks import Caution, Note, Section
+from overturning.report.sections.own_error import dependence, own_error
 
 COUNTS = {"element": "", "cases": 200, "flags": 2, "fallen": 50, "sides": 0, "unanswered": 0}
 FOUND = {
     "seed": 1, "wanted": 200, "chosen": 200, "at_rest": 0, "cells": 9000, "study_block_steps": 1000, "cost": 1.0,
     "finer_by": 8, "stiffer_by": 4.0, "finer": {"block_steps": 500, "outcomes": [COUNTS]}, "stiffer": {"refused": "too stiff"},
+    "settling": {"changed": 0, "looked_at": 0, "settled": 0, "block_steps": 0},
 }  # fmt: skip
 
 
@@ -48,6 +49,20 @@ def test_it_warns_above_one_percent() -> None:
     assert "steps 8 times finer and with springs 4 times stiffer more" in warning.text
 
 
+def test_what_finer_steps_settle_and_what_nothing_decides() -> None:
+    assert "settle" not in text_of(section())
+    many = section(settling={"changed": 7, "looked_at": 7, "settled": 6, "block_steps": 50})
+    assert "7 cases changed; they were computed twice more" in text_of(many)
+    assert "6 kept the answer of the finer steps, which settle them; 1 did not and is chaotic" in text_of(many)
+    assert "decides it, 0.50\u00a0% of the cases run again (95 % interval 0.09 to 2.78\u00a0%)" in text_of(many)
+    some = section(settling={"changed": 7, "looked_at": 1, "settled": 1, "block_steps": 50})
+    assert "7 cases changed; 1 of them was computed twice more" in text_of(some)
+    assert "settle it; 0 did not and are chaotic: no computation decides them." in text_of(some)
+    assert "no room to look why" in text_of(
+        section(settling={"changed": 1, "looked_at": 0, "settled": 0, "block_steps": 0})
+    )
+
+
 def test_what_was_not_run_again() -> None:
     assert "The variants were not run again." in text_of(section(variants=("bouncy",)))
     assert "verification.cost sets this bound" in text_of(section(chosen=50))
@@ -66,3 +81,21 @@ def test_each_element_is_counted_by_itself() -> None:
 def test_a_study_without_it_has_no_section() -> None:
     results: Any = SimpleNamespace(study=None, verification=None)
     assert own_error(results) is None
+
+
+def test_the_line_below_the_answer() -> None:
+    def line(**found: Any) -> Any:
+        results: Any = SimpleNamespace(study=None, verification=FOUND | found)
+        return dependence(results)
+
+    calm = line()
+    assert type(calm) is Note
+    assert "200 cases change 1.0\u00a0% of the flags with steps 8 times finer" in calm.text
+    more = {"block_steps": 500, "outcomes": [COUNTS | {"flags": 5}]}
+    warning = line(stiffer=more)
+    assert isinstance(warning, Caution)
+    assert "2.5\u00a0% of the flags with springs 4 times stiffer" in warning.text
+    assert "a larger contact.stiffness would help" in warning.text
+    assert "time_step" not in warning.text
+    assert line(chosen=0) is None
+    assert dependence(SimpleNamespace(study=None, verification=None)) is None  # type: ignore[arg-type]

@@ -22,6 +22,7 @@ from overturning.report.blocks import (
     Disclosure,
     Figure,
     Film,
+    Link,
     Note,
     Paragraph,
     Report,
@@ -73,7 +74,7 @@ def everything(tmp_path: Path) -> Report:
     figure.path.write_text(SQUARE, encoding="utf-8")
     table = Table((HARM, HARM, HARM, HARM), ((HARM, HARM, HARM, HARM), ("b", "–", "one", "f" * 64)), "tnlc", HARM, True)
     blocks: tuple[Block, ...] = (
-        Answer((HARM, HARM)), Paragraph(HARM), Note(HARM), Caution(HARM), Bullets((HARM, HARM)), Code(HARM), figure, table,
+        Answer((HARM, HARM)), Link(HARM, "beside.html"), Paragraph(HARM), Note(HARM), Caution(HARM), Bullets((HARM, HARM)), Code(HARM), figure, table,
         Table(("", ""), ((HARM, HARM),)), Film({"title": HARM}, HARM), Row((figure, table), (1.0, 2.0)),
         Disclosure(HARM, (Row((figure,)),)), Section(HARM, (Section(HARM, (Paragraph(HARM),)),), HARM, together=True),
     )  # fmt: skip
@@ -90,8 +91,8 @@ def test_names_from_files_are_text(everything: Report) -> None:
     assert film is not None
     assert json.loads(film[1]) == {"title": HARM}
     written = sum(text == HARM for text in texts(everything))
-    # What stands in the place of a film is for paper only, the title stands twice, and so does a link.
-    assert shown_on_page(page).count(HARM.splitlines()[0]) == written - 1
+    # What stands in the place of a film is for paper only; the title, a link, and a heading in the contents stand twice.
+    assert shown_on_page(page).count(HARM.splitlines()[0]) == written
     assert sum(text == HARM for text in paper_texts(paper_data(everything, {}))) >= written
     assert render_pdf(everything).startswith(b"%PDF")
 
@@ -127,6 +128,15 @@ def test_the_renderers_hold_no_words() -> None:
     source = re.sub(r"^//.*$", "", source, flags=re.MULTILINE)
     strings = re.findall(r'"([^"\n]*)"', source)
     assert [text for text in strings if " " in text] == ["1 / 1", "Libertinus Serif", "no such kind of block: "]
+
+
+def test_contents_lead_to_every_section(report: Report) -> None:
+    page = render_html(report)
+    contents = re.search(r'<nav class="contents">(.*?)</nav>', page)
+    assert contents is not None
+    for part in report.blocks:
+        assert f'<a href="#{part.anchor}">{html.escape(part.title)}</a>' in contents[1]
+        assert page.count(f'id="{part.anchor}"') == 1
 
 
 def test_each_figure_keeps_its_own_identifiers(everything: Report) -> None:

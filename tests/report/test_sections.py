@@ -1,5 +1,6 @@
 """What the sections say of results that are made in memory."""
 
+import json
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -34,6 +35,7 @@ def test_sections_of_a_study_of_a_block(report: Report, opened: Results) -> None
     assert titles(report) == [
         *(
             "Answer",
+            "Which way blocks fall",
             "Cases to watch",
             "Where blocks fall",
             "What makes a block fall",
@@ -44,8 +46,9 @@ def test_sections_of_a_study_of_a_block(report: Report, opened: Results) -> None
     ]
     assert len(SECTIONS) == len(titles(report)) + 4  # no scene, no survey, nothing published, not run again
     assert report.title == BAD
-    peaks, directions = tables(section(report, "Records"))
+    peaks, processing, directions = tables(section(report, "Records"))
     assert column(peaks, "record") == column(directions, "record") == ["one", "two"]
+    assert column(processing, "data and processing") == ["raw; left alone here", "raw; left alone here"]
     assert column(peaks, "pulse") == ["yes", "no"]
     assert column(peaks, "fault normal") == ["60°", "30°"]
     largest = opened.intensity["pga"].max("azimuth").to_numpy() * 100
@@ -53,6 +56,33 @@ def test_sections_of_a_study_of_a_block(report: Report, opened: Results) -> None
     (digest,) = (row[3] for row in tables(section(report, "Sources"))[0].rows[:1])
     assert digest == "0" * 64
     assert opened.cube.attrs["content_sha256"] in text_of(section(report, "Versions"))
+
+
+def test_the_processing_is_told(opened: Results) -> None:
+    effect = {"pga": [5.0, 4.0], "pgv": [2.0, 0.5], "pgd": [100.0, 0.1]}
+    account = {
+        "data": "raw",
+        "agency": "",
+        "steps": [{"step": "highpass", "corner_hz": 0.25, "order": 2, "chosen": "as the noise says", "effect": effect}],
+        "peaks": effect,
+        "start": "2016-11-13T11:02:14.715Z",
+        "duration_s": 163.82,
+        "declared": ["axes 0° and 90°"],
+        "trusted": ["peak acceleration 6 g"],
+    }
+    told = {
+        "one": account,
+        "two": account | {"data": "processed by X", "agency": "band-pass 0.1 to 20 Hz", "steps": []},
+    }
+    cube = opened.cube.assign_attrs(record_processing=json.dumps(told))
+    (table,) = [t for t in tables(records(replace(opened, cube=cube))) if t.anchor == "processing"]
+    assert column(table, "data and processing") == [
+        "raw; here: high-pass 0.25 Hz, order 2 (as the noise says)",
+        "processed by X (band-pass 0.1 to 20 Hz); left alone here",
+    ]
+    assert column(table, "PGD, cm")[0] == "10000.0 → 10.0"
+    assert column(table, "computed")[0].replace("\u00a0", " ") == "163.8 s from 11:02:14"
+    assert column(table, "declared or trusted")[0] == "axes 0° and 90°; trusted although peak acceleration 6 g"
 
 
 def test_every_figure_has_a_text_for_those_who_cannot_see_it(report: Report) -> None:
@@ -79,12 +109,12 @@ def test_a_fall_normal_to_the_fault_is_said(one_record: Make) -> None:
 
 
 def test_alignment_by_shape_is_the_mean_over_earthquakes(report: Report, one_record: Make) -> None:
-    shapes = tables(section(report, "Where blocks fall"))[0]
+    shapes = tables(section(report, "Where blocks fall"))[-1]
     assert shapes.sortable
     assert column(shapes, "B/H") == ["0.2", "0.3", "0.4"]
     assert shapes.heads[2:4] == ("earthquakes with falls, with a velocity pulse", "alignment, with a velocity pulse")
     pulse = column(shapes, "alignment, with a velocity pulse")
-    four = tables(section(build_report(one_record(4)), "Where blocks fall"))[0]
+    four = tables(section(build_report(one_record(4)), "Where blocks fall"))[-1]
     assert column(four, "alignment, all records") == pulse, "four times the same earthquake"
     assert set(column(four, "earthquakes with falls, all records")) <= {"4", "0"}
 
@@ -209,7 +239,7 @@ def test_the_fit(opened: Results, monkeypatch: pytest.MonkeyPatch) -> None:
     assert table.rows[0] == ("intercept", "0.50", "−0.50 to 1.50", "–")
     assert table.rows[3] == ("shape", "−2.00", "−3.00 to −1.00", "−0.50 to 1.00")
     assert "1,234 planes and cases of 5 earthquakes" in text_of(shown)
-    assert "The odds of a fall are multiplied by 8" in text_of(shown)
+    assert "5 earthquakes cannot tell by how much the odds of a fall grow" in text_of(shown)
 
 
 @pytest.mark.parametrize("run", [True, False])

@@ -35,7 +35,7 @@ def results(difference: AlignmentDifference | None = None, /, **groups: AxisSumm
 
 def test_one_group() -> None:
     mean, _, conclusion = headline(results(all=NORMAL)).partition(": ")
-    assert mean.endswith("7°\u00a0±\u00a012° from the fault normal (5 earthquakes)")
+    assert mean.endswith("7°\u00a0±\u00a012° from the fault normal (5 of 6 earthquakes with falls)")
     assert conclusion == "falls lie closer to the fault normal than to the fault."
     assert "all records" not in headline(results(all=NORMAL))
 
@@ -43,8 +43,8 @@ def test_one_group() -> None:
 def test_two_groups_that_differ() -> None:
     groups = results(AlignmentDifference(0.35, (-0.1, 0.7), 5, 3), pulse=NORMAL, control=EITHER)
     means, conclusion = headline(groups).split(": ")
-    assert "12° from the fault normal with a velocity pulse (5 earthquakes) and 20°" in means
-    assert means.endswith("from the fault normal without (3 earthquakes)")
+    assert "12° from the fault normal with a velocity pulse (5 of 6 earthquakes with falls) and 20°" in means
+    assert means.endswith("from the fault normal without (3 of 4 earthquakes with falls)")
     with_pulse, without = conclusion.split("; ")
     assert with_pulse.startswith("with a velocity pulse, falls lie closer to the fault normal")
     assert without.startswith("without, no preference")
@@ -65,7 +65,7 @@ def test_a_difference_that_is_shown_and_one_of_too_few() -> None:
 
 def test_a_group_without_falls_is_named() -> None:
     text = headline(results(pulse=NORMAL, control=NOTHING))
-    assert "not at all without (0 earthquakes): falls lie closer to the fault normal" in text
+    assert "not at all without (none of 1 earthquake with falls): falls lie closer to the fault normal" in text
 
 
 def test_falls_along_the_fault() -> None:
@@ -93,18 +93,21 @@ def test_missing_outcomes_are_not_passed_over() -> None:
     assert text.startswith("No block whose outcome is known overturned")
 
 
-def fit_of(coefficient: list[float], low: list[float], high: list[float]) -> LogisticFit:
+def fit_of(coefficient: list[float], low: list[float], high: list[float], earthquakes: int = 9) -> LogisticFit:
     values = [np.array(numbers) for numbers in (coefficient, np.zeros(5), low, high)]
-    return LogisticFit(("intercept", "PGA", "ratio", "shape", "size"), *values, 100, 5, np.zeros(4), np.ones(4), 0.95)
+    names = ("intercept", "PGA", "ratio", "shape", "size")
+    return LogisticFit(names, *values, 100, earthquakes, np.zeros(4), np.ones(4), 0.95)
 
 
 def test_doubling() -> None:
     nothing = math.nan
-    fit = fit_of([0, 3, 1, -2, -1], [-1, 2, nothing, -3, -2], [1, 4, nothing, -1, 0])
-    pga, pgv, size = doubling_sentence(fit).split("; ")
+    numbers = [0, 3, 1, -2, -1], [-1, 2, -3, -3, -2], [1, 4, 4, -1, 0]
+    told, untold = doubling_sentence(fit_of(*numbers)).split(". ")
+    pga, size = told.split("; ")
     assert "by 8 (4 to 16) where PGA, and PGV with it, doubles" in pga
-    assert "by 2 where PGV alone doubles" in pgv
     assert "by 0.5 (0.25 to 1) where the size of a block alone doubles" in size
+    assert untold == "9 earthquakes cannot tell by how much the odds of a fall grow where PGV alone doubles."
+    assert doubling_sentence(fit_of(*numbers, earthquakes=7)).startswith("7 earthquakes cannot tell")
     assert doubling_sentence(fit_of(*([[nothing] * 5] * 3))) == ""
 
 

@@ -87,9 +87,9 @@ def test_axial_tests_are_tests_of_doubled_angles() -> None:
     assert v_test(axes, 15, axial=True).statistic == pytest.approx(v_test(2 * axes, 30).statistic)
 
 
-def test_stephens_critical_values() -> None:
-    # Stephens (1970), table 1: modified U² at 10, 5, 2.5 and 1 %.
-    n = 40
+@pytest.mark.parametrize("n", [5, 40])
+def test_stephens_critical_values(n: int) -> None:
+    # Stephens (1970), table 1: modified U² at 10, 5, 2.5 and 1 %, for every n.
     for critical, level in ((0.152, 0.10), (0.187, 0.05), (0.221, 0.025), (0.267, 0.01)):
         wanted = critical / (1 + 0.8 / n) + 0.1 / n - 0.1 / n**2
         # A sample with exactly that U²: points at the centres of n equal parts, all squeezed by a factor.

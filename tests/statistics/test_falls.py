@@ -1,7 +1,7 @@
 import numpy as np
 import xarray as xr
 
-from overturning.statistics.falls import falls_towards, overturns
+from overturning.statistics.falls import falls_towards, near_boundary, overturns
 
 
 def cube(azimuth: list[int], overturned: list[float]) -> xr.Dataset:
@@ -30,3 +30,10 @@ def test_missing_outcomes_stay_missing() -> None:
 def test_lazy_cubes_stay_lazy() -> None:
     lazy = falls_towards(cube([0, 90, 180, 270], [1, 0, -1, 0]).chunk({"azimuth": 2}))
     assert lazy.chunks is not None
+
+
+def test_blocks_near_the_boundary_fall_in_some_planes_and_in_at_most_half() -> None:
+    flags = np.array([[0, 1, 1, 1], [0, 0, -1, -1], [0, 0, 1, np.nan], [0, 0, 0, 1]], dtype=float)
+    data = xr.Dataset({"overturned": (("azimuth", "b_over_h"), flags)}, coords={"azimuth": [0, 45, 90, 135]})
+    assert near_boundary(data).values.tolist() == [False, True, False, False]
+    assert near_boundary(data.isel(azimuth=[0, 1, 3], b_over_h=[2])).values.tolist() == [False]

@@ -4,7 +4,7 @@ import pytest
 from pydantic import ValidationError
 
 from overturning.errors import ConfigError
-from overturning.study.document import schema_text, with_tables
+from overturning.study.document import CATALOGUE, catalogue_schema_text, schema_text, with_tables
 from overturning.study.load import check_study, entries_of, load_study, study_from
 from overturning.study.ranges import AzimuthRange, Range
 
@@ -52,6 +52,7 @@ def test_shipped_studies_name_records_of_the_table(name: str) -> None:
 
 def test_schema_and_key_table_are_those_of_the_model() -> None:
     assert (CONFIG / "schema.json").read_text(encoding="utf-8") == schema_text(), "run: overturning study document"
+    assert (CONFIG.parent / CATALOGUE).read_text(encoding="utf-8") == catalogue_schema_text()
     readme = (CONFIG / "README.md").read_text(encoding="utf-8")
     assert readme == with_tables(readme), "run: overturning study document"
 

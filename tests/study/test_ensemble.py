@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
 from overturning.dem.cases import Cases
 from overturning.dem.grid import Grid
@@ -13,10 +14,16 @@ from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.errors import ConfigError, ResultError
 from overturning.motion.motion import Motion
-from overturning.study.ensemble import ENSEMBLE_VARIABLES, cells_to_run, run_ensemble
+from overturning.records.record import Record
+from overturning.records.store import write_motion
+from overturning.study.cube import open_cube
+from overturning.study.ensemble import BATCH, ENSEMBLE_VARIABLES, cells_to_run, half_width, run_ensemble, settled
+from overturning.study.gather import gather
 from overturning.study.load import check_study
 from overturning.study.members import Members, draw_members, read_members, write_members
+from overturning.study.recheck import recheck
 from overturning.study.sections import Ensemble
+from overturning.study.sweep import sweep_record
 
 AZIMUTH = np.arange(0, 360, 60, dtype=np.int16)
 GRID = Grid(AZIMUTH, np.array([0.6]), np.array([0.1, 0.2, 0.3, 0.4, 0.5]), np.array([0.5, 1.0]))
@@ -133,6 +140,124 @@ def test_mirrored_cells_exchange_the_sides(motion: Motion, nominal: dict[str, np
         assert np.array_equal(found[f"{name}_towards"][3:], found[f"{name}_away"][:3])
         assert np.array_equal(found[f"{name}_away"][3:], found[f"{name}_towards"][:3])
     assert ((found["probability_towards"] > 0) & (found["probability_towards"] < 1)).any()
+
+
+def test_members_are_run_in_batches_of_both_scrambles() -> None:
+    members = draw_members(Ensemble())
+    batches = members.batches(BATCH)
+    assert [batch.size for batch in batches] == [8, 8, 8]
+    assert sorted(np.concatenate(batches)) == list(range(24))
+    for batch in batches:
+        assert members.some(batch).scramble.tolist() == [0, 0, 0, 0, 1, 1, 1, 1]
+    # Fewer members are the first of more, so that a larger number only adds to them.
+    few, size = draw_members(Ensemble(members=16)), 16
+    assert np.array_equal(
+        few.amplitude[np.concatenate(few.batches(BATCH))], members.amplitude[np.concatenate(batches)[:size]]
+    )
+
+
+def test_a_cell_is_settled_by_its_own_flags() -> None:
+    flags = np.full((5, 24), -128, np.int8)
+    flags[0, :8] = 1  # all alike
+    flags[1, :8] = [1, 1, 1, 1, 1, 1, 1, 0]
+    flags[2, :16] = [1] * 3 + [0] * 13
+    flags[3, :16] = [-1] * 4 + [1] * 12
+    flags[4] = [1] * 12 + [-1] * 12
+    assert settled(flags, 0.19).tolist() == [True, False, True, False, True]
+    assert not settled(flags, 0.0).any()
+    assert not settled(np.full((1, 24), -128, np.int8), 0.19).any()  # no member has an outcome
+    elements = np.stack([flags, np.broadcast_to(flags[:1], flags.shape)], axis=2)
+    assert np.array_equal(settled(elements, 0.19), settled(flags, 0.19))  # every element counts
+
+
+def test_a_cell_stops_where_its_own_members_say_so(motion: Motion, nominal: dict[str, np.ndarray]) -> None:
+    members = draw_members(Ensemble(amplitude=0.1, b_over_h=0.05))
+    every, some = run(motion, nominal, members), run(motion, nominal, members, widest=0.19)
+    assert set(np.unique(some["members"])) == {8, 16, 24}
+    assert (every["members"] == 24).all()
+    whole = some["members"] == 24
+    for name in ("probability_towards", "scramble_difference_away"):
+        assert np.array_equal(every[name][whole], some[name][whole])
+    # Whatever stands beside it, a cell has the same members.
+    for flat in np.flatnonzero(nominal["mirrored"] == 0)[::7]:
+        place = np.unravel_index(flat, GRID.shape)
+        one = Grid(
+            *(axis[[at]] for axis, at in zip((AZIMUTH, GRID.height, GRID.b_over_h, GRID.friction), place, strict=True))
+        )
+        own = {name: values[tuple(slice(at, at + 1) for at in place)] for name, values in nominal.items()}
+        alone = run_ensemble(
+            motion, one, own, members, lambda cases, _: run_cases(motion, cases), everywhere=True, widest=0.19
+        )[0]  # fmt: skip
+        for variable in ENSEMBLE_VARIABLES:
+            assert alone[variable.name].item() == some[variable.name][place].item()
+
+
+def test_a_cube_with_settled_cells_is_found_again_bit_for_bit(tmp_path: Path) -> None:
+    study = check_study(
+        {
+            "name": "few", "records": {"use": ["pulse"]}, "azimuth": {"start": 0, "stop": 360, "step": 60},
+            "height": [0.6], "b_over_h": [0.2, 0.3, 0.4], "friction": [1.0], "verification": "none",
+            "ensemble": {"where": "everywhere", "amplitude": 0.2, "b_over_h": 0.1},
+        },
+        "few.yaml",
+    )  # fmt: skip
+    time = np.arange(0, 4, 0.01)
+    pulse = np.where((time > 1) & (time < 1.8), 6.0 * np.sin(2 * np.pi * (time - 1) / 0.8), 0.0)
+    record = Record(
+        "pulse", np.round(pulse, 9), np.round(0.3 * pulse, 9), None, 0.01,
+        station="S", event="E", source="made", licence="none", sha256="0" * 64,
+    )  # fmt: skip
+    (tmp_path / "motion").mkdir()
+    write_motion(record, tmp_path / "motion" / "pulse.nc")
+    sweep_record(study, record, tmp_path / "part.nc", threads=2)
+    gather(study, [record], [tmp_path / "part.nc"], tmp_path / "cube.nc")
+    with open_cube(tmp_path / "cube.nc") as cube:
+        assert len(np.unique(cube["members"].to_numpy())) > 1
+    found = recheck(tmp_path / "cube.nc", cells=18)
+    assert found.differences == []
+    assert found.cells == found.ensemble_cells == 18
+
+
+def _stopped(probability: float, widest: float, batches: list[int]) -> dict[tuple[int, int], float]:
+    """How likely the rule ends with so many falls of so many members, exactly, where each falls by itself."""
+    going, ended, size = {0: 1.0}, {}, 0
+    for batch in batches:
+        size += batch
+        more = binom.pmf(np.arange(batch + 1), batch, probability)
+        reached = np.zeros(size + 1)
+        for falls, chance in going.items():
+            reached[falls : falls + batch + 1] += chance * more
+        going = {}
+        for falls, chance in enumerate(reached):
+            flags = np.array([[1] * falls + [0] * (size - falls)], np.int8)
+            if settled(flags, widest)[0] or size == sum(batches):
+                ended[falls, size] = chance
+            else:
+                going[falls] = chance
+    return ended
+
+
+def test_the_stated_interval_covers_the_probability_at_least_as_often_as_that_of_sixteen_members() -> None:
+    """At known probabilities, without drawing lots; and it is nowhere wider than stated."""
+    coverage, error, widest = {}, {}, {}
+    for batches in ([16], [8, 8, 8]):
+        covered, square, widths = [], [], [0.0]
+        for probability in np.linspace(0, 1, 101):
+            cover = off = 0.0
+            for (falls, size), chance in _stopped(probability, 0.19, batches).items():
+                half = float(half_width(np.array(float(falls)), np.array(float(size))))
+                centre = (falls + 1.96**2 / 2) / (size + 1.96**2)
+                cover += chance * (abs(probability - centre) <= half + 1e-12)
+                off += chance * (falls / size - probability) ** 2
+                widths.append(half)
+            covered.append(cover)
+            square.append(off)
+        key = len(batches)
+        coverage[key], error[key], widest[key] = np.array(covered), np.sqrt(square), max(widths)
+    assert widest[3] <= 0.19 < widest[1]
+    assert coverage[3].mean() >= max(0.95, coverage[1].mean())
+    assert coverage[3].min() > 0.91 > coverage[1].min()
+    assert error[3].max() < error[1].max()
 
 
 def test_where_it_is_not_run_it_is_missing(motion: Motion, nominal: dict[str, np.ndarray]) -> None:

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from overturning.dem.variables import FLOAT32_MISSING, INT8_MISSING, VARIABLES
 from overturning.errors import ResultError
 from overturning.records.record import Record
 from overturning.study.config import Study
-from overturning.study.cube import open_cube, study_of
+from overturning.study.cube import open_cube, processing_of, study_of
 from overturning.study.gather import gather
 from overturning.study.grid import grid_of
 from overturning.study.load import check_study
@@ -105,6 +106,30 @@ def test_every_cell_is_in_its_place(
         assert study_of(cube) == study
 
 
+def test_what_describes_a_record_is_carried_into_the_cube(
+    study: Study, records: list[Record], parts: Callable[..., list[Path]], tmp_path: Path
+) -> None:
+    known = {
+        "magnitude": 7.8,
+        "rupture_distance": 1.5,
+        "vs30": 410.0,
+        "pulse_period": 2.2,
+        "site_class": "C",
+        "wall": "foot",
+    }
+    described = [replace(records[0], extra=records[0].extra | known), records[1]]
+    gather(study, described, parts(), tmp_path / "cube.nc")
+    with open_cube(tmp_path / "cube.nc") as cube:
+        for name, value in known.items():
+            assert cube[name].values[0] == value
+            assert cube[name].values[1] == "" if isinstance(value, str) else np.isnan(cube[name].values[1])
+        assert cube["rupture_distance"].attrs["units"] == "km"
+        accounts = processing_of(cube)
+        assert set(accounts) == set(NAMES)
+        assert accounts["first"]["data"] == "raw"
+        assert accounts["first"]["duration_s"] == 0.09
+
+
 def test_pieces_in_any_order_give_the_same_bytes(
     study: Study, records: list[Record], parts: Callable[..., list[Path]], tmp_path: Path
 ) -> None:
@@ -151,6 +176,16 @@ def test_missing_outcomes_are_missing_and_never_a_flag(
         assert np.isnan(cube["overturned"][0, 2, 0, 1, 1])
         assert np.isnan(cube["overturning_time"][0, 2, 0, 1, 1])
         assert cube["status"][0, 2, 0, 1, 1] == Status.UNDECIDED
+
+
+def test_flags_of_records_say_what_their_values_mean(
+    study: Study, records: list[Record], parts: Callable[..., list[Path]], tmp_path: Path
+) -> None:
+    gather(study, records, parts(), tmp_path / "cube.nc")
+    with open_cube(tmp_path / "cube.nc") as cube:
+        for name, meanings in (("pulse", "no_pulse pulse"), ("vertical", "horizontal_only with_vertical")):
+            assert cube[name].attrs["flag_values"].tolist() == [0, 1]
+            assert cube[name].attrs["flag_meanings"] == meanings
 
 
 def test_cube_passes_the_checker_of_the_convention_it_claims(

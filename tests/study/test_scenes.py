@@ -83,7 +83,7 @@ def test_a_study_without_a_scene_has_the_shipped_gravestone_with_its_own_contact
         "study.yaml",
     )  # fmt: skip
     assert study.scene == gravestone() == load_scene("gravestone")
-    assert (study.height, study.b_over_h, study.ensemble.members) == ((0.6,), (0.2, 0.3, 0.4), 16)
+    assert (study.height, study.b_over_h, study.ensemble.members) == ((0.6,), (0.2, 0.3, 0.4), 24)
     scene, soft = scene_of(study), scene_of(study, "soft")
     assert scene.single_block
     assert scene.materials["stone"].density == soft.materials["stone"].density == 2000

@@ -1,9 +1,12 @@
 """Order of convergence, measured on continuous errors, and errors against rigid solutions."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from overturning.dem.cases import Cases
+from overturning.dem.contact import SCENE_STATIC_PENETRATION
 from overturning.dem.run import run_cases
 from verification.measures import order, rotation_error
 from verification.work_precision.boundaries import BRACKET, answers, bisect, boundaries, ends, kernel
@@ -12,6 +15,11 @@ from verification.work_precision.rigid_solutions import rocking
 from verification.work_precision.table import settings
 
 STEPS = np.array([0.5, 0.25, 0.125])
+
+
+def soft(scheme: str, step: float) -> dict[str, Any]:
+    """A contact of which the step's error stands far above what single digits of chaos and of rounding leave."""
+    return settings(scheme, step, SCENE_STATIC_PENETRATION)
 
 
 def decaying_sine() -> Group:
@@ -35,8 +43,8 @@ def test_order_is_that_of_a_known_line() -> None:
 @pytest.mark.parametrize(("scheme", "least"), [("centred", 1.0), ("cundall", 0.9)])
 def test_peak_rotation_converges(scheme: str, least: float) -> None:
     groups = [decaying_sine()]
-    right = answers(groups, kernel(**settings("centred", 0.004)))
-    errors = [rotation_error(*answers(groups, kernel(**settings(scheme, step))), *right) for step in STEPS]
+    right = answers(groups, kernel(**soft("centred", 0.004)))
+    errors = [rotation_error(*answers(groups, kernel(**soft(scheme, step))), *right) for step in STEPS]
     assert errors[0] > errors[-1] > 0
     assert order(STEPS, np.array(errors)) >= least
 
@@ -44,7 +52,7 @@ def test_peak_rotation_converges(scheme: str, least: float) -> None:
 @pytest.mark.parametrize("scheme", ["centred", "cundall"])
 def test_energy_balance_converges(scheme: str) -> None:
     group, steps = decaying_sine(), [*STEPS, 0.0625]
-    residual = [np.mean(run_cases(group.motion, group.cases, **settings(scheme, step)).energy_error) for step in steps]
+    residual = [np.mean(run_cases(group.motion, group.cases, **soft(scheme, step)).energy_error) for step in steps]
     assert order(np.array(steps), np.array(residual)) >= 0.9
 
 
@@ -63,7 +71,7 @@ def test_overturning_boundary_converges(scheme: str, least: float) -> None:
     near = bisect(groups, where, usual, low, high, 24)
 
     def found(scheme: str, step: float) -> np.ndarray:
-        run = kernel(**settings(scheme, step))
+        run = kernel(**soft(scheme, step))
         return bisect(groups, where, run, near * (1 - BRACKET), near * (1 + BRACKET), 20)
 
     exact = found("centred", 0.015)

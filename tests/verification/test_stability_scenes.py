@@ -121,7 +121,7 @@ def test_where_the_kernels_have_other_flags_they_go_to_one_limit(stone: tuple[An
     generator = np.random.Generator(np.random.PCG64([7, number]))
     north = generator.uniform(-abs(peak), abs(peak), 256) * np.sign(peak)
     up = vertical * generator.uniform(-abs(peak), abs(peak), 256) if vertical else None
-    motion = Motion(north, 0 * north, up, sampling_interval=interval)
+    motion = Motion(north, 0 * north, up, sampling_interval=interval, trust_data=True)
     scene = shipped("gravestone")
     scene = scene.model_copy(
         update={

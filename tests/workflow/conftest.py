@@ -27,8 +27,6 @@ class Checkout:
         self.folder = folder
         for name in ("workflow", "config"):
             shutil.copytree(ROOT / name, folder / name)  # makes the folder too
-        shutil.copy(ROOT / "Snakefile", folder)
-        (folder / "profiles").symlink_to("workflow/profiles")
         (folder / "config" / "mine.yaml").write_text(config, encoding="utf-8")
         self.environment = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
         if own_sources:

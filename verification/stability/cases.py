@@ -146,4 +146,4 @@ def motion_of_case(case: StabilityCase, number: int) -> Motion:
         up = STANDARD_GRAVITY * (1.5 + case.vertical) * np.sin(2 * np.pi * time / 48 + 1.0)
     elif case.vertical > 0:
         up = case.vertical * peak * generator.uniform(-1.0, 1.0, time.size)
-    return Motion(north, np.zeros(time.size), up, sampling_interval=interval)
+    return Motion(north, np.zeros(time.size), up, sampling_interval=interval, trust_data=True)

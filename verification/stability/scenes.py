@@ -142,7 +142,9 @@ def contradiction(prepared: Prepared, friction: float, motion: Motion, found: Re
 
 def _amplified(motion: Motion, factor: float) -> Motion:
     up = None if motion.up is None else factor * motion.up
-    return Motion(factor * motion.north, factor * motion.east, up, sampling_interval=motion.sampling_interval)
+    return Motion(
+        factor * motion.north, factor * motion.east, up, sampling_interval=motion.sampling_interval, trust_data=True
+    )
 
 
 def deepest_at_rest(prepared: Prepared) -> float:

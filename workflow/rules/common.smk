@@ -7,8 +7,8 @@ from snakemake.exceptions import WorkflowError
 
 from overturning.errors import OverturningError
 from overturning.surveys.stones import read_survey
-from overturning.records.locate import find_paths
-from overturning.study.load import check_study, entries_of, load_study
+from overturning.study.check import check_files, check_records, check_size
+from overturning.study.load import check_study, load_study
 from overturning.study.sources import source_hash
 from overturning.study.own_error import is_verified
 
@@ -24,13 +24,20 @@ def load():
         study = (
             check_study(config, where) if given else load_study(DEFAULT_STUDY, config)
         )
-        entries = entries_of(study, where)
-        folder = Path(study.records.folder)
-        files = {name: find_paths(entry, folder) for name, entry in entries.items()}
+        check_size(study, where)
+        entries, files = check_files(study, where)
         for survey in study.surveys:
-            read_survey(
-                Path(survey.stones)
-            )  # a wrong line is better known now than after the sweep
+            # A wrong line is better known now than after the sweep.
+            read_survey(Path(survey.stones))
+        if workflow.is_main_process:
+            # What has been read before is not read again.
+            motion = Path("results", study.name, "motion")
+            new = {
+                name: entry
+                for name, entry in entries.items()
+                if not (motion / f"{name}.nc").is_file()
+            }
+            check_records(study, new)
         return study, entries, files
     except OverturningError as error:
         raise WorkflowError(str(error)) from None
@@ -39,10 +46,16 @@ def load():
 STUDY, ENTRIES, FILES = load()
 SETTINGS = STUDY.model_dump(mode="json")
 RECORDS = list(ENTRIES)
+BESIDE = (
+    "surveys",
+    "figures",
+)  # the cube does not depend on them, nor says anything about them
 VARIANTS = ["nominal", *STUDY.variants]
 RESULTS = f"results/{STUDY.name}"
 LOGS = f"{RESULTS}/logs"
 REPORT = f"{RESULTS}/report.html"
+FIGURES = f"{RESULTS}/figures"
+EXPLORER = f"{RESULTS}/explore.html"
 PAPER = f"{RESULTS}/report.pdf"
 MEMBERS = f"{RESULTS}/members.csv"
 CUBES = [
@@ -93,3 +106,10 @@ def parts_of_cube(wildcards):
 def survey_of(wildcards):
     """Settings of a survey by its number."""
     return STUDY.surveys[int(wildcards.number) - 1]
+
+
+def drawn(name, **wildcards):
+    """Files of a figure, one per format, the one that the report shows first."""
+    return expand(
+        f"{FIGURES}/{name}.{{format}}", format=STUDY.figures.formats, **wildcards
+    )

@@ -6,7 +6,8 @@ rule gather:
         motions=expand(f"{RESULTS}/motion/{{record}}.nc", record=RECORDS),
         parts=parts_of_cube,
     output:
-        f"{RESULTS}/cube{{suffix}}.nc",
+        # An earlier cube stays until the new one is whole: a bad part does not cost it.
+        update(f"{RESULTS}/cube{{suffix}}.nc"),
     log:
         f"{LOGS}/gather{{suffix}}.log",
     wildcard_constraints:
@@ -14,7 +15,7 @@ rule gather:
     resources:
         mem_mb=800,
     params:
-        study=settings(*SETTINGS),
+        study=settings(*(key for key in SETTINGS if key not in BESIDE)),
         variant=variant_of,
         motions=lambda wildcards, input: Path(input.motions[0]).parent,
         parts=lambda wildcards, input: Path(input.parts[0]).parent,

@@ -1,6 +1,21 @@
 # Everything to one self-contained page that is the same each time it is made.
 
 
+rule explore:
+    input:
+        f"{RESULTS}/cube.nc",
+    output:
+        EXPLORER,
+    log:
+        f"{LOGS}/explore.log",
+    resources:
+        mem_mb=1000,
+    params:
+        sources=sources("explore"),
+    shell:
+        "overturning explore {input} --output {output} > {log} 2>&1"
+
+
 rule report:
     input:
         cubes=CUBES,
@@ -23,6 +38,7 @@ rule report:
         mem_mb=1000,
     params:
         folder=lambda wildcards, output: Path(output[0]).parent,
+        study=settings(*BESIDE),
         sources=sources("workflow:report"),
     shell:
-        "overturning report --results {params.folder} --output {output.page} --pdf {output.pdf} 2> {log}"
+        "overturning report --study {params.study:q} --results {params.folder} --output {output.page} --pdf {output.pdf} 2> {log}"

@@ -2,9 +2,11 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from overturning.commands import declared
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,7 +19,9 @@ app = typer.Typer(rich_markup_mode=None)
 
 @app.command()
 def one(
-    record: Annotated[str, typer.Option(help="id in the record table, or a record file")],
+    record: Annotated[
+        str, typer.Option(help="id in the record table, a record file, or a pulse: 'sine amplitude_gal=800 period_s=1'")
+    ],
     azimuth: Annotated[list[float], typer.Option(help="degrees clockwise from north; may be given several times")],
     b_over_h: Annotated[float | None, typer.Option(help="slenderness B/H (default 0.4, or the scene's)")] = None,
     height: Annotated[float | None, typer.Option(help="height H, m (default 0.6, or the scene's)")] = None,
@@ -43,24 +47,40 @@ def one(
         ),
     ] = None,
     response: Annotated[
-        Path | None, typer.Option(help="figure of rotation, slip and uplift against time: .svg or .png")
+        Path | None, typer.Option(help="figure of rotation, slip and uplift against time: .svg, .png or .pdf")
     ] = None,
+    azimuths: declared.Azimuths = "",
+    columns: declared.Columns = "",
+    form: declared.Form = "",
+    interval: declared.Interval = None,
+    processed: declared.Processed = None,
+    sensor: declared.Sensor = "",
+    trust_data: declared.TrustData = False,
+    unit: declared.Unit = "",
+    vertical_sense: declared.VerticalSense = "",
 ) -> None:
     """Simulate one block or scene, print what it does, and make a film or a figure of it."""
     from overturning.dem.polygon.geometry import native_size
     from overturning.dem.trajectory import trajectory
     from overturning.errors import ArgumentError
-    from overturning.figures.film_movie import write_film_movie
+    from overturning.figures.film_movie import check_movie, write_film_movie
     from overturning.figures.film_of_trajectory import film_of
     from overturning.figures.film_page import write_film_page
     from overturning.figures.response import response_figure
     from overturning.figures.style import save, style
+    from overturning.files import check_output
     from overturning.motion.motion import Motion
 
-    for file, kinds in ((animate, {".html", ".gif", ".mp4"}), (response, {".svg", ".png"})):
-        if file is not None and file.suffix.lower() not in kinds:
+    outputs = (("--animate", animate, {".html", ".gif", ".mp4"}), ("--response", response, {".svg", ".png", ".pdf"}))
+    for option, file, kinds in outputs:
+        if file is None:
+            continue
+        if file.suffix.lower() not in kinds:
             raise ArgumentError(f"{file.name}: unknown kind of file; end it in {', '.join(sorted(kinds))}")
-    shaking = _record(record, table, folder)
+        check_output(file, option)
+        check_movie(file)
+    given = declared.declared(azimuths, columns, form, interval, processed, sensor, trust_data, unit, vertical_sense)
+    shaking = _record(record, table, folder, given)
     motion = Motion.of(shaking if vertical else replace(shaking, up=None))
     place = ", ".join(part for part in (shaking.station or shaking.record_id, shaking.event) if part)
     stones = _scene(scene, density, stiffness, damping_ratio, damping)
@@ -108,28 +128,39 @@ def _scene(
     return load_scene(name)
 
 
-def _record(name: str, table: Path, folder: Path) -> "Record":
-    """A record of the table, or of a file; processed as a study would by default."""
+def _record(name: str, table: Path, folder: Path, given: dict[str, Any]) -> "Record":
+    """A record of the table, of a file with what is given about it, or of a pulse; processed as a study would by default."""
     import difflib
 
-    from overturning.errors import ConfigError
+    from overturning.errors import ArgumentError, ConfigError
+    from overturning.files import shipped
     from overturning.records.catalogue import read_catalogue
     from overturning.records.processing import process
+    from overturning.records.pulses import SHAPES, parse_pulse, pulse_record
     from overturning.records.read import read_path, read_record
     from overturning.records.store import rounded
 
     if Path(name).is_file():
-        return rounded(process(read_path(Path(name)), None))
-    entries = read_catalogue(table)
+        return rounded(process(read_path(Path(name), **given), None))
+    if given != declared.declared():
+        raise ArgumentError(
+            f"--record {name!r}: no file of that name; what is said of files cannot be said of anything else"
+        )
+    if name.split()[:1] and name.split()[0] in SHAPES:
+        return rounded(pulse_record(parse_pulse(name)))
+    if " " not in name and (Path(name).suffix or len(Path(name).parts) > 1):
+        raise ConfigError(f"--record {name}: no such file; give a file, or the id of a record in {table}")
+    entries = read_catalogue(shipped(table))
     if name not in entries:
         near = difflib.get_close_matches(name, entries, n=1)
         hint = f"did you mean {near[0]!r}?" if near else f"ids: {', '.join(list(entries)[:8])} …"
-        raise ConfigError(f"{table}: no record {name!r}, nor a file of that name; {hint}")
+        raise ConfigError(f"{table}: no record {name!r}, nor a file of that name or a pulse; {hint}")
     return rounded(process(read_record(entries[name], folder), None))
 
 
 def _print_outcomes(paths: "list[xr.Dataset]", stones: "Scene") -> None:
-    from overturning.figures.film_of_trajectory import compass_name, outcome
+    from overturning.figures.film_of_trajectory import outcome
+    from overturning.figures.style import compass_name
 
     for path in paths:
         text, shown = outcome(path), path.sel(element=stones.shown_name)

@@ -1,9 +1,12 @@
 """`overturning records`: say what record files are, and fetch new ones."""
 
 from pathlib import Path
-from typing import Annotated, get_args
+from typing import Annotated, Literal
 
 import typer
+
+from overturning.commands import declared
+from overturning.commands.add import add
 
 app = typer.Typer(rich_markup_mode=None, no_args_is_help=True, help="Check record files, or fetch them.")
 
@@ -11,54 +14,97 @@ app = typer.Typer(rich_markup_mode=None, no_args_is_help=True, help="Check recor
 @app.command()
 def check(
     paths: Annotated[list[Path], typer.Argument(help="files or folders")],
-    trust_data: Annotated[
-        bool, typer.Option("--trust-data", help="go on where a header's peak contradicts the data")
-    ] = False,
-    azimuths: Annotated[
-        str, typer.Option(help="azimuths of the two horizontal axes where the files do not state them: 0,90")
-    ] = "",
-    vertical_sense: Annotated[
-        str,
-        typer.Option(help="up, down or none (leave out), for a vertical axis that does not say which way it points"),
-    ] = "",
-    unit: Annotated[
-        str, typer.Option(help="unit of the samples where the format leaves it open (SAC): m/s2, gal, g…")
-    ] = "",
-    columns: Annotated[str, typer.Option(help="read as columns: 'time:s north:gal east:gal up:gal'")] = "",
-    interval: Annotated[float | None, typer.Option(help="sampling interval of columns without a time, s")] = None,
+    azimuths: declared.Azimuths = "",
+    columns: declared.Columns = "",
+    form: declared.Form = "",
+    interval: declared.Interval = None,
+    processed: declared.Processed = None,
+    sensor: declared.Sensor = "",
+    trust_data: declared.TrustData = False,
+    unit: declared.Unit = "",
+    vertical_sense: declared.VerticalSense = "",
 ) -> None:
     """Read files of any known format and print what was found, or why they are refused.
 
-    Exit status 1 if anything was refused.
+    Folders are read with the folders in them. Exit status 1 if anything was refused.
     """
-    from overturning.errors import ArgumentError
-    from overturning.records.assembly import VerticalSense
-    from overturning.records.check import check_paths, describe
-    from overturning.records.options import UNITS, ReadOptions
+    from overturning.records.check import check_paths, describe, passed_over
 
-    sense: VerticalSense | None = next((word for word in get_args(VerticalSense) if word == vertical_sense), None)
-    if vertical_sense and sense is None:
-        raise ArgumentError(f"--vertical-sense: {vertical_sense!r}; known are {', '.join(get_args(VerticalSense))}")
-    if unit and unit not in UNITS:
-        raise ArgumentError(f"--unit: {unit!r}; known are {', '.join(UNITS)}")
-    try:
-        pair = [float(a) for a in azimuths.replace(",", " ").split()] or None
-    except ValueError:
-        raise ArgumentError(f"--azimuths: {azimuths!r}; two numbers of degrees, e.g. 0,90") from None
-    findings = check_paths(
-        paths,
-        options=ReadOptions(unit or None, columns, interval),
-        azimuths_deg=pair,
-        trust_data=trust_data,
-        vertical_sense=sense,
-    )
+    given = declared.declared(azimuths, columns, form, interval, processed, sensor, trust_data, unit, vertical_sense)
+    findings = check_paths(paths, **given)
     for finding in findings:
         typer.echo(describe(finding))
     read = sum(f.record is not None for f in findings)
+    if no_records := passed_over(paths):
+        shown = ", ".join(no_records[:5]) + (" …" if len(no_records) > 5 else "")
+        typer.echo(f"passed over, no records by their names: {len(no_records)} ({shown})")
     typer.echo(f"{read} read, {len(findings) - read} refused")
     if read < len(findings):
         raise typer.Exit(1)
 
+
+@app.command()
+def plot(
+    paths: Annotated[
+        list[Path], typer.Argument(help="files, or folders; of one file the others of its record are found")
+    ],
+    output: Annotated[
+        Path,
+        typer.Option(help="folder for the pages, each named as its file; or the page, .svg or .png, of one record"),
+    ] = Path(),
+    corner: Annotated[
+        str, typer.Option(help="corner of the default high-pass filter, Hz; auto: by the noise before the onset")
+    ] = "0.1",
+    azimuths: declared.Azimuths = "",
+    columns: declared.Columns = "",
+    form: declared.Form = "",
+    interval: declared.Interval = None,
+    processed: declared.Processed = None,
+    sensor: declared.Sensor = "",
+    trust_data: declared.TrustData = False,
+    unit: declared.Unit = "",
+    vertical_sense: declared.VerticalSense = "",
+) -> None:
+    """Draw time histories of records before and after the default processing, spectra, and what was taken away.
+
+    Exit status 1 if anything was refused.
+    """
+    from overturning.errors import ArgumentError
+    from overturning.figures.history import history_figure
+    from overturning.figures.style import save, style
+    from overturning.records.check import check_paths, describe
+    from overturning.records.processing import default_steps, process
+    from overturning.records.read import read_path
+    from overturning.records.summary import summary
+
+    given = declared.declared(azimuths, columns, form, interval, processed, sensor, trust_data, unit, vertical_sense)
+    try:
+        frequency: float | Literal["auto"] = "auto" if corner == "auto" else float(corner)
+    except ValueError:
+        raise ArgumentError(f"--corner: {corner!r}; a frequency in Hz, or auto") from None
+    refused = []
+    if len(paths) == 1 and paths[0].is_file():
+        records = {paths[0].name: read_path(paths, **given)}
+    else:
+        findings = check_paths(paths, **given)
+        records = {finding.files[0]: finding.record for finding in findings if finding.record is not None}
+        refused = [finding for finding in findings if finding.record is None]
+    page = output.suffix in (".svg", ".png")
+    if page and len(records) > 1:
+        raise ArgumentError(f"--output: {output.name} is one page, but there are {len(records)} records; name a folder")
+    for name, record in records.items():
+        used = process(record, default_steps(record, frequency))
+        target = output if page else output / f"{name.replace(':', '-')}.svg"
+        with style():
+            save(history_figure(record, used), target)
+        typer.echo(f"{target}: {', '.join(map(summary, used.processing)) or 'left alone'}")
+    for finding in refused:
+        typer.echo(describe(finding))
+    if refused:
+        raise typer.Exit(1)
+
+
+app.command()(add)
 
 fetch = typer.Typer(rich_markup_mode=None, no_args_is_help=True, help="Fetch records into a folder, checked and whole.")
 app.add_typer(fetch, name="fetch")

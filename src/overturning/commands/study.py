@@ -1,24 +1,53 @@
-"""`overturning study`: check a study file; write the JSON schema and the key table."""
+"""`overturning study`: write or check a study file; write the JSON schema and the key table."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-app = typer.Typer(rich_markup_mode=None, no_args_is_help=True, help="Check a study file; write schema and key table.")
+app = typer.Typer(
+    rich_markup_mode=None, no_args_is_help=True, help="Write or check a study file; write schema and key table."
+)
 
 
 @app.command()
 def check(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> None:
-    """Check a study file and say how many cases it has."""
-    from overturning.study.load import entries_of, load_study
+    """Find what a run would find: wrong keys, missing and damaged files, too many cases. Says what a run takes, about."""
+    from overturning.study.check import check_files, check_records, check_size
+    from overturning.study.load import load_study
     from overturning.surveys.stones import read_survey
 
     study = load_study(path)
-    records = entries_of(study, str(path))
+    size = check_size(study, str(path))
+    entries, _ = check_files(study, str(path))
     for survey in study.surveys:
         read_survey(Path(survey.stones))
-    print(f"{path}: study {study.name!r}, {len(records)} records × {study.cases} cases = {len(records) * study.cases}")
+    check_records(study, entries)
+    print(f"{path}: study {study.name!r}, {size}")
+
+
+@app.command()
+def new(
+    name: Annotated[str, typer.Option(prompt="Name of the study", help="of its file and its folder of results")],
+    records: Annotated[str, typer.Option(prompt="Records, ids of the table with commas between", help="ids: a,b")],
+    title: Annotated[str, typer.Option(help="title of the report")] = "",
+    step: Annotated[float, typer.Option(help="step of the azimuth, degrees")] = 15.0,
+    folder: Annotated[Path, typer.Option(help="folder of the file")] = Path("config"),
+) -> None:
+    """Write a new study file, asking for what is not given."""
+    from overturning.errors import ArgumentError
+    from overturning.files import atomic_write, check_output
+    from overturning.study.load import entries_of, load_study
+    from overturning.study.template import study_template
+
+    path = folder / f"{name}.yaml"
+    if path.exists():
+        raise ArgumentError(f"{path}: is there already; choose another name")
+    check_output(path, "--folder")
+    with atomic_write(path) as part:
+        part.write_text(study_template(name, records.replace(",", " ").split(), title, step), encoding="utf-8")
+        entries_of(load_study(part), str(path))
+    print(f"{path}: edit it, then overturning study check {path}")
 
 
 @app.command()

@@ -28,8 +28,8 @@ def survey(
     from overturning.surveys.result import survey_result, write_survey
     from overturning.surveys.stones import read_survey
 
-    if figure is not None and figure.suffix.lower() not in {".svg", ".png"}:
-        raise ArgumentError(f"{figure.name}: unknown kind of figure; end it in .svg or .png")
+    if figure is not None and figure.suffix.lower() not in {".svg", ".png", ".pdf"}:
+        raise ArgumentError(f"{figure.name}: unknown kind of figure; end it in .svg, .png or .pdf")
     rows = read_survey(stones)
     with open_cube(cube, chunks={"record": 1}) as data:
         names = [str(name) for name in data["record_id"].to_numpy()]

@@ -12,6 +12,9 @@ import typer
 app = typer.Typer(rich_markup_mode=None)
 
 Study = Annotated[str, typer.Option(help="study file, or its content as JSON")]
+Beside = Annotated[
+    str | None, typer.Option("--study", help="study file or JSON whose figures and surveys count instead of the cube's")
+]
 Motions = Annotated[Path, typer.Option(help="folder of the motions")]
 Variant = Annotated[str, typer.Option(help="name of the contact setting")]
 Threads = Annotated[int, typer.Option(min=1, help="number of threads or processes")]
@@ -36,7 +39,8 @@ def read(
     settings = study_from(study)
     entry = entries_of(settings, settings.name)[record]
     raw = read_record(entry, Path(settings.records.folder))
-    write_motion(process(raw, settings.processing), output)
+    done = process(raw, settings.processing)
+    write_motion(done, output, unprocessed=None if done is raw else raw)
 
 
 def _with_records(study: str, motions: Path) -> tuple[Any, list[Any]]:
@@ -175,7 +179,7 @@ def verify_study(
 
         found = repeat_sample(settings, records, sample, done, threads, tell)
         row.update(record="all", variant="verification", cases=2 * found["chosen"])
-        row["block_steps"] = sum(found[kind].get("block_steps", 0) for kind in ("finer", "stiffer"))
+        row["block_steps"] = sum(found[kind].get("block_steps", 0) for kind in ("finer", "stiffer", "settling"))
         write_verification(found, output)
 
 
@@ -185,12 +189,14 @@ def figures(
     intensity: Annotated[Path, typer.Option(help="intensity measures by azimuth (NetCDF)")],
     motions: Motions,
     output: Annotated[Path, typer.Option(help="folder for the figures")],
+    study: Beside = None,
     threads: Threads = 1,
 ) -> None:
     """Draw the figures of a study."""
     from overturning.figures.study import draw_study
+    from overturning.study.load import study_from
 
-    draw_study(cube, intensity, motions, output, threads)
+    draw_study(cube, intensity, motions, output, threads, study_from(study).figures if study else None)
 
 
 @app.command()
@@ -198,8 +204,10 @@ def report(
     results: Annotated[Path, typer.Option(help="folder of the study's results")],
     output: Annotated[Path, typer.Option(help="page to make (HTML)")],
     pdf: Annotated[Path | None, typer.Option(help="the same on paper (PDF)")] = None,
+    study: Beside = None,
 ) -> None:
     """Write the report of a study."""
     from overturning.report.write import write_report
+    from overturning.study.load import study_from
 
-    write_report(results, output, pdf)
+    write_report(results, output, pdf, study_from(study) if study else None)

@@ -11,8 +11,11 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.units import STANDARD_GRAVITY
 
-STATIC_PENETRATION: Final = 2e-5
+STATIC_PENETRATION: Final = 1e-7
 """δ/B of ``stiffness="auto"``: with it and ξ = 1 the block behaves as the rigid one (docs/method.md)."""
+
+SCENE_STATIC_PENETRATION: Final = 2e-5
+"""The same in a scene of more than one block, whose steps shrink with the stiffness."""
 
 PRECISION_FLOOR: Final = 1e5
 """δ must be this many times the rounding of a coordinate, so that the static force has five digits."""

@@ -5,7 +5,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from overturning.dem.contact import STATIC_PENETRATION, Contact
+from overturning.dem.contact import SCENE_STATIC_PENETRATION, STATIC_PENETRATION, Contact
 from overturning.units import GRANITE_DENSITY
 
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]*$")]
@@ -36,9 +36,10 @@ class ContactLaw(Model):
         default="auto",
         description="normal spring K_n per vertex and metre of depth, N/m; auto: from the weight carried",
     )
-    static_penetration: Positive = Field(
-        default=STATIC_PENETRATION,
-        description="stiffness auto: static penetration as a share of the width of the contact",
+    static_penetration: Positive | None = Field(
+        default=None,
+        description="stiffness auto: static penetration as a share of the width of the contact; not given: "
+        f"{STATIC_PENETRATION:.0e} for a single block on the ground, {SCENE_STATIC_PENETRATION:.0e} in any other scene",
     )
     stiffness_ratio: float = Field(default=1.0, ge=0, description="K_s/K_n")
     damping_ratio: float | None = Field(
@@ -54,8 +55,9 @@ class ContactLaw(Model):
 
     @property
     def contact(self) -> Contact:
-        """Its springs and dashpots as those of a single block."""
-        return Contact(**{item.name: getattr(self, item.name) for item in fields(Contact)})
+        """Its springs and dashpots as those of a single block; what is not given there is as in `Contact`."""
+        given = {item.name: getattr(self, item.name) for item in fields(Contact)}
+        return Contact(**{name: value for name, value in given.items() if value is not None})
 
 
 class Element(Model):

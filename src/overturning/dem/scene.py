@@ -9,11 +9,12 @@ from typing import Any, Final, Self
 
 from pydantic import Field, ValidationError, model_validator
 
-from overturning.dem.contact import Contact
+from overturning.dem.contact import SCENE_STATIC_PENETRATION, STATIC_PENETRATION, Contact
 from overturning.dem.element import ContactLaw, Element, Material, Model, Name, Positive
 from overturning.dem.polygon.geometry import WIDE, check_geometry, native_size
 from overturning.errors import ArgumentError, ConfigError
-from overturning.files import read_mapping
+from overturning.files import read_mapping, shipped
+from overturning.tables import said
 from overturning.units import GRANITE_DENSITY, STANDARD_GRAVITY
 
 MOST_ELEMENTS: Final = 64
@@ -114,8 +115,16 @@ class Scene(Model):
 
     def law(self, one: Element, other: Element) -> ContactLaw:
         """The contact law of two elements."""
-        given = (law for law in self.contacts if set(law.between) == {one.material, other.material})
-        return next(given, ContactLaw(between=(one.material, other.material)))
+        return self.law_between(one.material, other.material)
+
+    def law_between(self, one: Name, other: Name) -> ContactLaw:
+        """The contact law of two materials, its static penetration that of the scene where the file gives none."""
+        laws = (law for law in self.contacts if set(law.between) == {one, other})
+        law = next(laws, ContactLaw(between=(one, other)))
+        if law.static_penetration is not None:
+            return law
+        penetration = STATIC_PENETRATION if self.single_block else SCENE_STATIC_PENETRATION
+        return law.model_copy(update={"static_penetration": penetration})
 
 
 @lru_cache(maxsize=64)
@@ -176,9 +185,10 @@ def load_scene(name: str | Path, root: Path = Path()) -> Scene:
     """
     path = root / name
     if path.suffix not in {".yaml", ".yml"}:
-        path = root / SCENES / f"{name}.yaml"
+        path = shipped(root / SCENES / f"{name}.yaml")
     if not path.is_file():
-        known = ", ".join(sorted(file.stem for file in (root / SCENES).glob("*.yaml"))) or "none"
+        folders = {root / SCENES, shipped(SCENES)}
+        known = ", ".join(sorted({file.stem for folder in folders for file in folder.glob("*.yaml")})) or "none"
         raise ConfigError(f"scene {name}: no file {path}; known: {known}")
     return check_scene(read_mapping(path, "scene", "see docs/scenes.md"), str(path))
 
@@ -192,6 +202,8 @@ def check_scene(data: dict[str, Any], where: str = "scene") -> Scene:
         for item in error.errors():
             key = ".".join(_parts(data, item["loc"]))
             message = item["msg"].removeprefix("Value error, ")
+            if item["type"] == "string_pattern_mismatch":
+                message = said(item["ctx"]["pattern"])
             message = {"extra_forbidden": "unknown key", "missing": "this key is needed"}.get(item["type"], message)
             lines.append(f"{where}: {key}: {message}" if key else f"{where}: {message}")
         raise ConfigError("\n       ".join(dict.fromkeys(lines))) from None

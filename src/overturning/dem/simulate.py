@@ -12,7 +12,7 @@ from overturning.dem.polygon.geometry import place, symmetric
 from overturning.dem.run import run
 from overturning.dem.scene import Scene, scene_or_gravestone
 from overturning.dem.variables import VARIABLES
-from overturning.motion.motion import Motion
+from overturning.motion.motion import Motion, as_motion
 from overturning.units import GRANITE_DENSITY
 
 if TYPE_CHECKING:
@@ -33,25 +33,7 @@ def simulate_arrays(
 ) -> dict[str, NDArray[Any]]:
     """Simulate every combination of azimuth, size, slenderness and friction under one motion.
 
-    Parameters
-    ----------
-    motion : Motion
-        The ground's.
-    azimuth_deg : array_like, shape (a,)
-        Degrees clockwise from north, any real numbers.
-    height, b_over_h : array_like, shape (h,), (b,), optional
-        Height (m) and slenderness of the reference element; the scene's own where not given. All lengths scale with
-        the height; the slenderness changes the reference element's width alone.
-    friction : array_like, shape (f,)
-        µ of every contact law without one.
-    scene : Scene, optional
-        The scene; one block on the ground where not given.
-    density : float
-        kg/m³, of the block; matters only where the contact is given in absolute terms. A scene has its own.
-    contact : Contact, optional
-        Springs and dashpots of the block; `Contact()` where not given. A scene has its own.
-    **options
-        Fields of `overturning.dem.numerics.Numerics`.
+    Parameters and exceptions are those of `overturning.simulate`.
 
     Returns
     -------
@@ -59,12 +41,8 @@ def simulate_arrays(
         The cube's variables by name, missing floats as NaN, and ``block_steps``, the work of each cell, 0 where it
         was left out. The last dimension, the free elements in the scene's order, is there where the scene has more than
         one and the variable is each element's.
-
-    Raises
-    ------
-    ArgumentError
-        If an argument is outside its bounds, or the time step is not stable.
     """
+    motion = as_motion(motion)
     scene, height, b_over_h = scene_or_gravestone(scene, contact, density, height, b_over_h)
     grid = Grid.over(azimuth_deg=azimuth_deg, height=height, b_over_h=b_over_h, friction=friction)
     return simulate_grid(scene, motion, grid, Numerics(**options))
@@ -88,17 +66,42 @@ def simulate(
     b_over_h: ArrayLike | None = None,
     friction: ArrayLike = 1.0,
     scene: Scene | None = None,
+    density: float = GRANITE_DENSITY,
+    contact: Contact | None = None,
     **options: Any,
 ) -> "xr.Dataset":
     """Simulate every combination of azimuth, size, slenderness and friction under one motion, as a dataset.
 
-    Parameters and exceptions are those of `simulate_arrays`.
+    Parameters
+    ----------
+    motion : Motion or Record
+        The ground's; a record as `overturning.read` returns it.
+    azimuth_deg : array_like, shape (a,)
+        Degrees clockwise from north, any real numbers.
+    height, b_over_h : array_like, shape (h,), (b,), optional
+        Height (m) and slenderness of the reference element; the scene's own where not given. All lengths scale with
+        the height; the slenderness changes the reference element's width alone.
+    friction : array_like, shape (f,)
+        µ of every contact law without one.
+    scene : Scene, optional
+        The scene; one block on the ground where not given.
+    density : float
+        kg/m³, of the block; matters only where the contact is given in absolute terms. A scene has its own.
+    contact : Contact, optional
+        Springs and dashpots of the block; `overturning.Contact()` where not given. A scene has its own.
+    **options
+        Fields of `overturning.dem.numerics.Numerics`.
 
     Returns
     -------
     xarray.Dataset
         The cube's variables over `azimuth`, `height`, `b_over_h`, `friction` and, where the scene has more than one free
         element and the variable is each element's, `element`.
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is outside its bounds, or the time step is not stable.
 
     Examples
     --------
@@ -112,8 +115,9 @@ def simulate(
     import xarray as xr
 
     arrays = simulate_arrays(
-        motion, azimuth_deg=azimuth_deg, height=height, b_over_h=b_over_h, friction=friction, scene=scene, **options
-    )
+        motion, azimuth_deg=azimuth_deg, height=height, b_over_h=b_over_h, friction=friction, scene=scene, density=density,
+        contact=contact, **options,
+    )  # fmt: skip
     named, height, b_over_h = scene_or_gravestone(scene, None, GRANITE_DENSITY, height, b_over_h)
     several = named.free if len(named.free) > 1 else ()
     grid = Grid.over(several, azimuth_deg=azimuth_deg, height=height, b_over_h=b_over_h, friction=friction)

@@ -19,35 +19,24 @@ class Scheme(IntEnum):
 
 
 HEAVY_DAMPING: Final = 4.0
-"""Above this damping ratio of the highest mode the centred scheme's step shrinks in proportion to its inverse: the step
-itself would stay stable, but which corners press and slip is guessed from a velocity that the dashpots change too much."""
+"""Above this damping ratio of the highest mode the step in which the centred scheme lets a contact change shrinks in proportion
+to its inverse: it would stay stable, but which corners press and slip is guessed from a velocity that the dashpots change
+too much."""
 
-LONGEST_CONTACT: Final = 8.0
-"""The centred scheme is stable with any step; this one, in 1/ω of the highest mode, is the longest that still tells when
-a contact opens, closes, sticks and slips (docs/method.md)."""
-
-LONGEST_ROCKING: Final = 0.025
-"""And this one, in 1/p with p = √(3g/4R), the longest for which a soft contact's energy balances."""
-
-LIGHT_DAMPING: Final = 0.6
-"""Below this damping ratio of the highest mode corners bounce: the centred scheme's automatic step is `LIGHT_FRACTION`,"""
+LONGEST_ROCKING: Final = 0.008
+"""The centred scheme is stable with any step; this one, in 1/p with p = √(3g/4R), is the longest that follows the motion of a
+block between changes of contact, whatever the contact's stiffness (docs/method.md)."""
 
 BARE_DAMPING: Final = 0.25
-"""and below this one that of Cundall's scheme and of scenes is half of what it is else."""
+"""Below this damping ratio of the highest mode the automatic step of Cundall's scheme and of scenes is half of what it is else."""
 
 DEFAULT_SCHEME: Final = "centred"
 
 AUTO_FRACTION: Final = {Scheme.CUNDALL: 0.5, Scheme.CENTRED: 1.0}
 """The step of ``time_step="auto"`` as a fraction of the stable one (docs/measurements.md shows how it was chosen)."""
 
-LIGHT_FRACTION: Final = 0.25
-"""The same for a block of the centred scheme whose damping is below `LIGHT_DAMPING`."""
-
-SOFT_FRACTION: Final = 0.5
-"""The same where its contact is so soft that 8/ω exceeds 0.025/p."""
-
 SCENE_FRACTION: Final = 0.5
-"""The same for a scene of polygons, with either scheme."""
+"""The same for a scene of polygons with Cundall's scheme."""
 
 MOST_STEPS_PER_SAMPLE: Final = 2_000_000
 """More than this cannot be resolved in any reasonable time."""
@@ -106,9 +95,8 @@ def stable_step(scheme: Scheme, square: FloatArray, rate: FloatArray, period: Fl
     """Largest stable time step, s.
 
     Cundall's scheme, whose dashpot lags by half a step, needs Δt ≤ (2/ω)(√(1 + ξ_max²) − ξ_max). The centred scheme
-    takes the dashpots at the end of the step. For a scene of polygons that leaves Δt ≤ 2/ω; for a block it takes the
-    springs there, too, and is limited by what it resolves, `LONGEST_CONTACT` and `LONGEST_ROCKING`. Either is less where
-    ξ_max is above `HEAVY_DAMPING`.
+    takes the dashpots at the end of the step. For a scene of polygons that leaves Δt ≤ 2/ω, less where ξ_max is above
+    `HEAVY_DAMPING`; for a block it takes the springs there, too, and is limited by the motion alone, `LONGEST_ROCKING`.
 
     Parameters
     ----------
@@ -123,11 +111,13 @@ def stable_step(scheme: Scheme, square: FloatArray, rate: FloatArray, period: Fl
     """
     if scheme == Scheme.CUNDALL:
         return 4.0 / (np.sqrt(rate**2 + 4.0 * square) + rate)
-    damping = 0.5 * rate / np.sqrt(square)
-    heavy = HEAVY_DAMPING / np.maximum(damping, HEAVY_DAMPING)
-    if period is None:
-        return 2.0 / np.sqrt(square) * heavy
-    return np.minimum(LONGEST_CONTACT / np.sqrt(square) * heavy, LONGEST_ROCKING * period)
+    return 2.0 * contact_time(square, rate) if period is None else LONGEST_ROCKING * period
+
+
+def contact_time(square: FloatArray, rate: FloatArray) -> FloatArray:
+    """1/ω of a contact's highest mode, s, shorter where ξ_max is above `HEAVY_DAMPING`; parameters as of `stable_step`."""
+    frequency = np.sqrt(square)
+    return np.asarray(HEAVY_DAMPING / np.maximum(0.5 * rate / frequency, HEAVY_DAMPING) / frequency)
 
 
 def steps_per_sample(
@@ -164,9 +154,16 @@ def steps_per_sample(
         If the step is above the stable one, or so small that a sample takes millions.
     """
     stable = stable_step(scheme, square, rate, period)
+    return samples_divided(stable, stable * _automatic(scheme, square, rate, period), time_step, sampling_interval)
+
+
+def samples_divided(
+    stable: FloatArray, automatic: FloatArray, time_step: float | str, sampling_interval: float
+) -> NDArray[np.int64]:
+    """Steps per sample for a stable and an automatic step, s; the rest and the errors as of `steps_per_sample`."""
     least = float(np.min(stable))
     if time_step == "auto":
-        step = stable * _automatic(scheme, square, rate, period)
+        step = automatic
     elif isinstance(time_step, str):
         step = stable * _fraction(time_step)
     else:
@@ -187,14 +184,20 @@ def steps_per_sample(
     return (steps + unit - 1) // unit * unit
 
 
-def _automatic(scheme: Scheme, square: FloatArray, rate: FloatArray, period: FloatArray | None) -> FloatArray:
+def shortening(scheme: Scheme, time_step: float | str, stable: FloatArray) -> FloatArray | float:
+    """By how much a wanted step is shorter than the automatic one of a block; checked by `steps_per_sample`."""
+    if time_step == "auto":
+        return 1.0
+    wanted = _fraction(time_step) if isinstance(time_step, str) else np.minimum(time_step / stable, 1.0)
+    return wanted / AUTO_FRACTION[scheme]
+
+
+def _automatic(scheme: Scheme, square: FloatArray, rate: FloatArray, period: FloatArray | None) -> FloatArray | float:
     # docs/measurements.md, "The default step", has the tables from which these were read.
-    damping = 0.5 * rate / np.sqrt(square)
-    if period is None or scheme == Scheme.CUNDALL:
-        fraction = SCENE_FRACTION if period is None else AUTO_FRACTION[scheme]
-        return np.where(damping < BARE_DAMPING, 0.5 * fraction, fraction)
-    soft = LONGEST_CONTACT / np.sqrt(square) > LONGEST_ROCKING * period
-    return np.where(damping < LIGHT_DAMPING, LIGHT_FRACTION, np.where(soft, SOFT_FRACTION, AUTO_FRACTION[scheme]))
+    if period is not None and scheme == Scheme.CENTRED:
+        return AUTO_FRACTION[scheme]
+    fraction = SCENE_FRACTION if period is None else AUTO_FRACTION[scheme]
+    return np.where(0.5 * rate / np.sqrt(square) < BARE_DAMPING, 0.5 * fraction, fraction)
 
 
 def _fraction(text: str) -> float:

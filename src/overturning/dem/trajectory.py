@@ -12,7 +12,7 @@ from overturning.dem.results import Results
 from overturning.dem.run import plan
 from overturning.dem.scene import Scene, scene_or_gravestone
 from overturning.dem.variables import INT8_MISSING, VARIABLES
-from overturning.motion.motion import Motion
+from overturning.motion.motion import Motion, as_motion
 from overturning.units import GRANITE_DENSITY
 
 if TYPE_CHECKING:
@@ -73,8 +73,9 @@ def trajectory(
     Raises
     ------
     ArgumentError
-        As `overturning.dem.run.run`.
+        As `overturning.simulate`.
     """
+    motion = as_motion(motion)
     scene, size, ratio = scene_or_gravestone(scene, contact, density, height, b_over_h)
     case = Cases([azimuth_deg], [size], [ratio], [friction], [amplitude], 1.0, [initial_tilt])
     planned = plan(scene, motion, case, Numerics(**options))

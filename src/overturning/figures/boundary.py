@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from overturning.figures.polar_panels import MOST_IN_A_ROW
+from overturning.figures.polar_panels import PANEL, rows_and_columns
 from overturning.figures.style import DASHES, SERIES, caption, compass, grid, mark_fault_normal, slenderness_ticks
 
 
@@ -59,9 +59,9 @@ def boundary_figure(bounds: xr.Dataset, top: float, fault_normal_deg: float, tit
     """
     loaded = bounds.compute()
     heights = loaded["height"].to_numpy()
-    columns = min(heights.size, MOST_IN_A_ROW)
-    rows = -(-heights.size // columns)
-    figure, panels = grid(rows, columns, max(3.1 * columns, 4.0), 3.1 * rows + 1.0, polar=True)
+    rows, columns = rows_and_columns(heights.size, 1)
+    side = min(PANEL[columns], 3.6)
+    figure, panels = grid(rows, columns, max(side * columns, 4.0), (side + 0.3) * rows + 1.0, polar=True)
     for axes in panels.flat[heights.size :]:
         axes.set_visible(False)
     for axes, height in zip(panels.flat, heights, strict=False):

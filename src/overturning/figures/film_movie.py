@@ -66,6 +66,14 @@ class _Stage:
             text.set_text(panel.outcome if time >= due else " ")
 
 
+def check_movie(path: Path) -> None:
+    """Refuse an MP4 where there is no ffmpeg; a `MissingDataError` says so, best before anything is computed."""
+    from shutil import which
+
+    if path.suffix.lower() == ".mp4" and which("ffmpeg") is None:
+        raise MissingDataError(f"{path.name}: MP4 needs the program ffmpeg; install it, or write .gif or .html instead")
+
+
 def write_film_movie(film: Film, path: Path) -> None:
     """Write a film as GIF (with Pillow) or MP4 (with ffmpeg, where it is installed).
 
@@ -82,8 +90,7 @@ def write_film_movie(film: Film, path: Path) -> None:
     kind = path.suffix.lower()
     if kind not in KINDS:
         raise ArgumentError(f"{path.name}: unknown kind of animation; end it in .html, .gif or .mp4")
-    if kind == ".mp4" and not animation.FFMpegWriter.isAvailable():
-        raise MissingDataError(f"{path.name}: MP4 needs the program ffmpeg; install it, or write .gif or .html instead")
+    check_movie(path)
     interval = GIF_INTERVAL if kind == ".gif" else 0.04
     step = max(1, round(interval / film.frame_interval))
     rate: Any = 1 / (step * film.frame_interval)

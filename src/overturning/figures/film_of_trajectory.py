@@ -10,6 +10,7 @@ from overturning.dem.status import Status
 from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ArgumentError
 from overturning.figures.film import FRAME_INTERVAL, Body, Film, Panel, about_the_peak, frame_times
+from overturning.figures.style import compass_name
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,16 +22,14 @@ GROUND_SHOWN = 3.0
 MOVED = 1e-3
 """An element moves where it is so far from where it began and from where it ends, m and rad."""
 
+MOST_ALPHAS = 100.0
+"""A rotation of more times α is told in degrees: no stone with a base to stand on turns so far and stands."""
+
 LAST_TURN = 0.5
 """A path that ends with a stone about to lie down goes on for as long as the rest of the turn takes, but no longer, s."""
 
 FORCE_NOTE = "Contact forces: means over a sampling interval, over the weight of all stones that are free."
 """What the arrows of a film are."""
-
-
-def compass_name(azimuth_deg: float) -> str:
-    """An azimuth as it is written beside a film: N60°E, with no more digits than it has."""
-    return f"N{round(azimuth_deg % 360.0, 2):g}°E"
 
 
 def free_elements(path: "xr.Dataset") -> "xr.Dataset":
@@ -47,12 +46,20 @@ def outcome(path: "xr.Dataset") -> str:
     names, sides, times = (free[name].to_numpy().tolist() for name in ("element", "overturned", "overturning_time"))
     falls = sorted((time, name, side) for time, name, side in zip(times, names, sides, strict=True) if side != 0)
     if not falls:
-        highest = float(free["peak_rotation"].max())
-        return f"{'everything ' if several else ''}stands (largest rotation {highest:.2f} α)"
+        return f"{'everything ' if several else ''}stands (largest rotation {_largest_rotation(free)})"
     return "; ".join(
         f"{name + ' ' if several else ''}falls towards {compass_name(azimuth if side > 0 else azimuth + 180.0)} at {time:.2f} s"
         for time, name, side in falls
     )
+
+
+def _largest_rotation(free: "xr.Dataset") -> str:
+    """In parts of α; in degrees where α is no measure, as of a stone that begins on its corner."""
+    highest = float(free["peak_rotation"].max())
+    if highest <= MOST_ALPHAS:
+        return f"{highest:.2f} α"
+    turned = float(np.abs(free["rotation"] - free["rotation"].isel(time=0)).max())
+    return f"{np.degrees(turned):.3g}°"
 
 
 def movement(path: "xr.Dataset") -> tuple[float, float] | None:

@@ -5,7 +5,16 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from overturning.figures.style import SERIES, caption, compass, grid, mark_fault_normal, radius_ticks, short
+from overturning.figures.style import (
+    SERIES,
+    caption,
+    compass,
+    compass_name,
+    grid,
+    mark_fault_normal,
+    radius_ticks,
+    short,
+)
 from overturning.units import CM, GAL
 
 
@@ -33,6 +42,7 @@ def intensity_figure(intensity: xr.Dataset, fault_normal_deg: float, title: str)
         radius_ticks(axes, float(values.max()) * 1.08 or 1.0)
         axes.yaxis.set_major_locator(MaxNLocator(4))
         mark_fault_normal(axes, fault_normal_deg)
-        axes.set_title(f"{label}\nlargest {short(values.max())} at N{around[order][values.argmax()] % 180:g}°E", pad=4)
+        along = float(around[order][values.argmax()] % 180)
+        axes.set_title(f"{label}\nlargest {short(values.max())} along {compass_name(along)}", pad=4)
     caption(figure, title, panels[0, 0])
     return figure

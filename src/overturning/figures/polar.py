@@ -4,16 +4,15 @@ import numpy as np
 import xarray as xr
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 
 from overturning.figures.polar_panels import blocks_of, case_panels, draw_cells, mark_normals
-from overturning.figures.style import FALLS, FALLS_OPPOSITE, MISSING, STANDS, caption
+from overturning.figures.style import FALLS, MISSING, OTHER_SIDE, STANDS, caption, patch
 
 _KINDS = {
     "stands": STANDS,
-    "falls the other way": FALLS_OPPOSITE,
-    "falls towards this azimuth": FALLS,
-    "not found": MISSING,
+    "falls to the other side": OTHER_SIDE,
+    "falls towards the azimuth": FALLS,
+    "no outcome": MISSING,
 }
 
 
@@ -32,7 +31,7 @@ def fall_map_figure(cube: xr.Dataset, title: str) -> Figure:
         kinds = np.select([np.isnan(values), values > 0, values < 0], [3, 2, 1], 0)
         draw_cells(axes, cells, kinds, cmap=colours, vmin=-0.5, vmax=3.5)
     mark_normals(cube, panels)
-    marks = [Patch(facecolor=one, edgecolor="#777777", linewidth=0.4, label=kind) for kind, one in _KINDS.items()]
+    marks = [patch(colour, kind) for kind, colour in _KINDS.items()]
     shown = marks[:3] if bool(cube["overturned"].notnull().all()) else marks
     caption(figure, f"{title}\nradius: slenderness B/H", panels[0, 0], 2, first=shown)
     return figure

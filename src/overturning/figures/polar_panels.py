@@ -11,24 +11,33 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from overturning.arrays import FloatArray
 from overturning.figures.style import compass, grid, mark_fault_normal, slenderness_ticks
 
-MOST_IN_A_ROW = 4
-"""Panels side by side where only one of height and friction varies; more go into further rows."""
+PANEL = {1: 4.6, 2: 2.9, 3: 1.95}
+"""Width of a panel, inches, by the number in a row: together they fill a page. More panels go into further rows."""
+
+STEP_DEG = 2.0
+"""Cells are drawn in parts no wider than this, so that their inner and outer edges are arcs and not chords."""
+
+
+def rows_and_columns(heights: int, frictions: int) -> tuple[int, int]:
+    """How panels of so many heights and frictions are laid out: a row per height where they fit, at most three side by side."""
+    count = heights * frictions
+    columns = frictions if heights > 1 and 1 < frictions <= max(PANEL) else min(count, max(PANEL))
+    columns = 2 if count == 4 else columns
+    return -(-count // columns), columns
 
 
 def case_panels(blocks: xr.Dataset | xr.DataArray, *, more_width: float = 0.0) -> tuple[Figure, Any]:
-    """A figure with a compass per friction (columns) and height (rows), or in rows of four where there is one of either only.
+    """A figure with a compass per height and friction, laid out by `rows_and_columns`.
 
     ``more_width`` is room for a colour bar, inches. Panels that stay empty are hidden; take them by `blocks_of`.
     """
-    rows, columns = blocks["height"].size, blocks["friction"].size
-    count = rows * columns
-    if min(rows, columns) == 1 and count > 1:
-        columns = min(count, MOST_IN_A_ROW if columns == 1 and count > 3 else columns, MOST_IN_A_ROW)
-        rows = -(-count // columns)
+    rows, columns = rows_and_columns(blocks["height"].size, blocks["friction"].size)
     apart = ConstrainedLayoutEngine(h_pad=0.11)  # the letters below a panel stay clear of the title of the next
-    width = max(2.35 * columns, 4.4) + more_width
-    figure, panels = grid(rows, columns, width, 2.45 * rows + 1.05, polar=True, layout=apart)
-    for axes in panels.flat[count:]:
+    side = PANEL[columns]
+    figure, panels = grid(
+        rows, columns, side * columns + more_width, (side + 0.2) * rows + 0.8, polar=True, layout=apart
+    )
+    for axes in panels.flat[blocks["height"].size * blocks["friction"].size :]:
         axes.set_visible(False)
     return figure, panels
 
@@ -63,9 +72,11 @@ def draw_cells(axes: Any, cells: xr.DataArray, values: Any, **colours: Any) -> A
     """Colour the cells of a compass by ``values`` (b_over_h, azimuth), and return the mesh for a colour bar."""
     compass(axes)
     axes.grid(False)
-    theta = azimuth_edges(cells["azimuth"].to_numpy().astype(np.float64))
+    edges = azimuth_edges(cells["azimuth"].to_numpy().astype(np.float64))
+    parts = int(np.ceil(np.degrees(np.diff(edges).max()) / STEP_DEG))
+    theta = np.append((edges[:-1, None] + np.diff(edges)[:, None] * np.arange(parts) / parts).ravel(), edges[-1])
     radius = cell_edges(cells["b_over_h"].to_numpy().astype(np.float64))
-    mesh = axes.pcolormesh(theta, radius, values, rasterized=True, shading="flat", **colours)
+    mesh = axes.pcolormesh(theta, radius, np.repeat(values, parts, axis=1), rasterized=True, shading="flat", **colours)
     slenderness_ticks(axes, radius[-1], float(radius.mean()))
     axes.yaxis.grid(True, linewidth=0.4)
     return mesh

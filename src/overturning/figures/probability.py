@@ -4,12 +4,15 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.colors import LinearSegmentedColormap, ListedColormap
 from matplotlib.figure import Figure
 
-from overturning.figures.polar_panels import blocks_of, case_panels, cell_edges, draw_cells, mark_normals
-from overturning.figures.style import FALLS, MISSING, STANDS, caption
+from overturning.figures.polar_panels import blocks_of, case_panels, draw_cells, mark_normals
+from overturning.figures.style import DARKEST, FALLS, MISSING, OTHER_SIDE, STANDS, caption, patch
 from overturning.statistics.planes import fall_probability
+
+OTHER_SIDE_ABOVE = 0.5
+"""A cell whose block falls to the other side with a larger probability than this is coloured for that."""
 
 
 def probability_map_figure(cube: xr.Dataset, title: str) -> Figure:
@@ -20,21 +23,26 @@ def probability_map_figure(cube: xr.Dataset, title: str) -> Figure:
     cube : xarray.Dataset
         One record of the cube; with the ensemble's probabilities, or flags as 0 and 1.
     """
-    towards = fall_probability(cube)["towards"].compute()
-    figure, panels = case_panels(towards, more_width=0.5)
+    probability = fall_probability(cube)[["towards", "away"]].compute()
+    figure, panels = case_panels(probability, more_width=0.85)
     # Probability from 0 (paper) to 1 (the colour of falls, then darker): lightness falls all the way.
-    colours = LinearSegmentedColormap.from_list("probability", [STANDS, "#f6c9a0", "#e58a4b", FALLS, "#6e2300"])
+    colours = LinearSegmentedColormap.from_list("probability", [STANDS, "#f6c9a0", "#e58a4b", FALLS, DARKEST])
     mesh: Any = None
-    for axes, cells in blocks_of(towards, panels):
-        values = np.ma.masked_invalid(cells.transpose("b_over_h", "azimuth").to_numpy())
-        mesh = draw_cells(axes, cells, values, cmap=colours, vmin=0.0, vmax=1.0)
-        axes.set_facecolor(MISSING if values.mask.any() else "white")
-        if values.mask.any():  # the hole in the middle is no cell
-            hole = cell_edges(cells["b_over_h"].to_numpy().astype(np.float64))[0]
-            axes.bar(0.0, hole, width=2 * np.pi, color="white", zorder=1.5)
+    for axes, cells in blocks_of(probability, panels):
+        towards, away = (cells[name].transpose("b_over_h", "azimuth").to_numpy() for name in ("towards", "away"))
+        other = away > OTHER_SIDE_ABOVE
+        mesh = draw_cells(
+            axes, cells, np.ma.masked_where(np.isnan(towards) | other, towards), cmap=colours, vmin=0.0, vmax=1.0
+        )
+        kinds = np.ma.masked_where(~other & ~np.isnan(towards), np.where(other, 0, 1))
+        draw_cells(axes, cells, kinds, cmap=ListedColormap([OTHER_SIDE, MISSING]), vmin=-0.5, vmax=1.5)
     mark_normals(cube, panels)
-    bar = figure.colorbar(mesh, ax=panels, shrink=0.7, pad=0.02, aspect=30)
-    bar.set_label("probability of falling towards the azimuth", fontsize=8)
-    bar.ax.tick_params(labelsize=7)
-    caption(figure, f"{title}\nradius: slenderness B/H", panels[0, 0])
+    last = next(axes for axes in panels[0][::-1] if axes.get_visible())
+    bar = figure.colorbar(mesh, cax=last.inset_axes([1.22, 0.0, 0.06, 1.0]))
+    bar.set_label("probability of falling\ntowards the azimuth", fontsize=8)
+    bar.ax.tick_params(labelsize=8)
+    marks = [patch(STANDS, "stands"), patch(OTHER_SIDE, "falls to the other side")]
+    if bool(probability["towards"].isnull().any()):
+        marks.append(patch(MISSING, "no outcome"))
+    caption(figure, f"{title}\nradius: slenderness B/H", panels[0, 0], 2, first=marks)
     return figure

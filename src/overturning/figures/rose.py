@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from overturning.arrays import FloatArray
 from overturning.figures.style import FALLS, FAULT, compass, grid, mark_fault_normal, radius_ticks
-from overturning.statistics.falls import falls_towards
+from overturning.statistics.falls import falls_towards, near_boundary
 from overturning.statistics.groups import record_groups
 from overturning.statistics.planes import plane_index, plane_weight
 
@@ -47,12 +47,14 @@ def draw_rose(axes: Any, shares: FloatArray) -> None:
 
 
 def rose_figure(cube: xr.Dataset) -> Figure:
-    """Rose of all falls of a study: by azimuth from north, and from the fault normal where it is known.
+    """Rose of the falls that tell most about direction: by azimuth from north, and from the fault normal where it is known.
 
-    Each plane of motion counts once, and azimuths added to the grid share the weight of their neighbourhood. Records with
+    They are those of blocks near the boundary (`near_boundary`), or all where there is none. Each plane of motion counts once, and azimuths added to the grid share the weight of their neighbourhood. Records with
     and without a velocity pulse have a column of their own where the study has both.
     """
-    falls = falls_towards(cube).sum(["height", "b_over_h", "friction"]).compute()
+    near = near_boundary(cube)
+    what = "falls near the boundary" if bool(near.any()) else "falls"
+    falls = falls_towards(cube).where(near | (not bool(near.any()))).sum(["height", "b_over_h", "friction"]).compute()
     azimuth = falls["azimuth"].to_numpy().astype(np.float64)
     counts = falls.transpose("record", "azimuth").to_numpy().astype(np.float64)
     weighted = counts * azimuth_weight(azimuth)
@@ -62,7 +64,7 @@ def rose_figure(cube: xr.Dataset) -> Figure:
     figure, panels = grid(rows, len(groups), max(3.3 * len(groups), 4.2), 3.5 * rows + 0.4, polar=True)
     for (name, members), (upper, *lower) in zip(groups.items(), panels.T, strict=True):
         draw_rose(upper, sector_shares(azimuth, weighted[members].sum(axis=0)))
-        upper.set_title(f"{name}: {counts[members].sum():.0f} falls\nazimuth from north", pad=4)
+        upper.set_title(f"{name}: {counts[members].sum():.0f} {what}\nazimuth from north", pad=4)
         for axes in lower:
             known = members & np.isfinite(normals)
             relative = (azimuth[None, :] - normals[known][:, None]) % 360.0

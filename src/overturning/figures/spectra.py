@@ -5,7 +5,7 @@ from typing import Any
 import xarray as xr
 from matplotlib.figure import Figure
 
-from overturning.figures.style import DASHES, SERIES, caption, grid, labels
+from overturning.figures.style import DASHES, PAGE_WIDTH, SERIES, caption, compass_name, grid, labels
 from overturning.units import CM, GAL
 
 
@@ -17,7 +17,7 @@ def _draw_spectrum(axes: Any, spectra: xr.DataArray, along: str, factor: float, 
         keep = (x > 0) & (values > 0)
         axes.plot(
             x[keep], values[keep], color=SERIES[index % len(SERIES)], linestyle=DASHES[index % len(DASHES)],
-            linewidth=1.3, label=f"N{azimuth:g}°E",
+            linewidth=1.3, label=compass_name(float(azimuth)),
         )  # fmt: skip
     axes.set(xscale="log", yscale="log")
     labels(axes, "period, s" if along == "period" else "frequency, Hz", label)
@@ -36,7 +36,7 @@ def spectra_figure(fourier: xr.DataArray, response: xr.DataArray, title: str, da
     damping : float
         Damping ratio of the response spectra.
     """
-    figure, ((left, right),) = grid(1, 2, 7.4, 3.5)
+    figure, ((left, right),) = grid(1, 2, PAGE_WIDTH, 3.4)
     _draw_spectrum(left, fourier, "frequency", CM, "Fourier amplitude, Gal·s")
     _draw_spectrum(right, response, "period", GAL, f"spectral acceleration (damping {damping:.0%}), Gal")
     caption(figure, title, right, 4)

@@ -1,12 +1,16 @@
 """All figures of a study."""
 
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import xarray as xr
 
+from overturning.dem.scene import gravestone
 from overturning.figures.axes_by_earthquake import axes_figure
+from overturning.figures.history import history_figure
 from overturning.figures.intensity import intensity_figure
 from overturning.figures.intensity_plane import intensity_plane_figure
 from overturning.figures.polar import fall_map_figure
@@ -14,15 +18,25 @@ from overturning.figures.probability import probability_map_figure
 from overturning.figures.rose import rose_figure
 from overturning.figures.site_map import site_map_figure, sites_by_earthquake
 from overturning.figures.style import save, style
+from overturning.records.store import read_motion, read_unprocessed
 from overturning.statistics.earthquakes import axes_by_group, summarise_axes
 from overturning.statistics.logistic import overturning_fit
-from overturning.study.cube import open_cube
+from overturning.study.cube import open_cube, study_of
+from overturning.study.scenes import scene_of
+from overturning.study.sections import Figures
 
-PALETTE = 64
-"""Colours of the pictures of which there is one per record."""
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
-def draw_study(cube_path: Path, intensity_path: Path, motions: Path, folder: Path, threads: int = 1) -> None:
+def draw_study(
+    cube_path: Path,
+    intensity_path: Path,
+    motions: Path,
+    folder: Path,
+    threads: int = 1,
+    settings: Figures | None = None,
+) -> None:
     """Draw the figures of a study.
 
     Parameters
@@ -30,19 +44,21 @@ def draw_study(cube_path: Path, intensity_path: Path, motions: Path, folder: Pat
     cube_path, intensity_path : Path
         The cube and the intensity measures, NetCDF.
     motions : Path
-        Folder of the processed motions, for the telling cases.
+        Folder of the processed motions, for the time histories and the telling cases.
     folder : Path
-        Receives ``polar/ID.png`` and ``intensity/ID.png`` for each record (the polar map shows probabilities where the
-        cube has an ensemble, flags otherwise), ``rose.svg``, ``axes.svg``, ``plane.svg``, ``telling/``, and ``maps/`` (empty where no
-        record has coordinates).
+        Receives ``polar/ID`` and ``intensity/ID`` for each record (the polar map shows probabilities where the cube has an
+        ensemble, flags otherwise), ``rose``, ``axes`` and ``plane``, each in all formats; ``history/ID.svg`` (time histories,
+        not part of the report's page but beside it); and ``telling/`` and ``maps/`` (empty where no record has coordinates).
     threads : int
         Number of processes that draw: Matplotlib draws one figure at a time. The files are the same for any number.
+    settings : Figures, optional
+        Size, resolution and formats; by default those of the cube's study.
     """
     with open_cube(cube_path) as cube:
-        count = cube.sizes["record"]
+        count, write = cube.sizes["record"], partial(_write, settings or study_of(cube).figures)
     tasks = [
-        partial(_draw_whole, cube_path, intensity_path, motions, folder),
-        *(partial(_draw_record, cube_path, intensity_path, folder, index) for index in range(count)),
+        partial(_draw_whole, cube_path, intensity_path, motions, folder, write),
+        *(partial(_draw_record, cube_path, intensity_path, motions, folder, write, index) for index in range(count)),
     ]
     if threads == 1:
         for task in tasks:
@@ -53,29 +69,48 @@ def draw_study(cube_path: Path, intensity_path: Path, motions: Path, folder: Pat
             drawn.result()
 
 
-def _draw_record(cube_path: Path, intensity_path: Path, folder: Path, index: int) -> None:
+Write = Callable[["Figure", Path], None]
+
+
+def _write(settings: Figures, figure: "Figure", stem: Path) -> None:
+    figure.set_size_inches(*(settings.size * figure.get_size_inches()))
+    save(figure, *(stem.parent / f"{stem.name}.{kind}" for kind in settings.formats), dpi=settings.dpi)
+
+
+def _draw_record(cube_path: Path, intensity_path: Path, motions: Path, folder: Path, write: Write, index: int) -> None:
     # A dask chunk is a record: no more than one is in memory.
     with open_cube(cube_path, chunks={"record": 1}) as cube, xr.open_dataset(intensity_path) as intensity, style():
         one = cube.isel(record=index).load()
         name, station, event = (str(one[key].item()) for key in ("record_id", "station", "event"))
         title = f"{station}, {event}" if event else station
         polar_figure = probability_map_figure if "probability_towards" in cube else fall_map_figure
-        save(polar_figure(one, title), folder / "polar" / f"{name}.png", PALETTE)
+        write(polar_figure(one, f"{title}{_stone(cube)}"), folder / "polar" / name)
         around = intensity_figure(intensity.isel(record=index), float(one["fault_normal"]), title)
-        save(around, folder / "intensity" / f"{name}.png", PALETTE)
+        write(around, folder / "intensity" / name)
+        motion = motions / f"{name}.nc"
+        used = read_motion(motion)
+        save(history_figure(read_unprocessed(motion) or used, used), folder / "history" / f"{name}.svg")
 
 
-def _draw_whole(cube_path: Path, intensity_path: Path, motions: Path, folder: Path) -> None:
+def _stone(cube: xr.Dataset) -> str:
+    """Whose falls a cube shows: scene and element, nothing for the default gravestone."""
+    scene = scene_of(study_of(cube), cube.attrs["variant"])
+    if scene.name == gravestone().name:
+        return ""
+    return f"\n{scene.title or scene.name}: {scene.shown_name}"
+
+
+def _draw_whole(cube_path: Path, intensity_path: Path, motions: Path, folder: Path, write: Write) -> None:
     from overturning.figures.telling import draw_telling_cases
 
     with open_cube(cube_path, chunks={"record": 1}) as cube, xr.open_dataset(intensity_path) as intensity, style():
-        save(rose_figure(cube), folder / "rose.svg")
+        write(rose_figure(cube), folder / "rose")
         groups = axes_by_group(cube)
         summaries = {name: summarise_axes(axes) for name, axes in groups.items()}
-        save(axes_figure(groups, summaries), folder / "axes.svg")
+        write(axes_figure(groups, summaries), folder / "axes")
         _draw_maps(cube, folder / "maps")
         plane = intensity_plane_figure(cube, intensity, overturning_fit(cube, intensity), float(cube["friction"].max()))
-        save(plane, folder / "plane.svg")
+        write(plane, folder / "plane")
         draw_telling_cases(cube, motions, folder / "telling")
 
 

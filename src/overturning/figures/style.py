@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -16,7 +17,8 @@ if TYPE_CHECKING:
 # Okabe & Ito's palette: told apart by the colour-blind; the chosen ones differ in lightness too, so in grey as well.
 INK: Final = "#222222"
 FALLS: Final = "#c44a00"
-FALLS_OPPOSITE: Final = "#f6c9a0"
+DARKEST: Final = "#6e2300"
+OTHER_SIDE: Final = "#b9d3ea"
 STANDS: Final = "#f4f4f2"
 MISSING: Final = "#8a8a8a"
 FAULT: Final = "#0072b2"
@@ -24,9 +26,18 @@ SERIES: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00
 
 DASHED: Final[Any] = (0, (4, 2))
 DASHES: Final[tuple[Any, ...]] = ("-", (0, (5, 1.5)), (0, (1, 1.2)), (0, (5, 1, 1, 1)), (0, (3, 3)), (0, (8, 2)))
-# Rasterised cells inside an SVG need no more; a PNG is looked at closer.
-_DPI: Final = {"svg": 110, "png": 200}
-_SMALL_DPI: Final = 115
+DPI: Final = 200
+"""Dots per inch of a PNG, and of what is rasterised inside an SVG or PDF."""
+
+PAGE_WIDTH: Final = 6.69
+"""Width of what a page of the report holds, inches: a wider figure would be made smaller, and its letters with it."""
+
+# No date and no name of the program that drew it: they would change bytes that nobody sees.
+_METADATA: Final[dict[str, dict[str, Any]]] = {
+    "svg": {"Date": None, "Creator": None},
+    "png": {"Software": None},
+    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+}
 
 _SETTINGS: Final[Any] = {
     "font.family": ["DejaVu Sans", "sans-serif"],  # comes with Matplotlib; a page without it takes the next
@@ -55,31 +66,53 @@ def style() -> Iterator[None]:
         yield
 
 
-def save(figure: "Figure", path: Path, colours: int = 0) -> None:
-    """Write a figure to a .svg or .png file, a small .png with so many ``colours``, and close it.
+def save(figure: "Figure", *paths: Path, dpi: float = DPI) -> None:
+    """Write a figure to .svg, .png and .pdf files, in the order of the paths, and close it.
 
-    It is the same bytes each time.
+    They are the same bytes each time.
     """
     import matplotlib.pyplot as plt
-    from PIL import Image
 
-    kind = path.suffix.removeprefix(".")
-    # No date and no version of the program that drew it: both would change bytes that nobody sees.
-    metadata: dict[str, Any] = {"Date": None, "Creator": None} if kind == "svg" else {"Software": None}
-    with atomic_write(path) as part:
-        figure.savefig(part, format=kind, metadata=metadata, dpi=_SMALL_DPI if colours else _DPI[kind])
-        if kind == "svg":
-            part.write_text(compact(part.read_text(encoding="utf-8")), encoding="utf-8")
-        elif colours:  # a third of the bytes, for pages that show dozens
-            with Image.open(part) as full:
-                small = full.convert("RGB").quantize(colours, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
-            small.save(part, format="PNG", optimize=True)
+    _lay_out_once(figure)
+    for path in paths:
+        kind = path.suffix.removeprefix(".")
+        with atomic_write(path) as part:
+            figure.savefig(part, format=kind, metadata=_METADATA[kind], dpi=dpi)
+            if kind == "svg":
+                part.write_text(compact(part.read_text(encoding="utf-8")), encoding="utf-8")
     plt.close(figure)
+
+
+def _lay_out_once(figure: "Figure") -> None:
+    """Spare the drawing that Matplotlib makes, and throws away, only for the layout that comes with it."""
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    draw, waiting = figure.draw, [True]
+
+    def draw_or_lay_out(renderer: Any) -> None:
+        engine = figure.get_layout_engine()
+        if not isinstance(engine, ConstrainedLayoutEngine):  # no longer where the picture itself is drawn
+            draw(renderer)
+        elif waiting:  # once for all files of a figure
+            waiting.clear()
+            engine.execute(figure)
+
+    figure.draw = draw_or_lay_out  # type: ignore[method-assign]
 
 
 def short(value: float) -> str:
     """A number as a title shows it: three digits, whole from 100 on, never with an exponent of ten up to a million."""
     return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"
+
+
+def compass_name(azimuth_deg: float) -> str:
+    """An azimuth as a bearing: N60°E, S28°E for 152°, N for 0°; with no more digits than it has."""
+    azimuth = round(azimuth_deg % 360.0, 2) % 360.0
+    if azimuth % 90.0 == 0.0:
+        return "NESW"[int(azimuth // 90.0)]
+    north, east = azimuth < 90.0 or azimuth > 270.0, azimuth < 180.0
+    from_pole = min(azimuth, 360.0 - azimuth) if north else abs(azimuth - 180.0)
+    return f"{'N' if north else 'S'}{round(from_pole, 2):g}°{'E' if east else 'W'}"
 
 
 def grid(rows: int, columns: int, width: float, height: float, polar: bool = False, layout: Any = "constrained") -> Any:
@@ -94,18 +127,27 @@ def caption(
     figure: "Figure", title: str, of: Any = None, columns: int = 1, first: Sequence[Any] = (), last: Sequence[Any] = ()
 ) -> None:
     """Put a title above a figure and below it the legend of one of its panels, other marks before and after its own."""
-    lines = [*first, *(of.get_legend_handles_labels()[0] if of is not None else ()), *last]
-    if lines:
-        figure.legend(handles=lines, loc="outside lower center", ncols=columns, fontsize=8)
+    marks = [*first, *(of.get_legend_handles_labels()[0] if of is not None else ()), *last]
+    if marks:
+        figure.legend(handles=marks, loc="outside lower center", ncols=columns, fontsize=8)
     if title:
-        figure.suptitle(title, fontsize=10, parse_math=False)
+        # About 13 letters of this size are an inch wide.
+        lines = [part for line in title.splitlines() for part in wrap(line, int(13 * figure.get_figwidth())) or [""]]
+        figure.suptitle("\n".join(lines), fontsize=10, parse_math=False)
+
+
+def patch(colour: str, label: str) -> Any:
+    """A coloured field for a legend."""
+    from matplotlib.patches import Patch
+
+    return Patch(facecolor=colour, edgecolor="#777777", linewidth=0.4, label=label)
 
 
 def labels(axes: Any, across: str, up: str, which: str = "major") -> None:
     """Name both axes of a panel, in small letters."""
     axes.set_xlabel(across, fontsize=8)
     axes.set_ylabel(up, fontsize=8)
-    axes.tick_params(labelsize=7, which=which)
+    axes.tick_params(labelsize=8, which=which)
 
 
 def line_through_origin(axes: Any, azimuth_deg: float, half: float, **look: Any) -> None:
@@ -129,7 +171,7 @@ def radius_ticks(axes: Any, top: float, ticks: dict[float, str] | None = None, *
     if ticks is not None:
         axes.set_yticks(list(ticks), list(ticks.values()))
     axes.set_rlabel_position(112.5)
-    axes.tick_params(axis="y", labelsize=7, **look)
+    axes.tick_params(axis="y", labelsize=8, **look)
 
 
 def slenderness_ticks(axes: Any, top: float, otherwise: float) -> None:

@@ -9,11 +9,11 @@ import numpy as np
 from overturning.dem.trajectory import trajectory
 from overturning.figures.boundary import boundary_figure
 from overturning.figures.film import film_data
-from overturning.figures.film_of_trajectory import compass_name, film_of, outcome
+from overturning.figures.film_of_trajectory import film_of, outcome
 from overturning.figures.hodograph import hodograph_figure
 from overturning.figures.response import response_figure
 from overturning.figures.spectra import spectra_figure
-from overturning.figures.style import save
+from overturning.figures.style import compass_name, save
 from overturning.files import atomic_write
 from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi
 from overturning.motion.integration import integrate
@@ -56,7 +56,7 @@ def _draw(cube: "xr.Dataset", case: TellingCase, motions: Path, folder: Path, nu
     place = ", ".join(text for text in (str(one["station"].item()), str(one["event"].item())) if text)
     title = f"{place}: B/H = {case.b_over_h:.3g}, H = {case.height:.3g} m, µ = {case.friction:g}"
     headings = [
-        compass_name(angle) + (f", {factor:g} times the motion" if len(set(case.amplitude)) > 1 else "")
+        compass_name(angle) + (f", motion × {factor:g}" if len(set(case.amplitude)) > 1 else "")
         for angle, factor in panels
     ]
     film = film_of(

@@ -18,6 +18,21 @@ def amplitude_spectrum(acceleration: ArrayLike, sampling_interval: float) -> tup
     )
 
 
+def band_amplitude(acceleration: FloatArray, sampling_interval: float, centres: FloatArray) -> FloatArray:
+    """Root mean square of the Fourier amplitude of one component in bands about evenly spaced centres, Hz, on a log scale.
+
+    Zeros are put behind a short component until its own frequencies are so dense that every band holds some.
+    """
+    ratio = float(centres[1] / centres[0])
+    needed = int(np.ceil(2.0 / (centres[0] * (ratio - 1.0)) / sampling_interval))
+    padded = np.pad(acceleration, (0, max(0, needed - acceleration.size)))
+    frequency, amplitude = amplitude_spectrum(padded, sampling_interval)
+    edges = np.append(centres / np.sqrt(ratio), centres[-1] * np.sqrt(ratio))
+    bounds = np.searchsorted(frequency, edges)
+    powers = np.concatenate([[0.0], np.cumsum(amplitude**2)])
+    return np.sqrt((powers[bounds[1:]] - powers[bounds[:-1]]) / np.maximum(np.diff(bounds), 1))
+
+
 def konno_ohmachi(frequency: FloatArray, amplitude: FloatArray, at: ArrayLike) -> FloatArray:
     """Smooth a raw spectrum at the frequencies ``at`` (Konno & Ohmachi 1998, BSSA 88, 228-241), by pykooh.
 

@@ -1,6 +1,6 @@
 """Ground motion as the simulation takes it: three accelerations and a sampling interval, nothing else."""
 
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.motion.direction import direction_cosines
+from overturning.motion.plausible import implausible
 
 
 def _component(name: str, values: ArrayLike) -> FloatArray:
@@ -31,6 +32,8 @@ class Recorded(Protocol):
     def up(self) -> FloatArray | None: ...  # noqa: D102
     @property
     def sampling_interval(self) -> float: ...  # noqa: D102
+    @property
+    def trusted(self) -> bool: ...  # noqa: D102
 
 
 class Motion:
@@ -44,15 +47,24 @@ class Motion:
         Upward acceleration, m/s².
     sampling_interval : float
         Time between samples, s.
+    trust_data : bool
+        Take accelerations and velocities of any size.
 
     Raises
     ------
     ArgumentError
-        If a component is empty or not finite, lengths differ, or the sampling interval is not positive.
+        If a component is empty or not finite, lengths differ, the sampling interval is not positive, or the motion is not
+        the size of one: above 5 g or 1000 cm/s, or below 0.0001 g without being rest.
     """
 
     def __init__(
-        self, north: ArrayLike, east: ArrayLike, up: ArrayLike | None = None, *, sampling_interval: float
+        self,
+        north: ArrayLike,
+        east: ArrayLike,
+        up: ArrayLike | None = None,
+        *,
+        sampling_interval: float,
+        trust_data: bool = False,
     ) -> None:
         self.north = _component("north", north)
         self.east = _component("east", east)
@@ -65,11 +77,81 @@ class Motion:
         if not (np.isfinite(sampling_interval) and sampling_interval > 0):
             raise ArgumentError(f"sampling_interval: {sampling_interval}; it must be a positive number of seconds")
         self.sampling_interval = float(sampling_interval)
+        components = [self.north, self.east, *([] if self.up is None else [self.up])]
+        if not trust_data and (why := implausible(components, self.sampling_interval, unit="m/s2")):
+            raise ArgumentError(f"motion: {why}: give m/s², or say trust_data=True")
 
     @classmethod
     def of(cls, record: Recorded) -> "Motion":
         """The motion of a record."""
-        return cls(record.north, record.east, record.up, sampling_interval=record.sampling_interval)
+        return cls(
+            record.north,
+            record.east,
+            record.up,
+            sampling_interval=record.sampling_interval,
+            trust_data=record.trusted,
+        )
+
+    from_record = of
+
+    @classmethod
+    def from_obspy(cls, stream: Any) -> "Motion":
+        """The motion of an obspy Stream of three components, or two horizontal ones, in m/s².
+
+        Traces are told apart by the last letters of their channels: N, E, Z, or NS, EW, UD. Samples are multiplied by
+        ``stats.calib``, where readers of counts leave the m/s² per count.
+
+        Raises
+        ------
+        ArgumentError
+            If north or east is missing or doubled, or the traces differ in start, length or sampling interval.
+        """
+        traces: dict[str, Any] = {}
+        for trace in stream:
+            code = str(trace.stats.channel).upper()
+            ends = {"N": "north", "E": "east", "Z": "up"}
+            name = {"NS": "north", "EW": "east", "UD": "up"}.get(code[:2], ends.get(code[-1:]))
+            if name is None or name in traces:
+                raise ArgumentError(
+                    f"stream: channel {trace.stats.channel!r} {'stands twice' if name else 'is neither N, E nor Z'}; rotate it "
+                    "to ZNE, merge it, and select one sensor first"
+                )
+            traces[name] = trace
+        missing = [name for name in ("north", "east") if name not in traces]
+        if missing:
+            raise ArgumentError(
+                f"stream: no component towards {missing[0]}; give one trace each for N and E, and Z where it is"
+            )
+        first = traces["north"].stats
+        for name, trace in traces.items():
+            if (trace.stats.starttime, trace.stats.npts, trace.stats.delta) != (
+                first.starttime,
+                first.npts,
+                first.delta,
+            ):
+                raise ArgumentError(
+                    f"stream: {name} and north differ in start, length or sampling interval; cut and resample them alike first"
+                )
+        values = {name: trace.data * float(trace.stats.calib) for name, trace in traces.items()}
+        return cls(**values, sampling_interval=float(first.delta))
+
+    @classmethod
+    def sine(
+        cls, amplitude: float, period: float, *, azimuth_deg: float = 0.0, cycles: float = 1.0, rest: float = 1.0,
+        sampling_interval: float = 0.005,
+    ) -> "Motion":  # fmt: skip
+        """A sine of so many cycles towards an azimuth, A sin(2πt/T), with rest before and after.
+
+        Amplitude in m/s², period, rest and sampling interval in s. An `ArgumentError` where one is not positive.
+        """
+        given = {"amplitude": amplitude, "period": period, "cycles": cycles, "sampling_interval": sampling_interval}
+        for name, value in given.items():
+            if not (np.isfinite(value) and value > 0):
+                raise ArgumentError(f"{name}: {value}; it must be a positive number")
+        time = sampling_interval * np.arange(round((2 * rest + cycles * period) / sampling_interval) + 1) - rest
+        wave = np.where((time >= 0) & (time <= cycles * period), amplitude * np.sin(2 * np.pi * time / period), 0.0)
+        cosine, sine = direction_cosines(azimuth_deg)
+        return cls(wave * cosine, wave * sine, sampling_interval=sampling_interval)
 
     @property
     def horizontal(self) -> FloatArray:
@@ -90,3 +172,19 @@ class Motion:
         """Horizontal acceleration towards an azimuth φ, a_north cos φ + a_east sin φ, m/s², shape (n,)."""
         cosine, sine = direction_cosines(azimuth_deg)
         return self.north * cosine + self.east * sine
+
+
+def as_motion(given: Any) -> Motion:
+    """A motion, or that of a record; an `ArgumentError` says what else to do with anything else."""
+    if isinstance(given, Motion):
+        return given
+    if all(hasattr(given, name) for name in ("north", "east", "up", "sampling_interval")):
+        return Motion.of(given)
+    kind = type(given).__name__
+    if hasattr(given, "traces") or kind == "Trace":
+        raise ArgumentError(
+            f"motion: an obspy {kind}; make it a motion by Motion.from_obspy(stream), in m/s² and N, E, Z"
+        )
+    raise ArgumentError(
+        f"motion: a {kind}; give a Motion(north, east, sampling_interval=…), or a record of overturning.read"
+    )

@@ -7,9 +7,13 @@ from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from typing import Any, Literal
 
+import numpy as np
+
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
 from overturning.motion.direction import direction_cosines
+from overturning.motion.integration import peaks
+from overturning.motion.plausible import implausible
 from overturning.records.axes import is_vertical_of_unknown_sense
 from overturning.records.component import Component, check_peak
 from overturning.records.record import Record
@@ -57,7 +61,8 @@ def _common_window(components: Sequence[Component], *, trust_data: bool = False)
     """Cut components to the samples that all of them have.
 
     Starts are rounded to whole samples relative to the latest; less than half a sample of shift remains. A RecordError says
-    so where the rates differ, or starts or lengths by more than 0.5 s (lengths only where ``trust_data`` is not set).
+    so where the rates differ, or starts by more than 0.5 s. So may lengths, where the components are of one file, whose
+    recorder stopped its channels one after the other; those of several files only where ``trust_data`` is set.
     """
     interval = components[0].sampling_interval
     for other in components[1:]:
@@ -79,7 +84,8 @@ def _common_window(components: Sequence[Component], *, trust_data: bool = False)
         offsets = [round((latest - start).total_seconds() / interval) for start in starts]
     sizes = [c.samples.size for c in components]
     spread = (max(sizes) - min(sizes)) * interval
-    if spread > MAXIMUM_SPREAD + 0.5 * interval and not trust_data:
+    one_file = len({c.sha256 for c in components}) == 1
+    if spread > MAXIMUM_SPREAD + 0.5 * interval and not (one_file or trust_data):
         raise RecordError(
             f"{components[0].file}: components have {' and '.join(map(str, sizes))} samples, "
             f"{spread:.2f} s apart (at most {MAXIMUM_SPREAD} s); get the file again, or say --trust-data to keep the common part"
@@ -115,7 +121,7 @@ def assemble(
     correction_deg : float
         Added to the stated azimuths: sensor misorientation plus magnetic declination, degrees clockwise.
     trust_data : bool
-        Go on where a header's peak contradicts the data, or components are unlike long.
+        Go on where a header's peak contradicts the data, files are unlike long, or the motion is not the size of one.
     vertical_sense : {"up", "down", "none"}, optional
         Which way a vertical axis points that does not say so itself; ``none`` leaves it out.
     overrides : dict, optional
@@ -124,23 +130,33 @@ def assemble(
     Raises
     ------
     RecordError
-        If components are missing or doubled, an axis is unknown, rates, starts or lengths differ, or a header's peak
-        contradicts the data.
+        If components are missing or doubled, an axis is unknown, rates, starts or lengths differ, a header's peak
+        contradicts the data, or the motion is above 5 g or 1000 cm/s or below 0.0001 g.
     """
     name = components[0].file if components else record_id
     components = _with_sense(components, vertical_sense)
-    differences = {c.axis: check_peak(c) for c in components} if not trust_data else {}
+    differences, trusted = _checked_peaks(components, trust_data=trust_data)
     horizontal, vertical = _axes(components, azimuths_deg, name)
     window = _common_window([*horizontal, *vertical], trust_data=trust_data)
     azimuths = [((c.azimuth_deg or 0.0) + correction_deg) % 360.0 for c in window[:2]]
     north, east = _to_north_east(window[0].samples, azimuths[0], window[1].samples, azimuths[1], name)
     first = window[0]
+    if why := _not_the_size_of_a_motion(window):
+        if not trust_data:
+            raise RecordError(f"{first.file}: {why}: correct it, or say --trust-data (trust_data in the record table)")
+        trusted.append(why)
     extra: dict[str, Any] = dict(first.extra) | {"format": first.format, "processed": first.processed}
     extra["axes"] = [c.axis for c in window]
     if known := {axis: round(difference, 6) for axis, difference in differences.items() if difference is not None}:
         extra["header_peak_difference"] = known
     if trust_data:
-        extra["trusted_data"] = True
+        extra |= {"trusted_data": True, "trusted": trusted}
+    extra["declared"] = [
+        *extra.get("declared", ()),
+        *([] if azimuths_deg is None else [f"axes {azimuths_deg[0]:g}° and {azimuths_deg[1]:g}°"]),
+        *([f"axes turned by {correction_deg:g}°"] if correction_deg else []),
+        *([f"vertical {vertical_sense}"] if vertical_sense else []),
+    ]
     fields: dict[str, Any] = {
         "start": iso(first.start),
         "station": first.station,
@@ -158,9 +174,62 @@ def assemble(
         up=window[2].samples * float(window[2].vertical) + 0.0 if vertical else None,
         sampling_interval=first.sampling_interval,
         component_azimuths_deg=tuple(azimuths),
+        processing=_cut_to_common(components, window, north, east),
         extra=extra,
         **fields,
     )
+
+
+def _checked_peaks(components: Sequence[Component], *, trust_data: bool) -> tuple[dict[str, float | None], list[str]]:
+    """Differences of the headers' peaks from the data's by axis, and which of them are wrong but trusted."""
+    differences: dict[str, float | None] = {}
+    trusted = []
+    for component in components:
+        try:
+            differences[component.axis] = check_peak(component)
+        except RecordError as problem:
+            if not trust_data:
+                raise
+            trusted.append(str(problem).partition("; ")[0])
+    return differences, trusted
+
+
+def _not_the_size_of_a_motion(components: Sequence[Component]) -> str:
+    """What speaks against a motion's size: of raw data without its offset, and without the velocity that drifts."""
+    raw = not all(c.processed for c in components)
+    moving = [c.samples - c.samples.mean() if raw else c.samples for c in components]
+    if not any(samples.any() for samples in moving):
+        return "every sample is the same, as of a dead channel"
+    return implausible(moving, components[0].sampling_interval, unit=components[0].unit, pgv=not raw)
+
+
+def _cut_to_common(
+    whole: Sequence[Component], window: Sequence[Component], north: FloatArray, east: FloatArray
+) -> tuple[dict[str, Any], ...]:
+    """The step that says what the common window left out; nothing where components are equally long."""
+    sizes = {c.axis: c.samples.size for c in whole}
+    kept, interval = window[0].samples.size, window[0].sampling_interval
+    left_out = max(sizes.values()) - kept
+    if not left_out:
+        return ()
+    found = peaks_of(np.stack([north, east]), interval)
+    effect = {name: [peak, peak] for name, peak in found.items()}
+    return (
+        {
+            "step": "common_window",
+            "samples": sizes,
+            "kept": kept,
+            "left_out_s": round(left_out * interval, 6),
+            "effect": effect,
+        },
+    )
+
+
+def peaks_of(horizontal: FloatArray, interval: float) -> dict[str, float]:
+    """Largest PGA (m/s²), PGV (m/s) and PGD (m) of north and east, as they are written down."""
+    # Nine digits are plenty for a report and the same on every processor.
+    found = peaks(horizontal, interval)
+    return {name: float(f"{peak:.9g}") for name, peak in zip(("pga", "pgv", "pgd"), found, strict=True)}
 
 
 def _axes(

@@ -41,9 +41,9 @@ def parse_axis(text: str) -> Direction:
 
 
 def is_vertical_of_unknown_sense(text: str) -> bool:
-    """Whether an axis is vertical but nobody says which way up it is: ``V``, ``VER``, ``Vert``, COSMOS code 402."""
+    """Whether an axis is vertical but nobody says which way up it is: ``V``, ``+V``, ``VER``, ``Vert``, COSMOS code 402."""
     word = text.strip().upper().rpartition(":")[2].strip().rstrip(".")
-    return word in {"V", "VER", "VRT", "VERT", "VERTICAL", "402"}
+    return word in {"V", "+V", "-V", "VER", "VRT", "VERT", "VERTICAL", "402"}
 
 
 def channel_axis(code: str) -> Direction:

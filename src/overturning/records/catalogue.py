@@ -1,7 +1,7 @@
 """The record table: which records there are, where they come from, and what is known about them."""
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Final, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
@@ -18,6 +18,17 @@ _Latitude = Annotated[float | None, Field(ge=-90, le=90, allow_inf_nan=False)]
 _Longitude = Annotated[float | None, Field(ge=-180, le=180, allow_inf_nan=False)]
 
 
+METADATA: Final[dict[str, tuple[str, str, str]]] = {
+    "magnitude": ("magnitude", "magnitude of the earthquake", "1"),
+    "rupture_distance": ("rupture_distance_km", "closest distance of the station to the rupture", "km"),
+    "site_class": ("site_class", "site class", ""),
+    "vs30": ("vs30_m_s", "mean shear-wave velocity of the upper 30 m", "m s-1"),
+    "pulse_period": ("pulse_period_s", "period of the velocity pulse", "s"),
+    "wall": ("wall", "side of the fault, hanging or foot (wall)", ""),
+}
+"""What a record is described by, for the statistics: column of the record table, long name, unit (empty: a word)."""
+
+
 class RecordEntry(BaseModel):
     """One line of the record table."""
 
@@ -25,7 +36,9 @@ class RecordEntry(BaseModel):
 
     id: str = Field(pattern=r"^[a-z0-9][a-z0-9_-]*$", description="Short name, lower case; names files too.")
     format: str = Field(default="auto", description="File format, or `auto` to go by the content; see docs/formats.md.")
-    source: str = Field(min_length=1, description="Files in the data folder, or `set:id`, or a pulse.")
+    source: str = Field(
+        min_length=1, description="Files in the data folder, or `set:id`, or a pulse, or `example:file`."
+    )
     station: str = Field(default="", description="Name of the station; empty: as the file says.")
     event: str = Field(
         default="", description="Earthquake with its year; records that share it count as one earthquake."
@@ -37,6 +50,20 @@ class RecordEntry(BaseModel):
         description="Strike of the fault, degrees clockwise from north; the normal is strike + 90.",
     )
     pulse: bool | None = Field(default=None, description="Whether the record has a velocity pulse.")
+    magnitude: float | None = Field(default=None, ge=0, le=10, description="Magnitude of the earthquake.")
+    rupture_distance_km: float | None = Field(
+        default=None, ge=0, le=2000, description="Closest distance of the station to the rupture, km."
+    )
+    site_class: str = Field(
+        default="", pattern=r"^\S{0,20}$", description="Site class, in the user's own scheme (`C`, `D`)."
+    )
+    vs30_m_s: float | None = Field(
+        default=None, gt=30, le=5000, description="Mean shear-wave velocity of the upper 30 m, m/s."
+    )
+    pulse_period_s: float | None = Field(default=None, gt=0, le=60, description="Period of the velocity pulse, s.")
+    wall: Literal["hanging", "foot"] | None = Field(
+        default=None, description="Side of the fault: `hanging` or `foot` (wall); empty: neither, or not known."
+    )
     station_latitude_deg: _Latitude = Field(
         default=None, description="Of the station, north positive, for the map; empty: as the file says."
     )
@@ -69,6 +96,10 @@ class RecordEntry(BaseModel):
     sampling_interval_s: float | None = Field(
         default=None, gt=0, le=1, description="Of a CSV file without a time column, s."
     )
+    processed: bool | None = Field(
+        default=None,
+        description="Whether the samples of a CSV or SAC file have been corrected already (`true`) or are raw (`false`).",
+    )
     vertical_sense: Literal["up", "down", "none"] | None = Field(
         default=None,
         description="Which way a vertical axis points that does not say so (`Vert`); `none` leaves it out.",
@@ -76,7 +107,10 @@ class RecordEntry(BaseModel):
     sensor: Literal["surface", "borehole"] = Field(
         default="surface", description="Which sensor of a station that has two (KiK-net)."
     )
-    trust_data: bool = Field(default=False, description="Go on where the header's peak contradicts the data.")
+    trust_data: bool = Field(
+        default=False,
+        description="Go on where header and data contradict each other, or the motion's size is none of a ground motion.",
+    )
     sha256: str = Field(
         default="",
         pattern=r"^([0-9a-f]{64})?$",
@@ -92,6 +126,12 @@ class RecordEntry(BaseModel):
             if len(empty) == 1:
                 raise ValueError(f"column {empty[0]}: empty; give both {pair[0]} and {pair[1]}, or neither")
         return self
+
+    @property
+    def metadata(self) -> dict[str, Any]:
+        """What the table says of the record for the statistics, by the names of `METADATA`; without what it leaves empty."""
+        stated = {name: getattr(self, column) for name, (column, _, _) in METADATA.items()}
+        return {name: value for name, value in stated.items() if value not in (None, "")}
 
     @property
     def azimuth_correction_deg(self) -> float:

@@ -7,12 +7,14 @@ from pathlib import Path
 from overturning.errors import OverturningError
 from overturning.motion.integration import peaks
 from overturning.records.assembly import VerticalSense, assemble
-from overturning.records.component import Component, largest
+from overturning.records.component import Component, Sensor, largest
 from overturning.records.grouping import group_components
 from overturning.records.options import ReadOptions
+from overturning.records.processing import process
 from overturning.records.read import read_files
 from overturning.records.record import Record
 from overturning.records.source import SourceFile, read_source
+from overturning.records.summary import state_of, summary
 
 
 @dataclass(frozen=True)
@@ -23,28 +25,38 @@ class Finding:
     components: tuple[Component, ...] = ()  # its axes; empty where the file cannot be read
     record: Record | None = None  # where it can be read
     reason: str = ""  # why not, otherwise
+    used: Record | None = None  # as the default processing leaves a raw one
+
+
+NO_RECORDS = frozenset(
+    ("geojson", "htm", "jpeg", "jpg", "json", "kml", "md", "pdf", "png", "py", "svg", "toml", "yaml", "yml")
+)
+"""Extensions of files that are no records: in folders, and among several files, they are passed over."""
 
 
 def check_paths(
     paths: Iterable[Path],
     *,
     options: ReadOptions | None = None,
+    form: str | None = None,
+    sensor: Sensor | None = None,
     azimuths_deg: Sequence[float] | None = None,
     trust_data: bool = False,
     vertical_sense: VerticalSense | None = None,
 ) -> list[Finding]:
-    """Read files and folders, sort their components into records, and check each; options as in `assemble`.
+    """Read files and folders, sort their components into records, and check each; options as in `read_path`.
 
-    Files that cannot be read come first, then records in the order of their files.
+    Of folders the folders inside are read too. Files that cannot be read come first, then records in the order of their
+    files. Without ``sensor`` both of a station that has two are looked at.
     """
-    sources, findings = _sources(paths)
+    sources, findings = _sources(list(paths))
     options = (options or ReadOptions()).with_metadata_of(sources)
     components: list[Component] = []
     for source in sources:
         if source in options.metadata:
             continue
         try:
-            components += read_files([source], None, options)
+            components += [c for c in read_files([source], form, options) if sensor in (None, c.sensor)]
         except OverturningError as problem:
             findings.append(Finding((source.name,), reason=str(problem)))
     for group in group_components(components):
@@ -54,25 +66,42 @@ def check_paths(
             record = assemble(
                 group, record_id=name, azimuths_deg=azimuths_deg, trust_data=trust_data, vertical_sense=vertical_sense
             )
+            used = process(record, None)
         except OverturningError as problem:
             findings.append(Finding(files, tuple(group), reason=str(problem)))
         else:
-            findings.append(Finding(files, tuple(group), record))
+            findings.append(Finding(files, tuple(group), record, used=used))
     return findings
 
 
-def _sources(paths: Iterable[Path]) -> tuple[list[SourceFile], list[Finding]]:
+def _sources(paths: Sequence[Path]) -> tuple[list[SourceFile], list[Finding]]:
     sources, findings = [], []
     for path in paths:
-        members = sorted(p for p in path.iterdir() if p.is_file()) if path.is_dir() else [path]
+        inside = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else []
+        members = [p for p in inside if not is_passed_over(p)] if path.is_dir() else [path]
+        if len(paths) > 1 and not path.is_dir() and is_passed_over(path):
+            continue
         if not members:
-            findings.append(Finding((path.name,), reason=f"{path}: an empty folder"))
+            why = f"{len(inside)} files, none of them a record" if inside else "an empty folder"
+            findings.append(Finding((path.name,), reason=f"{path}: {why}"))
         for member in members:
             try:
                 sources.append(read_source(member))
             except OverturningError as problem:
                 findings.append(Finding((member.name,), reason=str(problem)))
     return sources, findings
+
+
+def is_passed_over(path: Path) -> bool:
+    """Whether a file is none that could be a record, by its extension, or hidden."""
+    return path.suffix.lower().lstrip(".") in NO_RECORDS or path.name.startswith(".")
+
+
+def passed_over(paths: Sequence[Path]) -> list[str]:
+    """Names of the files that are passed over: those in folders, and those among several that are named."""
+    files = [p for folder in paths if folder.is_dir() for p in folder.rglob("*") if p.is_file()]
+    files += [path for path in paths if path.is_file() and len(paths) > 1]
+    return sorted(p.name for p in files if is_passed_over(p))
 
 
 def describe(finding: Finding) -> str:
@@ -82,19 +111,39 @@ def describe(finding: Finding) -> str:
     if record is None:
         axes = "".join(f"\n  {_axis(c)}" for c in finding.components)
         return f"{head}\n  refused: {finding.reason}{axes}"
-    pga, pgv, pgd = peaks(record.horizontal, record.sampling_interval)
     place = "" if record.latitude is None else f" ({record.latitude:.4f}, {record.longitude:.4f})"
     what = [x for x in (record.station + place, record.event, record.start or "start not stated") if x.strip()]
-    kind = "processed by its agency" if record.extra.get("processed") else "raw"
+    kind = state_of(record)
     lines = [
         head,
         f"  {record.extra['format']}, {kind}: {'; '.join(what)}",
         f"  {record.north.size} samples every {record.sampling_interval:g} s, "
         f"{'with' if record.up is not None else 'without'} vertical component",
         *(f"  {_axis(c)}" for c in finding.components),
-        f"  north and east: PGA {pga * 100:.1f} Gal, PGV {pgv * 100:.1f} cm/s, PGD {pgd * 100:.1f} cm as the file is",
+        *(f"  {note}" for note in _notes(record)),
+        f"  north and east: {_peaks(finding.used or record)}",
     ]
     return "\n".join(lines)
+
+
+def _peaks(used: Record) -> str:
+    pga, pgv, pgd = (100 * peak for peak in peaks(used.horizontal, used.sampling_interval))
+    steps = [summary(step) for step in used.processing if step["step"] != "common_window"]
+    how = f"after the default processing ({', '.join(steps)})" if steps else "as the file is"
+    return f"PGA {pga:.1f} Gal, PGV {pgv:.1f} cm/s, PGD {pgd:.1f} cm {how}"
+
+
+def _notes(record: Record) -> list[str]:
+    """What the agency has done, what was cut, what was declared, and what is only trusted."""
+    done = record.extra.get("agency_processing")
+    cut = [summary(step) for step in record.processing if step["step"] == "common_window"]
+    declared, trusted = (record.extra.get(key) or [] for key in ("declared", "trusted"))
+    return [
+        *([f"by the agency: {done}"] if done else []),
+        *cut,
+        *([f"declared: {'; '.join(declared)}"] if declared else []),
+        *(f"trusted although {why}" for why in trusted),
+    ]
 
 
 def _axis(component: Component) -> str:

@@ -47,7 +47,8 @@ class Component:
     longitude: float | None = None
     peak: StatedPeak | None = None
     sensor: Sensor = "surface"
-    processed: bool = False  # whether its agency has already corrected the data, which is then left alone by default
+    processed: bool = False  # whether the data has been corrected already, and is then left alone by default
+    unit: str = ""  # the declared one, where the format leaves it open
     extra: Mapping[str, Any] = field(default_factory=dict)  # what else the file states
 
     @classmethod

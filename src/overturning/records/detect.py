@@ -6,7 +6,22 @@ from typing import Final
 
 from overturning.errors import RecordError
 from overturning.records.component import Component
-from overturning.records.formats import cosmos, csmip, csv_columns, esm, geonet, knet, miniseed, peer, sac, smc
+from overturning.records.formats import (
+    bhrc,
+    cosmos,
+    csmip,
+    csv_columns,
+    cwa,
+    esm,
+    geonet,
+    knet,
+    miniseed,
+    nsmn,
+    peer,
+    sac,
+    smc,
+    unam,
+)
 from overturning.records.options import ReadOptions
 from overturning.records.source import SourceFile
 
@@ -21,6 +36,7 @@ class Format:
     title: str
     detect: Callable[[SourceFile], bool]
     read: Reader
+    agency: str = ""  # who processes the files that are processed; empty where the file names it, or nobody does
 
 
 def _plain(read: Callable[[SourceFile], list[Component]]) -> Reader:
@@ -30,12 +46,16 @@ def _plain(read: Callable[[SourceFile], list[Component]]) -> Reader:
 
 FORMATS: Final = (
     Format("kik-net", "K-NET / KiK-net ASCII", knet.detect, _plain(knet.read)),
-    Format("geonet", "GeoNet V1A / V2A", geonet.detect, _plain(geonet.read)),
-    Format("cosmos", "COSMOS V1 / V2", cosmos.detect, _plain(cosmos.read)),
-    Format("csmip", "CSMIP / CGS V1, V2, RAW", csmip.detect, _plain(csmip.read)),
-    Format("smc", "USGS SMC", smc.detect, _plain(smc.read)),
-    Format("peer-at2", "PEER AT2", peer.detect, _plain(peer.read)),
-    Format("esm-dyna", "ESM / DYNA ASCII", esm.detect, _plain(esm.read)),
+    Format("geonet", "GeoNet V1A / V2A", geonet.detect, _plain(geonet.read), "GNS Science"),
+    Format("cosmos", "COSMOS V0 / V1 / V2", cosmos.detect, _plain(cosmos.read)),
+    Format("csmip", "CSMIP / CGS V1, V2, RAW", csmip.detect, _plain(csmip.read), "CSMIP / CGS"),
+    Format("smc", "USGS SMC", smc.detect, _plain(smc.read), "USGS"),
+    Format("peer-at2", "PEER AT2", peer.detect, _plain(peer.read), "PEER"),
+    Format("esm-dyna", "ESM / DYNA ASCII", esm.detect, _plain(esm.read), "ESM / ITACA"),
+    Format("cwa", "CWA (Taiwan)", cwa.detect, _plain(cwa.read)),
+    Format("nsmn", "NSMN / AFAD (Türkiye)", nsmn.detect, _plain(nsmn.read)),
+    Format("bhrc", "BHRC (Iran)", bhrc.detect, _plain(bhrc.read)),
+    Format("unam-asa", "UNAM ASA 2.0 (Mexico)", unam.detect, _plain(unam.read)),
     Format("miniseed", "MiniSEED with StationXML", miniseed.detect, miniseed.read),
     Format("sac", "SAC", sac.detect, sac.read),
     # Never by content: columns of numbers say nothing about themselves.

@@ -1,10 +1,14 @@
 """Where the files of a record lie: by name, by stem, or in an archive of the data folder."""
 
 from pathlib import Path
+from typing import Final
 
 from overturning.errors import MissingDataError
 from overturning.records.catalogue import RecordEntry
 from overturning.records.source import SourceFile, open_archive, read_source
+
+EXAMPLE: Final = "example:"
+"""Before the name of a file that comes with the package (`records/examples`)."""
 
 
 def find_paths(entry: RecordEntry, data_dir: Path) -> list[Path]:
@@ -27,6 +31,9 @@ def _located(entry: RecordEntry, data_dir: Path) -> list[tuple[str, Path]]:
     archives = [path for path in _files(data_dir, "*") if _archive_name(path)]
     located: list[tuple[str, Path]] = []
     for word in entry.source.split():
+        if word.startswith(EXAMPLE):
+            located.append((word.removeprefix(EXAMPLE), _example(entry, word.removeprefix(EXAMPLE))))
+            continue
         named = [data_dir / word] if (data_dir / word).is_file() else []
         beside = _files(data_dir, f"{word}.*")
         plain = [path for path in beside if not _archive_name(path)]
@@ -35,6 +42,16 @@ def _located(entry: RecordEntry, data_dir: Path) -> list[tuple[str, Path]]:
     if not located:
         raise MissingDataError(f"record {entry.id}: {_which(entry)} not in {data_dir}; {_remedy(entry)}")
     return located
+
+
+def _example(entry: RecordEntry, name: str) -> Path:
+    """A file that comes with the package, compressed."""
+    folder = Path(__file__).parent / "examples"
+    path = folder / f"{name}.zip"
+    if not path.is_file():
+        known = ", ".join(file.stem for file in _files(folder, "*.zip"))
+        raise MissingDataError(f"record {entry.id}: no example {name!r} comes with the package; there is {known}")
+    return path
 
 
 def _files(folder: Path, pattern: str) -> list[Path]:

@@ -2,23 +2,12 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Final, Literal, get_args
+from typing import Literal, get_args
 
 from overturning.records.source import SourceFile
-from overturning.units import GAL, STANDARD_GRAVITY
+from overturning.units import UNITS
 
 Unit = Literal["m/s2", "cm/s2", "gal", "mm/s2", "nm/s2", "g", "mg"]
-
-UNITS: Final[dict[str, float]] = {
-    "m/s2": 1.0,
-    "cm/s2": GAL,
-    "gal": GAL,
-    "mm/s2": 1e-3,
-    "nm/s2": 1e-9,
-    "g": STANDARD_GRAVITY,
-    "mg": 1e-3 * STANDARD_GRAVITY,
-}
-"""Units of acceleration that may be declared, in m/s²."""
 
 assert set(UNITS) == set(get_args(Unit))
 
@@ -30,7 +19,15 @@ class ReadOptions:
     unit: str | None = None  # of the samples, a key of ``UNITS``, where the format leaves it open (SAC)
     columns: str = ""  # of a CSV file: ``time:s north:gal east:gal up:gal``
     sampling_interval_s: float | None = None  # of a CSV file without a time column
+    processed: bool | None = None  # whether the samples have been corrected already, where the format leaves it open
     metadata: Sequence[SourceFile] = ()  # StationXML files that go with MiniSEED or SAC files
+
+    @property
+    def declared(self) -> list[str]:
+        """What was declared of the samples, in words."""
+        words = [f"columns {self.columns}"] if self.columns else [f"unit {self.unit}"] if self.unit else []
+        state = {True: ["processed"], False: ["raw"], None: []}[self.processed]
+        return [*words, *state]
 
     def with_metadata_of(self, files: Iterable[SourceFile]) -> "ReadOptions":
         """The same, with the StationXML among files added to the metadata."""

@@ -6,14 +6,16 @@ from dataclasses import replace
 from datetime import datetime, timedelta
 from fractions import Fraction
 from functools import partial
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
-from overturning.motion.integration import integrate, peaks
-from overturning.records.assembly import iso
+from overturning.motion.integration import integrate
+from overturning.motion.plausible import implausible
+from overturning.records.assembly import iso, peaks_of
+from overturning.records.corner import DEFAULT_HZ, choose_corner
 from overturning.records.record import Record
 from overturning.records.steps import Baseline, Cut, Detrend, Filter, Highpass, RemoveMean, Resample, Scale, Step, Taper
 
@@ -21,16 +23,16 @@ LARGEST_RATIO = 1000
 """Largest numerator or denominator of a resampling ratio."""
 
 
-def default_steps(record: Record) -> tuple[Step, ...]:
+def default_steps(record: Record, corner_hz: float | Literal["auto"] = DEFAULT_HZ) -> tuple[Step, ...]:
     """The steps for a record whose study names none.
 
     Files that an agency has processed, and synthetic records, are left alone. Raw ones lose their mean and the long
     periods that an accelerograph does not resolve: mean, taper of 2 s (5 % of a short record), zero-phase Butterworth
-    high-pass of order 2 at 0.1 Hz.
+    high-pass of order 2 at 0.1 Hz, or at another corner.
     """
     if record.extra.get("processed", False):
         return ()
-    return (RemoveMean(), Taper(length_s=min(2.0, 0.05 * record.duration)), Highpass(corner_hz=0.1, order=2))
+    return (RemoveMean(), Taper(length_s=min(2.0, 0.05 * record.duration)), Highpass(corner_hz=corner_hz, order=2))
 
 
 def process(record: Record, steps: Sequence[Step] | None) -> Record:
@@ -45,34 +47,44 @@ def process(record: Record, steps: Sequence[Step] | None) -> Record:
     Raises
     ------
     RecordError
-        If a step does not fit the record (corner above the Nyquist frequency, cut beyond its end…).
+        If a step does not fit the record (corner above the Nyquist frequency, cut beyond its end…), or what comes out is
+        not the size of a ground motion.
     """
-    for step in default_steps(record) if steps is None else steps:
-        before = _horizontal_peaks(record)
+    steps = default_steps(record) if steps is None else steps
+    for step in steps:
+        chosen: dict[str, str] = {}
+        if isinstance(step, Highpass) and step.corner_hz == "auto":
+            corner, reason = choose_corner(record)
+            step, chosen = step.model_copy(update={"corner_hz": corner}), {"chosen": reason}
+        before = peaks_of(record.horizontal, record.sampling_interval)
         interval = step.sampling_interval_s if isinstance(step, Resample) else record.sampling_interval
-        changed = partial(_apply, step, record)
-        record = record.with_each(changed, sampling_interval=interval, start=_start_after(step, record))
-        after = _horizontal_peaks(record)
-        effect = {name: [b, a] for name, b, a in zip(("pga", "pgv", "pgd"), before, after, strict=True)}
-        entry: dict[str, Any] = step.model_dump(mode="json") | {"effect": effect}
+        changed, shift = partial(_apply, step, record), _shift(step, record.sampling_interval)
+        record = record.with_each(changed, sampling_interval=interval, start=_start_after(record, shift))
+        after = peaks_of(record.horizontal, record.sampling_interval)
+        effect = {name: [before[name], after[name]] for name in before}
+        entry: dict[str, Any] = step.model_dump(mode="json") | chosen | {"effect": effect}
+        entry |= {"shift_s": round(shift, 9)} if shift else {}
         record = replace(record, processing=(*record.processing, entry))
+    # A record that its agency has processed and nobody else has been looked at when it was read.
+    looked_at = not steps and record.extra.get("processed", False)
+    if not (looked_at or record.trusted) and (why := implausible(record.components, record.sampling_interval)):
+        raise _refused(record, f"after processing, {why}", "correct unit or steps, or say trust_data")
     return record
 
 
-def _horizontal_peaks(record: Record) -> tuple[float, float, float]:
-    # Nine digits are plenty for a report and the same on every processor.
-    return tuple(float(f"{peak:.9g}") for peak in peaks(record.horizontal, record.sampling_interval))  # type: ignore[return-value]
+def _shift(step: Step, interval: float) -> float:
+    """Time of the first sample after a step less that before it, s."""
+    match step:
+        case Cut():
+            return round(step.start_s / interval) * interval
+        case Highpass():
+            return -_pad(step, interval) * interval
+    return 0.0
 
 
-def _start_after(step: Step, record: Record) -> str | None:
-    """Time of the first sample after a step."""
-    interval, samples = record.sampling_interval, 0
-    if isinstance(step, Cut):
-        samples = round(step.start_s / interval)
-    elif isinstance(step, Highpass):
-        samples = -_pad(step, interval)
+def _start_after(record: Record, shift: float) -> str | None:
     moment = None if record.start is None else datetime.fromisoformat(record.start)
-    return None if moment is None else iso(moment + timedelta(seconds=samples * interval))
+    return None if moment is None else iso(moment + timedelta(seconds=shift))
 
 
 def _refused(record: Record, key: str, why: str) -> RecordError:
@@ -137,10 +149,11 @@ def _butterworth(samples: FloatArray, step: Filter, record: Record) -> FloatArra
     from scipy.signal import butter, sosfiltfilt
 
     nyquist = 0.5 / record.sampling_interval
-    if step.corner_hz >= nyquist:
-        what = f"{step.step}.corner_hz {step.corner_hz:g}"
+    corner = float(step.corner_hz)
+    if corner >= nyquist:
+        what = f"{step.step}.corner_hz {corner:g}"
         raise _refused(record, what, f"it must lie below the Nyquist frequency {nyquist:g} Hz")
-    sections = butter(step.order, step.corner_hz, btype=step.step, fs=1.0 / record.sampling_interval, output="sos")
+    sections = butter(step.order, corner, btype=step.step, fs=1.0 / record.sampling_interval, output="sos")
     pad = _pad(step, record.sampling_interval)
     filtered = sosfiltfilt(sections, np.pad(samples, pad), padtype=None)
     # A zero-phase high-pass filter acts before the first sample too. Stripped of its pads its output would integrate to a
@@ -151,7 +164,7 @@ def _butterworth(samples: FloatArray, step: Filter, record: Record) -> FloatArra
 
 def _pad(step: Filter, interval: float) -> int:
     """Zeros at each end in which the filter rings out: 1.5 n / f_c seconds (Converse & Brady 1992, BAP)."""
-    return math.ceil(1.5 * step.order / step.corner_hz / interval)
+    return math.ceil(1.5 * step.order / float(step.corner_hz) / interval)
 
 
 def _boore_2001(samples: FloatArray, step: Baseline, record: Record) -> FloatArray:

@@ -3,10 +3,10 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from overturning.errors import ConfigError, RecordError
-from overturning.records.assembly import assemble
+from overturning.records.assembly import VerticalSense, assemble
 from overturning.records.catalogue import RecordEntry
 from overturning.records.component import Component, Sensor
 from overturning.records.grouping import group_components, sisters
@@ -14,6 +14,9 @@ from overturning.records.locate import find_files
 from overturning.records.options import ReadOptions
 from overturning.records.record import Record
 from overturning.records.source import SourceFile, is_archive, open_archive, read_source
+
+if TYPE_CHECKING:
+    from overturning.records.detect import Format
 
 
 def read_record(entry: RecordEntry, data_dir: Path | str) -> Record:
@@ -50,7 +53,7 @@ def read_record(entry: RecordEntry, data_dir: Path | str) -> Record:
             "get the file again, or correct the table"
         )
     epicentre = {"event_latitude": entry.epicentre_latitude_deg, "event_longitude": entry.epicentre_longitude_deg}
-    return replace(record, extra=record.extra | _known({"pulse": entry.pulse} | epicentre))
+    return replace(record, extra=record.extra | _known({"pulse": entry.pulse} | epicentre) | entry.metadata)
 
 
 def _known(values: dict[str, Any]) -> dict[str, Any]:
@@ -71,7 +74,7 @@ def _components_of(entry: RecordEntry, data_dir: Path) -> list[Component]:
             f"record {entry.id}: format {entry.format!r}; known are auto, fema-p695, synthetic, {', '.join(known)} (docs/formats.md)"
         )
     files = find_files(entry, data_dir)
-    options = ReadOptions(entry.unit, entry.columns, entry.sampling_interval_s)
+    options = ReadOptions(entry.unit, entry.columns, entry.sampling_interval_s, entry.processed)
     components = read_files(files, None if entry.format == "auto" else entry.format, options)
     return _one_record(components, entry.sensor)
 
@@ -100,7 +103,7 @@ def read_files(
             raise RecordError(f"{member.name}: not a {named.title} file; check `format` in the record table")
         reader = named or detect_format(member)
         try:
-            components += [replace(c, format=reader.name) for c in reader.read(member, options)]
+            components += [_named(component, reader) for component in reader.read(member, options)]
         except (ValueError, IndexError, KeyError, OverflowError, MemoryError, TypeError, ZeroDivisionError) as problem:
             if isinstance(problem, RecordError):
                 raise
@@ -109,6 +112,12 @@ def read_files(
                 f"{member.name}: damaged {reader.title} file ({type(problem).__name__}: {problem}); get it again"
             ) from problem
     return components
+
+
+def _named(component: Component, reader: "Format") -> Component:
+    """A component with the name of its format and, where its agency has processed it, that of the agency."""
+    by = {"processed_by": reader.agency} if component.processed and reader.agency else {}
+    return replace(component, format=reader.name, extra=by | dict(component.extra))
 
 
 def _one_record(components: Sequence[Component], sensor: Sensor) -> list[Component]:
@@ -129,17 +138,17 @@ def _one_record(components: Sequence[Component], sensor: Sensor) -> list[Compone
     return chosen
 
 
-def _with_sisters(path: Path, options: ReadOptions | None) -> list[Component]:
+def _with_sisters(path: Path, form: str | None, options: ReadOptions | None) -> list[Component]:
     """Components of a file and, where it holds only one, of the files beside it that belong to the same record."""
     first = read_source(path)
     beside = () if is_archive(first.data) else sorted(path.parent.glob("*.xml"))
     options = (options or ReadOptions()).with_metadata_of(map(read_source, beside))
-    components = read_files([first], None, options)
+    components = read_files([first], form, options)
     if len(components) > 1:
         return components
     for other in sisters(path)[1:]:
         try:
-            components += read_files([read_source(other)], None, options)
+            components += read_files([read_source(other)], form, options)
         except RecordError:
             continue  # a neighbour that is no record, or damaged, is not this record's concern
     return group_components(components)[0]
@@ -150,7 +159,9 @@ def read_path(
     *,
     record_id: str | None = None,
     sensor: Sensor = "surface",
+    form: str | None = None,
     azimuths_deg: Sequence[float] | None = None,
+    vertical_sense: VerticalSense | None = None,
     trust_data: bool = False,
     options: ReadOptions | None = None,
 ) -> Record:
@@ -164,7 +175,9 @@ def read_path(
         Name of the record; default: the first file's stem.
     sensor : {"surface", "borehole"}
         Which sensor, where there are two.
-    azimuths_deg, trust_data, options
+    form : str, optional
+        The only format allowed; default: by content.
+    azimuths_deg, vertical_sense, trust_data, options
         As in `assemble`; unit, columns and metadata that the files do not state.
 
     Raises
@@ -173,14 +186,15 @@ def read_path(
         If a file is missing, of no known format, damaged, or contradicts itself.
     """
     paths = [Path(path)] if isinstance(path, str | Path) else [Path(p) for p in path]
-    if len(paths) == 1:
-        components = _with_sisters(paths[0], options)
+    if len(paths) == 1:  # of a record in several files the others are found beside it
+        components = _with_sisters(paths[0], form, options)
     else:
-        components = read_files([read_source(p) for p in paths], None, options)
+        components = read_files([read_source(p) for p in paths], form, options)
     components = _one_record(components, sensor)
     return assemble(
         components,
         record_id=record_id or paths[0].name.split(".")[0].lower(),
         azimuths_deg=azimuths_deg,
+        vertical_sense=vertical_sense,
         trust_data=trust_data,
     )

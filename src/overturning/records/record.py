@@ -60,6 +60,16 @@ class Record:
         return replace(self, north=change(self.north), east=change(self.east), up=up, **more)
 
     @property
+    def trusted(self) -> bool:
+        """Whether the user has said to go on where the data contradicts its header or is not the size of a ground motion."""
+        return bool(self.extra.get("trusted_data", False))
+
+    @property
+    def components(self) -> list[FloatArray]:
+        """North, east and, where there is one, up, m/s²."""
+        return [self.north, self.east, *([] if self.up is None else [self.up])]
+
+    @property
     def horizontal(self) -> FloatArray:
         """Acceleration towards north and east, m/s², shape (2, n)."""
         return np.stack([self.north, self.east])

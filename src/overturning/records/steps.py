@@ -32,11 +32,16 @@ class Taper(_Step):
     length_s: float = Field(gt=0, description="Length of the bell at each end, s.")
 
 
+Positive = Annotated[float, Field(gt=0)]
+
+
 class Filter(_Step):
     """Butterworth filter, forward and backward (zero phase)."""
 
     step: Literal["highpass", "lowpass"]  # here for its place among the keys
-    corner_hz: float = Field(gt=0, description="Corner frequency; the amplitude there is halved by the two passes.")
+    corner_hz: Positive | Literal["auto"] = Field(
+        description="Corner frequency; the amplitude there is halved by the two passes. A high-pass filter takes `auto` too."
+    )
     order: int = Field(default=2, ge=1, le=8, description="Order of each of the two passes.")
 
 
@@ -44,7 +49,8 @@ class Highpass(Filter):
     """Butterworth high-pass filter, forward and backward (zero phase).
 
     Zeros are put before and behind the record, 1.5 n/f_c seconds each, and stay: the filter acts there too, and without them
-    the velocity would drift. The record's start moves accordingly.
+    the velocity would drift. The record's start moves accordingly. With the corner ``auto`` it is where the signal rises
+    above the noise before the onset (`overturning.records.corner`).
     """
 
     step: Literal["highpass"] = "highpass"
@@ -54,6 +60,7 @@ class Lowpass(Filter):
     """Butterworth low-pass filter, forward and backward (zero phase); the record keeps its length."""
 
     step: Literal["lowpass"] = "lowpass"
+    corner_hz: Positive = Field(description="Corner frequency; the amplitude there is halved by the two passes.")
 
 
 class Baseline(_Step):

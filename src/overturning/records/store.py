@@ -1,6 +1,7 @@
 """``motion.nc``: a record as one NetCDF file, the same bytes each time."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,25 +25,38 @@ def rounded(record: Record) -> Record:
     return record.with_each(lambda samples: np.round(samples, DECIMALS) + 0.0)
 
 
-def write_motion(record: Record, path: Path | str) -> None:
-    """Write a record as NetCDF (CF-1.11), under another name first and then moved into place; its folder is made if missing."""
+def write_motion(record: Record, path: Path | str, unprocessed: Record | None = None) -> None:
+    """Write a record as NetCDF (CF-1.11), under another name first and then moved into place; its folder is made if missing.
+
+    What it was before its processing may be written beside it, for those who look at what that did.
+    """
     import netCDF4
 
     record = rounded(record)
     with atomic_write(Path(path)) as part, netCDF4.Dataset(part, "w", format="NETCDF4") as file:
         file.setncatts(_attributes(record))
-        file.createDimension("time", record.north.size)
-        time = np.arange(record.north.size) * record.sampling_interval
-        for name, values, unit, long_name in (
-            ("time", time, "s", "time after the start of the record"),
-            ("north", record.north, "m s-2", "ground acceleration towards north"),
-            ("east", record.east, "m s-2", "ground acceleration towards east"),
-            ("up", record.up, "m s-2", "upward ground acceleration"),
-        ):
-            if values is not None:
-                variable = file.createVariable(name, "f8", ("time",), zlib=True, shuffle=True)
-                variable.setncatts({"long_name": long_name, "units": unit})
-                variable[:] = values
+        _add_series(file, record)
+        if unprocessed is not None:
+            file.sampling_interval_unprocessed = unprocessed.sampling_interval
+            if unprocessed.start:
+                file.start_unprocessed = unprocessed.start
+            _add_series(file, rounded(unprocessed), "_unprocessed", ", before processing")
+
+
+def _add_series(file: Any, record: Record, suffix: str = "", when: str = "") -> None:
+    """Time and components as variables of a dimension of their own."""
+    file.createDimension(f"time{suffix}", record.north.size)
+    time = np.arange(record.north.size) * record.sampling_interval
+    for name, values, unit, long_name in (
+        ("time", time, "s", "time after the start of the record"),
+        ("north", record.north, "m s-2", "ground acceleration towards north"),
+        ("east", record.east, "m s-2", "ground acceleration towards east"),
+        ("up", record.up, "m s-2", "upward ground acceleration"),
+    ):
+        if values is not None:
+            variable = file.createVariable(f"{name}{suffix}", "f8", (f"time{suffix}",), zlib=True, shuffle=True)
+            variable.setncatts({"long_name": long_name + when, "units": unit})
+            variable[:] = values
 
 
 def _attributes(record: Record) -> dict[str, Any]:
@@ -63,19 +77,33 @@ def _attributes(record: Record) -> dict[str, Any]:
 
 def read_motion(path: Path | str) -> Record:
     """Read a ``motion.nc``; a ResultError where it is missing, damaged or not of this kind."""
+    return _read(Path(path), "")
+
+
+def read_unprocessed(path: Path | str) -> Record | None:
+    """What the record of a ``motion.nc`` was before its processing; None where it was left alone."""
     import netCDF4
 
-    path = Path(path)
+    read_motion(path)
+    with netCDF4.Dataset(path) as file:
+        there = "north_unprocessed" in file.variables
+    return replace(_read(Path(path), "_unprocessed"), processing=()) if there else None
+
+
+def _read(path: Path, suffix: str) -> Record:
+    import netCDF4
+
     try:
         with netCDF4.Dataset(path) as file:
             attributes = {name: file.getncattr(name) for name in file.ncattrs()}
             if attributes.get("schema") != SCHEMA:
                 raise ResultError(f"{path}: not a {SCHEMA!r} file; remove it and run the study again")
             samples = {
-                name: np.asarray(file[name][:].filled(np.nan), dtype=np.float64)
+                name: np.asarray(file[name + suffix][:].filled(np.nan), dtype=np.float64)
                 for name in ("north", "east", "up")
-                if name in file.variables
+                if name + suffix in file.variables
             }
+            attributes |= {"start": attributes.get("start_unprocessed", "")} if suffix else {}
             fields: dict[str, Any] = {name: str(attributes[name]) for name in _TEXTS if name in attributes}
             fields |= {name: float(attributes[name]) for name in _NUMBERS if name in attributes}
             azimuths = np.atleast_1d(attributes.get("component_azimuths_deg", ()))
@@ -83,7 +111,7 @@ def read_motion(path: Path | str) -> Record:
                 north=samples["north"],
                 east=samples["east"],
                 up=samples.get("up"),
-                sampling_interval=float(attributes["sampling_interval"]),
+                sampling_interval=float(attributes[f"sampling_interval{suffix}"]),
                 component_azimuths_deg=tuple(float(a) for a in azimuths),
                 processing=tuple(json.loads(attributes["processing"])),
                 extra=json.loads(attributes["extra"]),

@@ -30,6 +30,14 @@ class Answer:
 
 
 @dataclass(frozen=True)
+class Link:
+    """A link from the page to a file that lies beside it; on paper its text and the file's name."""
+
+    text: str
+    file: str
+
+
+@dataclass(frozen=True)
 class Bullets:
     """A list."""
 
@@ -69,7 +77,7 @@ class Table:
     rows : tuple of tuple of str
         Cells.
     kinds : str
-        A letter for each column: t text, n number, l link to the section of that anchor, c code, which may break anywhere;
+        A letter for each column: t text, w text that is wide and shares the place with other wide ones, n number, l link to the section of that anchor, c code, which may break anywhere;
         n for the columns that have no letter.
     anchor : str
         Name to find it by.
@@ -124,7 +132,7 @@ class Section:
     together: bool = False
 
 
-Block = Paragraph | Answer | Bullets | Code | Figure | Table | Film | Row | Disclosure | Section
+Block = Paragraph | Answer | Link | Bullets | Code | Figure | Table | Film | Row | Disclosure | Section
 
 
 @dataclass(frozen=True)

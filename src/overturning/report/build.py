@@ -15,6 +15,7 @@ from overturning.report.sections import (
     criteria,
     ensemble,
     falls,
+    maps,
     method,
     own_error,
     population,
@@ -27,6 +28,7 @@ from overturning.report.sections import (
 
 SECTIONS: Final[tuple[Callable[[Results], Section | None], ...]] = (
     answer.answer,
+    maps.maps,
     scene.scene,
     survey.surveys,
     published.published,

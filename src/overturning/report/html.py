@@ -21,9 +21,16 @@ def render_html(report: blocks.Report) -> str:
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>{title}</title>\n<style>\n{style}\n</style>\n</head>\n<body>\n"
-        f"<header>\n<h1>{title}</h1>\n{question}</header>\n<main>\n{_Page().inside(report, 2)}\n</main>\n"
+        f"<header>\n<h1>{title}</h1>\n{question}</header>\n{_contents(report)}\n<main>\n{_Page().inside(report, 2)}\n</main>\n"
         f"<script>\n{script}\n</script>\n</body>\n</html>\n"
     )
+
+
+def _contents(report: blocks.Report) -> str:
+    """Links to the sections."""
+    parts = [part for part in report.blocks if part.anchor]
+    links = "".join(f'<li><a href="#{escape(part.anchor)}">{escape(part.title)}</a></li>' for part in parts)
+    return f'<nav class="contents"><ol>{links}</ol></nav>' if links else ""
 
 
 def _file(name: str) -> str:
@@ -46,6 +53,8 @@ class _Page:
                 return "" if block.medium == "paper" else f"<p{kind}>{escape(block.text)}</p>"
             case blocks.Answer():
                 return f'<div class="answer">\n{_lines("p", block.sentences)}\n</div>'
+            case blocks.Link():
+                return f'<p><a href="{escape(block.file)}">{escape(block.text)}</a></p>'
             case blocks.Bullets():
                 return f"<ul>\n{_lines('li', block.lines)}\n</ul>"
             case blocks.Code():
@@ -110,7 +119,7 @@ def _inline(path: Path, alt: str, name: str) -> str:
     attributes = f'role="img" aria-label="{escape(alt)}"'
     if size := re.search(r'<svg[^>]*? width="([0-9.]+)pt"', text):
         # As wide as it was drawn where there is room, so that its letters are as large as those around it.
-        attributes += f' style="width:100%;max-width:{float(size[1]) * 4 / 3 / 16:.1f}rem"'
+        attributes += f' style="--full:{float(size[1]) * 4 / 3 / 16:.1f}rem"'
         for side in ("width", "height"):
             text = re.sub(rf'(<svg[^>]*?) {side}="[0-9.]+pt"', r"\1", text, count=1)
     return text.replace("<svg", f"<svg {attributes}", 1)

@@ -12,6 +12,7 @@ from typing import Any
 import xarray as xr
 
 from overturning.dem.scene import gravestone
+from overturning.files import without_folders
 from overturning.statistics import earthquakes
 from overturning.statistics.falls import overturns
 from overturning.statistics.planes import plane_index
@@ -151,8 +152,11 @@ def _reference_cube(study: Study, variant: str, cube: "xr.Dataset") -> "xr.Datas
 
 
 @contextmanager
-def open_results(folder: Path) -> Iterator[Results]:
-    """Open a study's folder of results: cubes, intensities, figures, surveys, verification; `ResultError` without one."""
+def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]:
+    """Open a study's folder of results: cubes, intensities, figures, surveys, verification; `ResultError` without one.
+
+    Surveys and settings of the figures are those of `beside`, or of the cube's study where it is not given.
+    """
 
     def cube_of(name: str) -> xr.Dataset:
         path = folder / ("cube.nc" if name == NOMINAL else f"cube.{name}.nc")
@@ -164,6 +168,9 @@ def open_results(folder: Path) -> Iterator[Results]:
         # Each file is opened once: read through two handles at a time, it crashed the library below.
         nominal = cube_of(NOMINAL)
         study = study_of(nominal)
+        if beside is not None:
+            named = (survey.model_copy(update={"stones": without_folders(survey.stones)}) for survey in beside.surveys)
+            study = study.model_copy(update={"surveys": tuple(named), "figures": beside.figures})
         yield Results(
             study,
             _reference_cube(study, NOMINAL, nominal),

@@ -9,14 +9,16 @@ from overturning.report.build import build_report
 from overturning.report.html import render_html
 from overturning.report.pdf import render_pdf
 from overturning.report.results import open_results
+from overturning.study.config import Study
 
 
-def write_report(results: Path, path: Path, pdf: Path | None = None) -> None:
+def write_report(results: Path, path: Path, pdf: Path | None = None, beside: Study | None = None) -> None:
     """Write the report of a study's folder of results as a page (HTML), and as PDF, the same bytes each time.
 
-    `ResultError` if a result is missing.
+    Surveys and settings of the figures are those of `beside`, or of the cube's study where it is not given. `ResultError`
+    if a result is missing.
     """
-    with open_results(results) as opened:
+    with open_results(results, beside) as opened:
         report = build_report(opened)
         for block in each_block(report):
             if isinstance(block, Figure) and not block.path.is_file():

@@ -79,11 +79,12 @@ def axes_by_earthquake(cube: xr.Dataset, *, over: Sequence[str] = CASE_DIMS, ens
     return result.assign(records_with_falls=counts).assign_coords(event=("event", np.array(names, dtype=str)))
 
 
-def axes_by_group(cube: xr.Dataset) -> dict[str, xr.Dataset]:
-    """`axes_by_earthquake` of each group of records, by its name."""
+def axes_by_group(cube: xr.Dataset, by: str = "pulse", edges: Sequence[float] = ()) -> dict[str, xr.Dataset]:
+    """`axes_by_earthquake` of each group of records that has any, by its name; parameters as of `record_groups`."""
     return {
         name: axes_by_earthquake(cube.isel(record=np.flatnonzero(members)))
-        for name, members in record_groups(cube).items()
+        for name, members in record_groups(cube, by, edges).items()
+        if members.any()
     }
 
 

@@ -42,3 +42,13 @@ def overturns(cube: xr.Dataset) -> xr.DataArray:
     return xr.where(overturned.isnull(), np.nan, (overturned != 0).astype("float32")).assign_attrs(
         long_name="block overturns to either side", units="1"
     )
+
+
+def near_boundary(cube: xr.Dataset) -> xr.DataArray:
+    """Blocks that only just fall under a record: that overturn in some of its planes, and in at most half of them.
+
+    More slender ones fall in nearly every plane, to whichever side, and hide the direction that these show. True or False
+    over the dimensions of ``overturned`` without ``azimuth``; planes whose outcome is missing do not count.
+    """
+    share = overturns(cube).mean("azimuth").compute()
+    return (share > 0) & (share <= 0.5)

@@ -13,7 +13,7 @@ from scipy.special import stdtrit
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.statistics.direction import CASE_DIMS
-from overturning.statistics.planes import by_plane
+from overturning.statistics.planes import by_plane, falls_of_record
 from overturning.units import STANDARD_GRAVITY
 
 PREDICTORS = ("ln PGA/(g B/H)", "ln PGV/PGA", "ln B/H", "ln H")
@@ -202,7 +202,7 @@ def overturning_rows(
     """
     parts = []
     for i in range(cube.sizes["record"]):
-        planes = by_plane(cube.isel(record=i), ensemble=ensemble)
+        planes = by_plane(falls_of_record(cube, i), ensemble=ensemble)
         where, falls = planes["azimuth"], planes["falls"].transpose("azimuth", *CASE_DIMS).compute()
         try:
             along = intensity[["pga", "pgv"]].isel(record=i).sel(azimuth=where, method="nearest", tolerance=1e-6)

@@ -90,6 +90,12 @@ def fall_probability(cube: xr.Dataset, *, ensemble: bool = True) -> xr.Dataset:
     return xr.Dataset(made)
 
 
+def falls_of_record(cube: xr.Dataset, record: int) -> xr.Dataset:
+    """What `fall_probability` takes of a cube, for one record and read at once: many small dask graphs cost more."""
+    names = [name for name in ("overturned", "probability_towards", "probability_away") if name in cube]
+    return cube[names].isel(record=record).load()
+
+
 def by_plane(cube: xr.Dataset, *, ensemble: bool = True) -> xr.Dataset:
     """Fall probabilities with each plane once, and the weight of each plane.
 

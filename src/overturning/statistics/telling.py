@@ -10,10 +10,13 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.statistics.circular import wrap_axis
 from overturning.statistics.direction import CASE_DIMS
-from overturning.statistics.planes import fall_probability, plane_index
+from overturning.statistics.planes import fall_probability, falls_of_record, plane_index
 
 AMPLITUDES = (0.98, 1.0, 1.02)
 """Factors of the motion that show how little turns a fall to the other side."""
+
+MOVES = 0.1
+"""A block that stands moves to be seen where its largest rotation, in parts of α, is above this."""
 
 NEAR_DEG = 22.5
 """Farthest that a plane may lie from the fault normal, or from the fault, to stand for it."""
@@ -36,7 +39,7 @@ class TellingCase:
     amplitude: tuple[float, ...]
 
 
-Candidate = tuple[float, Sequence[int], tuple[float, ...], tuple[float, ...]]
+Candidate = tuple[tuple[float, ...], Sequence[int], tuple[float, ...], tuple[float, ...]]
 """How well a case tells what it shows; the block's place by height, B/H and friction; azimuths and amplitudes."""
 
 
@@ -55,15 +58,17 @@ def _normal_against_parallel(cube: xr.Dataset, record: int, planes: NDArray[np.i
     splits = np.argwhere((np.abs(flags[along]) == 1) & (flags[across] == 0))
     if splits.size == 0:
         return None
-    place = max(map(tuple, splits), key=lambda p: (p[1], p[2], -p[0]))  # broadest, then roughest, then lowest
+    moves = _values(cube, "peak_rotation", record)[across] > MOVES
+    # One that moves in both planes, then broadest, then roughest, then lowest.
+    place = max(map(tuple, splits), key=lambda p: (moves[p], p[1], p[2], -p[0]))
     broad = round(float(cube["b_over_h"].values[place[1]]), 9)
-    return broad, place, (float(azimuth[along]), float(azimuth[across])), (1.0, 1.0)
+    return (float(moves[place]), broad), place, (float(azimuth[along]), float(azimuth[across])), (1.0, 1.0)
 
 
 def _which_side(cube: xr.Dataset, record: int, planes: NDArray[np.intp]) -> Candidate | None:
     if "probability_towards" not in cube:
         return None
-    p = fall_probability(cube.isel(record=record)).isel(azimuth=planes).transpose("azimuth", *CASE_DIMS)
+    p = fall_probability(falls_of_record(cube, record)).isel(azimuth=planes).transpose("azimuth", *CASE_DIMS)
     split = np.minimum(p["towards"].to_numpy(), p["away"].to_numpy())
     sure = (p["towards"] + p["away"]).to_numpy() > 0.99
     split = np.where(sure & np.isfinite(split), split, 0.0)
@@ -71,7 +76,7 @@ def _which_side(cube: xr.Dataset, record: int, planes: NDArray[np.intp]) -> Cand
         return None
     # Of those that divide most evenly the broadest block: its fall is the one least expected to be a toss-up.
     at, *place = max(map(tuple, np.argwhere(split >= split.max() - 1e-9)), key=lambda q: (q[2], q[3], -q[1], -q[0]))
-    return float(split.max()), place, (float(cube["azimuth"].values[planes[at]]),) * 3, AMPLITUDES
+    return (float(split.max()),), place, (float(cube["azimuth"].values[planes[at]]),) * 3, AMPLITUDES
 
 
 def _closest_call(cube: xr.Dataset, record: int, planes: NDArray[np.intp]) -> Candidate | None:
@@ -80,15 +85,16 @@ def _closest_call(cube: xr.Dataset, record: int, planes: NDArray[np.intp]) -> Ca
     if rotation.max(initial=-1.0) <= 0.0:
         return None
     at, *place = (int(i) for i in np.unravel_index(int(rotation.argmax()), rotation.shape))
-    return float(rotation.max()), place, (float(cube["azimuth"].values[planes[at]]),), (1.0,)
+    return (float(rotation.max()),), place, (float(cube["azimuth"].values[planes[at]]),), (1.0,)
 
 
 KINDS = (
     (
         _normal_against_parallel,
         "Falls normal to the fault, stands along it",
-        "the broadest block of any record that falls in the plane nearest to the fault normal and stands in the one "
-        "nearest to the fault (of several the first record, with the highest friction)",
+        "the broadest block of any record that falls in the plane nearest to the fault normal and rocks but stands in the "
+        "one nearest to the fault (of several the first record, with the highest friction; where none rocks there, one that "
+        "only stands)",
     ),
     (
         _which_side,

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Discriminator, Field, Tag, ValidationInfo, field_validator, model_validator
+from pydantic import AfterValidator, Discriminator, Field, Tag, ValidationInfo, field_validator, model_validator
 
 from overturning.dem.element import Model, Name
 from overturning.dem.polygon.geometry import native_size
@@ -14,6 +14,7 @@ from overturning.study.ranges import AzimuthRange, Values
 from overturning.study.sections import (
     ContactSettings,
     Ensemble,
+    Figures,
     Published,
     Records,
     SceneChoice,
@@ -32,7 +33,20 @@ def _none_or_settings(value: Any) -> str:
 
 
 Slenderness = Annotated[float, Field(gt=0, le=10)]
-Height = Annotated[Metre, Field(gt=0, le=100)]
+
+
+def _of_a_stone(height: float) -> float:
+    if height > HIGHEST:
+        raise ValueError(
+            f"{height:g} m is no gravestone, at most {HIGHEST:g} m are; heights are in m, or with a unit: 60 cm"
+        )
+    return height
+
+
+HIGHEST = 30.0
+"""Height above which a number is rather one in another unit, m: the tallest obelisks are as high."""
+
+Height = Annotated[Metre, AfterValidator(_of_a_stone), Field(gt=0, le=HIGHEST)]
 Friction = Annotated[float, Field(ge=0, le=100)]
 
 
@@ -86,6 +100,8 @@ class Study(Model):
     surveys: tuple[Survey, ...] = Field(
         default=(), description="surveys of fallen stones; the report compares each with what its site's cube predicts"
     )
+
+    figures: Figures = Field(default=Figures(), description="size, resolution and kinds of the figures' files")
 
     @model_validator(mode="before")
     @classmethod

@@ -69,3 +69,8 @@ def study_of(cube: "xr.Dataset") -> Study:
 def sources_of_records(cube: "xr.Dataset") -> list[dict[str, Any]]:
     """Source, SHA-256 and licence of each record, in the order of the cube."""
     return list(json.loads(cube.attrs["record_sources"]))
+
+
+def processing_of(cube: "xr.Dataset") -> dict[str, dict[str, Any]]:
+    """How each record of a cube came about, by id; see `overturning.records.summary.account`."""
+    return dict(json.loads(cube.attrs["record_processing"]))

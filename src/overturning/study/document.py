@@ -15,6 +15,18 @@ def schema_text() -> str:
     return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
 
 
+CATALOGUE = Path("workflow") / "schemas" / "config.schema.yaml"
+"""Where the catalogue of Snakemake workflows looks for the schema."""
+
+
+def catalogue_schema_text() -> str:
+    """The same schema as YAML."""
+    import yaml
+
+    text: str = yaml.safe_dump(json.loads(schema_text()), allow_unicode=True, sort_keys=False, width=120)
+    return f"# Made by `overturning study document`, do not edit.\n{text}"
+
+
 def key_table() -> str:
     """The keys of a study file as a Markdown table: key, default, meaning."""
     schema = Study.model_json_schema()
@@ -68,7 +80,10 @@ def with_tables(text: str) -> str:
 
 
 def write_documentation(folder: Path) -> None:
-    """Write ``schema.json`` and the tables in ``README.md`` of a folder."""
+    """Write ``schema.json`` and the tables in ``README.md`` of a folder, and the schema where the workflow catalogue looks."""
     (folder / "schema.json").write_text(schema_text(), encoding="utf-8")
+    catalogue = folder.parent / CATALOGUE
+    if catalogue.parent.is_dir():
+        catalogue.write_text(catalogue_schema_text(), encoding="utf-8")
     readme = folder / "README.md"
     readme.write_text(with_tables(readme.read_text(encoding="utf-8")), encoding="utf-8")

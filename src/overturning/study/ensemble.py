@@ -22,6 +22,12 @@ from overturning.study.members import Members
 REACH = 2
 """Cells on either side of a change of flag along B/H that `where: boundary` runs."""
 
+BATCH: Final = 8
+"""Members that are run together, half of them of each scramble; between batches it is asked whether the cell is settled."""
+
+NORMAL_QUANTILE: Final = 1.96
+"""Of the 95 % interval."""
+
 MOST_GROUND_VALUES = 20_000_000
 """Samples of rotated motion held at a time (160 MB)."""
 
@@ -82,6 +88,44 @@ def cells_to_run(overturned: NDArray[np.int8], everywhere: bool) -> NDArray[np.b
     return chosen
 
 
+def half_width(count: FloatArray, of: FloatArray) -> FloatArray:
+    """Half width of the 95 % interval of a probability (Wilson 1927, Journal of the American Statistical Association 22).
+
+    Parameters
+    ----------
+    count, of : ndarray
+        Members that fall to one side, of so many with an outcome.
+
+    Returns
+    -------
+    ndarray
+        ½ where no member has an outcome.
+    """
+    square = NORMAL_QUANTILE**2
+    share = count / np.maximum(of, 1)
+    return np.asarray(NORMAL_QUANTILE * np.sqrt(count * (1 - share) + square / 4) / (of + square))
+
+
+def settled(flags: NDArray[np.int8], widest: float) -> NDArray[np.bool_]:
+    """Which cells need no further members: both probabilities of every element are known to within ±`widest`.
+
+    Parameters
+    ----------
+    flags : ndarray, shape (cells, members) or (cells, members, elements)
+        Outcomes so far; members without an outcome, or not run yet, are missing.
+    widest : float
+        Largest half width of the 95 % interval (`half_width`).
+
+    Returns
+    -------
+    ndarray of bool, shape (cells,)
+        A function of each cell's own flags.
+    """
+    known = (flags != INT8_MISSING).sum(axis=1).astype(np.float64)
+    narrow = [half_width((flags == side).sum(axis=1).astype(np.float64), known) <= widest for side in (1, -1)]
+    return np.asarray(np.logical_and(*narrow).reshape(len(flags), -1).all(axis=1))
+
+
 def run_ensemble(
     motion: Motion,
     grid: Grid,
@@ -90,6 +134,7 @@ def run_ensemble(
     run: Runner,
     *,
     everywhere: bool,
+    widest: float = 0.0,
     progress: Progress | None = None,
 ) -> tuple[dict[str, NDArray[Any]], int]:
     """Run the ensemble beside a nominal outcome.
@@ -109,6 +154,8 @@ def run_ensemble(
         Runs the members' cases.
     everywhere : bool
         Run all cells, not only those near a change of flag.
+    widest : float
+        A cell gets no further members once it is `settled` to within this; 0 runs all members of every cell.
     progress : callable, optional
         Called now and then with the work done and the whole work.
 
@@ -129,7 +176,7 @@ def run_ensemble(
         for variable in ENSEMBLE_VARIABLES
     }
     azimuths = np.flatnonzero(chosen.any(axis=(1, 2, 3)))
-    group = max(1, MOST_GROUND_VALUES // max(1, members.size * motion.samples))
+    group = max(1, MOST_GROUND_VALUES // max(1, min(BATCH, members.size) * motion.samples))
     work, done = max(1, int(chosen.sum())), 0
     block_steps = 0
     for start in range(0, azimuths.size, group):
@@ -137,20 +184,50 @@ def run_ensemble(
         some[azimuths[start : start + group]] = True
         cells = np.argwhere(chosen & some)
 
-        def step(part: int, whole: int, before: int = done, count: int = len(cells)) -> None:
+        def step(share: float, before: int = done, count: int = len(cells)) -> None:
             if progress:
-                progress(int(1000 * (before + count * part / max(whole, 1))), 1000 * work)
+                progress(int(1000 * (before + count * share)), 1000 * work)
 
-        results = run(_cases(grid, cells, members), step if progress else None)
-        flags = results.overturned.reshape(len(cells), members.size, *overturned.shape[4:])
+        flags = np.full((len(cells), members.size, *overturned.shape[4:]), INT8_MISSING)
+        block_steps += _run_batches(grid, cells, members, run, flags, widest, step if progress else None)
         _tally(arrays, cells, flags, members)
         done += len(cells)
-        block_steps += int(results.block_steps.sum())
     source, behind = opposite_azimuths(grid.azimuth), np.flatnonzero(mirrored.any(axis=(1, 2, 3)))
     seen = {variable.name: variable.from_behind(arrays, source[behind]) for variable in ENSEMBLE_VARIABLES}
     for name, values in seen.items():
         arrays[name][behind] = values
     return arrays, block_steps
+
+
+def _run_batches(
+    grid: Grid,
+    cells: NDArray[np.int64],
+    members: Members,
+    run: Runner,
+    flags: NDArray[np.int8],
+    widest: float,
+    step: Callable[[float], None] | None,
+) -> int:
+    """Fill in the flags of some cells, batch by batch, each of all cells that are not settled; return the block steps."""
+    batches, block_steps = members.batches(BATCH), 0
+    unsettled = np.arange(len(cells))
+    for index, batch in enumerate(batches):
+
+        def part_of_batch(part: int, whole: int, before: int = index) -> None:
+            if step:
+                step((before + part / max(whole, 1)) / len(batches))
+
+        cases = _cases(grid, cells[unsettled], members.some(batch))
+        results = run(cases, part_of_batch if step else None)
+        block_steps += int(results.block_steps.sum())
+        new = results.overturned.reshape(unsettled.size, batch.size, *flags.shape[2:])
+        flags[unsettled[:, None], batch] = new
+        unsettled = unsettled[~settled(flags[unsettled], widest)]
+        if unsettled.size == 0:
+            break
+    if step:
+        step(1.0)
+    return block_steps
 
 
 def _cases(grid: Grid, cells: NDArray[np.int64], members: Members) -> Cases:

@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 from overturning.dem.grid import DIMENSIONS, Grid
 from overturning.dem.variables import INT8_MISSING, Variable
 from overturning.errors import ResultError
-from overturning.files import atomic_write
+from overturning.files import atomic_write, without_folders
+from overturning.records.catalogue import METADATA
 from overturning.records.record import Record
+from overturning.records.summary import account
 from overturning.study.config import Study
 from overturning.study.grid import grid_of
 from overturning.study.netcdf import add_coordinate, add_grid, add_variable, content_hash, open_raw
@@ -25,6 +27,7 @@ CONVENTIONS = "CF-1.11"
 RECORD_COORDINATES = (
     *("record_id", "station", "event", "fault_normal", "pulse", "vertical"),
     *("station_latitude", "station_longitude", "epicentre_latitude", "epicentre_longitude"),
+    *METADATA,
 )
 """Auxiliary coordinates of the dimension record."""
 
@@ -126,6 +129,12 @@ def _add_records(cube: Any, records: Sequence[Record], vertical: bool) -> None:
             # Half a place is none.
             values = [None if None in pair else pair[index] for pair in pairs]
             add(f"{where}_{name}", "f8", values, np.nan, **about)
+    for name, (_, long_name, unit) in METADATA.items():
+        known = [record.extra.get(name) for record in records]
+        if unit:
+            add(name, "f8", known, np.nan, long_name=long_name, units=unit)
+        else:
+            add(name, str, [str(word or "") for word in known], long_name=long_name)
     applied = [vertical and record.up is not None for record in records]
     for name, long_name, meanings, flags in (
         ("pulse", "whether the record has a velocity pulse", "no_pulse pulse", [r.extra.get("pulse") for r in records]),
@@ -140,15 +149,10 @@ def portable(study: Study) -> dict[str, Any]:
     """The filled-in study without folders of the machine it ran on: absolute paths keep their last part only."""
     data = study.model_dump(mode="json")
     for key in ("table", "folder"):
-        data["records"][key] = _without_folders(data["records"][key])
+        data["records"][key] = without_folders(data["records"][key])
     for survey in data["surveys"]:
-        survey["stones"] = _without_folders(survey["stones"])
+        survey["stones"] = without_folders(survey["stones"])
     return data
-
-
-def _without_folders(name: str) -> str:
-    path = Path(name)
-    return path.name if path.is_absolute() else path.as_posix()
 
 
 def _attributes(study: Study, records: Sequence[Record], variant: str) -> dict[str, str]:
@@ -169,7 +173,7 @@ def _attributes(study: Study, records: Sequence[Record], variant: str) -> dict[s
         "variant": variant,
         "record_sources": json.dumps(sources, ensure_ascii=False),
         "record_processing": json.dumps(
-            {r.record_id: list(r.processing) for r in records}, ensure_ascii=False, default=str
+            {record.record_id: account(record) for record in records}, ensure_ascii=False, default=str
         ),
         "versions": json.dumps({name: metadata.version(name) for name in _PACKAGES}),
     }

@@ -9,10 +9,11 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from overturning.errors import ConfigError
-from overturning.files import read_mapping
+from overturning.files import read_mapping, shipped
 from overturning.records.catalogue import RecordEntry, read_catalogue
 from overturning.records.pulses import parse_pulse
 from overturning.study.config import Study
+from overturning.tables import said
 
 
 def load_study(path: Path, overrides: Mapping[str, Any] | None = None) -> Study:
@@ -54,6 +55,10 @@ def _lines(error: ValidationError, where: str) -> list[str]:
                 lines.append(f"{where}: {key}: unknown key{_nearest(steps)}")
             case "missing":
                 lines.append(f"{where}: {key}: this key is needed")
+            case "tuple_type" if isinstance(item["input"], str | int | float):
+                lines.append(f"{where}: {key}: {_short(item['input'])} – a list is needed: [{item['input']}]")
+            case "string_pattern_mismatch":
+                lines.append(f"{where}: {key}: {_short(item['input'])} – {said(item['ctx']['pattern'])}")
             case _:
                 message = item["msg"].removeprefix("Value error, ").replace("Input should be", "it should be")
                 value = "" if isinstance(item["input"], BaseModel | dict) else f" {_short(item['input'])} –"
@@ -83,7 +88,7 @@ def _nearest(steps: list[int | str]) -> str:
             if isinstance(form, type) and issubclass(form, BaseModel):
                 model = form
     fields = sorted(model.model_fields)
-    close = difflib.get_close_matches(str(steps[-1]), fields, n=1, cutoff=0.5)
+    close = difflib.get_close_matches(str(steps[-1]), fields, n=1, cutoff=0.6)
     return f"; did you mean {close[0]}?" if close else f"; known here: {', '.join(fields)}"
 
 
@@ -95,7 +100,7 @@ def entries_of(study: Study, where: str, root: Path = Path()) -> dict[str, Recor
     ConfigError
         If a record is not in the table; names the study's file as `where`.
     """
-    table = read_catalogue(root / study.records.table)
+    table = read_catalogue(shipped(root / study.records.table))
     for name, line in study.records.pulses.items():
         if name in table:
             raise ConfigError(

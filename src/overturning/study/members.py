@@ -1,7 +1,7 @@
 """The members of an ensemble: scrambled Sobol points in the stated neighbourhood of a case."""
 
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
@@ -47,6 +47,19 @@ class Members:
         """Number of members."""
         return int(self.scramble.size)
 
+    def some(self, chosen: NDArray[np.intp]) -> "Members":
+        """Some of the members."""
+        return Members(**{item.name: getattr(self, item.name)[chosen] for item in fields(self)})
+
+    def batches(self, size: int) -> list[NDArray[np.intp]]:
+        """The members in the order in which they are run: batches of `size`, the next ones of each scramble in turn."""
+        own = [np.flatnonzero(self.scramble == scramble) for scramble in range(SCRAMBLES)]
+        each = size // SCRAMBLES
+        return [
+            np.concatenate([places[start : start + each] for places in own])
+            for start in range(0, max(places.size for places in own), each)
+        ]
+
 
 def draw_members(settings: Ensemble) -> Members:
     """Draw the members: two scrambles (Owen 1998, ACM Transactions on Modeling and Computer Simulation 8) of one Sobol sequence.
@@ -65,9 +78,10 @@ def draw_members(settings: Ensemble) -> Members:
 
     half = settings.members // SCRAMBLES
     streams = np.random.SeedSequence(settings.seed).spawn(SCRAMBLES)
+    power = max(half - 1, 0).bit_length()  # the sequence is made in powers of two; its beginning is the same in each
     points = np.concatenate(
         [
-            qmc.Sobol(d=6, scramble=True, rng=np.random.Generator(np.random.PCG64(stream))).random(half)
+            qmc.Sobol(d=6, scramble=True, rng=np.random.Generator(np.random.PCG64(stream))).random_base2(power)[:half]
             for stream in streams
         ]
     )

@@ -1,4 +1,8 @@
-"""Part of a study run again, with finer steps and with stiffer springs: how far its answers hang on the computation."""
+"""Part of a study run again, with finer steps and with stiffer springs: how far its answers hang on the computation.
+
+What changes with finer steps is run again in steps half as long as those, and under a motion changed by less than is known of it.
+An answer that stays is settled by a finer computation; one that does not is chaotic, and none decides it.
+"""
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -10,13 +14,14 @@ from numpy.typing import NDArray
 
 from overturning.dem.cases import Cases
 from overturning.dem.numerics import Progress
+from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ArgumentError
 from overturning.records.record import Record
 from overturning.study.choice import Sample
 from overturning.study.comparison import compare
 from overturning.study.config import Study
 from overturning.study.grid import grid_of
-from overturning.study.repetition import FINER, STIFFER, Again, repetitions
+from overturning.study.repetition import FINER, NUDGE, STIFFER, Again, repetitions
 from overturning.study.scenes import motion_of
 
 WARN_ABOVE: Final = 0.01
@@ -27,8 +32,8 @@ KINDS: Final = ("finer", "stiffer")
 PILOT: Final = 16
 """Cases that tell what a case costs before more are run."""
 
-FINER_OVER_STIFFER: Final = 4.4
-"""Block steps of the first repetition over those of the second: 8 over √4, and a tenth for the rounding of steps."""
+FINER_OVER_STIFFER: Final = 9.0
+"""Block steps of the first repetition over those of the second, at most: 8 over 1, and what is done once more."""
 
 
 def is_verified(study: Study) -> bool:
@@ -88,6 +93,8 @@ def repeat_sample(
             for column, name in enumerate(elements)
         ]
         found[kind] = {"block_steps": int(runs.block_steps[kind].sum()), "outcomes": outcomes}
+    done = sum(int(steps.sum()) for steps in runs.block_steps.values())
+    found["settling"] = runs.settle(count, allowed - done)
     return found
 
 
@@ -122,21 +129,8 @@ class _Runs:
 
     def run(self, kind: str, until: int) -> bool:
         """Go on until so many cases have been run again; False where they are refused."""
-        begin = len(self.block_steps[kind])
-        rows = np.arange(begin, until)
-        overturned = np.zeros((rows.size, self.sample.overturned.shape[1]), np.int8)
-        block_steps = np.zeros(rows.size, np.int64)
-
-        def one(number: int) -> None:
-            mine = rows[self.sample.record[rows] == number]
-            chosen = self.sample.index[mine]
-            cases = Cases(*(axis[chosen[:, column]] for column, axis in enumerate(self.axes)))
-            results = self.repetitions[kind](self.motions[number], cases)
-            overturned[mine - begin], block_steps[mine - begin] = results.overturned, results.block_steps
-
         try:
-            with ThreadPoolExecutor(max_workers=self.threads) as pool:
-                list(pool.map(one, np.unique(self.sample.record[rows]).tolist()))
+            overturned, block_steps = self._again(kind, np.arange(len(self.block_steps[kind]), until))
         except ArgumentError as error:
             self.refused[kind] = str(error)
             return False
@@ -145,3 +139,35 @@ class _Runs:
         if self.progress:
             self.progress(sum(map(len, self.block_steps.values())), 2 * self.sample.size)
         return True
+
+    def _again(
+        self, kind: str, rows: NDArray[np.int64], amplitude: float = 1.0
+    ) -> tuple[NDArray[np.int8], NDArray[np.int64]]:
+        """Flags and block steps of some cases run again, under motions of an amplitude."""
+        overturned = np.zeros((rows.size, self.sample.overturned.shape[1]), np.int8)
+        block_steps = np.zeros(rows.size, np.int64)
+
+        def one(number: int) -> None:
+            mine = self.sample.record[rows] == number
+            chosen = self.sample.index[rows[mine]]
+            azimuth, height, ratio, friction = (axis[chosen[:, column]] for column, axis in enumerate(self.axes))
+            cases = Cases(azimuth, height, ratio, friction, amplitude=amplitude)
+            results = self.repetitions[kind](self.motions[number], cases)
+            overturned[mine], block_steps[mine] = results.overturned, results.block_steps
+
+        with ThreadPoolExecutor(max_workers=self.threads) as pool:
+            list(pool.map(one, np.unique(self.sample.record[rows]).tolist()))
+        return overturned, block_steps
+
+    def settle(self, count: int, allowed: int) -> dict[str, int]:
+        """How many of the first cases change with finer steps, and how many of these, as far as allowed, keep that answer."""
+        finer, own = self.overturned["finer"][:count], self.sample.overturned[:count]
+        changed = np.flatnonzero(((finer != own) & (finer != INT8_MISSING) & (own != INT8_MISSING)).any(axis=1))
+        # Steps half as long, and those of the finer repetition once more.
+        cost = 3 * np.cumsum(self.block_steps["finer"][changed])
+        rows, spent, kept = changed[cost <= allowed], 0, np.ones(int((cost <= allowed).sum()), np.bool_)
+        for kind, amplitude in (("finest", 1.0), ("finer", 1.0 + NUDGE)):
+            overturned, block_steps = self._again(kind, rows, amplitude)
+            kept &= (overturned == finer[rows]).all(axis=1)
+            spent += int(block_steps.sum())
+        return {"changed": changed.size, "looked_at": rows.size, "settled": int(kept.sum()), "block_steps": spent}

@@ -35,6 +35,13 @@ class _Refused(BaseModel):
     refused: str
 
 
+class _Settling(BaseModel):
+    changed: int
+    looked_at: int
+    settled: int
+    block_steps: int
+
+
 def _kind(part: Any) -> str:
     return "refused" if isinstance(part, dict) and "refused" in part else "repeated"
 
@@ -58,6 +65,7 @@ class _Found(BaseModel):
     stiffer_by: float
     finer: _Repetition
     stiffer: _Repetition
+    settling: _Settling
 
 
 def read_verification(path: Path) -> dict[str, Any]:

@@ -25,7 +25,7 @@ def logged_to(path: Path | None) -> Iterator[Callable[[str], None]]:
     with path.open("w", encoding="utf-8", buffering=1) as log:
         try:
             yield lambda line: print(line, file=log)
-        except OverturningError as error:
+        except (OverturningError, OSError) as error:
             print(f"error: {error}", file=log)
             raise
 
@@ -75,16 +75,35 @@ class Progress:
             self._file.unlink(missing_ok=True)
 
     def _keep(self, share: float) -> None:
-        self._file.write_text(json.dumps({"share": share, "begin": self._begin}), encoding="utf-8")
+        self._file.write_text(
+            json.dumps({"share": share, "begin": self._begin, "records": self._records}), encoding="utf-8"
+        )
 
     def _draw(self, now: float) -> None:
         if not sys.stderr.isatty():
             return
-        states = []
-        for file in self._folder.iterdir():
-            with suppress(OSError, ValueError):  # another job is just writing it
-                states.append(json.loads(file.read_text(encoding="utf-8")))
-        print(f"\r\x1b[K{overall(states, self._records, now)}", end="", file=sys.stderr, flush=True)
+        print(f"\r\x1b[K{overall(_states(self._folder), self._records, now)}", end="", file=sys.stderr, flush=True)
+
+
+def _states(folder: Path) -> list[dict[str, float]]:
+    states = []
+    for file in folder.iterdir():
+        with suppress(OSError, ValueError):  # another job is just writing it
+            states.append(json.loads(file.read_text(encoding="utf-8")))
+    return states
+
+
+def sweep_line(results: Path, since: float) -> str:
+    """How far the sweep is that last moved since a time, of all studies in a folder; empty where none has or all are done."""
+    moved = {
+        max((file.stat().st_mtime for file in folder.iterdir()), default=0.0): folder
+        for folder in results.glob("*/sweep/*/.progress")
+    }
+    if not moved or max(moved) < since:
+        return ""
+    states = _states(moved[max(moved)])
+    records = max((int(state.get("records", 1)) for state in states), default=1)
+    return overall(states, records, time.time()) if any(state["share"] < 1 for state in states) else ""
 
 
 def overall(states: list[dict[str, float]], records: int, now: float) -> str:

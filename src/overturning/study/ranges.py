@@ -9,6 +9,9 @@ from overturning.dem.element import Model
 from overturning.study.quantity import Degree
 
 _MAX_VALUES = 100_000
+_MAX_AZIMUTHS = 36_000
+
+_WHOLE_STEPS = tuple(step for step in range(1, 181) if 360 % step == 0)
 
 
 class Range(Model):
@@ -46,6 +49,13 @@ class AzimuthRange(Model):
     def _not_empty(self) -> Self:
         if self.stop <= self.start:
             raise ValueError(f"empty range: stop {self.stop:g} does not lie above start {self.start:g}")
+        steps = (self.stop - self.start) / self.step
+        if steps > _MAX_AZIMUTHS:
+            raise ValueError(f"more than {_MAX_AZIMUTHS:,} azimuths; use a larger step")
+        if self.stop - self.start == 360.0 and abs(steps - round(steps)) > 1e-9:
+            near = sorted(_WHOLE_STEPS, key=lambda step: abs(step - self.step))[:2]
+            fitting = " or ".join(f"{step:g}" for step in sorted(near))
+            raise ValueError(f"step {self.step:g}° does not close the circle; take {fitting}, whose multiple is 360°")
         return self
 
     def values(self) -> tuple[float, ...]:

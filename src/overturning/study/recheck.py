@@ -91,5 +91,6 @@ def _again(
     arrays = simulate_variant(study, variant, motion, few, numerics_of(study))
     if with_ensemble:
         run = member_runner(study, variant, motion, numerics_of(study))
-        arrays |= run_ensemble(motion, few, arrays, draw_members(study.ensemble), run, everywhere=True)[0]
+        members, widest = draw_members(study.ensemble), study.ensemble.half_width
+        arrays |= run_ensemble(motion, few, arrays, members, run, everywhere=True, widest=widest)[0]
     return {name: values[-1, 0, 0, 0] for name, values in arrays.items() if name != "block_steps"}

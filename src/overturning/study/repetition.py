@@ -9,7 +9,6 @@ from typing import Final
 import numpy as np
 
 from overturning.dem.cases import Cases
-from overturning.dem.element import ContactLaw
 from overturning.dem.results import Results
 from overturning.dem.run import run
 from overturning.dem.scene import Scene
@@ -20,8 +19,11 @@ from overturning.study.scenes import numerics_of, scene_of
 FINER: Final = 8
 """Steps of the first repetition in each of the study's."""
 
+NUDGE: Final = 1e-9
+"""Share by which the motion is made stronger to see whether an answer hangs on less than is known of it."""
+
 STIFFER: Final = 4.0
-"""Stiffness of the second repetition over the study's; the step follows, as 1/√4, where the contact and not rocking limits it."""
+"""Stiffness of the second repetition over the study's; the finest steps are half as long for it, the whole ones are not."""
 
 Again = Callable[[Motion, Cases], Results]
 """What runs cases again under a motion."""
@@ -37,16 +39,17 @@ def repetitions(study: Study) -> dict[str, Again]:
     shorter = step if isinstance(step, str) else step / np.sqrt(STIFFER)
     return {
         "finer": partial(run, scene, numerics=replace(numerics, refinement=FINER)),
+        "finest": partial(run, scene, numerics=replace(numerics, refinement=2 * FINER)),
         "stiffer": partial(run, stiffer_scene(scene), numerics=replace(numerics, time_step=shorter)),
     }
 
 
 def stiffer_scene(scene: Scene) -> Scene:
     """The scene with all springs `STIFFER` times as stiff, also those of the default contact law."""
-    given = {frozenset(law.between): law for law in scene.contacts}
     laws = []
     for pair in itertools.combinations_with_replacement(scene.materials, 2):
-        law = given.get(frozenset(pair), ContactLaw(between=pair))
+        law = scene.law_between(*pair)
+        assert law.static_penetration is not None  # `law_between` gives it
         changed: dict[str, float] = {"static_penetration": law.static_penetration / STIFFER}
         if law.stiffness != "auto":
             changed = {"stiffness": law.stiffness * STIFFER}

@@ -1,6 +1,6 @@
 """The sections of a study file: records, contact, simulation, ensemble, and what a report compares with."""
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
@@ -45,7 +45,7 @@ class ContactSettings(Model):
     """Springs, dashpots and slider at each corner."""
 
     stiffness: Literal["auto"] | Stiffness = Field(
-        default="auto", description="normal spring K_n per corner, N/m; auto: static penetration of 2e-5 B"
+        default="auto", description="normal spring K_n per corner, N/m; auto: static penetration of 1e-7 B"
     )
     stiffness_ratio: float = Field(default=1.0, ge=0, description="tangential over normal stiffness, K_s/K_n")
     damping_ratio: float | None = Field(
@@ -107,7 +107,16 @@ class Variant(Model):
 class Ensemble(Model):
     """Each case run again in a neighbourhood: uniform half-widths, scrambled Sobol points."""
 
-    members: int = Field(default=16, ge=0, le=4096, description="runs per case, even (two scrambles); 0 leaves it out")
+    members: int = Field(
+        default=24, ge=0, le=4096, description="runs per case at most, even (two scrambles); 0 leaves it out"
+    )
+    half_width: float = Field(
+        default=0.19,
+        ge=0,
+        lt=0.5,
+        description="a case gets no further batch of 8 runs once the 95 % intervals of its probabilities are no wider than "
+        "this on either side; 24 runs always reach 0.19; 0 makes all runs",
+    )
     where: Literal["boundary", "everywhere"] = Field(
         default="boundary", description="cells within two B/H steps of a change of flag, or all cells"
     )
@@ -143,6 +152,29 @@ class Verification(Model):
         description="block steps of both repetitions, at most, as a share of the study's own",
     )
     seed: int = Field(default=1, ge=0, description="seed of the choice")
+
+
+FORMATS: Final = ("svg", "png", "pdf")
+
+
+class Figures(Model):
+    """How the figures of a study are written: polar maps, intensity by azimuth, rose, axes, plane."""
+
+    size: float = Field(default=1.0, ge=0.5, le=4, description="factor on the size of the figures; letters keep theirs")
+    dpi: int = Field(
+        default=200,
+        ge=50,
+        le=1200,
+        description="dots per inch of PNG files, and of the cells of polar maps in SVG and PDF",
+    )
+    formats: tuple[Literal["svg", "png", "pdf"], ...] = Field(
+        default=FORMATS, description="kinds of files; svg is always written, for the report"
+    )
+
+    @field_validator("formats")
+    @classmethod
+    def _in_order(cls, formats: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(kind for kind in FORMATS if kind == "svg" or kind in formats)
 
 
 class Published(Model):

@@ -90,6 +90,7 @@ def sweep_record(
             members or draw_members(study.ensemble),
             member_runner(study, variant, motion, numerics),
             everywhere=study.ensemble.where == "everywhere",
+            widest=study.ensemble.half_width,
             progress=_part_of(progress, share, 1.0),
         )
         outcome |= spread

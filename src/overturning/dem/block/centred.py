@@ -37,8 +37,11 @@ from overturning.dem.block.rows import (
 from overturning.dem.lanes import INLINE, OPTIONS
 from overturning.dem.mechanics import larger, turned, within
 
-WHOLE, TAIL_STEP, LATE_STEP = float(rows.TICKS), float(rows.TAIL_STEP), float(rows.LATE_STEP)
-EARLY_TICKS, MOST_TRIES = rows.EARLY_TICKS, rows.MOST_TRIES
+WHOLE, FORESEEN, MOST_TRIES = float(rows.TICKS), rows.FORESEEN, rows.MOST_TRIES
+GENTLE_STEPS, SETTLED_STEPS = rows.GENTLE_STEPS, rows.SETTLED_STEPS
+
+NO_FRACTION: Final = 2.0**52
+"""A number that is added to this one and taken off again has lost its fraction."""
 
 LEAST_FREEDOM: Final = 0.25
 """A sliding corner jams where less than this share of a normal force's effect on a free particle is left."""
@@ -48,28 +51,9 @@ class Centred(NamedTuple):
     """What the kernel has to know of the scheme."""
 
     lag: float = 0.0
-    """Steps by which velocities lag behind positions."""
-
-
-class Pace(NamedTuple):
-    """Which of the steps after a change of contact this is, and its length in ticks; a whole one is none of the three."""
-
-    tail: bool
-    """Not yet a whole one,"""
-    late: bool
-    """one in which the fast transient goes on,"""
-    early: bool
-    """a single tick;"""
-    length: float
-
-
-@njit(**INLINE)
-def pace_of(block: Block, fine: float) -> Pace:
-    """How long a step is, by the ticks that are left until steps are whole again."""
-    tail, late, early = fine > 0.0, fine > block.tail, fine > block.window - EARLY_TICKS
-    length = TAIL_STEP if tail else WHOLE
-    length = LATE_STEP if late else length
-    return Pace(tail, late, early, 1.0 if early else length)
+    """Steps by which velocities lag behind positions;"""
+    ahead: int = 1
+    """steps that may follow those of a whole sample before the shaking of the next but one is needed."""
 
 
 # 1. Foresee -----------------------------------------------------------------------------------------------------------
@@ -94,9 +78,8 @@ def foresee_corner(
 
 
 @njit(**INLINE)
-def foresee(block: Block, s: State, fine: float, shaking: Shaking, ticks: float) -> Foreseen:
+def foresee(block: Block, s: State, length: float, shaking: Shaking, ticks: float) -> Foreseen:
     """Drift with the last acceleration: where the block and its corners would be without a change, after `ticks` per sample."""
-    length = pace_of(block, fine).length
     dt, tick = block.step * length, s.tick + length
     half = 0.5 * dt
     kx, kz, kw = half * s.ax, half * s.az, half * s.aw
@@ -176,7 +159,7 @@ def solve(block: Block, s: State, attempt: Attempt, w: Foreseen, gravity: float)
     corners, which jam before they take too much away.
     """
     half, inertia, left, right = w.half, block.inertia, w.left, w.right
-    late = attempt.fine > block.tail
+    late = attempt.length <= FORESEEN * block.finest
     nl, on_l = presses(block, left, s.left, late)
     nr, on_r = presses(block, right, s.right, late)
     guess_l = guess(block, left, nl, attempt.slid_left, late)
@@ -210,7 +193,7 @@ def solve(block: Block, s: State, attempt: Attempt, w: Foreseen, gravity: float)
 def solve_smooth(block: Block, s: State, attempt: Attempt, w: Foreseen, gravity: float) -> Change:
     """The same without friction, where heave and rotation stand alone."""
     half, inertia, left, right = w.half, block.inertia, w.left, w.right
-    late = attempt.fine > block.tail
+    late = attempt.length <= FORESEEN * block.finest
     nl, on_l = presses(block, left, s.left, late)
     nr, on_r = presses(block, right, s.right, late)
     nl, press_l = normal_share(block, left, half, nl, on_l)
@@ -266,39 +249,53 @@ def meet(
     return Met(
         Corner(kept, place, depth, n), f, r.drop * f - r.arm * n if rough else -(r.arm * n),
         damping + sliding if rough else damping, (old.spring + kept) * (stretch - kept) if rough else 0.0, cut,
-        fresh, sinking if fresh else 1.0, changed, found, (found != taken) & (most > 0.0), (taken * ux < 0.0) & (most > 0.0),
+        fresh, sinking if fresh else 1.0, changed, abs(sinking) if changed > 0.0 else 0.0,
+        found, (found != taken) & (most > 0.0), (taken * ux < 0.0) & (most > 0.0),
     )  # fmt: skip
 
 
 @njit(**INLINE)
-def next_attempt(block: Block, attempt: Attempt, d: Change, left: Met, right: Met, rough: bool) -> tuple[bool, Attempt]:
-    """Whether the step has to be done again, and how the next one is to be taken.
+def next_attempt(
+    block: Block, attempt: Attempt, d: Change, left: Met, right: Met, tick: float, rough: bool
+) -> tuple[bool, Attempt]:
+    """Whether the step, which would end at a tick, has to be done again, and how the next one is to be taken.
 
-    Unless it is a single tick, a step in which a contact changes is not taken; a shorter one follows. A long step took each
-    corner to slide or to stick. Where that proves wrong it is done again as was found, at most `MOST_TRIES` times, then in shorter
-    ones; so is one in which a sliding corner has turned round, since friction changes its sign on the way.
+    A step in which a contact changes is not taken, unless it is the finest, or short and gentle; one of half the length follows.
+    After `dwell` steps of a length come those of twice the length, at a tick that is a multiple of it: so every step lies within
+    a sample, over which the shaking is linear. Only while the block stands on both corners are they longer than whole. A long step took each corner to slide or to stick. Where that proves wrong it is
+    done again as was found, at most `MOST_TRIES` times, then in shorter ones; so is one in which a sliding corner has turned
+    round, since friction changes its sign on the way.
     """
-    pace = pace_of(block, attempt.fine)
+    length, late = attempt.length, attempt.length <= FORESEEN * block.finest
     changed = (left.changed if left.changed > right.changed else right.changed) > 0.0
-    begin = block.window - EARLY_TICKS if pace.tail else block.tail
-    begin = block.window if pace.late else begin
-    later = attempt.fine - pace.length
-    again = changed & (not pace.early)
-    if not rough:
-        return again, Attempt(begin if changed else later, 0.0, 0.0, 0.0)
-    wrong = (left.wrong | right.wrong) & (not (pace.late | again))
-    shorter = ((left.reversed | right.reversed) & (not again)) | (wrong & (attempt.tries >= MOST_TRIES))
-    retry = wrong & (not shorter)
-    later = attempt.fine if retry else later
-    sooner = block.tail + TAIL_STEP if pace.tail else WHOLE
-    later = sooner if shorter else later
-    taken_l, taken_r = (0.0 if pace.late else d.slid_left), (0.0 if pace.late else d.slid_right)
-    return again | retry | shorter, Attempt(
-        begin if changed else later,
-        attempt.tries + 1.0 if retry else 0.0,
-        taken_l if retry & (not left.wrong) else left.found,
-        taken_r if retry & (not right.wrong) else right.found,
-    )
+    far = left.far if left.far > right.far else right.far
+    gentle = (far <= block.gentle) & (length <= GENTLE_STEPS * block.finest)
+    shorter = changed & (length > block.finest) & (not gentle)
+    retry, tries, slid_l, slid_r = False, 0.0, 0.0, 0.0
+    if rough:
+        wrong = (left.wrong | right.wrong) & (not (late | shorter))
+        halved = ((left.reversed | right.reversed) & (not shorter)) | (wrong & (attempt.tries >= MOST_TRIES))
+        retry = wrong & (not halved)
+        shorter = shorter | halved
+        taken_l, taken_r = (0.0 if late else d.slid_left), (0.0 if late else d.slid_right)
+        slid_l = taken_l if retry & (not left.wrong) else left.found
+        slid_r = taken_r if retry & (not right.wrong) else right.found
+        tries = attempt.tries + 1.0 if retry else 0.0
+    stands = (left.corner.pressed > 0.0) & (right.corner.pressed > 0.0)
+    longest = block.standing if stands else WHOLE
+    above = 2.0 * length if length < WHOLE else block.standing
+    times = tick / above
+    fits = (times + NO_FRACTION) - NO_FRACTION == times
+    longer = (attempt.left <= 1.0) & (length < longest) & fits
+    settled = length >= SETTLED_STEPS * block.finest
+    dwell = (block.settled if settled else block.dwell) if longer else attempt.left - 1.0
+    dwell = block.dwell if changed else dwell
+    dwell = block.settled if shorter else dwell
+    dwell = attempt.left if retry else dwell
+    then = above if longer & (not (changed | retry)) else length
+    then = 0.5 * length if shorter else then
+    then = WHOLE if (length > WHOLE) & (shorter | (not stands)) else then
+    return shorter | retry, Attempt(then, dwell, tries, slid_l, slid_r)
 
 
 @njit(**INLINE)
@@ -359,8 +356,8 @@ def loops(vertical: bool, rough: bool) -> Any:
     @njit(**OPTIONS)
     def foresee_all(state: Any, columns: int, ticks: float) -> None:
         for j in range(columns):
-            block, s, fine = load_block(state, j), load_state(state, j), load_attempt(state, j).fine
-            store_foreseen(state, j, foresee(block, s, fine, load_shaking(state, j), ticks))
+            block, s, length = load_block(state, j), load_state(state, j), load_attempt(state, j).length
+            store_foreseen(state, j, foresee(block, s, length, load_shaking(state, j), ticks))
 
     @njit(**OPTIONS)
     def solve_all(state: Any, columns: int, gravity: float) -> None:
@@ -372,13 +369,14 @@ def loops(vertical: bool, rough: bool) -> Any:
     def commit_all(state: Any, columns: int, gravity: float) -> None:
         for j in range(columns):
             block, s, attempt = load_block(state, j), load_state(state, j), load_attempt(state, j)
-            w, d, pace = load_foreseen(state, j), load_change(state, j), pace_of(block, attempt.fine)
-            left = meet(block, w.left, s.left, d.slid_left, pace.late, w.x, w.half, d, rough)
-            right = meet(block, w.right, s.right, d.slid_right, pace.late, w.x, w.half, d, rough)
-            again, attempt = next_attempt(block, attempt, d, left, right, rough)
+            w, d, length = load_foreseen(state, j), load_change(state, j), attempt.length
+            late = length <= FORESEEN * block.finest
+            left = meet(block, w.left, s.left, d.slid_left, late, w.x, w.half, d, rough)
+            right = meet(block, w.right, s.right, d.slid_right, late, w.x, w.half, d, rough)
+            again, attempt = next_attempt(block, attempt, d, left, right, s.tick + length, rough)
             peaks, account = load_peaks(state, j), load_account(state, j)
             s, peaks, account = commit(
-                block, s, peaks, account, w, d, left, right, pace.length, gravity, vertical, rough,
+                block, s, peaks, account, w, d, left, right, length, gravity, vertical, rough,
             )  # fmt: skip
             store_attempt(state, j, attempt)
             store_state(state, j, again, s)
@@ -386,8 +384,7 @@ def loops(vertical: bool, rough: bool) -> Any:
             store_account(state, j, again, account)
 
     @njit(**OPTIONS)
-    def advance(state: Any, columns: int, steps: int, gravity: float) -> None:
-        ticks = WHOLE * steps
+    def advance(state: Any, columns: int, steps: int, ticks: float, gravity: float) -> None:
         for _ in range(steps):
             foresee_all(state, columns, ticks)
             solve_all(state, columns, gravity)

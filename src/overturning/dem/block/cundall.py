@@ -28,7 +28,9 @@ class Cundall(NamedTuple):
     """What the kernel has to know of the scheme."""
 
     lag: float = 0.5
-    """Steps by which velocities lag behind positions."""
+    """Steps by which velocities lag behind positions;"""
+    ahead: int = 0
+    """steps that may follow those of a whole sample before the shaking of the next one is needed."""
 
 
 class Force(NamedTuple):
@@ -133,7 +135,7 @@ def loops(vertical: bool, rough: bool) -> Any:  # noqa: ARG001, springs without 
     load_account, store_account, _ = ROWS.access(Account, without=["power", "loss"])
 
     @njit(**OPTIONS)
-    def advance(state: Any, columns: int, steps: int, gravity: float) -> None:
+    def advance(state: Any, columns: int, steps: int, ticks: float, gravity: float) -> None:  # noqa: ARG001
         for _ in range(steps):
             for j in range(columns):
                 s, peaks, account = step(

@@ -1,6 +1,7 @@
 """How the block's kernel is to compute each case: its contact, its steps, and the time that can be left out."""
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,17 +10,33 @@ from overturning.arrays import FloatArray
 from overturning.dem.block import tables as k
 from overturning.dem.block.path import block_path
 from overturning.dem.block.queue import SCHEMES, Ground, Limits, run_queue
-from overturning.dem.block.rows import LEAST_TAIL, SETTLING, TAIL, TICKS
+from overturning.dem.block.rows import DWELL, FINEST, GENTLE, MOST_HALVINGS, RIGID, SETTLED_DWELL, TICKS
 from overturning.dem.cases import Cases
 from overturning.dem.contact import check_precision
 from overturning.dem.numerics import Numerics
 from overturning.dem.plan import AFTERMATH, DEEPEST, Path, Plan, rounded, shaking
 from overturning.dem.quiet import quiet_windows
-from overturning.dem.results import Answers
+from overturning.dem.results import ENERGY_BOUND, Answers
 from overturning.dem.scene import Scene
-from overturning.dem.time_step import highest_eigenvalue, rocking_time, scheme_of, steps_per_sample
+from overturning.dem.status import Status
+from overturning.dem.time_step import (
+    Scheme,
+    contact_time,
+    highest_eigenvalue,
+    rocking_time,
+    scheme_of,
+    shortening,
+    stable_step,
+    steps_per_sample,
+)
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
+
+FINER: Final = 4
+"""A case whose energy does not balance is computed again with steps so many times shorter, all of them,"""
+
+MOST_AGAIN: Final = 2
+"""and so often, before it is marked."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,20 +56,32 @@ class BlockPlan(Plan):
 
     @property
     def group(self) -> NDArray[np.int64]:
-        """Cases with equal steps, all with friction or all without, share a queue."""
-        return 2 * self.steps + (self.friction == 0)
+        """Cases with equal steps, standing and not, all with friction or all without, share a queue."""
+        of_all = np.stack([self.steps, self.table[:, k.P_STANDING], self.friction == 0])
+        return np.asarray(np.unique(of_all, axis=1, return_inverse=True)[1]).ravel()
 
     def compute(self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: FloatArray) -> tuple[Answers, int]:
-        """Run cases with the same steps per sample, all with friction or all without."""
+        """Run cases with the same steps per sample, all with friction or all without; finer those that do not balance."""
         motion, out = self.motion, np.empty((chosen.size, k.RESULTS))
         upward = None if motion.up is None else np.concatenate([motion.up, np.zeros(3)])
         ground = Ground(self.ground, upward, motion.samples, motion.sampling_interval)
         limits = Limits(STANDARD_GRAVITY, DEEPEST, self.numerics.budget)
         friction = self.friction[chosen] if self.friction[chosen[0]] > 0 else None
-        noted = run_queue(
-            SCHEMES[self.scheme][0], np.arange(chosen.size), self.table[chosen], self.row[chosen], friction, ground,
-            int(self.steps[chosen[0]]), limits, counter, path, out,
-        )  # fmt: skip
+        queue, noted, spent, table = np.arange(chosen.size), 0, np.zeros(chosen.size), self.table[chosen]
+        for again in range(1 + MOST_AGAIN):
+            noted = run_queue(
+                SCHEMES[self.scheme][0], queue, table, self.row[chosen], friction, ground,
+                int(self.steps[chosen[0]]) * FINER**again, limits, counter, path, out,
+            )  # fmt: skip
+            # The shortest step is in ticks, which shrink with the whole one.
+            table[:, [k.P_DWELL, k.P_SETTLED]] *= FINER
+            table[:, k.P_GENTLE] /= FINER
+            spent[queue] += out[queue, k.R_STEPS]
+            balanced = out[queue, k.R_ENERGY] <= ENERGY_BOUND
+            queue = queue[(out[queue, k.R_STATUS] == Status.SIMULATED) & ~balanced]
+            if not queue.size:
+                break
+        out[:, k.R_STEPS] = spent
         of_all = (out[:, column] for column in (k.R_STATUS, k.R_DEPTH, k.R_ENERGY, k.R_STEPS))
         each = (out[:, [column]] for column in (k.R_SIDE, k.R_TIME, k.R_ANGLE, k.R_SLIP, k.R_RESIDUAL))
         return Answers(*of_all, *each), int(noted)
@@ -64,7 +93,7 @@ class BlockPlan(Plan):
             # The first run counts the rows, the second fills them.
             for _ in range(2):
                 answers, noted = self.compute(np.zeros(1, np.int64), np.zeros(1, np.int64), path)
-                path = path if noted else np.zeros((int(answers.block_steps[0]) // int(self.steps[0]), k.TRAJECTORY))
+                path = path if noted else np.zeros((int(answers.block_steps[0]), k.TRAJECTORY))
         rest = np.zeros((int(self.first[0]) if noted else self.motion.samples, k.TRAJECTORY))
         rest[:, k.T_TIME] = np.arange(len(rest)) * self.motion.sampling_interval
         depth = 0.5 * STANDARD_GRAVITY / self.table[0, k.P_STIFFNESS]
@@ -106,6 +135,18 @@ def plan_block(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics) -
     period = rocking_time(width, height)
     interval, samples = motion.sampling_interval, motion.samples
     steps = steps_per_sample(scheme, numerics.time_step, square, rate, interval, period) * numerics.refinement
+    standing = np.ones_like(steps)
+    if scheme == Scheme.CENTRED:
+        # Samples are steps enough while a block stands on a contact that is rigid to them, each divided where steps are wanted shorter.
+        usual = steps_per_sample(scheme, "auto", square, rate, interval, period)
+        standing = np.where(np.sqrt(square) * interval >= RIGID, np.gcd(usual, steps), 1)
+    # A step that is wanted shorter has a shorter finest one, too.
+    shorter = shortening(scheme, numerics.time_step, stable_step(scheme, square, rate, period)) / numerics.refinement
+    finest = FINEST * shorter * contact_time(square, rate)
+    halvings = np.frexp(interval / steps / finest)[1].astype(np.int64)
+    if scheme == Scheme.CENTRED:
+        # Where that many halvings are not to be had, the whole step is shorter.
+        steps = steps << np.maximum(halvings - MOST_HALVINGS, 0)
     first, calm, never = np.zeros(cases.size, np.int64), np.full(cases.size, np.inf), np.zeros(cases.size, np.bool_)
     if numerics.leave_out:
         first, quiet, never = quiet_windows(motion, row, amplitude, ground[:, :samples], np.minimum(ratio, friction))
@@ -113,10 +154,6 @@ def plan_block(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics) -
         calm = quiet.astype(np.float64)
         # A block whose weight alone presses it in too far has no answer: the kernel is to find and mark it.
         never &= STANDARD_GRAVITY / (2.0 * normal) <= DEEPEST * 0.5 * np.minimum(width, height)
-    # A lightly damped contact rings for longer.
-    frequency = np.sqrt(square)
-    settling = SETTLING * np.clip(frequency / np.maximum(rate, 1e-300), 1.0, 8.0) / frequency
-    tail = np.maximum(np.ceil(TAIL / frequency * (steps / interval)), LEAST_TAIL) * TICKS
     columns = {
         k.P_WIDTH: width,
         k.P_HEIGHT: height,
@@ -131,8 +168,12 @@ def plan_block(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics) -
         k.P_FIRST: first,
         k.P_CALM: calm,
         k.P_AFTER: samples + np.ceil(AFTERMATH * period / interval),
-        k.P_WINDOW: np.ceil(settling * (steps / interval)) * TICKS + tail,
-        k.P_TAIL: tail,
+        k.P_FINEST: np.ldexp(1.0, MOST_HALVINGS - np.clip(halvings, 0, MOST_HALVINGS)),
+        # A lightly damped contact rings for longer.
+        k.P_DWELL: np.round(DWELL * np.clip(np.sqrt(square) / np.maximum(rate, 1e-300), 1.0, 8.0) / shorter),
+        k.P_SETTLED: np.round(SETTLED_DWELL / shorter),
+        k.P_STANDING: TICKS * standing,
+        k.P_GENTLE: GENTLE * finest * width * rounded(np.arctan, ratio) / period,
     }
     table = np.zeros((cases.size, k.PARAMETERS))
     for column, values in columns.items():

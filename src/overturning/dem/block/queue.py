@@ -93,7 +93,7 @@ def start(state: Any, j: int, case: Any, friction: float, interval: float, ticks
     inertia = 3.0 / (b * b + h * h)
     block = Block(
         b, h, inertia, k, ks, 1.0 / ks if ks > 0.0 else 0.0, case[tables.P_DASHPOT], friction, case[tables.P_ALPHA], interval / ticks,
-        case[tables.P_WINDOW], case[tables.P_TAIL],
+        case[tables.P_FINEST], case[tables.P_DWELL], case[tables.P_SETTLED], case[tables.P_GENTLE], case[tables.P_STANDING],
     )  # fmt: skip
     tilted = s != 0.0
     z = (b * abs(s) + h * c) - (gravity / k if tilted else 0.5 * gravity / k)
@@ -105,7 +105,7 @@ def start(state: Any, j: int, case: Any, friction: float, interval: float, ticks
     at_rest = State(x, z, case[tables.P_TILT], c, s, 0.0, 0.0, 0.0, 0.0, az, aw, left, right, 0.0)
     store_block(state, j, block)
     store_state(state, j, at_rest)
-    store_attempt(state, j, Attempt(case[tables.P_WINDOW], 0.0, 0.0, 0.0))
+    store_attempt(state, j, Attempt(block.finest, block.dwell, 0.0, 0.0, 0.0))
     store_peaks(state, j, Peaks(abs(case[tables.P_TILT]), 0.0, 0.0, -1.0))
     barrier = gravity * (np.sqrt(b * b + h * h) - h)
     store_course(state, j, Course(
@@ -131,8 +131,9 @@ def next_sample(state: Any, columns: int, row: Any, along: Any, up: Any, ticks: 
         state[COS + j], state[SIN + j] = renormalised(s.cos, s.sin)
         state[UPRIGHT_UNTIL + j] = then if passed >= 0.0 else course.upright_until
         state[LAST_UPRIGHT + j] = -1.0
-        state[SAMPLE + j] = course.sample + 1.0 if s.tick >= ticks else course.sample
-        state[TICK + j] = s.tick - ticks if s.tick >= ticks else s.tick
+        over = (1.0 if s.tick >= ticks else 0.0) + (1.0 if s.tick >= 2.0 * ticks else 0.0)
+        state[SAMPLE + j] = course.sample + over
+        state[TICK + j] = s.tick - over * ticks
     last = along.shape[1] - 3
     for j in range(columns):
         course = load_course(state, j)
@@ -186,7 +187,7 @@ def run_queue(
     scheme: Any, queue: Any, cases: Any, row_of_case: Any, friction: Any, ground: Ground, steps: int, limits: Limits,
     counter: Any, path: Any, results: Any,
 ) -> int:  # fmt: skip
-    """Run the cases of a queue, all with the same number of steps per sample; a finished column takes the next one.
+    """Run the cases of a queue, all with the same steps per sample, standing or not; a finished column takes the next one.
 
     Parameters
     ----------
@@ -205,8 +206,7 @@ def run_queue(
     counter : ndarray of int64, shape (1,)
         Grows by the block steps done; for progress.
     path : ndarray, shape (rows, TRAJECTORY)
-        Filled with the first column's state each `steps` steps: once per sample, more often where it steps finely; no
-        rows to leave out.
+        Filled with the first column's state at each sample, more often where it rocks or steps finely; no rows to leave out.
     results : ndarray, shape (n, RESULTS)
         Filled in the rows of the queue.
 
@@ -222,6 +222,9 @@ def run_queue(
     # Not literals: the counters would have a type of their own, and all they are handed to be compiled twice.
     none = int(np.int64(0))
     active, head, noted = none, none, none
+    # Many steps between two looks at the columns, but none beyond the next sample, as far as the shaking is loaded.
+    at_once = int(ticks / cases[queue[0], tables.P_STANDING]) + scheme.ahead
+    stride = at_once if path.shape[0] == 0 else 1
     for j in range(COLUMNS):
         # Columns that no case takes hold the first one: nothing undefined is computed beside the others.
         i = queue[0]
@@ -237,12 +240,13 @@ def run_queue(
             return noted
         columns = (active + 7) // 8 * 8
         next_sample(state, columns, row, ground.along, ground.up, ticks, ground.interval)
-        if noted < path.shape[0]:
-            note(state, 0, lag, ground.interval, ticks, path[noted])
-            noted += 1
-        advance(state, columns, steps, gravity)
-        counter[0] += active * steps
-        j = none if look_at(state, active, done, steps, ticks, end, limits) > 0 else active
+        for step in range(0, at_once, stride):
+            if noted < path.shape[0] and (step == 0 or state[TICK] == ticks):
+                note(state, 0, lag, ground.interval, ticks, path[noted])
+                noted += 1
+            advance(state, columns, stride, ticks, gravity)
+        counter[0] += active * at_once
+        j = none if look_at(state, active, done, at_once, ticks, end, limits) > 0 else active
         while j < active:
             ended, spent = GOES_ON, done[j] >= limits.budget
             if state[LOOK + j] != 0.0 or spent:

@@ -13,26 +13,36 @@ from overturning.dem.lanes import INLINE, Rows
 COLUMNS: Final = 48
 """Blocks side by side: enough to hide the latency of one block's operations, few enough to stay in the first cache."""
 
-TICKS: Final = 128
-"""Ticks of a whole step, into which the centred scheme divides it where a contact changes."""
+MOST_HALVINGS: Final = 24
+"""So often a whole step may be halved where a contact changes."""
 
-EARLY_TICKS: Final = 32.0
-"""After a change of contact steps are one tick long for so many ticks."""
+TICKS: Final = 2**MOST_HALVINGS
+"""Ticks of a whole step, the unit of a block's clock."""
 
-LATE_STEP: Final = 4
-"""Then they are so many ticks long until the contact's fast transient is over (`SETTLING`)."""
+FINEST: Final = 0.08
+"""Longest step in which a contact may open or close, in 1/ω of the contact's highest mode: the finest step."""
 
-SETTLING: Final = 5.0
-"""Time from the change to the end of these steps, in 1/ω, rounded up to whole steps; longer where the contact rings."""
+GENTLE: Final = 0.3
+"""A step of up to `GENTLE_STEPS` finest ones may do where the corner that opens or closes moves by no more than this in it, in
+the way it has in a finest step at B p α, about the speed of a corner of a block that just falls."""
 
-TAIL_STEP: Final = 32
-"""Then steps are so many ticks long, while the slower modes settle (`TAIL`)."""
+GENTLE_STEPS: Final = 8.0
+"""Length of the longest of these steps, in finest ones."""
 
-TAIL: Final = 8.0
-"""Time for which they are, in 1/ω, rounded up to whole steps,"""
+DWELL: Final = 8.0
+"""Steps of one length after a change of contact, before those of twice the length; more where the contact rings."""
 
-LEAST_TAIL: Final = 2.0
-"""of which it has so many at least."""
+SETTLED_STEPS: Final = 8.0
+"""Steps longer than so many finest ones no longer resolve what a change has set off:"""
+
+SETTLED_DWELL: Final = 2.0
+"""so many of each length do. Where steps are wanted shorter, both numbers grow in proportion: each step is divided."""
+
+RIGID: Final = 100.0
+"""A block that stands on both corners takes whole samples as steps where 1/ω is so many times shorter than they are."""
+
+FORESEEN: Final = 4.0
+"""Up to so many finest steps the foreseen forces tell which corners press and slide."""
 
 MOST_TRIES: Final = 2.0
 """A long step is done again so often with other corners taken to slide; then it is done in shorter ones."""
@@ -58,10 +68,16 @@ class Block(NamedTuple):
     """arctan(B/H), rad;"""
     step: float
     """length of a tick, s;"""
-    window: float
-    """ticks from a change of contact until steps are whole again,"""
-    tail: float
-    """the last of them, in which the steps are `TAIL_STEP` long."""
+    finest: float
+    """ticks of its shortest step,"""
+    dwell: float
+    """how many steps of a length it takes before longer ones,"""
+    settled: float
+    """how many of lengths above `SETTLED_STEPS` of the shortest;"""
+    gentle: float
+    """how far a corner may move in a longer step in which it opens or closes, m;"""
+    standing: float
+    """ticks of its step while it stands on both corners."""
 
 
 class Corner(NamedTuple):
@@ -100,8 +116,10 @@ class State(NamedTuple):
 class Attempt(NamedTuple):
     """How the centred scheme goes about the next step."""
 
-    fine: float
-    """Ticks until steps are whole again, none or fewer where they are;"""
+    length: float
+    """Its length in ticks;"""
+    left: float
+    """steps of this length until longer ones may be tried;"""
     tries: float
     """how often this step was done again;"""
     slid_left: float
@@ -258,6 +276,8 @@ class Met(NamedTuple):
     """how deep it has sunk since, 1 where it has not;"""
     changed: float
     """above 0 where the contact has opened or closed;"""
+    far: float
+    """and how far the corner has moved up or down in that step, m, 0 else;"""
     found: float
     """±μ where it slips,"""
     wrong: bool

@@ -4,8 +4,10 @@ from typing import Final
 
 # Columns of the case table that `run_queue` takes.
 (P_WIDTH, P_HEIGHT, P_STIFFNESS, P_TANGENTIAL, P_DASHPOT, P_ALPHA, P_AMPLITUDE) = range(7)
-(P_TILT_COS, P_TILT_SIN, P_TILT, P_FIRST, P_CALM, P_AFTER, P_WINDOW, P_TAIL) = range(7, 15)
-PARAMETERS: Final = 15
+(P_TILT_COS, P_TILT_SIN, P_TILT, P_FIRST, P_CALM, P_AFTER, P_FINEST, P_DWELL, P_SETTLED, P_GENTLE, P_STANDING) = range(
+    7, 18
+)
+PARAMETERS: Final = 18
 
 # Columns of its results.
 (R_STATUS, R_SIDE, R_TIME, R_ANGLE, R_SLIP, R_RESIDUAL, R_DEPTH, R_ENERGY, R_STEPS) = range(9)

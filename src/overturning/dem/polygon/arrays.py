@@ -20,7 +20,8 @@ FLAT: Final = round(0.999 * 0.5 * np.pi, 12)
 
 def kernel_column(prepared: Prepared) -> FloatArray:
     """The rows of a column at rest, as the kernel wants them, shape (rows,)."""
-    from overturning.dem.polygon import rows as k
+    from overturning.dem.polygon import rows
+    from overturning.dem.polygon import state as k
 
     placed, laws, still = prepared.placed, prepared.laws, k.Plane(0.0, 0.0, 0.0)
     elements = []
@@ -33,27 +34,32 @@ def kernel_column(prepared: Prepared) -> FloatArray:
         support, (x, z) = placed[prepared.support[index]], prepared.base[index]
         elements.append(
             k.Element(
-                pose, still, still, still, still,
+                pose, still, k.Trial(pose, still, still, 0.0, 0.0, still), still, still,
                 k.Body(*free, frame, held, float(prepared.critical[index])),
-                k.Course(moved=0.0, turned=0.0, work=0.0, peak_angle=abs(turn), last_upright=-1.0),
+                k.Course(moved=0.0, turned=0.0, work=0.0, peak_angle=abs(turn), last_upright=-1.0, power=0.0),
                 k.Standing(0.0, 0.0, 0.0, 0.0, 0.0, x - item.x, z - item.z, x - support.x, z - support.z),
             )
         )  # fmt: skip
     settled = np.inf if rests_on_one_face(placed) else 0.0
-    nearest = k.Nearest(face_a=-1.0, face_b=-1.0, lever=0.0, limit=settled, reach=-1.0, used=0.0)
-    seen, face, zero = k.Seen(0.0, 0.0), k.Face(0.0, 0.0, 0.0, 0.0, 0.0), k.Action(0.0, 0.0, 0.0, 0.0)
+    nearest = k.Nearest(face_a=-1.0, face_b=-1.0, lever=0.0, limit=settled, reach=-1.0, used=0.0, ahead=0.0)
+    seen, face = k.Seen(0.0, 0.0), k.Face(0.0, 0.0, 0.0, 0.0, 0.0)
     unseen = k.Vertices(seen, seen, seen, seen)
     pairs = []
     for index, (i, j) in enumerate(prepared.pairs):
         tangential = laws.tangential[index]
         compliance = 1.0 / tangential if tangential > 0 else 0.0
         law = k.Law(laws.normal[index], tangential, laws.dashpot[index], laws.friction[index], compliance)
-        ends = [k.Memory(0.0, k.OPEN, 0.0, 0.0)] * 2
+        ends = [k.Memory(0.0, rows.OPEN, 0.0, 0.0)] * 2
         for at, side, slip in prepared.springs:
             if at == index:
-                ends[side] = k.Memory(slip, k.MINE if _is_first(placed[i], placed[j], side) else k.THEIRS, 0.0, 0.0)
-        pairs.append(k.Pair(face, face, law, nearest, unseen, ends[0], ends[1], zero, 0.0, 0.0))
-    return np.array([0.0] * k.CASE.count + k.flat(elements) + k.flat(pairs))
+                ends[side] = k.Memory(
+                    slip, rows.MINE if _is_first(placed[i], placed[j], side) else rows.THEIRS, 0.0, 0.0
+                )
+        pairs.append(k.Pair(face, face, law, nearest, unseen, ends[0], ends[1], 0.0, 0.0, 0.0, 0.0))
+    step = [0.0] * (rows.PAIR.count - len(rows.flat(pairs[0])) if pairs else 0)
+    return np.array(
+        [0.0] * rows.CASE.count + rows.flat(elements) + [number for pair in pairs for number in rows.flat(pair) + step]
+    )
 
 
 def rests_on_one_face(placed: list[Placed]) -> bool:

@@ -1,129 +1,330 @@
-"""The centred scheme: springs and dashpots at the whole step.
+"""The centred scheme: the trapezoidal rule with springs and dashpots taken at the end of the step (docs/scenes.md).
 
-The dashpot's velocity is that of both elements with all forces found so far, this pair's own solved for: first the normal
-ones of both ends, then the tangential.
+What a pair of elements does in a step: `couple` finds its part in the equations, `meet` its forces at their solution.
+`overturning.dem.polygon.equations` solves them, `overturning.dem.polygon.ladder` says how long the next step is.
+
+Signs: an end's penetration u and opening velocity v give n = K u − h v, its stretch s and slip velocity w give t = −(K_s s + h w).
 """
 
-from typing import Any, NamedTuple
+import math
+from typing import Any, Final, NamedTuple
 
 from numba import njit
 
 from overturning.dem.lanes import INLINE, OPTIONS
-from overturning.dem.mechanics import within
+from overturning.dem.mechanics import larger, within
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.contact import Force, act, stretched
-from overturning.dem.polygon.faces import End, Stretch, common_stretch
-from overturning.dem.polygon.rows import Body, Element, Pair, Plane
+from overturning.dem.polygon.contact import Force, action_of, stretched
+from overturning.dem.polygon.faces import common_stretch
+from overturning.dem.polygon.ladder import FORESEEN, TICKS
+from overturning.dem.polygon.state import (
+    Body,
+    Case,
+    Couple,
+    End,
+    Found,
+    Law,
+    Memory,
+    Met,
+    Plane,
+    Seen,
+    Stretch,
+    Taken,
+    Vertices,
+)
+
+LEAST_FREEDOM: Final = 0.25
+"""A sliding end jams where less than this share of a normal force's effect on free particles is left."""
 
 
 class Centred(NamedTuple):
-    """Stands for the scheme where the kernel is compiled."""
+    """What the kernel has to know of the scheme."""
+
+    lag: float = 0.0
+    """Steps by which velocities lag behind poses;"""
+    ticks: float = float(TICKS)
+    """ticks of a whole step."""
 
 
-class Answer(NamedTuple):
-    """How the elements' velocities answer to forces."""
+class Guess(NamedTuple):
+    """What an end is taken to do in a step."""
 
-    inverse: float
-    """Inverse masses of both together, inverse inertias of a and b,"""
-    ia: float
-    ib: float
-    beta: float
-    """force of a dashpot per velocity times the time for which the answer is reckoned."""
-
-
-class Coupled(NamedTuple):
-    """Two equations for the changes of both ends' forces: each end's own answer and the other's; an open end's is 1 and 0."""
-
-    own_1: float
-    own_2: float
-    other_1: float
-    other_2: float
-    determinant: float
+    n: float
+    """Forces as foreseen, N;"""
+    t: float
+    stretch: float
+    on: bool
+    """whether it presses,"""
+    slides: bool
+    slid: float
+    """±μ where it slides;"""
+    free: bool
+    """whether sliding does not jam it."""
 
 
-@njit(**INLINE)
-def coupled(one: End, two: End, r: Answer, a1: float, a2: float, b1: float, b2: float) -> Coupled:
-    """How the velocities at both ends answer to forces there: levers a about the first element's centre, b about the second's."""
-    own_1 = r.inverse + (r.ia * (a1 * a1) + r.ib * (b1 * b1))
-    own_2 = r.inverse + (r.ia * (a2 * a2) + r.ib * (b2 * b2))
-    own_1, own_2 = 1.0 + r.beta * own_1, 1.0 + r.beta * own_2
-    cross = r.beta * (r.inverse + (r.ia * (a1 * a2) + r.ib * (b1 * b2)))
-    own_1, own_2 = (own_1 if one.closed else 1.0), (own_2 if two.closed else 1.0)
-    other_1, other_2 = (cross if one.closed else 0.0), (cross if two.closed else 0.0)
-    return Coupled(own_1, own_2, other_1, other_2, own_1 * own_2 - other_1 * other_2)
+class Outer(NamedTuple):
+    """An end's part in the couple: like `Couple`, of which it is a summand."""
+
+    xx: float
+    xz: float
+    zx: float
+    zz: float
+    xa: float
+    za: float
+    xb: float
+    zb: float
+    ax: float
+    az: float
+    bx: float
+    bz: float
+    aa: float
+    ab: float
+    ba: float
+    bb: float
 
 
-@njit(**INLINE)
-def solved(e: Coupled, inverse: float, old_1: float, old_2: float, new_1: float, new_2: float) -> tuple[float, float]:
-    """Both forces, from those before and those that the velocities before would give; `inverse` of the determinant."""
-    r1, r2 = new_1 - old_1, new_2 - old_2
-    return old_1 + (e.own_2 * r1 - e.other_1 * r2) * inverse, old_2 + (e.own_1 * r2 - e.other_2 * r1) * inverse
+class Direction(NamedTuple):
+    """Direction of a force or velocity of a relative to b, and its levers about both centres."""
+
+    x: float
+    z: float
+    a: float
+    b: float
 
 
-@njit(**INLINE)
-def dashpots(end: End, dash: float, ux: float, uz: float, wa: float, wb: float) -> tuple[float, float]:
-    """Forces of an end's dashpots against opening and against slip, from the velocities of a relative to b's."""
-    opening = (end.nx * ux + end.nz * uz) + (wa * end.a.n - wb * end.b.n)
-    slipping = (end.nz * ux - end.nx * uz) + (wa * end.a.t - wb * end.b.t)
-    return dash * opening, dash * slipping
+class Relative(NamedTuple):
+    """Velocity of a relative to b, and both angular velocities."""
 
-
-@njit(**INLINE)
-def forces(pair: Pair, a: Element, b: Element, dt: float, ends: Stretch) -> tuple[Force, Force]:
-    """Spring, dashpot and slider of both ends, whose velocities answer to their forces."""
-    law, one, two, old_1, old_2 = pair.law, ends.one, ends.two, pair.one, pair.two
-    ia, ib = a.body.inverse_inertia, b.body.inverse_inertia
-    ux, uz, wa, wb = a.now.x - b.now.x, a.now.z - b.now.z, a.now.w, b.now.w
-    # Twice the answer over half a step: the other pairs' answer is a step old, and would else be overtaken.
-    beta = dt * law.dashpot
-    answer = Answer(a.body.inverse_mass + b.body.inverse_mass, ia, ib, beta)
-    along = coupled(one, two, answer, one.a.n, two.a.n, one.b.n, two.b.n)
-    across = coupled(one, two, answer, one.a.t, two.a.t, one.b.t, two.b.t)
-    # One division for both pairs of equations.
-    shared = 1.0 / (along.determinant * across.determinant)
-    lost_1, drag_1 = dashpots(one, law.dashpot, ux, uz, wa, wb)
-    lost_2, drag_2 = dashpots(two, law.dashpot, ux, uz, wa, wb)
-    n1, n2 = law.normal * one.depth - lost_1, law.normal * two.depth - lost_2
-    on_1, on_2 = one.closed & (n1 > 0.0), two.closed & (n2 > 0.0)
-    n1, n2 = (n1 if on_1 else 0.0), (n2 if on_2 else 0.0)
-    n1, n2 = solved(along, shared * across.determinant, old_1.normal, old_2.normal, n1, n2)
-    n1, n2 = (n1 if on_1 & (n1 > 0.0) else 0.0), (n2 if on_2 & (n2 > 0.0) else 0.0)
-    # What the new normal forces change in the slip.
-    more_1, more_2 = n1 - old_1.normal, n2 - old_2.normal
-    wa, wb = (beta * ia) * (one.a.n * more_1 + two.a.n * more_2), (beta * ib) * (one.b.n * more_1 + two.b.n * more_2)
-    drag_1, drag_2 = drag_1 + (wa * one.a.t + wb * one.b.t), drag_2 + (wa * two.a.t + wb * two.b.t)
-    stretch_1 = stretched(old_1, one, ends, law.compliance, drag_1)
-    stretch_2 = stretched(old_2, two, ends, law.compliance, drag_2)
-    t1, t2 = -(law.tangential * stretch_1) - drag_1, -(law.tangential * stretch_2) - drag_2
-    t1, t2 = (t1 if on_1 else 0.0), (t2 if on_2 else 0.0)
-    t1, t2 = solved(across, shared * along.determinant, old_1.tangent, old_2.tangent, t1, t2)
-    hold_1, hold_2 = law.friction * n1, law.friction * n2
-    # Shortened even where a dashpot keeps the end from slipping: explicit springs tremble else at the largest step.
-    s1, s2 = within(stretch_1, hold_1 * law.compliance), within(stretch_2, hold_2 * law.compliance)
-    return Force(n1, within(t1, hold_1), s1), Force(n2, within(t2, hold_2), s2)
+    x: float
+    z: float
+    a: float
+    b: float
 
 
 @njit(**INLINE)
-def corrected(now: Plane, body: Body, half: float, x: float, z: float, moment: float) -> Plane:
-    """Velocity at the whole step after a change of force and moment."""
-    m, i = body.inverse_mass, body.inverse_inertia
-    return Plane(now.x + m * (half * x), now.z + m * (half * z), now.w + (half * i) * moment)
+def relative(a: Plane, b: Plane) -> Relative:
+    """Of two elements' velocities."""
+    return Relative(a.x - b.x, a.z - b.z, a.w, b.w)
+
+
+@njit(**INLINE)
+def rates(end: End, u: Relative) -> tuple[float, float]:
+    """Velocities at which an end opens and slips."""
+    opening = (end.nx * u.x + end.nz * u.z) + (u.a * end.a.n - u.b * end.b.n)
+    return opening, (end.nz * u.x - end.nx * u.z) + (u.a * end.a.t - u.b * end.b.t)
+
+
+@njit(**INLINE)
+def guess(
+    law: Law, old: Memory, slid: float, end: End, ends: Stretch, u: Relative, a: Body, b: Body, late: bool
+) -> Guess:
+    """What an end would do: in fine steps as foreseen, in long ones, where that overshoots too far, as last found.
+
+    A normal force on a sliding end must push it out. Where friction would turn an element in instead (Painlevé's paradox), the
+    end jams.
+    """
+    opening, slipping = rates(end, u)
+    n, drag = law.normal * end.depth - law.dashpot * opening, law.dashpot * slipping
+    stretch = stretched(old, end, ends, law.compliance, drag)
+    t = -(law.tangential * stretch) - drag
+    foreseen = (n if n > 0.0 else 0.0) if end.closed > 0.0 else 0.0
+    on = (foreseen + (0.0 if late else old.normal) > 0.0) & (end.faces > 0.0)
+    excess = abs(t) - law.friction * n if late else abs(slid)
+    slid = math.copysign(law.friction, t) if late else slid
+    particles = a.inverse_mass + b.inverse_mass
+    along = a.inverse_inertia * (end.a.n * (end.a.n + slid * end.a.t))
+    freedom = particles + (along + b.inverse_inertia * (end.b.n * (end.b.n + slid * end.b.t)))
+    slides = (excess > 0.0) | (law.friction == 0.0)
+    return Guess(n, t, stretch, on, slides, slid, freedom > LEAST_FREEDOM * particles)
+
+
+@njit(**INLINE)
+def outer(c: float, f: Direction, v: Direction) -> Outer:
+    """A force for c times a velocity, each with its direction and its levers."""
+    x, z, a, b = c * v.x, c * v.z, c * v.a, c * v.b
+    return Outer(
+        f.x * x, f.x * z, f.z * x, f.z * z, f.x * a, f.z * a, f.x * b, f.z * b, f.a * x, f.a * z, f.b * x, f.b * z,
+        f.a * a, f.a * b, f.b * a, f.b * b,
+    )  # fmt: skip
+
+
+@njit(**INLINE)
+def plus(p: Outer, q: Outer) -> Outer:
+    """Sum of two parts."""
+    return Outer(
+        p.xx + q.xx, p.xz + q.xz, p.zx + q.zx, p.zz + q.zz, p.xa + q.xa, p.za + q.za, p.xb + q.xb, p.zb + q.zb,
+        p.ax + q.ax, p.az + q.az, p.bx + q.bx, p.bz + q.bz, p.aa + q.aa, p.ab + q.ab, p.ba + q.ba, p.bb + q.bb,
+    )  # fmt: skip
+
+
+@njit(**INLINE)
+def share(law: Law, half: float, end: End, one: Guess, other: Guess) -> tuple[Outer, Force, float]:
+    """An end's part in the equations, its forces as foreseen, and ±μ where it slides; a jammed one sticks, unless the other does."""
+    free = one.free | (other.on & (not other.slides))
+    slides = one.slides & free
+    slid = one.slid if slides else 0.0
+    press = law.dashpot + half * law.normal if one.on else 0.0
+    stick = law.dashpot + half * law.tangential if one.on else 0.0
+    stick = 0.0 if slides else stick
+    n = one.n if one.on else 0.0
+    t = slid * n if slides else one.t
+    t = t if one.on else 0.0
+    along, across = Direction(end.nx, end.nz, end.a.n, end.b.n), Direction(end.nz, -end.nx, end.a.t, end.b.t)
+    # The force of a sliding end is inclined.
+    inclined = Direction(
+        along.x + slid * across.x, along.z + slid * across.z, along.a + slid * across.a, along.b + slid * across.b
+    )
+    normal, tangent = outer(press, inclined, along), outer(stick, across, across)
+    return plus(normal, tangent), Force(n, t, one.stretch), slid
+
+
+@njit(**INLINE)
+def is_late(case: Case) -> bool:
+    """Whether a step is so fine that the foreseen forces tell what an end does."""
+    return case.attempt.length <= FORESEEN * case.finest
 
 
 @njit(**OPTIONS)
-def contact(q: Any, a: Any, b: Any, own: Any) -> None:
-    """Forces of one pair: spring, dashpot and slider at both ends of the faces' common stretch."""
+def couple(q: Any, a: Any, b: Any, own: Any) -> None:
+    """The part of one pair in the equations of a step."""
     for j in range(rows.COLUMNS):
-        pair, first, second, dt = (
+        pair, first, second, case = (
             rows.load_pair(q, j),
             rows.load_element(a, j),
             rows.load_element(b, j),
-            rows.load_case(own, j).step,
+            rows.load_case(own, j),
         )
-        ends = common_stretch(pair, first.pose, second.pose)
-        f1, f2 = forces(pair, first, second, dt, ends)
-        more = act(q, a, b, j, pair, first, second, ends, f1, f2)
-        # The elements' velocities with this pair's new forces in place of its old.
-        half = 0.5 * dt
-        rows.store_now(a, j, corrected(first.now, first.body, half, more.x, more.z, more.moment_a))
-        rows.store_now(b, j, corrected(second.now, second.body, half, -more.x, -more.z, -more.moment_b))
+        on, by, law = first.trial, second.trial, pair.law
+        late, half = is_late(case), 0.5 * (case.step * case.attempt.length)
+        ends, u = common_stretch(pair, on.pose, by.pose), relative(on.end, by.end)
+        g1 = guess(law, pair.one, pair.slid_one, ends.one, ends, u, first.body, second.body, late)
+        g2 = guess(law, pair.two, pair.slid_two, ends.two, ends, u, first.body, second.body, late)
+        p1, f1, slid_1 = share(law, half, ends.one, g1, g2)
+        p2, f2, slid_2 = share(law, half, ends.two, g2, g1)
+        o = plus(p1, p2)
+        rows.store_ends(q, j, ends)
+        rows.store_taken_one(q, j, Taken(g1.stretch, slid_1))
+        rows.store_taken_two(q, j, Taken(g2.stretch, slid_2))
+        rows.store_couple(q, j, Couple(
+            o.xx, o.xz, o.zx, o.zz, o.xa, o.za, o.xb, o.zb, o.ax, o.az, o.bx, o.bz, o.aa, o.ab, o.ba, o.bb,
+            action_of(ends.one, ends.two, f1, f2),
+        ))  # fmt: skip
+
+
+class Solved(NamedTuple):
+    """An end at the solution."""
+
+    force: Force
+    depth: float
+    inside: bool
+    found: float
+    """±μ where it slips,"""
+    changed: bool
+    """whether it has opened or closed,"""
+    wrong: bool
+    """was taken to do otherwise,"""
+    reversed: bool
+    """and slid the other way before."""
+    slid: float
+    """Slip that the solution adds, m."""
+
+
+@njit(**INLINE)
+def solved(law: Law, old: Memory, end: End, taken: Taken, u: Relative, d: Relative, half: float, late: bool) -> Solved:
+    """Forces of an end at the solution, within their limits: never tension, no more than friction.
+
+    What the solution adds to the velocities moves the elements by half a step of it. The spring of an end that slips is shortened
+    to what friction holds. (An end in the air "slips"; nothing asks which way.)
+    """
+    opening, slipping = rates(end, u)
+    more_open, more_slip = rates(end, d)
+    opening, slipping = opening + more_open, slipping + more_slip
+    depth, stretch = end.depth - half * more_open, taken.stretch + half * more_slip
+    touches, was = end.faces > 0.0, old.carrier != rows.OPEN
+    inside = (depth > 0.0) & touches
+    n = law.normal * depth - law.dashpot * opening
+    n = (n if n > 0.0 else 0.0) if inside else 0.0
+    most = law.friction * n
+    t = -(law.tangential * stretch) - law.dashpot * slipping
+    slips = abs(t) > most
+    found = math.copysign(law.friction, t) if slips else 0.0
+    spring = within(stretch, most * law.compliance) if slips else stretch
+    spring = spring if inside else 0.0
+    guessed = 0.0 if late else taken.slid
+    carrier = rows.MINE if end.mine > 0.0 else rows.THEIRS
+    changed = (inside != was) | ((not was) & (end.closed > 0.0)) | (was & (old.carrier != carrier))
+    loaded = most > 0.0
+    return Solved(
+        Force(n, within(t, most), spring), depth, inside, found, changed, (found != guessed) & loaded,
+        (guessed * slipping > 0.0) & loaded, half * more_slip,
+    )  # fmt: skip
+
+
+@njit(**INLINE)
+def memory_of(end: End, s: Solved) -> Memory:
+    """What an end is to remember."""
+    carrier = rows.MINE if end.mine > 0.0 else rows.THEIRS
+    return Memory(s.force.spring, carrier if s.inside else rows.OPEN, s.force.n, s.force.t)
+
+
+@njit(**INLINE)
+def now_of(a: Seen, b: Seen, end: End, s: Solved) -> tuple[Seen, Seen]:
+    """Both vertices that may carry an end, the one that does at the solution."""
+    mine = end.mine > 0.0
+    return (
+        Seen(s.depth if mine else a.depth, a.place - s.slid if mine else a.place),
+        Seen(b.depth if mine else s.depth, b.place if mine else b.place + s.slid),
+    )
+
+
+@njit(**OPTIONS)
+def meet(q: Any, a: Any, b: Any, own: Any) -> None:
+    """Forces of one pair at the solution, kept beside what the pair remembers until it is known whether the step is taken."""
+    for j in range(rows.COLUMNS):
+        pair, step, first, second, case = (
+            rows.load_pair(q, j), rows.load_step(q, j), rows.load_element(a, j), rows.load_element(b, j), rows.load_case(own, j),
+        )  # fmt: skip
+        on, by, law, ends = first.trial, second.trial, pair.law, step.ends
+        late, half, one, two = is_late(case), 0.5 * (case.step * case.attempt.length), step.ends.one, step.ends.two
+        u, d = relative(on.end, by.end), relative(on.change, by.change)
+        s1 = solved(law, pair.one, one, step.one, u, d, half, late)
+        s2 = solved(law, pair.two, two, step.two, u, d, half, late)
+        new = action_of(one, two, s1.force, s2.force)
+        f, g = first.force, second.force
+        rows.store_force(a, j, Plane(f.x + new.x, f.z + new.z, f.w + new.moment_a))
+        rows.store_force(b, j, Plane(g.x - new.x, g.z - new.z, g.w - new.moment_b))
+        a1, b2 = now_of(ends.now.a1, ends.now.b2, one, s1)
+        a2, b1 = now_of(ends.now.a2, ends.now.b1, two, s2)
+        deepest = larger(pair.deepest, s1.depth if s1.inside else 0.0)
+        deepest = larger(deepest, s2.depth if s2.inside else 0.0)
+        work = 0.5 * (twice(pair.one, one, s1) + twice(pair.two, two, s2))
+        met = Met(Vertices(a1, a2, b1, b2), memory_of(one, s1), memory_of(two, s2), deepest, pair.taken + work)
+        rows.store_met(q, j, met)
+        q[rows.SLID_ONE + j], q[rows.SLID_TWO + j] = s1.found, s2.found
+        old = case.found
+        rows.store_found(own, j, Found(
+            1.0 if s1.changed | s2.changed else old.changed, 1.0 if s1.wrong | s2.wrong else old.wrong,
+            1.0 if s1.reversed | s2.reversed else old.reversed,
+        ))  # fmt: skip
+
+
+@njit(**INLINE)
+def twice(old: Memory, end: End, s: Solved) -> float:
+    """Twice the energy that an end took from the elements in a step, J."""
+    was = old.carrier != rows.OPEN
+    deeper, slip = s.depth - end.before, end.slip + s.slid
+    value = (old.normal + s.force.n) * deeper - (old.tangent + s.force.t) * slip
+    return value if was | s.inside else 0.0
+
+
+@njit(**OPTIONS)
+def keep(q: Any, own: Any) -> None:
+    """Take what a pair met, where the step is taken."""
+    for j in range(rows.COLUMNS):
+        step, again = rows.load_step(q, j), rows.load_case(own, j).verdict.again > 0.0
+        met = step.met
+        rows.keep_vertices(q, j, again, met.before)
+        rows.keep_memory(q, j, again, met.one)
+        rows.keep_memory(q, j + rows.SECOND, again, met.two)
+        q[rows.DEEPEST + j] = q[rows.DEEPEST + j] if again else met.deepest
+        q[rows.TAKEN + j] = q[rows.TAKEN + j] if again else met.taken

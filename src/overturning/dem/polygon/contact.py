@@ -10,8 +10,7 @@ from numba import njit
 from overturning.dem.lanes import INLINE
 from overturning.dem.mechanics import larger
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.faces import End, Stretch
-from overturning.dem.polygon.rows import Action, Element, Memory, Pair, Plane
+from overturning.dem.polygon.state import Action, Element, End, Memory, Pair, Plane, Stretch
 
 
 class Force(NamedTuple):
@@ -63,9 +62,9 @@ def action_of(one: End, two: End, f1: Force, f2: Force) -> Action:
 @njit(**INLINE)
 def act(
     q: Any, a: Any, b: Any, j: int, pair: Pair, first: Element, second: Element, ends: Stretch, f1: Force, f2: Force
-) -> Action:
-    """Let both ends' forces act on the elements and keep them; their change since the last step."""
-    one, two, old = ends.one, ends.two, pair.action
+) -> None:
+    """Let both ends' forces act on the elements and keep them."""
+    one, two = ends.one, ends.two
     deepest = larger(pair.deepest, one.depth) if one.closed else pair.deepest
     deepest = larger(deepest, two.depth) if two.closed else deepest
     new = action_of(one, two, f1, f2)
@@ -75,7 +74,5 @@ def act(
     rows.store_vertices(q, j, ends.now)
     rows.store_memory(q, j, remembered(one, f1))
     rows.store_memory(q, j + rows.SECOND, remembered(two, f2))
-    rows.store_action(q, j, new)
     q[rows.DEEPEST + j] = deepest
     q[rows.TAKEN + j] = pair.taken + 0.5 * (twice_taken(one, pair.one, f1) + twice_taken(two, pair.two, f2))
-    return Action(new.x - old.x, new.z - old.z, new.moment_a - old.moment_a, new.moment_b - old.moment_b)

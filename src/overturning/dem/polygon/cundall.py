@@ -8,12 +8,17 @@ from overturning.dem.lanes import INLINE, OPTIONS
 from overturning.dem.mechanics import within
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.contact import Force, act, stretched
-from overturning.dem.polygon.faces import End, Stretch, common_stretch
-from overturning.dem.polygon.rows import Law, Memory
+from overturning.dem.polygon.faces import common_stretch
+from overturning.dem.polygon.state import End, Law, Memory, Stretch
 
 
 class Cundall(NamedTuple):
-    """Stands for the scheme where the kernel is compiled."""
+    """What the kernel has to know of the scheme."""
+
+    lag: float = 0.5
+    """Steps by which velocities lag behind poses;"""
+    ticks: float = 1.0
+    """ticks of a whole step."""
 
 
 @njit(**INLINE)

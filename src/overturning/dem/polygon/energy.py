@@ -7,7 +7,7 @@ from numba import njit
 from overturning.dem.lanes import OPTIONS
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import carried, seen_before
-from overturning.dem.polygon.rows import Element, Pair
+from overturning.dem.polygon.state import Element, Pair
 
 
 @njit(**OPTIONS)
@@ -23,7 +23,7 @@ def energy(state: Any, j: int, layout: Any, elements: int, gravity: float) -> fl
 def moving_energy(state: Any, j: int, elements: int, gravity: float) -> float:
     """Kinetic and gravitational energy of a column at the last half step, J."""
     total = 0.0
-    half = 0.5 * rows.load_case(state, j).step
+    half = rows.load_case(state, j).lag
     for e in range(elements):
         item = rows.load_element(rows.of_element(state, e), j)
         if item.body.inverse_mass != 0.0:

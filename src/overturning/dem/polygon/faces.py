@@ -7,7 +7,7 @@ from numba import njit
 from overturning.dem.lanes import INLINE, OPTIONS
 from overturning.dem.mechanics import turned
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.rows import Element, Face, Memory, Pair, Pose, Seen, Vertices
+from overturning.dem.polygon.state import Element, End, Face, Levers, Memory, Pair, Pose, Seen, Stretch, Vertices
 
 
 class Facing(NamedTuple):
@@ -28,13 +28,6 @@ class Facing(NamedTuple):
     bt: float
 
 
-class Levers(NamedTuple):
-    """Levers of a normal and of a tangential force about a centre, m."""
-
-    n: float
-    t: float
-
-
 class Vertex(NamedTuple):
     """A vertex of one face seen from the other face."""
 
@@ -47,34 +40,6 @@ class Vertex(NamedTuple):
     a: Levers
     """levers about a's centre and about b's."""
     b: Levers
-
-
-class End(NamedTuple):
-    """One end of the faces' common stretch."""
-
-    mine: bool
-    """Whether a's vertex carries it, else b's,"""
-    closed: bool
-    """whether it touches,"""
-    nx: float
-    """direction of the normal force on a,"""
-    nz: float
-    depth: float
-    """the rest as of the vertex."""
-    before: float
-    slip: float
-    a: Levers
-    b: Levers
-
-
-class Stretch(NamedTuple):
-    """The common stretch of two faces: how one is turned to the other, both ends, all vertices as the next step needs them."""
-
-    turn_q: float
-    turn_r: float
-    one: End
-    two: End
-    now: Vertices
 
 
 @njit(**INLINE)
@@ -130,12 +95,13 @@ def vertices(a: Face, b: Face, f: Facing, before: Vertices) -> tuple[Vertex, Ver
 
 
 @njit(**INLINE)
-def end_of(mine: bool, closed: bool, f: Facing, a: Vertex, b: Vertex) -> End:
+def end_of(mine: bool, faces: bool, f: Facing, a: Vertex, b: Vertex) -> End:
     """The end that a's or b's vertex carries."""
     depth = a.seen.depth if mine else b.seen.depth
     return End(
         mine,
-        closed & (depth > 0.0),
+        faces,
+        faces & (depth > 0.0),
         f.bnx if mine else -f.anx,
         f.bnz if mine else -f.anz,
         depth,
@@ -151,7 +117,7 @@ def common_stretch(pair: Pair, a: Pose, b: Pose) -> Stretch:
     """Both ends of a pair's common stretch: the inner vertex carries each, of a's first and b's second end 1, of the others end 2."""
     f = facing(pair.face_a, pair.face_b, a, b)
     a1, a2, b1, b2 = vertices(pair.face_a, pair.face_b, f, pair.before)
-    near = pair.nearest.used >= pair.nearest.reach
+    near = pair.nearest.ahead >= pair.nearest.reach
     low, high = pair.face_b.low, pair.face_b.high
     mine_1, mine_2 = a1.seen.place <= high, a2.seen.place >= low
     top, bottom = -pair.face_a.low, -pair.face_a.high

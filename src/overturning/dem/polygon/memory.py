@@ -7,7 +7,7 @@ from numba import njit
 from overturning.dem.lanes import OPTIONS
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import carried, rotated
-from overturning.dem.polygon.rows import Action, Memory, Pair, Pose
+from overturning.dem.polygon.state import Memory, Pair, Pose
 
 
 @njit(**OPTIONS)
@@ -15,13 +15,6 @@ def forget(q: Any, j: int) -> None:
     """Forget what both ends of a pair remember."""
     rows.store_memory(q, j, Memory(0.0, rows.OPEN, 0.0, 0.0))
     rows.store_memory(q, j + rows.SECOND, Memory(0.0, rows.OPEN, 0.0, 0.0))
-
-
-@njit(**OPTIONS)
-def let_go(q: Any, j: int) -> None:
-    """Forget both ends of a pair that is out of reach, and its forces."""
-    forget(q, j)
-    rows.store_action(q, j, Action(0.0, 0.0, 0.0, 0.0))
 
 
 @njit(**OPTIONS)
@@ -95,20 +88,14 @@ def end_place(pair: Pair, a: Pose, b: Pose, end: int, mine: bool) -> tuple[float
 
 
 @njit(**OPTIONS)
-def load_at_rest(q: Any, a: Any, b: Any, j: int) -> None:
+def load_at_rest(q: Any, j: int) -> None:
     """Give the ends of a scene at rest, whose springs are loaded, the forces that go with them."""
-    pair, on, by = rows.load_pair(q, j), rows.load_pose(a, j), rows.load_pose(b, j)
-    dx, dz = on.x - by.x, on.z - by.z
-    total_x, total_z, moment_a, moment_b = 0.0, 0.0, 0.0, 0.0
+    pair = rows.load_pair(q, j)
     for end in range(2):
         old = pair.one if end == 0 else pair.two
         if old.carrier == rows.OPEN:
             continue
         n = max(pair.law.normal * carried(old, end, pair.before).depth, 0.0)
-        t = -pair.law.tangential * old.spring
-        rows.store_memory(q, j + end * rows.SECOND, Memory(old.spring, old.carrier, n, t))
-        rx, rz, nx, nz = end_place(pair, on, by, end, old.carrier == rows.MINE)
-        x, z = n * nx + t * nz, n * nz - t * nx
-        total_x, total_z = total_x + x, total_z + z
-        moment_a, moment_b = moment_a + (rz * x - rx * z), moment_b + ((rz + dz) * x - (rx + dx) * z)
-    rows.store_action(q, j, Action(total_x, total_z, moment_a, moment_b))
+        rows.store_memory(
+            q, j + end * rows.SECOND, Memory(old.spring, old.carrier, n, -pair.law.tangential * old.spring)
+        )

@@ -11,12 +11,13 @@ from overturning.dem.polygon.memory import end_place
 
 
 @njit(**OPTIONS)
-def note(state: Any, j: int, elements: int, interval: float, path: Any) -> None:
-    """Write a column's state into a row of its trajectory, velocities brought to the whole step."""
+def note(state: Any, j: int, elements: int, interval: float, ticks: float, path: Any) -> None:
+    """Write a column's state at the begin of a sample into a row of its trajectory, velocities brought to the whole step."""
     case = rows.load_case(state, j)
-    path[t.T_TIME] = case.sample * interval
-    path[t.T_GROUND] = case.shaking.base
-    half = 0.5 * case.step
+    base, tick = case.shaking.base, case.shaking.tick
+    path[t.T_TIME] = (case.sample + tick / ticks) * interval
+    path[t.T_GROUND] = base.value + base.slope * tick
+    half = case.lag
     for e in range(elements):
         item = rows.load_element(rows.of_element(state, e), j)
         pose, v, a = item.pose, item.velocity, item.acceleration

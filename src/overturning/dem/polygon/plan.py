@@ -13,12 +13,13 @@ from overturning.dem.numerics import Numerics
 from overturning.dem.plan import AFTERMATH, Path, Plan, shaking
 from overturning.dem.polygon import tables as t
 from overturning.dem.polygon.arrays import kernel_column, kernel_rules, kernel_shapes
+from overturning.dem.polygon.ladder import DWELL, FINEST, LONGEST_ROCKING, MOST_HALVINGS, TICKS
 from overturning.dem.polygon.prepare import Prepared, prepare
 from overturning.dem.polygon.queue import SCHEMES, run_queue
 from overturning.dem.quiet import SAFE_SHARE, quiet_windows
 from overturning.dem.results import Answers
 from overturning.dem.scene import Scene
-from overturning.dem.time_step import scheme_of, steps_per_sample
+from overturning.dem.time_step import HEAVY_DAMPING, Scheme, samples_divided, scheme_of, steps_per_sample
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
 
@@ -94,8 +95,13 @@ def plan_polygons(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics
     row, ground = shaking(motion, cases)
     square = np.array([item.square for item in variants])
     rate = np.array([item.rate for item in variants]) * distinct[:, 2]
-    per_sample = steps_per_sample(scheme, numerics.time_step, square, rate, motion.sampling_interval)
+    period = np.array([item.period for item in variants])
+    per_sample, finest, divided = steps_of(scheme, numerics.time_step, square, rate, motion.sampling_interval, period)
     first, never, table = _case_table(scene, motion, cases, variants, variant, row, ground, numerics.leave_out)
+    table[:, t.P_FINEST] = finest[variant]
+    # A lightly damped contact rings for longer. Where steps are wanted shorter, each is divided.
+    dwell = DWELL * np.clip(np.sqrt(square) / np.maximum(rate, 1e-300), 1.0, 8.0) * divided * numerics.refinement
+    table[:, t.P_DWELL] = np.round(dwell)[variant]
     shaped, ruled = [kernel_shapes(item) for item in variants], [kernel_rules(item) for item in variants]
     return PolygonPlan(
         scene=scene, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground,
@@ -133,6 +139,21 @@ def _path(prepared: Prepared, rows: FloatArray) -> Path:
         place=forces[:, :, [t.T_LOAD_X, t.T_LOAD_Z]] / np.where(load > 0.0, load, np.nan),
         contacts=contacts,
     )
+
+
+def steps_of(
+    scheme: Scheme, time_step: float | str, square: FloatArray, rate: FloatArray, interval: float, period: FloatArray
+) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
+    """Whole steps per sample of each variant, ticks of its finest step, and how many steps the automatic one is divided into."""
+    if scheme != Scheme.CENTRED:
+        return steps_per_sample(scheme, time_step, square, rate, interval), np.ones(square.size), np.ones(square.size)
+    frequency = np.sqrt(square)
+    whole = np.minimum(LONGEST_ROCKING * period, interval)
+    heavy = np.maximum(0.5 * rate / frequency / HEAVY_DAMPING, 1.0)
+    fewest, steps = (samples_divided(whole, whole, wanted, interval) for wanted in ("auto", time_step))
+    # As often halved whatever the step: a finer one is finer throughout.
+    halvings = np.clip(np.frexp(interval / fewest * frequency * heavy / FINEST)[1], 0, MOST_HALVINGS)
+    return steps, np.ldexp(float(TICKS), -halvings), steps / fewest
 
 
 def _check_variants(scene: Scene, variants: list[Prepared]) -> None:

@@ -41,6 +41,12 @@ class Prepared:
         return self.laws.carried[loaded] / (2.0 * self.laws.normal[loaded])
 
     @property
+    def period(self) -> float:
+        """1/p of the element that rocks fastest, s: p = √(3g/4R), R its farthest vertex."""
+        square = min(float((self.placed[k].shape.vertices ** 2).sum(axis=1).max()) for k in self.free)
+        return float(np.sqrt(np.sqrt(square) / (0.75 * self.scene.gravity)))
+
+    @property
     def bears(self) -> bool:
         """Whether the contact law holds at rest: the weight alone presses no pair in farther than a case may go."""
         return bool(np.max(self.sunk, initial=0.0) <= deepest_allowed(self.placed))

@@ -18,24 +18,25 @@ from numba.extending import overload
 
 from overturning.dem.cache import keep_compiled
 from overturning.dem.lanes import OPTIONS, aligned
-from overturning.dem.mechanics import line, renormalised
+from overturning.dem.mechanics import renormalised
 from overturning.dem.polygon import centred, cundall, rows
 from overturning.dem.polygon import tables as t
 from overturning.dem.polygon.energy import energy, springs
+from overturning.dem.polygon.equations import BLOCK_SIZE
 from overturning.dem.polygon.memory import load_at_rest
 from overturning.dem.polygon.note import note, note_forces
-from overturning.dem.polygon.rows import Case, Law, Pose, Shaking
 from overturning.dem.polygon.search import search
-from overturning.dem.polygon.step import step_of
+from overturning.dem.polygon.state import Attempt, Case, Found, Law, Line, Pose, Shaking, Verdict
+from overturning.dem.polygon.step import step_of, trapezoidal_step
 from overturning.dem.polygon.verdict import GOES_ON, finish, note_standing, verdict
 from overturning.dem.status import Status
 from overturning.dem.time_step import Scheme
 
 SCHEMES: Final[dict[Scheme, tuple[Any, Any]]] = {
-    Scheme.CUNDALL: (cundall.Cundall(), cundall.contact),
-    Scheme.CENTRED: (centred.Centred(), centred.contact),
+    Scheme.CUNDALL: (cundall.Cundall(), lambda vertical: step_of(cundall.contact, vertical)),
+    Scheme.CENTRED: (centred.Centred(), trapezoidal_step),
 }
-"""What the kernel is told of each scheme, and the loop that computes a pair's forces; the type of the one picks the other."""
+"""What the kernel is told of each scheme, and what makes its step; the type of the one picks the other."""
 
 LOOK: Final = 0.1
 """A case is looked at after each so many seconds of its record, or each sample where that is longer."""
@@ -43,8 +44,8 @@ LOOK: Final = 0.1
 
 def chosen_step(scheme: Any, upward: Any) -> Any:
     """The step of a scheme, without the vertical component where `upward` is None; for compiled code, by their types."""
-    contact = next(contact for told, contact in SCHEMES.values() if type(told) is scheme.instance_class)
-    return step_of(contact, not isinstance(upward, types.NoneType))
+    make = next(make for told, make in SCHEMES.values() if type(told) is scheme.instance_class)
+    return make(not isinstance(upward, types.NoneType))
 
 
 @overload(chosen_step)
@@ -59,15 +60,24 @@ def _chosen_step(scheme: Any, upward: Any) -> Any:
 
 @njit(**OPTIONS)
 def start(
-    state: Any, j: int, case: Any, initial: Any, layout: Any, sizes: Any, shapes: Any, interval: float, steps: int,
-    gravity: float,
+    state: Any, j: int, case: Any, initial: Any, layout: Any, sizes: Any, shapes: Any, interval: float, ticks: float,
+    lag: float, gravity: float,
 ) -> None:  # fmt: skip
     """Put a case into column j: the scene's column at rest, its own friction, damping and amplitude."""
     for row in range(initial.size):
         state[row * rows.COLUMNS + j] = initial[row]
-    step, still = interval / steps, Shaking(0.0, 0.0, 0.0, 0.0, 0.0)
-    now, calm, after = case[t.P_FIRST], case[t.P_CALM], case[t.P_AFTER]
-    rows.store_case(state, j, Case(still, step, steps / interval, case[t.P_AMPLITUDE], now, calm, after, 0.0))
+    step, none = interval / ticks, Line(0.0, 0.0, 0.0)
+    now, calm, after, finest, dwell = (
+        case[t.P_FIRST],
+        case[t.P_CALM],
+        case[t.P_AFTER],
+        case[t.P_FINEST],
+        case[t.P_DWELL],
+    )
+    rows.store_case(state, j, Case(
+        Shaking(none, none, 0.0), step, ticks / interval, lag * step, finest, dwell, Attempt(finest, dwell, 0.0),
+        Found(0.0, 0.0, 0.0), Verdict(0.0, Attempt(0.0, 0.0, 0.0)), case[t.P_AMPLITUDE], now, calm, after, 0.0,
+    ))  # fmt: skip
     for i in range(sizes.size):
         e = rows.of_element(state, i)
         e[rows.UPRIGHT_UNTIL + j] = now * interval
@@ -80,10 +90,10 @@ def start(
         friction = law.friction if law.friction >= 0.0 else case[t.P_FRICTION]
         dashpot = law.dashpot * case[t.P_DAMPING]
         rows.store_law(q, j, Law(law.normal, law.tangential, dashpot, friction, law.compliance))
-        search(q, a, b, j, step, shapes[i, : sizes[i]], shapes[k, : sizes[k]])
+        search(q, a, b, j, 2.0 * lag * step, shapes[i, : sizes[i]], shapes[k, : sizes[k]])
         if settled:
             q[rows.LIMIT + j], q[rows.REACH + j] = np.inf, -1.0
-        load_at_rest(q, a, b, j)
+        load_at_rest(q, j)
         q[rows.TAKEN + j] = springs(rows.load_pair(q, j))
     state[rows.ENERGY + j] = energy(state, j, layout, sizes.size, gravity)
 
@@ -96,7 +106,7 @@ def copy_column(state: Any, count: int, source: int, target: int) -> None:
 
 
 @njit(**OPTIONS)
-def next_sample(state: Any, elements: int, row: Any, ground: Any, upward: Any, steps: int) -> None:
+def next_sample(state: Any, elements: int, row: Any, ground: Any, upward: Any, ticks: float) -> None:
     """Bring the turning pairs back to length 1 and load the ground motion of each column's sample."""
     for i in range(elements):
         e = rows.of_element(state, i)
@@ -104,26 +114,33 @@ def next_sample(state: Any, elements: int, row: Any, ground: Any, upward: Any, s
             pose = rows.load_pose(e, j)
             cos, sin = renormalised(pose.cos, pose.sin)
             rows.store_pose(e, j, Pose(pose.x, pose.z, pose.angle, cos, sin))
-    scale, last = 1.0 / steps, ground.shape[1] - 3
+    scale, last = 1.0 / ticks, ground.shape[1] - 3
     for j in range(rows.COLUMNS):
         case = rows.load_case(state, j)
         i, factor = min(int(case.sample), last), case.amplitude
-        base, slope = line(ground[row[j], i] * factor, ground[row[j], i + 1] * factor, scale)
-        up_base, up_slope = 0.0, 0.0
+        rows.store_base(state, j, piece(ground[row[j]], i, factor, scale))
         if upward is not None:
-            up_base, up_slope = line(upward[i] * factor, upward[i + 1] * factor, scale)
-        rows.store_shaking(state, j, Shaking(base, slope, up_base, up_slope, 0.0))
+            rows.store_up(state, j, piece(upward, i, factor, scale))
 
 
 @njit(**OPTIONS)
-def end_sample(state: Any, elements: int, rules: Any, steps: int, interval: float) -> None:
+def piece(motion: Any, i: int, factor: float, scale: float) -> Line:
+    """A component of the motion over a sample, by its ticks, of which `scale` is 1 over their number."""
+    a0, a1, a2 = motion[i] * factor, motion[i + 1] * factor, motion[i + 2] * factor
+    return Line(a0, (a1 - a0) * scale, ((a2 - a1) - (a1 - a0)) * scale)
+
+
+@njit(**OPTIONS)
+def end_sample(state: Any, elements: int, rules: Any, ticks: float, interval: float) -> None:
     """Each element's slip, and the last time at which a standing one's rotation was below the critical angle."""
     for i in range(elements):
         if rules[i, t.IS_FREE] > 0.0:
             e = rows.of_element(state, i)
-            note_standing(e, rows.of_element(state, int(rules[i, t.SUPPORT])), state, 1.0 / steps, interval)
+            note_standing(e, rows.of_element(state, int(rules[i, t.SUPPORT])), state, 1.0 / ticks, interval)
     for j in range(rows.COLUMNS):
-        state[rows.SAMPLE + j] = state[rows.SAMPLE + j] + 1.0
+        sample, tick = state[rows.SAMPLE + j], state[rows.TICK + j]
+        state[rows.SAMPLE + j] = sample + 1.0 if tick >= ticks else sample
+        state[rows.TICK + j] = tick - ticks if tick >= ticks else tick
 
 
 @njit(nogil=True, **OPTIONS)
@@ -159,20 +176,28 @@ def run_queue(
     state: Any = rows.borrowed(owner)  # type: ignore[call-arg]
     case, row = np.zeros(rows.COLUMNS, np.int64), np.zeros(rows.COLUMNS, np.int64)
     variant, done = np.zeros(rows.COLUMNS, np.int64), np.zeros(rows.COLUMNS, np.int64)
-    step = chosen_step(scheme, upward)
+    looked = np.zeros(rows.COLUMNS, np.int64)
+    step, ticks = chosen_step(scheme, upward), 1.0 * scheme.ticks * steps
+    # Blocks of the equations and which of them are used; below them, which pairs are in reach.
+    matrix = aligned(elements * elements * BLOCK_SIZE)
+    used, moves = np.zeros((elements + 1, max(elements, layout.shape[0])), np.bool_), np.zeros(elements, np.bool_)
+    for i in range(elements):
+        moves[i] = initial[0, (rows.CASE_SIZE + i * rows.ELEMENT_SIZE + rows.FRAME) // rows.COLUMNS] != 0.0
     free = 0
     for i in range(elements):
         free += 1 if rules[0, i, t.IS_FREE] > 0.0 else 0
     # Not literals: for those Numba would compile everything that they go into once more.
     active, head, noted, filled = np.int64(0), np.int64(0), np.int64(0), np.int64(0)
     stride = max(int(LOOK / interval), 1)
+    early = np.zeros((1, path.shape[1]))
     with_forces = path.shape[0] > 0 and path.shape[1] > 2 + 6 * elements
     while True:
         while active < rows.COLUMNS and head < queue.size:
             n = queue[head]
             v = variant_of_case[n]
             case[active], row[active], variant[active], done[active] = n, row_of_case[n], v, 0
-            start(state, active, cases[n], initial[v], layout, sizes, shapes[v], interval, steps, gravity)
+            looked[active] = int(cases[n, t.P_FIRST]) // stride
+            start(state, active, cases[n], initial[v], layout, sizes, shapes[v], interval, ticks, scheme.lag, gravity)
             active, head = active + 1, head + 1
         if active == 0:
             owner[0] = noted  # held until here
@@ -183,22 +208,34 @@ def run_queue(
             row[filled], variant[filled] = row[0], variant[0]
             copy_column(state, count, 0, filled)
             filled += 1
-        next_sample(state, elements, row, ground, upward, steps)
-        if noted < path.shape[0]:
-            note(state, 0, elements, interval, path[noted])
-            noted += 1
+        next_sample(state, elements, row, ground, upward, ticks)
         for _ in range(steps):
-            step(state, layout, sizes, shapes, variant, gravity)
-            if with_forces and noted > 0:
-                # By its row: a slice of the path would be counted, in a locked instruction that every step would pay.
-                note_forces(state, 0, layout, elements, 1.0 / steps, path, noted - 1)
-        end_sample(state, elements, rules[0], steps, interval)
+            if path.shape[0] == 0:
+                step(state, matrix, used, moves, layout, sizes, shapes, variant, ticks, gravity)
+                continue
+            tick, share = state[rows.TICK], state[rows.LENGTH] / ticks
+            # Once for each sample, also where its first step has to be done again.
+            if (tick == 0.0 or tick == ticks) and not state[rows.AGAIN] > 0.0 and noted < path.shape[0]:
+                note(state, 0, elements, interval, ticks, path[noted])
+                noted += 1
+            # What the forces at the begin of the step do in it counts only if the step is taken.
+            # By its row: a slice of the path would be counted, in a locked instruction that every step would pay.
+            if with_forces:
+                early[:] = 0.0
+                note_forces(state, 0, layout, elements, (0.5 - scheme.lag) * share, early, 0)
+            step(state, matrix, used, moves, layout, sizes, shapes, variant, ticks, gravity)
+            if with_forces and not state[rows.AGAIN] > 0.0:
+                path[noted - 1] += early[0]
+                note_forces(state, 0, layout, elements, (0.5 + scheme.lag) * share, path, noted - 1)
+        end_sample(state, elements, rules[0], ticks, interval)
         counter[0] += active * steps * free
         for j in range(active - 1, -1, -1):
             done[j] += steps
             n, v, spent = case[j], variant[j], done[j] >= budget
-            if int(state[rows.SAMPLE + j]) % stride != 0 and not spent:
+            part = int(state[rows.SAMPLE + j]) // stride
+            if part == looked[j] and not spent:
                 continue
+            looked[j] = part
             ended = verdict(state, j, layout, elements, rules[v], limits[v], float(samples), gravity)
             ended = Status.OVER_BUDGET if spent and ended == GOES_ON else ended
             if ended != GOES_ON:
@@ -206,6 +243,7 @@ def run_queue(
                 # The last column, already looked at, moves into the free place.
                 active -= 1
                 case[j], row[j], variant[j], done[j] = case[active], row[active], variant[active], done[active]
+                looked[j] = looked[active]
                 copy_column(state, count, active, j)
 
 

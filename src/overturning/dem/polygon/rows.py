@@ -8,12 +8,13 @@ thread, nor on the width of the processor's vectors.
 """
 
 from collections.abc import Iterable
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 from numba import njit
 from numba.extending import intrinsic
 
 from overturning.dem.lanes import OPTIONS, Rows
+from overturning.dem.polygon.state import Case, Element, Pair, Step
 
 COLUMNS: Final = 16
 """Cases side by side: enough to hide the latency of one case's operations, few enough for the first cache."""
@@ -25,213 +26,24 @@ THEIRS: Final = -1.0
 HANDED_ON: Final = 2.0
 
 
-class Shaking(NamedTuple):
-    """Acceleration of the base, linear between two samples, and time."""
-
-    base: float
-    """Towards the azimuth: at the sample (m/s²) and per step,"""
-    slope: float
-    up_base: float
-    """upwards,"""
-    up_slope: float
-    tick: float
-    """steps since the sample."""
-
-
-class Case(NamedTuple):
-    """What a column holds of its case besides elements and pairs."""
-
-    shaking: Shaking
-    step: float
-    """Time step (s), and steps per second,"""
-    rate: float
-    amplitude: float
-    """factor on the record,"""
-    sample: float
-    """sample of the record,"""
-    calm: float
-    """samples after which it can be at rest for good, and after which it is undecided,"""
-    after: float
-    energy: float
-    """energy at the start, J."""
-
-
-class Pose(NamedTuple):
-    """Centre (m), rotation (rad) and its cosine and sine."""
-
-    x: float
-    z: float
-    angle: float
-    cos: float
-    sin: float
-
-
-class Plane(NamedTuple):
-    """Velocity or acceleration (m, s, rad), or force (N) with moment (N m), in the plane."""
-
-    x: float
-    z: float
-    w: float
-
-
-class Body(NamedTuple):
-    """Constants of an element; inverse masses are 0 where forces do not move it."""
-
-    inverse_mass: float
-    inverse_inertia: float
-    mass: float
-    weight: float
-    """1 where gravity acts, else 0,"""
-    frame: float
-    """1 where the base moves under it, 0 where it moves with the base,"""
-    held: float
-    """1 where it stays in space, else 0,"""
-    critical: float
-    """α, rad."""
-
-
-class Course(NamedTuple):
-    """What is noted of an element's motion at each step."""
-
-    moved: float
-    """Motion (m) and rotation (rad) of the last step,"""
-    turned: float
-    work: float
-    """work of what moves the base and of what holds the element, J,"""
-    peak_angle: float
-    last_upright: float
-    """steps of this sample up to the last at which |rotation| was below α, −1 if none."""
-
-
-class Standing(NamedTuple):
-    """What is looked at once per sample."""
-
-    upright_until: float
-    """Last time with |rotation| < α, s,"""
-    side: float
-    """where it has fallen: ±1, else 0,"""
-    peak_slip: float
-    slip: float
-    safe_from: float
-    """sample from which on the shaking is too weak to throw it down from rest,"""
-    base_x: float
-    """points of its base and of what it stands on, whose distance is the slip, m."""
-    base_z: float
-    support_x: float
-    support_z: float
-
-
-class Element(NamedTuple):
-    """An element; velocity half a step ago, force at the whole step."""
-
-    pose: Pose
-    velocity: Plane
-    now: Plane
-    """Velocity at the whole step with the forces known so far."""
-    acceleration: Plane
-    force: Plane
-    body: Body
-    course: Course
-    standing: Standing
-
-
-class Face(NamedTuple):
-    """A face in its element's axes: outward normal, distance from the centre, ends along the tangent (−n_z, n_x)."""
-
-    nx: float
-    nz: float
-    off: float
-    low: float
-    high: float
-
-
-class Law(NamedTuple):
-    """Contact law at a vertex: stiffnesses (N/m), dashpot (N s/m), friction, 1/tangential stiffness."""
-
-    normal: float
-    tangential: float
-    dashpot: float
-    friction: float
-    compliance: float
-
-
-class Nearest(NamedTuple):
-    """Which faces are nearest, and for how much motion that holds, m."""
-
-    face_a: float
-    face_b: float
-    lever: float
-    """Reach of a rotation,"""
-    limit: float
-    """motion before the faces can change, and before a contact can begin (−1: there may be one now),"""
-    reach: float
-    used: float
-    """motion since the search."""
-
-
-class Seen(NamedTuple):
-    """Depth behind the other face of a face's end, and place along it (of b's along its opposite), m."""
-
-    depth: float
-    place: float
-
-
-class Vertices(NamedTuple):
-    """Both ends of a's face and of b's."""
-
-    a1: Seen
-    a2: Seen
-    b1: Seen
-    b2: Seen
-
-
-class Memory(NamedTuple):
-    """What an end remembers: stretch of its tangential spring, carrier, forces along normal and tangent."""
-
-    spring: float
-    carrier: float
-    normal: float
-    tangent: float
-
-
-class Action(NamedTuple):
-    """What both ends do: force on a (N), the opposite on b; moments about the centres of a and, reversed, of b, N m."""
-
-    x: float
-    z: float
-    moment_a: float
-    moment_b: float
-
-
-class Pair(NamedTuple):
-    """Two elements a and b that can meet; vertices as a step ago."""
-
-    face_a: Face
-    face_b: Face
-    law: Law
-    nearest: Nearest
-    before: Vertices
-    one: Memory
-    two: Memory
-    action: Action
-    deepest: float
-    """Largest penetration, m; energy taken from the elements, J."""
-    taken: float
-
-
 CASE: Final = Rows(COLUMNS, Case)
 ELEMENT: Final = Rows(COLUMNS, Element)
-PAIR: Final = Rows(COLUMNS, Pair)
+PAIR: Final = Rows(COLUMNS, Pair, Step)
 CASE_SIZE: Final = CASE.size
 ELEMENT_SIZE: Final = ELEMENT.size
 PAIR_SIZE: Final = PAIR.size
 
 load_case, store_case, _ = CASE.access(Case)
-_, store_shaking, _ = CASE.access(Case, "shaking")
+_, store_base, _ = CASE.access(Case, "shaking.base")
+_, store_up, _ = CASE.access(Case, "shaking.up")
+_, store_attempt, _ = CASE.access(Case, "attempt")
+_, store_then, _ = CASE.access(Case, "verdict.then")
+_, store_found, _ = CASE.access(Case, "found")
 load_element, _, _ = ELEMENT.access(Element)
 load_pose, store_pose, _ = ELEMENT.access(Element, "pose")
 _, store_velocity, _ = ELEMENT.access(Element, "velocity")
-_, store_now, _ = ELEMENT.access(Element, "now")
+_, store_trial, _ = ELEMENT.access(Element, "trial")
+load_change, store_change, _ = ELEMENT.access(Element, "trial.change")
 _, store_acceleration, _ = ELEMENT.access(Element, "acceleration")
 _, store_force, _ = ELEMENT.access(Element, "force")
 _, store_course, _ = ELEMENT.access(Element, "course")
@@ -242,11 +54,25 @@ _, store_law, _ = PAIR.access(Pair, "law")
 load_nearest, store_nearest, _ = PAIR.access(Pair, "nearest")
 _, store_vertices, _ = PAIR.access(Pair, "before")
 load_memory, store_memory, _ = PAIR.access(Pair, "one")
-_, store_action, _ = PAIR.access(Pair, "action")
+load_body, _, _ = ELEMENT.access(Element, "body")
+load_step, _, _ = PAIR.access(Step)
+_, store_ends, _ = PAIR.access(Step, "ends")
+_, store_taken_one, _ = PAIR.access(Step, "one")
+_, store_taken_two, _ = PAIR.access(Step, "two")
+load_couple, store_couple, _ = PAIR.access(Step, "couple")
+_, store_met, _ = PAIR.access(Step, "met")
+keep_vertices, keep_memory = PAIR.access(Pair, "before").store_unless, PAIR.access(Pair, "one").store_unless
+keep_pose, keep_velocity, keep_acceleration = (
+    ELEMENT.access(Element, name).store_unless for name in ("pose", "velocity", "acceleration")
+)
+keep_course = ELEMENT.access(Element, "course").store_unless
 
 # Rows of numbers that are changed by themselves. Added to a column, SECOND leads from end 1's memory to end 2's.
 SECOND: Final = PAIR.row(Pair, "two.spring") - PAIR.row(Pair, "one.spring")
 TICK: Final = CASE.row(Case, "shaking.tick")
+FRAME: Final = ELEMENT.row(Element, "body.frame")
+MOVED: Final = ELEMENT.row(Element, "course.moved")
+TURNED: Final = ELEMENT.row(Element, "course.turned")
 SAMPLE: Final = CASE.row(Case, "sample")
 ENERGY: Final = CASE.row(Case, "energy")
 LAST_UPRIGHT: Final = ELEMENT.row(Element, "course.last_upright")
@@ -258,6 +84,12 @@ SAFE_FROM: Final = ELEMENT.row(Element, "standing.safe_from")
 LIMIT: Final = PAIR.row(Pair, "nearest.limit")
 REACH: Final = PAIR.row(Pair, "nearest.reach")
 USED: Final = PAIR.row(Pair, "nearest.used")
+AHEAD: Final = PAIR.row(Pair, "nearest.ahead")
+SLID_ONE: Final = PAIR.row(Pair, "slid_one")
+SLID_TWO: Final = PAIR.row(Pair, "slid_two")
+LENGTH: Final = CASE.row(Case, "attempt.length")
+CHANGED: Final = CASE.row(Case, "found.changed")
+AGAIN: Final = CASE.row(Case, "verdict.again")
 DEEPEST: Final = PAIR.row(Pair, "deepest")
 TAKEN: Final = PAIR.row(Pair, "taken")
 

@@ -11,8 +11,8 @@ from numba import njit
 from overturning.dem.lanes import OPTIONS
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import rotated, seen_before
-from overturning.dem.polygon.memory import hand_on, let_go
-from overturning.dem.polygon.rows import Face, Nearest, Pose
+from overturning.dem.polygon.memory import forget, hand_on
+from overturning.dem.polygon.state import Face, Nearest, Pose
 
 
 class Candidate(NamedTuple):
@@ -115,9 +115,10 @@ def search(q: Any, a: Any, b: Any, j: int, step: float, shape_a: Any, shape_b: A
     moved, turned = first.course.moved + second.course.moved, first.course.turned + second.course.turned
     clear = 0.9 * best.gap - 2.0 * (moved + lever * turned)
     reach = clear if clear > 0.0 else -1.0
-    rows.store_nearest(q, j, Nearest(best.a, best.b, lever, max(limit, reach), reach, 0.0))
+    ahead = 2.0 * ((first.trial.moved + second.trial.moved) + lever * (first.trial.turned + second.trial.turned))
+    rows.store_nearest(q, j, Nearest(best.a, best.b, lever, max(limit, reach), reach, 0.0, ahead))
     if clear > 0.0:
-        let_go(q, j)
+        forget(q, j)
     changed = old.face_a != best.a or old.face_b != best.b
     if changed:
         rows.store_face_a(q, j, face_of(shape_a, best.a))
@@ -126,6 +127,17 @@ def search(q: Any, a: Any, b: Any, j: int, step: float, shape_a: Any, shape_b: A
         rows.store_vertices(q, j, seen_before(rows.load_pair(q, j), first, second, step))
     if changed and old.face_a >= 0.0:
         hand_on(q, on, by, j, int(old.face_a), int(old.face_b), shape_a, shape_b)
+
+
+@njit(**OPTIONS)
+def changes(q: Any, a: Any, b: Any, j: int, shape_a: Any, shape_b: Any) -> bool:
+    """Whether a pair's nearest faces change in the step that is foreseen."""
+    pair, on, by = rows.load_pair(q, j), rows.load_element(a, j).trial.pose, rows.load_element(b, j).trial.pose
+    old = pair.nearest
+    if old.ahead < old.limit or old.ahead < old.reach:
+        return False
+    best = nearest_of(on, by, shape_a, shape_b, old)
+    return bool(best.a != old.face_a or best.b != old.face_b)
 
 
 @njit(**OPTIONS)
@@ -138,12 +150,18 @@ def face_of(shape: Any, face: int) -> Face:
 
 @njit(**OPTIONS)
 def count_motion(q: Any, a: Any, b: Any) -> tuple[int, int]:
-    """Add the last step's motion; in how many columns the pair could touch, and in how many it has to be searched."""
+    """Add the last step's motion; in how many columns the pair could touch, and in how many it has to be searched.
+
+    A step that is foreseen counts twice: the contacts may change it.
+    """
     near, due = 0, 0
     for j in range(rows.COLUMNS):
-        old, first, second = rows.load_nearest(q, j), rows.load_element(a, j).course, rows.load_element(b, j).course
+        old, on, by = rows.load_nearest(q, j), rows.load_element(a, j), rows.load_element(b, j)
+        first, second, one, two = on.course, by.course, on.trial, by.trial
         used = (old.used + (first.moved + second.moved)) + old.lever * (first.turned + second.turned)
+        ahead = used + 2.0 * ((one.moved + two.moved) + old.lever * (one.turned + two.turned))
         q[rows.USED + j] = used
-        near += 1 if used >= old.reach else 0
-        due += 1 if used >= old.limit else 0
+        q[rows.AHEAD + j] = ahead
+        near += 1 if ahead >= old.reach else 0
+        due += 1 if ahead >= old.limit else 0
     return near, due

@@ -1,6 +1,7 @@
 """One step of all columns: nearest faces where they may have changed, forces of every pair, then the motion of the elements.
 
-Central differences: forces and accelerations at the whole step, velocities half a step later, poses one step later.
+`cundall` goes by central differences: forces and accelerations at the whole step, velocities half a step later, poses one step
+later. `centred` goes by the trapezoidal rule, each column by steps of its own length: all at the end of the step.
 """
 
 from functools import cache
@@ -11,8 +12,11 @@ from numba import njit
 from overturning.dem.lanes import INLINE, OPTIONS
 from overturning.dem.mechanics import larger, turned
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.rows import Course, Element, Plane, Pose
-from overturning.dem.polygon.search import count_motion, search
+from overturning.dem.polygon.centred import couple, keep, meet
+from overturning.dem.polygon.equations import add_pair, solve
+from overturning.dem.polygon.ladder import begin, go_on, judge
+from overturning.dem.polygon.search import changes, count_motion, search
+from overturning.dem.polygon.state import Body, Case, Course, Element, Line, Plane, Pose, Trial
 
 
 @njit(**INLINE)
@@ -51,7 +55,7 @@ def course_of(item: Element, v: Plane, angle: float, dt: float, tick: float, wor
     """What is noted of an element's step."""
     size, old = abs(angle), item.course
     last = tick + 1.0 if size < item.body.critical else old.last_upright
-    return Course(dt * (abs(v.x) + abs(v.z)), abs(dt * v.w), old.work + work, larger(old.peak_angle, size), last)
+    return Course(dt * (abs(v.x) + abs(v.z)), abs(dt * v.w), old.work + work, larger(old.peak_angle, size), last, 0.0)
 
 
 @cache
@@ -63,8 +67,8 @@ def advance_on(vertical: bool) -> Any:
         for j in range(rows.COLUMNS):
             item, case = rows.load_element(e, j), rows.load_case(own, j)
             dt, shaking, half = case.step, case.shaking, 0.5 * case.step
-            ground = (shaking.base + shaking.slope * shaking.tick) * item.body.frame
-            up = (shaking.up_base + shaking.up_slope * shaking.tick) * item.body.frame if vertical else 0.0
+            ground = (shaking.base.value + shaking.base.slope * shaking.tick) * item.body.frame
+            up = (shaking.up.value + shaking.up.slope * shaking.tick) * item.body.frame if vertical else 0.0
             a = acceleration(item, ground, up, gravity)
             v = after(item.velocity, a, dt)
             work = -(dt * power(item, ground, up, after(item.velocity, a, half)))
@@ -72,40 +76,165 @@ def advance_on(vertical: bool) -> Any:
             rows.store_pose(e, j, pose)
             rows.store_velocity(e, j, v)
             rows.store_acceleration(e, j, a)
-            # At the next whole step, were the forces to stay.
-            rows.store_now(e, j, after(v, a, half))
             rows.store_force(e, j, Plane(0.0, 0.0, 0.0))
             rows.store_course(e, j, course_of(item, v, pose.angle, dt, shaking.tick, work))
 
     return advance
 
 
+@njit(**INLINE)
+def at(line: Line, tick: float, past: float) -> float:
+    """A component of the shaking; `past` ticks of the next sample are over."""
+    return (line.value + line.slope * tick) + line.bend * past
+
+
+@njit(**INLINE)
+def shaken(case: Case, body: Body, ticks: float, vertical: bool) -> tuple[float, float]:
+    """Acceleration of the base under an element at the end of the step, along and up."""
+    tick = case.shaking.tick + case.attempt.length
+    past = tick - ticks
+    past = past if past > 0.0 else 0.0
+    up = at(case.shaking.up, tick, past) * body.frame if vertical else 0.0
+    return at(case.shaking.base, tick, past) * body.frame, up
+
+
+@cache
+def motion_on(vertical: bool) -> tuple[Any, Any]:
+    """The motion of an element over the columns by the trapezoidal rule: as foreseen, and at the solution."""
+
+    @njit(**OPTIONS)
+    def foresee(e: Any, own: Any, ticks: float, gravity: float) -> None:
+        for j in range(rows.COLUMNS):
+            item, case = rows.load_element(e, j), rows.load_case(own, j)
+            dt, body, a = case.step * case.attempt.length, item.body, item.acceleration
+            half = 0.5 * dt
+            ground, up = shaken(case, body, ticks, vertical)
+            v = after(item.velocity, a, half)
+            # What the solution is to add, but for the contacts.
+            fall = gravity * body.weight + up
+            change = Plane(half * (-ground - a.x), half * (-fall - a.z), half * -a.w)
+            far, turn = dt * (abs(v.x) + abs(v.z)), abs(dt * v.w)
+            rows.store_trial(e, j, Trial(moved(item.pose, v, dt), v, after(v, a, half), far, turn, change))
+            rows.store_force(e, j, Plane(0.0, 0.0, 0.0))
+
+    @njit(**OPTIONS)
+    def arrive(e: Any, own: Any, ticks: float, gravity: float) -> None:
+        for j in range(rows.COLUMNS):
+            item, case = rows.load_element(e, j), rows.load_case(own, j)
+            dt, trial, old, again = case.step * case.attempt.length, item.trial, item.course, case.verdict.again > 0.0
+            half, tick, d, p = 0.5 * dt, case.shaking.tick + case.attempt.length, trial.change, trial.pose
+            ground, up = shaken(case, item.body, ticks, vertical)
+            a = acceleration(item, ground, up, gravity)
+            v = after(trial.half, a, half)
+            turn = half * d.w
+            pose = Pose(p.x + half * d.x, p.z + half * d.z, p.angle + turn, p.cos - p.sin * turn, p.sin + p.cos * turn)
+            rate, size = power(item, ground, up, v), abs(pose.angle)
+            last = tick if size < item.body.critical else old.last_upright
+            work = old.work - half * (old.power + rate)
+            far = abs(pose.x - item.pose.x) + abs(pose.z - item.pose.z)
+            course = Course(far, abs(pose.angle - item.pose.angle), work, larger(old.peak_angle, size), last, rate)
+            rows.keep_pose(e, j, again, pose)
+            rows.keep_velocity(e, j, again, v)
+            rows.keep_acceleration(e, j, again, a)
+            rows.keep_course(e, j, again, course)
+            e[rows.MOVED + j] = 0.0 if again else far
+            e[rows.TURNED + j] = 0.0 if again else course.turned
+
+    return foresee, arrive
+
+
 @cache
 def step_of(contact: Any, vertical: bool) -> Any:
-    """One step of all columns by a scheme, whose `contact` computes the forces of a pair."""
+    """One step of all columns by Cundall's scheme, whose `contact` computes the forces of a pair."""
     advance = advance_on(vertical)
 
     @njit(**OPTIONS)
-    def step(state: Any, layout: Any, sizes: Any, shapes: Any, variant: Any, gravity: float) -> None:
+    def step(
+        state: Any,
+        matrix: Any,  # noqa: ARG001, of the equations that the other scheme solves
+        used: Any,  # noqa: ARG001
+        moves: Any,
+        layout: Any,
+        sizes: Any,
+        shapes: Any,
+        variant: Any,
+        ticks: float,  # noqa: ARG001
+        gravity: float,
+    ) -> None:
         for p in range(layout.shape[0]):
-            i, k = layout[p, 0], layout[p, 1]
-            q, a, b = rows.of_pair(state, sizes.size, p), rows.of_element(state, i), rows.of_element(state, k)
-            near, due = count_motion(q, a, b)
-            if due > 0:
-                near = 0
-                for j in range(rows.COLUMNS):
-                    if q[rows.USED + j] >= q[rows.LIMIT + j]:
-                        scene, dt = variant[j], rows.load_case(state, j).step
-                        search(q, a, b, j, dt, shapes[scene, i, : sizes[i]], shapes[scene, k, : sizes[k]])
-                    near += 1 if q[rows.USED + j] >= q[rows.REACH + j] else 0
-            if near > 0:
-                contact(q, a, b, state)
+            if in_reach(state, layout, sizes, shapes, variant, p):
+                contact(
+                    rows.of_pair(state, sizes.size, p),
+                    rows.of_element(state, layout[p, 0]),
+                    rows.of_element(state, layout[p, 1]),
+                    state,
+                )
         for i in range(sizes.size):
-            e = rows.of_element(state, i)
             # Free or held; a driven one rests in the frame of the base.
-            if rows.load_element(e, 0).body.frame != 0.0:
-                advance(e, state, gravity)
+            if moves[i]:
+                advance(rows.of_element(state, i), state, gravity)
         for j in range(rows.COLUMNS):
             state[rows.TICK + j] = state[rows.TICK + j] + 1.0
 
     return step
+
+
+@cache
+def trapezoidal_step(vertical: bool) -> Any:
+    """One step of all columns by the centred scheme."""
+    foresee, arrive = motion_on(vertical)
+
+    @njit(**OPTIONS)
+    def step(
+        state: Any, matrix: Any, used: Any, moves: Any, layout: Any, sizes: Any, shapes: Any, variant: Any, ticks: float, gravity: float
+    ) -> None:  # fmt: skip
+        begin(state)
+        size = sizes.size
+        used[:] = False
+        for i in range(size):
+            foresee(rows.of_element(state, i), state, ticks, gravity)
+        for p in range(layout.shape[0]):
+            near = in_reach(state, layout, sizes, shapes, variant, p)
+            used[size, p] = near
+            if near:
+                q, i, k = rows.of_pair(state, size, p), layout[p, 0], layout[p, 1]
+                couple(q, rows.of_element(state, i), rows.of_element(state, k), state)
+                add_pair(state, matrix, used, moves, size, q, i, k)
+        solve(state, matrix, used, size)
+        for p in range(layout.shape[0]):
+            if used[size, p]:
+                meet(
+                    rows.of_pair(state, size, p),
+                    rows.of_element(state, layout[p, 0]),
+                    rows.of_element(state, layout[p, 1]),
+                    state,
+                )
+        judge(state)
+        for i in range(size):
+            if moves[i]:
+                arrive(rows.of_element(state, i), state, ticks, gravity)
+        for p in range(layout.shape[0]):
+            if used[size, p]:
+                keep(rows.of_pair(state, size, p), state)
+        go_on(state)
+
+    return step
+
+
+@njit(**OPTIONS)
+def in_reach(state: Any, layout: Any, sizes: Any, shapes: Any, variant: Any, p: int) -> bool:
+    """Whether a pair could touch in any column in this step; its nearest faces are searched where they may change."""
+    i, k = layout[p, 0], layout[p, 1]
+    q, a, b = rows.of_pair(state, sizes.size, p), rows.of_element(state, i), rows.of_element(state, k)
+    near, due = count_motion(q, a, b)
+    if due > 0:
+        near = 0
+        for j in range(rows.COLUMNS):
+            if q[rows.AHEAD + j] >= q[rows.LIMIT + j]:
+                scene, dt = variant[j], 2.0 * rows.load_case(state, j).lag
+                shape_a, shape_b = shapes[scene, i, : sizes[i]], shapes[scene, k, : sizes[k]]
+                search(q, a, b, j, dt, shape_a, shape_b)
+                if dt == 0.0 and changes(q, a, b, j, shape_a, shape_b):
+                    state[rows.CHANGED + j] = 1.0
+            near += 1 if q[rows.AHEAD + j] >= q[rows.REACH + j] else 0
+    return near > 0

@@ -10,8 +10,8 @@ RULES: Final = 5
 DEEPEST_ALLOWED, REST_ENERGY, LEAST_BARRIER = range(3)
 LIMITS: Final = 3
 # Columns of the case table.
-(P_AMPLITUDE, P_FRICTION, P_DAMPING, P_FIRST, P_CALM, P_AFTER) = range(6)
-PARAMETERS: Final = 6  # and of each element SAFE_FROM
+(P_AMPLITUDE, P_FRICTION, P_DAMPING, P_FIRST, P_CALM, P_AFTER, P_FINEST, P_DWELL) = range(8)
+PARAMETERS: Final = 8  # and of each element SAFE_FROM
 # Results of a case, and of each element.
 (R_STATUS, R_DEPTH, R_ENERGY, R_STEPS) = range(4)
 RESULTS: Final = 4

@@ -11,7 +11,7 @@ from overturning.dem.polygon import rows
 from overturning.dem.polygon import tables as t
 from overturning.dem.polygon.energy import closing_work, energy, kinetic, moving_energy
 from overturning.dem.polygon.faces import rotated
-from overturning.dem.polygon.rows import Element, Pose
+from overturning.dem.polygon.state import Element, Pose
 from overturning.dem.status import Status
 
 SAFE_TILT: Final = 0.1

@@ -34,7 +34,7 @@
     root.setAttribute("role", "group");
     root.setAttribute("aria-label", film.title + ": animation. Space plays and pauses, arrow keys step.");
     if (film.title) element("h3", { class: "film-title" }, root, film.title);
-    const row = element("div", { class: "film-panels" }, root);
+    const row = element("div", { class: "film-panels", style: "--panels: " + Math.min(panels.length, 3) }, root);
     panels.forEach(function (panel) {
       const box = element("div", { class: "film-panel" }, row);
       element("div", { class: "film-heading" }, box, panel.title);
@@ -88,7 +88,7 @@
       const context = canvas.getContext("2d");
       context.setTransform(density, 0, 0, density, 0, 0);
       context.clearRect(0, 0, width, height);
-      context.font = "12px system-ui, sans-serif";
+      context.font = (width < 180 ? 9 : 12) + "px system-ui, sans-serif";
       return { context: context, width: width, height: height };
     }
 
@@ -177,7 +177,8 @@
       context.fillStyle = INK;
       context.textBaseline = "top";
       context.textAlign = "left";
-      context.fillText("base acceleration, scale ±" + (largest >= 100 ? largest.toFixed(0) : largest.toPrecision(2)) + " Gal", edge, 0);
+      const scale = "±" + (largest >= 100 ? largest.toFixed(0) : largest.toPrecision(2)) + " Gal";
+      context.fillText((width < 240 ? "base: " : "base acceleration, scale ") + scale, edge, 0);
       context.textBaseline = "bottom";
       context.fillText(seconds(film.start), edge, height);
       context.textAlign = "right";
@@ -241,9 +242,11 @@
     slider.addEventListener("input", function () { state.playing = false; seek(Number(slider.value)); });
     speed.addEventListener("change", function () { setRate(speed.selectedIndex); });
     if (box) box.addEventListener("change", function () { setForces(box.checked); });
-    root.addEventListener("keydown", function (event) {
+    // On a page with one film the keys work at once; of several the one that has the focus listens.
+    const alone = document.querySelectorAll(".film").length === 1;
+    (alone ? document : root).addEventListener("keydown", function (event) {
       if (event.altKey || event.ctrlKey || event.metaKey) return;
-      const inControl = event.target !== root;
+      const inControl = event.target !== root && event.target !== document.body;
       const step = event.shiftKey ? 0.5 : film.interval;
       switch (event.key) {
         case " ": if (inControl && event.target !== slider) return; setPlaying(!state.playing); break;

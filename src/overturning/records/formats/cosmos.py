@@ -1,8 +1,9 @@
-"""COSMOS volumes 1 and 2 (format 1.20): one or more channels per file, in g or cm/s².
+"""COSMOS volumes 0, 1 and 2 (format 1.20): one or more channels per file, in counts, g or cm/s².
 
 The format: COSMOS Strong Motion Data Format, version 1.20 (2001). Per channel 13 lines of text after the first, integers,
 reals and comments, each set introduced by a line that says how many follow and in which FORTRAN format; then the samples,
-introduced the same way; a line that ends the channel.
+introduced the same way; a line that ends the channel. Counts of volume 0 become g by the reals 22 (µV per count), 42
+(sensitivity of the sensor, V/g) and 47 (gain).
 """
 
 import re
@@ -20,6 +21,7 @@ from overturning.units import GAL, STANDARD_GRAVITY
 
 UNITS: Final = {2: STANDARD_GRAVITY, 4: GAL, 10: GAL, 11: 1e-3 * STANDARD_GRAVITY}
 """COSMOS table 2: g, cm/s², Gal, mg."""
+COUNTS: Final = 50
 NULL: Final = -999.0
 
 _FIRST: Final = re.compile(r"\s*(Corrected|Uncorrected|Raw) accel.*\(Format v", re.IGNORECASE)
@@ -78,7 +80,8 @@ def _channel(source: SourceFile, lines: Lines, at: int) -> tuple[Component, int]
         raise lines.error(comments_at, "no line that introduces the comments; get the file again")
     data_at = comments_at + 1 + int(comment[1])
     form, end = _set(lines, data_at, "samples")
-    scale = _unit(lines, data_at, int(whole[1]))
+    unit = _unit(lines, data_at, int(whole[2]))
+    scale = _of_a_count(lines, reals_at, real) if unit == COUNTS else UNITS[unit]
     samples = lines.fixed_columns(data_at + 1, **form)
     if end >= len(all_lines) or not _END.match(all_lines[end]):
         raise lines.error(end, f"no end mark after {samples.size} samples; the count is wrong or the file is cut")
@@ -101,26 +104,53 @@ def _channel(source: SourceFile, lines: Lines, at: int) -> tuple[Component, int]
         event=" ".join(text[1].split()),
         latitude=known.get(0),
         longitude=known.get(1),
-        # The reals have six decimals; the samples as many as their own format.
-        peak=StatedPeak(abs(known[63]) * scale, 1e-5 * scale, line=reals_at + 12) if 63 in known else None,
+        # The reals have six decimals; the samples as many as their own format: counts are whole.
+        peak=StatedPeak(abs(known[63]) * scale, (1.0 if unit == COUNTS else 1e-5) * scale, line=reals_at + 12)
+        if 63 in known
+        else None,
         processed=text[0].lstrip().upper().startswith("CORRECTED"),
-        extra={"magnitude": known[12]} if 12 in known else {},
+        extra=({"magnitude": known[12]} if 12 in known else {}) | _agency(text),
     )
     return component, end + 1
 
 
-def _unit(lines: Lines, data_at: int, code: int) -> float:
+def _agency(text: Sequence[str]) -> dict[str, str]:
+    """Who has processed a corrected file, and with which filter."""
+    if not text[0].lstrip().upper().startswith("CORRECTED"):
+        return {}
+    by, when = _word(text, r"Src:\s*(\S.*)"), _word(text, r"^\s*Processed:\s*(\S.*?),?\s+Max")
+    corners = _word(text, r"Record filtered\s+(below\s.*?)\s*$")
+    return {"processed_by": by or f"the agency of the file ({when})" if by or when else "the agency of the file"} | (
+        {"agency_processing": " ".join(f"filtered {corners}".split())} if corners else {}
+    )
+
+
+def _of_a_count(lines: Lines, reals_at: int, real: np.ndarray) -> float:
+    """Acceleration of one count, m/s², from the recorder's step and the sensor's sensitivity."""
+    microvolts, volts_per_g = float(real[21]), float(real[41])
+    gain = 1.0 if real[46] == NULL else float(real[46])
+    for number, value, what in ((22, microvolts, "µV per count"), (42, volts_per_g, "V/g"), (47, gain, "gain")):
+        if not value > 0:
+            said = "is not stated" if value == NULL else f"is {value:g}"
+            raise lines.error(reals_at, f"counts, but real {number} ({what}) {said}; get volume 1 or 2")
+    return microvolts * 1e-6 / (volts_per_g * gain) * STANDARD_GRAVITY
+
+
+def _unit(lines: Lines, data_at: int, code: int) -> int:
+    """Code of the samples' unit."""
     line = lines.lines[data_at]
     stated = re.search(r"units\s*=\s*([^,(]+)\(\s*(\d+)\s*\)", line, re.IGNORECASE)
     number = int(stated[2]) if stated else code
-    if number not in UNITS or not re.search(r"accel", line, re.IGNORECASE):
+    known = number in UNITS or number == COUNTS
+    if not known or not re.search(r"accel", line, re.IGNORECASE):
         what = stated[1].strip() if stated else code
         raise lines.error(
-            data_at, f"samples in {what}; only acceleration in g, cm/sec2, gal or mg is read: get volume 1 or 2"
+            data_at,
+            f"samples in {what}; only acceleration in g, cm/sec2, gal, mg or counts is read: get volume 0, 1 or 2",
         )
-    if stated and code in UNITS and code != number:
+    if stated and (code in UNITS or code == COUNTS) and code != number:
         raise lines.error(data_at, f"unit {number}, but the integers say {code}; get the file again")
-    return UNITS[number]
+    return number
 
 
 def _axis(lines: Lines, at: int, everything: Sequence[str], code: int) -> tuple[str, Direction]:

@@ -3,7 +3,8 @@
 The format: Shakal & Huang (1985), CSMIP report OSMS 85-03. Per channel 13 lines of text (25 in volume 2), 100 integers (16I5),
 50 or 100 reals (8F10), a line that says how many samples follow, at which rate, in which unit and format; the samples; in
 volume 2 velocity and displacement, which are not read; a line that ends the channel. Old volume-1 files hold pairs of time
-and acceleration instead (10F7, g/10).
+and acceleration instead (10F7, g/10), and so do those of RENADIC (Universidad de Chile), whose L, T and V say nothing about
+north and up.
 """
 
 import re
@@ -98,6 +99,10 @@ def _channel(source: SourceFile, block: Lines, volume: int) -> Component:
         latitude = float(place[0][1]) * (1 if place[0][2].upper() == "N" else -1)
         longitude = float(place[0][3]) * (1 if place[0][4].upper() == "E" else -1)
     station = text.find(r"STATION\s+(?:ID\.?|NO\.?)\s*(\S+)")
+    if renadic := text.find("UNIVERSIDAD DE CHILE - RENADIC"):
+        # Its files leave the station's number out, and place stations that it does not know at 0° N, 0° E.
+        station = replace(text, lines=text.lines[5:6]).find(r"^\s*(.*\S)")
+        latitude, longitude = (None, None) if latitude == 0 and longitude == 0 else (latitude, longitude)
     event = replace(text, lines=text.lines[1:12]).find(r"^\s*R(?:e?co?rd) of (.*?)(?:\s{3,}|\(|$)")
     return Component.of(
         source,
@@ -105,14 +110,21 @@ def _channel(source: SourceFile, block: Lines, volume: int) -> Component:
         (azimuth, vertical),
         samples,
         interval,
-        start=_start(text),
+        start=_trigger(text) if renadic else _start(text),
         station=station[0][1] if station else "",
         event=" ".join(event[0][1].split()) if event else "",
         latitude=latitude,
         longitude=longitude,
         peak=_peak(text, volume),
         processed=volume == 2,
+        extra=_filter(text) if volume == 2 else {},
     )
+
+
+def _filter(text: Lines) -> dict[str, str]:
+    """The band-pass filter of volume 2, where the header states its corners."""
+    stated = text.find(rf"BAND-?PASS.*?\b({FLOAT})\s+(?:AND|TO|-)\s+({FLOAT})\s*HZ")
+    return {"agency_processing": f"band-pass filter {stated[0][1]} to {stated[0][2]} Hz"} if stated else {}
 
 
 def _needed(text: Lines, pattern: str, missing: str) -> tuple[re.Match[str], int]:
@@ -168,10 +180,15 @@ def _interval(block: Lines, data_at: int) -> float:
 def _pairs(block: Lines, text: Lines) -> tuple[np.ndarray, float]:
     """Old volume 1: time and acceleration in turn, ten columns of seven."""
     stated, _ = _needed(text, r"NO\.? OF POINTS\s*=\s*(\d+)", "no line NO. OF POINTS")
-    unit, _ = _needed(text, r"UNITS OF .*SEC AND (G/10|G|CM/SEC/SEC|CM/SEC2)", "no line UNITS OF")
+    unit, _ = _needed(
+        text, r"UNITS OF .*SEC AND (G/10|G|CM/SEC/SEC|CM/SEC2)(?=[.,;\s]|$)", "no unit in a line UNITS OF"
+    )
     count = int(stated[1])
     first = len(text.lines) + 14
     values = block.fixed_columns(first, width=7, per_line=10, count=2 * count)
+    after = first + -(-2 * count // 10)
+    if any(line.strip() for line in block.lines[after:]):
+        raise block.error(after, f"samples after the last of {count}; the header's count is wrong")
     time, samples = values[0::2], values[1::2]
     steps = np.diff(time)
     interval = round(float(time[-1] - time[0]) / max(count - 1, 1), 6)
@@ -186,6 +203,18 @@ def _peak(text: Lines, volume: int) -> StatedPeak | None:
         return None
     match, index = stated
     return text.peak(match[1], index, "the peak", _UNITS[match[2].lower()])
+
+
+def _trigger(text: Lines) -> datetime | None:
+    """RENADIC's trigger time; None where the recorder's clock was never set and says 1980-01-01."""
+    stated = text.find(r"TRIGGER TIME:\s*(\d+)/\s*(\d+)/\s*(\d+)\s+(\d+):\s*(\d+):\s*([\d.]+)\s*GMT")
+    if stated is None:
+        return None
+    match, index = stated
+    month, day, year, hour, minute = (int(match[i]) for i in range(1, 6))
+    if (year, month, day) == (1980, 1, 1):
+        return None
+    return text.time(index, (year, month, day), hour, minute, text.number(match[6], index, "second"))
 
 
 def _start(text: Lines) -> datetime | None:

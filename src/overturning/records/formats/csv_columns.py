@@ -9,8 +9,9 @@ from overturning.errors import RecordError
 from overturning.records.axes import UNKNOWN, parse_axis
 from overturning.records.component import Component
 from overturning.records.formats.lines import Lines
-from overturning.records.options import UNITS, ReadOptions
+from overturning.records.options import ReadOptions
 from overturning.records.source import SourceFile
+from overturning.units import UNITS
 
 SECONDS: Final = {"s": 1.0, "ms": 1e-3}
 
@@ -23,6 +24,11 @@ def read(source: SourceFile, options: ReadOptions) -> list[Component]:
     """
     name = source.name
     columns = _declared(options.columns, name)
+    if options.processed is None:
+        raise RecordError(
+            f"{name}: columns do not say whether the samples are raw or have been corrected; declare it (processed in the record "
+            "table: true or false; --processed or --raw here)"
+        )
     rows, first_line = _rows(source, len(columns))
     interval = options.sampling_interval_s
     for index, (word, unit) in enumerate(columns):
@@ -35,8 +41,8 @@ def read(source: SourceFile, options: ReadOptions) -> list[Component]:
         if word in ("time", "skip"):
             continue
         samples = rows[:, index] * UNITS[unit]
-        # Whoever declares units by hand also declares the processing.
-        components.append(Component.of(source, word, parse_axis(word), samples, interval, processed=True))
+        more = {"processed": options.processed, "unit": unit, "extra": {"declared": options.declared}}
+        components.append(Component.of(source, word, parse_axis(word), samples, interval, **more))
     return components
 
 
@@ -55,6 +61,8 @@ def _declared(text: str, name: str) -> list[tuple[str, str]]:
             columns.append(("time", unit))
         elif unit.lower() in UNITS and parse_axis(axis) != UNKNOWN:
             columns.append((axis, unit.lower()))
+        elif len(columns) == 0 and re.search(r"[,;]", word):
+            raise RecordError(f"{name}: columns {text!r}; set them off by blanks, not by commas or semicolons")
         else:
             raise RecordError(
                 f"{name}: column {word!r}; declare time:s, skip, or axis:unit with an axis such as north, N28W, 270, up and a unit of "
@@ -76,8 +84,8 @@ def _rows(source: SourceFile, width: int) -> tuple[np.ndarray, int]:
         if not values and not heading and any(re.search(r"[A-Za-z]{1,}", c) and not _numeric(c) for c in cells):
             heading = index + 1
             continue
-        if len(cells) != width:
-            raise lines.error(index, f"{len(cells)} columns, {width} are declared; correct either")
+        if wrong := _wrong_separator(line, cells, separator, width):
+            raise lines.error(index, wrong)
         values.append([lines.number(cell, index, "a cell") for cell in cells])
         first_line = first_line or index + 1
     if source.data[-1:] not in (b"\n", b"\r"):
@@ -88,6 +96,18 @@ def _rows(source: SourceFile, width: int) -> tuple[np.ndarray, int]:
     if len(values) < 2:
         raise RecordError(f"{source.name}: {len(values)} rows of numbers; a record needs at least 2")
     return np.array(values, dtype=np.float64), first_line
+
+
+def _wrong_separator(line: str, cells: list[str], separator: str | None, width: int) -> str:
+    """What is wrong with the marks between or in the cells of a line; empty where nothing is."""
+    decimal = next((cell for cell in cells if re.fullmatch(r"[+-]?\d*,\d+([eE][+-]?\d+)?", cell)), None)
+    if decimal or (separator == "," and len(cells) == 2 * width and all(re.fullmatch(r"[+-]?\d*", c) for c in cells)):
+        return f"{decimal or line.strip()[:30]!r} has decimal commas; write decimal points (sed 's/,/./g')"
+    if len(cells) == width:
+        return ""
+    if separator != ";" and ";" in line:
+        return "cells are set off by semicolons here, but not in the first line; set off all lines alike"
+    return f"{len(cells)} columns, {width} are declared; correct either"
 
 
 def _numeric(cell: str) -> bool:

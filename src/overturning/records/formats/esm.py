@@ -15,6 +15,7 @@ _KNOWN: Final = {
     "STATION_LATITUDE_DEGREE": "latitude",
     "STATION_LONGITUDE_DEGREE": "longitude",
     "MAGNITUDE_W": "magnitude",
+    "VS30_M/S": "vs30",
     "EVENT_LATITUDE_DEGREE": "event_latitude",
     "EVENT_LONGITUDE_DEGREE": "event_longitude",
 }
@@ -52,7 +53,8 @@ def read(source: SourceFile) -> list[Component]:
     units_at, _ = at("UNITS"), at("STREAM")
     if text("UNITS").replace(" ", "").lower() not in ("cm/s^2", "cm/s2"):
         raise lines.error(units_at, f"unit {text('UNITS')!r}; only cm/s^2 is read: get acceleration")
-    if text("DATA_TYPE") != "ACCELERATION" and "DATA_TYPE" in header:
+    # Raw files write it small, or say that it is unprocessed.
+    if text("DATA_TYPE").upper().removeprefix("UNPROCESSED ") != "ACCELERATION" and "DATA_TYPE" in header:
         raise lines.error(at("DATA_TYPE"), f"{text('DATA_TYPE')}; only ACCELERATION is read: get that file")
     samples = lines.column(first)
     lines.check_last_number(source.text[-200:])
@@ -61,7 +63,10 @@ def read(source: SourceFile) -> list[Component]:
             at("NDATA"),
             f"header promises {text('NDATA')} samples, the file has {samples.size}; it is cut: get it again",
         )
-    known = {name: value(key) for key, name in _KNOWN.items() if text(key)}
+    known: dict[str, float | str] = {name: value(key) for key, name in _KNOWN.items() if text(key)}
+    corners = [text(f"{end}_CUT_FREQUENCY_HZ") for end in ("LOW", "HIGH")]
+    if all(corners):
+        known["agency_processing"] = f"{text('FILTER_TYPE').lower() or 'filter'} {corners[0]} to {corners[1]} Hz"
     stated = text("PGA_CM/S^2")
     return [
         Component.of(
@@ -76,7 +81,11 @@ def read(source: SourceFile) -> list[Component]:
             latitude=known.pop("latitude", None),
             longitude=known.pop("longitude", None),
             peak=lines.peak(stated, at("PGA_CM/S^2"), "PGA", GAL) if stated else None,
-            processed="NOT REMOVED" not in text("BASELINE_CORRECTION").upper(),
+            processed=not (
+                "NOT REMOVED" in text("BASELINE_CORRECTION").upper()
+                or text("PROCESSING").lower() == "none"
+                or text("DATA_TYPE").upper().startswith("UNPROCESSED")
+            ),
             extra=known,
         )
     ]

@@ -88,8 +88,9 @@ def _components(file: Any, source: str, number: int) -> tuple[list[Component], d
                 event=event,
                 processed=True,
                 extra={
+                    "processed_by": "PEER",
                     "magnitude": numbers["EarthquakeMagnitude"],
-                    "distance_km": numbers["SiteDistanceClosestToPlane"],
+                    "rupture_distance": numbers["SiteDistanceClosestToPlane"],
                     "lowest_usable_frequency_hz": numbers["LowestUsableFrequency"],
                     "stated_samples": int(mine["values_block_2"][0]),
                 },

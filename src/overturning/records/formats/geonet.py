@@ -84,10 +84,10 @@ def _block(source: SourceFile, block: Lines) -> tuple[Component, int]:
         float(interval),
         # Corrected files have samples prepended (5 s as a rule) before the start of the buffer.
         start=_buffer_start(block, whole) - timedelta(seconds=float(whole[31]) * interval),
-        event=" ".join(text[6].split()),
+        event=_event(text),
         peak=_peak(block),
         processed=corrected,
-        **_places(text, {"magnitude": float(real[14])} if real[14] > 0 else {}),
+        **_places(text, _of_the_header(text, real, corrected)),
     )
     return component, end
 
@@ -102,6 +102,20 @@ def _search(block: Lines, index: int, pattern: str) -> str:
 def _peak(block: Lines) -> StatedPeak:
     peak = _search(block, 13, rf"Acceleration:\s+[Pp]eak\s+({FLOAT})\s*mm/s/s")
     return block.peak(peak, 13, "peak", MM)
+
+
+def _event(text: Sequence[str]) -> str:
+    """The earthquake by its time, and by its place as that of the epicentre, which may be far from the station."""
+    when, where = (" ".join(text[line].split()) for line in (7, 6))
+    return f"earthquake of {when}" + (f" (epicentre {where})" if where else "")
+
+
+def _of_the_header(text: Sequence[str], real: np.ndarray, corrected: bool) -> dict[str, Any]:
+    """Magnitude, and what the agency's filter was."""
+    magnitude = {"magnitude": float(real[14])} if real[14] > 0 else {}
+    bands = re.search(r"transition bands are\s+(.*?)\s*$", text[11])
+    filtered = {"agency_processing": f"band-pass filter, transition bands {bands[1]}"} if corrected and bands else {}
+    return magnitude | filtered
 
 
 def _places(text: Sequence[str], extra: dict[str, float]) -> dict[str, Any]:

@@ -27,6 +27,51 @@ def resolution(text: str) -> float:
 
 
 @dataclass(frozen=True)
+class Header:
+    """Texts of header lines ``KEY: text`` by key, with the lines that they stand in."""
+
+    lines: "Lines"
+    texts: dict[str, tuple[int, str]]
+
+    @classmethod
+    def of(cls, lines: "Lines", stop: int, strip: str = "") -> "Header":
+        """Header of the lines before ``stop``, less the characters ``strip`` ahead of them; the first of a key counts."""
+        texts: dict[str, tuple[int, str]] = {}
+        for index, line in enumerate(lines.lines[:stop]):
+            key, colon, text = line.lstrip(strip).partition(":")
+            if colon:
+                texts.setdefault(" ".join(key.split()), (index, text.strip()))
+        return cls(lines, texts)
+
+    def at(self, key: str) -> int:
+        """Line of a key; a RecordError where there is none."""
+        if key not in self.texts:
+            raise RecordError(f"{self.lines.file}: no header line {key}; get the file again")
+        return self.texts[key][0]
+
+    def text(self, key: str) -> str:
+        """Text of a key; empty where there is none."""
+        return self.texts.get(key, (0, ""))[1]
+
+    def error(self, key: str, why: str) -> RecordError:
+        """An error that names the line of a key."""
+        return self.lines.error(self.at(key), why)
+
+    def number(self, key: str, text: str | None = None) -> float:
+        """Number of a key, or in a part of its text."""
+        index = self.at(key)
+        return self.lines.number(self.text(key) if text is None else text, index, key)
+
+    def time(self, key: str, pattern: str, text: str | None = None) -> datetime:
+        """Time of a key, or in a part of its text, in the given pattern; taken as UTC."""
+        said = self.text(key) if text is None else text
+        try:
+            return datetime.strptime(said, pattern).replace(tzinfo=UTC)
+        except ValueError:
+            raise self.error(key, f"{key} {said!r} is no time like {pattern}; correct it") from None
+
+
+@dataclass(frozen=True)
 class Lines:
     """Lines of a file or of one channel in it; every index counts from 0 within them."""
 
@@ -84,6 +129,30 @@ class Lines:
             rest = enumerate(self.lines[first:], first)
             values = [self.number(word, index, "a sample") for index, line in rest for word in line.split()]
             return np.array(values, dtype=np.float64)
+
+    def rows(self, first: int, columns: int, stop: int | None = None) -> FloatArray:
+        """Numbers of the free-format lines from ``first`` to before ``stop``, so many on each; shape (lines, columns).
+
+        Blank lines at the end are left. A RecordError names the line that has another count, or what is no number.
+        """
+        lines = list(self.lines[first:stop])
+        while lines and not lines[-1].strip():
+            lines.pop()
+        words: list[str] = []
+        for index, line in enumerate(lines, first):
+            cells = line.split()
+            if len(cells) != columns or set("".join(cells)) - _ALLOWED:
+                for cell in cells:
+                    self.number(cell, index, "a sample")
+                why = f"{len(cells)} numbers where {columns} belong; columns touch, or the line is cut"
+                raise self.error(index, f"{why}: get the file again")
+            words += cells
+        try:
+            return np.array(words, dtype=np.float64).reshape(-1, columns)
+        except ValueError:
+            for place, word in enumerate(words):
+                self.number(word, first + place // columns, "a sample")
+            raise
 
     def check_last_number(self, end: str) -> None:
         """Refuse a last number that was cut off: fewer decimals than the one before it, and no line end behind it.

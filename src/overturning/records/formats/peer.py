@@ -46,7 +46,9 @@ def read(source: SourceFile) -> list[Component]:
     parts = [p.strip() for p in lines[1].split(",")]
     axis = re.sub(r"\(.*\)", "", parts[-1]).strip()
     event, station = _names(parts)
-    more = {"station": station, "event": event, "processed": True}
+    corners = re.search(rf"HP=\s*({FLOAT})\s*Hz\s+LP=\s*({FLOAT})\s*Hz", lines[2], re.IGNORECASE)
+    filtered = {"agency_processing": f"band-pass filter {corners[1]} to {corners[2]} Hz"} if corners else {}
+    more = {"station": station, "event": event, "processed": True, "extra": filtered}
     return [Component.of(source, axis, parse_axis(axis), samples * STANDARD_GRAVITY, interval, **more)]
 
 

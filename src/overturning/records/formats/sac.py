@@ -10,8 +10,9 @@ from overturning.errors import RecordError
 from overturning.records.axes import UNKNOWN, Direction
 from overturning.records.component import Component, StatedPeak
 from overturning.records.formats.stationxml import components_of, read_inventory, read_stream
-from overturning.records.options import UNITS, ReadOptions
+from overturning.records.options import ReadOptions
 from overturning.records.source import SourceFile
+from overturning.units import UNITS
 
 UNDEFINED: Final = -12345.0
 
@@ -42,11 +43,11 @@ def read(source: SourceFile, options: ReadOptions) -> list[Component]:
             f"{source.name}: SAC does not say its unit; declare it (unit in the record table, --unit here: {', '.join(UNITS)}) "
             "or give StationXML"
         )
-    return [_component(stream[0], source, UNITS[options.unit])]
+    return [_component(stream[0], source, options.unit, options)]
 
 
-def _component(trace: Any, source: SourceFile, scale: float) -> Component:
-    header = trace.stats.sac
+def _component(trace: Any, source: SourceFile, unit: str, options: ReadOptions) -> Component:
+    header, scale = trace.stats.sac, UNITS[unit]
 
     def known(key: str) -> float | None:
         value = header.get(key)
@@ -66,7 +67,9 @@ def _component(trace: Any, source: SourceFile, scale: float) -> Component:
         latitude=known("stla"),
         longitude=known("stlo"),
         peak=StatedPeak(max(peaks) * scale, 2e-7 * max(peaks) * scale) if peaks else None,
-        extra={"network": trace.stats.network},
+        processed=bool(options.processed),
+        unit=unit,
+        extra={"network": trace.stats.network, "declared": options.declared},
     )
 
 

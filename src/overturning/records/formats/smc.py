@@ -69,6 +69,9 @@ def _samples(text: Lines, whole: np.ndarray, real: np.ndarray) -> np.ndarray:
     comments, count = int(whole[15]), int(whole[16])
     if count < 2 or not 0 <= comments <= 10_000:
         raise text.error(13, f"{count} samples and {comments} comment lines; correct the header")
+    if real[1] == real[0]:
+        why = f"no sampling rate: {real[1]:.2g} is the format's word for undefined, so samples are not evenly spaced"
+        raise text.error(17, f"{why}; use the corrected file")
     if not 1.0 <= real[1] <= 100_000.0:
         raise text.error(17, f"{real[1]:g} samples per second; unevenly sampled or senseless: use the corrected file")
     first = TEXT_LINES + 16 + comments

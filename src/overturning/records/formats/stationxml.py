@@ -11,8 +11,21 @@ from overturning.errors import RecordError
 from overturning.records.axes import UNKNOWN, Direction
 from overturning.records.component import Component
 from overturning.records.source import SourceFile
+from overturning.units import GAL, STANDARD_GRAVITY
 
-_ACCELERATION: Final = {"M/S**2", "M/S2", "M/S^2", "M/(S**2)", "M/SEC**2"}
+_SECONDS: Final = ("/S**2", "/S2", "/S^2", "/(S**2)", "/SEC**2", "/S/S")
+_ACCELERATION: Final = {
+    **{
+        f"{length}{per}": scale
+        for length, scale in (("M", 1.0), ("CM", GAL), ("MM", 1e-3), ("NM", 1e-9))
+        for per in _SECONDS
+    },
+    "GAL": GAL,
+    "G": STANDARD_GRAVITY,
+}
+"""Names of units of acceleration, in m/s²."""
+
+_VELOCITY: Final = {"M/S", "M/SEC"}
 
 
 def detect(source: SourceFile) -> bool:
@@ -89,7 +102,11 @@ def _component(trace: Any, inventory: Any, source: SourceFile) -> Component:
         raise RecordError(f"{name}: channel {trace.id} has a gain of {gain}; correct the StationXML")
     counts = np.asarray(trace.data, dtype=np.float64)
     if unit in _ACCELERATION:
-        samples, removed = counts / gain, "gain"
+        samples, removed = counts / gain * _ACCELERATION[unit], "gain"
+    elif unit not in _VELOCITY:
+        raise RecordError(
+            f"{name}: channel {trace.id} is in {unit or 'no unit'} in the StationXML; acceleration or velocity is needed"
+        )
     else:
         samples, removed = _deconvolved(trace, inventory, name), "response"
     return Component.of(

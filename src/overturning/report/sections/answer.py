@@ -2,8 +2,9 @@
 
 import math
 
-from overturning.report.blocks import Answer, Block, Figure, Note, Paragraph, Section, Table
+from overturning.report.blocks import Answer, Block, Figure, Note, Paragraph, Section
 from overturning.report.results import Results
+from overturning.report.sections.own_error import dependence
 from overturning.report.sections.records import record_directions
 from overturning.report.text import counted, degrees, interval, number, percent
 from overturning.statistics.earthquakes import AxisSummary
@@ -24,14 +25,11 @@ def answer(results: Results) -> Section:
             "fault normal counts as positive is arbitrary, so only axes are compared.",
             width=0.82,
         )
-        note = Note(
-            "Alignment is the mean of cos 2Δ over earthquakes, Δ the angle between fall axis and fault normal: 1 normal to "
-            "the fault, −1 along it, 0 neither. Intervals: 95 %, bootstrap over earthquakes. Rayleigh: any preferred axis; "
-            "V: the fault normal, stated beforehand; both on doubled angles."
-        )
-        axes = (figure, _summary_table(results.axes), note)
+        axes = (figure,)
     sentences = Answer((*answer_sentences(results), *_directions_in_words(results)))
-    return Section("Answer", (sentences, Paragraph(_counted(results)), *axes, Note(_cases(results))), anchor="answer")
+    exact = dependence(results)
+    blocks = (sentences, *((exact,) if exact else ()), Paragraph(_counted(results)), *axes, Note(_cases(results)))
+    return Section("Answer", blocks, anchor="answer")
 
 
 def answer_sentences(results: Results) -> tuple[str, ...]:
@@ -54,7 +52,7 @@ def answer_sentences(results: Results) -> tuple[str, ...]:
 
 def headline(results: Results) -> str:
     """Mean fall axis with its interval, and whether it tells normal from parallel."""
-    means = [f"{_mean_axis(one)}{_name(name)} ({counted(one.n, 'earthquake')})" for name, one in results.axes.items()]
+    means = [f"{_mean_axis(one)}{_name(name)} ({_earthquakes(one)})" for name, one in results.axes.items()]
     verdicts = {name: _verdict(one) for name, one in results.axes.items() if one.n > 0}
     if len(set(verdicts.values())) == 1:
         conclusion = next(iter(verdicts.values()))
@@ -108,11 +106,19 @@ def _mean_axis(summary: AxisSummary) -> str:
         return "not at all"
     if math.isnan(summary.mean_axis_deg):
         return "along no common axis"
-    spread = "" if math.isnan(summary.mean_axis_half_width_deg) else f"\u00a0{_half_width(summary)}"
+    spread = "" if math.isnan(summary.mean_axis_half_width_deg) else f"\u00a0{half_width(summary)}"
     return f"{degrees(abs(summary.mean_axis_deg))}{spread} from the fault normal"
 
 
-def _half_width(summary: AxisSummary) -> str:
+def _earthquakes(summary: AxisSummary) -> str:
+    """How many earthquakes a mean axis is of, and of how many in all where some have no falls."""
+    if summary.n == summary.earthquakes:
+        return counted(summary.n, "earthquake")
+    return f"{summary.n or 'none'} of {counted(summary.earthquakes, 'earthquake')} with falls"
+
+
+def half_width(summary: AxisSummary) -> str:
+    """Half of the interval of a mean axis, ± 12°."""
     width = summary.mean_axis_half_width_deg
     return "–" if math.isnan(width) else f"±\u00a0{degrees(width)}"
 
@@ -154,17 +160,3 @@ def _cases(results: Results) -> str:
     absent = ", ".join(f"{count:,} {name}" for name, (_, count) in results.statuses.items() if count)
     missing = f"Without an outcome: {absent}." if absent else "No outcome is missing."
     return f"The study has {cases:,} cases (record × azimuth × height × B/H × friction); {others}.{share} {missing}"
-
-
-def _summary_table(axes: dict[str, AxisSummary]) -> Table:
-    rows = tuple(
-        (
-            *(name, str(s.earthquakes), str(s.n), degrees(s.mean_axis_deg), _half_width(s)),
-            *("–" if s.n == 0 else number(s.alignment), interval(*s.alignment_interval)),
-            f"{s.closer_to_normal} of {s.n}",
-            *("–" if s.n < 2 else f"{test.p_value:.2g}" for test in (s.rayleigh, s.v)),
-        )
-        for name, s in axes.items()
-    )
-    heads = ("records", "earthquakes", "with falls", "mean axis from normal", "interval", "alignment", "interval")
-    return Table((*heads, "closer to normal", "Rayleigh p", "V test p"), rows)

@@ -11,6 +11,12 @@ from overturning.statistics.logistic import LogisticFit, describe, overturning_f
 DOUBLED = {1: "PGA, and PGV with it,", 2: "PGV alone", 4: "the size of a block alone"}
 """What doubles where a predictor of `statistics.logistic.overturning_fit` grows by ln 2, by its place."""
 
+FEWEST_EARTHQUAKES = 8
+"""Earthquakes below which nothing is said about odds."""
+
+WIDEST = 100.0
+"""An interval of odds whose ends differ by more than this factor tells nothing."""
+
 
 def cause(results: Results) -> Section:
     """Falls in the plane of PGA and PGV/PGA, and the logistic fit."""
@@ -46,10 +52,17 @@ def _table(fit: LogisticFit) -> Table:
 
 def doubling_sentence(fit: LogisticFit) -> str:
     """What doubling the motion or the block does to the odds of a fall; empty where nothing was fitted."""
-    parts = []
+    parts, untold = [], []
     for place, what in DOUBLED.items():
         factor, low, high = (2.0 ** float(values[place]) for values in (fit.coefficient, fit.low, fit.high))
-        if not math.isnan(factor):
-            known = "" if math.isnan(low) else f" ({short(low)} to {short(high)})"
-            parts.append(f"by {short(factor)}{known} where {what} doubles")
-    return f"The odds of a fall are multiplied {'; '.join(parts)}." if parts else ""
+        if math.isnan(factor):
+            continue
+        if fit.clusters >= FEWEST_EARTHQUAKES and high <= WIDEST * low:
+            parts.append(f"by {short(factor)} ({short(low)} to {short(high)}) where {what} doubles")
+        else:
+            untold.append(what.strip(","))
+    told = f"The odds of a fall are multiplied {'; '.join(parts)}." if parts else ""
+    if not untold:
+        return told
+    unknown = f"{counted(fit.clusters, 'earthquake')} cannot tell by how much the odds of a fall grow where {' or '.join(untold)} doubles."
+    return f"{told} {unknown}".strip()

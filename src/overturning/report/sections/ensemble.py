@@ -21,14 +21,19 @@ def ensemble(results: Results) -> Section | None:
         divided = (falls > 0) & (falls < 1)
         other_side = (np.minimum(towards, away) > 0) & (falls > 0.5)
         gap = abs(half["scramble_difference_towards"] + half["scramble_difference_away"]).where(divided).mean()
-        members = f"{float(half['members'].max().compute()):.0f}"
+        members = half["members"].where(half["members"] > 0)
+        fewest, most, mean = (f"{float(of().compute()):.0f}" for of in (members.min, members.max, members.mean))
+        times, until = most, ""
+        if fewest != most:
+            times = f"{fewest} to {most}"
+            until = f" (on average {mean}; no more once the 95 % intervals of its probabilities are narrow enough)"
         shares = [percent(float(cells.sum().compute()) / count, 1) for cells in (divided, other_side)]
         text = (
-            f"Each cell near a change of flag ({percent(count / int(run.size))} of all) was run {members} more times with "
-            "slightly different amplitude, shape, friction, damping and azimuth. In "
+            f"Each cell near a change of flag ({percent(count / int(run.size))} of all) was run {times} more times with "
+            f"slightly different amplitude, shape, friction, damping and azimuth{until}. In "
             f"{shares[0]} of them some runs fall and others stand; in {shares[1]} most runs fall, but not all to the same "
             f"side. Where runs are divided, the two halves of the ensemble differ by {number(float(gap.compute()))} in "
-            f"probability on average: that well {members} runs know it. This is the spread over the neighbourhood stated in "
+            "probability on average: that well their runs know it. This is the spread over the neighbourhood stated in "
             "the study, not a probability of what happened."
         )
     return Section("How far the answers hold", (Paragraph(text),), anchor="uncertainty")

@@ -6,8 +6,9 @@ import numpy as np
 
 from overturning.report.blocks import Block, Disclosure, Figure, Note, Section, Table
 from overturning.report.results import Results
-from overturning.report.text import number
-from overturning.statistics.earthquakes import relative_axes
+from overturning.report.sections.answer import half_width
+from overturning.report.text import degrees, interval, number
+from overturning.statistics.earthquakes import AxisSummary, relative_axes
 from overturning.statistics.groups import record_groups
 
 
@@ -16,14 +17,24 @@ def falls(results: Results) -> Section | None:
     if not results.fallen > 0:
         return None
     caption = (
-        "Azimuths towards which blocks fall, over all cases. Each plane of motion counts once; the area of a sector is its "
-        "share."
+        "Azimuths towards which blocks fall that only just fall: those that overturn in at most half of the planes of a "
+        "record. More slender ones fall every way and tell nothing about direction. Each plane of motion counts once; the "
+        "area of a sector is its share."
     )
     blocks: list[Block] = [Figure(results.figures / "rose.svg", "rose of fall azimuths", caption, width=0.8)]
     if results.tells_axes:
+        blocks += [_summary_table(results.axes), Note(_ABOUT_AXES)]
         note = Note("No p-value is given here: with so many shapes some would look small by chance.")
         blocks.append(Disclosure("Alignment with the fault normal by B/H and friction", (_by_shape(results), note)))
     return Section("Where blocks fall", tuple(blocks), anchor="rose")
+
+
+_ABOUT_AXES = (
+    "Fall axis of each earthquake relative to its fault normal, over all blocks. Alignment is the mean of cos 2Δ over "
+    "earthquakes, Δ the angle between fall axis and fault normal: 1 normal to the fault, −1 along it, 0 neither. Intervals: "
+    "95 %, bootstrap over earthquakes. Rayleigh: any preferred axis; V: the fault normal, stated beforehand; both on doubled "
+    "angles."
+)
 
 
 def _by_shape(results: Results) -> Table:
@@ -50,3 +61,17 @@ def _by_shape(results: Results) -> Table:
             cells = (number(float(column[i, j]), place % 2 * 2) for place, column in enumerate(columns))
             rows.append((f"{b_over_h:g}", f"{friction:g}", *cells))
     return Table(tuple(heads), tuple(rows), "nn", sortable=True)
+
+
+def _summary_table(axes: dict[str, AxisSummary]) -> Table:
+    rows = tuple(
+        (
+            *(name, str(s.earthquakes), str(s.n), degrees(abs(s.mean_axis_deg)), half_width(s)),
+            *("–" if s.n == 0 else number(s.alignment), interval(*s.alignment_interval)),
+            f"{s.closer_to_normal} of {s.n}",
+            *("–" if s.n < 2 else f"{test.p_value:.2g}" for test in (s.rayleigh, s.v)),
+        )
+        for name, s in axes.items()
+    )
+    heads = ("records", "earthquakes", "with falls", "mean axis from normal", "interval", "alignment", "interval")
+    return Table((*heads, "closer to normal", "Rayleigh p", "V test p"), rows)

@@ -9,7 +9,6 @@ import numpy as np
 from overturning.figures.style import short
 from overturning.report.blocks import Bullets, Code, Note, Paragraph, Section, Table
 from overturning.report.results import Results
-from overturning.statistics.groups import record_groups
 from overturning.study.cube import sources_of_records
 
 
@@ -41,12 +40,13 @@ def _limits(results: Results) -> tuple[str, ...]:
     vertical = f"Vertical motion is in {results.with_vertical} of {len(results.names)} records."
     if results.with_vertical == 0:
         vertical = "No vertical motion was given; it makes blocks lighter and heavier in turn."
-    chosen = ": those with a velocity pulse were chosen for it" if len(record_groups(results.cube)) > 1 else ""
+    pulses = "nearfield_pulse" in results.cube.attrs["record_sources"]
+    chosen = "; those of the FEMA P-695 pulse set were chosen for their velocity pulse" if pulses else ""
     sample = "1 earthquake is" if results.earthquake_count == 1 else f"{results.earthquake_count} earthquakes are"
     return (
         "The model is plane: a real stone may stand oblique to the motion, twist, or be a stack of several.",
         vertical,
-        f"The records were not drawn at random{chosen}. {sample} a small sample.",
+        f"The records are those that the study names, not a random sample{chosen}. {sample} a small sample.",
         "Blocks of every shape of the study count the same; a cemetery has shapes of its own.",
     )
 

@@ -7,8 +7,11 @@ from overturning.report.results import Results
 from overturning.report.text import percent
 from overturning.study.comparison import wilson
 from overturning.study.own_error import KINDS, WARN_ABOVE
+from overturning.study.repetition import NUDGE
 
 _NAMES: Final = {"finer": "steps {finer_by} times finer", "stiffer": "springs {stiffer_by:g} times stiffer"}
+
+_SETTINGS: Final = {"finer": "a smaller simulation.time_step", "stiffer": "a larger contact.stiffness"}
 
 
 def own_error(results: Results) -> Section | None:
@@ -29,7 +32,7 @@ def own_error(results: Results) -> Section | None:
             "single cells of this study; a smaller time step or a stiffer contact is needed."
         )
         blocks.append(Caution(warning))
-    text = _text(found)
+    text = _text(found) + _settled(found)
     if found["chosen"]:
         several = any(len(counts) > 1 for counts in outcomes.values())
         text += " Each element of the scene is counted by itself." if several else ""
@@ -42,6 +45,28 @@ def own_error(results: Results) -> Section | None:
     rows = tuple(row for kind in KINDS for row in _rows(found, kind))
     blocks += [Paragraph(text), Table((*heads, "block steps", "of the study's"), rows, "tt"), Note(note)]
     return Section("How exact these answers are", tuple(blocks), anchor="own-error")
+
+
+def dependence(results: Results) -> Paragraph | None:
+    """How much of the answer depends on step and stiffness, in a line, with the setting that would help."""
+    found = results.verification
+    if found is None or not found["chosen"]:
+        return None
+    shares, helps = [], []
+    for kind in KINDS:
+        outcomes = [one for one in found[kind].get("outcomes", ()) if one["cases"]]
+        if outcomes:
+            share = max(one["flags"] / one["cases"] for one in outcomes)
+            shares.append(f"{percent(share, 1)} of the flags with {_NAMES[kind].format(**found)}")
+            helps += [_SETTINGS[kind]] if share > WARN_ABOVE else []
+    if not shares:
+        return None
+    text = f"Run again, {found['chosen']} cases change {' and '.join(shares)}"
+    if not helps:
+        return Note(f"{text}: this little of the answer depends on the computation.")
+    return Caution(
+        f"{text}. Do not trust single cells; {' and '.join(helps)} would help (How exact these answers are, below)."
+    )
 
 
 def _text(found: dict[str, Any]) -> str:
@@ -57,6 +82,32 @@ def _text(found: dict[str, Any]) -> str:
         f"{chosen} of the {found['cells']} cases, drawn at random, were run again{why if chosen < wanted else ''}; "
         f"{found['at_rest']} of them lie below the thresholds of rocking and sliding and cannot change."
     )
+
+
+def _settled(found: dict[str, Any]) -> str:
+    """What a finer computation settles of what changed, and what none does."""
+    changed, looked, settled = (found["settling"][name] for name in ("changed", "looked_at", "settled"))
+    if not changed:
+        return ""
+    which = "it was" if changed == 1 else "they were"
+    if looked < changed:
+        which = f"{looked} of them {'was' if looked == 1 else 'were'}"
+    if not looked:
+        return f" With finer steps {_cases(changed)} changed; verification.cost leaves no room to look why."
+    open_ = looked - settled
+    low, high = wilson(open_, found["chosen"])
+    text = (
+        f" With finer steps {_cases(changed)} changed; {which} computed twice more, in steps half as long as those and under "
+        f"a motion stronger by a factor of 1 + {NUDGE:g}. {settled} kept the answer of the finer steps, which settle "
+        f"{'it' if settled == 1 else 'them'}; {open_} did not and {'is' if open_ == 1 else 'are'} chaotic: no computation "
+        f"decides {'it' if open_ == 1 else 'them'}"
+    )
+    of_all = f", {percent(open_ / found['chosen'], 2)} of the cases run again (95 % interval {100 * low:.2f} to {percent(high, 2)})"
+    return f"{text}{of_all if looked == changed else ''}."
+
+
+def _cases(count: int) -> str:
+    return "1 case" if count == 1 else f"{count} cases"
 
 
 def _rows(found: dict[str, Any], kind: str) -> list[tuple[str, ...]]:

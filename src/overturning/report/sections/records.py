@@ -1,18 +1,25 @@
 """The records: their peaks, where blocks fall under each, where they were recorded, and their figures."""
 
 import math
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from overturning.records.summary import summary
 from overturning.report.blocks import Block, Figure, Note, Row, Section, Table
 from overturning.report.results import Results
+from overturning.report.sections.maps import polar_map, records_first
 from overturning.report.text import degrees, number, percent
 from overturning.statistics.boundary import boundary, easiest_azimuth
 from overturning.statistics.circular import wrap_axis
 from overturning.statistics.direction import fall_axis, fall_direction
 from overturning.statistics.falls import overturns
+from overturning.study.cube import processing_of
 from overturning.units import CM, GAL
+
+LEAST_RESULTANT = 0.05
+"""Resultant below which falls go every way alike and a mean direction or axis would be chance."""
 
 
 def records(results: Results) -> Section:
@@ -22,6 +29,7 @@ def records(results: Results) -> Section:
         "azimuth along which it is reached. Overturned: share of the record's cases."
     )
     blocks: list[Block] = [_peaks(results), about_peaks, Note("A click on a heading sorts.", medium="page")]
+    blocks += _processing(results)
     if results.fallen > 0:
         blocks.append(_directions(results))
     if maps := _maps(results):
@@ -36,12 +44,18 @@ def records(results: Results) -> Section:
 def record_by_record(results: Results) -> Section:
     """The figures of each record."""
     sections = []
+    first = records_first(results)
     for name in results.names:
-        polar = Figure(results.figures / "polar" / f"{name.id}.png", "where blocks fall, by azimuth and B/H")
-        peaks = Figure(results.figures / "intensity" / f"{name.id}.png", "peak acceleration and velocity by azimuth")
-        pair = Row((polar, peaks), shares=(1.25, 1.0))
-        sections.append(Section(name.heading, (pair,), anchor=name.id, together=True))
-    return Section("Record by record", tuple(sections), anchor="figures")
+        peaks = Figure(
+            results.figures / "intensity" / f"{name.id}.svg", "peak acceleration and velocity by azimuth", width=0.7
+        )
+        shown = (peaks,) if name in first else (polar_map(results, name), peaks)
+        sections.append(Section(name.heading, shown, anchor=name.id, together=True))
+    beside = Note(
+        f"Beside the report, {results.figures.name}/history/ has a page of each record (record.svg): time histories before and "
+        "after processing, Fourier amplitudes, signal-to-noise ratio, Husid plot, and what was taken away."
+    )
+    return Section("Record by record", (beside, *sections), anchor="figures")
 
 
 def _peaks(results: Results) -> Table:
@@ -62,13 +76,44 @@ def _peaks(results: Results) -> Table:
     return Table((*heads, "PGD, cm", "overturned"), tuple(rows), "lttt", anchor="peaks", sortable=True)
 
 
+def _processing(results: Results) -> list[Block]:
+    """What was done to each record, by whom, and what that changed."""
+    heads = ("record", "data and processing", "PGA, Gal", "PGV, cm/s", "PGD, cm", "computed", "declared or trusted")
+    accounts = processing_of(results.cube)
+    named = [(name.id, accounts[name.id]) for name in results.names if name.id in accounts]
+    if not named:
+        return []
+    rows = tuple((name, *_account(account)) for name, account in named)
+    note = Note(
+        "Raw data is as the recorder gave it; what an agency did to processed data is told as far as its file tells it. Peaks "
+        "are the largest of north and east, before → after what was done here. Computed is the length of the motion, from its "
+        "first sample (UTC); of it each case leaves out the beginning that cannot move its block."
+    )
+    return [Section("Processing of the records", (Table(heads, rows, "lwnnntw", anchor="processing"), note))]
+
+
+def _account(account: dict[str, Any]) -> tuple[str, ...]:
+    """Cells of a record's row, after its name."""
+    steps = [summary(step) for step in account["steps"]]
+    peaks = []
+    for measure, unit, digits in (("pga", GAL, 0), ("pgv", CM, 1), ("pgd", CM, 1)):
+        before, after = (f"{value / unit:.{digits}f}" for value in account["peaks"][measure])
+        peaks.append(after if before == after else f"{before} → {after}")
+    clock = account["start"].partition("T")[2].partition(".")[0].removesuffix("Z")
+    computed = f"{account['duration_s']:.1f}\u00a0s" + (f" from\u00a0{clock}" if clock else "")
+    said = [*account["declared"], *(f"trusted although {why}" for why in account["trusted"])]
+    data = account["data"] + (f" ({account['agency']})" if account["agency"] else "")
+    done = f"{data}; " + ("here: " + ", ".join(steps) if steps else "left alone here")
+    return done, *peaks, computed, "; ".join(said) or "–"
+
+
 def _directions(results: Results) -> Section:
     heads = ("record", "mean fall direction", "resultant", "mean fall axis", "resultant", "easiest axis")
     named = zip(results.names, record_directions(results.cube), strict=True)
     rows = tuple((name.id, *cells) for name, cells in named)
     note = Note(
         "Over all cases of a record, each plane once. A direction has a head (towards 60°), an axis has none (60° and 240° "
-        "are the same); a resultant of 1 means all falls alike, of 0 falls to every side alike. Easiest axis: along it the "
+        "are the same); a resultant of 1 means all falls alike, of 0 falls to every side alike, so no mean is given below 0.05. Easiest axis: along it the "
         "lowest block at the highest friction overturns up to the largest B/H; easier by: that B/H over the one of the "
         "hardest azimuth."
     )
@@ -91,7 +136,8 @@ def record_directions(cube: xr.Dataset) -> list[tuple[str, ...]]:
 
     Mean fall direction and its resultant, mean fall axis and its resultant, over all cases; azimuth of easiest overturning
     of the lowest block at the highest friction, its angle from the fault normal, and the largest B/H along it over that
-    along the hardest azimuth. Dashes where nothing falls.
+    along the hardest azimuth. Dashes where nothing falls, and for a mean whose
+    resultant is below `LEAST_RESULTANT`.
     """
     over = ("height", "b_over_h", "friction")
     direction, axis = fall_direction(cube, over=over).compute(), fall_axis(cube, over=over).compute()
@@ -102,11 +148,13 @@ def record_directions(cube: xr.Dataset) -> list[tuple[str, ...]]:
         best, ratio = float(easiest["easiest_axis"][index]), float(easiest["ratio"][index])
         bound = "" if math.isnan(ratio) or bool(easiest["bounded"][index]) else "≥ "
         apart = abs(float(wrap_axis(best - normal))) if np.isfinite(normal) else math.nan
+        head, length = (float(direction[name][index]) for name in ("mean_direction", "direction_resultant"))
+        line, strength = (float(axis[name][index]) for name in ("mean_axis", "axis_resultant"))
         cells = (
-            degrees(float(direction["mean_direction"][index]), 360),
-            number(float(direction["direction_resultant"][index])),
-            degrees(float(axis["mean_axis"][index]), 180),
-            number(float(axis["axis_resultant"][index])),
+            degrees(head if length >= LEAST_RESULTANT else math.nan, 360),
+            number(length),
+            degrees(line if strength >= LEAST_RESULTANT else math.nan, 180),
+            number(strength),
             *(degrees(best, 180), degrees(apart), bound + number(ratio)),
         )
         rows.append(cells)

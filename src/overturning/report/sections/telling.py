@@ -1,6 +1,6 @@
 """Cases to watch: films, and the motion and response behind them."""
 
-from overturning.report.blocks import Block, Bullets, Disclosure, Figure, Film, Note, Row, Section
+from overturning.report.blocks import Block, Bullets, Disclosure, Figure, Film, Note, Section
 from overturning.report.results import Results
 
 
@@ -11,13 +11,10 @@ def telling(results: Results) -> Section | None:
     cases: list[Block] = [Note("The page report.html shows them as films.", medium="paper")]
     for number, case in enumerate(results.telling, 1):
         folder = results.figures / "telling"
-        pair = (
-            Figure(folder / f"{number}-boundary.svg", "largest B/H that falls, by azimuth"),
-            Figure(folder / f"{number}-spectra.svg", "Fourier and response spectra"),
-        )
         behind = (
-            Figure(folder / f"{number}-response.svg", "rotation, slip and uplift against time", most_height=11),
-            Row(pair),
+            Figure(folder / f"{number}-response.svg", "rotation, slip and uplift against time", most_height=14),
+            Figure(folder / f"{number}-boundary.svg", "largest B/H that falls, by azimuth", most_height=11),
+            Figure(folder / f"{number}-spectra.svg", "Fourier and response spectra"),
             Figure(folder / f"{number}-hodograph.svg", "acceleration, velocity and displacement seen from above"),
         )
         rule = Note(f"Chosen by rule: {case['rule']}.")

@@ -1,0 +1,119 @@
+"""A cube as one self-contained page to look around in: a polar map of each block, and what is known of the cell pointed at."""
+
+import base64
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.arrays import FloatArray
+from overturning.errors import ArgumentError
+from overturning.figures.film_page import embedded_json
+from overturning.figures.polar_panels import azimuth_edges, cell_edges
+from overturning.figures.style import DARKEST, FALLS, FAULT, MISSING, OTHER_SIDE, STANDS
+from overturning.files import atomic_write
+from overturning.statistics.planes import fall_probability
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+DIMENSIONS = ("record", "azimuth", "height", "b_over_h", "friction", "element")
+
+MOST_CELLS = 3_000_000
+"""Cells of a page: it then has 30 MB, which browsers still open."""
+
+PARTS_OF_ONE = 200
+"""Probabilities are kept as whole numbers of such parts, rotations and times as below; the largest number means missing."""
+
+_ROTATION, _TIME = 1e-3, 1e-2  # of α; s
+
+
+def explorer_data(cube: "xr.Dataset") -> dict[str, Any]:
+    """What the page needs, as plain data for JSON; arrays over `DIMENSIONS` are base64 of small whole numbers.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        As `overturning.open_cube` reads it, with all elements or one.
+
+    Raises
+    ------
+    ArgumentError
+        If it has more than `MOST_CELLS` cells.
+    """
+    one = cube if "element" in cube.dims else cube.expand_dims(element=[""], axis=-1)
+    if one["overturned"].size > MOST_CELLS:
+        raise ArgumentError(
+            f"{one['overturned'].size:,} cells are too many for a page, at most {MOST_CELLS:,}; choose records with --record"
+        )
+
+    def values(name: str) -> FloatArray:
+        return np.asarray(one[name].transpose(*DIMENSIONS).to_numpy(), dtype=np.float64)
+
+    chance = fall_probability(one)
+    flags = np.nan_to_num(values("overturned"), nan=2.0).astype("i1")
+    packed = {"flag": _base64(flags), "rotation": _packed(values("peak_rotation"), _ROTATION, "<u2")}
+    packed["time"] = _packed(values("overturning_time"), _TIME, "<u2")
+    for name in ("towards", "away"):
+        part = np.asarray(chance[name].transpose(*DIMENSIONS).to_numpy(), dtype=np.float64)
+        packed[name] = _packed(part, 1 / PARTS_OF_ONE, "u1")
+    names = [one[name].to_numpy().astype(str).tolist() for name in ("record_id", "station", "event")]
+    return {
+        "title": str(cube.attrs.get("title", "")),
+        "records": [
+            {"id": key, "name": ", ".join(text for text in (station, event) if text) or key, "normal": normal}
+            for key, station, event, normal in zip(*names, _known(one["fault_normal"].to_numpy()), strict=True)
+        ],
+        **{name: _plain(one[name].to_numpy()) for name in ("azimuth", "height", "b_over_h", "friction")},
+        "element": [str(name) for name in one["element"].to_numpy()],
+        "azimuthEdges": _plain(azimuth_edges(one["azimuth"].to_numpy().astype(np.float64))),
+        "radiusEdges": _plain(cell_edges(one["b_over_h"].to_numpy().astype(np.float64))),
+        "steps": {"rotation": _ROTATION, "time": _TIME, "chance": 1 / PARTS_OF_ONE},
+        "ensemble": "probability_towards" in one,
+        "colours": {
+            "falls": FALLS, "other": OTHER_SIDE, "stands": STANDS, "missing": MISSING, "fault": FAULT, "darkest": DARKEST,
+        },
+        "data": packed,
+    }  # fmt: skip
+
+
+def _plain(values: NDArray[Any]) -> list[float]:
+    return [round(float(value), 9) for value in values]
+
+
+def _known(values: NDArray[Any]) -> list[float | None]:
+    return [None if np.isnan(value) else round(float(value), 6) for value in values.astype(np.float64)]
+
+
+def _base64(values: NDArray[Any]) -> str:
+    return base64.b64encode(np.ascontiguousarray(values).tobytes()).decode("ascii")
+
+
+def _packed(values: FloatArray, step: float, kind: str) -> str:
+    """Values in whole steps; what is missing, or too large, as the largest number there is."""
+    largest = np.iinfo(kind).max
+    whole = np.where(np.isnan(values), largest, np.minimum(np.rint(np.nan_to_num(values) / step), largest - 1))
+    return _base64(whole.astype(kind))
+
+
+def explorer_page(data: dict[str, Any]) -> str:
+    """The page (HTML) from `explorer_data`, which needs nothing from outside; the same each time."""
+    import jinja2
+    from markupsafe import Markup
+
+    folder = resources.files("overturning").joinpath("figures/templates")
+    text = {name: folder.joinpath(f"explore.{name}").read_text(encoding="utf-8") for name in ("html.j2", "css", "js")}
+    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, keep_trailing_newline=True)
+    # The style and the script are the package's own; the data are escaped as JSON.
+    return environment.from_string(text["html.j2"]).render(
+        title=data["title"], css=Markup(text["css"]), js=Markup(text["js"]), data=Markup(embedded_json(data))
+    )
+
+
+def write_explorer(cube: "xr.Dataset", path: Path) -> None:
+    """Write the page of a cube to a .html file."""
+    page = explorer_page(explorer_data(cube))
+    with atomic_write(path) as part:
+        part.write_text(page, encoding="utf-8")

@@ -1,0 +1,203 @@
+"""Time histories of a record before and after its processing, with spectra, and what the processing took away."""
+
+import textwrap
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from overturning.arrays import FloatArray
+from overturning.figures.style import DASHED, FALLS, INK, MISSING, SERIES, labels, short
+from overturning.motion.fourier import band_amplitude
+from overturning.motion.integration import integrate
+from overturning.motion.noise import NoiseRatio, noise_ratio
+from overturning.records.corner import RATIO
+from overturning.records.record import Record
+from overturning.records.summary import state_of, summary
+from overturning.units import CM, GAL
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COMPONENTS: Final = ("north", "east", "up")
+SERIES_ROWS: Final = (("acceleration, Gal", GAL), ("velocity, cm/s", CM), ("displacement, cm", CM))
+BINS: Final = 600
+"""Bins along the time axis, of each of which the least and the largest sample are drawn: finer than a pixel."""
+
+
+def history_figure(before: Record, after: Record) -> "Figure":
+    """Figure of a record, with a column per component.
+
+    Rows: acceleration, velocity and displacement before (grey) and after processing; Fourier amplitudes with the corners
+    and the noise before the onset; Husid plot, signal-to-noise ratio, and the acceleration that was taken away.
+
+    Parameters
+    ----------
+    before, after : Record
+        As the file is, and as it is used; the same where nothing was done to it.
+    """
+    import matplotlib.pyplot as plt
+
+    names = [name for name in COMPONENTS if getattr(after, name) is not None]
+    rows = 5 if len(names) > 2 else 6
+    figure, panels = plt.subplots(rows, len(names), figsize=(3.5 * len(names), 2.04 * rows), squeeze=False)
+    if rows > 5:
+        panels[5, 1].set_axis_off()
+    moving = [getattr(before, name) for name in names]
+    noise = noise_ratio(moving, before.sampling_interval)
+    for column, name in enumerate(names):
+        _draw_series(panels[:3, column], before, after, name)
+        panels[0, column].set_title(name, fontsize=9)
+        _draw_spectra(panels[3, column], before, after, name)
+        for panel in panels[1:3, column]:
+            panel.sharex(panels[0, column])
+        for panel in panels[:2, column]:
+            panel.tick_params(labelbottom=False)
+    _draw_husid(panels[4, 0], after, names)
+    _draw_ratio(panels[4, 1], noise, [n for n, samples in zip(names, moving, strict=True) if np.ptp(samples) > 0])
+    _draw_removed(panels[-1, 2 if len(names) > 2 else 0], before, after, names)
+    _finish(figure, panels, before, after, noise)
+    return figure
+
+
+def _finish(figure: "Figure", panels: Any, before: Record, after: Record, noise: NoiseRatio | None) -> None:
+    ahead = "no noise before the onset" if noise is None else f"onset at {noise.onset:.1f} s"
+    steps = [summary(step) for step in after.processing]
+    agency = [str(before.extra["agency_processing"])] if "agency_processing" in before.extra else []
+    lines = [
+        ", ".join(text for text in (after.station or after.record_id, after.event) if text),
+        "; ".join([state_of(before), *agency, ahead]),
+        *(["here: " + "; ".join(steps)] if steps else ["nothing done here"]),
+    ]
+    wrapped = [part for line in lines for part in textwrap.wrap(line, 50 * panels.shape[1])]
+    figure.suptitle("\n".join(wrapped), fontsize=8, parse_math=False, y=0.995)
+    from matplotlib.lines import Line2D
+
+    marks = [Line2D([], [], color=MISSING, label="before processing"), Line2D([], [], color=INK, label="as used")]
+    if before is not after:
+        figure.legend(handles=marks, loc="lower center", ncols=2, fontsize=8)
+    # Fixed places: fitting them to their letters would take most of the time.
+    wide = panels.shape[1] > 2
+    height = figure.get_figheight()
+    top = 1.0 - (0.14 * len(wrapped) + 0.35) / height
+    figure.subplots_adjust(0.07 if wide else 0.1, 0.75 / height, 0.95 if wide else 0.93, top, wspace=0.34, hspace=0.42)
+
+
+def envelope(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The least and the largest of each of `BINS` bins of a series, in their order; all of a short one."""
+    width = -(-time.size // BINS)
+    if width <= 2:
+        return time, values
+    starts = np.arange(0, time.size, width)
+    padded = np.pad(values, (0, starts.size * width - time.size), mode="edge").reshape(-1, width)
+    chosen = np.sort(np.stack([padded.argmin(axis=1), padded.argmax(axis=1)], axis=1), axis=1) + starts[:, None]
+    index = np.minimum(chosen.ravel(), time.size - 1)
+    return time[index], values[index]
+
+
+def shift_of(record: Record) -> float:
+    """Time of a processed record's first sample after that of the unprocessed one, s: pads come before it, cuts after."""
+    return float(sum(step.get("shift_s", 0.0) for step in record.processing))
+
+
+def _time(record: Record, shift: float = 0.0) -> FloatArray:
+    return np.asarray(np.arange(record.north.size) * record.sampling_interval + shift, dtype=np.float64)
+
+
+def _three(record: Record, name: str) -> list[FloatArray]:
+    """Acceleration, velocity, displacement of a component."""
+    samples: FloatArray = getattr(record, name)
+    velocity = integrate(samples, record.sampling_interval)
+    return [samples, velocity, integrate(velocity, record.sampling_interval)]
+
+
+def _draw_series(panels: Any, before: Record, after: Record, name: str) -> None:
+    rows = zip(panels, SERIES_ROWS, _three(before, name), _three(after, name), strict=True)
+    for panel, (label, unit), old, new in rows:
+        peak = np.abs(new).max() / unit
+        if before is not after:
+            # An offset becomes metres of displacement, beside which the motion would be a line: a scale of its own then.
+            own = np.abs(old).max() / unit > 2.0 * peak
+            behind = panel.twinx() if own else panel
+            behind.plot(*envelope(_time(before), old / unit), color=MISSING, linewidth=0.6)
+            if own:
+                behind.tick_params(labelsize=6, colors=MISSING)
+                behind.locator_params(axis="y", nbins=5)
+                panel.set_zorder(behind.get_zorder() + 1)
+                panel.patch.set_visible(False)
+        panel.plot(*envelope(_time(after, shift_of(after)), new / unit), color=INK, linewidth=0.6)
+        labels(panel, "time, s" if panel is panels[-1] else "", label)
+        panel.annotate(
+            f"peak {short(peak)}", (0.98, 0.96), xycoords="axes fraction", ha="right", va="top", fontsize=7, color=INK
+        )
+
+
+def _corners(processing: tuple[Mapping[str, Any], ...]) -> list[float]:
+    return [step["corner_hz"] for step in processing if "corner_hz" in step]
+
+
+def _draw_spectra(panel: "Axes", before: Record, after: Record, name: str) -> None:
+    for record, colour in ((before, MISSING), (after, INK)) if before is not after else ((after, INK),):
+        samples = getattr(record, name)
+        frequency = np.geomspace(max(0.02, 1.0 / record.duration), 0.45 / record.sampling_interval, 90)
+        amplitude = band_amplitude(samples, record.sampling_interval, frequency) / CM
+        panel.plot(frequency, np.maximum(amplitude, 1e-12), color=colour, linewidth=0.9)
+    for corner in _corners(after.processing):
+        panel.axvline(corner, color=FALLS, linewidth=0.8, linestyle=DASHED)
+        panel.annotate(
+            f"{corner:g} Hz", (corner, 0.03), xycoords=("data", "axes fraction"), fontsize=7, color=FALLS, rotation=90
+        )
+    _logarithmic(panel)
+    labels(panel, "frequency, Hz", "Fourier amplitude, Gal·s")
+
+
+def _logarithmic(panel: "Axes") -> None:
+    from matplotlib.ticker import NullLocator
+
+    panel.set(xscale="log", yscale="log")
+    for axis in (panel.xaxis, panel.yaxis):  # ticks take most of the time that a page takes
+        axis.set_minor_locator(NullLocator())
+
+
+def _draw_husid(panel: "Axes", after: Record, names: list[str]) -> None:
+    time = _time(after, shift_of(after))
+    for name, colour in zip(names, SERIES, strict=False):
+        energy = np.cumsum(getattr(after, name) ** 2)
+        if energy[-1] > 0:
+            panel.plot(*envelope(time, 100.0 * energy / energy[-1]), color=colour, linewidth=1.0, label=name)
+    for share in (5, 95):
+        panel.axhline(share, color=MISSING, linewidth=0.5, linestyle=DASHED)
+    labels(panel, "time, s", "Husid: Arias intensity, %")
+    panel.legend(fontsize=7, loc="lower right")
+
+
+def _draw_ratio(panel: "Axes", noise: NoiseRatio | None, names: list[str]) -> None:
+    labels(panel, "frequency, Hz", "signal-to-noise ratio")
+    if noise is None:
+        _say(panel, "no noise of 2 s\nbefore the onset")
+        return
+    for row, (name, colour) in enumerate(zip(names, SERIES, strict=False)):
+        panel.plot(noise.frequency, noise.ratio[row], color=colour, linewidth=1.0, label=name)
+    panel.axhline(RATIO, color=FALLS, linewidth=0.8, linestyle=DASHED)
+    _logarithmic(panel)
+    panel.legend(fontsize=7, loc="best")
+
+
+def _draw_removed(panel: "Axes", before: Record, after: Record, names: list[str]) -> None:
+    """Acceleration before less that after, where both are."""
+    labels(panel, "time, s", "taken away, Gal")
+    if before is after:
+        _say(panel, "nothing")
+        return
+    time, later = _time(before), _time(after, shift_of(after))
+    inside = (time >= later[0] - 1e-9) & (time <= later[-1] + 1e-9)
+    for name, colour in zip(names, SERIES, strict=False):
+        away = getattr(before, name)[inside] - np.interp(time[inside], later, getattr(after, name))
+        panel.plot(*envelope(time[inside], away / GAL), color=colour, linewidth=0.8, label=name)
+    panel.legend(fontsize=7, loc="best")
+
+
+def _say(panel: "Axes", words: str) -> None:
+    panel.text(0.5, 0.5, words, transform=panel.transAxes, ha="center", va="center", fontsize=8, color=MISSING)
+    panel.set(xticks=[], yticks=[])

@@ -1,0 +1,86 @@
+"""A new line of the record table, written only after its files have been read."""
+
+import shutil
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from overturning.errors import ArgumentError, ConfigError, MissingDataError
+from overturning.files import atomic_write
+from overturning.records.catalogue import RecordEntry, read_catalogue
+from overturning.records.processing import process
+from overturning.records.read import read_record
+from overturning.records.record import Record
+
+COLUMNS = ("id", "format", "source", "station", "event", "fault_strike_deg", "pulse", "licence")
+"""Columns of a new table."""
+
+
+def add_line(paths: Sequence[Path], values: dict[str, str], table: Path, folder: Path) -> Record:
+    """Add a record to the table: its files are read, put into the folder of record files, and named in a new line.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        Files of the record.
+    values : dict of str
+        Columns of the line; ``id`` and ``source`` follow from the files where they are not given.
+    table, folder : Path
+        The table, made where there is none, and the folder of record files.
+
+    Returns
+    -------
+    Record
+        As it was read.
+
+    Raises
+    ------
+    ArgumentError, ConfigError, MissingDataError, RecordError
+        If a column is not known, an id is there already, a file is missing or cannot be read; nothing is written then.
+    """
+    missing = [path for path in paths if not path.is_file()]
+    if missing:
+        raise MissingDataError(f"{missing[0]}: no such file")
+    unknown = sorted(set(values) - RecordEntry.model_fields.keys())
+    if unknown:
+        raise ArgumentError(
+            f"{unknown[0]}: no column of the record table; known are {', '.join(RecordEntry.model_fields)}"
+        )
+    stem = "".join(sign if sign.isalnum() or sign in "_-" else "-" for sign in paths[0].name.split(".")[0].lower())
+    cells = {"id": stem, "format": "auto", "source": " ".join(path.name for path in paths), **values}
+    rows = read_catalogue(table) if table.exists() else {}
+    if cells["id"] in rows:
+        raise ConfigError(f"{table}: id {cells['id']!r} is there already; give another one")
+    try:
+        entry = RecordEntry.model_validate({name: text for name, text in cells.items() if text})
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise ArgumentError(f"{'.'.join(map(str, first['loc']))}: {first['msg']}") from None
+    with tempfile.TemporaryDirectory() as name:
+        for path in paths:
+            shutil.copyfile(path, Path(name) / path.name)
+        record = process(read_record(entry, Path(name)), None)
+    folder.mkdir(parents=True, exist_ok=True)
+    for path in paths:
+        target = folder / path.name
+        if target.exists() and target.read_bytes() != path.read_bytes():
+            raise ArgumentError(f"{target}: another file of this name is there; rename yours")
+        if not target.exists():
+            shutil.copyfile(path, target)
+    _append(table, cells)
+    return record
+
+
+def _append(table: Path, cells: dict[str, str]) -> None:
+    """Write the line below the others; columns that the table does not have yet are added to its header."""
+    lines = table.read_text(encoding="utf-8-sig").splitlines() if table.exists() else ["\t".join(COLUMNS)]
+    head = next(index for index, line in enumerate(lines) if line.strip() and not line.startswith("#"))
+    columns = lines[head].split("\t")
+    known = [column.strip().lower() for column in columns]
+    new = [column for column, cell in cells.items() if cell and column not in known]
+    lines[head] = "\t".join([*columns, *new])
+    lines.append("\t".join(cells.get(column, "") for column in (*known, *new)).rstrip("\t"))
+    with atomic_write(table) as part:
+        part.write_text("\n".join(lines) + "\n", encoding="utf-8")

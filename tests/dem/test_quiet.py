@@ -1,0 +1,43 @@
+"""The time before and after a block can move, from the thresholds of a rigid one."""
+
+import numpy as np
+import pytest
+
+from overturning.dem.quiet import LEAD, SAFE_SHARE, quiet_windows
+from overturning.motion.motion import Motion
+from overturning.units import STANDARD_GRAVITY
+
+INTERVAL = 0.01
+LOUD = slice(400, 700)
+
+
+@pytest.mark.parametrize("vertical", [False, True])
+@pytest.mark.parametrize("share", [0.99, 1.01])
+def test_a_block_at_rest_is_computed_from_well_before_it_can_move_until_after_the_last_time(
+    vertical: bool, share: float
+) -> None:
+    """Rocking starts at |a| = (g + a_up) B/H: a level just below the safe share of it never counts, one just above does."""
+    slenderness, amplitude = 0.3, 2.0
+    level = np.zeros(1000)
+    level[LOUD] = share * SAFE_SHARE * slenderness * STANDARD_GRAVITY / amplitude
+    level[650] = 1.01 / SAFE_SHARE * level[650] / share  # once above the threshold itself
+    # Upward motion makes the block heavier: the same ratio needs more.
+    up = np.full(1000, 0.5 * STANDARD_GRAVITY / amplitude) if vertical else None
+    north = level * (1.5 if vertical else 1.0)
+    motion = Motion(north, 0 * north, up, sampling_interval=INTERVAL, trust_data=True)
+    first, calm, never = quiet_windows(
+        motion, np.array([0]), np.array([amplitude]), north[None, :], np.array([slenderness])
+    )
+    assert not never[0]
+    begin, end = (LOUD.start, LOUD.stop - 1) if share > 1 else (650, 650)
+    assert first[0] in (max(begin - 1 - round(LEAD / INTERVAL), 0), begin - round(LEAD / INTERVAL))
+    # From the last loud sample the motion goes on linearly to the next.
+    assert end + 1 <= calm[0] <= end + 2
+
+
+def test_a_block_below_both_thresholds_never_moves() -> None:
+    north = np.full(100, 0.99 * 0.3 * STANDARD_GRAVITY)
+    motion = Motion(north, 0 * north, sampling_interval=INTERVAL)
+    rows, amplitudes = np.zeros(3, np.int64), np.array([1.0, 1.02, -1.02])
+    _, _, never = quiet_windows(motion, rows, amplitudes, north[None, :], np.full(3, 0.3))
+    assert never.tolist() == [True, False, False]

@@ -1,0 +1,72 @@
+"""The page of a record's time histories: the same each time, with what it is to show, and no heavier than it must be."""
+
+import re
+
+import numpy as np
+import pytest
+
+from overturning.figures.history import BINS, envelope, history_figure, shift_of
+from overturning.figures.style import save, style
+from overturning.records.processing import process
+from overturning.records.record import Record
+from overturning.records.steps import Cut, Highpass, RemoveMean
+
+TIME = np.arange(0, 60, 0.01)
+
+
+def raw(up: bool = True) -> Record:
+    random = np.random.default_rng(8)
+    shape = np.where(TIME > 20, np.exp(-(TIME - 20) / 8), 0.002)
+    north, east, vertical = (shape * random.normal(size=TIME.size) + 0.05 for _ in range(3))
+    return Record("r", north, east, vertical if up else None, 0.01, station="Here", event="$Then$")
+
+
+@pytest.mark.parametrize("up", [True, False])
+def test_it_says_what_was_done_and_is_the_same_each_time(tmp_path, up):
+    before = raw(up)
+    after = process(before, [RemoveMean(), Highpass(corner_hz=0.2)])
+    for name in ("a.svg", "b.svg"):
+        with style():
+            save(history_figure(before, after), tmp_path / name)
+    text = (tmp_path / "a.svg").read_text(encoding="utf-8")
+    assert text == (tmp_path / "b.svg").read_text(encoding="utf-8")
+    words = re.sub(r"<[^>]+>", " ", text)
+    for word in (
+        "Here",
+        "$Then$",
+        "raw",
+        "onset at",
+        "high-pass 0.2 Hz",
+        "0.2 Hz",
+        "Husid",
+        "signal-to-noise",
+        "taken away",
+    ):
+        assert word in words, word
+    assert ("up" in words.split()) == up
+    assert len(text) < 400_000
+
+
+def test_a_record_left_alone_shows_one_line_and_nothing_taken_away(tmp_path):
+    with style():
+        alone = raw()
+        save(history_figure(alone, alone), tmp_path / "a.svg")
+    words = re.sub(r"<[^>]+>", " ", (tmp_path / "a.svg").read_text(encoding="utf-8"))
+    assert "nothing done here" in words
+    assert "before processing" not in words
+
+
+def test_the_envelope_keeps_every_peak_and_the_order_of_time():
+    values = np.random.default_rng(1).normal(size=50_000)
+    time, drawn = envelope(np.arange(50_000.0), values)
+    assert drawn.max() == values.max()
+    assert drawn.min() == values.min()
+    assert (np.diff(time) >= 0).all()
+    assert time.size <= 2 * BINS
+
+
+def test_processed_samples_lie_where_they_were():
+    done = process(raw(), [Highpass(corner_hz=0.2), Cut(start_s=20, end_s=60)])
+    assert shift_of(done) == pytest.approx(-15 + 20)
+    whole = process(raw(), [Highpass(corner_hz=0.2)])
+    np.testing.assert_array_equal(done.north, whole.north[2000:6001])

@@ -1,0 +1,72 @@
+"""Onset and signal-to-noise ratio against motions made of known noise and a known signal."""
+
+import numpy as np
+import pytest
+
+from overturning.motion.noise import noise_ratio, onset
+from overturning.records.corner import BOUNDS_HZ, DEFAULT_HZ, choose_corner
+from overturning.records.processing import default_steps, process
+from overturning.records.record import Record
+
+DT = 0.01
+TIME = np.arange(0, 60, DT)
+
+
+def made(ahead: float, noise: float, seed: int = 3, drift: float = 0.0) -> np.ndarray:
+    """White noise of a standard deviation, and from ``ahead`` s on a signal a hundred times as strong that dies away."""
+    random = np.random.default_rng(seed)
+    envelope = np.where(ahead <= TIME, np.exp(-(TIME - ahead) / 10), 0.0)
+    return noise * random.normal(size=TIME.size) + envelope * random.normal(size=TIME.size) + drift * TIME
+
+
+@pytest.mark.parametrize("ahead", [5.0, 20.0])
+@pytest.mark.parametrize("drift", [0.0, 0.05])
+def test_the_onset_is_found_within_a_tenth_of_a_second(ahead, drift):
+    assert onset(made(ahead, 0.01, drift=drift)) * DT == pytest.approx(ahead, abs=0.1)
+
+
+def test_white_noise_and_a_white_signal_have_the_ratio_of_their_powers():
+    found = noise_ratio([made(20.0, 0.01), made(20.0, 0.01, seed=4)], DT)
+    assert found is not None
+    assert found.onset == pytest.approx(20.0, abs=0.1)
+    assert found.frequency[0] == pytest.approx(1 / found.onset)
+    # exp(−t/10) to 95 % of its energy, 15 s: root mean square 0.56 of the first amplitude.
+    middle = (found.frequency > 1) & (found.frequency < 30)
+    assert np.median(found.ratio[:, middle]) == pytest.approx(56, rel=0.15)
+
+
+def test_without_noise_before_the_onset_there_is_nothing_to_compare():
+    assert noise_ratio([made(1.0, 0.01)], DT) is None
+    assert noise_ratio([np.zeros(100)], DT) is None
+    quiet = made(20.0, 0.0)
+    assert noise_ratio([quiet], DT) is None  # zeros put before a record are no noise
+
+
+def record(north, east) -> Record:
+    return Record("r", north, east, None, DT)
+
+
+def test_the_corner_is_where_the_signal_rises_above_the_noise():
+    """Noise with a long-period part, below 0.4 Hz above the signal: the corner lies there."""
+    rumble = 0.05 * np.sin(2 * np.pi * 0.2 * TIME) + 0.05 * np.sin(2 * np.pi * 0.33 * TIME + 1)
+    corner, reason = choose_corner(record(made(30.0, 0.01) + rumble, made(30.0, 0.01, seed=5) + rumble))
+    assert 0.33 < corner < 0.6
+    assert "less than 3 times the noise of the first 30" in reason
+
+
+def test_without_noise_the_corner_is_the_default_and_says_so():
+    corner, reason = choose_corner(record(made(0.5, 0.01), made(0.5, 0.01)))
+    assert corner == DEFAULT_HZ
+    assert "default" in reason
+    clean, reason = choose_corner(record(made(30.0, 0.001), made(30.0, 0.001, seed=6)))
+    assert BOUNDS_HZ[0] <= clean <= 0.05
+    assert "as far down as that tells" in reason
+
+
+def test_auto_is_written_down_with_its_reason_as_a_number():
+    raw = record(made(30.0, 0.01), made(30.0, 0.01, seed=5))
+    done = process(raw, default_steps(raw, "auto"))
+    step = done.processing[-1]
+    assert isinstance(step["corner_hz"], float)
+    assert "times the noise" in step["chosen"]
+    assert step["shift_s"] == pytest.approx(-3.0 / step["corner_hz"], abs=DT)

@@ -1,0 +1,48 @@
+"""Motions of an impossible size are refused, with the unit that would make them possible."""
+
+import numpy as np
+import pytest
+
+import overturning
+from overturning.errors import ArgumentError
+from overturning.motion.motion import Motion
+from overturning.motion.plausible import implausible
+
+TIME = np.arange(0, 10, 0.01)
+WAVE = np.sin(2 * np.pi * TIME) * np.exp(-((TIME - 5) ** 2))
+G = 9.80665
+
+
+@pytest.mark.parametrize(
+    ("peak", "unit", "words"),
+    [
+        (535.0 * G, "g", ["535 g", "at most 5 g", "declared in g", "Gal (0.55 g)", "mg (0.54 g)"]),
+        (5.35, "m/s2", []),
+        (535.0, "m/s2", ["at most 5 g", "Gal (0.55 g)"]),
+        (0.0005, "gal", ["at least 0.0001 g", "g (0.05 g)"]),
+        (5.1 * G, "", ["at most 5 g", "the file's unit is not what it says"]),
+        (1.01e-4 * G, "gal", []),
+        (4.9 * G, "g", []),
+    ],
+)
+def test_the_bounds_and_the_other_unit(peak, unit, words):
+    found = implausible([peak * WAVE / np.abs(WAVE).max(), 0 * WAVE], 0.01, unit=unit)
+    assert bool(found) == bool(words)
+    for word in words:
+        assert word in found
+
+
+def test_a_velocity_that_no_ground_has():
+    steady = np.full(1000, 2.0)
+    assert "peak velocity 1998 cm/s" in implausible([steady], 0.01)
+    assert implausible([steady], 0.01, pgv=False) == ""
+
+
+def test_simulate_from_python_refuses_gal_and_takes_them_on_trust():
+    with pytest.raises(ArgumentError, match=r"numbers declared in m/s² look like Gal .* trust_data=True"):
+        Motion(800 * WAVE, 0 * WAVE, sampling_interval=0.01)
+    trusted = Motion(800 * WAVE, 0 * WAVE, sampling_interval=0.01, trust_data=True)
+    found = overturning.simulate(trusted, azimuth_deg=[0], height=[0.6], b_over_h=[0.3], friction=[0.6])
+    assert found.overturned.size == 1
+    # Rest is rest in every unit.
+    assert Motion(0 * WAVE, 0 * WAVE, sampling_interval=0.01).samples == WAVE.size

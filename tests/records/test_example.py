@@ -1,0 +1,55 @@
+"""The record that comes with the package: three components of the 2016 Kaikoura earthquake."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from overturning.errors import MissingDataError
+from overturning.records.catalogue import RecordEntry, read_catalogue
+from overturning.records.locate import find_paths
+from overturning.records.processing import process
+from overturning.records.read import read_record
+from overturning.records.steps import Highpass
+from overturning.records.store import read_motion, read_unprocessed, write_motion
+from overturning.records.summary import account
+from tests.expect import refused
+
+TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
+
+
+def test_it_is_what_its_row_of_the_table_says(tmp_path):
+    entry = read_catalogue(TABLE)["wtmc"]
+    record = read_record(entry, tmp_path)
+    north, east = np.cos(np.radians(332)), np.sin(np.radians(332))
+    assert np.abs(record.north * north + record.east * east).max() == pytest.approx(9.7331, abs=1e-4)
+    assert record.up is not None
+    assert np.abs(record.up).max() / 9.80665 == pytest.approx(1.84, abs=0.005)
+    assert record.sha256 == entry.sha256
+    assert "CC BY" in record.licence
+    assert (record.extra["magnitude"], record.extra["rupture_distance"]) == (7.8, 1.5)
+    assert [path.suffix for path in find_paths(entry, tmp_path)] == [".zip"]
+
+
+def test_another_example_is_not_there_and_the_message_says_which_is(tmp_path):
+    with refused(MissingDataError, "record x", "'none.V2A'", "20161113_110259_WTMC_20.V2A"):
+        read_record(RecordEntry(id="x", source="example:none.V2A"), tmp_path)
+
+
+def test_the_account_tells_who_did_what_and_the_store_keeps_what_was_before(tmp_path):
+    raw = read_record(read_catalogue(TABLE)["wtmc"], tmp_path)
+    assert process(raw, None) is raw
+    told = account(raw)
+    assert told["data"] == "processed by GNS Science"
+    assert told["agency"].startswith("band-pass filter")
+    assert told["peaks"]["pga"][0] == told["peaks"]["pga"][1]
+    done = process(raw, [Highpass(corner_hz=0.5)])
+    write_motion(done, tmp_path / "m.nc", raw)
+    kept, before = read_motion(tmp_path / "m.nc"), read_unprocessed(tmp_path / "m.nc")
+    assert before is not None
+    np.testing.assert_allclose(before.north, raw.north, atol=1e-9)
+    assert (before.start, kept.start) == (raw.start, done.start)
+    assert kept.start != before.start
+    assert account(kept)["peaks"]["pgd"][0] > 2 * account(kept)["peaks"]["pgd"][1]
+    write_motion(raw, tmp_path / "m.nc")
+    assert read_unprocessed(tmp_path / "m.nc") is None

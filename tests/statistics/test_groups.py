@@ -1,0 +1,45 @@
+"""Groups of records by what describes them."""
+
+import numpy as np
+import pytest
+
+from overturning.errors import ArgumentError
+from overturning.statistics.earthquakes import axes_by_group
+from overturning.statistics.groups import record_groups
+
+
+@pytest.fixture
+def cube(make_cube, sector):
+    rules = [sector(60.0 + offset, 10) for offset in (0, 0, 80, 80)]
+    described = {"wall": ["hanging", "", "foot", "hanging"], "vs30": [200.0, 360.0, 800.0, np.nan]}
+    made = make_cube(
+        rules, azimuth=range(0, 360, 5), events=["A", "B", "C", "D"], fault_normal=60.0, pulse=[1, 1, 0, 0]
+    )
+    return made.assign_coords({name: ("record", values) for name, values in described.items()})
+
+
+def members(groups):
+    return {name: np.flatnonzero(mask).tolist() for name, mask in groups.items()}
+
+
+def test_by_pulse_by_word_and_by_number(cube):
+    assert members(record_groups(cube)) == {"with a velocity pulse": [0, 1], "without (control)": [2, 3]}
+    assert members(record_groups(cube, "wall")) == {"wall foot": [2], "wall hanging": [0, 3]}
+    found = members(record_groups(cube, "vs30", [360.0, 760.0]))
+    assert found == {"vs30 below 360": [0], "vs30 from 360 to below 760": [1], "vs30 from 760": [2]}
+
+
+def test_fall_axes_of_the_groups(cube):
+    axes = axes_by_group(cube, "vs30", [500.0])
+    assert list(axes) == ["vs30 below 500", "vs30 from 500"]
+    assert axes["vs30 below 500"]["axis"].values == pytest.approx([0, 0], abs=1e-6)
+    assert axes["vs30 from 500"]["axis"].values == pytest.approx([80])
+
+
+def test_what_cannot_be_grouped_by_is_named(cube):
+    with pytest.raises(ArgumentError, match=r"by: 'geology'; records are described by .*vs30, wall"):
+        record_groups(cube, "geology")
+    with pytest.raises(ArgumentError, match="edges"):
+        record_groups(cube, "vs30")
+    with pytest.raises(ArgumentError, match="ascending"):
+        record_groups(cube, "vs30", [700.0, 360.0])

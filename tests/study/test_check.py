@@ -1,0 +1,97 @@
+"""What a run would stumble over is found before it starts."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from overturning.cli import main
+from overturning.errors import ConfigError, MissingDataError, OverturningError
+from overturning.study.check import check_files, check_records, check_size
+from overturning.study.load import check_study
+
+ROOT = Path(__file__).parents[2]
+TABLE = "id\tformat\tsource\tcolumns\n"
+
+
+def study_of(tmp_path: Path, *rows: str, **more: Any) -> Any:
+    (tmp_path / "records.tsv").write_text(TABLE + "".join(f"{row}\n" for row in rows), encoding="utf-8")
+    use = [row.split("\t")[0] for row in rows]
+    records = {"use": use, "table": str(tmp_path / "records.tsv"), "folder": str(tmp_path)}
+    return check_study({"name": "mine", "records": records} | more, "mine.yaml")
+
+
+def test_all_missing_files_are_named(tmp_path: Path) -> None:
+    with pytest.raises(MissingDataError) as found:
+        check_files(study_of(tmp_path, *(f"r{n}\tauto\tr{n}.V2A" for n in range(9))), "mine.yaml")
+    lines = str(found.value).splitlines()
+    assert lines[0].startswith("record r0: r0.V2A is not in ")
+    assert len(lines) == 7
+    assert lines[-1].strip() == "… and 3 more"
+
+
+@pytest.mark.parametrize("source", ["../secret.V2A", "/etc/passwd"])
+def test_a_path_out_of_the_folder(tmp_path: Path, source: str) -> None:
+    with pytest.raises(ConfigError, match=rf"record one: source '{source}' lies outside"):
+        check_files(study_of(tmp_path, f"one\tauto\t{source}"), "mine.yaml")
+
+
+def test_what_cannot_be_read_is_named(tmp_path: Path) -> None:
+    for name in ("one.csv", "two.csv"):
+        (tmp_path / name).write_text("time,north,east\n0,1,2\n", encoding="utf-8")
+    study = study_of(tmp_path, "one\tcsv\tone.csv", "two\tnonsense\ttwo.csv")
+    entries, files = check_files(study, "mine.yaml")
+    assert files["one"] == [tmp_path / "one.csv"]
+    with pytest.raises(OverturningError) as found:
+        check_records(study, entries)
+    first, second = str(found.value).splitlines()
+    assert "one" in first
+    assert "format 'nonsense'" in second
+
+
+def test_a_study_too_large_is_refused_with_what_it_would_take() -> None:
+    fine = {"start": 0.001, "stop": 10, "step": 0.001}
+    study = check_study(
+        {"name": "mine", "records": {"use": ["rinaldi"]}, "b_over_h": fine, "friction": fine}, "mine.yaml"
+    )
+    with pytest.raises(
+        ConfigError, match=r"mine\.yaml: 1 records × 7,200,000,000 cases = .* of processor time, .* of memory"
+    ):
+        check_size(study, "mine.yaml")
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"azimuth": {"step": 7}}, "azimuth: step 7° does not close the circle; take 6 or 8"),
+        ({"azimuth": {"step": 1e-9}}, "azimuth: more than 36,000 azimuths"),
+        ({"height": [60]}, "60 m is no gravestone, at most 30 m are"),
+        ({"records": {"use": "rinaldi"}}, 'records.use: "rinaldi" – a list is needed: [rinaldi]'),
+        ({"name": "A b"}, 'name: "A b" – only small letters, digits and hyphens are allowed'),
+        ({"corner": 1}, "corner: unknown key; known here: "),
+    ],
+)
+def test_values_that_cannot_be_meant(wrong: dict[str, Any], message: str) -> None:
+    with pytest.raises(ConfigError) as found:
+        check_study({"name": "mine", "records": {"use": ["rinaldi"]}} | wrong, "mine.yaml")
+    assert message in str(found.value)
+    assert "^" not in str(found.value)
+
+
+def test_pulses_need_no_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(ROOT)
+    study = tmp_path / "pulse.yaml"
+    study.write_text('name: pulse\nrecords: {pulses: {p1: "sine amplitude_gal=300 period_s=1 azimuth_deg=60"}}\n')
+    with pytest.raises(SystemExit) as stop:
+        main(["study", "check", str(study)])
+    assert not stop.value.code
+    assert "study 'pulse', 1 records × 216 cases = 216; about " in capsys.readouterr().out
+
+
+def test_a_table_with_commas(tmp_path: Path) -> None:
+    study = study_of(tmp_path, "one\tauto\tone.csv")
+    (tmp_path / "records.tsv").write_text("id,format\none,auto\n", encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"line 1: its columns are set off by commas; use tabs"):
+        check_files(study, "mine.yaml")

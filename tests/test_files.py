@@ -1,0 +1,54 @@
+"""Writing: whole or not at all, and in words a user understands where it cannot be."""
+
+import errno
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from overturning import files
+from overturning.cli import main
+from overturning.errors import ArgumentError
+from overturning.files import atomic_write, check_output
+
+
+@pytest.mark.parametrize("error", [OSError(errno.ENOSPC, "full"), RuntimeError("NetCDF: HDF error")])
+def test_a_full_disk_is_said_with_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception) -> None:
+    monkeypatch.setattr(files.shutil, "disk_usage", lambda _: SimpleNamespace(free=1000))
+    with pytest.raises(OSError, match=r"cube\.nc") as found, atomic_write(tmp_path / "cube.nc"):
+        raise error
+    assert found.value.errno == errno.ENOSPC
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_command_line_says_it_in_a_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.EROFS, "Read-only file system", "config/schema.json")
+
+    monkeypatch.setattr("overturning.study.document.write_documentation", full)
+    with pytest.raises(SystemExit) as stop:
+        main(["study", "document"])
+    assert stop.value.code == 1
+    text = capsys.readouterr().err
+    assert text == "error: config/schema.json: read-only file system; choose a folder that you may write to\n"
+
+
+def test_an_interrupt_is_a_sentence(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    def stopped(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("overturning.study.document.write_documentation", stopped)
+    with pytest.raises(SystemExit) as stop:
+        main(["study", "document"])
+    assert stop.value.code == 130
+    assert capsys.readouterr().err == "Stopped; nothing half-written was kept.\n"
+
+
+def test_a_folder_that_is_not_there_is_not_made(tmp_path: Path) -> None:
+    with pytest.raises(ArgumentError, match=r"--animate .*there is no folder .*gone; make it first"):
+        check_output(tmp_path / "gone" / "fall.html", "--animate")
+    with pytest.raises(ArgumentError, match="is a folder"):
+        check_output(tmp_path, "--animate")
+    check_output(tmp_path / "fall.html", "--animate")

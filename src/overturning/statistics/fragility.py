@@ -63,7 +63,7 @@ def lognormal_fit(intensity: ArrayLike, share: ArrayLike, weight: ArrayLike | No
     Returns
     -------
     (float, float)
-        NaN where nothing falls, everything does, or the shares do not grow with the intensity.
+        NaN where nothing falls, everything does, or the shares hardly grow with the intensity.
 
     Raises
     ------
@@ -87,8 +87,8 @@ def lognormal_fit(intensity: ArrayLike, share: ArrayLike, weight: ArrayLike | No
     slope = 1 / max(float(logs.std()), 1e-3)
     fit = minimize(loss, [-slope * float(logs.mean()), slope], method="BFGS")
     constant, slope = (float(value) for value in fit.x)
-    # A slope without bound separates falls from stands; one below 0 has shares that shrink with the intensity.
-    if not (0.05 < slope < 1e3 and math.isfinite(constant)):
+    # A slope without bound separates falls from stands; a spread above 3 says that the shares hardly grow with it.
+    if not (1 / 3 < slope < 1e3 and math.isfinite(constant)):
         return math.nan, math.nan
     return math.exp(-constant / slope), 1 / slope
 

@@ -80,10 +80,10 @@ def bodies(rows: pd.DataFrame) -> dict[str, str]:
             own = rows[(rows["factor"] == factor) & (rows["ground"] == ground)]
             rate, angle = 100 * own["fall_rate"], turned(rows, ground, factor)
             shift = f"{np.median(angle):.0f}° ({angle.size})" if ground != "rock" and angle.size else "–"
-            failed = int((own["not_converged"] != "").sum())
+            unfinished = int((own["not_converged"] != "").sum())
             lines.append((
                 f"{factor:g}", ground, f"{own['pga'].median() / 9.80665:.2f}", f"{rate.mean():.0f} %",
-                f"{rate.median():.0f} %", int((rate >= 50).sum()), shift, failed,
+                f"{rate.median():.0f} %", int((rate >= 50).sum()), shift, unfinished,
             ))  # fmt: skip
             said.append((factor, ground, rate.mean(), angle))
     heads = (

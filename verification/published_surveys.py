@@ -12,9 +12,9 @@ import xarray as xr
 
 from overturning.arrays import FloatArray
 from overturning.figures.style import FALLS, INK, SERIES, caption, grid, labels, save, style
-from overturning.report.blocks import Answer
-from overturning.report.sections.backwards import backwards_section, draw_posterior
+from overturning.report.sections.backwards import backwards_sentences, draw_posterior
 from overturning.surveys.inversion import Kind, Responses
+from overturning.surveys.inversion_file import Backwards
 from overturning.surveys.motions import largest_peaks, pulse_motions
 from overturning.surveys.population_file import read_population
 from overturning.surveys.stones import read_survey
@@ -105,12 +105,9 @@ def ruin() -> str:
     motions = pulse_motions()
     found = Responses(motions, [Kind.of(stone) for stone in stones], threads=2).posterior(stones)
     peaks = {name: largest_peaks(one) for name, one in motions.items()}
-    draw_posterior(
-        found, peaks, "An invented ruin: what moved the ground", ROOT / "docs" / "images" / "example-ruin.svg"
-    )
-    answer = backwards_section(RUIN.name, stones, found, peaks).blocks[0]
-    assert isinstance(answer, Answer)
-    return "\n".join(f"- {line}" for line in answer.sentences)
+    result = Backwards.of(RUIN.name, stones, found, peaks)
+    draw_posterior(result, ROOT / "docs" / "images" / "example-ruin.svg")
+    return "\n".join(f"- {line}" for line in backwards_sentences(result))
 
 
 def main() -> None:

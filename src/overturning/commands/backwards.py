@@ -19,6 +19,7 @@ def backwards(
     fixed: Annotated[float, typer.Option(min=0, max=0.99, help="share of stones fixed to their base")] = 0.0,
     background: Annotated[float, typer.Option(min=0, max=0.99, help="share of stones that do anything")] = 0.05,
     figure: Annotated[Path | None, typer.Option(help="figure to draw: .svg or .png")] = None,
+    output: Annotated[Path | None, typer.Option(help="the posterior as a file (NetCDF), for a report")] = None,
     threads: Annotated[int, typer.Option(min=1, help="number of threads")] = 1,
 ) -> None:
     """Say how strong the motion was that made stones fall, from which side it came, and which motions could have been it."""
@@ -28,6 +29,7 @@ def backwards(
     from overturning.report.plain import plain_lines
     from overturning.report.sections.backwards import backwards_section, draw_posterior
     from overturning.surveys.inversion import Kind, Responses
+    from overturning.surveys.inversion_file import Backwards, write_backwards
     from overturning.surveys.motions import largest_peaks, pulse_motions
     from overturning.surveys.stones import read_survey
 
@@ -39,7 +41,10 @@ def backwards(
     responses = Responses(motions, [Kind.of(stone) for stone in rows], threads=threads)
     found = responses.posterior(rows, background=background, fixed=fixed)
     peaks = {name: largest_peaks(one) for name, one in motions.items()}
-    print(*plain_lines(backwards_section(stones.name, rows, found, peaks, fixed=fixed)), sep="\n")
+    result = Backwards.of(stones.name, rows, found, peaks, fixed)
+    print(*plain_lines(backwards_section(result)), sep="\n")
+    if output is not None:
+        write_backwards(result, output)
     if figure is not None:
-        draw_posterior(found, peaks, f"{stones.name}: what moved the ground", figure)
+        draw_posterior(result, figure)
         print(f"figure: {figure}")

@@ -11,6 +11,7 @@ from overturning.report.blocks import Report, Section
 from overturning.report.results import Results
 from overturning.report.sections import (
     answer,
+    backwards,
     cause,
     criteria,
     ensemble,
@@ -31,6 +32,7 @@ SECTIONS: Final[tuple[Callable[[Results], Section | None], ...]] = (
     maps.maps,
     scene.scene,
     survey.surveys,
+    backwards.backwards,
     published.published,
     telling.telling,
     falls.falls,

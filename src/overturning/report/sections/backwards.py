@@ -1,83 +1,82 @@
-"""What a survey says of the motion, for the report and for the terminal."""
+"""What surveys say of the motion, for the report and for the terminal."""
 
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from overturning.arrays import FloatArray
 from overturning.figures.style import short
 from overturning.report.blocks import Answer, Block, Figure, Note, Section, Table
+from overturning.report.results import Results
 from overturning.report.text import counted, degrees, percent
 from overturning.statistics.circular import resultant
-from overturning.surveys.inversion import DIRECTION_ERROR_DEG, Posterior
-from overturning.surveys.stones import Stone
-from overturning.units import CM, STANDARD_GRAVITY
+from overturning.surveys.inversion import DIRECTION_ERROR_DEG
+from overturning.surveys.inversion_file import Backwards
 
 LEVEL = 0.9
 """Probability inside the stated intervals."""
 
-Peaks = Mapping[str, tuple[float, float]]
-"""Largest PGA, m/s², and PGV, m/s, of each motion as it is."""
+SHOWN = 12
+"""Motions in the table, the likeliest first."""
 
 
-def strengths(found: Posterior, peaks: Peaks) -> dict[str, FloatArray]:
-    """PGA in g and PGV in cm/s of each motion at each factor, shape (s, a)."""
-    pga, pgv = np.array([peaks[name] for name in found.sources]).T[:, :, None] * found.amplitude
-    return {"PGA, g": pga / STANDARD_GRAVITY, "PGV, cm/s": pgv / CM}
+def backwards(results: Results) -> Section | None:
+    """What each survey of the study says of the motion, among the study's records; none where it has none."""
+    sections = []
+    for number, found in enumerate(results.backwards, 1):
+        drawing = results.drawings / f"backwards-{number}.svg"
+        draw_posterior(found, drawing)
+        sections.append(backwards_section(found, drawing))
+    return Section("From the stones back to the motion", tuple(sections), anchor="backwards") if sections else None
 
 
-def draw_posterior(found: Posterior, peaks: Peaks, title: str, path: Path) -> None:
+def draw_posterior(found: Backwards, path: Path) -> None:
     """Draw a posterior into a file."""
     from overturning.figures.backwards import posterior_figure
     from overturning.figures.style import save, style
 
-    curves = {}
-    for name, values in strengths(found, peaks).items():
+    one, curves = found.posterior, {}
+    for name, values in found.strengths.items():
         order = np.argsort(values.ravel(), kind="stable")
-        below = [one.sum(axis=2).ravel()[order].cumsum() for one in (found.probability, found.prior)]
+        below = [each.sum(axis=2).ravel()[order].cumsum() for each in (one.probability, one.prior)]
         curves[name] = (values.ravel()[order], *below)
-    shares = dict(zip(found.sources, found.of_sources().tolist(), strict=True))
+    shares = dict(zip(one.sources, one.of_sources().tolist(), strict=True))
     with style():
-        save(posterior_figure(title, found.azimuth, found.of_azimuths(), shares, curves), path)
+        save(posterior_figure(found.name, one.azimuth, one.of_azimuths(), shares, curves), path)
 
 
-def backwards_section(
-    name: str, stones: Sequence[Stone], found: Posterior, peaks: Peaks, figure: Path | None = None, fixed: float = 0.0
-) -> Section:
+def backwards_section(found: Backwards, figure: Path | None = None) -> Section:
     """What a survey says of the motion, with its figure where it has one."""
-    blocks: list[Block] = [Answer(tuple(_sentences(stones, found, peaks)))]
+    one = found.posterior
+    blocks: list[Block] = [Answer(tuple(backwards_sentences(found)))]
     if figure is not None:
         caption = "Azimuth of the motion, the likeliest motions, and how strong they were, before and after the survey."
         blocks.append(Figure(figure, "posterior of azimuth, motion, PGA and PGV", caption))
-    shares, before = found.of_sources(), found.prior.sum(axis=(1, 2))
+    shares, before = one.of_sources(), one.prior.sum(axis=(1, 2))
     rows = tuple(
-        (found.sources[i], percent(float(shares[i])), percent(float(before[i]))) for i in np.argsort(-shares)[:12]
+        (one.sources[i], percent(float(shares[i])), percent(float(before[i]))) for i in np.argsort(-shares)[:SHOWN]
     )
     about = Note(
-        f"Every motion, factor from {found.amplitude[0]:g} to {found.amplitude[-1]:g} and azimuth was equally likely before. "
-        f"Directions are measured to ± {DIRECTION_ERROR_DEG:g}°; {percent(fixed)} of the stones are taken to be fixed. What is not "
-        "known of a stone is drawn from the population. The answer holds among these motions: one that is not among them "
-        "cannot be found."
+        f"Every motion, factor from {one.amplitude[0]:g} to {one.amplitude[-1]:g} and azimuth, by which the motion is turned "
+        f"clockwise, was equally likely before. Directions are measured to ± {DIRECTION_ERROR_DEG:g}°; {percent(found.fixed)} of "
+        "the stones are taken to be fixed. What is not known of a stone is drawn from a population. The answer holds among "
+        "these motions: one that is not among them cannot be found."
     )
     blocks += [Table(("motion", "probability", "before"), rows, "t"), about]
-    return Section(f"What moved the ground: {name}", tuple(blocks), anchor="backwards")
+    return Section(f"What moved the ground: {found.name}", tuple(blocks))
 
 
-def _sentences(stones: Sequence[Stone], found: Posterior, peaks: Peaks) -> list[str]:
-    fell = sum(stone.count for stone in stones if stone.fell)
-    stood = sum(stone.count for stone in stones if not stone.fell)
-    parts = []
-    for name, values in strengths(found, peaks).items():
-        (low, high), (least, most) = found.interval(values, LEVEL), found.interval(values, LEVEL, prior=True)
+def backwards_sentences(found: Backwards) -> list[str]:
+    """Bounds on PGA and PGV, and the axis of the motion."""
+    one, parts = found.posterior, []
+    for name, values in found.strengths.items():
+        (low, high), (least, most) = one.interval(values, LEVEL), one.interval(values, LEVEL, prior=True)
         measure, unit = name.split(", ")
         parts.append(
             f"{measure} {short(low)} to {short(high)} {unit} (before the survey {short(least)} to {short(most)} {unit})"
         )
-    sentences = [
-        f"From {counted(fell, 'stone')} that fell and {stood} that stood, with {percent(LEVEL)} probability: {'; '.join(parts)}."
-    ]
-    axis, length = resultant(found.azimuth, found.of_azimuths(), axial=True)
+    seen = f"From {counted(found.fell, 'stone')} that fell and {found.stood} that stood"
+    sentences = [f"{seen}, with {percent(LEVEL)} probability: {'; '.join(parts)}."]
+    axis, length = resultant(one.azimuth, one.of_azimuths(), axial=True)
     if length > 0.2:
         sentences.append(f"The motion's axis is {degrees(axis)} (resultant {length:.2f}; 1 would be certain).")
     else:

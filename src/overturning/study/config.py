@@ -126,6 +126,8 @@ class Study(Model):
                 raise ValueError(f"variants.{named[0]}.scene: only a study with a scene can have another one beside it")
         if self.scene == gravestone():
             return self  # it takes the study's contact and density
+        if self.population is not None:
+            raise ValueError("population: its stones are single blocks; leave out scene, or population")
         contacts = {"": self.contact} | {
             f"variants.{name}.": variant.contact for name, variant in self.variants.items()
         }

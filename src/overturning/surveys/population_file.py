@@ -9,7 +9,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.scene import gravestone
 from overturning.errors import ConfigError, ResultError
 from overturning.files import atomic_write
 from overturning.records.record import Record
@@ -38,7 +37,7 @@ def population_outcomes(
     Parameters
     ----------
     study : Study
-        With a population and the default scene.
+        With a population.
     records : sequence of Record
         Processed records, in the study's order.
     threads : int
@@ -55,13 +54,11 @@ def population_outcomes(
     Raises
     ------
     ConfigError
-        If the study has no population, or a scene of its own.
+        If the study has no population.
     """
     population = study.population
     if population is None:
         raise ConfigError(f"{study.name}: no population; add the key population to the study")
-    if study.scene != gravestone():
-        raise ConfigError(f"{study.name}: population: stones of a population are single blocks; leave out scene")
     stones, amplitude = draw_stones(population), np.asarray(population.amplitude, dtype=np.float64)
     classes = stone_classes(stones)
     found: dict[str, list[FloatArray]] = {name: [] for name in _ABOUT}

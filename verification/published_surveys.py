@@ -18,7 +18,7 @@ from overturning.surveys.inversion_file import Backwards
 from overturning.surveys.motions import largest_peaks, pulse_motions
 from overturning.surveys.population_file import read_population
 from overturning.surveys.stones import read_survey
-from verification.tables import ROOT, lines_of, markdown, publish
+from verification.tables import ROOT, lines_of, markdown, publish, wrapped
 
 STUDY: Final = ROOT / "results" / "near-fault"
 PUBLISHED: Final = ROOT / "surveys" / "published.csv"
@@ -69,7 +69,7 @@ def sentence(rates: FloatArray, found: xr.Dataset) -> str:
     low, middle, high = np.quantile(rates, [0.25, 0.5, 0.75])
     events = len(set(found["event"].to_numpy().astype(str)))
     none, most = int((rates < 1).sum()), int((rates > 99).sum())
-    return (
+    return wrapped(
         f"Computed for the {rates.size} near-field records of {events} earthquakes as recorded: median {middle:.0f} %, the middle "
         f"half {low:.0f} to {high:.0f} %, all {rates.min():.0f} to {rates.max():.0f} %; under {none} records less than 1 % fall, "
         f"under {most} more than 99 %."
@@ -107,7 +107,7 @@ def ruin() -> str:
     peaks = {name: largest_peaks(one) for name, one in motions.items()}
     result = Backwards.of(RUIN.name, stones, found, peaks)
     draw_posterior(result, ROOT / "docs" / "images" / "example-ruin.svg")
-    return "\n".join(f"- {line}" for line in backwards_sentences(result))
+    return "\n".join(wrapped(line, "- ") for line in backwards_sentences(result))
 
 
 def main() -> None:

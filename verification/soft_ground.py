@@ -15,7 +15,7 @@ from overturning.statistics.circular import resultant
 from overturning.study.population import Population
 from overturning.surveys.population import OUTCOMES, UNKNOWN, Stones, draw_stones, stone_outcomes
 from verification.inputs import near_fault
-from verification.tables import RESULTS, lines_of, markdown, publish, write_csv
+from verification.tables import RESULTS, lines_of, markdown, publish, wrapped, write_csv
 
 CURVE: Final = "Vucetic & Dobry (91), PI=30"
 VELOCITY: Final = 150.0
@@ -102,8 +102,8 @@ def bodies(rows: pd.DataFrame) -> dict[str, str]:
     periods = ", ".join(f"{fundamental_period([Soil(one, VELOCITY, 1800, 0.03), ROCK]):.2f} s" for one in THICKNESSES)
     return {
         "soft-ground": markdown(heads, lines),
-        "soft-ground-answer": sentence,
-        "soft-ground-convergence": f"{told} Fundamental periods at small strain: {periods}.",
+        "soft-ground-answer": wrapped(sentence),
+        "soft-ground-convergence": wrapped(f"{told} Fundamental periods at small strain: {periods}."),
     }
 
 

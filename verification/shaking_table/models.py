@@ -20,7 +20,7 @@ HEIGHT: Final = np.geomspace(0.40, 1.60, 16)
 """Centres of the ensemble that are tried, B/H and height in m."""
 
 WIDTH_B_OVER_H: Final = np.log(1.3)
-WIDTH_HEIGHT: Final = np.log(1.25)
+WIDTH_HEIGHT: Final = np.log(1.65)
 WIDTH_AMPLITUDE: Final = np.log(1.15)
 """Half-widths of the neighbourhood, of the logarithm: evenly spread within, nothing beyond."""
 

@@ -15,7 +15,7 @@ from overturning.files import atomic_write
 from overturning.study.sources import source_hash
 from verification.shaking_table.data import Tests
 
-COUNT: Final = 8192
+COUNT: Final = 4096
 SEED: Final = 1
 
 

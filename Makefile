@@ -40,7 +40,7 @@ lint: setup ## ruff, mypy, snakefmt, snakemake --lint
 	$(BIN)/snakemake --lint --snakefile verification/Snakefile
 
 docs: setup ## build the documentation site into site/, links checked, without network
-	$(BIN)/mkdocs build --strict --quiet
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
 peers: setup ## install the other engines (group `peers`): for bench, verify and one live test
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "mujoco>=3.2" "pymunk>=6.9"

@@ -1,15 +1,15 @@
-# make setup | run | test | lint | docs | peers | bench | verify | lock | clean
+# make setup | run | test | lint | docs | peers | bench | verify | shaking-table | lock | clean
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 CORES ?= 2
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: setup run test tests lint docs format peers bench verify lock clean help
+.PHONY: setup run test tests lint docs format peers bench verify shaking-table lock clean help
 .DEFAULT_GOAL := help
 
 help: ## list the targets
-	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 16
 
 # The stamp carries the lock: a changed lock sets the environment up again, an unchanged one costs nothing.
 $(VENV)/.stamp: requirements.lock pyproject.toml
@@ -58,6 +58,9 @@ bench: peers ## how fast the kernel is, against scalar code and other engines; a
 verify: setup ## error against run time, map of stability; puts the figures into the docs
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "mujoco>=3.2" "pybullet>=3.2" "pymunk>=6.9" || echo "without other engines"
 	$(BIN)/snakemake --snakefile verification/Snakefile --cores $(CORES)
+
+shaking-table: setup ## predictions beside shaking-table tests: DATA=folder (docs/shaking-table.md says where they are)
+	$(BIN)/python -m verification.shaking_table $(or $(DATA),resources/shaking-table) --threads $(CORES)
 
 format: setup
 	$(BIN)/ruff check --fix .

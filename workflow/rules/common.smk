@@ -67,6 +67,9 @@ CUBES = [
 ]
 
 
+POPULATION = [f"{RESULTS}/population.nc"] if STUDY.population else []
+FRAGILITY = [f"{RESULTS}/fragility/fragility.csv"] if STUDY.population else []
+
 SURVEYS = list(range(1, len(STUDY.surveys) + 1))
 
 VERIFIED = is_verified(STUDY)

@@ -1,15 +1,15 @@
-# make setup | run | test | lint | docs | peers | bench | verify | lock | clean
+# make setup | run | test | lint | docs | peers | bench | verify | shaking-table | lock | clean
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 CORES ?= 2
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: setup run test tests lint docs format peers bench verify lock clean help
+.PHONY: setup run test tests lint docs format peers bench verify shaking-table lock clean help
 .DEFAULT_GOAL := help
 
 help: ## list the targets
-	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 16
 
 # The stamp carries the lock: a changed lock sets the environment up again, an unchanged one costs nothing.
 $(VENV)/.stamp: requirements.lock pyproject.toml
@@ -40,10 +40,10 @@ lint: setup ## ruff, mypy, snakefmt, snakemake --lint
 	$(BIN)/snakemake --lint --snakefile verification/Snakefile
 
 docs: setup ## build the documentation site into site/, links checked, without network
-	$(BIN)/mkdocs build --strict --quiet
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
 peers: setup ## install the other engines (group `peers`): for bench, verify and one live test
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "mujoco>=3.2" "pymunk>=6.9"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "mujoco>=3.2" "pybullet>=3.2" "pymunk>=6.9"
 
 bench: peers ## how fast the kernel is, against scalar code and other engines; and than another checkout: OTHER=folder
 	$(if $(OTHER),$(BIN)/python -m verification.paired $(OTHER))
@@ -53,10 +53,14 @@ bench: peers ## how fast the kernel is, against scalar code and other engines; a
 	$(BIN)/python -m verification.fine_steps
 	$(BIN)/python -m verification.rigid_limit
 	$(BIN)/python -m verification.scene_speed
+	$(BIN)/python -m verification.space
 
 verify: setup ## error against run time, map of stability; puts the figures into the docs
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "mujoco>=3.2" "pymunk>=6.9" || echo "without other engines"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "mujoco>=3.2" "pybullet>=3.2" "pymunk>=6.9" || echo "without other engines"
 	$(BIN)/snakemake --snakefile verification/Snakefile --cores $(CORES)
+
+shaking-table: setup ## predictions beside shaking-table tests: DATA=folder (docs/shaking-table.md says where they are)
+	$(BIN)/python -m verification.shaking_table $(or $(DATA),resources/shaking-table) --threads $(CORES)
 
 format: setup
 	$(BIN)/ruff check --fix .

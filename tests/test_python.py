@@ -71,7 +71,7 @@ def test_read_simulate_and_study(tmp_path: Path) -> None:
     rows = [f"{t:.3f},{100 * n:.6f},{100 * e:.6f}" for t, n, e in zip(time, wave.north, wave.east, strict=True)]
     (tmp_path / "pulse.csv").write_text("\n".join(["time,north,east", *rows]) + "\n", encoding="utf-8")
     columns = "time:s north:gal east:gal"
-    record = overturning.read(tmp_path / "pulse.csv", columns=columns, processing=[])
+    record = overturning.read(tmp_path / "pulse.csv", columns=columns, processed=True)
     assert Motion.from_record(record).along(60).max() == pytest.approx(6.0, rel=1e-3)
     with pytest.raises(ArgumentError, match="units: no declaration of a record; known are "):
         overturning.read(tmp_path / "pulse.csv", units="gal")

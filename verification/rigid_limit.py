@@ -1,11 +1,12 @@
 """Error and cost over the contact's stiffness and the step: what the default contact and step were read from.
 
-Every fourth record of the default study, against the stiffest contact in an eighth of the longest step, and that reference itself
-against one whose shaking is changed in its ninth digit: what differs there no computation settles. Run it with
-``python -m verification.rigid_limit``; it takes about a minute.
+Every fourth record of the default study, against the stiffest contact in an eighth of the longest step. Then what changes from
+one computation to another: with finer steps, with stiffer springs, and under a shaking changed in its ninth digit, which no
+computation settles. Run it with ``python -m verification.rigid_limit``; it takes about a minute and a half.
 """
 
 import time
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from overturning.dem.results import Results
 from overturning.dem.run import run_cases
 from overturning.motion.motion import Motion
 from verification.inputs import half_grid, near_fault
-from verification.measures import difference, percent, wrong_sides
+from verification.measures import Difference, difference, percent, wrong_sides
 from verification.tables import markdown, publish
 
 PENETRATIONS = (2e-5, 2e-6, 5e-7, STATIC_PENETRATION, 2e-8)
@@ -23,9 +24,10 @@ REFERENCE = (2e-8, "0.125 stable")
 AZIMUTHS, EVERY_RECORD = 18, 4
 NUDGE = 1e-9
 HEAD = (
-    "δ/B", "step", "million block steps", "processor time, s", "wrong flags, %", "wrong sides, %",
-    "median error of peak rotation", "marked",
+    "δ/B", "million block steps", "processor time, s", "wrong flags, %", "wrong sides, %", "median error of peak rotation",
+    "marked",
 )  # fmt: skip
+Found = dict[str, Results]
 
 
 def nudged(motion: Motion) -> Motion:
@@ -34,32 +36,52 @@ def nudged(motion: Motion) -> Motion:
 
 
 def main() -> None:
-    """Measure and put the table into the docs."""
+    """Measure and put the tables into the docs."""
     cases, motions = half_grid(AZIMUTHS), dict(list(near_fault().items())[::EVERY_RECORD])
+    moved = {name: nudged(motion) for name, motion in motions.items()}
     run_cases(next(iter(motions.values())), half_grid(1))
 
-    def run(penetration: float, step: str, moved: dict[str, Motion]) -> dict[str, Results]:
-        contact = Contact(static_penetration=penetration)
-        return {name: run_cases(one, cases, contact=contact, time_step=step) for name, one in moved.items()}
+    def run(penetration: float, step: str = "auto", under: dict[str, Motion] = motions, refinement: int = 1) -> Found:
+        given: dict[str, Any] = {"contact": Contact(static_penetration=penetration), "refinement": refinement}
+        return {name: run_cases(one, cases, time_step=step, **given) for name, one in under.items()}
 
-    def row(name: str, step: str, found: dict[str, Results], seconds: float) -> tuple[str, ...]:
-        far = difference(found, exact)
-        return (
-            name, step, f"{far.block_steps / 1e6:.1f}", f"{seconds:.2f}", f"{percent(far.counts.flags, far.counts.cases):.2f}",
-            f"{percent(wrong_sides(far.counts), far.counts.cases):.2f}", f"{np.median(far.rotation):.2g}", str(far.unstable),
-        )  # fmt: skip
+    def wrong(far: Difference) -> tuple[str, str]:
+        of = far.counts.cases
+        return f"{percent(far.counts.flags, of):.2f}", f"{percent(wrong_sides(far.counts), of):.2f}"
 
-    exact, lines = run(*REFERENCE, motions), []
-    wanted = [(penetration, step) for penetration in PENETRATIONS for step in STEPS if (penetration, step) != REFERENCE]
-    for penetration, step in wanted:
-        begin = time.process_time()
-        found = run(penetration, step, motions)
-        lines.append(row(f"{penetration:g}", step.removesuffix(" stable"), found, time.process_time() - begin))
-        print(*lines[-1], sep=" | ", flush=True)
-    begin = time.process_time()
-    found = run(*REFERENCE, {name: nudged(motion) for name, motion in motions.items()})
-    lines.append(row(f"{REFERENCE[0]:g}, shaking changed by 1e-9", "0.125", found, time.process_time() - begin))
-    publish({"rigid-limit": markdown(HEAD, lines)})
+    exact, of_all, costs = run(*REFERENCE), [], []
+    for penetration in PENETRATIONS:
+        cells = []
+        for step in STEPS:
+            begin = time.process_time()
+            found = run(penetration, step)
+            seconds, far = time.process_time() - begin, difference(found, exact)
+            cells.append("–" if (penetration, step) == REFERENCE else " / ".join(wrong(far)))
+        # Of the last step, which is the automatic one.
+        numbers = (f"{far.block_steps / 1e6:.1f}", f"{seconds:.2f}", *wrong(far), f"{np.median(far.rotation):.2g}")
+        costs.append((f"{penetration:g}", *numbers, far.unstable))
+        of_all.append((f"{penetration:g}", *cells))
+        print(of_all[-1], costs[-1], flush=True)
+    table = markdown(("δ/B", *(step.removesuffix(" stable") for step in STEPS)), of_all)
+    own, finer = run(STATIC_PENETRATION), run(STATIC_PENETRATION, refinement=8)
+    stiffer = run(STATIC_PENETRATION / 4)
+    pairs = {
+        "the default, and steps 8 times finer": (own, finer),
+        "the default, and springs 4 times stiffer": (own, stiffer),
+        "steps 8 and 16 times finer": (finer, run(STATIC_PENETRATION, refinement=16)),
+        "springs 4 and 16 times stiffer": (stiffer, run(STATIC_PENETRATION / 16)),
+        "the default, and the default under the changed shaking": (own, run(STATIC_PENETRATION, under=moved)),
+        "steps 8 times finer, and these under the changed shaking": (
+            finer,
+            run(STATIC_PENETRATION, under=moved, refinement=8),
+        ),
+    }
+    changes = [(name, *wrong(difference(one, other))) for name, (one, other) in pairs.items()]
+    publish({
+        "rigid-limit": markdown(HEAD, costs),
+        "rigid-limit-map": table,
+        "chaos": markdown(("between", "flags that differ, %", "sides that differ, %"), changes),
+    })  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """Everything measured goes through here: NetCDF and CSV files, Markdown tables, and the marks in the docs where they belong."""
 
 import re
+import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -33,6 +34,11 @@ def markdown(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 def figures_table(figures: Iterable[Figure]) -> str:
     """Figures as a Markdown table."""
     return markdown(("", "measured", "target"), [(one.quantity, said(one), one.target) for one in figures])
+
+
+def wrapped(text: str, begin: str = "") -> str:
+    """A sentence in lines of a page, the first after a mark such as that of a list."""
+    return textwrap.fill(text, 118, initial_indent=begin, subsequent_indent=" " * len(begin), break_on_hyphens=False)
 
 
 def said(figure: Figure) -> str:

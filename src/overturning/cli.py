@@ -24,9 +24,12 @@ COMMANDS = {
     "gather": ("workflow", "Gather the parts of a sweep into the cube."),
     "figures": ("workflow", "Draw the figures of a study."),
     "verify-study": ("workflow", "Run a random part of a study again, with finer steps and with stiffer springs."),
+    "population": ("workflow", "Fall rates of a study's population of stones."),
+    "fragility": ("workflow", "Fragility curves of a population, as CSV and for OpenQuake."),
     "report": ("workflow", "Write the report of a study."),
     "explore": ("explore", "Write a page to look around in a cube: point at a cell, see what is known of it."),
     "survey": ("survey", "Compare a survey of fallen stones with the cube of its site."),
+    "backwards": ("backwards", "From a survey of fallen stones back to the motion: strength, azimuth, record."),
     "recheck": ("recheck", "Compute a random sample of a cube's cells again and compare bit for bit."),
     "one": ("one", "Simulate one block; print what it does, and make a film of it."),
 }

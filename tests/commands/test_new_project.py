@@ -73,7 +73,7 @@ def test_a_project_of_ones_own(wheel: Path, tmp_path: Path) -> None:
     rows = "\n".join(f"{0.01 * n:.2f},{100 * (n % 50 == 7)},{50 * (n % 40 == 3)}" for n in range(400))
     (tmp_path / "My Site.csv").write_text(f"time,north,east\n{rows}\n", encoding="utf-8")
     given = ("records", "add", "../My Site.csv", "--id", "my-site", "--set", "format=csv", "--set", "event=Here 2020")
-    columns = ("--set", "columns=time:s north:gal east:gal")
+    columns = ("--set", "columns=time:s north:gal east:gal", "--set", "processed=true")
     wrong = overturning(wheel, folder, *given, "--set", "unitt=gal", check=False)
     assert "unitt: no column of the record table; known are id" in wrong.stderr
     renamed = (tmp_path / "My Site.csv").rename(tmp_path / "my-site.csv")

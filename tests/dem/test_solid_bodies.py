@@ -81,7 +81,7 @@ def test_a_wedge_has_fallen_where_it_can_rest_on_another_face() -> None:
     tilts = [np.degrees(np.arccos(-normal[2])) for normal in body.faces]
     assert np.degrees(body.fallen) == pytest.approx(min(tilts), abs=1e-3)
     assert 90.0 < min(tilts) < 180.0
-    assert len(body.points) == 6  # beyond 90° the upper edge is the lowest
+    assert len(body.points) == 4  # the upper edge touches only when it has fallen
 
 
 def test_only_vertices_that_can_touch_are_kept() -> None:

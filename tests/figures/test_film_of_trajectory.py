@@ -1,11 +1,13 @@
 """Films of real trajectories."""
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 
+from overturning.dem.scene import check_scene
 from overturning.dem.simulate import simulate_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
@@ -144,6 +146,15 @@ def test_forces_change_the_momentum_as_the_kernel_did(real: xr.Dataset) -> None:
         gained = np.cumsum(rate * np.diff(time))
         found = velocity[1:] - velocity[0]
         assert np.abs(gained - found).max() < allowed * np.abs(found).max()
+
+
+def test_a_stone_that_begins_oblique_is_told_in_degrees() -> None:
+    ground = {"name": "ground", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]}
+    oblique = {"name": "stone", "width": 0.3, "height": 0.6, "stands_on": "ground", "rotation_deg": 10}
+    scene = check_scene({"name": "oblique", "reference": "stone", "elements": [ground, oblique]})
+    quiet = Motion.sine(0.01, 1.0)
+    text = outcome(trajectory(quiet, scene=scene, azimuth_deg=0))
+    assert re.fullmatch(r"stands \(largest rotation 1\d(\.\d)?°\)", text), text
 
 
 def test_no_trajectory() -> None:

@@ -12,7 +12,7 @@ COUNTS = {"element": "", "cases": 200, "flags": 2, "fallen": 50, "sides": 0, "un
 FOUND = {
     "seed": 1, "wanted": 200, "chosen": 200, "at_rest": 0, "cells": 9000, "study_block_steps": 1000, "cost": 1.0,
     "finer_by": 8, "stiffer_by": 4.0, "finer": {"block_steps": 500, "outcomes": [COUNTS]}, "stiffer": {"refused": "too stiff"},
-    "settling": {"changed": 0, "looked_at": 0, "settled": 0, "block_steps": 0},
+    "settling": {"changed": 0, "looked_at": 0, "settled": 0, "chaotic": 0, "block_steps": 0},
 }  # fmt: skip
 
 
@@ -50,17 +50,21 @@ def test_it_warns_above_one_percent() -> None:
 
 
 def test_what_finer_steps_settle_and_what_nothing_decides() -> None:
-    assert "settle" not in text_of(section())
-    many = section(settling={"changed": 7, "looked_at": 7, "settled": 6, "block_steps": 50})
-    assert "7 cases changed; they were computed twice more" in text_of(many)
-    assert "6 kept the answer of the finer steps, which settle them; 1 did not and is chaotic" in text_of(many)
-    assert "decides it, 0.50\u00a0% of the cases run again (95 % interval 0.09 to 2.78\u00a0%)" in text_of(many)
-    some = section(settling={"changed": 7, "looked_at": 1, "settled": 1, "block_steps": 50})
-    assert "7 cases changed; 1 of them was computed twice more" in text_of(some)
-    assert "settle it; 0 did not and are chaotic: no computation decides them." in text_of(some)
-    assert "no room to look why" in text_of(
-        section(settling={"changed": 1, "looked_at": 0, "settled": 0, "block_steps": 0})
-    )
+    def said(**settling: int) -> str:
+        return text_of(section(settling={"settled": 0, "chaotic": 0, "block_steps": 50} | settling))
+
+    assert "settled" not in said(changed=0, looked_at=0)
+    many = said(changed=7, looked_at=7, settled=4, chaotic=1)
+    assert "7 cases changed; they were computed twice more" in many
+    assert "4 kept the answer of the finer steps, which so is settled; 2 changed with the shorter steps only" in many
+    assert "1 changed with the motion; no computation decides these, 0.50\u00a0% of" in many
+    assert "(95 % interval 0.09 to 2.78\u00a0%)." in many
+    some = said(changed=7, looked_at=1, settled=1)
+    assert "7 cases changed; 1 of them was computed twice more" in some
+    assert "none changed with the motion." in some
+    assert "no computation decides these." in said(changed=7, looked_at=1, chaotic=1)
+    assert "1 case changed; it was computed" in said(changed=1, looked_at=1, settled=1)
+    assert "no room to look why" in said(changed=1, looked_at=0)
 
 
 def test_what_was_not_run_again() -> None:

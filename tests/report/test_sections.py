@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from reading import BAD, column, tables, text_of
 
 from overturning.report.blocks import Figure, Report, Section, each_block
@@ -15,7 +16,7 @@ from overturning.report.build import SECTIONS, build_report
 from overturning.report.results import Results
 from overturning.report.sections.cause import cause
 from overturning.report.sections.published import published
-from overturning.report.sections.records import records
+from overturning.report.sections.records import record_directions, records
 from overturning.statistics.logistic import LogisticFit
 from overturning.study.sections import Published
 
@@ -249,3 +250,22 @@ def test_the_ensemble(report: Report, one_record: Make, run: bool) -> None:
     else:
         none = one_record(probability_towards=np.nan)
         assert "the ensemble had nothing to run" in text_of(section(build_report(none), "How far the answers hold"))
+
+
+def test_a_mean_is_not_given_where_falls_go_every_way() -> None:
+    azimuth = np.arange(0, 360, 30)
+    # One fall in every plane, of one shape to one side and of the other to the other.
+    side = np.where(azimuth < 180, 1.0, -1.0)[:, None] * [1.0, -1.0]
+    dims = ("record", "azimuth", "height", "b_over_h", "friction")
+    uniform = xr.Dataset(
+        {"overturned": (dims, side[None, :, None, :, None])},
+        coords={
+            "azimuth": azimuth, "height": [0.6], "b_over_h": [0.2, 0.3], "friction": [1.0], "fault_normal": ("record", [30.0]),
+        },
+    )  # fmt: skip
+    (cells,) = record_directions(uniform)
+    assert cells[:4] == ("–", "0.00", "–", "0.00")
+    one_way = uniform.assign(overturned=uniform["overturned"].where(uniform["azimuth"] % 180 == 30, 0)[..., [0], :])
+    (cells,) = record_directions(one_way)
+    assert cells[1] == cells[3] == "1.00"
+    assert cells[2] == "30°"

@@ -35,6 +35,8 @@ def surveyed(tmp_path_factory: pytest.TempPathFactory) -> Path:
             str(results / f"survey/{number}.json"),
         )
         assert run("survey", survey["stones"], "--cube", str(results / "cube.nc"), *more) == 0
+        motion = ("--motion", str(results / "motion/site.nc"), "--output", str(results / f"survey/{number}.motion.nc"))
+        assert run("backwards", survey["stones"], *motion) == 0
     return results
 
 
@@ -45,7 +47,7 @@ def reported(surveyed: Path) -> tuple[str, bytes]:
 
 def test_the_report_has_each_survey(surveyed: Path, reported: tuple[str, bytes]) -> None:
     page, paper = reported
-    towards, any_way, faces = page.split(">Survey: ")[1:]
+    towards, any_way, faces = page.partition("From the stones back to the motion")[0].split(">Survey: ")[1:]
     faces = faces.partition("</section>")[0]
     assert towards.startswith("towards.csv, site</h")
     assert "The prediction does better than the guess that stones fall any way: log likelihood ratio " in towards
@@ -58,6 +60,8 @@ def test_the_report_has_each_survey(surveyed: Path, reported: tuple[str, bytes])
     assert "faces or B/H are not given" not in faces
     assert "of 9 stones of known face did what was most probable for them" in faces
     assert "&lt;b&gt;faces.csv" in faces
+    assert page.count("What moved the ground: ") == 3
+    assert "stones that fell and 0 that stood, with 90" in page
     assert str(surveyed) not in page
     # The map of the site, which is known here.
     assert [path.name for path in (surveyed / "figures" / "maps").iterdir()] == ["1.svg"]

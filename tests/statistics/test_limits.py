@@ -1,12 +1,24 @@
-"""West's and Ishiyama's limits."""
+"""The field's criteria against closed forms, their own continuity, and the rocking block under pulses."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 
 from overturning.errors import ArgumentError
-from overturning.statistics.limits import ishiyama_velocity, west_acceleration
+from overturning.reference.rocking import rocking_outcome
+from overturning.statistics.limits import (
+    CRITERIA,
+    direct_pulse_acceleration,
+    frequency_parameter,
+    ishiyama_velocity,
+    kaneko_hayashi_acceleration,
+    kaneko_hayashi_frequency,
+    kaneko_hayashi_probability,
+    pulse_acceleration,
+    west_acceleration,
+)
 
 
 def test_west() -> None:
@@ -32,3 +44,54 @@ def test_refuses(value: float) -> None:
         west_acceleration(value)
     with pytest.raises(ArgumentError, match="positive"):
         ishiyama_velocity(value, 0.4)
+
+
+@pytest.mark.parametrize("height", [0.3, 1.0, 2.0])
+@pytest.mark.parametrize("slender", [0.1, 0.3, 0.6])
+def test_branches_of_kaneko_and_hayashi_meet(height: float, slender: float) -> None:
+    border = 1 / (2 * math.pi * kaneko_hayashi_frequency(height, slender))
+    below, above = kaneko_hayashi_acceleration(height, slender, border * np.array([1 + 1e-9, 1 - 1e-9]))
+    assert below == pytest.approx(9.80665 * slender * (1 + slender))
+    assert above == pytest.approx(below, rel=6e-4)  # 10 · 15.6 · 2π is 980.2, not 980.665
+
+
+def test_half_of_the_blocks_fall_at_the_median() -> None:
+    pgv = 0.1 * kaneko_hayashi_acceleration(0.6, 0.3, 0.1)
+    p = kaneko_hayashi_probability([pgv / 0.1, 2 * pgv / 0.1], [pgv, 2 * pgv], 0.6, 0.3)
+    assert p[0] == pytest.approx(0.5)
+    assert p[1] == pytest.approx(0.91717, abs=1e-5)  # the normal distribution at ln 2/0.5
+
+
+def one_sine(factor: float, ratio: float, height: float, slender: float) -> int:
+    """Side to which the rocking block falls under a sine of so many times West's acceleration and ω = ratio p."""
+    period = 2 * math.pi / (ratio * float(frequency_parameter(height, slender)))
+    sine = np.sin(2 * math.pi * np.arange(801) / 800)
+    return rocking_outcome(factor * 9.80665 * slender * sine, period / 800, height, slender)[0]
+
+
+def pulse_factor(criterion: Any, ratio: float, height: float, slender: float) -> float:
+    """Multiple of West's acceleration at which a block falls by a criterion under a one-sine pulse of ω = ratio p."""
+    pgv_over_pga = 2 / (ratio * float(frequency_parameter(height, slender)))
+    return float(criterion(height, slender, pgv_over_pga)) / (9.80665 * slender)
+
+
+@pytest.mark.parametrize("ratio", [0.5, 1.0, 3.0, 5.0])
+def test_pulse_without_impact_is_that_of_the_rocking_block(ratio: float) -> None:
+    # A base that accelerates towards +s first throws the block towards −s: the fall without impact.
+    factor = pulse_factor(direct_pulse_acceleration, ratio, 1.0, 0.1)
+    assert one_sine(1.015 * factor, ratio, 1.0, 0.1) == -1
+    assert one_sine(0.995 * factor, ratio, 1.0, 0.1) != -1
+
+
+@pytest.mark.parametrize("ratio", [1.0, 2.0, 3.0, 4.0])
+def test_pulse_after_one_impact_is_near_that_of_the_rocking_block(ratio: float) -> None:
+    factor = pulse_factor(pulse_acceleration, ratio, 1.0, 0.1)
+    factors = np.arange(1.01, 2.0, 0.01)
+    first = factors[[one_sine(each, ratio, 1.0, 0.1) == 1 for each in factors]].min()
+    assert 0.98 <= factor / first <= 1.11
+
+
+def test_every_criterion_asks_for_at_least_the_acceleration_of_rocking() -> None:
+    ratio = np.geomspace(0.02, 0.5, 30)
+    for criterion in CRITERIA:
+        assert (criterion.acceleration(0.6, 0.3, ratio) >= west_acceleration(0.3) * (1 - 1e-12)).all()

@@ -55,7 +55,7 @@ def test_a_study_too_large_is_refused_with_what_it_would_take() -> None:
         {"name": "mine", "records": {"use": ["rinaldi"]}, "b_over_h": fine, "friction": fine}, "mine.yaml"
     )
     with pytest.raises(
-        ConfigError, match=r"mine\.yaml: 1 records × 7,200,000,000 cases = .* of processor time, .* of memory"
+        ConfigError, match=r"mine\.yaml: 1 record × 7,200,000,000 cases = .* of processor time, .* of memory"
     ):
         check_size(study, "mine.yaml")
 
@@ -87,7 +87,7 @@ def test_pulses_need_no_file(
     with pytest.raises(SystemExit) as stop:
         main(["study", "check", str(study)])
     assert not stop.value.code
-    assert "study 'pulse', 1 records × 216 cases = 216; about " in capsys.readouterr().out
+    assert "study 'pulse', 1 record × 216 cases = 216; about " in capsys.readouterr().out
 
 
 def test_a_table_with_commas(tmp_path: Path) -> None:

@@ -126,3 +126,12 @@ def test_studies_are_frozen() -> None:
     study = check_study(SMALL, "mine.yaml")
     with pytest.raises(ValidationError):
         study.density = 1.0
+
+
+def test_a_population_is_of_single_blocks():
+    study = {"name": "x", "records": {"use": ["rinaldi"]}, "population": {"width": {"low": 0.2, "high": 0.3}}}
+    assert check_study(study, "x.yaml").population.height.high == 0.9
+    with pytest.raises(ConfigError, match="population: its stones are single blocks"):
+        check_study(study | {"scene": "three-tier"}, "x.yaml")
+    with pytest.raises(ConfigError, match=r"high 0.1 lies below low 0.2"):
+        check_study(study | {"population": {"width": {"low": 0.2, "high": 0.1}}}, "x.yaml")

@@ -188,7 +188,7 @@ def test_what_changes_is_settled_by_finer_steps_or_chaotic(monkeypatch: pytest.M
     fakes = {kind: made(kind) for kind in ("finer", "finest", "stiffer")}
     monkeypatch.setattr("overturning.study.own_error.repetitions", lambda _: fakes)
     found = repeat_sample(settings, done.records, done.sample, 1000)
-    assert found["settling"] == {"changed": 4, "looked_at": 4, "settled": 2, "block_steps": 7200}
+    assert found["settling"] == {"changed": 4, "looked_at": 4, "settled": 2, "chaotic": 1, "block_steps": 7200}
     # What is left of the allowance pays for three times a finer case each, as far as it goes.
     looked_at = set()
     for steps in range(300, 500, 10):

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from overturning.errors import ArgumentError
-from overturning.study.progress import Progress, logged_to, overall
+from overturning.study.progress import Progress, logged_to, overall, sweep_line
 
 
 def test_time_to_go_is_read_off_the_share_done() -> None:
@@ -52,3 +52,16 @@ def test_a_terminal_shows_the_whole_sweep_on_one_line(tmp_path: Path) -> None:
     shown = os.read(controller, 1000).decode()
     os.close(controller)
     assert shown == "\r\x1b[Ksweep: 1 of 2 records, 50%"
+
+
+def test_the_sweep_that_is_on(tmp_path: Path) -> None:
+    folder = tmp_path / "mine" / "sweep" / "nominal" / ".progress"
+    folder.mkdir(parents=True)
+    assert sweep_line(tmp_path, 0.0) == ""
+    (folder / "a").write_text('{"share": 1.0, "begin": 0.0, "records": 4}', encoding="utf-8")
+    assert sweep_line(tmp_path, 0.0) == "", "none is on"
+    (folder / "b").write_text('{"share": 0.5, "begin": 0.0, "records": 4}', encoding="utf-8")
+    line = sweep_line(tmp_path, 0.0)
+    assert line.startswith("sweep: 1 of 4 records, 38%")
+    assert line.endswith(" to go")
+    assert sweep_line(tmp_path, 1e12) == "", "an earlier run"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from overturning.dem.cases import Cases
-from overturning.dem.contact import SCENE_STATIC_PENETRATION
+from overturning.dem.contact import SCENE_STATIC_PENETRATION, STATIC_PENETRATION
 from overturning.dem.run import run_cases
 from verification.measures import order, rotation_error
 from verification.work_precision.boundaries import BRACKET, answers, bisect, boundaries, ends, kernel
@@ -47,6 +47,29 @@ def test_peak_rotation_converges(scheme: str, least: float) -> None:
     errors = [rotation_error(*answers(groups, kernel(**soft(scheme, step))), *right) for step in STEPS]
     assert errors[0] > errors[-1] > 0
     assert order(STEPS, np.array(errors)) >= least
+
+
+def test_a_rigid_contact_converges_from_smaller_errors() -> None:
+    """Its changes take less than the finest step, which leaves the first order; but its whole steps err less by far."""
+    height, ratio, friction = (
+        values.ravel()
+        for values in np.meshgrid(np.linspace(0.5, 1.2, 8), np.linspace(0.2, 0.4, 24), [0.45, 1.0], indexing="ij")
+    )
+    groups, steps = (
+        [Group(decaying_sine().motion, Cases(0.0, height, ratio, friction))],
+        np.array([1.0, 0.5, 0.25, 0.125]),
+    )
+
+    def errors(penetration: float) -> np.ndarray:
+        right = answers(groups, kernel(**settings("centred", 0.016, penetration)))
+        found = [answers(groups, kernel(**settings("centred", step, penetration))) for step in steps]
+        return np.array([rotation_error(*one, *right) for one in found])
+
+    rigid, soft_one = errors(STATIC_PENETRATION), errors(SCENE_STATIC_PENETRATION)
+    assert order(steps, rigid) >= 0.7
+    assert order(steps, soft_one) >= 1.5
+    assert rigid[0] < 0.5 * soft_one[0]
+    assert rigid[0] < 5e-5
 
 
 @pytest.mark.parametrize("scheme", ["centred", "cundall"])

@@ -1,6 +1,7 @@
 """What `make run` says: in the words of the steps, without Snakemake's talk."""
 
 import fcntl
+import subprocess
 import sys
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 from tests.workflow.conftest import ROOT, SMALL, Checkout
 
 sys.path.insert(0, str(ROOT / "workflow" / "scripts"))
+from run import cubes_kept
 from talk import failures, made, steps
 
 pytestmark = pytest.mark.workflow
@@ -107,3 +109,59 @@ def test_a_missing_file_is_named_before_the_run(checkout: Checkout) -> None:
     done = checkout.run(check=False)
     assert done.stderr.count("mine.V2A: ") == 2
     assert not (checkout.results / "motion").exists()
+
+
+def test_another_workflow_uses_it_as_a_module(tmp_path: Path) -> None:
+    """As snakedeploy has it: a Snakefile of one's own, a whole study in its config."""
+    checkout = Checkout(tmp_path / "module", SMALL.replace("name: small", "name: deployed"))
+    (checkout.folder / "config" / "near-fault.yaml").unlink()
+    used = checkout.folder / "workflow"
+    used.rename(checkout.folder / "used")
+    used.mkdir()
+    (used / "Snakefile").write_text(
+        'configfile: "config/mine.yaml"\n\nmodule overturning:\n    snakefile: "../used/Snakefile"\n    config: config\n\n'
+        "use rule * from overturning\n",
+        encoding="utf-8",
+    )
+    command = [sys.executable, "-m", "snakemake", "--dry-run", "--cores", "1", "--quiet", "host"]
+    done = subprocess.run(
+        command, cwd=checkout.folder, env=checkout.environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "results/deployed/report.html" in done.stdout + done.stderr
+
+
+def test_a_step_that_fails_is_told_first_and_last_without_its_command(tmp_path: Path) -> None:
+    checkout = Checkout(tmp_path / "failing", SMALL.replace("rinaldi, petrolia", "rinaldi"))
+    programs = tmp_path / "bin"
+    programs.mkdir()
+    (programs / "overturning").write_text(
+        "#!/bin/sh\necho 'error: motion.nc: broken; mend it' >&2\nexit 1\n", encoding="utf-8"
+    )
+    (programs / "overturning").chmod(0o755)
+    checkout.environment["PATH"] = f"{programs}:{checkout.environment['PATH']}"
+    done = checkout.run(check=False)
+    assert done.returncode == 1
+    lines = done.stderr.strip().splitlines()
+    assert lines[0] == lines[-1] == "error: motion.nc: broken; mend it"
+    assert "run.log" in lines[1]
+    assert len(done.stdout + done.stderr) < 500
+    assert "Error in rule read" in (checkout.folder / ".snakemake" / "run.log").read_text(encoding="utf-8")
+
+
+def test_a_failed_run_does_not_cost_the_cube(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    cubes = [tmp_path / "results" / "mine" / name for name in ("cube.nc", "cube.other.nc")]
+    cubes[0].parent.mkdir(parents=True)
+    for cube in cubes:
+        cube.write_text("earlier", encoding="utf-8")
+    with cubes_kept():
+        cubes[0].unlink()  # as Snakemake does before the step that fails
+        cubes[1].unlink()
+        cubes[1].write_text("new", encoding="utf-8")
+    assert [cube.read_text(encoding="utf-8") for cube in cubes] == ["earlier", "new"]
+    assert cubes[0].stat().st_mtime == 0, "the next run makes it again"
+    assert cubes[1].stat().st_mtime > 0
+    with cubes_kept():
+        pass
+    assert sorted(path.name for path in cubes[0].parent.iterdir()) == ["cube.nc", "cube.other.nc"]

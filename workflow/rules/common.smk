@@ -20,9 +20,11 @@ def load():
     given = workflow.config_settings.configfiles
     where = ", ".join(Path(file).name for file in given) or str(DEFAULT_STUDY)
     try:
-        # Snakemake has merged the files of --configfile and the keys of --config already.
+        # Snakemake has merged the files of --configfile and the keys of --config already; a workflow that uses this one as a
+        # module hands over a whole study.
+        whole = given or {"name", "records"} <= config.keys()
         study = (
-            check_study(config, where) if given else load_study(DEFAULT_STUDY, config)
+            check_study(config, where) if whole else load_study(DEFAULT_STUDY, config)
         )
         check_size(study, where)
         entries, files = check_files(study, where)
@@ -64,6 +66,9 @@ CUBES = [
     *(f"{RESULTS}/cube.{name}.nc" for name in STUDY.variants),
 ]
 
+
+POPULATION = [f"{RESULTS}/population.nc"] if STUDY.population else []
+FRAGILITY = [f"{RESULTS}/fragility/fragility.csv"] if STUDY.population else []
 
 SURVEYS = list(range(1, len(STUDY.surveys) + 1))
 

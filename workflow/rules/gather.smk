@@ -6,8 +6,7 @@ rule gather:
         motions=expand(f"{RESULTS}/motion/{{record}}.nc", record=RECORDS),
         parts=parts_of_cube,
     output:
-        # An earlier cube stays until the new one is whole: a bad part does not cost it.
-        update(f"{RESULTS}/cube{{suffix}}.nc"),
+        f"{RESULTS}/cube{{suffix}}.nc",
     log:
         f"{LOGS}/gather{{suffix}}.log",
     wildcard_constraints:

@@ -22,6 +22,8 @@ rule report:
         intensity=f"{RESULTS}/intensity.nc",
         figures=rules.figures.output,
         verification=[VERIFICATION] if VERIFIED else [],
+        population=POPULATION,
+        backwards=expand(f"{RESULTS}/survey/{{number}}.motion.nc", number=SURVEYS),
         surveys=expand(f"{RESULTS}/survey/{{number}}.json", number=SURVEYS),
     output:
         pdf=PAPER,

@@ -25,3 +25,27 @@ rule survey:
     shell:
         "overturning survey {input.stones:q} --cube {input.cube} --record {params.record}"
         " --background {params.background} --figure {output.figure} --output {output.comparison} > {log} 2>&1"
+
+
+rule backwards:
+    input:
+        stones=lambda wildcards: survey_of(wildcards).stones,
+        motions=expand(f"{RESULTS}/motion/{{record}}.nc", record=RECORDS),
+    output:
+        f"{RESULTS}/survey/{{number}}.motion.nc",
+    log:
+        f"{LOGS}/survey/{{number}}.motion.log",
+    wildcard_constraints:
+        number=r"\d+",
+    threads: 2
+    resources:
+        mem_mb=800,
+    params:
+        motions=lambda wildcards, input: " ".join(
+            f"--motion {each}" for each in input.motions
+        ),
+        background=lambda wildcards: survey_of(wildcards).background,
+        sources=sources("backwards"),
+    shell:
+        "overturning backwards {input.stones:q} {params.motions} --background {params.background}"
+        " --threads {threads} --output {output} > {log} 2>&1"

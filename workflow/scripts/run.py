@@ -11,7 +11,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from itertools import pairwise
 from pathlib import Path
 
@@ -82,6 +82,28 @@ def alone(folder: Path) -> Iterator[int | None]:
         lock.write(str(os.getpid()))
         lock.flush()
         yield None
+
+
+@contextmanager
+def cubes_kept() -> Iterator[None]:
+    """Put cubes back that a run has taken away and not made anew: Snakemake removes a result before it makes it again.
+
+    They are as old as can be then, so that the next run makes them in any case.
+    """
+    links = {path: path.with_name(f".{path.name}.kept") for path in Path("results").glob("*/cube*.nc")}
+    for left in Path("results").glob("*/.cube*.nc.kept"):  # by a run that was killed
+        left.unlink()
+    for path, link in links.items():
+        with suppress(OSError):  # a file system without hard links
+            os.link(path, link)
+    try:
+        yield
+    finally:
+        for path, link in links.items():
+            if link.exists() and not path.exists():
+                link.rename(path)
+                os.utime(path, (0, 0))
+            link.unlink(missing_ok=True)
 
 
 def follow(command: list[str]) -> int:
@@ -167,7 +189,8 @@ def main() -> int:
         command = ["snakemake", *arguments]
         if os.environ.get("VERBOSE", "0") not in ("", "0") or _SPEAKS & set(arguments):
             return subprocess.run(command, check=False).returncode
-        return follow(command)
+        with cubes_kept():
+            return follow(command)
 
 
 if __name__ == "__main__":

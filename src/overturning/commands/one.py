@@ -77,22 +77,14 @@ def one(
     from overturning.dem.polygon.geometry import native_size
     from overturning.dem.trajectory import trajectory
     from overturning.errors import ArgumentError
-    from overturning.figures.film_movie import check_movie, write_film_movie
+    from overturning.figures.film_movie import write_film_movie
     from overturning.figures.film_of_trajectory import film_of
     from overturning.figures.film_page import write_film_page
     from overturning.figures.response import response_figure
     from overturning.figures.style import save, style
-    from overturning.files import check_output
     from overturning.motion.motion import Motion
 
-    outputs = (("--animate", animate, {".html", ".gif", ".mp4"}), ("--response", response, {".svg", ".png", ".pdf"}))
-    for option, file, kinds in outputs:
-        if file is None:
-            continue
-        if file.suffix.lower() not in kinds:
-            raise ArgumentError(f"{file.name}: unknown kind of file; end it in {', '.join(sorted(kinds))}")
-        check_output(file, option)
-        check_movie(file)
+    _check_outputs(animate, response)
     given = declared.declared(azimuths, columns, form, interval, processed, sensor, trust_data, unit, vertical_sense)
     shaking = _record(record, table, folder, given)
     motion = Motion.of(shaking if vertical else replace(shaking, up=None))
@@ -122,7 +114,7 @@ def one(
         for angle in azimuth
     ]  # fmt: skip
     what = "" if scene is None else f"{stones.title or stones.name}, "
-    title = f"{place}: {what}B/H = {b_over_h:g}, H = {height:g} m, µ = {friction:g}"
+    title = f"{place}: {what}B/H = {b_over_h:.3g}, H = {height:.3g} m, µ = {friction:g}"
     print(title)
     _print_outcomes(paths, stones)
     if animate is not None:
@@ -137,6 +129,22 @@ def one(
         with style():
             save(response_figure(paths, title), response)
         print(f"figure: {response}")
+
+
+def _check_outputs(animate: Path | None, response: Path | None) -> None:
+    """Refuse files that could not be written, before anything is computed for them."""
+    from overturning.errors import ArgumentError
+    from overturning.figures.film_movie import check_movie
+    from overturning.files import check_output
+
+    outputs = (("--animate", animate, {".html", ".gif", ".mp4"}), ("--response", response, {".svg", ".png", ".pdf"}))
+    for option, file, kinds in outputs:
+        if file is None:
+            continue
+        if file.suffix.lower() not in kinds:
+            raise ArgumentError(f"{file.name}: unknown kind of file; end it in {', '.join(sorted(kinds))}")
+        check_output(file, option)
+        check_movie(file)
 
 
 def _scene(

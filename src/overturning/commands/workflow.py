@@ -119,6 +119,36 @@ def gather(
 
 
 @app.command()
+def population(study: Study, motions: Motions, output: NetCDF, threads: Threads = 1, log: Log = None) -> None:
+    """Work out the fall rates of a study's population under each record."""
+    from overturning.study.progress import logged_to
+    from overturning.surveys.population_file import population_outcomes, write_population
+
+    with logged_to(log) as say:
+        write_population(population_outcomes(*_with_records(study, motions), threads, say), output)
+
+
+@app.command()
+def fragility(
+    population: Annotated[Path, typer.Option(help="fall rates of the population (NetCDF)")],
+    intensity: Annotated[Path, typer.Option(help="intensity measures of the study (NetCDF)")],
+    output: Annotated[Path, typer.Option(help="folder for fragility.csv and the OpenQuake models (XML)")],
+) -> None:
+    """Fit fragility curves to the fall rates of a population; write them as CSV and for OpenQuake."""
+    import xarray as xr
+
+    from overturning.statistics.fragility import write_fragility_csv, write_openquake
+    from overturning.surveys.population_file import fragility_curves, read_population
+
+    with xr.open_dataset(intensity) as measures:
+        curves = fragility_curves(read_population(population), measures)
+    write_fragility_csv(curves, output / "fragility.csv")
+    for measure in ("PGA", "PGV"):
+        chosen = [one for one in curves if one.measure == measure]
+        write_openquake(chosen, output / f"fragility-{measure.lower()}.xml", "gravestones")
+
+
+@app.command()
 def verify_study(
     study: Study,
     motions: Motions,

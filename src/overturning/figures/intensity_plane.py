@@ -1,6 +1,6 @@
-"""Falls in the plane of PGA and PGV/PGA, beside the classical limits and the fitted probability."""
+"""Falls in the plane of PGA and PGV/PGA, beside the field's criteria and the fitted probability."""
 
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
@@ -10,10 +10,19 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from overturning.arrays import FloatArray
 from overturning.figures.style import DASHED, FALLS, INK, SERIES, STANDS, caption, grid, labels
 from overturning.statistics.direction import fall_shares
-from overturning.statistics.limits import ishiyama_velocity, west_acceleration
+from overturning.statistics.limits import CRITERIA, west_acceleration
 from overturning.statistics.logistic import LogisticFit
 from overturning.statistics.planes import by_plane
 from overturning.units import GAL, STANDARD_GRAVITY
+
+LOOKS: Final = (
+    (SERIES[0], DASHED),
+    (INK, (0, (1, 1.2))),
+    (SERIES[3], "solid"),
+    (SERIES[5], (0, (5, 1.2, 1, 1.2))),
+    (SERIES[4], "solid"),
+)
+"""Colour and dashes of each of `limits.CRITERIA`."""
 
 
 def plane_points(
@@ -38,7 +47,7 @@ def _draw_intensity_plane(
     """Draw one block's plane: the points of `plane_points`, the limits, and the fit's line of probability one half."""
     pga, ratio, falls = points
     axes.set(xscale="log", yscale="log")
-    west, velocity = float(west_acceleration(b_over_h)), float(ishiyama_velocity(height, b_over_h))
+    west = float(west_acceleration(b_over_h))
     low_x, high_x = min(pga.min(initial=west), west) / 1.5, max(pga.max(initial=west), west) * 1.5
     low_y, high_y = ratio.min(initial=0.05) / 1.5, ratio.max(initial=0.2) * 1.5
     stands = falls < 0.5
@@ -49,8 +58,10 @@ def _draw_intensity_plane(
     ):
         axes.scatter(pga[chosen] / GAL, ratio[chosen], label=label, **common, **look)
     x = np.geomspace(low_x, high_x, 200)
-    axes.axvline(west / GAL, color=SERIES[0], linewidth=1.4, linestyle=DASHED, label="West: a = g B/H")
-    axes.plot(x / GAL, velocity / x, color=INK, linewidth=1.4, linestyle=(0, (1, 1.2)), label="Ishiyama: PGV limit")
+    y = np.geomspace(low_y, high_y, 200)
+    for criterion, (color, dashes) in zip(CRITERIA, LOOKS, strict=True):
+        limit = criterion.acceleration(height, b_over_h, y)
+        axes.plot(limit / GAL, y, color=color, linewidth=1.3, linestyle=dashes, label=criterion.name)
     if fit is not None and not fit.note and abs(fit.coefficient[2]) > 1e-9:
         # Probability one half: the linear predictor is zero.
         constant, over_west, over_ratio, over_shape, over_size = fit.coefficient

@@ -8,7 +8,7 @@ import numpy as np
 
 from overturning.dem.variables import INT8_MISSING
 from overturning.figures.film_of_trajectory import free_elements, window
-from overturning.figures.style import DASHED, DASHES, SERIES, caption, compass_name, labels
+from overturning.figures.style import DASHED, DASHES, PAGE_WIDTH, SERIES, caption, compass_name, labels
 from overturning.units import CM, GAL
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def response_figure(paths: Sequence["xr.Dataset"], title: str, headings: Sequenc
     """
     import matplotlib.pyplot as plt
 
-    width = max(3.3 * len(paths), 4.4)
+    width = max(min(3.3 * len(paths), PAGE_WIDTH), 4.4, 2.0 * len(paths))
     figure, grid = plt.subplots(
         len(ROWS), len(paths), figsize=(width, 6.6), sharex=True, sharey="row", squeeze=False, layout="constrained"
     )

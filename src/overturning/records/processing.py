@@ -17,7 +17,19 @@ from overturning.motion.plausible import implausible
 from overturning.records.assembly import iso, peaks_of
 from overturning.records.corner import DEFAULT_HZ, choose_corner
 from overturning.records.record import Record
-from overturning.records.steps import Baseline, Cut, Detrend, Filter, Highpass, RemoveMean, Resample, Scale, Step, Taper
+from overturning.records.steps import (
+    Baseline,
+    Cut,
+    Detrend,
+    Filter,
+    Highpass,
+    RemoveMean,
+    Resample,
+    Scale,
+    Site,
+    Step,
+    Taper,
+)
 
 LARGEST_RATIO = 1000
 """Largest numerator or denominator of a resampling ratio."""
@@ -58,7 +70,7 @@ def process(record: Record, steps: Sequence[Step] | None) -> Record:
             step, chosen = step.model_copy(update={"corner_hz": corner}), {"chosen": reason}
         before = peaks_of(record.horizontal, record.sampling_interval)
         interval = step.sampling_interval_s if isinstance(step, Resample) else record.sampling_interval
-        changed, shift = partial(_apply, step, record), _shift(step, record.sampling_interval)
+        changed, shift = partial(_apply, step, record, chosen), _shift(step, record.sampling_interval)
         record = record.with_each(changed, sampling_interval=interval, start=_start_after(record, shift))
         after = peaks_of(record.horizontal, record.sampling_interval)
         effect = {name: [before[name], after[name]] for name in before}
@@ -91,7 +103,7 @@ def _refused(record: Record, key: str, why: str) -> RecordError:
     return RecordError(f"record {record.record_id}: {key}; {why}")
 
 
-def _apply(step: Step, record: Record, samples: FloatArray) -> FloatArray:
+def _apply(step: Step, record: Record, told: dict[str, str], samples: FloatArray) -> FloatArray:
     interval = record.sampling_interval
     match step:
         case RemoveMean():
@@ -115,6 +127,28 @@ def _apply(step: Step, record: Record, samples: FloatArray) -> FloatArray:
             return samples[first:last].copy()
         case Scale():
             return samples * step.factor
+        case Site():
+            return _to_surface(samples, step, record, told)
+
+
+def _to_surface(samples: FloatArray, step: Site, record: Record, told: dict[str, str]) -> FloatArray:
+    from overturning.motion.soil import TAIL, Soil, through_soil
+
+    if samples is record.up:
+        return np.pad(samples, (0, round(TAIL / record.sampling_interval)))
+    layers = [Soil(one.thickness_m, one.velocity_m_s, one.density_kg_m3, one.damping, one.curve) for one in step.layers]
+    layers.append(Soil(0, step.rock.velocity_m_s, step.rock.density_kg_m3, step.rock.damping))
+    passed = through_soil(samples, record.sampling_interval, layers, outcrop=step.motion == "outcrop")
+    if any(one.curve for one in step.layers):
+        axis = "north" if samples is record.north else "east"
+        state = "converged" if passed.converged else f"not converged (last change {100 * passed.change:.1f} %)"
+        told["chosen"] = "; ".join(
+            [
+                *([told["chosen"]] if "chosen" in told else []),
+                f"{axis} {state}, strain {100 * passed.largest_strain:.2g} %",
+            ]
+        )
+    return passed.samples
 
 
 def _pre_event(step: RemoveMean, record: Record) -> int | None:

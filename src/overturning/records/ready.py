@@ -28,8 +28,8 @@ def read(
         By kind of file where not given: what its agency has processed is left alone.
     **declarations
         What the files do not state: ``unit`` ("gal", "g", …), ``columns`` ("time:s north:gal east:gal up:gal"),
-        ``sampling_interval_s``, ``azimuths_deg`` of the two horizontal axes, ``sensor`` ("surface", "borehole"),
-        ``trust_data``; and ``record_id``.
+        ``sampling_interval_s``, ``processed`` (columns do not say it), ``azimuths_deg`` of the two horizontal axes,
+        ``sensor`` ("surface", "borehole"), ``trust_data``; and ``record_id``.
 
     Returns
     -------

@@ -114,7 +114,42 @@ class Scale(_Step):
     factor: float = Field(gt=0, description="Factor, without unit.")
 
 
+class Rock(_Step):
+    """The half-space below the soil."""
+
+    velocity_m_s: float = Field(gt=0, le=1e4, description="Shear-wave velocity, m/s.")
+    density_kg_m3: float = Field(default=2200, gt=0, le=1e4, description="Density, kg/m³.")
+    damping: float = Field(default=0.01, ge=0, lt=0.5, description="Damping ratio.")
+
+
+class Layer(_Step):
+    """A layer of soil."""
+
+    thickness_m: float = Field(gt=0, le=1e4, description="Thickness, m.")
+    velocity_m_s: float = Field(gt=0, le=1e4, description="Shear-wave velocity, m/s.")
+    density_kg_m3: float = Field(default=1800, gt=0, le=1e4, description="Density, kg/m³.")
+    damping: float = Field(default=0.05, ge=0, lt=0.5, description="Damping ratio; a curve has its own.")
+    curve: str | None = Field(
+        default=None, description="Published modulus-reduction curve, by pystrata's name; none: the layer is linear."
+    )
+
+
+class Site(_Step):
+    """Take the horizontal motion from rock through soil layers to the surface (`overturning.motion.soil`).
+
+    Needs pystrata (group `soil`). Linear, or equivalent-linear where a layer has a curve. The vertical motion is left as it is.
+    """
+
+    step: Literal["site"] = "site"
+    layers: tuple[Layer, ...] = Field(min_length=1, description="Layers from the surface down.")
+    rock: Rock = Field(description="The half-space below them.")
+    motion: Literal["outcrop", "within"] = Field(
+        default="outcrop", description="Whether the record is of outcropping rock or of the rock below the layers."
+    )
+
+
 Step = Annotated[
-    RemoveMean | Detrend | Taper | Highpass | Lowpass | Baseline | Resample | Cut | Scale, Field(discriminator="step")
+    RemoveMean | Detrend | Taper | Highpass | Lowpass | Baseline | Resample | Cut | Scale | Site,
+    Field(discriminator="step"),
 ]
 """Any of the steps, told apart by the key ``step``."""

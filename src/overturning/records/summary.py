@@ -28,6 +28,10 @@ def summary(step: Mapping[str, Any]) -> str:
             return f"resampled to {step['sampling_interval_s']:g} s"
         case "cut":
             return f"cut from {step['start_s']:g} s" + ("" if step["end_s"] is None else f" to {step['end_s']:g} s")
+        case "site":
+            layers = ", ".join(f"{one['thickness_m']:g} m of {one['velocity_m_s']:g} m/s" for one in step["layers"])
+            told = f" ({step['chosen']})" if "chosen" in step else ""
+            return f"through {layers} over {step['rock']['velocity_m_s']:g} m/s, record {step['motion']}{told}"
         case "scale":
             return f"times {step['factor']:g}"
         case other:

@@ -22,6 +22,8 @@ from overturning.study.cube import open_cube, study_of
 from overturning.study.own_error import is_verified
 from overturning.study.own_error_file import read_verification
 from overturning.study.scenes import NOMINAL, scene_of
+from overturning.surveys.inversion_file import Backwards, read_backwards
+from overturning.surveys.population_file import read_population
 from overturning.surveys.result import SurveyResult, read_survey_result
 
 
@@ -66,6 +68,10 @@ class Results:
         What repeating a part of it found; None where the study leaves that out.
     surveys : tuple of SurveyResult
         Surveys of stones beside its predictions.
+    population : xarray.Dataset or None
+        Fall rates of the study's population; None where it has none.
+    backwards : tuple of Backwards
+        What the surveys say of the motion.
     """
 
     study: Study
@@ -77,6 +83,8 @@ class Results:
     telling: list[dict[str, Any]]
     verification: dict[str, Any] | None
     surveys: tuple[SurveyResult, ...]
+    population: xr.Dataset | None = None
+    backwards: tuple[Backwards, ...] = ()
 
     @cached_property
     def names(self) -> tuple[RecordName, ...]:
@@ -185,4 +193,6 @@ def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]
             json.loads((folder / "figures" / "telling" / "telling.json").read_text(encoding="utf-8")),
             read_verification(folder / "verification.json") if is_verified(study) else None,
             tuple(read_survey_result(folder / "survey" / f"{n}.json") for n, _ in enumerate(study.surveys, 1)),
+            read_population(folder / "population.nc") if study.population else None,
+            tuple(read_backwards(folder / "survey" / f"{n}.motion.nc") for n, _ in enumerate(study.surveys, 1)),
         )

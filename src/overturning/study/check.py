@@ -41,7 +41,7 @@ class Size:
     disk_bytes: float
 
     def __str__(self) -> str:
-        total = f"{self.records} records × {self.cases:,} cases = {self.records * self.cases:,}"
+        total = f"{self.records} record{'' if self.records == 1 else 's'} × {self.cases:,} cases = {self.records * self.cases:,}"
         memory, disk = _bytes(self.memory_bytes), _bytes(self.disk_bytes)
         return f"{total}; about {_time(self.processor_s)} of processor time, {memory} of memory, {disk} of results"
 
@@ -132,5 +132,5 @@ def _time(seconds: float) -> str:
 def _bytes(count: float) -> str:
     for unit, name in ((1e12, "TB"), (1e9, "GB"), (1e6, "MB")):
         if count >= unit:
-            return f"{count / unit:,.1f} {name}"
+            return f"{count / unit:,.{0 if count >= 10 * unit else 1}f} {name}"
     return f"{count / 1e3:.0f} kB"

@@ -18,6 +18,7 @@ from overturning.dem.polygon.geometry import native_size
 from overturning.dem.scene import Scene, gravestone
 from overturning.records.steps import Step
 from overturning.study.body import IN_PLANES_ONLY, BodySettings, Orientations, check_heights
+from overturning.study.population import Population
 from overturning.study.quantity import Density, Metre
 from overturning.study.ranges import AzimuthRange, Values
 from overturning.study.sections import (
@@ -108,6 +109,9 @@ class Study(Model):
     published: tuple[Published, ...] = Field(
         default=(), description="published values; the report compares the study with them"
     )
+    population: Population | None = Field(
+        default=None, description="a cemetery of many stones, whose fall rate is wanted under each record"
+    )
     surveys: tuple[Survey, ...] = Field(
         default=(), description="surveys of fallen stones; the report compares each with what its site's cube predicts"
     )
@@ -174,6 +178,8 @@ class Study(Model):
                 raise ValueError(f"variants.{named[0]}.scene: only a study with a scene can have another one beside it")
         if self.scene == gravestone():
             return self  # it takes the study's contact and density
+        if self.population is not None:
+            raise ValueError("population: its stones are single blocks; leave out scene, or population")
         contacts = {"": self.contact} | {
             f"variants.{name}.": variant.contact for name, variant in self.variants.items()
         }

@@ -1,7 +1,7 @@
 """Part of a study run again, with finer steps and with stiffer springs: how far its answers hang on the computation.
 
-What changes with finer steps is run again in steps half as long as those, and under a motion changed by less than is known of it.
-An answer that stays is settled by a finer computation; one that does not is chaotic, and none decides it.
+What changes with finer steps is run again in steps half as long as those, and in those under a motion changed by less than is
+known of it. An answer that stays both times is settled by a finer computation; one that changes with the motion none decides.
 """
 
 from collections.abc import Mapping, Sequence
@@ -162,16 +162,20 @@ class _Runs:
         return overturned, block_steps, towards
 
     def settle(self, count: int, allowed: int) -> dict[str, int]:
-        """How many of the first cases change with finer steps, and how many of these, as far as allowed, keep that answer."""
+        """How many of the first cases change with finer steps; of these, as far as allowed, how many keep that answer or lose it."""
         finer, own = self.overturned["finer"][:count], self.sample.overturned[:count]
         known = ((finer != INT8_MISSING) & (own != INT8_MISSING)).all(axis=1)
         towards, before = self.azimuth["finer"][:count], self.sample.azimuth
         changed = np.flatnonzero(known & differ(finer, own, None if before is None else (towards, before[:count])))
         # Steps half as long, and those of the finer repetition once more.
         cost = 3 * np.cumsum(self.block_steps["finer"][changed])
-        rows, spent, kept = changed[cost <= allowed], 0, np.ones(int((cost <= allowed).sum()), np.bool_)
-        for kind, amplitude in (("finest", 1.0), ("finer", 1.0 + NUDGE)):
-            overturned, block_steps, azimuth = self._again(kind, rows, amplitude)
-            kept &= ~differ(overturned, finer[rows], None if before is None else (azimuth, towards[rows]))
-            spent += int(block_steps.sum())
-        return {"changed": changed.size, "looked_at": rows.size, "settled": int(kept.sum()), "block_steps": spent}
+        rows = changed[cost <= allowed]
+        runs = [self._again(kind, rows, amplitude) for kind, amplitude in (("finest", 1.0), ("finer", 1.0 + NUDGE))]
+        finest_kept, kept = (
+            ~differ(overturned, finer[rows], None if before is None else (azimuth, towards[rows]))
+            for overturned, _, azimuth in runs
+        )
+        return {
+            "changed": changed.size, "looked_at": rows.size, "settled": int((finest_kept & kept).sum()),
+            "chaotic": int((~kept).sum()), "block_steps": sum(int(block_steps.sum()) for _, block_steps, _ in runs),
+        }  # fmt: skip

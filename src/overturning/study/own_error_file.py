@@ -39,6 +39,7 @@ class _Settling(BaseModel):
     changed: int
     looked_at: int
     settled: int
+    chaotic: int
     block_steps: int
 
 

@@ -36,6 +36,10 @@ class Stone:
         The same in the plane at right angles; NaN where not given (a square plan is assumed then).
     face_azimuth_deg : float
         Direction that the front face looks to, degrees clockwise from true north; NaN where not given.
+    height : float
+        m; NaN where not given.
+    round : bool
+        A column, which can fall in any plane.
     line : int
         Line of the file.
     """
@@ -48,6 +52,8 @@ class Stone:
     b_over_h_side: float = math.nan
     face_azimuth_deg: float = math.nan
     line: int = 0
+    height: float = math.nan
+    round: bool = False
 
 
 def _yes_or_no(text: str) -> bool:
@@ -77,6 +83,8 @@ class SurveyRow(BaseModel):
     b_over_h_side: _Slenderness = math.nan
     face_azimuth_deg: _Degrees = math.nan
     magnetic_declination_deg: Annotated[float, Field(ge=-180, le=180)] = 0.0
+    height_m: Annotated[float, Field(gt=0, le=100)] = math.nan
+    round: Annotated[bool, BeforeValidator(_yes_or_no)] = False
 
     @model_validator(mode="after")
     def _one_direction_if_it_fell(self) -> "SurveyRow":
@@ -102,6 +110,8 @@ class SurveyRow(BaseModel):
             b_over_h_side=self.b_over_h_side,
             face_azimuth_deg=(self.face_azimuth_deg + self.magnetic_declination_deg) % 360,
             line=line,
+            height=self.height_m,
+            round=self.round,
         )
 
 

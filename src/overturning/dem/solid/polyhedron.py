@@ -114,7 +114,8 @@ def _rests(hull: Hull, size: float) -> tuple[float, FloatArray]:
     # Triangles of one face hold each other's feet.
     beyond[normals @ normals.T > 1.0 - FLAT] = -np.inf
     down = -normals[:, 2]
-    stable = (beyond.max(axis=1) < -FLAT * size) & (down < 1.0 - FLAT)
+    # Not the base, nor a face opposite to it, onto which nothing falls before it has fallen onto a side.
+    stable = (beyond.max(axis=1) < -FLAT * size) & (np.abs(down) < 1.0 - FLAT)
     if not stable.any():
         return np.pi, np.zeros((0, 3))
     order = np.argsort(-np.arctan2(normals[stable, 1], normals[stable, 0]) % (2.0 * np.pi), kind="stable")

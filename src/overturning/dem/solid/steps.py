@@ -10,10 +10,10 @@ from overturning.dem.numerics import Numerics
 from overturning.dem.solid.rows import TICKS
 from overturning.dem.time_step import Scheme, steps_per_sample
 
-WHOLE_STEP: Final = 0.008
+WHOLE_STEP: Final = 0.004
 """Longest step of the centred scheme, in 1/p, p = √(3g/4R);"""
 
-FINEST_STEP: Final = 0.25
+FINEST_STEP: Final = 0.125
 """and its step where a contact changes, in 1/ω of the highest mode, rounded down to a power of two of ticks."""
 
 SETTLING: Final = 6.0

@@ -24,8 +24,8 @@ def cause(results: Results) -> Section | None:
         return None
     fit = overturning_fit(results.cube, results.intensity)
     caption = (
-        "Each point is one plane of one record. West: a block cannot rock below a = g B/H. Ishiyama: below this peak velocity "
-        "a rocking block does not overturn."
+        "Each point is one plane of one record. Lines: the field's criteria, by which a block falls to the right of them, and "
+        "the fit to this study."
     )
     blocks: list[Block] = [
         Figure(results.figures / "plane.svg", "falls in the plane of PGA and PGV/PGA", caption, width=0.92)

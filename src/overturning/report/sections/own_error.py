@@ -89,24 +89,27 @@ def _text(found: dict[str, Any]) -> str:
 
 def _settled(found: dict[str, Any]) -> str:
     """What a finer computation settles of what changed, and what none does."""
-    changed, looked, settled = (found["settling"][name] for name in ("changed", "looked_at", "settled"))
+    changed, looked, settled, chaotic = (
+        found["settling"][name] for name in ("changed", "looked_at", "settled", "chaotic")
+    )
     if not changed:
         return ""
-    which = "it was" if changed == 1 else "they were"
-    if looked < changed:
-        which = f"{looked} of them {'was' if looked == 1 else 'were'}"
     if not looked:
         return f" With finer steps {_cases(changed)} changed; verification.cost leaves no room to look why."
-    open_ = looked - settled
-    low, high = wilson(open_, found["chosen"])
-    text = (
-        f" With finer steps {_cases(changed)} changed; {which} computed twice more, in steps half as long as those and under "
-        f"a motion stronger by a factor of 1 + {NUDGE:g}. {settled} kept the answer of the finer steps, which settle "
-        f"{'it' if settled == 1 else 'them'}; {open_} did not and {'is' if open_ == 1 else 'are'} chaotic: no computation "
-        f"decides {'it' if open_ == 1 else 'them'}"
+    which = _were(changed, "it", "they") if looked == changed else _were(looked, f"{looked} of them")
+    low, high = wilson(chaotic, found["chosen"])
+    share = f"{percent(chaotic / found['chosen'], 2)} of the cases run again (95 % interval {100 * low:.2f} to {percent(high, 2)})"
+    decided = f"; no computation decides these{f', {share}' if looked == changed else ''}" if chaotic else ""
+    return (
+        f" With finer steps {_cases(changed)} changed; {which} computed twice more, in steps half as long as those, and in "
+        f"those under a motion stronger by a factor of 1 + {NUDGE:g}, less than is known of any. {settled} kept the answer of "
+        f"the finer steps, which so is settled; {looked - settled - chaotic} changed with the shorter steps only and would need "
+        f"finer ones yet; {chaotic or 'none'} changed with the motion{decided}."
     )
-    of_all = f", {percent(open_ / found['chosen'], 2)} of the cases run again (95 % interval {100 * low:.2f} to {percent(high, 2)})"
-    return f"{text}{of_all if looked == changed else ''}."
+
+
+def _were(count: int, one: str, more: str = "") -> str:
+    return f"{one} was" if count == 1 else f"{more or one} were"
 
 
 def _cases(count: int) -> str:

@@ -1,0 +1,50 @@
+"""`overturning backwards`: what motion made the stones of a survey fall."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(rich_markup_mode=None)
+
+
+@app.command()
+def backwards(
+    stones: Annotated[
+        Path, typer.Argument(help="the survey (CSV): azimuth_deg or octant, b_over_h, height_m, round, …")
+    ],
+    motion: Annotated[
+        list[Path] | None, typer.Option(help="motion of a study (NetCDF), once for each; synthetic pulses without any")
+    ] = None,
+    fixed: Annotated[float, typer.Option(min=0, max=0.99, help="share of stones fixed to their base")] = 0.0,
+    background: Annotated[float, typer.Option(min=0, max=0.99, help="share of stones that do anything")] = 0.05,
+    figure: Annotated[Path | None, typer.Option(help="figure to draw: .svg or .png")] = None,
+    output: Annotated[Path | None, typer.Option(help="the posterior as a file (NetCDF), for a report")] = None,
+    threads: Annotated[int, typer.Option(min=1, help="number of threads")] = 1,
+) -> None:
+    """Say how strong the motion was that made stones fall, from which side it came, and which motions could have been it."""
+    from overturning.errors import ArgumentError
+    from overturning.motion.motion import Motion
+    from overturning.records.store import read_motion
+    from overturning.report.plain import plain_lines
+    from overturning.report.sections.backwards import backwards_section, draw_posterior
+    from overturning.surveys.inversion import Kind, Responses
+    from overturning.surveys.inversion_file import Backwards, write_backwards
+    from overturning.surveys.motions import largest_peaks, pulse_motions
+    from overturning.surveys.stones import read_survey
+
+    if figure is not None and figure.suffix.lower() not in {".svg", ".png"}:
+        raise ArgumentError(f"{figure.name}: unknown kind of figure; end it in .svg or .png")
+    rows = read_survey(stones)
+    records = [read_motion(path) for path in motion or ()]
+    motions = {record.record_id: Motion.of(record) for record in records} or pulse_motions()
+    responses = Responses(motions, [Kind.of(stone) for stone in rows], threads=threads)
+    found = responses.posterior(rows, background=background, fixed=fixed)
+    peaks = {name: largest_peaks(one) for name, one in motions.items()}
+    result = Backwards.of(stones.name, rows, found, peaks, fixed)
+    print(*plain_lines(backwards_section(result)), sep="\n")
+    if output is not None:
+        write_backwards(result, output)
+    if figure is not None:
+        draw_posterior(result, figure)
+        print(f"figure: {figure}")

@@ -1,0 +1,77 @@
+"""Fall rates of a population over amplitude, and over the intensity of the motion."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from overturning.arrays import FloatArray
+from overturning.figures.style import DASHED, FALLS, INK, SERIES, caption, grid, labels
+from overturning.statistics.fragility import Fragility
+
+INTENSITY_SCALE: Final = (5.0, 5.5, 6.0, 6.5)
+"""Bounds of the JMA scale's degrees 5+, 6−, 6+ and 7 (JMA: instrumental intensity)."""
+
+
+def fall_rate_figure(
+    amplitude: FloatArray,
+    rates: FloatArray,
+    levels: Mapping[str, FloatArray],
+    curves: Sequence[Fragility],
+    jma: FloatArray,
+) -> Figure:
+    """Figure with fall rate over amplitude, over PGA with the fragility curve, and over JMA intensity.
+
+    Parameters
+    ----------
+    amplitude : ndarray, shape (a,)
+        Factors on the records.
+    rates, jma : ndarray, shape (record, a)
+        Fall rate, and JMA intensity; NaN where not known.
+    levels : mapping of str to ndarray, shape (record, a)
+        Intensity by name of the measure, in the unit of its curve.
+    curves : sequence of Fragility
+        Of the whole population.
+    """
+    with_jma = bool(np.isfinite(jma).any())
+    shown = [one for one in curves if one.measure in ("PGA", "PGV")]
+    figure, panels = grid(1, 1 + len(shown) + with_jma, 2.8 * (1 + len(shown) + with_jma), 3.3)
+    axes = panels[0, 0]
+    axes.plot(amplitude, 100 * rates.T, color=SERIES[4], linewidth=0.7)
+    axes.plot(amplitude, 100 * np.median(rates, axis=0), color=INK, linewidth=2, label="median of the records")
+    labels(axes, "factor on the record", "fall rate, %")
+    for panel, curve in zip(panels[0, 1:], shown, strict=False):
+        _draw_curve(panel, levels[curve.measure], rates, curve)
+    if with_jma:
+        _draw_intensity(panels[0, -1], jma, rates)
+    for panel in panels[0]:
+        panel.set_ylim(-2, 102)
+        panel.grid(True)
+    caption(figure, "Fall rate of the population", axes, 1)
+    return figure
+
+
+def _draw_curve(panel: object, level: FloatArray, rates: FloatArray, curve: Fragility) -> None:
+    from matplotlib.axes import Axes
+
+    assert isinstance(panel, Axes)
+    panel.plot(level.ravel(), 100 * rates.ravel(), ".", color=SERIES[4], markersize=3)
+    if math.isfinite(curve.median):
+        x = np.geomspace(curve.least, curve.most, 100)
+        panel.plot(x, 100 * curve.probability(x), color=FALLS, linewidth=1.8)
+    panel.set_xscale("log")
+    labels(panel, f"{curve.measure}, {curve.unit}", "")
+
+
+def _draw_intensity(panel: object, jma: FloatArray, rates: FloatArray) -> None:
+    from matplotlib.axes import Axes
+
+    assert isinstance(panel, Axes)
+    known: NDArray[np.bool_] = np.isfinite(jma)
+    panel.plot(jma[known], 100 * rates[known], ".", color=SERIES[4], markersize=3)
+    for bound in INTENSITY_SCALE:
+        panel.axvline(bound, color=INK, linewidth=0.7, linestyle=DASHED)
+    labels(panel, "JMA intensity", "")

@@ -1,0 +1,91 @@
+"""Motion through soil against the closed form of one damped layer on a half-space."""
+
+import numpy as np
+import pytest
+
+from overturning.errors import ArgumentError
+from overturning.motion.soil import QUIET, TAIL, Soil, fundamental_period, through_soil
+
+pytest.importorskip("pystrata")
+
+INTERVAL = 0.01
+LAYER, ROCK = Soil(20, 200, 1800, 0.05), Soil(0, 1000, 2200, 0.01)
+
+
+def transfer(frequency: np.ndarray, layer: Soil, rock: Soil) -> np.ndarray:
+    """Surface over outcrop (Kramer 1996, Geotechnical Earthquake Engineering, eq. 7.28), modulus G (√(1 − 4ξ²) + 2iξ)."""
+    speed = [one.velocity * np.sqrt(np.sqrt(1 - 4 * one.damping**2) + 2j * one.damping) for one in (layer, rock)]
+    impedance = layer.density * speed[0] / (rock.density * speed[1])
+    phase = 2 * np.pi * frequency * layer.thickness / speed[0]
+    return 1 / (np.cos(phase) + 1j * impedance * np.sin(phase))
+
+
+@pytest.fixture(scope="module")
+def noise() -> np.ndarray:
+    return np.random.default_rng(2).normal(size=2000) * np.hanning(2000)
+
+
+def test_one_layer_is_the_closed_form(noise: np.ndarray) -> None:
+    found = through_soil(noise, INTERVAL, [LAYER, ROCK])
+    length = 1 << 16
+    frequency = np.fft.rfftfreq(length, INTERVAL)
+    expected = np.fft.irfft(np.fft.rfft(noise, length) * transfer(frequency, LAYER, ROCK), length)
+    assert found.samples.size == noise.size + round(TAIL / INTERVAL)
+    assert np.abs(found.samples - expected[: found.samples.size]).max() < 1e-3 * np.abs(expected).max()
+    assert found.converged
+
+
+def test_what_follows_the_record_does_not_come_before_it(noise: np.ndarray) -> None:
+    # A pulse at the very end: without zeros behind it its echo would stand at the start.
+    late = np.zeros(1000)
+    late[-50:] = np.hanning(50)
+    found = through_soil(late, INTERVAL, [LAYER, ROCK]).samples
+    assert np.abs(found[:900]).max() < 0.01 * np.abs(found).max()
+    assert 5 * fundamental_period([LAYER, ROCK]) < QUIET
+
+
+def test_resonance_stands_at_the_fundamental_period() -> None:
+    assert fundamental_period([LAYER, ROCK]) == pytest.approx(0.4)
+    time = np.arange(0, 30, INTERVAL)
+    peaks = [
+        np.abs(through_soil(np.sin(2 * np.pi * time / period), INTERVAL, [LAYER, ROCK]).samples[1500:3000]).max()
+        for period in (0.25, 0.4, 0.8)
+    ]
+    expected = np.abs(transfer(1 / np.array([0.25, 0.4, 0.8]), LAYER, ROCK))
+    assert peaks == pytest.approx(expected, rel=0.03)
+
+
+def test_weak_motion_through_a_curve_is_nearly_linear_and_strong_motion_is_not(noise: np.ndarray) -> None:
+    curve = "Vucetic & Dobry (91), PI=15"
+    soft = [Soil(20, 200, 1800, 0.02, curve), ROCK]
+    weak, strong = (through_soil(scale * noise, INTERVAL, soft) for scale in (1e-4, 3.0))
+    assert weak.converged
+    assert strong.largest_strain > 100 * weak.largest_strain
+    ratio = np.abs(strong.samples).max() / 3.0 / (np.abs(weak.samples).max() / 1e-4)
+    assert ratio < 0.8
+
+
+def test_refuses_what_is_no_profile(noise: np.ndarray) -> None:
+    with pytest.raises(ArgumentError, match="half-space"):
+        through_soil(noise, INTERVAL, [ROCK])
+    with pytest.raises(ArgumentError, match="curve 'none'; known are"):
+        through_soil(noise, INTERVAL, [Soil(20, 200, 1800, 0.05, "none"), ROCK])
+
+
+def test_as_a_step_of_a_study() -> None:
+    from overturning.records.processing import process
+    from overturning.records.pulses import parse_pulse, pulse_record
+    from overturning.records.steps import Layer, Rock, Site
+    from overturning.records.summary import summary
+
+    record = pulse_record(parse_pulse("sine amplitude_gal=300 period_s=0.4 azimuth_deg=0"))
+    soft = Layer(thickness_m=20, velocity_m_s=200, curve="Vucetic & Dobry (91), PI=15")
+    done = process(record, [Site(layers=[soft], rock=Rock(velocity_m_s=1000))])
+    alone = through_soil(
+        record.north, record.sampling_interval, [Soil(20, 200, 1800, 0.05, soft.curve), Soil(0, 1000, 2200, 0.01)]
+    )
+    assert done.north == pytest.approx(alone.samples)
+    assert done.processing[0]["effect"]["pga"][1] == pytest.approx(np.abs(alone.samples).max())
+    assert "north converged" in summary(done.processing[0])
+    linear = process(record, [Site(layers=[Layer(thickness_m=20, velocity_m_s=200)], rock=Rock(velocity_m_s=1000))])
+    assert np.abs(linear.north).max() > np.abs(done.north).max()

@@ -1,0 +1,57 @@
+"""Lognormal curves found again in shares made from them, and OpenQuake's format read by another program's rules."""
+
+import math
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from overturning.errors import ArgumentError
+from overturning.statistics.fragility import fragility, lognormal_fit, write_fragility_csv, write_openquake
+
+NRML = "{http://openquake.org/xmlns/nrml/0.5}"
+
+
+def test_finds_the_curve_again() -> None:
+    x = np.geomspace(0.1, 2, 40)
+    median, spread = lognormal_fit(x, norm.cdf(np.log(x / 0.6) / 0.4))
+    assert (median, spread) == pytest.approx((0.6, 0.4), rel=1e-4)
+
+
+def test_counts_of_stones_that_fell() -> None:
+    generator = np.random.default_rng(3)
+    x = np.repeat(np.geomspace(0.1, 2, 30), 200)
+    fell = generator.random(x.size) < norm.cdf(np.log(x / 0.6) / 0.4)
+    median, spread = lognormal_fit(x, fell.astype(float))
+    assert (median, spread) == pytest.approx((0.6, 0.4), rel=0.05)
+
+
+@pytest.mark.parametrize("share", [[0, 0, 0], [1, 1, 1], [1, 0.5, 0]])
+def test_no_curve_where_there_is_none(share: list[float]) -> None:
+    assert math.isnan(lognormal_fit([1.0, 2.0, 4.0], share)[0])
+
+
+def test_refuses_what_is_no_share() -> None:
+    with pytest.raises(ArgumentError, match="0 to 1"):
+        lognormal_fit([1.0, 2.0], [0.0, 1.2])
+
+
+def test_formats(tmp_path: Path) -> None:
+    x = np.tile(np.geomspace(0.1, 2, 20), 4)
+    event = np.repeat(["a", "b", "c", "d"], 20)
+    curve = fragility("B/H < 0.4", ("PGA", "g"), x, norm.cdf(np.log(x / 0.6) / 0.4), event)
+    assert curve.median_interval == pytest.approx((0.6, 0.6), rel=1e-3)  # all earthquakes alike
+    write_openquake([curve], tmp_path / "f.xml", "gravestones")
+    function = ElementTree.parse(tmp_path / "f.xml").getroot()[0].find(f"{NRML}fragilityFunction")
+    assert function is not None
+    levels, chances = (
+        np.array(str(function.findtext(f"{NRML}{name}")).split(), dtype=float) for name in ("imls", "poes")
+    )
+    assert chances == pytest.approx(norm.cdf(np.log(levels / 0.6) / 0.4), abs=1e-4)
+    assert (np.diff(levels) > 0).all()
+    write_fragility_csv([curve], tmp_path / "f.csv")
+    assert (tmp_path / "f.csv").read_text(encoding="utf-8").splitlines()[1].startswith('"B/H < 0.4",PGA,g,0.6,')
+    with pytest.raises(ArgumentError, match="PGA or"):
+        write_openquake([], tmp_path / "g.xml", "none")

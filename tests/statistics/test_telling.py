@@ -1,0 +1,32 @@
+"""The first film shows two blocks that both move."""
+
+import numpy as np
+import xarray as xr
+
+from overturning.statistics.telling import telling_cases
+
+DIMS = ("record", "azimuth", "height", "b_over_h", "friction")
+
+
+def cube(rocks: list[float]) -> xr.Dataset:
+    """Falls along the fault normal, 0°, at both B/H; along the fault the blocks stand and rock so far."""
+    flags = np.zeros((1, 4, 1, 2, 1))
+    flags[:, 0], flags[:, 2] = 1, -1
+    rotation = np.ones_like(flags)
+    rotation[:, 1] = rotation[:, 3] = np.reshape(rocks, (1, 2, 1))
+    return xr.Dataset(
+        {"overturned": (DIMS, flags), "peak_rotation": (DIMS, rotation)},
+        coords={
+            "azimuth": [0, 90, 180, 270],
+            "height": [0.6],
+            "b_over_h": [0.2, 0.4],
+            "friction": [1.0],
+            "fault_normal": ("record", [0.0]),
+        },
+    )
+
+
+def test_of_two_blocks_the_one_that_rocks_along_the_fault_too() -> None:
+    assert telling_cases(cube([0.5, 0.0]))[0].b_over_h == 0.2
+    assert telling_cases(cube([0.5, 0.5]))[0].b_over_h == 0.4, "of those that rock the broadest"
+    assert telling_cases(cube([0.0, 0.0]))[0].b_over_h == 0.4, "where none rocks, one that only stands"

@@ -1,0 +1,111 @@
+"""The comparison with shaking-table tests on tests whose answer is known."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from overturning.errors import ResultError
+from verification.shaking_table.__main__ import main, measure
+from verification.shaking_table.data import SPECIMENS, Tests, read_tests
+from verification.shaking_table.models import (
+    B_OVER_H,
+    BOTH,
+    ENSEMBLE,
+    HEIGHT,
+    PEAKS,
+    each_motion,
+    ensemble_fractions,
+    most_likely_centre,
+    odd_even,
+)
+from verification.shaking_table.rectangles import BOUNDS, Cloud, rectangles
+from verification.shaking_table.scores import reliability, scores
+
+
+def test_scores_by_hand() -> None:
+    p, fell = np.array([0.9, 0.6, 0.4, 0.1]), np.array([True, False, True, False])
+    f1, auc, brier = scores(p, fell)
+    assert f1 == pytest.approx(0.5)  # one hit, one miss, one false alarm
+    assert auc == pytest.approx(0.75)
+    assert brier == pytest.approx((0.01 + 0.36 + 0.36 + 0.01) / 4)
+
+
+def test_rectangles_lie_within_their_bounds() -> None:
+    rows = rectangles(256)
+    for name, (low, high) in zip(BOUNDS._fields, BOUNDS, strict=True):
+        assert low <= rows[name].min() < low * 1.05
+        assert high * 0.95 < rows[name].max() <= high
+
+
+def limit(b_over_h: np.ndarray, height: np.ndarray) -> np.ndarray:
+    """A made-up acceleration, m/s², at which a rectangle falls: more for stout and for tall ones."""
+    return 9.8 * b_over_h * (1 + height**2)
+
+
+@pytest.fixture(scope="module")
+def synthetic() -> tuple[Tests, Cloud]:
+    """300 tests of twelve records, in which rectangles of B/H 0.15, 0.8 m high, fall; and the cloud under them."""
+    generator = np.random.default_rng(1)
+    peak = np.exp(generator.uniform(np.log(0.5), np.log(8), 300))
+    rows = rectangles(4096)
+    fell = peak[:, None] * rows["amplitude"] > limit(rows["b_over_h"], rows["height"])
+    threshold = limit(np.array(0.15), np.array(0.8)) * np.exp(generator.normal(0, 0.35, 300))
+    tests = Tests(
+        number=np.arange(300),
+        motion=np.repeat([f"RSN{i}" for i in range(12)], 25),
+        acceleration=[np.zeros(2)] * 300,
+        sampling_interval=0.005,
+        pga=peak,
+        pgv=0.1 * peak * np.exp(generator.normal(0, 0.3, 300)),
+        fell=dict.fromkeys(SPECIMENS, peak > threshold),
+    )
+    return tests, Cloud(rows["b_over_h"], rows["height"], rows["amplitude"], fell)
+
+
+def test_finds_a_rectangle_of_the_right_strength(synthetic: tuple[Tests, Cloud]) -> None:
+    tests, cloud = synthetic
+    centre = most_likely_centre(ensemble_fractions(cloud), tests.fell[1], np.arange(150))
+    shape, size = divmod(centre, HEIGHT.size)
+    assert limit(B_OVER_H[shape], HEIGHT[size]) == pytest.approx(limit(np.array(0.15), np.array(0.8)), rel=0.15)
+
+
+def test_held_out_scores_and_reliability(synthetic: tuple[Tests, Cloud]) -> None:
+    tests, cloud = synthetic
+    rows, held = measure(tests, ensemble_fractions(cloud), draws=40)
+    values = rows.set_index(["split", "specimen", "model", "score"])["value"]
+    for split in ("odd to even", "motion left out"):
+        for model in (PEAKS, ENSEMBLE, BOTH):
+            assert values[split, 1, model, "AUC"] > 0.94
+            assert values[split, 1, model, "Brier score"] < 0.11
+    assert (rows["low"] <= rows["value"] + 0.02).all()
+    assert np.isfinite(held["motion left out", ENSEMBLE, 1]).all()
+    for one in reliability(held["motion left out", ENSEMBLE, 1], tests.fell[1], tests.motion, 40):
+        assert one.low - 0.25 <= one.probability <= one.high + 0.25
+
+
+def test_no_test_is_foretold_from_its_own_motion(synthetic: tuple[Tests, Cloud]) -> None:
+    tests, _ = synthetic
+    for learn, foretell in each_motion(tests):
+        assert not set(tests.motion[learn]) & set(tests.motion[foretell])
+    learn, foretell = next(odd_even(tests))
+    assert (tests.number[learn] % 2 == 1).all()
+    assert (tests.number[foretell] % 2 == 0).all()
+
+
+def test_reads_the_file_and_says_what_is_missing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    whole = {
+        "acceleration": np.arange(10, dtype=np.int16), "scale": 0.5, "start": [0, 4, 10], "sampling_interval": 0.005,
+        "test": [11, 12], "motion": ["RSN1_A_X", "RSN1_A_Y"], "pga_g": [0.1, 0.2], "pgv": [0.01, 0.02],
+        "overturned_1": [0, 1], "overturned_2": [0, 0],
+    }  # fmt: skip
+    np.savez(tmp_path / "tests.npz", **whole)
+    tests = read_tests(tmp_path)
+    assert tests.acceleration[1] == pytest.approx([2, 2.5, 3, 3.5, 4, 4.5])
+    assert set(tests.motion) == {"RSN1"}
+    assert tests.fell[1].tolist() == [False, True]
+    np.savez(tmp_path / "tests.npz", **{key: value for key, value in whole.items() if key != "pgv"})
+    with pytest.raises(ResultError, match="no array 'pgv'"):
+        read_tests(tmp_path)
+    main(tmp_path / "nowhere")
+    assert "skipped: " in capsys.readouterr().out

@@ -1,0 +1,123 @@
+"""`python -m verification.published_surveys`: published fall rates beside those computed for the default study's population; and an invented ruin.
+
+Needs `results/near-fault/population.nc` and `intensity.nc`, from `make run`; writes its part of docs/surveys.md.
+"""
+
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from overturning.arrays import FloatArray
+from overturning.figures.style import FALLS, INK, SERIES, caption, grid, labels, save, style
+from overturning.report.sections.backwards import backwards_sentences, draw_posterior
+from overturning.surveys.inversion import Kind, Responses
+from overturning.surveys.inversion_file import Backwards
+from overturning.surveys.motions import largest_peaks, pulse_motions
+from overturning.surveys.population_file import read_population
+from overturning.surveys.stones import read_survey
+from verification.tables import ROOT, lines_of, markdown, publish, wrapped
+
+STUDY: Final = ROOT / "results" / "near-fault"
+PUBLISHED: Final = ROOT / "surveys" / "published.csv"
+RUIN: Final = ROOT / "surveys" / "example-ruin.csv"
+
+
+def published(path: Path = PUBLISHED) -> pd.DataFrame:
+    """The published statements."""
+    return pd.read_csv(path)
+
+
+def as_recorded(found: xr.Dataset) -> FloatArray:
+    """Fall rate under each record as it was recorded, percent."""
+    return np.asarray(100 * found["fall_rate"].sel(amplitude=1.0).to_numpy())
+
+
+def verdict(low: float, high: float, rates: FloatArray) -> str:
+    """Whether the middle half of the computed rates overlaps with what was stated, of which an end may be missing."""
+    least, most = np.quantile(rates, [0.25, 0.75])
+    if high < least:
+        return "below the middle half"
+    if low > most:
+        return "above the middle half"
+    return "overlaps"
+
+
+def stated(low: float, high: float) -> str:
+    """A stated rate as text."""
+    if np.isnan(low):
+        return f"at most {high:g} %"
+    if np.isnan(high):
+        return f"more than {low:g} %"
+    return f"{low:g} %" if low == high else f"{low:g} to {high:g} %"
+
+
+def table(rows: pd.DataFrame, rates: FloatArray) -> str:
+    """Near-field statements beside the computed rates."""
+    lines = []
+    for row in lines_of(rows[rows["near_field"] == "yes"]):
+        low, high = row.rate_low_percent, row.rate_high_percent
+        ends = (0.0 if np.isnan(low) else low, 100.0 if np.isnan(high) else high)
+        lines.append((row.event, row.where, stated(low, high), verdict(*ends, rates), row.source))
+    return markdown(("earthquake", "where", "stated", "beside the computed rates", "source"), lines)
+
+
+def sentence(rates: FloatArray, found: xr.Dataset) -> str:
+    """The computed rates in words."""
+    low, middle, high = np.quantile(rates, [0.25, 0.5, 0.75])
+    events = len(set(found["event"].to_numpy().astype(str)))
+    none, most = int((rates < 1).sum()), int((rates > 99).sum())
+    return wrapped(
+        f"Computed for the {rates.size} near-field records of {events} earthquakes as recorded: median {middle:.0f} %, the middle "
+        f"half {low:.0f} to {high:.0f} %, all {rates.min():.0f} to {rates.max():.0f} %; under {none} records less than 1 % fall, "
+        f"under {most} more than 99 %."
+    )
+
+
+def draw(rows: pd.DataFrame, rates: FloatArray, path: Path) -> None:
+    """Draw stated rates as bars above the computed ones as points."""
+    near = list(lines_of(rows[rows["near_field"] == "yes"]))
+    with style():
+        figure, panels = grid(1, 1, 8.0, 0.32 * len(near) + 1.8)
+        axes: Any = panels[0, 0]
+        for place, row in enumerate(near[::-1], 1):
+            low = 0.0 if np.isnan(row.rate_low_percent) else row.rate_low_percent
+            high = 100.0 if np.isnan(row.rate_high_percent) else row.rate_high_percent
+            axes.plot([low, high], [place, place], color=SERIES[0], linewidth=6, solid_capstyle="butt")
+            if low == high:
+                axes.plot(low, place, "o", color=SERIES[0])
+        axes.plot(rates, np.zeros(rates.size), "|", color=FALLS, markersize=13)
+        axes.plot(np.median(rates), 0, "D", color=INK, markersize=5)
+        names = [f"{row.event}: {row.where}" for row in near[::-1]]
+        axes.set_yticks(range(len(near) + 1), ["computed, each near-field record (median)", *names])
+        axes.set_xlim(-2, 102)
+        axes.grid(True, axis="x")
+        labels(axes, "fall rate, %", "")
+        caption(figure, "Published fall rates of the near field, and computed ones")
+        save(figure, path)
+
+
+def ruin() -> str:
+    """What the invented ruin says of the motion, among pulses, as a list; draws its figure."""
+    stones = read_survey(RUIN)
+    motions = pulse_motions()
+    found = Responses(motions, [Kind.of(stone) for stone in stones], threads=2).posterior(stones)
+    peaks = {name: largest_peaks(one) for name, one in motions.items()}
+    result = Backwards.of(RUIN.name, stones, found, peaks)
+    draw_posterior(result, ROOT / "docs" / "images" / "example-ruin.svg")
+    return "\n".join(wrapped(line, "- ") for line in backwards_sentences(result))
+
+
+def main() -> None:
+    """Compare, draw, publish."""
+    publish({"example-ruin": ruin()})
+    found = read_population(STUDY / "population.nc")
+    rows, rates = published(), as_recorded(found)
+    draw(rows, rates, ROOT / "docs" / "images" / "published-surveys.svg")
+    publish({"published-surveys": table(rows, rates), "published-surveys-computed": sentence(rates, found)})
+
+
+if __name__ == "__main__":
+    main()

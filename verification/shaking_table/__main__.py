@@ -1,0 +1,71 @@
+"""`python -m verification.shaking_table FOLDER`: predictions beside shaking-table tests, into docs/shaking-table.md."""
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import pandas as pd
+import typer
+
+from overturning.arrays import FloatArray
+from overturning.errors import ResultError
+from verification.shaking_table import page
+from verification.shaking_table.data import SPECIMENS, Tests, read_tests
+from verification.shaking_table.models import PEAKS, each_motion, ensemble_fractions, foretold, models, odd_even
+from verification.shaking_table.rectangles import COUNT, cloud
+from verification.shaking_table.scores import DRAWS, NAMES, drawn_motions, interval, scores
+from verification.tables import RESULTS, ROOT, publish, write_csv
+
+SPLITS = {"odd to even": odd_even, "motion left out": each_motion}
+
+
+def measure(
+    tests: Tests, fractions: FloatArray, draws: int = DRAWS
+) -> tuple[pd.DataFrame, dict[tuple[str, str, int], FloatArray]]:
+    """Scores of every model, split and specimen with intervals by motion, and the held-out probabilities."""
+    rows, probabilities = [], {}
+    for split, divide in SPLITS.items():
+        for specimen in SPECIMENS:
+            fell = tests.fell[specimen]
+            held = {
+                name: foretold(model, specimen, divide(tests), fell.size)
+                for name, model in models(tests, fractions).items()
+            }
+            known = np.isfinite(held[PEAKS])
+            samples = drawn_motions(tests.motion[known], draws)
+            drawn = {name: np.array([scores(p[known][s], fell[known][s]) for s in samples]) for name, p in held.items()}
+            for name, p in held.items():
+                probabilities[split, name, specimen] = p
+                found = scores(p[known], fell[known])
+                for place, what in enumerate(NAMES):
+                    low, high = interval(drawn[name][:, place])
+                    over = interval(drawn[name][:, place] - drawn[PEAKS][:, place])
+                    rows.append({
+                        "split": split, "specimen": specimen, "model": name, "score": what,
+                        "value": found[place], "low": low, "high": high,
+                        "over_logistic_low": over[0], "over_logistic_high": over[1], "tests": int(known.sum()),
+                    })  # fmt: skip
+    return pd.DataFrame(rows), probabilities
+
+
+def main(
+    folder: Annotated[Path, typer.Argument(help="folder with tests.npz; docs/shaking-table.md says where it is from")],
+    kept: Annotated[Path, typer.Option(help="folder for what takes long to compute")] = Path("results/shaking-table"),
+    threads: Annotated[int, typer.Option(min=1, help="threads")] = 2,
+    count: Annotated[int, typer.Option(min=256, help="rectangles per test")] = COUNT,
+) -> None:
+    """Run every rectangle under every test, fit, foretell held-out tests, and write tables and figures."""
+    try:
+        tests = read_tests(folder)
+    except ResultError as error:
+        print(f"skipped: {error}")
+        return
+    fractions = ensemble_fractions(cloud(tests, kept, count=count, threads=threads))
+    rows, probabilities = measure(tests, fractions)
+    write_csv(rows, RESULTS / "shaking-table.csv")
+    page.draw_reliability(tests, probabilities, ROOT / "docs" / "images" / "shaking-table-reliability.svg")
+    publish(page.bodies(tests, fractions, rows))
+
+
+if __name__ == "__main__":
+    typer.run(main)

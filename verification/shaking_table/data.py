@@ -1,0 +1,92 @@
+"""The tests as a table: the table's measured motion, what was played, and whether each specimen fell."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.arrays import FloatArray
+from overturning.errors import ResultError
+from overturning.motion.motion import Motion
+from overturning.units import STANDARD_GRAVITY
+
+SOURCE: Final = (
+    "github.com/ZhiangChen/virtual_shake_robot_pybullet, commit 9f239e7e21280702be9ba7a40ed9b47a35868a52, folder "
+    "data/Shake_Table_Response"
+)
+FILE: Final = "tests.npz"
+SPECIMENS: Final = (1, 2)
+_ARRAYS: Final = (
+    "acceleration", "scale", "start", "sampling_interval", "test", "motion", "pga_g", "pgv", "overturned_1",
+    "overturned_2",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Tests:
+    """Tests of both specimens.
+
+    Attributes
+    ----------
+    number : ndarray of int, shape (n,)
+        The laboratory's number of each test.
+    motion : ndarray of str, shape (n,)
+        The record that was played, without its component: tests of one record are not independent.
+    acceleration : list of ndarray
+        Measured along the table's axis, m/s².
+    sampling_interval : float
+        s.
+    pga, pgv : ndarray, shape (n,)
+        Peaks of the measured motion, m/s² and m/s.
+    fell : dict of int to ndarray of bool, shape (n,)
+        Whether each specimen fell.
+    """
+
+    __test__ = False  # no test case, whatever pytest makes of the name
+
+    number: NDArray[np.int64]
+    motion: NDArray[np.str_]
+    acceleration: list[FloatArray]
+    sampling_interval: float
+    pga: FloatArray
+    pgv: FloatArray
+    fell: dict[int, NDArray[np.bool_]]
+
+    def ground(self, index: int) -> Motion:
+        """Motion of one test, towards azimuth 0."""
+        along = self.acceleration[index]
+        return Motion(along, np.zeros_like(along), sampling_interval=self.sampling_interval)
+
+
+def read_tests(folder: Path) -> Tests:
+    """Read the tests from a folder that the user names.
+
+    Raises
+    ------
+    ResultError
+        If the folder has no such file, or an array is missing.
+    """
+    path = folder / FILE
+    if not path.is_file():
+        raise ResultError(f"{folder}: no {FILE}; docs/shaking-table.md says what it holds and where the data are")
+    with np.load(path, allow_pickle=False) as stored:
+        missing = [name for name in _ARRAYS if name not in stored]
+        if missing:
+            raise ResultError(f"{path}: no array {missing[0]!r}; docs/shaking-table.md lists what the file holds")
+        data = {name: stored[name] for name in _ARRAYS}
+    start = data["start"]
+    samples = data["acceleration"].astype(np.float64) * float(data["scale"])
+    # RSN1234_NAME_COMPONENT: both components of a record are held out together.
+    record = np.array([str(name).split("_")[0] for name in data["motion"]])
+    return Tests(
+        number=data["test"].astype(np.int64),
+        motion=record,
+        acceleration=[samples[first:end] for first, end in pairwise(start)],
+        sampling_interval=float(data["sampling_interval"]),
+        pga=data["pga_g"].astype(np.float64) * STANDARD_GRAVITY,
+        pgv=data["pgv"].astype(np.float64),
+        fell={one: data[f"overturned_{one}"] == 1 for one in SPECIMENS},
+    )

@@ -1,0 +1,98 @@
+"""What is compared: each model learns from some tests and gives other tests a probability of falling."""
+
+from collections.abc import Callable, Iterator
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.arrays import FloatArray
+from overturning.statistics.logistic import logistic_fit
+from verification.shaking_table.data import Tests
+from verification.shaking_table.rectangles import Cloud
+
+Rows = NDArray[np.intp]
+Model = Callable[[int, Rows, Rows], FloatArray]
+"""From specimen, tests to learn from and tests to foretell to the probabilities of the latter."""
+
+B_OVER_H: Final = np.geomspace(0.07, 0.33, 36)
+HEIGHT: Final = np.geomspace(0.40, 1.60, 16)
+"""Centres of the ensemble that are tried, B/H and height in m."""
+
+WIDTH_B_OVER_H: Final = np.log(1.3)
+WIDTH_HEIGHT: Final = np.log(1.65)
+WIDTH_AMPLITUDE: Final = np.log(1.15)
+"""Half-widths of the neighbourhood, of the logarithm: evenly spread within, nothing beyond."""
+
+
+def ensemble_fractions(cloud: Cloud) -> FloatArray:
+    """Share of each neighbourhood's rectangles that fall in each test, shape (centres, tests).
+
+    Half a fall and half a stand are added to each share, so that none is 0 or 1 and every likelihood is finite.
+    """
+    log_b, log_h, log_a = (np.log(values) for values in (cloud.b_over_h, cloud.height, cloud.amplitude))
+    fell = cloud.fell.astype(np.float32)
+    made = []
+    for shape in np.log(B_OVER_H):
+        near = (np.abs(log_b - shape) < WIDTH_B_OVER_H) & (np.abs(log_a) < WIDTH_AMPLITUDE)
+        for size in np.log(HEIGHT):
+            members = near & (np.abs(log_h - size) < WIDTH_HEIGHT)
+            made.append((fell[:, members].sum(axis=1) + 0.5) / (members.sum() + 1))
+    return np.array(made)
+
+
+def most_likely_centre(fractions: FloatArray, fell: NDArray[np.bool_], learn: Rows) -> int:
+    """Place of the centre whose shares are likeliest, given what fell in the tests to learn from."""
+    p, y = fractions[:, learn], fell[learn]
+    likelihood = np.where(y, np.log(p), np.log1p(-p)).sum(axis=1)
+    return int(np.argmax(likelihood))
+
+
+def models(tests: Tests, fractions: FloatArray) -> dict[str, Model]:
+    """The models by name."""
+    peaks = np.log(np.column_stack([tests.pga, tests.pgv]))
+
+    def ensemble(specimen: int, learn: Rows, foretell: Rows) -> FloatArray:
+        return fractions[most_likely_centre(fractions, tests.fell[specimen], learn)][foretell]
+
+    def peaks_alone(specimen: int, learn: Rows, foretell: Rows) -> FloatArray:
+        return _logistic(peaks, tests, specimen, learn, foretell)
+
+    def both(specimen: int, learn: Rows, foretell: Rows) -> FloatArray:
+        share = fractions[most_likely_centre(fractions, tests.fell[specimen], learn)]
+        predictors = np.column_stack([np.log(share / (1 - share)), peaks])
+        return _logistic(predictors, tests, specimen, learn, foretell)
+
+    return {PEAKS: peaks_alone, ENSEMBLE: ensemble, BOTH: both}
+
+
+PEAKS: Final = "logistic of PGA and PGV"
+ENSEMBLE: Final = "ensemble of rectangles"
+BOTH: Final = "ensemble, PGA and PGV in a logistic"
+
+
+def _logistic(predictors: FloatArray, tests: Tests, specimen: int, learn: Rows, foretell: Rows) -> FloatArray:
+    fell = tests.fell[specimen][learn].astype(np.float64)
+    fit = logistic_fit(predictors[learn], fell, tests.motion[learn])
+    return fit.probability(predictors[foretell])
+
+
+def odd_even(tests: Tests) -> Iterator[tuple[Rows, Rows]]:
+    """Learn from the odd-numbered tests, foretell the even ones: the split of the published figures."""
+    odd = tests.number % 2 == 1
+    yield np.flatnonzero(odd), np.flatnonzero(~odd)
+
+
+def each_motion(tests: Tests) -> Iterator[tuple[Rows, Rows]]:
+    """Foretell the tests of each motion from those of all others."""
+    for name in np.unique(tests.motion):
+        own = tests.motion == name
+        yield np.flatnonzero(~own), np.flatnonzero(own)
+
+
+def foretold(model: Model, specimen: int, splits: Iterator[tuple[Rows, Rows]], count: int) -> FloatArray:
+    """Held-out probabilities of each test, NaN where a split does not foretell it."""
+    p = np.full(count, np.nan)
+    for learn, foretell in splits:
+        p[foretell] = model(specimen, learn, foretell)
+    return p

@@ -1,0 +1,114 @@
+"""The page of the shaking-table tests: tables between marks, and the reliability diagram."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+
+from overturning.arrays import FloatArray
+from overturning.figures.style import DASHED, INK, SERIES, caption, grid, labels, save, style
+from verification.shaking_table.data import SPECIMENS, Tests
+from verification.shaking_table.models import (
+    B_OVER_H,
+    BOTH,
+    ENSEMBLE,
+    HEIGHT,
+    PEAKS,
+    most_likely_centre,
+)
+from verification.shaking_table.scores import NAMES, Bin, reliability
+from verification.tables import lines_of, markdown
+
+MODELS: Final = (PEAKS, ENSEMBLE, BOTH)
+SPLIT: Final = "motion left out"
+CLAIMS: Final = {
+    ENSEMBLE: "better than the logistic of PGA and PGV on every score for both specimens",
+    BOTH: "F1 of at least .93 and .91, from odd to even",
+}
+
+
+def draw_reliability(tests: Tests, probabilities: Mapping[tuple[str, str, int], FloatArray], path: Path) -> None:
+    """Draw share fallen over held-out probability, a panel for each model and specimen."""
+    with style():
+        figure, panels = grid(len(SPECIMENS), len(MODELS), 8.0, 5.6)
+        for row, specimen in enumerate(SPECIMENS):
+            for column, model in enumerate(MODELS):
+                bins = reliability(probabilities[SPLIT, model, specimen], tests.fell[specimen], tests.motion)
+                _draw_bins(panels[row, column], bins)
+                panels[row, column].set_title(f"{model}\nspecimen {specimen}", fontsize=8)
+        for axes in panels.ravel():
+            labels(axes, "held-out probability of falling", "share that fell")
+            axes.label_outer()
+        caption(figure, "Reliability, each motion foretold from the others; 95 % intervals by motion")
+        save(figure, path)
+
+
+def _draw_bins(axes: Any, bins: list[Bin]) -> None:
+    axes.plot([0, 1], [0, 1], color=INK, linewidth=0.9, linestyle=DASHED)
+    x, y = [one.probability for one in bins], [one.fell for one in bins]
+    spread = [[one.fell - one.low for one in bins], [one.high - one.fell for one in bins]]
+    axes.errorbar(x, y, yerr=np.maximum(spread, 0), color=SERIES[0], marker="o", markersize=4, capsize=2, linewidth=1)
+    for one in bins:
+        axes.annotate(
+            str(one.tests), (one.probability, one.fell), xytext=(4, -10), textcoords="offset points", fontsize=7
+        )
+    axes.set(xlim=(-0.03, 1.03), ylim=(-0.03, 1.03))
+    axes.grid(True)
+
+
+def bodies(tests: Tests, fractions: FloatArray, rows: pd.DataFrame) -> dict[str, str]:
+    """Text by mark."""
+    return {
+        "shaking-table-scores": _scores(rows),
+        "shaking-table-aims": _aims(rows),
+        "shaking-table-centres": _centres(tests, fractions),
+    }
+
+
+def _scores(rows: pd.DataFrame) -> str:
+    lines = []
+    for (split, specimen, model), own in rows.groupby(["split", "specimen", "model"], sort=False):
+        by_score = {one.score: one for one in lines_of(own)}
+        cells = [
+            f"{by_score[name].value:.3f} ({by_score[name].low:.2f} to {by_score[name].high:.2f})" for name in NAMES
+        ]
+        lines.append((split, specimen, model, *cells, int(own["tests"].iloc[0])))
+    return markdown(("split", "specimen", "model", *NAMES, "tests"), lines)
+
+
+def _value(rows: pd.DataFrame, split: str, specimen: int, model: str, name: str) -> float:
+    own = rows[
+        (rows["split"] == split) & (rows["specimen"] == specimen) & (rows["model"] == model) & (rows["score"] == name)
+    ]
+    return float(own["value"].iloc[0])
+
+
+def _aims(rows: pd.DataFrame) -> str:
+    """Whether each aim is met, with the figures that miss it."""
+    lines = []
+    for split in dict.fromkeys(rows["split"]):
+        missed = []
+        for specimen in SPECIMENS:
+            for name in NAMES:
+                own, other = (_value(rows, split, specimen, model, name) for model in (ENSEMBLE, PEAKS))
+                if (own >= other) if name == "Brier score" else (own <= other):
+                    missed.append(f"{name} of specimen {specimen}: {own:.3f} against {other:.3f}")
+        lines.append(
+            (f"{ENSEMBLE}: {CLAIMS[ENSEMBLE]}, {split}", "met" if not missed else f"missed ({'; '.join(missed)})")
+        )
+    reached = [_value(rows, "odd to even", specimen, BOTH, "F1") for specimen in SPECIMENS]
+    met = reached[0] >= 0.93 and reached[1] >= 0.91
+    lines.append((f"{BOTH}: {CLAIMS[BOTH]}", f"{'met' if met else 'missed'} ({reached[0]:.3f} and {reached[1]:.3f})"))
+    return markdown(("aim", "outcome"), lines)
+
+
+def _centres(tests: Tests, fractions: FloatArray) -> str:
+    """The rectangles that suit the odd-numbered tests best."""
+    learn = np.flatnonzero(tests.number % 2 == 1)
+    lines = []
+    for specimen in SPECIMENS:
+        shape, size = divmod(most_likely_centre(fractions, tests.fell[specimen], learn), HEIGHT.size)
+        lines.append((specimen, f"{B_OVER_H[shape]:.2f}", f"{HEIGHT[size]:.2f}"))
+    return markdown(("specimen", "B/H", "H, m"), lines)

@@ -1,0 +1,62 @@
+"""Scores of probabilities against what fell, with intervals by motion: tests of one record are not independent."""
+
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import rankdata
+
+from overturning.arrays import FloatArray
+
+NAMES: Final = ("F1", "AUC", "Brier score")
+DRAWS: Final = 1000
+
+
+class Bin(NamedTuple):
+    """One bin of a reliability diagram: mean probability, share that fell with its 95 % interval, and tests."""
+
+    probability: float
+    fell: float
+    low: float
+    high: float
+    tests: int
+
+
+def scores(p: FloatArray, fell: NDArray[np.bool_]) -> FloatArray:
+    """F1 at probability one half, area under the ROC curve, and Brier score, as `NAMES`; NaN where there is none."""
+    said = p >= 0.5
+    hits, wrong = int((said & fell).sum()), int((said != fell).sum())
+    falls, stands = int(fell.sum()), int((~fell).sum())
+    if not (falls and stands):
+        return np.full(3, np.nan)
+    area = (rankdata(p)[fell].sum() - falls * (falls + 1) / 2) / (falls * stands)
+    return np.array([2 * hits / (2 * hits + wrong), area, float(np.mean((p - fell) ** 2))])
+
+
+def drawn_motions(motion: NDArray[np.str_], draws: int = DRAWS, seed: int = 1) -> list[NDArray[np.intp]]:
+    """Tests of bootstrap samples, whole motions drawn with replacement."""
+    names, member = np.unique(motion, return_inverse=True)
+    own = [np.flatnonzero(member == i) for i in range(names.size)]
+    generator = np.random.Generator(np.random.PCG64(seed))
+    return [np.concatenate([own[i] for i in generator.integers(names.size, size=names.size)]) for _ in range(draws)]
+
+
+def interval(values: FloatArray) -> tuple[float, float]:
+    """Ends of the middle 95 % of what is known."""
+    low, high = np.nanquantile(values, [0.025, 0.975])
+    return float(low), float(high)
+
+
+def reliability(p: FloatArray, fell: NDArray[np.bool_], motion: NDArray[np.str_], draws: int = DRAWS) -> list[Bin]:
+    """Share that fell in bins of probability, with intervals by motion; bins with fewer than five tests are left out."""
+    edges = np.array([0, 0.05, 0.2, 0.4, 0.6, 0.8, 0.95, 1.0 + 1e-9])
+    place = np.searchsorted(edges, p, side="right") - 1
+    samples = drawn_motions(motion, draws)
+    bins = []
+    for index in range(edges.size - 1):
+        own = place == index
+        if own.sum() < 5:
+            continue
+        shares = [fell[drawn][own[drawn]].mean() for drawn in samples if own[drawn].any()]
+        bins.append(Bin(float(p[own].mean()), float(fell[own].mean()), *interval(np.array(shares)), int(own.sum())))
+    return bins

@@ -15,7 +15,7 @@ from overturning.figures.style import FALLS, INK, SERIES, caption, grid, labels,
 from overturning.report.sections.backwards import backwards_sentences, draw_posterior
 from overturning.surveys.inversion import Kind, Responses
 from overturning.surveys.inversion_file import Backwards
-from overturning.surveys.motions import largest_peaks, pulse_motions
+from overturning.surveys.motions import pulse_motions
 from overturning.surveys.population_file import read_population
 from overturning.surveys.stones import read_survey
 from verification.tables import ROOT, lines_of, markdown, publish, wrapped
@@ -104,8 +104,7 @@ def ruin() -> str:
     stones = read_survey(RUIN)
     motions = pulse_motions()
     found = Responses(motions, [Kind.of(stone) for stone in stones], threads=2).posterior(stones)
-    peaks = {name: largest_peaks(one) for name, one in motions.items()}
-    result = Backwards.of(RUIN.name, stones, found, peaks)
+    result = Backwards.of(RUIN.name, stones, found, motions)
     draw_posterior(result, ROOT / "docs" / "images" / "example-ruin.svg")
     return "\n".join(wrapped(line, "- ") for line in backwards_sentences(result))
 

@@ -40,12 +40,13 @@ def test_sections_of_a_study_of_a_block(report: Report, opened: Results) -> None
             "Cases to watch",
             "Where blocks fall",
             "What makes a block fall",
+            "How well the field's criteria foretell these falls",
             "How far the answers hold",
             "Records",
         ),
         *("Record by record", "How this was made"),
     ]
-    assert len(SECTIONS) == len(titles(report)) + 4  # no scene, no survey, nothing published, not run again
+    assert len(SECTIONS) == len(titles(report)) + 6  # no scene, survey (forwards, backwards), population; not run again
     assert report.title == BAD
     peaks, processing, directions = tables(section(report, "Records"))
     assert column(peaks, "record") == column(directions, "record") == ["one", "two"]

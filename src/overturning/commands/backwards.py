@@ -30,7 +30,7 @@ def backwards(
     from overturning.report.sections.backwards import backwards_section, draw_posterior
     from overturning.surveys.inversion import Kind, Responses
     from overturning.surveys.inversion_file import Backwards, write_backwards
-    from overturning.surveys.motions import largest_peaks, pulse_motions
+    from overturning.surveys.motions import pulse_motions
     from overturning.surveys.stones import read_survey
 
     if figure is not None and figure.suffix.lower() not in {".svg", ".png"}:
@@ -40,8 +40,7 @@ def backwards(
     motions = {record.record_id: Motion.of(record) for record in records} or pulse_motions()
     responses = Responses(motions, [Kind.of(stone) for stone in rows], threads=threads)
     found = responses.posterior(rows, background=background, fixed=fixed)
-    peaks = {name: largest_peaks(one) for name, one in motions.items()}
-    result = Backwards.of(stones.name, rows, found, peaks, fixed)
+    result = Backwards.of(stones.name, rows, found, motions, fixed)
     print(*plain_lines(backwards_section(result)), sep="\n")
     if output is not None:
         write_backwards(result, output)

@@ -12,6 +12,7 @@ from overturning.figures.style import FALLS, INK, SERIES, compass, labels
 
 def posterior_figure(
     title: str,
+    turned: str,
     azimuth: FloatArray,
     of_azimuths: FloatArray,
     of_sources: Mapping[str, float],
@@ -21,8 +22,8 @@ def posterior_figure(
 
     Parameters
     ----------
-    title : str
-        Of the figure.
+    title, turned : str
+        Of the figure, and what the azimuth is of.
     azimuth, of_azimuths : ndarray, shape (r,)
         Azimuths, degrees, and their probability.
     of_sources : mapping of str to float
@@ -38,7 +39,7 @@ def posterior_figure(
     compass(polar)
     polar.bar(np.radians(azimuth), of_azimuths, width=width, color=FALLS, zorder=2)
     polar.set_yticks([])
-    polar.set_title("azimuth of the motion", fontsize=9)
+    polar.set_title(turned, fontsize=9)
     bars = figure.add_subplot(1, 2 + len(strength), 2)
     best = sorted(of_sources.items(), key=lambda item: -item[1])[:12][::-1]
     bars.barh([name for name, _ in best], [100 * share for _, share in best], color=SERIES[0])

@@ -10,7 +10,9 @@ import xarray as xr
 from overturning.arrays import FloatArray
 from overturning.errors import ResultError
 from overturning.files import atomic_write
+from overturning.motion.motion import Motion
 from overturning.surveys.inversion import Posterior
+from overturning.surveys.motions import largest_peaks
 from overturning.surveys.stones import Stone
 from overturning.units import CM, STANDARD_GRAVITY
 
@@ -31,6 +33,8 @@ class Backwards:
         Of motion, factor and azimuth.
     pga, pgv : ndarray, shape (s,)
         Largest of each motion over all azimuths, m/s² and m/s.
+    along_north : bool
+        Whether every motion goes along the north alone, so that the angle by which it is turned is its azimuth.
     """
 
     name: str
@@ -40,6 +44,7 @@ class Backwards:
     posterior: Posterior
     pga: FloatArray
     pgv: FloatArray
+    along_north: bool
 
     @classmethod
     def of(
@@ -47,13 +52,14 @@ class Backwards:
         name: str,
         stones: Sequence[Stone],
         posterior: Posterior,
-        peaks: Mapping[str, tuple[float, float]],
+        motions: Mapping[str, Motion],
         fixed: float = 0.0,
     ) -> "Backwards":
-        """From a survey, its posterior, and the largest PGA and PGV of each motion."""
+        """From a survey, its posterior, and the motions that were tried."""
         fell, stood = (sum(one.count for one in stones if one.fell is kind) for kind in (True, False))
-        pga, pgv = np.array([peaks[source] for source in posterior.sources]).T
-        return cls(name, fell, stood, fixed, posterior, pga, pgv)
+        pga, pgv = np.array([largest_peaks(motions[source]) for source in posterior.sources]).T
+        along_north = not any(motion.east.any() for motion in motions.values())
+        return cls(name, fell, stood, fixed, posterior, pga, pgv, along_north)
 
     @property
     def strengths(self) -> dict[str, FloatArray]:
@@ -76,7 +82,8 @@ def write_backwards(found: Backwards, path: Path) -> None:
             "pgv": ("source", found.pgv),
         },
         {"source": list(one.sources), "amplitude": one.amplitude, "azimuth": one.azimuth},
-        {"survey": found.name, "fell": found.fell, "stood": found.stood, "fixed": found.fixed},
+        {"survey": found.name, "fell": found.fell, "stood": found.stood, "fixed": found.fixed}
+        | {"along_north": int(found.along_north)},
     )
     with atomic_write(path) as part:
         table.to_netcdf(part, engine="netcdf4")
@@ -93,6 +100,7 @@ def read_backwards(path: Path) -> Backwards:
         return Backwards(
             str(about["survey"]), int(about["fell"]), int(about["stood"]), float(about["fixed"]),
             Posterior(sources, *axes), table["pga"].to_numpy(), table["pgv"].to_numpy(),
+            bool(about["along_north"]),
         )  # fmt: skip
     except (OSError, ValueError, KeyError) as error:
         raise ResultError(f"{path}: cannot be read ({error}); run the study again") from None

@@ -41,7 +41,8 @@ def draw_posterior(found: Backwards, path: Path) -> None:
         curves[name] = (values.ravel()[order], *below)
     shares = dict(zip(one.sources, one.of_sources().tolist(), strict=True))
     with style():
-        save(posterior_figure(found.name, one.azimuth, one.of_azimuths(), shares, curves), path)
+        turned = "azimuth of the motion" if found.along_north else "motion turned clockwise by"
+        save(posterior_figure(found.name, turned, one.azimuth, one.of_azimuths(), shares, curves), path)
 
 
 def backwards_section(found: Backwards, figure: Path | None = None) -> Section:
@@ -49,7 +50,7 @@ def backwards_section(found: Backwards, figure: Path | None = None) -> Section:
     one = found.posterior
     blocks: list[Block] = [Answer(tuple(backwards_sentences(found)))]
     if figure is not None:
-        caption = "Azimuth of the motion, the likeliest motions, and how strong they were, before and after the survey."
+        caption = "Azimuth of the motion or angle by which it is turned, the likeliest motions, and how strong they were, before and after the survey."
         blocks.append(Figure(figure, "posterior of azimuth, motion, PGA and PGV", caption))
     shares, before = one.of_sources(), one.prior.sum(axis=(1, 2))
     rows = tuple(
@@ -77,8 +78,14 @@ def backwards_sentences(found: Backwards) -> list[str]:
     seen = f"From {counted(found.fell, 'stone')} that fell and {found.stood} that stood"
     sentences = [f"{seen}, with {percent(LEVEL)} probability: {'; '.join(parts)}."]
     axis, length = resultant(one.azimuth, one.of_azimuths(), axial=True)
-    if length > 0.2:
+    if length <= 0.2:
+        sentences.append("No axis of the motion can be told.")
+    elif found.along_north:
         sentences.append(f"The motion's axis is {degrees(axis)} (resultant {length:.2f}; 1 would be certain).")
     else:
-        sentences.append("No axis of the motion can be told.")
+        turn, share = resultant(one.azimuth, one.of_azimuths())
+        turn = axis if share <= 0.2 else turn
+        sentences.append(
+            f"The motion fits best turned by {degrees(turn)} clockwise (resultant {max(share, length):.2f}; 1 would be certain)."
+        )
     return sentences

@@ -41,8 +41,8 @@ def test_a_rectangle_lifts_when_the_push_leaves_its_base(aspect: float) -> None:
             # A base that accelerates towards β, seen from a block that faces north.
             east, north = (share * threshold * STANDARD_GRAVITY * ramp * f(np.radians(one)) for f in (np.sin, np.cos))
             found = simulate_in_space_arrays(
-                Motion(north, east, sampling_interval=0.01), orientation_deg=0.0, height=1.0, b_over_h=ratio, aspect=aspect,
-                friction=10.0, contact=VertexContact(2e-5),
+                Motion(north, east, sampling_interval=0.01, trust_data=True), orientation_deg=0.0, height=1.0,
+                b_over_h=ratio, aspect=aspect, friction=10.0, contact=VertexContact(2e-5),
             )  # fmt: skip
             assert found["overturned"].item() == falls, (one, share)
 

@@ -17,7 +17,7 @@ FOUND = {
 
 
 def section(variants: tuple[str, ...] = (), **found: Any) -> Section:
-    results: Any = SimpleNamespace(study=SimpleNamespace(variants=variants), verification=FOUND | found)
+    results: Any = SimpleNamespace(study=SimpleNamespace(variants=variants, body=None), verification=FOUND | found)
     shown = own_error(results)
     assert shown is not None
     return shown

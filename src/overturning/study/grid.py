@@ -3,6 +3,7 @@
 import numpy as np
 
 from overturning.dem.grid import Axes, Grid
+from overturning.dem.solid.grid import SpaceGrid
 from overturning.study.config import Study
 from overturning.study.scenes import NOMINAL, scene_of
 
@@ -10,9 +11,6 @@ from overturning.study.scenes import NOMINAL, scene_of
 def grid_of(study: Study, variant: str = NOMINAL) -> Axes:
     """The grid of a study, or of one of its variants; directions ascending, int16 where all are whole, float64 otherwise."""
     if study.body is not None:
-        # Imported here: a study in planes does without.
-        from overturning.study.space import space_grid
-
         return space_grid(study)
     return plane_grid(study, variant)
 
@@ -28,4 +26,19 @@ def plane_grid(study: Study, variant: str = NOMINAL) -> Grid:
         np.array(study.b_over_h, dtype=np.float64),
         np.array(study.friction, dtype=np.float64),
         free if len(free) > 1 else (),
+    )
+
+
+def space_grid(study: Study) -> SpaceGrid:
+    """The grid of a study in space; orientations int16 where all are whole, float64 otherwise."""
+    body = study.body
+    assert body is not None
+    orientation = np.array(study.orientation.values(body), np.float64)
+    whole = np.array_equal(orientation, np.round(orientation))
+    return SpaceGrid(
+        orientation.astype(np.int16) if whole else orientation,
+        np.array(study.height, np.float64),
+        np.array(study.b_over_h, np.float64),
+        np.array(body.aspect, np.float64),
+        np.array(study.friction, np.float64),
     )

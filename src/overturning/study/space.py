@@ -56,20 +56,6 @@ def body_of(study: Study) -> BodySettings:
     return study.body
 
 
-def space_grid(study: Study) -> SpaceGrid:
-    """The grid of a study in space; orientations int16 where all are whole, float64 otherwise."""
-    body = body_of(study)
-    orientation = np.array(study.orientation.values(body), np.float64)
-    whole = np.array_equal(orientation, np.round(orientation))
-    return SpaceGrid(
-        orientation.astype(np.int16) if whole else orientation,
-        np.array(study.height, np.float64),
-        np.array(study.b_over_h, np.float64),
-        np.array(body.aspect, np.float64),
-        np.array(study.friction, np.float64),
-    )
-
-
 def variables_in_space(study: Study) -> tuple[Variable, ...]:
     """The outcome, and what the planes of its faces would have said of a rectangle."""
     return (*OUTCOME, *PLANE_VARIABLES) if body_of(study).shape().oblong else OUTCOME

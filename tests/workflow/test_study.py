@@ -51,7 +51,8 @@ def test_timing_has_a_row_per_record(finished: Checkout) -> None:
             {"read", "rotate", "sweep", "timing", "gather", "verification", "figures", "explore", "report", "all"},
         ),
         ("verification=none", {"gather", "timing", "figures", "explore", "report", "all"}),
-        ("surveys=[{stones: config/stones.csv, record: rinaldi}]", {"survey", "report", "all"}),
+        ("surveys=[{stones: config/stones.csv, record: rinaldi}]", {"survey", "backwards", "report", "all"}),
+        ("population={stones: 16}", {"population", "fragility", "report", "all"}),
         ("figures={dpi: 100}", {"figures", "report", "all"}),
     ],
 )

@@ -43,7 +43,7 @@ docs: setup ## build the documentation site into site/, links checked, without n
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
 peers: setup ## install the other engines (group `peers`): for bench, verify and one live test
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "mujoco>=3.2" "pymunk>=6.9"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "mujoco>=3.2" "pybullet>=3.2" "pymunk>=6.9"
 
 bench: peers ## how fast the kernel is, against scalar code and other engines; and than another checkout: OTHER=folder
 	$(if $(OTHER),$(BIN)/python -m verification.paired $(OTHER))
@@ -53,9 +53,10 @@ bench: peers ## how fast the kernel is, against scalar code and other engines; a
 	$(BIN)/python -m verification.fine_steps
 	$(BIN)/python -m verification.rigid_limit
 	$(BIN)/python -m verification.scene_speed
+	$(BIN)/python -m verification.space
 
 verify: setup ## error against run time, map of stability; puts the figures into the docs
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "mujoco>=3.2" "pymunk>=6.9" || echo "without other engines"
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "mujoco>=3.2" "pybullet>=3.2" "pymunk>=6.9" || echo "without other engines"
 	$(BIN)/snakemake --snakefile verification/Snakefile --cores $(CORES)
 
 shaking-table: setup ## predictions beside shaking-table tests: DATA=folder (docs/shaking-table.md says where they are)

@@ -68,12 +68,23 @@ def variables() -> str:
     from overturning.dem.variables import VARIABLES
     from overturning.study.ensemble import ENSEMBLE_VARIABLES
 
-    every = (*VARIABLES, *ENSEMBLE_VARIABLES)
+    return _table((*VARIABLES, *ENSEMBLE_VARIABLES))
+
+
+def space() -> str:
+    """The variables of a cube in space."""
+    from overturning.study.face_planes import PLANE_VARIABLES
+    from overturning.study.space import OUTCOME, SPACE_ENSEMBLE_VARIABLES
+
+    return _table((*OUTCOME, *PLANE_VARIABLES, *SPACE_ENSEMBLE_VARIABLES))
+
+
+def _table(every: Any) -> str:
     rows = (f"| `{one.name}` | {one.dtype} | {one.units} | {one.long_name} |" for one in every)
     return "\n".join(["| variable | type | unit | meaning |", "|---|---|---|---|", *rows])
 
 
-TABLES = {"commands": commands, "keys": keys, "columns": columns, "variables": variables}
+TABLES = {"commands": commands, "keys": keys, "columns": columns, "variables": variables, "space": space}
 
 
 def run_notebook(path: Path) -> list[tuple[str, str, str]]:

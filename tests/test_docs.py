@@ -12,6 +12,8 @@ import pytest
 
 from overturning.dem.status import Status
 from overturning.dem.variables import VARIABLES
+from overturning.study.face_planes import PLANE_VARIABLES
+from overturning.study.space import OUTCOME
 from tests.expect import lacking
 
 ROOT = Path(__file__).parents[1]
@@ -113,6 +115,8 @@ def test_the_method_explains_each_status_and_the_glossary_each_variable():
     table = method.split("| `status` |", 1)[1].split("\n\n", 1)[0]
     assert re.findall(r"^\| `(\w+)` \|", table, flags=re.MULTILINE) == [status.name.lower() for status in Status]
     assert [variable.name for variable in VARIABLES if f"`{variable.name}`" not in glossary] == []
+    in_space = (*OUTCOME, *PLANE_VARIABLES)
+    assert [variable.name for variable in in_space if f"`{variable.name}`" not in glossary] == []
 
 
 @pytest.fixture(scope="module")

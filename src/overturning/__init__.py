@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from overturning.dem.run import run_cases
     from overturning.dem.scene import Scene, load_scene
     from overturning.dem.simulate import simulate
+    from overturning.dem.solid.simulate import simulate_in_space
+    from overturning.dem.solid.trajectory import trajectory_in_space
     from overturning.dem.trajectory import trajectory
     from overturning.motion.motion import Motion
     from overturning.records.ready import read
@@ -41,7 +43,9 @@ __all__ = [
     "run_cases",
     "run_study",
     "simulate",
+    "simulate_in_space",
     "trajectory",
+    "trajectory_in_space",
 ]
 
 # Imported when first asked for, so that the command line starts without numba and xarray.
@@ -57,7 +61,9 @@ _MODULES = {
     "run_cases": "overturning.dem.run",
     "run_study": "overturning.study.small",
     "simulate": "overturning.dem.simulate",
+    "simulate_in_space": "overturning.dem.solid.simulate",
     "trajectory": "overturning.dem.trajectory",
+    "trajectory_in_space": "overturning.dem.solid.trajectory",
 }
 
 

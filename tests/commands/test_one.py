@@ -74,3 +74,31 @@ def test_errors(
     error = capsys.readouterr().err
     assert message in error
     assert "Traceback" not in error
+
+
+def test_a_solid(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    page, figure = tmp_path / "fall.html", tmp_path / "axis.svg"
+    given = ("--record", "rinaldi", "--solid", "--orientation", "20", "--b-over-h", "0.3", "--friction", "0.6")
+    run(*given, "--animate", str(page), "--response", str(figure))
+    text = capsys.readouterr().out
+    assert "the base moves level" in text
+    assert "facing N20°E: falls towards S" in text
+    assert "quaternion" in page.read_text(encoding="utf-8")
+    assert page.stat().st_size < 100_000
+    assert "tilt of the axis" in figure.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ((), "--azimuth: not given; name the plane of motion, or take --solid"),
+        (("--solid", "--azimuth", "3"), "--solid: takes --orientation"),
+        (("--solid", "--animate", "a.gif"), "a.gif: a film in space is a page that can be turned; end it in .html"),
+        (("--solid", "--plan", "oval"), "body: 'oval'"),
+        (("--solid", "--orientation", "1", "--orientation", "2", "--response", "a.svg"), "one orientation at a time"),
+    ],
+)
+def test_a_wrong_solid_is_named(given: tuple[str, ...], expected: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(AssertionError, match="exit status 1"):
+        run("--record", "rinaldi", *given)
+    assert expected in capsys.readouterr().err

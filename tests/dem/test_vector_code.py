@@ -16,6 +16,9 @@ from overturning.dem.lanes import aligned
 from overturning.dem.polygon import centred, cundall, equations, rows
 from overturning.dem.polygon.step import advance_on, motion_on
 from overturning.dem.polygon.verdict import note_standing
+from overturning.dem.solid import centred as space_centred
+from overturning.dem.solid import cundall as space_cundall
+from overturning.dem.solid import rows as space
 
 Compile = Callable[[], Iterator[str]]
 """Compiles a kernel's loops and gives the assembly of each."""
@@ -41,6 +44,7 @@ def polygon_loops(loop: Any, *arguments: Any) -> Compile:
     return assemblies
 
 
+BODY, POINT = np.zeros(space.ROWS.size), np.zeros(space.VERTEX.size)
 PAIR, ELEMENT, OWN, BLOCK = (np.zeros(table.size) for table in (rows.PAIR, rows.ELEMENT, rows.CASE, equations.BLOCK))
 LOOPS: dict[str, Compile] = {
     f"block, {scheme.name.lower()}, {'vertical' if vertical else 'level'}, {'rough' if rough else 'smooth'}": block_loops(
@@ -64,6 +68,19 @@ LOOPS: dict[str, Compile] = {
     "polygons, motion, vertical": polygon_loops(advance_on(True), ELEMENT, OWN, 9.80665),
     "polygons, motion, level": polygon_loops(advance_on(False), ELEMENT, OWN, 9.80665),
     "polygons, slip": polygon_loops(note_standing, ELEMENT, ELEMENT.copy(), OWN, 0.1, 0.01),
+} | {
+    f"space, {name}, {loop}": polygon_loops(getattr(scheme, loop), BODY, *more)
+    for name, scheme, loop, more in (
+        ("cundall", space_cundall, "touch_all", (POINT, POINT.copy(), space.COLUMNS)),
+        ("cundall", space_cundall, "roll_all", (POINT, POINT.copy(), space.COLUMNS, 1.0, 0.0)),
+        ("cundall", space_cundall, "move_all", (space.COLUMNS, 9.80665)),
+        ("centred", space_centred, "foresee_all", (space.COLUMNS, 128.0)),
+        ("centred", space_centred, "touch_all", (POINT, POINT.copy(), space.COLUMNS)),
+        ("centred", space_centred, "share_all", (POINT, POINT.copy(), space.COLUMNS)),
+        ("centred", space_centred, "solve_all", (space.COLUMNS, 9.80665)),
+        ("centred", space_centred, "meet_all", (POINT, POINT.copy(), space.COLUMNS, False)),
+        ("centred", space_centred, "commit_all", (space.COLUMNS, 9.80665, False)),
+    )
 }  # fmt: skip
 
 

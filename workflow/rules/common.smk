@@ -59,6 +59,7 @@ LOGS = f"{RESULTS}/logs"
 REPORT = f"{RESULTS}/report.html"
 FIGURES = f"{RESULTS}/figures"
 EXPLORER = f"{RESULTS}/explore.html"
+EXPLORERS = [EXPLORER] if STUDY.body is None else []  # it shows planes
 PAPER = f"{RESULTS}/report.pdf"
 MEMBERS = f"{RESULTS}/members.csv"
 CUBES = [

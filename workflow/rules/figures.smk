@@ -1,5 +1,7 @@
 # Cube and intensities to figures, one job.
 
+CAUSES = ["plane"] if STUDY.body is None else ["follow", "earthquakes"]
+
 
 rule figures:
     input:
@@ -29,11 +31,11 @@ rule figures:
             category="Study",
             labels={"figure": "fall axes by earthquake"},
         ),
-        plane=report(
-            drawn("plane"),
-            caption="../report/plane.rst",
+        causes=report(
+            sum((drawn(name) for name in CAUSES), []),
+            caption=f"../report/{CAUSES[0]}.rst",
             category="Study",
-            labels={"figure": "PGA and PGV/PGA"},
+            labels={"figure": "what falls go with"},
         ),
         history=report(
             expand(f"{FIGURES}/history/{{record}}.svg", record=RECORDS),

@@ -30,7 +30,16 @@ rule sweep:
         records=len(RECORDS),
     params:
         study=lambda wildcards: settings(
-            *("scene", "azimuth", "height", "b_over_h", "friction", "density"),
+            *(
+                "scene",
+                "body",
+                "orientation",
+                "azimuth",
+                "height",
+                "b_over_h",
+                "friction",
+                "density",
+            ),
             *("contact", "simulation", "variants", "ensemble"),
             use=[wildcards.record],
         ),

@@ -16,7 +16,16 @@ rule verification:
         mem_mb=800,
     params:
         study=settings(
-            *("scene", "azimuth", "height", "b_over_h", "friction", "density"),
+            *(
+                "scene",
+                "body",
+                "orientation",
+                "azimuth",
+                "height",
+                "b_over_h",
+                "friction",
+                "density",
+            ),
             *("contact", "simulation", "verification"),
         ),
         motions=lambda wildcards, input: Path(input.motions[0]).parent,

@@ -25,6 +25,8 @@ def explore(
         raise ArgumentError(f"--output {path}: a page ends in .html")
     check_output(path, "--output")
     with open_cube(cube, element=None) as data:
+        if "azimuth" not in data.dims:
+            raise ArgumentError(f"{cube}: a cube in space; its report has the maps, this page shows planes")
         names = [str(name) for name in data["record_id"].to_numpy()]
         unknown = [name for name in record or () if name not in names]
         if unknown:

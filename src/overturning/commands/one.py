@@ -22,7 +22,18 @@ def one(
     record: Annotated[
         str, typer.Option(help="id in the record table, a record file, or a pulse: 'sine amplitude_gal=800 period_s=1'")
     ],
-    azimuth: Annotated[list[float], typer.Option(help="degrees clockwise from north; may be given several times")],
+    azimuth: Annotated[
+        list[float] | None, typer.Option(help="degrees clockwise from north; may be given several times")
+    ] = None,
+    solid: Annotated[bool, typer.Option("--solid", help="a free body in space instead of a scene in a plane")] = False,
+    orientation: Annotated[
+        list[float] | None,
+        typer.Option(help="of a solid: azimuth that it faces; may be given several times (default 0)"),
+    ] = None,
+    plan: Annotated[
+        str, typer.Option(help="of a solid: rectangle, circle, number of sides, or a mesh's file (OBJ, PLY, STL)")
+    ] = "rectangle",
+    aspect: Annotated[float, typer.Option(help="of a solid rectangle: D/B, width across over that along")] = 1.0,
     b_over_h: Annotated[float | None, typer.Option(help="slenderness B/H (default 0.4, or the scene's)")] = None,
     height: Annotated[float | None, typer.Option(help="height H, m (default 0.6, or the scene's)")] = None,
     friction: Annotated[float, typer.Option(help="friction coefficient µ")] = 1.0,
@@ -47,7 +58,10 @@ def one(
         ),
     ] = None,
     response: Annotated[
-        Path | None, typer.Option(help="figure of rotation, slip and uplift against time: .svg, .png or .pdf")
+        Path | None,
+        typer.Option(
+            help="figure of rotation, slip and uplift against time, of a solid of its axis: .svg, .png or .pdf"
+        ),
     ] = None,
     azimuths: declared.Azimuths = "",
     columns: declared.Columns = "",
@@ -62,6 +76,7 @@ def one(
     """Simulate one block or scene, print what it does, and make a film or a figure of it."""
     from overturning.dem.polygon.geometry import native_size
     from overturning.dem.trajectory import trajectory
+    from overturning.errors import ArgumentError
     from overturning.figures.film_movie import write_film_movie
     from overturning.figures.film_of_trajectory import film_of
     from overturning.figures.film_page import write_film_page
@@ -74,6 +89,20 @@ def one(
     shaking = _record(record, table, folder, given)
     motion = Motion.of(shaking if vertical else replace(shaking, up=None))
     place = ", ".join(part for part in (shaking.station or shaking.record_id, shaking.event) if part)
+    if solid:
+        if azimuth or scene or any(value is not None for value in (density, damping, stiffness)):
+            raise ArgumentError(
+                "--solid: takes --orientation and --damping-ratio; leave out azimuth, scene, density, damping, stiffness"
+            )
+        from overturning.commands.one_in_space import body_named, one_in_space
+
+        one_in_space(
+            motion, place, orientation or [0.0], body_named(plan), height=height, b_over_h=b_over_h, aspect=aspect,
+            friction=friction, damping_ratio=damping_ratio, amplitude=amplitude, animate=animate, response=response,
+        )  # fmt: skip
+        return
+    if not azimuth:
+        raise ArgumentError("--azimuth: not given; name the plane of motion, or take --solid with --orientation")
     stones = _scene(scene, density, stiffness, damping_ratio, damping)
     own_height, own_ratio = native_size(stones)
     height, b_over_h = own_height if height is None else height, own_ratio if b_over_h is None else b_over_h

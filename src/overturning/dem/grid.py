@@ -1,7 +1,7 @@
 """A grid of cases over azimuth, height, slenderness and friction: which cells are computed, and what all of them hold."""
 
 from dataclasses import dataclass
-from typing import Any, Final, Self
+from typing import Any, ClassVar, Final, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -30,9 +30,41 @@ def opposite_azimuths(azimuth_deg: NDArray[Any]) -> NDArray[np.int64]:
     return source
 
 
+class Axes:
+    """Coordinates of the cases of one motion: a row of values for each dimension, by its name."""
+
+    names: ClassVar[tuple[str, ...]]
+    """Of the dimensions, in order."""
+    element: tuple[str, ...]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of values of each dimension."""
+        return tuple(getattr(self, name).size for name in self.names)
+
+    @property
+    def size(self) -> int:
+        """Number of cases."""
+        return int(np.prod(self.shape))
+
+    def dimensions(self, variable: Variable) -> tuple[str, ...]:
+        """Dimensions of a variable of the outcome, without that of the records."""
+        return (*self.names, "element") if self.element and variable.per_element else self.names
+
+    def shape_of(self, variable: Variable) -> tuple[int, ...]:
+        """Sizes of those dimensions."""
+        return (*self.shape, len(self.element)) if len(self.dimensions(variable)) > len(self.names) else self.shape
+
+    def coordinates(self) -> dict[str, NDArray[Any]]:
+        """The coordinates by name of dimension."""
+        return {name: getattr(self, name) for name in self.names}
+
+
 @dataclass(frozen=True)
-class Grid:
-    """Coordinates of the cases of one motion."""
+class Grid(Axes):
+    """Coordinates of the cases of one motion in planes."""
+
+    names: ClassVar[tuple[str, ...]] = DIMENSIONS
 
     azimuth: NDArray[Any]  # degrees clockwise from north
     height: FloatArray  # of the reference element, m
@@ -51,28 +83,6 @@ class Grid:
             rows[name.removesuffix("_deg")] = row
         check_count(int(np.prod([float(row.size) for row in rows.values()])))
         return cls(**rows, element=element)
-
-    @property
-    def shape(self) -> tuple[int, int, int, int]:
-        """Numbers of azimuths, heights, slendernesses and frictions."""
-        return (self.azimuth.size, self.height.size, self.b_over_h.size, self.friction.size)
-
-    @property
-    def size(self) -> int:
-        """Number of cases."""
-        return int(np.prod(self.shape))
-
-    def dimensions(self, variable: Variable) -> tuple[str, ...]:
-        """Dimensions of a variable of the outcome, without that of the records."""
-        return (*DIMENSIONS, "element") if self.element and variable.per_element else DIMENSIONS
-
-    def shape_of(self, variable: Variable) -> tuple[int, ...]:
-        """Sizes of those dimensions."""
-        return (*self.shape, len(self.element)) if len(self.dimensions(variable)) > len(DIMENSIONS) else self.shape
-
-    def coordinates(self) -> dict[str, NDArray[Any]]:
-        """The coordinates by name of dimension."""
-        return {name: getattr(self, name) for name in DIMENSIONS}
 
     def opposite(self, mirror: bool) -> NDArray[np.int64]:
         """As of `opposite_azimuths`; −1 throughout where no azimuth may answer for its opposite."""

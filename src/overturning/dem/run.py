@@ -69,7 +69,9 @@ def run(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics | None = 
     def compute(chosen: NDArray[np.int64]) -> None:
         results.store(chosen, planned.compute(chosen, counter, nothing)[0])
 
-    _run_queues(compute, _shared_out(order, planned), numerics, counter, int(length.sum()) * planned.free)
+    run_queues(
+        compute, shared_out(order, planned.group, planned.halved), numerics, counter, int(length.sum()) * planned.free
+    )
     return results
 
 
@@ -107,18 +109,18 @@ def run_cases(
     return run(gravestone(contact, density), motion, cases, Numerics(**options)).element(0)
 
 
-def _shared_out(order: NDArray[np.int64], planned: Plan) -> list[NDArray[np.int64]]:
-    """Queues of cases of one group each, from cases ordered by group."""
+def shared_out(order: NDArray[np.int64], group: NDArray[np.int64], halved: bool) -> list[NDArray[np.int64]]:
+    """Queues of cases with the same number in `group` each, from cases ordered by it; long ones `halved` for a second thread."""
     queues = []
-    for group in np.split(order, np.flatnonzero(np.diff(planned.group[order])) + 1):
-        if group.size:
-            count = max(-(-group.size // QUEUE), min(2, group.size // 64) if planned.halved else 1)
+    for chosen in np.split(order, np.flatnonzero(np.diff(group[order])) + 1):
+        if chosen.size:
+            count = max(-(-chosen.size // QUEUE), min(2, chosen.size // 64) if halved else 1)
             # Interleaved, so that each part has its share of long and short cases.
-            queues += [group[part::count] for part in range(count)]
+            queues += [chosen[part::count] for part in range(count)]
     return queues
 
 
-def _run_queues(
+def run_queues(
     compute: Callable[[NDArray[np.int64]], None],
     queues: list[NDArray[np.int64]],
     numerics: Numerics,

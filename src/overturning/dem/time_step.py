@@ -23,7 +23,7 @@ HEAVY_DAMPING: Final = 4.0
 to its inverse: it would stay stable, but which corners press and slip is guessed from a velocity that the dashpots change
 too much."""
 
-LONGEST_ROCKING: Final = 0.008
+LONGEST_ROCKING: Final = 0.006
 """The centred scheme is stable with any step; this one, in 1/p with p = √(3g/4R), is the longest that follows the motion of a
 block between changes of contact, whatever the contact's stiffness (docs/method.md)."""
 

@@ -1,6 +1,7 @@
 """A film of a simulation: polygons with poses over time, the motion below them, contact forces on demand.
 
-The form is general: any number of polygons that are free, driven or held. The frame of reference moves with the base.
+The form is general: any number of polygons that are free, driven or held, or a convex body in space. The frame of reference
+moves with the base.
 """
 
 import base64
@@ -51,13 +52,33 @@ class Panel:
 
 
 @dataclass(frozen=True)
+class SpacePanel:
+    """One simulation of a body in space; axes are east, north, up."""
+
+    title: str  # heading
+    outcome: str  # sentence shown once it has come about
+    outcome_time: float  # when, s; NaN where it is known only at the end
+    corners: FloatArray  # of the body at rest about its centre, m, shape (n, 3)
+    faces: tuple[tuple[int, ...], ...]  # corners of each, anticlockwise from outside
+    position: FloatArray  # of the centre, m, shape (frames, 3)
+    quaternion: FloatArray  # rotation from the pose at rest, shape (frames, 4)
+    acceleration: FloatArray  # of the base towards north and east, m/s², shape (2, n)
+    sampling_interval: float  # of the acceleration, s; its first sample is at time 0
+
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """Polygons: none."""
+        return ()
+
+
+@dataclass(frozen=True)
 class Film:
     """Panels that play in step."""
 
     title: str  # heading
     start: float  # time of the first frame, s after the record's start
     frame_interval: float  # s
-    panels: tuple[Panel, ...]  # one with fewer frames than another keeps its last one
+    panels: tuple[Panel | SpacePanel, ...]  # one with fewer frames than another keeps its last one
     note: str = ""  # line below the film
     frames: int = field(init=False)
 
@@ -70,8 +91,13 @@ class Film:
             for body in panel.bodies:
                 if not (np.isfinite(body.position).all() and np.isfinite(body.rotation).all()):
                     raise ArgumentError(f"{panel.title}, {body.name}: a pose is not finite")
-        longest = max(body.position.shape[0] for panel in self.panels for body in panel.bodies)
-        object.__setattr__(self, "frames", int(longest))
+        frames = [body.position.shape[0] for panel in self.panels for body in panel.bodies]
+        for one in self.panels:
+            if isinstance(one, SpacePanel):
+                if not (np.isfinite(one.position).all() and np.isfinite(one.quaternion).all()):
+                    raise ArgumentError(f"{one.title}: a pose is not finite")
+                frames.append(one.position.shape[0])
+        object.__setattr__(self, "frames", max(frames))
 
     @property
     def end(self) -> float:
@@ -135,31 +161,6 @@ def _thinned(acceleration: FloatArray, interval: float, film: Film) -> tuple[Flo
 
 def film_data(film: Film) -> dict[str, Any]:
     """What the player needs, as plain data for JSON: poses, motion and forces are base64 of 16-bit integers with a scale."""
-    panels = []
-    for panel in film.panels:
-        motion, interval = _thinned(panel.acceleration, panel.sampling_interval, film)
-        data: dict[str, Any] = {
-            "title": panel.title,
-            "outcome": panel.outcome,
-            "outcomeTime": None if np.isnan(panel.outcome_time) else round(float(panel.outcome_time), 4),
-            "left": panel.left,
-            "right": panel.right,
-            "bodies": [
-                {
-                    "name": body.name,
-                    "free": body.free,
-                    "vertices": [[round(float(s), 5), round(float(z), 5)] for s, z in body.vertices],
-                    "position": _packed(body.position),
-                    "rotation": _packed(body.rotation),
-                }
-                for body in panel.bodies
-            ],
-            "motion": {**_packed(motion / 0.01), "interval": round(interval, 9)},
-        }
-        if panel.force is not None and panel.force_point is not None:
-            data["points"] = panel.force.shape[1]
-            data["forcePoint"], data["force"] = _packed(panel.force_point), _packed(panel.force)
-        panels.append(data)
     return {
         "title": film.title,
         "start": round(film.start, 6),
@@ -167,5 +168,43 @@ def film_data(film: Film) -> dict[str, Any]:
         "frames": film.frames,
         "view": [round(float(edge), 4) for edge in view(film)],
         "note": film.note,
-        "panels": panels,
+        "panels": [_panel_data(panel, film) for panel in film.panels],
     }
+
+
+def _panel_data(panel: Panel | SpacePanel, film: Film) -> dict[str, Any]:
+    data: dict[str, Any] = {
+        "title": panel.title,
+        "outcome": panel.outcome,
+        "outcomeTime": None if np.isnan(panel.outcome_time) else round(float(panel.outcome_time), 4),
+    }
+    if isinstance(panel, SpacePanel):
+        motions = [_thinned(one, panel.sampling_interval, film) for one in panel.acceleration]
+        return data | {
+            "corners": np.round(panel.corners, 5).tolist(),
+            "faces": [list(face) for face in panel.faces],
+            "position": _packed(panel.position),
+            "quaternion": _packed(panel.quaternion),
+            "motions": [_packed(motion / 0.01) for motion, _ in motions],
+            "motion": {"interval": round(motions[0][1], 9)},
+        }
+    motion, interval = _thinned(panel.acceleration, panel.sampling_interval, film)
+    data |= {
+        "left": panel.left,
+        "right": panel.right,
+        "bodies": [
+            {
+                "name": body.name,
+                "free": body.free,
+                "vertices": [[round(float(s), 5), round(float(z), 5)] for s, z in body.vertices],
+                "position": _packed(body.position),
+                "rotation": _packed(body.rotation),
+            }
+            for body in panel.bodies
+        ],
+        "motion": {**_packed(motion / 0.01), "interval": round(interval, 9)},
+    }
+    if panel.force is not None and panel.force_point is not None:
+        data["points"] = panel.force.shape[1]
+        data["forcePoint"], data["force"] = _packed(panel.force_point), _packed(panel.force)
+    return data

@@ -28,16 +28,19 @@ class _Stage:
         from matplotlib.patches import Polygon
 
         self.film = film
-        columns = len(film.panels)
+        planes = [panel for panel in film.panels if isinstance(panel, Panel)]
+        if len(planes) < len(film.panels):
+            raise ArgumentError("a film in space is a page that can be turned; end it in .html")
+        columns = len(planes)
         self.figure: Figure
         self.figure, grid = plt.subplots(
             2, columns, figsize=(3.6 * columns, 4.4), height_ratios=(3.4, 1), squeeze=False, layout="constrained"
         )
         caption(self.figure, film.title)
         left, right, bottom, top = view(film)
-        largest = max(float(np.abs(panel.acceleration).max(initial=0.0)) for panel in film.panels) / GAL or 1.0
+        largest = max(float(np.abs(panel.acceleration).max(initial=0.0)) for panel in planes) / GAL or 1.0
         self.rows: list[tuple[Panel, list[tuple[Any, Any]], Any, Any]] = []
-        for panel, scene, trace in zip(film.panels, grid[0], grid[1], strict=True):
+        for panel, scene, trace in zip(planes, grid[0], grid[1], strict=True):
             scene.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", xticks=[], yticks=[])
             scene.spines[:].set_visible(False)
             scene.set_title(f"{panel.title}\n← {panel.left}        {panel.right} →", fontsize=8)

@@ -22,7 +22,7 @@ from overturning.figures.style import (
 from overturning.units import CM, GAL
 
 
-def _draw_hodograph(
+def draw_hodograph(
     axes: Any, north: FloatArray, east: FloatArray, label: str, unit: str, fault_normal_deg: float
 ) -> None:
     """Draw one path in its unit: east to the right, north up, one scale for both."""
@@ -62,6 +62,6 @@ def hodograph_figure(motion: xr.Dataset, fault_normal_deg: float, title: str) ->
     units = (("acceleration", GAL, "Gal"), ("velocity", CM, "cm/s"), ("displacement", CM, "cm"))
     for axes, (name, unit, called) in zip(panels.flat, units, strict=True):
         north, east = (motion[f"{name}_{side}"].to_numpy() / unit for side in ("north", "east"))
-        _draw_hodograph(axes, north, east, name, called, fault_normal_deg)
+        draw_hodograph(axes, north, east, name, called, fault_normal_deg)
     caption(figure, title, panels[0, 0], 2)
     return figure

@@ -69,12 +69,13 @@ def rose_figure(cube: xr.Dataset) -> Figure:
             known = members & np.isfinite(normals)
             relative = (azimuth[None, :] - normals[known][:, None]) % 360.0
             draw_rose(axes, sector_shares(relative.ravel(), weighted[known].ravel()))
-            _fault_frame(axes)
+            fault_frame(axes)
             axes.set_title("from the fault normal", pad=4)
     return figure
 
 
-def _fault_frame(axes: Any) -> None:
+def fault_frame(axes: Any) -> None:
+    """Turn a rose into one whose zero is the fault normal."""
     compass(axes, ("normal", "45°", "90°", "135°", "normal", "225°", "270°", "315°"), pad=5)
     for label, text in zip(axes.get_xticklabels(), axes.get_xticks(), strict=True):
         label.set_fontsize(7.5)

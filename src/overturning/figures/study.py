@@ -6,6 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 import xarray as xr
 
 from overturning.dem.scene import gravestone
@@ -17,10 +18,13 @@ from overturning.figures.polar import fall_map_figure
 from overturning.figures.probability import probability_map_figure
 from overturning.figures.rose import rose_figure
 from overturning.figures.site_map import site_map_figure, sites_by_earthquake
+from overturning.figures.space import earthquake_roses_figure, follow_figure, space_map_figure, space_rose_figure
 from overturning.figures.style import save, style
 from overturning.records.store import read_motion, read_unprocessed
+from overturning.statistics.direction import in_space
 from overturning.statistics.earthquakes import axes_by_group, summarise_axes
 from overturning.statistics.logistic import overturning_fit
+from overturning.statistics.space import followed_by_slenderness
 from overturning.study.cube import open_cube, study_of
 from overturning.study.scenes import scene_of
 from overturning.study.sections import Figures
@@ -47,7 +51,8 @@ def draw_study(
         Folder of the processed motions, for the time histories and the telling cases.
     folder : Path
         Receives ``polar/ID`` and ``intensity/ID`` for each record (the polar map shows probabilities where the cube has an
-        ensemble, flags otherwise), ``rose``, ``axes`` and ``plane``, each in all formats; ``history/ID.svg`` (time histories,
+        ensemble, flags otherwise, in space falls over orientations), ``rose``, ``axes`` and ``plane``, in space ``follow`` and
+        ``earthquakes`` in its place, each in all formats; ``history/ID.svg`` (time histories,
         not part of the report's page but beside it); and ``telling/`` and ``maps/`` (empty where no record has coordinates).
     threads : int
         Number of processes that draw: Matplotlib draws one figure at a time. The files are the same for any number.
@@ -84,6 +89,8 @@ def _draw_record(cube_path: Path, intensity_path: Path, motions: Path, folder: P
         name, station, event = (str(one[key].item()) for key in ("record_id", "station", "event"))
         title = f"{station}, {event}" if event else station
         polar_figure = probability_map_figure if "probability_towards" in cube else fall_map_figure
+        if in_space(cube):
+            polar_figure = space_map_figure
         write(polar_figure(one, f"{title}{_stone(cube)}"), folder / "polar" / name)
         around = intensity_figure(intensity.isel(record=index), float(one["fault_normal"]), title)
         write(around, folder / "intensity" / name)
@@ -104,13 +111,19 @@ def _draw_whole(cube_path: Path, intensity_path: Path, motions: Path, folder: Pa
     from overturning.figures.telling import draw_telling_cases
 
     with open_cube(cube_path, chunks={"record": 1}) as cube, xr.open_dataset(intensity_path) as intensity, style():
-        write(rose_figure(cube), folder / "rose")
         groups = axes_by_group(cube)
         summaries = {name: summarise_axes(axes) for name, axes in groups.items()}
         write(axes_figure(groups, summaries), folder / "axes")
         _draw_maps(cube, folder / "maps")
-        plane = intensity_plane_figure(cube, intensity, overturning_fit(cube, intensity), float(cube["friction"].max()))
-        write(plane, folder / "plane")
+        if in_space(cube):
+            write(space_rose_figure(cube), folder / "rose")
+            write(earthquake_roses_figure(cube), folder / "earthquakes")
+            slender = cube["b_over_h"].to_numpy().astype(np.float64)
+            write(follow_figure(followed_by_slenderness(cube, intensity), slender), folder / "follow")
+        else:
+            write(rose_figure(cube), folder / "rose")
+            fit = overturning_fit(cube, intensity)
+            write(intensity_plane_figure(cube, intensity, fit, float(cube["friction"].max())), folder / "plane")
         draw_telling_cases(cube, motions, folder / "telling")
 
 

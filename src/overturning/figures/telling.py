@@ -21,7 +21,9 @@ from overturning.motion.motion import Motion
 from overturning.motion.spectra import spectra_by_azimuth
 from overturning.records.store import read_motion
 from overturning.statistics.boundary import boundary
+from overturning.statistics.direction import in_space
 from overturning.statistics.telling import TellingCase, telling_cases
+from overturning.statistics.telling_in_space import SpaceCase, telling_in_space
 from overturning.study.cube import study_of
 from overturning.study.scenes import motion_of, numerics_of, scene_of
 
@@ -33,9 +35,12 @@ def draw_telling_cases(cube: "xr.Dataset", motions: Path, folder: Path) -> None:
     """Simulate the telling cases of a cube again, under the processed motions of a folder, and draw them.
 
     The other folder receives ``telling.json`` (titles, rules, outcomes, films) and, for case K from 1, ``K-response.svg``,
-    ``K-boundary.svg``, ``K-hodograph.svg`` and ``K-spectra.svg``.
+    ``K-boundary.svg``, ``K-hodograph.svg`` and ``K-spectra.svg``; in space ``K-axis.svg`` alone.
     """
-    rows = [_draw(cube, case, motions, folder, number) for number, case in enumerate(telling_cases(cube), 1)]
+    if in_space(cube):
+        rows = [_draw_in_space(cube, case, motions, folder, n) for n, case in enumerate(telling_in_space(cube), 1)]
+    else:
+        rows = [_draw(cube, case, motions, folder, n) for n, case in enumerate(telling_cases(cube), 1)]
     with atomic_write(folder / "telling.json") as part:
         part.write_text(json.dumps(rows, ensure_ascii=False, separators=(",", ":")), encoding="utf-8")
 
@@ -79,6 +84,37 @@ def _draw(cube: "xr.Dataset", case: TellingCase, motions: Path, folder: Path, nu
         "block": title,
         "record": str(one["record_id"].item()),
         "outcomes": [f"{heading}: {outcome(path)}" for heading, path in zip(headings, paths, strict=True)],
+        "film": film_data(film),
+    }
+
+
+def _draw_in_space(cube: "xr.Dataset", case: SpaceCase, motions: Path, folder: Path, number: int) -> dict[str, Any]:
+    # Imported here: with the trajectory comes the kernel of bodies in space.
+    from overturning.dem.solid.trajectory import trajectory_in_space
+    from overturning.figures.film_in_space import axis_figure, film_in_space, space_outcome
+    from overturning.study.space import body_of, space_numerics, vertex_contact
+
+    study, one = study_of(cube), cube.isel(record=case.record)
+    record = str(one["record_id"].item())
+    motion = motion_of(study, read_motion(motions / f"{record}.nc"))
+    shape = body_of(study).shape()
+    path = trajectory_in_space(
+        motion, orientation_deg=case.orientation, height=case.height, b_over_h=case.b_over_h if shape.sized else None,
+        friction=case.friction, aspect=case.aspect, body=shape, contact=vertex_contact(study.contact),
+        **space_numerics(numerics_of(study), study.simulation.scheme),
+    )  # fmt: skip
+    place = ", ".join(text for text in (str(one["station"].item()), str(one["event"].item())) if text)
+    oblong = f", D/B = {case.aspect:g}" if shape.oblong else ""
+    title = f"{place}: B/H = {case.b_over_h:.3g}{oblong}, H = {case.height:.3g} m, µ = {case.friction:g}"
+    save(axis_figure(path, motion, title), folder / f"{number}-axis.svg")
+    facing = f"facing {compass_name(case.orientation)}"
+    film = film_in_space([path], motion, title, "The frame moves with the base. Drag to turn the view.")
+    return {
+        "title": case.title,
+        "rule": case.rule,
+        "block": title,
+        "record": record,
+        "outcomes": [f"{facing}: {space_outcome(path)}"],
         "film": film_data(film),
     }
 

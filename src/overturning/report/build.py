@@ -23,6 +23,7 @@ from overturning.report.sections import (
     published,
     records,
     scene,
+    space,
     survey,
     telling,
 )
@@ -36,6 +37,9 @@ SECTIONS: Final[tuple[Callable[[Results], Section | None], ...]] = (
     published.published,
     telling.telling,
     falls.falls,
+    space.follows,
+    space.plane_beside,
+    space.twists,
     cause.cause,
     criteria.criteria,
     population.population,

@@ -14,6 +14,7 @@ import xarray as xr
 from overturning.dem.scene import gravestone
 from overturning.files import without_folders
 from overturning.statistics import earthquakes
+from overturning.statistics.direction import in_space
 from overturning.statistics.falls import overturns
 from overturning.statistics.planes import plane_index
 from overturning.study.config import Study
@@ -101,9 +102,16 @@ class Results:
         """Number of records with vertical motion."""
         return int((self.cube["vertical"] == 1).sum().compute())
 
+    @property
+    def in_space(self) -> bool:
+        """Whether the study is of bodies in space."""
+        return in_space(self.cube)
+
     @cached_property
     def planes(self) -> int:
-        """Number of vertical planes: one tells nothing about direction."""
+        """Number of vertical planes: one tells nothing about direction. In space a body falls in any."""
+        if self.in_space:
+            return 360
         return int(plane_index(self.cube["azimuth"].to_numpy()).size)
 
     @cached_property

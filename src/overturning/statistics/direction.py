@@ -11,6 +11,20 @@ from overturning.statistics.planes import by_plane
 CASE_DIMS = ("height", "b_over_h", "friction")
 
 
+MEAN_OF_MEMBERS = ("probability_falls", "fall_north", "fall_east", "fall_axis_cosine", "fall_axis_sine")
+"""What an ensemble in space says of a cell: share of falls, and means of the components of their direction and axis."""
+
+
+def in_space(cube: xr.Dataset) -> bool:
+    """Whether a cube is of bodies in space: these face an orientation, and fall towards any azimuth."""
+    return "orientation" in cube.dims
+
+
+def case_dims(cube: xr.Dataset) -> tuple[str, ...]:
+    """Dimensions of the block: all but the record and the direction."""
+    return ("height", "b_over_h", "aspect", "friction") if in_space(cube) else CASE_DIMS
+
+
 def _mean(vectors: xr.Dataset, kind: str, full: float, plural: str) -> xr.Dataset:
     """Mean angle, up to ``full`` degrees, and mean resultant length of sums that `fall_vectors` made."""
     cosine, sine, total = vectors[f"{kind}_cosine"], vectors[f"{kind}_sine"], vectors["falls"]
@@ -23,7 +37,7 @@ def _mean(vectors: xr.Dataset, kind: str, full: float, plural: str) -> xr.Datase
 
 
 def fall_shares(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True) -> xr.Dataset:
-    """Share of planes that overturn.
+    """Share of planes, or in space of orientations, that overturn.
 
     Parameters
     ----------
@@ -39,8 +53,8 @@ def fall_shares(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = 
     Dataset
         ``share_overturned`` (of the planes whose outcome is known; missing where none is) and ``share_missing``.
     """
-    planes = by_plane(cube, ensemble=ensemble)
-    dims = ("azimuth", *over)
+    planes = by_orientation(cube, ensemble=ensemble) if in_space(cube) else by_plane(cube, ensemble=ensemble)
+    dims = ("orientation" if in_space(cube) else "azimuth", *over)
     known = planes["weight"].where(planes["falls"].notnull(), 0.0)
     weight = known.sum(dims)
     cases = int(np.prod([cube.sizes[d] for d in over])) if over else 1
@@ -49,6 +63,40 @@ def fall_shares(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = 
     missing = (1 - weight / cases).clip(0)
     missing.attrs = {"long_name": "share of planes without an outcome", "units": "1"}
     return xr.Dataset({"share_overturned": share, "share_missing": missing})
+
+
+def by_orientation(cube: xr.Dataset, *, ensemble: bool = True) -> xr.Dataset:
+    """Falls in space, cell by cell, with the weight of each orientation: all alike on a grid that symmetry closes.
+
+    Returns
+    -------
+    Dataset
+        ``falls`` (probability, or the nominal flag as 0 or 1), ``direction_cosine``, ``direction_sine``, ``axis_cosine`` and
+        ``axis_sine``: expected values, 0 where the block stands, missing where the outcome is; and ``weight``.
+    """
+    known = cube["overturned"].notnull()
+    falls = (cube["overturned"] == 1).where(known)
+    azimuth = cube["fall_azimuth"].astype("float64") * (np.pi / 180.0)
+
+    def mean_of(values: xr.DataArray) -> xr.DataArray:
+        return values.where(falls == 1, 0.0).where(known)
+
+    twice = 2.0 * azimuth
+    nominal = {
+        "falls": falls.astype("float64"),
+        **{
+            f"{kind}_{name}": mean_of(xr.apply_ufunc(part, angle, dask="allowed"))
+            for kind, angle in (("direction", azimuth), ("axis", twice))
+            for name, part in (("cosine", np.cos), ("sine", np.sin))
+        },
+    }
+    if ensemble and "probability_falls" in cube:
+        nominal = {
+            name: cube[of].astype("float64").fillna(values)
+            for (name, values), of in zip(nominal.items(), MEAN_OF_MEMBERS, strict=True)
+        }
+    count = cube.sizes["orientation"]
+    return xr.Dataset({**nominal, "weight": ("orientation", np.full(count, 1.0 / count))})
 
 
 def fall_vectors(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True) -> xr.Dataset:
@@ -63,8 +111,11 @@ def fall_vectors(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool =
     -------
     Dataset
         ``falls`` (weighted probability of falling), ``direction_cosine``, ``direction_sine`` (of the fall direction) and
-        ``axis_cosine``, ``axis_sine`` (of twice the plane's azimuth).
+        ``axis_cosine``, ``axis_sine`` (of twice the azimuth of plane or fall).
     """
+    if in_space(cube):
+        found = by_orientation(cube, ensemble=ensemble)
+        return (found.drop_vars("weight") * found["weight"]).sum(("orientation", *over))
     planes = by_plane(cube, ensemble=ensemble)
     dims = ("azimuth", *over)
     angle = np.radians(planes["azimuth"].astype("float64"))

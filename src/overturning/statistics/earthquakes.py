@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.statistics.circular import NO_DIRECTION, TestResult, rayleigh_test, resultant, v_test, wrap_axis
-from overturning.statistics.direction import CASE_DIMS, fall_vectors
+from overturning.statistics.direction import case_dims, fall_vectors
 from overturning.statistics.groups import record_groups
 
 FEWEST_FOR_AN_INTERVAL = 4
 """Earthquakes below which a bootstrap interval is not given: resamples of three have ten different values."""
 
 
-def relative_axes(cube: xr.Dataset, *, over: Sequence[str] = CASE_DIMS, ensemble: bool = True) -> xr.Dataset:
+def relative_axes(cube: xr.Dataset, *, over: Sequence[str] | None = None, ensemble: bool = True) -> xr.Dataset:
     """Mean fall axis of each record, relative to its fault normal.
 
     Parameters
@@ -29,7 +29,7 @@ def relative_axes(cube: xr.Dataset, *, over: Sequence[str] = CASE_DIMS, ensemble
     cube : Dataset
         The cube, with coordinate ``fault_normal(record)`` in degrees.
     over : sequence of str
-        Dimensions taken together with ``azimuth``.
+        Dimensions taken together with the direction; all of the block where not given.
     ensemble : bool
         As in `fall_probability`.
 
@@ -39,7 +39,7 @@ def relative_axes(cube: xr.Dataset, *, over: Sequence[str] = CASE_DIMS, ensemble
         ``cosine``, ``sine``: mean vector of 2 (fall axis − fault normal), length 0 to 1; missing where nothing fell or
         the fault normal is not known.
     """
-    v = fall_vectors(cube, over=over, ensemble=ensemble)
+    v = fall_vectors(cube, over=case_dims(cube) if over is None else over, ensemble=ensemble)
     total = v["falls"].where(v["falls"] > 0)
     turn = 2 * np.radians(cube["fault_normal"].astype("float64"))
     cosine = (v["axis_cosine"] * np.cos(turn) + v["axis_sine"] * np.sin(turn)) / total
@@ -47,7 +47,7 @@ def relative_axes(cube: xr.Dataset, *, over: Sequence[str] = CASE_DIMS, ensemble
     return xr.Dataset({"cosine": cosine, "sine": sine})
 
 
-def axes_by_earthquake(cube: xr.Dataset, *, over: Sequence[str] = CASE_DIMS, ensemble: bool = True) -> xr.Dataset:
+def axes_by_earthquake(cube: xr.Dataset, *, over: Sequence[str] | None = None, ensemble: bool = True) -> xr.Dataset:
     """Fall axis relative to the fault normal, per earthquake.
 
     Parameters
@@ -126,11 +126,13 @@ class AxisSummary:
     v: TestResult
 
 
-def _resamples(n: int, draws: int, seed: int) -> NDArray[np.int64]:
+def resamples(n: int, draws: int, seed: int) -> NDArray[np.int64]:
+    """Bootstrap: which of n are drawn, shape (draws, n)."""
     return np.random.Generator(np.random.PCG64(seed)).integers(0, n, size=(draws, n))
 
 
-def _percentiles(values: FloatArray, level: float) -> tuple[float, float]:
+def percentiles(values: FloatArray, level: float) -> tuple[float, float]:
+    """Ends of the interval that holds the level of the values."""
     low, high = np.quantile(values, [(1 - level) / 2, (1 + level) / 2])
     return float(low), float(high)
 
@@ -159,9 +161,9 @@ def summarise_axes(axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000
     alignment = float(np.cos(np.radians(2 * angle)).mean()) if n else math.nan
     half_width, interval = math.nan, (math.nan, math.nan)
     if n >= FEWEST_FOR_AN_INTERVAL:
-        doubled = np.radians(2 * angle)[_resamples(n, draws, seed)]
+        doubled = np.radians(2 * angle)[resamples(n, draws, seed)]
         cosine, sine = np.cos(doubled).mean(axis=1), np.sin(doubled).mean(axis=1)
-        interval = _percentiles(cosine, level)
+        interval = percentiles(cosine, level)
         distance = np.abs(wrap_axis(np.degrees(np.arctan2(sine, cosine)) / 2 - mean))
         half_width = float(np.quantile(np.where(np.hypot(cosine, sine) < NO_DIRECTION, 90.0, distance), level))
     return AxisSummary(
@@ -222,8 +224,8 @@ def compare_alignment(
     difference = float(np.nanmean(values[0]) - np.nanmean(values[1]))
     if min(n) < FEWEST_FOR_AN_INTERVAL:
         return AlignmentDifference(difference, nowhere, *n)
-    drawn = values[:, _resamples(len(names), draws, seed)]
+    drawn = values[:, resamples(len(names), draws, seed)]
     counts = np.isfinite(drawn).sum(axis=2)
     usable = (counts > 0).all(axis=0)
     means = np.nansum(drawn[:, usable], axis=2) / counts[:, usable]
-    return AlignmentDifference(difference, _percentiles(means[0] - means[1], level), *n)
+    return AlignmentDifference(difference, percentiles(means[0] - means[1], level), *n)

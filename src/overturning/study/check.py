@@ -17,6 +17,7 @@ _CASE_S: Final = 1e-4
 _RECORD_S: Final = 4.0
 _RUN_AGAIN: Final = 0.6  # share of the cells near a change of flag, which the ensemble runs again
 _SCENE: Final = 10.0  # what an element more costs over the block, which has a kernel of its own
+_SPACE: Final = 8.0  # what a body in space costs over the block
 
 _BASE_MEMORY: Final = 4e8
 _CELL_IN_MEMORY: Final = 400
@@ -50,7 +51,7 @@ def size_of(study: Study) -> Size:
     records, members, variants = len(study.records.use), study.ensemble.members, 1 + len(study.variants)
     more = 1 + members * (_RUN_AGAIN if study.ensemble.where == "boundary" else 1.0)
     elements = len(study.scene.free)
-    each = _CASE_S * (1.0 if elements == 1 else _SCENE * elements)
+    each = _CASE_S * (1.0 if elements == 1 else _SCENE * elements) * (1.0 if study.body is None else _SPACE)
     work = records * (_RECORD_S + study.cases * each * more * variants)
     memory = _BASE_MEMORY + study.cases * (_CELL_IN_MEMORY * elements + _MEMBER_IN_MEMORY * members)
     return Size(records, study.cases, work, memory, records * study.cases * _CELL_ON_DISK * elements * variants)

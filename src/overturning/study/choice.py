@@ -15,10 +15,11 @@ class Sample:
     """Cases in the random order in which they are run again, with the study's answers."""
 
     record: NDArray[np.int64]  # position of the record, shape (n,)
-    index: NDArray[np.int64]  # positions along azimuth, height, B/H and friction, shape (n, 4)
+    index: NDArray[np.int64]  # positions along the dimensions of the study, shape (n, 4), or (n, 5) in space
     overturned: NDArray[np.int8]  # the study's flags, shape (n, elements); one column for a block
     status: NDArray[np.int8]  # how they were found, shape (n,)
-    computed: int  # cases of the study that were not mirrored
+    computed: int  # cases of the study that were not mirrored, nor repeated in space
+    azimuth: NDArray[np.float32] | None = None  # in space, the azimuths to which they fall, shape (n,)
 
     @property
     def size(self) -> int:
@@ -29,10 +30,10 @@ class Sample:
 def choose(
     settings: Verification, records: int, computed: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Choose cells of a study at random, each at most once: of each its record, shape (n,), and its index, shape (n, 4).
+    """Choose cells of a study at random, each at most once: of each its record, shape (n,), and its index.
 
-    Any first part of the choice is a random choice too. Cells that are not `computed`, shape (a, h, b, f), the same for
-    every record, are not chosen: they mirror others and would be the same computation again.
+    Any first part of the choice is a random choice too. Cells that are not `computed`, an array like the grid, the same
+    for every record, are not chosen: they mirror others and would be the same computation again.
     """
     cells = np.argwhere(computed)
     total = records * len(cells)
@@ -46,14 +47,17 @@ def read_sample(cube: Path, settings: Verification) -> Sample:
     """Choose cells of a cube and read the study's answers to them; a ResultError where the cube cannot be read."""
     with open_raw(cube, "opened", "run the study again") as file:
         records = file.dimensions["record"].size
-        computed = file["mirrored"][0] == 0
+        computed = file["mirrored" if "mirrored" in file.variables else "repeated"][0] == 0
         record, index = choose(settings, records, computed)
         flags = file["overturned"]
         elements = flags.shape[-1] if "element" in flags.dimensions else 1
         overturned, status = np.zeros((record.size, elements), np.int8), np.zeros(record.size, np.int8)
+        azimuth = np.zeros(record.size, np.float32) if "fall_azimuth" in file.variables else None
         for number in range(records):
             rows = np.flatnonzero(record == number)
             where = tuple(index[rows].T)
             overturned[rows] = flags[number][where].reshape(rows.size, elements)
             status[rows] = file["status"][number][where]
-    return Sample(record, index, overturned, status, records * int(computed.sum()))
+            if azimuth is not None:
+                azimuth[rows] = file["fall_azimuth"][number][where]
+    return Sample(record, index, overturned, status, records * int(computed.sum()), azimuth)

@@ -2,12 +2,22 @@
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Discriminator, Field, Tag, ValidationInfo, field_validator, model_validator
+from pydantic import (
+    AfterValidator,
+    Discriminator,
+    Field,
+    Tag,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
 from overturning.dem.element import Model, Name
 from overturning.dem.polygon.geometry import native_size
 from overturning.dem.scene import Scene, gravestone
 from overturning.records.steps import Step
+from overturning.study.body import IN_PLANES_ONLY, BodySettings, Orientations, check_heights
 from overturning.study.population import Population
 from overturning.study.quantity import Density, Metre
 from overturning.study.ranges import AzimuthRange, Values
@@ -66,8 +76,13 @@ class Study(Model):
         description="scene of polygons: name of a file in config/scenes, a path, or the scene itself; not given: one block",
         json_schema_extra={"default": "gravestone"},
     )
+    body: BodySettings | None = Field(
+        default=None, description="a free body in space instead of a scene in vertical planes; not given: in planes"
+    )
+    orientation: Orientations = Field(default=Orientations(), description="directions that a body in space faces")
     azimuth: AzimuthRange = Field(
-        default=AzimuthRange(), description="azimuths of the motion, degrees clockwise from north"
+        default=AzimuthRange(),
+        description="azimuths of the motion, degrees clockwise from north; in space those of the intensity measures alone",
     )
     b_over_h: Values[Slenderness] = Field(
         default=(0.2, 0.3, 0.4), description="slenderness B/H: a list, or start, stop, step"
@@ -109,6 +124,8 @@ class Study(Model):
         if not isinstance(data, dict):
             return data
         filled = {key: value for key, value in data.items() if key != "scene" or value is not None}
+        if filled.get("body") is not None:
+            return cls._as_the_body_has_it(filled)
         if "scene" not in filled:
             return filled
         filled["scene"] = Scene.model_validate(scene_of_choice(data["scene"]))
@@ -117,6 +134,41 @@ class Study(Model):
         filled.setdefault("b_over_h", [round(b_over_h, 10)])
         filled.setdefault("ensemble", {"members": 0})
         return filled
+
+    @staticmethod
+    def _as_the_body_has_it(filled: dict[str, Any]) -> dict[str, Any]:
+        try:
+            shape = BodySettings.model_validate(filled["body"]).shape()
+        except ValidationError:
+            return filled  # said where the body stands
+        if not shape.sized:
+            own = round(shape.body(1.0, 1.0, 1.0).b_over_h, 10)
+            if list(filled.setdefault("b_over_h", [own])) != [own]:
+                raise ValueError("b_over_h: the body of these vertices has its own; leave it out")
+            filled.setdefault("height", [round(getattr(shape, "height", 1.0), 10)])
+        return filled
+
+    @model_validator(mode="after")
+    def _body_fits(self) -> Self:
+        if self.body is None:
+            if self.orientation != Orientations():
+                raise ValueError("orientation: only a body in space has one; give `body`, or `azimuth` instead")
+            return self
+        for key, reason in IN_PLANES_ONLY.items():
+            default = gravestone() if key == "scene" else Study.model_fields[key].default
+            if getattr(self, key) != default:
+                raise ValueError(f"{key}: {reason}")
+        self.orientation.values(self.body)
+        check_heights(self.height)
+        contacts = {"": self.contact} | {f"variants.{name}.": one.contact for name, one in self.variants.items()}
+        for where, contact in contacts.items():
+            if contact.stiffness != "auto" or contact.damping is not None:
+                raise ValueError(
+                    f"{where}contact: in space stiffness is auto and the dashpot is given as damping_ratio"
+                )
+        if self.ensemble.initial_tilt:
+            raise ValueError("ensemble.initial_tilt: a body in space starts at rest; leave it at 0")
+        return self
 
     @model_validator(mode="after")
     def _scene_has_its_own_contact(self) -> Self:
@@ -175,4 +227,7 @@ class Study(Model):
     @property
     def cases(self) -> int:
         """Number of cases per record."""
-        return len(self.azimuth.values()) * len(self.height) * len(self.b_over_h) * len(self.friction)
+        directions = len(self.azimuth.values())
+        if self.body is not None:
+            directions = len(self.orientation.values(self.body)) * len(self.body.aspect)
+        return directions * len(self.height) * len(self.b_over_h) * len(self.friction)

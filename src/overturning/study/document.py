@@ -38,10 +38,12 @@ def key_table() -> str:
 
 
 def _resolve(schema: dict[str, Any], entry: dict[str, Any]) -> dict[str, Any]:
-    for form in (entry, *entry.get("oneOf", ())):  # a word or settings: the keys are those of the settings
+    optional = entry.get("anyOf", ())
+    forms = optional if len(optional) == 2 and optional[1] == {"type": "null"} else entry.get("oneOf", ())
+    for form in (entry, *forms):  # a word or settings, or none: the keys are those of the settings
         if "$ref" in form:
             model = schema["$defs"][form["$ref"].rpartition("/")[2]]
-            return model | {key: value for key, value in entry.items() if key not in ("$ref", "oneOf")}
+            return model | {key: value for key, value in entry.items() if key not in ("$ref", "oneOf", "anyOf")}
     return entry
 
 

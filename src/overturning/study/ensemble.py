@@ -5,16 +5,15 @@ how probable the neighbourhood is.
 """
 
 from collections.abc import Callable, Mapping
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.cases import Cases
-from overturning.dem.grid import Grid, opposite_azimuths
+from overturning.dem.grid import Axes, opposite_azimuths
 from overturning.dem.numerics import Progress
-from overturning.dem.results import Results
 from overturning.dem.variables import INT8_MISSING, Variable
 from overturning.motion.motion import Motion
 from overturning.study.members import Members
@@ -55,36 +54,55 @@ ENSEMBLE_VARIABLES: Final = (
     Variable("members", "i2", "ensemble members with an outcome"),
 )  # fmt: skip
 
-Runner = Callable[[Cases, Progress | None], Results]
-"""What runs cases under the motion of the nominal ones."""
+Runner = Callable[[Any, Progress | None], Any]
+"""What runs cases, as the `Kind` makes them, under the motion of the nominal ones."""
+
+Arrays = dict[str, NDArray[Any]]
 
 
-def cells_to_run(overturned: NDArray[np.int8], everywhere: bool) -> NDArray[np.bool_]:
+class Kind(NamedTuple):
+    """What the ensemble is told of planes, or of space."""
+
+    variables: tuple[Variable, ...]
+    """What it finds;"""
+    copied: str
+    """the nominal variable that marks cells for which others answer;"""
+    cases: Callable[[Any, NDArray[np.int64], Members], Any]
+    """every member of some cells of a grid, the members of a cell together;"""
+    tally: Callable[[Arrays, NDArray[np.int64], NDArray[np.int8], FloatArray, Members], None]
+    """puts flags and, in space, fall azimuths of these cells' members into the variables;"""
+    copy: Callable[[Any, Arrays, NDArray[Any]], None]
+    """fills the marked cells of a grid from those that answer for them."""
+
+
+def cells_to_run(overturned: NDArray[np.int8], everywhere: bool, dimensions: int = 4) -> NDArray[np.bool_]:
     """Which cells the ensemble runs.
 
     Parameters
     ----------
-    overturned : ndarray, shape (a, h, b, f) or (a, h, b, f, elements)
+    overturned : ndarray, shape (a, h, b, …) or (a, h, b, …, elements)
         Nominal flags; a missing one differs from every other. A change of any element counts.
     everywhere : bool
         All cells.
+    dimensions : int
+        Of the grid.
 
     Returns
     -------
-    ndarray of bool, shape (a, h, b, f)
+    ndarray of bool, shape (a, h, b, …)
         Cells within two steps along B/H of a change of flag. With a single B/H there is no such neighbour to tell, and
         all cells are run.
     """
-    shape = overturned.shape[:4]
+    shape = overturned.shape[:dimensions]
     if everywhere or shape[2] == 1:
         return np.ones(shape, dtype=bool)
-    change = overturned[:, :, 1:, :] != overturned[:, :, :-1, :]
-    change = change.any(axis=4) if change.ndim > 4 else change
+    change = overturned[:, :, 1:] != overturned[:, :, :-1]
+    change = change.any(axis=dimensions) if change.ndim > dimensions else change
     count = shape[2]
     chosen = np.zeros(shape, dtype=bool)
     for step in range(1 - REACH, REACH + 1):  # a change between i and i + 1 concerns i − 1 to i + 2
         low, high = max(0, -step), min(count - 1, count - step)
-        chosen[:, :, low + step : high + step, :] |= change[:, :, low:high, :]
+        chosen[:, :, low + step : high + step] |= change[:, :, low:high]
     return chosen
 
 
@@ -128,7 +146,7 @@ def settled(flags: NDArray[np.int8], widest: float) -> NDArray[np.bool_]:
 
 def run_ensemble(
     motion: Motion,
-    grid: Grid,
+    grid: Axes,
     nominal: Mapping[str, NDArray[Any]],
     members: Members,
     run: Runner,
@@ -136,18 +154,19 @@ def run_ensemble(
     everywhere: bool,
     widest: float = 0.0,
     progress: Progress | None = None,
-) -> tuple[dict[str, NDArray[Any]], int]:
+    kind: Kind | None = None,
+) -> tuple[Arrays, int]:
     """Run the ensemble beside a nominal outcome.
 
     Parameters
     ----------
     motion : Motion
         The ground's.
-    grid : Grid
+    grid : Axes
         The cases.
     nominal : mapping of str to ndarray
-        The nominal outcome: `overturned`, shape (a, h, b, f) or (a, h, b, f, elements), and `mirrored`, (a, h, b, f).
-        Mirrored cells are not run: they mirror their member's tilt with everything else.
+        The nominal outcome: `overturned`, shape (a, h, b, …) or (a, h, b, …, elements), and what marks cells for which others
+        answer, (a, h, b, …). These are not run: they mirror their member's tilt with everything else.
     members : Members
         What each member changes.
     run : callable
@@ -158,57 +177,87 @@ def run_ensemble(
         A cell gets no further members once it is `settled` to within this; 0 runs all members of every cell.
     progress : callable, optional
         Called now and then with the work done and the whole work.
+    kind : Kind, optional
+        That of the grid; `PLANES` where not given.
 
     Returns
     -------
-    arrays : dict of ndarray, shape (a, h, b, f)
-        The variables of `ENSEMBLE_VARIABLES`, missing floats as NaN; all but `members` with the dimension of elements
-        where `overturned` has it.
+    arrays : dict of ndarray, shape (a, h, b, …)
+        The variables of the kind, missing floats as NaN; all but `members` with the dimension of elements where `overturned`
+        has it.
     block_steps : int
         Work done.
     """
-    overturned, mirrored = nominal["overturned"], nominal["mirrored"]
-    chosen = cells_to_run(overturned, everywhere) & (mirrored == 0)
-    arrays: dict[str, NDArray[Any]] = {
-        variable.name: np.full(overturned.shape, np.nan, variable.dtype)
-        if variable.per_element
-        else np.zeros(grid.shape, variable.dtype)
-        for variable in ENSEMBLE_VARIABLES
+    kind = kind or PLANES
+    overturned, marked = nominal["overturned"], nominal[kind.copied]
+    chosen = cells_to_run(overturned, everywhere, len(grid.shape)) & (marked == 0)
+    arrays: Arrays = {
+        variable.name: np.zeros(grid.shape, variable.dtype)
+        if variable.dtype == "i2"
+        else np.full(overturned.shape if variable.per_element else grid.shape, np.nan, variable.dtype)
+        for variable in kind.variables
     }
-    azimuths = np.flatnonzero(chosen.any(axis=(1, 2, 3)))
+    directions = np.flatnonzero(chosen.any(axis=tuple(range(1, chosen.ndim))))
     group = max(1, MOST_GROUND_VALUES // max(1, min(BATCH, members.size) * motion.samples))
     work, done = max(1, int(chosen.sum())), 0
     block_steps = 0
-    for start in range(0, azimuths.size, group):
+    for start in range(0, directions.size, group):
         some = np.zeros_like(chosen)
-        some[azimuths[start : start + group]] = True
+        some[directions[start : start + group]] = True
         cells = np.argwhere(chosen & some)
 
         def step(share: float, before: int = done, count: int = len(cells)) -> None:
             if progress:
                 progress(int(1000 * (before + count * share)), 1000 * work)
 
-        flags = np.full((len(cells), members.size, *overturned.shape[4:]), INT8_MISSING)
-        block_steps += _run_batches(grid, cells, members, run, flags, widest, step if progress else None)
-        _tally(arrays, cells, flags, members)
+        flags = np.full((len(cells), members.size, *overturned.shape[len(grid.shape) :]), INT8_MISSING)
+        azimuth = np.full((len(cells), members.size), np.nan)
+        told = step if progress else None
+        block_steps += _run_batches(kind, grid, cells, members, run, flags, azimuth, widest, told)
+        kind.tally(arrays, cells, flags, azimuth, members)
         done += len(cells)
+    kind.copy(grid, arrays, marked)
+    return arrays, block_steps
+
+
+def spread(grid: Axes, cells: NDArray[np.int64], name: str, changed: FloatArray, add: bool = False) -> FloatArray:
+    """A coordinate of some cells, changed as each member says: multiplied, or added to."""
+    nominal = getattr(grid, name)[cells[:, grid.names.index(name)]].astype(np.float64)[:, None]
+    return np.asarray((nominal + changed if add else nominal * changed).ravel())
+
+
+def _cases(grid: Axes, cells: NDArray[np.int64], members: Members) -> Cases:
+    """Every member of every cell, the members of a cell together."""
+    return Cases(
+        azimuth_deg=spread(grid, cells, "azimuth", members.azimuth_deg, add=True),
+        height=spread(grid, cells, "height", np.ones(members.size)),
+        b_over_h=spread(grid, cells, "b_over_h", members.b_over_h),
+        friction=spread(grid, cells, "friction", members.friction),
+        amplitude=np.tile(members.amplitude, len(cells)),
+        damping_factor=np.tile(members.damping, len(cells)),
+        initial_tilt=np.tile(members.initial_tilt, len(cells)),
+    )
+
+
+def _copy(grid: Any, arrays: Arrays, mirrored: NDArray[Any]) -> None:
     source, behind = opposite_azimuths(grid.azimuth), np.flatnonzero(mirrored.any(axis=(1, 2, 3)))
     seen = {variable.name: variable.from_behind(arrays, source[behind]) for variable in ENSEMBLE_VARIABLES}
     for name, values in seen.items():
         arrays[name][behind] = values
-    return arrays, block_steps
 
 
 def _run_batches(
-    grid: Grid,
+    kind: Kind,
+    grid: Axes,
     cells: NDArray[np.int64],
     members: Members,
     run: Runner,
     flags: NDArray[np.int8],
+    azimuth: FloatArray,
     widest: float,
     step: Callable[[float], None] | None,
 ) -> int:
-    """Fill in the flags of some cells, batch by batch, each of all cells that are not settled; return the block steps."""
+    """Fill in flags and, in space, fall azimuths of some cells, batch by batch, each of all cells that are not settled; return the block steps."""
     batches, block_steps = members.batches(BATCH), 0
     unsettled = np.arange(len(cells))
     for index, batch in enumerate(batches):
@@ -217,11 +266,13 @@ def _run_batches(
             if step:
                 step((before + part / max(whole, 1)) / len(batches))
 
-        cases = _cases(grid, cells[unsettled], members.some(batch))
+        cases = kind.cases(grid, cells[unsettled], members.some(batch))
         results = run(cases, part_of_batch if step else None)
         block_steps += int(results.block_steps.sum())
         new = results.overturned.reshape(unsettled.size, batch.size, *flags.shape[2:])
         flags[unsettled[:, None], batch] = new
+        if (towards := getattr(results, "fall_azimuth", None)) is not None:
+            azimuth[unsettled[:, None], batch] = towards.reshape(unsettled.size, batch.size)
         unsettled = unsettled[~settled(flags[unsettled], widest)]
         if unsettled.size == 0:
             break
@@ -230,29 +281,12 @@ def _run_batches(
     return block_steps
 
 
-def _cases(grid: Grid, cells: NDArray[np.int64], members: Members) -> Cases:
-    """Every member of every cell, the members of a cell together."""
-
-    def spread(values: NDArray[np.generic], column: int, changed: FloatArray, add: bool) -> FloatArray:
-        nominal = values[cells[:, column]].astype(np.float64)[:, None]
-        return np.asarray((nominal + changed if add else nominal * changed).ravel())
-
-    def every(changed: FloatArray) -> FloatArray:
-        return np.tile(changed, len(cells))
-
-    return Cases(
-        azimuth_deg=spread(grid.azimuth, 0, members.azimuth_deg, add=True),
-        height=spread(grid.height, 1, np.ones(members.size), add=False),
-        b_over_h=spread(grid.b_over_h, 2, members.b_over_h, add=False),
-        friction=spread(grid.friction, 3, members.friction, add=False),
-        amplitude=every(members.amplitude),
-        damping_factor=every(members.damping),
-        initial_tilt=every(members.initial_tilt),
-    )
-
-
 def _tally(
-    arrays: dict[str, NDArray[Any]], cells: NDArray[np.int64], flags: NDArray[np.int8], members: Members
+    arrays: Arrays,
+    cells: NDArray[np.int64],
+    flags: NDArray[np.int8],
+    azimuth: FloatArray,  # noqa: ARG001, a plane has none
+    members: Members,
 ) -> None:
     where = tuple(cells.T)
     known = flags != INT8_MISSING
@@ -267,3 +301,7 @@ def _tally(
                 shares.append(np.where(count > 0, fell[:, chosen].sum(axis=1) / np.maximum(count, 1), np.nan))
         arrays[f"probability_{name}"][where] = shares[0]
         arrays[f"scramble_difference_{name}"][where] = shares[1] - shares[2]
+
+
+PLANES: Final = Kind(ENSEMBLE_VARIABLES, "mirrored", _cases, _tally, _copy)
+"""What the ensemble is told of vertical planes."""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.grid import DIMENSIONS, Grid
+from overturning.dem.grid import Axes
 from overturning.dem.variables import INT8_MISSING, Variable
 from overturning.errors import ResultError
 from overturning.files import atomic_write, without_folders
@@ -73,7 +73,7 @@ def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path:
 def _copy_part(
     part: Path,
     cube: Any,
-    grid: Grid,
+    grid: Axes,
     index_of: dict[str, int],
     variant: str,
     filled: NDArray[np.bool_],
@@ -87,9 +87,11 @@ def _copy_part(
         absent = [variable.name for variable in variables if variable.name not in file.variables]
         if absent:
             raise ResultError(f"{part}: has no {absent[0]}; it was made by another version: remove it and run again")
+        if absent := [name for name in grid.names if name not in file.dimensions]:
+            raise ResultError(f"{part}: has no dimension {absent[0]}; it is of another study: remove it and run again")
         if len(grid.element) != (file.dimensions["element"].size if "element" in file.dimensions else 0):
             raise ResultError(f"{part}: its elements are not those of the scene; remove it and run again")
-        places = [_places(part, name, file[name][:], getattr(grid, name)) for name in DIMENSIONS]
+        places = [_places(part, name, file[name][:], getattr(grid, name)) for name in grid.names]
         record = index_of[file.record_id]
         for variable in variables:
             cells = cube[variable.name][record]
@@ -168,7 +170,9 @@ def _attributes(study: Study, records: Sequence[Record], variant: str) -> dict[s
         # Without a time of day, which would make each run's bytes its own.
         "history": f"gathered by overturning {metadata.version('overturning')} from one sweep per record",
         "references": "see the documentation of overturning",
-        "comment": "overturned: +1 when the block falls towards the azimuth, -1 towards azimuth + 180 degrees, 0 when it stands",
+        "comment": "overturned: +1 when the block falls towards the azimuth, -1 towards azimuth + 180 degrees, 0 when it stands"
+        if study.body is None
+        else "overturned: 1 when the body falls, towards fall_azimuth, 0 when it stands",
         "study": json.dumps(portable(study), ensure_ascii=False),
         "variant": variant,
         "record_sources": json.dumps(sources, ensure_ascii=False),

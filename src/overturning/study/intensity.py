@@ -9,12 +9,13 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.files import atomic_write
 from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi
+from overturning.motion.heading import peak_azimuths, pulse_axis
 from overturning.motion.intensity import PEAKS, intensity_by_azimuth, record_measures
 from overturning.motion.motion import Motion
 from overturning.motion.spectra import rotd
 from overturning.records.record import Record
 from overturning.study.config import Study
-from overturning.study.grid import grid_of
+from overturning.study.grid import plane_grid
 
 PERCENTILES = (0.0, 50.0, 100.0)
 SPECTRUM_PERIODS = np.geomspace(0.01, 10.0, 61)
@@ -33,7 +34,7 @@ def write_intensity(study: Study, records: Sequence[Record], path: Path) -> None
     """
     import xarray as xr
 
-    azimuth = grid_of(study).azimuth
+    azimuth = plane_grid(study).azimuth
     measures = [intensity_by_azimuth(Motion.of(record), azimuth) for record in records]
     table = xr.concat(measures, dim="record", combine_attrs="override", coords="minimal", compat="override")
     table = table.assign_coords(
@@ -63,6 +64,12 @@ def _of_records(records: Sequence[Record]) -> dict[str, Any]:
         add(name, "record", [np.nan if one[name] is None else one[name] for one in columns], units, long_name)
 
     add_column("jma_intensity", "1", "JMA instrumental intensity; missing without a vertical component")
+    for name, long_name in (("pga", "acceleration"), ("pgv", "velocity")):
+        towards = [peak_azimuths(motion)[name] for motion in motions]
+        add(f"{name}_azimuth", "record", towards, "degree", f"azimuth to which the peak horizontal {long_name} points")
+    axes, periods = zip(*map(pulse_axis, motions), strict=True)
+    add("pulse_axis", "record", axes, "degree", "axis of the strongest velocity pulse")
+    add("pulse_period", "record", periods, "s", "period of the strongest velocity pulse")
     add("percentile", "percentile", PERCENTILES, "percent", "percentile over azimuths")
     add("period", "period", SPECTRUM_PERIODS, "s", "period of the oscillator")
     add("frequency", "frequency", FREQUENCIES, "Hz", "frequency")

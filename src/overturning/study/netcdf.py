@@ -7,12 +7,17 @@ from typing import Any, Final
 
 import numpy as np
 
-from overturning.dem.grid import Grid
+from overturning.dem.grid import Axes
 from overturning.dem.variables import Variable
 from overturning.errors import ResultError
 
 COORDINATES: Final[dict[str, dict[str, Any]]] = {
     "azimuth": {"long_name": "azimuth of the vertical plane of motion, clockwise from north", "units": "degree"},
+    "orientation": {
+        "long_name": "azimuth that the first side of the body faces, clockwise from north",
+        "units": "degree",
+    },
+    "aspect": {"long_name": "width across the orientation over width along it", "units": "1"},
     # CF checkers take a coordinate of this name for the standard one; the block's top is at this height above its base.
     "height": {"standard_name": "height", "long_name": "height of the block", "units": "m", "positive": "up"},
     "b_over_h": {"long_name": "slenderness, width over height of the block", "units": "1"},
@@ -43,7 +48,7 @@ def add_coordinate(
         variable[index] = fill if value is None else value
 
 
-def add_grid(file: Any, grid: Grid) -> None:
+def add_grid(file: Any, grid: Axes) -> None:
     """Create the dimensions of a grid with their coordinate variables; of elements their numbers, and names beside them."""
     for name, values in grid.coordinates().items():
         file.createDimension(name, values.size)
@@ -55,7 +60,7 @@ def add_grid(file: Any, grid: Grid) -> None:
         add_coordinate(file, "element", "element_name", str, grid.element, long_name=f"name {about}")
 
 
-def add_variable(file: Any, variable: Variable, grid: Grid, *before: str) -> Any:
+def add_variable(file: Any, variable: Variable, grid: Axes, *before: str) -> Any:
     """Create an outcome variable over dimensions `before` and those of a grid, filled with "missing"; a chunk is a grid."""
     created = file.createVariable(
         variable.name, variable.dtype, (*before, *grid.dimensions(variable)), fill_value=variable.fill_value,

@@ -12,16 +12,15 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.cases import Cases
 from overturning.dem.numerics import Progress
 from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ArgumentError
 from overturning.records.record import Record
 from overturning.study.choice import Sample
-from overturning.study.comparison import compare
+from overturning.study.comparison import compare, differ
 from overturning.study.config import Study
 from overturning.study.grid import grid_of
-from overturning.study.repetition import FINER, NUDGE, STIFFER, Again, repetitions
+from overturning.study.repetition import FINER, NUDGE, STIFFER, Again, cases_of, repetitions
 from overturning.study.scenes import motion_of
 
 WARN_ABOVE: Final = 0.01
@@ -88,8 +87,9 @@ def repeat_sample(
             found[kind] = {"refused": runs.refused[kind]}
             continue
         answers = runs.overturned[kind][:count]
+        azimuths = None if sample.azimuth is None else (sample.azimuth[:count], runs.azimuth[kind][:count])
         outcomes = [
-            {"element": name, **asdict(compare(sample.overturned[:count, column], answers[:, column]))}
+            {"element": name, **asdict(compare(sample.overturned[:count, column], answers[:, column], azimuths))}
             for column, name in enumerate(elements)
         ]
         found[kind] = {"block_steps": int(runs.block_steps[kind].sum()), "outcomes": outcomes}
@@ -120,21 +120,23 @@ class _Runs:
         self.sample, self.threads, self.progress = sample, threads, progress
         self.motions = [motion_of(study, record) for record in records]
         self.repetitions: Mapping[str, Again] = repetitions(study)
-        grid = grid_of(study)
-        self.axes = (grid.azimuth.astype(np.float64), grid.height, grid.b_over_h, grid.friction)
+        self.axes = [axis.astype(np.float64) for axis in grid_of(study).coordinates().values()]
+        self.cases = cases_of(study)
         nothing = np.zeros((0, sample.overturned.shape[1]), np.int8)
         self.overturned: dict[str, NDArray[np.int8]] = dict.fromkeys(KINDS, nothing)
+        self.azimuth: dict[str, NDArray[np.float32]] = dict.fromkeys(KINDS, np.zeros(0, np.float32))
         self.block_steps: dict[str, NDArray[np.int64]] = dict.fromkeys(KINDS, np.zeros(0, np.int64))
         self.refused: dict[str, str] = {}
 
     def run(self, kind: str, until: int) -> bool:
         """Go on until so many cases have been run again; False where they are refused."""
         try:
-            overturned, block_steps = self._again(kind, np.arange(len(self.block_steps[kind]), until))
+            overturned, block_steps, azimuth = self._again(kind, np.arange(len(self.block_steps[kind]), until))
         except ArgumentError as error:
             self.refused[kind] = str(error)
             return False
         self.overturned[kind] = np.concatenate([self.overturned[kind], overturned])
+        self.azimuth[kind] = np.concatenate([self.azimuth[kind], azimuth])
         self.block_steps[kind] = np.concatenate([self.block_steps[kind], block_steps])
         if self.progress:
             self.progress(sum(map(len, self.block_steps.values())), 2 * self.sample.size)
@@ -142,33 +144,38 @@ class _Runs:
 
     def _again(
         self, kind: str, rows: NDArray[np.int64], amplitude: float = 1.0
-    ) -> tuple[NDArray[np.int8], NDArray[np.int64]]:
-        """Flags and block steps of some cases run again, under motions of an amplitude."""
+    ) -> tuple[NDArray[np.int8], NDArray[np.int64], NDArray[np.float32]]:
+        """Flags, block steps and, in space, fall azimuths of some cases run again, under motions of an amplitude."""
         overturned = np.zeros((rows.size, self.sample.overturned.shape[1]), np.int8)
-        block_steps = np.zeros(rows.size, np.int64)
+        block_steps, towards = np.zeros(rows.size, np.int64), np.full(rows.size, np.nan, np.float32)
 
         def one(number: int) -> None:
             mine = self.sample.record[rows] == number
             chosen = self.sample.index[rows[mine]]
-            azimuth, height, ratio, friction = (axis[chosen[:, column]] for column, axis in enumerate(self.axes))
-            cases = Cases(azimuth, height, ratio, friction, amplitude=amplitude)
-            results = self.repetitions[kind](self.motions[number], cases)
-            overturned[mine], block_steps[mine] = results.overturned, results.block_steps
+            columns = (axis[chosen[:, column]] for column, axis in enumerate(self.axes))
+            results = self.repetitions[kind](self.motions[number], self.cases(*columns, amplitude=amplitude))
+            overturned[mine] = results.overturned.reshape(int(mine.sum()), -1)
+            block_steps[mine], towards[mine] = results.block_steps, getattr(results, "fall_azimuth", np.nan)
 
         with ThreadPoolExecutor(max_workers=self.threads) as pool:
             list(pool.map(one, np.unique(self.sample.record[rows]).tolist()))
-        return overturned, block_steps
+        return overturned, block_steps, towards
 
     def settle(self, count: int, allowed: int) -> dict[str, int]:
         """How many of the first cases change with finer steps; of these, as far as allowed, how many keep that answer or lose it."""
         finer, own = self.overturned["finer"][:count], self.sample.overturned[:count]
-        changed = np.flatnonzero(((finer != own) & (finer != INT8_MISSING) & (own != INT8_MISSING)).any(axis=1))
+        known = ((finer != INT8_MISSING) & (own != INT8_MISSING)).all(axis=1)
+        towards, before = self.azimuth["finer"][:count], self.sample.azimuth
+        changed = np.flatnonzero(known & differ(finer, own, None if before is None else (towards, before[:count])))
         # Steps half as long, and those of the finer repetition once more.
         cost = 3 * np.cumsum(self.block_steps["finer"][changed])
         rows = changed[cost <= allowed]
         runs = [self._again(kind, rows, amplitude) for kind, amplitude in (("finest", 1.0), ("finer", 1.0 + NUDGE))]
-        finest_kept, kept = ((overturned == finer[rows]).all(axis=1) for overturned, _ in runs)
+        finest_kept, kept = (
+            ~differ(overturned, finer[rows], None if before is None else (azimuth, towards[rows]))
+            for overturned, _, azimuth in runs
+        )
         return {
             "changed": changed.size, "looked_at": rows.size, "settled": int((finest_kept & kept).sum()),
-            "chaotic": int((~kept).sum()), "block_steps": sum(int(block_steps.sum()) for _, block_steps in runs),
+            "chaotic": int((~kept).sum()), "block_steps": sum(int(block_steps.sum()) for _, block_steps, _ in runs),
         }  # fmt: skip

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from overturning.dem.grid import DIMENSIONS, Grid, opposite_azimuths
+from overturning.dem.grid import opposite_azimuths
 from overturning.errors import ArgumentError, ResultError
 from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
@@ -17,7 +17,7 @@ from overturning.study.grid import grid_of
 from overturning.study.members import draw_members
 from overturning.study.netcdf import content_hash, open_raw
 from overturning.study.scenes import motion_of, numerics_of
-from overturning.study.sweep import member_runner, simulate_variant, variables_of
+from overturning.study.sweep import kind_of, member_runner, simulate_variant, variables_of
 
 
 @dataclass
@@ -72,7 +72,7 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
                 again = _again(motion, grid, place, study, variant, with_ensemble)
                 result.ensemble_cells += with_ensemble
                 result.cells += 1
-                where = ", ".join(f"{d} {getattr(grid, d)[i]:g}" for d, i in zip(DIMENSIONS, place, strict=True))
+                where = ", ".join(f"{d} {getattr(grid, d)[i]:g}" for d, i in zip(grid.names, place, strict=True))
                 for variable in (variable for variable in variables if variable.name in again):
                     kept, new = stored[variable.name][place], variable.stored(again[variable.name])
                     if new.tobytes() != kept.tobytes():
@@ -81,16 +81,27 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
 
 
 def _again(
-    motion: Motion, grid: Grid, place: tuple[int, ...], study: Study, variant: str, with_ensemble: bool
+    motion: Motion, grid: Any, place: tuple[int, ...], study: Study, variant: str, with_ensemble: bool
 ) -> dict[str, Any]:
-    """The cell's values by name, computed from its azimuth and, before it, the one that may answer for it."""
-    source = int(opposite_azimuths(grid.azimuth)[place[0]])
-    azimuths = ([source] if source >= 0 and study.simulation.leave_out else []) + [place[0]]
-    few = replace(grid, **{name: getattr(grid, name)[[i]] for name, i in zip(DIMENSIONS[1:], place[1:], strict=True)})
-    few = replace(few, azimuth=grid.azimuth[azimuths])
+    """The cell's values by name, computed from its direction and, before it, the one that may answer for it."""
+    source = _answering(study, grid, place) if study.simulation.leave_out else -1
+    directions = ([source] if source >= 0 else []) + [place[0]]
+    few = replace(grid, **{name: getattr(grid, name)[[i]] for name, i in zip(grid.names[1:], place[1:], strict=True)})
+    few = replace(few, **{grid.names[0]: getattr(grid, grid.names[0])[directions]})
     arrays = simulate_variant(study, variant, motion, few, numerics_of(study))
     if with_ensemble:
-        run = member_runner(study, variant, motion, numerics_of(study))
+        run, kind = member_runner(study, variant, motion, numerics_of(study)), kind_of(study)
         members, widest = draw_members(study.ensemble), study.ensemble.half_width
-        arrays |= run_ensemble(motion, few, arrays, members, run, everywhere=True, widest=widest)[0]
-    return {name: values[-1, 0, 0, 0] for name, values in arrays.items() if name != "block_steps"}
+        arrays |= run_ensemble(motion, few, arrays, members, run, everywhere=True, widest=widest, kind=kind)[0]
+    cell = (-1, *(0,) * (len(place) - 1))
+    return {name: values[cell] for name, values in arrays.items() if name != "block_steps"}
+
+
+def _answering(study: Study, grid: Any, place: tuple[int, ...]) -> int:
+    """Position of the direction that answers for a cell; −1 where it is its own."""
+    if study.body is None:
+        return int(opposite_azimuths(grid.azimuth)[place[0]])
+    from overturning.study.space import answering, body_of, periods_of
+
+    at = int(answering(grid.orientation, periods_of(body_of(study).shape(), grid.aspect))[place[0], place[3]])
+    return -1 if at == place[0] else at

@@ -4,12 +4,11 @@ import itertools
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
 from overturning.dem.cases import Cases
-from overturning.dem.results import Results
 from overturning.dem.run import run
 from overturning.dem.scene import Scene
 from overturning.motion.motion import Motion
@@ -25,8 +24,17 @@ NUDGE: Final = 1e-9
 STIFFER: Final = 4.0
 """Stiffness of the second repetition over the study's; the finest steps are half as long for it, the whole ones are not."""
 
-Again = Callable[[Motion, Cases], Results]
+Again = Callable[[Motion, Any], Any]
 """What runs cases again under a motion."""
+
+
+def cases_of(study: Study) -> Callable[..., Any]:
+    """What makes cases of a study from a row of values per dimension."""
+    if study.body is None:
+        return Cases
+    from overturning.dem.solid.cases import SpaceCases
+
+    return SpaceCases
 
 
 def repetitions(study: Study) -> dict[str, Again]:
@@ -34,9 +42,18 @@ def repetitions(study: Study) -> dict[str, Again]:
 
     A step given in seconds shrinks with the period of the stiffer contact; an automatic one follows the stable one.
     """
-    scene, numerics = scene_of(study), numerics_of(study)
+    numerics = numerics_of(study)
     step = numerics.time_step
     shorter = step if isinstance(step, str) else step / np.sqrt(STIFFER)
+    if study.body is not None:
+        from overturning.study.space import space_repetition
+
+        return {
+            "finer": space_repetition(study, 1.0, replace(numerics, refinement=FINER)),
+            "finest": space_repetition(study, 1.0, replace(numerics, refinement=2 * FINER)),
+            "stiffer": space_repetition(study, STIFFER, replace(numerics, time_step=shorter)),
+        }
+    scene = scene_of(study)
     return {
         "finer": partial(run, scene, numerics=replace(numerics, refinement=FINER)),
         "finest": partial(run, scene, numerics=replace(numerics, refinement=2 * FINER)),

@@ -14,6 +14,7 @@ from overturning.errors import ConfigError
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.study.config import Study
+from overturning.study.sections import ContactSettings
 
 NOMINAL = "nominal"
 """Name of the study's own setting among its variants."""
@@ -32,12 +33,17 @@ def scene_of(study: Study, variant: str = NOMINAL) -> Scene:
     ConfigError
         If the study has no such variant.
     """
+    contact, scene = contact_of(study, variant), study.scene
+    if variant != NOMINAL:
+        scene = study.variants[variant].scene or scene
+    return gravestone(Contact(**contact.model_dump()), study.density) if scene == gravestone() else scene
+
+
+def contact_of(study: Study, variant: str = NOMINAL) -> ContactSettings:
+    """The contact that a study gives for a variant; a `ConfigError` if there is no such variant."""
     if variant not in variant_names(study):
         raise ConfigError(f"{study.name}: no variant {variant!r}; known: {', '.join(variant_names(study))}")
-    scene, contact = study.scene, study.contact
-    if variant != NOMINAL:
-        scene, contact = study.variants[variant].scene or study.scene, study.variants[variant].contact
-    return gravestone(Contact(**contact.model_dump()), study.density) if scene == gravestone() else scene
+    return study.contact if variant == NOMINAL else study.variants[variant].contact
 
 
 @dataclass(frozen=True)

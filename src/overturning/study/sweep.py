@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.dem.cases import Cases
-from overturning.dem.grid import Grid
+from overturning.dem.grid import Axes
 from overturning.dem.numerics import Numerics, Progress
-from overturning.dem.results import Results
 from overturning.dem.run import run
 from overturning.dem.simulate import simulate_grid
 from overturning.dem.variables import VARIABLES, Variable
@@ -18,11 +17,11 @@ from overturning.files import atomic_write
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.study.config import Study
-from overturning.study.ensemble import ENSEMBLE_VARIABLES, Runner, run_ensemble
+from overturning.study.ensemble import PLANES, Kind, Runner, run_ensemble
 from overturning.study.grid import grid_of
 from overturning.study.members import Members, draw_members
 from overturning.study.netcdf import add_grid, add_variable
-from overturning.study.scenes import NOMINAL, Sizes, motion_of, numerics_of, scene_of
+from overturning.study.scenes import NOMINAL, Sizes, contact_of, motion_of, numerics_of, scene_of
 
 NOMINAL_SHARE = 0.15
 """Share of a sweep's work that the nominal run has beside a usual ensemble; only for the progress line."""
@@ -30,17 +29,35 @@ NOMINAL_SHARE = 0.15
 
 def variables_of(study: Study) -> tuple[Variable, ...]:
     """The variables of a study's cube: those of the outcome, and of the ensemble where there is one."""
-    return (*VARIABLES, *ENSEMBLE_VARIABLES) if study.ensemble.members else VARIABLES
+    outcome: tuple[Variable, ...] = VARIABLES
+    if study.body is not None:
+        from overturning.study.space import variables_in_space
+
+        outcome = variables_in_space(study)
+    return (*outcome, *kind_of(study).variables) if study.ensemble.members else outcome
+
+
+def kind_of(study: Study) -> Kind:
+    """What the ensemble of a study is told of planes, or of space."""
+    if study.body is None:
+        return PLANES
+    from overturning.study.space import space_kind
+
+    return space_kind(study)
 
 
 def simulate_variant(
-    study: Study, variant: str, motion: Motion, grid: Grid, numerics: Numerics
+    study: Study, variant: str, motion: Motion, grid: Any, numerics: Numerics
 ) -> dict[str, NDArray[Any]]:
-    """Simulate a variant's scene on the study's grid, or on a piece of it; arrays as of `simulate_grid`.
+    """Simulate a variant's scene, or body, on the study's grid, or on a piece of it; arrays as of `simulate_grid`.
 
     The scene of a variant is scaled by the same factor as the study's own; the slenderness is that of its reference
     element where this has the name of the study's, otherwise the scene keeps its own and the outcome is repeated.
     """
+    if study.body is not None:
+        from overturning.study.space import simulate_space
+
+        return simulate_space(study, contact_of(study, variant), motion, grid, numerics)
     scene, sizes = scene_of(study, variant), Sizes.of(study, variant)
     sized = replace(grid, height=sizes.heights(grid.height))
     if sizes.own_ratio is None:
@@ -52,9 +69,14 @@ def simulate_variant(
 
 def member_runner(study: Study, variant: str, motion: Motion, numerics: Numerics) -> Runner:
     """What runs cases of a variant for `overturning.study.ensemble.run_ensemble`, given heights and B/H of the study."""
+    if study.body is not None:
+        from overturning.study.space import run_space
+
+        contact = contact_of(study, variant)
+        return lambda cases, told: run_space(study, contact, motion, cases, replace(numerics, progress=told))
     scene, sizes = scene_of(study, variant), Sizes.of(study, variant)
 
-    def run_members(cases: Cases, progress: Progress | None) -> Results:
+    def run_members(cases: Cases, progress: Progress | None) -> Any:
         height, b_over_h = np.asarray(cases.height), np.asarray(cases.b_over_h)
         ratio = sizes.ratios(b_over_h, np.array(study.b_over_h))
         sized = replace(cases, height=sizes.heights(height), b_over_h=ratio)
@@ -92,6 +114,7 @@ def sweep_record(
             everywhere=study.ensemble.where == "everywhere",
             widest=study.ensemble.half_width,
             progress=_part_of(progress, share, 1.0),
+            kind=kind_of(study),
         )
         outcome |= spread
         block_steps += more
@@ -113,7 +136,7 @@ def _part_of(progress: Progress | None, begin: float, end: float) -> Progress | 
 
 def write_part(
     path: Path,
-    grid: Grid,
+    grid: Axes,
     outcome: dict[str, NDArray[np.generic]],
     attributes: dict[str, str],
     variables: tuple[Variable, ...] = VARIABLES,

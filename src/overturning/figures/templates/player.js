@@ -1,8 +1,8 @@
-// Plays films of polygons on canvases. No library, no network. Each film sits in an element with class "film", its data as
+// Plays films of polygons, and of bodies in space, on canvases. No library, no network. Each film sits in an element with class "film", its data as
 // JSON in a script element within.
 "use strict";
 (function () {
-  const INK = "#222222", STONE = "#c9c4ba", EDGE = "#222222", BASE = "#8a8a86", FORCE = "#c44a00", LINE = "#0072b2";
+  const INK = "#222222", STONE = "#c9c4ba", EDGE = "#222222", BASE = "#8a8a86", FORCE = "#c44a00", LINE = "#0072b2", SECOND = "#009e73";
   const RATES = [1, 0.5, 0.2, 0.1];
 
   function unpack(packed) {
@@ -26,7 +26,7 @@
   function Film(root) {
     const film = JSON.parse(root.querySelector("script").textContent);
     const end = film.start + (film.frames - 1) * film.interval;
-    const state = { time: film.start, playing: false, rate: 1, forces: false, last: null };
+    const state = { time: film.start, playing: false, rate: 1, forces: false, last: null, view: { azimuth: 2.7, elevation: 0.42 } };
     const [left, right, bottom, top] = film.view;
     const panels = film.panels.map(prepare);
 
@@ -63,10 +63,20 @@
 
     function prepare(panel) {
       const made = Object.assign({}, panel);
+      if (panel.quaternion) {
+        made.position = unpack(panel.position);
+        made.quaternion = unpack(panel.quaternion);
+        made.top = Math.max.apply(null, panel.corners.map(function (v) { return v[2]; }));
+        made.reach = spaceView.reach(made);
+        made.traces = panel.motions.map(unpack);
+        made.motion = { values: made.traces[0], interval: panel.motion.interval };
+        return made;
+      }
       made.bodies = panel.bodies.map(function (body) {
         return Object.assign({}, body, { position: unpack(body.position), rotation: unpack(body.rotation) });
       });
       made.motion = { values: unpack(panel.motion), interval: panel.motion.interval };
+      made.traces = [made.motion.values];
       if (panel.force) { made.force = unpack(panel.force); made.forcePoint = unpack(panel.forcePoint); }
       return made;
     }
@@ -93,6 +103,11 @@
     }
 
     function drawScene(panel, at) {
+      if (panel.quaternion) {
+        const { context, width, height } = surface(panel.scene, 0.82);
+        spaceView.draw(context, width, height, panel, at, pick, state.view);
+        return;
+      }
       const ratio = Math.min(1.1, (top - bottom) / (right - left));
       const { context, width, height } = surface(panel.scene, ratio);
       const scale = Math.min(width / (right - left), height / (top - bottom));
@@ -146,11 +161,11 @@
 
     function drawTrace(panel) {
       const { context, width, height } = surface(panel.trace, 0.26);
-      const values = panel.motion.values, interval = panel.motion.interval;
+      const interval = panel.motion.interval;
       const edge = 4, foot = 16, head = 14, middle = head + (height - head - foot) / 2;
       let largest = 0;
       panels.forEach(function (other) {
-        for (const v of other.motion.values) largest = Math.max(largest, Math.abs(v));
+        for (const values of other.traces) for (const v of values) largest = Math.max(largest, Math.abs(v));
       });
       const tall = (height - head - foot) / 2 / (largest || 1);
       function x(time) { return edge + (time - film.start) / (end - film.start || 1) * (width - 2 * edge); }
@@ -160,14 +175,16 @@
       context.moveTo(edge, middle);
       context.lineTo(width - edge, middle);
       context.stroke();
-      context.strokeStyle = LINE;
-      context.beginPath();
-      for (let i = 0; i < values.length; i++) {
-        const at = film.start + i * interval;
-        if (at > end) break;
-        context.lineTo(x(at), middle - values[i] * tall);
-      }
-      context.stroke();
+      panel.traces.forEach(function (values, which) {
+        context.strokeStyle = which ? SECOND : LINE;
+        context.beginPath();
+        for (let i = 0; i < values.length; i++) {
+          const at = film.start + i * interval;
+          if (at > end) break;
+          context.lineTo(x(at), middle - values[i] * tall);
+        }
+        context.stroke();
+      });
       context.strokeStyle = FORCE;
       context.lineWidth = 2;
       context.beginPath();
@@ -178,7 +195,9 @@
       context.textBaseline = "top";
       context.textAlign = "left";
       const scale = "±" + (largest >= 100 ? largest.toFixed(0) : largest.toPrecision(2)) + " Gal";
-      context.fillText((width < 240 ? "base: " : "base acceleration, scale ") + scale, edge, 0);
+      const lines = panel.traces.length > 1 ? "base: north (blue), east (green), scale " : "base acceleration, scale ";
+      const what = width < 240 ? "base: " : lines;
+      context.fillText(what + scale, edge, 0);
       context.textBaseline = "bottom";
       context.fillText(seconds(film.start), edge, height);
       context.textAlign = "right";
@@ -254,12 +273,15 @@
         case "ArrowLeft": if (event.target === speed) return; state.playing = false; seek(state.time - step); break;
         case "Home": state.playing = false; seek(film.start); break;
         case "End": state.playing = false; seek(end); break;
+        case "a": spaceView.turn(state.view, -0.1, 0); draw(); break;
+        case "d": spaceView.turn(state.view, 0.1, 0); draw(); break;
         case "f": setForces(!state.forces); break;
         case "s": setRate(speed.selectedIndex + 1); break;
         default: return;
       }
       event.preventDefault();
     });
+    panels.forEach(function (panel) { if (panel.quaternion) spaceView.listen(panel.scene, state.view, draw); });
     window.addEventListener("resize", draw);
     window.addEventListener("beforeprint", function () { seek(end); });
     root.dataset.end = end.toFixed(4);

@@ -2,12 +2,18 @@
 
 import math
 
+import numpy as np
+import xarray as xr
+
 from overturning.report.blocks import Answer, Block, Figure, Note, Paragraph, Section
 from overturning.report.results import Results
 from overturning.report.sections.own_error import dependence
 from overturning.report.sections.records import record_directions
 from overturning.report.text import counted, degrees, interval, number, percent
+from overturning.statistics.direction import case_dims, fall_axis
 from overturning.statistics.earthquakes import AxisSummary
+from overturning.statistics.groups import record_groups
+from overturning.statistics.space import mean_over_earthquakes
 
 MOST_RECORDS_IN_WORDS = 5
 """Records whose directions still stand in sentences; of more the table tells."""
@@ -47,7 +53,8 @@ def answer_sentences(results: Results) -> tuple[str, ...]:
         return (f"Every block{known} overturned in every plane: there is no axis along which blocks fall more easily.",)
     if not results.faults_known:
         return (f"{share}; no fault normal is known, so nothing is said relative to a fault.",)
-    return headline(results), alignment_sentence(results)
+    within = (agreement_within(results.cube),) if results.in_space else ()
+    return headline(results), alignment_sentence(results), *within
 
 
 def headline(results: Results) -> str:
@@ -82,6 +89,20 @@ def alignment_sentence(results: Results) -> str:
         text += f"; difference {number(difference.difference)}{known}"
     lie = "lies" if sum(one.n for one in groups.values()) == 1 else "lie"
     return f"{text}. {' and '.join(closer)} {lie} closer to the normal than to the fault."
+
+
+def agreement_within(cube: xr.Dataset) -> str:
+    """How far the fall axes of one record agree, over earthquakes, by group of records."""
+    lengths = fall_axis(cube, over=case_dims(cube))["axis_resultant"].compute().to_numpy()
+    events = cube["event"].to_numpy().astype(str)
+    parts = []
+    for name, members in record_groups(cube).items():
+        found = mean_over_earthquakes(np.where(members, lengths, np.nan), events)
+        known = "" if math.isnan(found.low) else f" ({interval(found.low, found.high)})"
+        parts.append(f"{number(found.value)}{known}{_name(name)}")
+    return (
+        f"Within a record the fall axes agree with a mean resultant of {' and '.join(parts)}; 1 means all alike, 0 any."
+    )
 
 
 def _verdict(summary: AxisSummary) -> str:
@@ -141,8 +162,8 @@ def _counted(results: Results) -> str:
     records, with_vertical = len(results.names), results.with_vertical
     text = (
         f"{counted(records, 'record')} of {counted(results.earthquake_count, 'earthquake')}. Records of one earthquake are not "
-        "independent, so earthquakes are counted, not records; azimuths of one record are the same motion seen from many "
-        "sides, so they are no samples at all."
+        f"independent, so earthquakes are counted, not records; {'orientations' if results.in_space else 'azimuths'} of one "
+        "record are the same motion seen from many sides, so they are no samples at all."
     )
     if with_vertical == 0:
         return f"{text} None of these records has vertical motion; what it would change is not in these numbers."
@@ -153,10 +174,16 @@ def _counted(results: Results) -> str:
 
 def _cases(results: Results) -> str:
     """Of how many cases the report speaks, and how many have no outcome."""
-    cases, computed = int(results.cube["overturned"].size), int((results.cube["mirrored"] == 0).sum().compute())
+    copied = "repeated" if results.in_space else "mirrored"
+    cases, computed = int(results.cube["overturned"].size), int((results.cube[copied] == 0).sum().compute())
     share = "" if math.isnan(results.fallen) else f" {percent(results.fallen)} of them overturn."
-    mirrored = f"{computed:,} were computed, the others are their mirror images"
+    mirrored = f"{computed:,} were computed, the others are {'the same' if results.in_space else 'their mirror images'}"
     others = "all were computed" if computed == cases else mirrored
     absent = ", ".join(f"{count:,} {name}" for name, (_, count) in results.statuses.items() if count)
     missing = f"Without an outcome: {absent}." if absent else "No outcome is missing."
-    return f"The study has {cases:,} cases (record × azimuth × height × B/H × friction); {others}.{share} {missing}"
+    of = (
+        "record × orientation × height × B/H × aspect × friction"
+        if results.in_space
+        else "record × azimuth × height × B/H × friction"
+    )
+    return f"The study has {cases:,} cases ({of}); {others}.{share} {missing}"

@@ -18,8 +18,10 @@ WIDEST = 100.0
 """An interval of odds whose ends differ by more than this factor tells nothing."""
 
 
-def cause(results: Results) -> Section:
-    """Falls in the plane of PGA and PGV/PGA, and the logistic fit."""
+def cause(results: Results) -> Section | None:
+    """Falls in the plane of PGA and PGV/PGA, and the logistic fit; none in space, where no azimuth is a case's own."""
+    if results.in_space:
+        return None
     fit = overturning_fit(results.cube, results.intensity)
     caption = (
         "Each point is one plane of one record. Lines: the field's criteria, by which a block falls to the right of them, and "

@@ -9,6 +9,8 @@ from overturning.report.text import number, percent
 
 def ensemble(results: Results) -> Section | None:
     """Shares of the cells near a change of flag whose runs are divided, each plane once; none without an ensemble."""
+    if results.in_space:
+        return _in_space(results)
     if "probability_towards" not in results.cube:
         return None
     half = results.cube.isel(azimuth=np.flatnonzero(results.cube["azimuth"].to_numpy() < 180))
@@ -36,4 +38,37 @@ def ensemble(results: Results) -> Section | None:
             "probability on average: that well their runs know it. This is the spread over the neighbourhood stated in "
             "the study, not a probability of what happened."
         )
+    return Section("How far the answers hold", (Paragraph(text),), anchor="uncertainty")
+
+
+OF_ONE_MIND = float(np.cos(np.radians(15.0)))
+"""Mean resultant of directions that lie 15° to either side of their mean."""
+
+
+def _in_space(results: Results) -> Section | None:
+    """The same in space, where runs that fall may also go different ways."""
+    cube = results.cube
+    if "probability_falls" not in cube:
+        return None
+    falls = cube["probability_falls"].to_numpy()
+    run = np.isfinite(falls)
+    count = int(run.sum())
+    text = "No cell lies near a change of flag, so the ensemble had nothing to run."
+    if count:
+        length = np.hypot(cube["fall_north"].to_numpy(), cube["fall_east"].to_numpy()) / np.where(
+            falls > 0, falls, np.nan
+        )
+        divided, sure = run & (falls > 0) & (falls < 1), run & (falls == 1)
+        gap = np.abs(cube["scramble_difference"].to_numpy()[divided])
+        members = f"{float(cube['members'].max().compute()):.0f}"
+        astray = float((length[sure] < OF_ONE_MIND).mean()) if sure.any() else float("nan")
+        text = (
+            f"Each cell near a change of flag ({percent(count / run.size)} of all) was run {members} more times with slightly "
+            f"different amplitude, shape, friction, damping and orientation. In {percent(float(divided.sum()) / count, 1)} of them "
+            f"some runs fall and others stand. Where all runs fall, their directions spread by more than 15° about their mean in "
+            f"{percent(astray, 1)} (mean resultant below {OF_ONE_MIND:.3f})."
+        )
+        if gap.size:
+            text += f" Where runs are divided, the two halves of the ensemble differ by {number(float(gap.mean()))} in probability."
+        text += " This is the spread over the neighbourhood stated in the study, not a probability of what happened."
     return Section("How far the answers hold", (Paragraph(text),), anchor="uncertainty")

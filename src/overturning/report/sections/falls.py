@@ -8,6 +8,7 @@ from overturning.report.blocks import Block, Disclosure, Figure, Note, Section, 
 from overturning.report.results import Results
 from overturning.report.sections.answer import half_width
 from overturning.report.text import degrees, interval, number
+from overturning.statistics.direction import case_dims
 from overturning.statistics.earthquakes import AxisSummary, relative_axes
 from overturning.statistics.groups import record_groups
 
@@ -21,7 +22,17 @@ def falls(results: Results) -> Section | None:
         "record. More slender ones fall every way and tell nothing about direction. Each plane of motion counts once; the "
         "area of a sector is its share."
     )
+    if results.in_space:
+        caption = (
+            "Azimuths towards which blocks fall. Each earthquake counts once, its records alike; the area of a sector is its mean "
+            "share, the line across its rim the 95 % interval by bootstrap over earthquakes."
+        )
     blocks: list[Block] = [Figure(results.figures / "rose.svg", "rose of fall azimuths", caption, width=0.8)]
+    if results.in_space:
+        of_each = "The same for each earthquake, its records taken together; dashed: fault normals."
+        blocks.append(
+            Figure(results.figures / "earthquakes.svg", "roses of fall azimuths by earthquake", of_each, width=0.9)
+        )
     if results.tells_axes:
         blocks += [_summary_table(results.axes), Note(_ABOUT_AXES)]
         note = Note("No p-value is given here: with so many shapes some would look small by chance.")
@@ -40,7 +51,11 @@ _ABOUT_AXES = (
 def _by_shape(results: Results) -> Table:
     """Mean alignment over earthquakes for each B/H and friction, heights taken together."""
     cube = results.cube
-    vectors = relative_axes(cube, over=("height",)).compute().transpose("record", "b_over_h", "friction")
+    vectors = (
+        relative_axes(cube, over=[name for name in case_dims(cube) if name not in ("b_over_h", "friction")])
+        .compute()
+        .transpose("record", "b_over_h", "friction")
+    )
     pairs = np.stack([vectors[name].to_numpy() for name in ("cosine", "sine")])
     events = cube["event"].to_numpy().astype(str)
     heads, columns = ["B/H", "µ"], []

@@ -5,7 +5,7 @@ from typing import Any, Final
 from overturning.report.blocks import Block, Caution, Note, Paragraph, Section, Table
 from overturning.report.results import Results
 from overturning.report.text import percent
-from overturning.study.comparison import wilson
+from overturning.study.comparison import ASIDE, wilson
 from overturning.study.own_error import KINDS, WARN_ABOVE
 from overturning.study.repetition import NUDGE
 
@@ -42,7 +42,10 @@ def own_error(results: Results) -> Section | None:
         f"Interval by Wilson. The study itself took {found['study_block_steps']:.3g} block steps. Seed of the choice: "
         f"{found['seed']}."
     )
-    rows = tuple(row for kind in KINDS for row in _rows(found, kind))
+    side = (
+        f"azimuth, by {ASIDE:g}° or more, where it falls" if results.study.body is not None else "side, where it falls"
+    )
+    rows = tuple(row for kind in KINDS for row in _rows(found, kind, side))
     blocks += [Paragraph(text), Table((*heads, "block steps", "of the study's"), rows, "tt"), Note(note)]
     return Section("How exact these answers are", tuple(blocks), anchor="own-error")
 
@@ -113,7 +116,7 @@ def _cases(count: int) -> str:
     return "1 case" if count == 1 else f"{count} cases"
 
 
-def _rows(found: dict[str, Any], kind: str) -> list[tuple[str, ...]]:
+def _rows(found: dict[str, Any], kind: str, side: str) -> list[tuple[str, ...]]:
     """Rows of one repetition; its name and its work stand in the first."""
     name, part, own = _NAMES[kind].format(**found), found[kind], found["study_block_steps"]
     if "refused" in part:
@@ -123,7 +126,7 @@ def _rows(found: dict[str, Any], kind: str) -> list[tuple[str, ...]]:
         whose = f"{outcome['element']} " if outcome["element"] else ""
         for what, changed, compared in (
             ("falls or stands", outcome["flags"], outcome["cases"]),
-            ("side, where it falls", outcome["sides"], outcome["fallen"]),
+            (side, outcome["sides"], outcome["fallen"]),
         ):
             low, high = wilson(changed, compared)
             share, bounds = "–", "–"

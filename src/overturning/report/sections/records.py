@@ -13,7 +13,7 @@ from overturning.report.sections.maps import polar_map, records_first
 from overturning.report.text import degrees, number, percent
 from overturning.statistics.boundary import boundary, easiest_azimuth
 from overturning.statistics.circular import wrap_axis
-from overturning.statistics.direction import fall_axis, fall_direction
+from overturning.statistics.direction import case_dims, fall_axis, fall_direction, in_space
 from overturning.statistics.falls import overturns
 from overturning.study.cube import processing_of
 from overturning.units import CM, GAL
@@ -60,7 +60,8 @@ def record_by_record(results: Results) -> Section:
 
 def _peaks(results: Results) -> Table:
     """One row per record: names, largest intensities with their azimuths, share of cases that overturn."""
-    shares = overturns(results.cube).mean(["azimuth", "height", "b_over_h", "friction"]).compute().to_numpy()
+    falls = overturns(results.cube)
+    shares = falls.mean([name for name in falls.dims if name != "record"]).compute().to_numpy()
     pulses, normals = (results.cube[name].to_numpy().astype(float) for name in ("pulse", "fault_normal"))
     azimuth = results.intensity["azimuth"].to_numpy()
     rows = []
@@ -111,6 +112,13 @@ def _directions(results: Results) -> Section:
     heads = ("record", "mean fall direction", "resultant", "mean fall axis", "resultant", "easiest axis")
     named = zip(results.names, record_directions(results.cube), strict=True)
     rows = tuple((name.id, *cells) for name, cells in named)
+    if results.in_space:
+        about = Note(
+            "Over all cases of a record. A direction has a head (towards 60°), an axis has none (60° and 240° are the same); a "
+            "resultant of 1 means all falls alike, of 0 falls to every side alike."
+        )
+        table = Table((*heads[:-1], "from the fault normal"), rows, "l", anchor="directions", sortable=True)
+        return Section("Where blocks fall, by record", (table, about))
     note = Note(
         "Over all cases of a record, each plane once. A direction has a head (towards 60°), an axis has none (60° and 240° "
         "are the same); a resultant of 1 means all falls alike, of 0 falls to every side alike, so no mean is given below 0.05. Easiest axis: along it the "
@@ -136,11 +144,20 @@ def record_directions(cube: xr.Dataset) -> list[tuple[str, ...]]:
 
     Mean fall direction and its resultant, mean fall axis and its resultant, over all cases; azimuth of easiest overturning
     of the lowest block at the highest friction, its angle from the fault normal, and the largest B/H along it over that
-    along the hardest azimuth. Dashes where nothing falls, and for a mean whose
-    resultant is below `LEAST_RESULTANT`.
+    along the hardest azimuth; in space instead of these the angle of the mean axis from the fault normal. Dashes where
+    nothing falls, and for a mean whose resultant is below `LEAST_RESULTANT`.
     """
-    over = ("height", "b_over_h", "friction")
+    over = case_dims(cube)
     direction, axis = fall_direction(cube, over=over).compute(), fall_axis(cube, over=over).compute()
+    means = []
+    for index in range(cube.sizes["record"]):
+        head, length = (float(direction[name][index]) for name in ("mean_direction", "direction_resultant"))
+        line, strength = (float(axis[name][index]) for name in ("mean_axis", "axis_resultant"))
+        shown = (head if length >= LEAST_RESULTANT else math.nan, line if strength >= LEAST_RESULTANT else math.nan)
+        means.append((degrees(shown[0], 360), number(length), degrees(shown[1], 180), number(strength)))
+    if in_space(cube):
+        off = np.abs(wrap_axis(axis["mean_axis"].to_numpy() - cube["fault_normal"].to_numpy()))
+        return [(*cells, degrees(float(one))) for cells, one in zip(means, off, strict=True)]
     one = cube.isel(height=[0], friction=[cube.sizes["friction"] - 1])
     easiest = easiest_azimuth(boundary(one), cube["b_over_h"]).isel(height=0, friction=0)
     rows: list[tuple[str, ...]] = []
@@ -148,14 +165,5 @@ def record_directions(cube: xr.Dataset) -> list[tuple[str, ...]]:
         best, ratio = float(easiest["easiest_axis"][index]), float(easiest["ratio"][index])
         bound = "" if math.isnan(ratio) or bool(easiest["bounded"][index]) else "≥ "
         apart = abs(float(wrap_axis(best - normal))) if np.isfinite(normal) else math.nan
-        head, length = (float(direction[name][index]) for name in ("mean_direction", "direction_resultant"))
-        line, strength = (float(axis[name][index]) for name in ("mean_axis", "axis_resultant"))
-        cells = (
-            degrees(head if length >= LEAST_RESULTANT else math.nan, 360),
-            number(length),
-            degrees(line if strength >= LEAST_RESULTANT else math.nan, 180),
-            number(strength),
-            *(degrees(best, 180), degrees(apart), bound + number(ratio)),
-        )
-        rows.append(cells)
+        rows.append((*means[index], degrees(best, 180), degrees(apart), bound + number(ratio)))
     return rows

@@ -1,0 +1,77 @@
+"""What `overturning one --solid` does: a free body in space under one record, its film and the figure of its axis."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from overturning.motion.motion import Motion
+
+
+def body_named(plan: str) -> Any:
+    """The body of a name, of a number of sides, or of a mesh's file."""
+    from overturning.dem.solid.mesh import read_mesh
+
+    if plan.isdigit():
+        return int(plan)
+    return read_mesh(Path(plan)) if Path(plan).suffix else plan
+
+
+def one_in_space(
+    motion: "Motion",
+    place: str,
+    orientations: list[float],
+    body: Any,
+    *,
+    height: float | None,
+    b_over_h: float | None,
+    aspect: float,
+    friction: float,
+    damping_ratio: float | None,
+    amplitude: float,
+    animate: Path | None,
+    response: Path | None,
+) -> None:
+    """Simulate a body at one orientation or several, print what it does, and make a film or a figure of it."""
+    from overturning.dem.solid.contact import VertexContact
+    from overturning.dem.solid.shapes import shape_of
+    from overturning.dem.solid.trajectory import trajectory_in_space
+    from overturning.errors import ArgumentError
+    from overturning.figures.film_in_space import axis_figure, film_in_space, space_outcome
+    from overturning.figures.film_of_trajectory import compass_name
+    from overturning.figures.film_page import write_film_page
+    from overturning.figures.style import save, style
+
+    if animate is not None and animate.suffix.lower() != ".html":
+        raise ArgumentError(f"{animate.name}: a film in space is a page that can be turned; end it in .html")
+    if response is not None and len(orientations) > 1:
+        raise ArgumentError(f"{response.name}: one orientation at a time; give --orientation once")
+    shape = shape_of(body)
+    if shape.sized:
+        height, b_over_h = 0.6 if height is None else height, 0.4 if b_over_h is None else b_over_h
+    contact = VertexContact() if damping_ratio is None else VertexContact(damping_ratio=damping_ratio)
+    paths = [
+        trajectory_in_space(
+            motion, orientation_deg=angle, height=height, b_over_h=b_over_h, friction=friction, aspect=aspect, body=shape,
+            contact=contact, amplitude=amplitude,
+        )
+        for angle in orientations
+    ]  # fmt: skip
+    sizes = paths[0].attrs
+    oblong = f", D/B = {aspect:g}" if shape.oblong else ""
+    title = (
+        f"{place}: {shape.name}, B/H = {sizes['b_over_h']:.3g}{oblong}, H = {sizes['height']:.3g} m, µ = {friction:g}"
+    )
+    print(title)
+    if motion.up is None:
+        print("  the motion has two components: the base moves level")
+    for path in paths:
+        print(f"  facing {compass_name(path.attrs['orientation_deg'])}: {space_outcome(path)}")
+    if animate is not None:
+        note = "The frame moves with the base. Drag to turn the view."
+        note += f" The motion is {amplitude:g} times the record." if amplitude != 1 else ""
+        write_film_page(film_in_space(paths, motion, title, note), animate)
+        print(f"film: {animate}")
+    if response is not None:
+        with style():
+            save(axis_figure(paths[0], motion, title), response)
+        print(f"figure: {response}")

@@ -1,0 +1,1 @@
+"""One convex body in space: a base that moves with all three components, contact at vertices or at a rim."""

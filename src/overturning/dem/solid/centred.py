@@ -1,0 +1,449 @@
+"""The centred scheme in space: the trapezoidal rule with springs and dashpots taken at the end of the step (docs/method.md).
+
+From top to bottom the step of ONE body, `foresee`, `solve`, `commit`, as in the plane (`overturning.dem.block.centred`), each with what
+it does at a point of contact above it. The unknowns are the changes e of velocity and angular velocity at the end of the step.
+"""
+
+import math
+from functools import cache
+from typing import Any, Final, NamedTuple
+
+from numba import njit
+
+from overturning.dem.lanes import INLINE, OPTIONS
+from overturning.dem.mechanics import larger
+from overturning.dem.solid import rows
+from overturning.dem.solid.centred_rows import Attempt, Change, Equations, Foreseen, Next, Sum, Touch
+from overturning.dem.solid.equations import share, solve, together
+from overturning.dem.solid.rows import (
+    ROWS,
+    VERTEX,
+    Account,
+    Body,
+    Frame,
+    Line,
+    Memory,
+    Peaks,
+    Shaking,
+    State,
+    Vector,
+    Vertex,
+    angular_velocity,
+    frame_of,
+    in_space,
+    lean_of,
+    rotated,
+)
+
+WHOLE: Final = float(rows.TICKS)
+FORESEEN: Final = 2.0
+"""Steps up to so many of the finest tell by the foreseen forces what presses and slides; longer ones take it as last found."""
+MOST_TRIES: Final = 3.0
+"""A long step is done again so often with other points taken to slide; then it is done in shorter ones."""
+DWELL: Final = 4.0
+"""Steps of each further length before they are doubled again."""
+NO_FRACTION: Final = 1.5 * 2.0**52
+"""Added to a number and taken away again it leaves the nearest whole one."""
+FAST_TURN: Final = 0.1
+"""Tangent of the angle by which the deepest point of a rim may run round it in a step that is not the finest."""
+LEAST_FREEDOM: Final = 0.25
+"""A sliding point jams where less than this share of a normal force's effect on a free particle is left."""
+
+
+class Centred(NamedTuple):
+    """What the kernel has to know of the scheme."""
+
+    lag: float = 0.0
+    """Steps by which velocities lag behind positions."""
+
+
+# 1. Foresee -----------------------------------------------------------------------------------------------------------
+
+
+@njit(**INLINE)
+def at(line: Line, tick: float, past: float) -> float:
+    """A component of the shaking; `past` ticks of the next sample are over."""
+    return (line.value + line.slope * tick) + line.bend * past
+
+
+@njit(**INLINE)
+def foresee(body: Body, s: State, length: float, shaking: Shaking, ticks: float) -> Foreseen:
+    """Drift with the last forces: where the body would be without a change, after `ticks` per sample."""
+    dt, tick = body.step * length, s.tick + length
+    half, past = 0.5 * dt, tick - ticks
+    past = past if past > 0.0 else 0.0
+    vx, vy, vz = s.vx + half * s.ax, s.vy + half * s.ay, s.vz + half * s.az
+    lx, ly, lz = s.lx + half * s.mx, s.ly + half * s.my, s.lz + half * s.mz
+    w = angular_velocity(body, frame_of(s.qw, s.qx, s.qy, s.qz), lx, ly, lz)
+    middle = rotated(s.qw, s.qx, s.qy, s.qz, half * w.x, half * w.y, half * w.z)
+    w = angular_velocity(body, frame_of(*middle), lx, ly, lz)
+    qw, qx, qy, qz = rotated(s.qw, s.qx, s.qy, s.qz, dt * w.x, dt * w.y, dt * w.z)
+    e = angular_velocity(body, frame_of(qw, qx, qy, qz), lx + half * s.mx, ly + half * s.my, lz + half * s.mz)
+    return Foreseen(
+        s.x + dt * vx, s.y + dt * vy, s.z + dt * vz, qw, qx, qy, qz, vx, vy, vz, lx, ly, lz,
+        vx + half * s.ax, vy + half * s.ay, vz + half * s.az, e.x, e.y, e.z,
+        at(shaking.push_x, tick, past), at(shaking.push_y, tick, past), at(shaking.lift, tick, past), half,
+    )  # fmt: skip
+
+
+@njit(**INLINE)
+def rim_point(body: Body, f: Frame, ahead: float, aside: float) -> Vector:
+    """A point of the rim from the centre, ahead down the line along which the body leans, and aside of it."""
+    square = f.xz * f.xz + f.yz * f.yz
+    leans = square > 1e-30
+    inverse = 1.0 / math.sqrt(square if leans else 1.0)
+    tx, ty = (f.xz * inverse if leans else 1.0), (f.yz * inverse if leans else 0.0)
+    a, b = body.radius * ahead, body.radius * aside
+    return Vector(
+        (a * f.zz * tx - b * ty) - body.foot * f.xz,
+        (a * f.zz * ty + b * tx) - body.foot * f.yz,
+        -(a * (square * inverse if leans else 0.0)) - body.foot * f.zz,
+    )
+
+
+@njit(**INLINE)
+def touch(body: Body, w: Foreseen, f: Frame, r: Vector, old: Memory, late: bool, round_: bool) -> Touch:
+    """A point at the foreseen end: what it is taken to do.
+
+    In a fine step the foreseen forces tell what presses and slides. A longer one overshoots too far for that: there it is as last
+    found.
+    """
+    ux, uy, uz = (
+        w.ex + (w.wy * r.z - w.wz * r.y), w.ey + (w.wz * r.x - w.wx * r.z), w.ez + (w.wx * r.y - w.wy * r.x)
+    )  # fmt: skip
+    # A rim passes over its points: they remember their velocity in place of where they were.
+    slip_x = w.half * (old.x + ux) if round_ else (w.x + r.x) - old.x
+    slip_y = w.half * (old.y + uy) if round_ else (w.y + r.y) - old.y
+    was = old.depth > 0.0
+    tx, ty = (old.sx + slip_x if was else 0.0), (old.sy + slip_y if was else 0.0)
+    depth = -(w.z + r.z)
+    n = body.stiffness * depth - body.dashpot * uz
+    presses = (n > 0.0) & (depth > 0.0) if late else old.pressed > 0.0
+    hx, hy = -(body.tangential * tx) - body.dashpot * ux, -(body.tangential * ty) - body.dashpot * uy
+    square = hx * hx + hy * hy
+    some = square > 0.0
+    inverse = 1.0 / math.sqrt(square if some else 1.0)
+    dx, dy = hx * inverse, hy * inverse
+    most = body.friction * (n if late else old.pressed)
+    smooth = body.friction == 0.0
+    slides = (square > most * most if late else old.slid > 0.0) | smooth
+    # A normal force on a sliding point must push it out; where friction would turn the body in instead, the point jams.
+    mx, my, mz = r.y - r.z * body.friction * dy, r.z * body.friction * dx - r.x, body.friction * (r.x * dy - r.y * dx)
+    turn = angular_velocity(body, f, mx, my, mz)
+    free = 1.0 + (turn.x * r.y - turn.y * r.x) > LEAST_FREEDOM
+    return Touch(
+        r.x, r.y, r.z, depth, tx, ty, ux, uy, uz, 1.0 if presses else 0.0,
+        1.0 if presses & slides & (some | smooth) & free else 0.0, dx, dy,
+    )  # fmt: skip
+
+
+# 3. Commit ------------------------------------------------------------------------------------------------------------
+
+
+@njit(**INLINE)
+def meet(body: Body, w: Foreseen, t: Touch, old: Memory, d: Change, late: bool, round_: bool) -> tuple[Sum, Next]:
+    """Forces of a point at the solution, within their limits."""
+    half = w.half
+    du = d.vx + (d.wy * t.rz - d.wz * t.ry)
+    dv = d.vy + (d.wz * t.rx - d.wx * t.rz)
+    dw = d.vz + (d.wx * t.ry - d.wy * t.rx)
+    ux, uy, uz = t.ux + du, t.uy + dv, t.uz + dw
+    depth, tx, ty = t.depth - half * dw, t.tx + half * du, t.ty + half * dv
+    inside, was = depth > 0.0, old.depth > 0.0
+    changed = t.depth if t.depth > depth else depth
+    changed = -depth if was else changed
+    spring = body.stiffness * depth if inside else 0.0
+    n = spring - body.dashpot * uz
+    n = n if inside & (n > 0.0) else 0.0
+    tx, ty = (tx if inside else 0.0), (ty if inside else 0.0)
+    most = body.friction * n
+    hx, hy = -(body.tangential * tx) - body.dashpot * ux, -(body.tangential * ty) - body.dashpot * uy
+    square, stretch = hx * hx + hy * hy, tx * tx + ty * ty
+    slips, holds = square > most * most, most * body.compliance
+    cut = slips & (stretch > holds * holds)
+    part = most / math.sqrt(square if slips else 1.0) if slips else 1.0
+    kept = holds / math.sqrt(stretch if cut else 1.0) if cut else 1.0
+    fx, fy, kx, ky = hx * part, hy * part, tx * kept, ty * kept
+    power = (spring - n) * uz - ((fx + body.tangential * kx) * ux + (fy + body.tangential * ky) * uy)
+    sinking, over = depth - old.depth, depth * old.depth
+    over = math.copysign(over if over < 0.0 else 0.0, sinking)
+    let_go = 0.5 * (
+        body.tangential * ((old.sx + kx) * (t.tx + half * du - kx) + (old.sy + ky) * (t.ty + half * dv - ky))
+        + body.stiffness * over
+    )
+    let_go = let_go if inside | was else 0.0
+    # A contact that closed within the step acts from the touch on, not for half the step.
+    fresh = inside & (not was)
+    more = depth * (2.0 * half / (sinking if fresh else 1.0)) - half if fresh else 0.0
+    let_go = let_go + more * power
+    carries = most > 0.0
+    taken = t.slides > 0.0
+    wrong = carries & (slips != taken)
+    backwards = carries & taken & (fx * t.dx + fy * t.dy < 0.0)
+    ry, rz, rx = t.ry, t.rz, t.rx
+    mx, my, mz = ry * n - rz * fy, rz * fx - rx * n, rx * fy - ry * fx
+    return Sum(
+        fx, fy, n, mx, my, mz, more * fx, more * fy, more * n, more * mx, more * my, more * mz, power, let_go, changed,
+        1.0 if wrong & (not late) else 0.0, 1.0 if backwards & (not late) else 0.0, 0.0 if n > 0.0 else 1.0, depth,
+    ), Next(kx, ky, ux if round_ else (w.x + rx) + half * du, uy if round_ else (w.y + ry) + half * dv, depth, n, 1.0 if slips & carries else 0.0)  # fmt: skip
+
+
+@njit(**INLINE)
+def both(a: Sum, b: Sum) -> Sum:
+    """What two points do."""
+    return Sum(
+        a.fx + b.fx, a.fy + b.fy, a.fz + b.fz, a.mx + b.mx, a.my + b.my, a.mz + b.mz,
+        a.px + b.px, a.py + b.py, a.pz + b.pz, a.qx + b.qx, a.qy + b.qy, a.qz + b.qz, a.loss + b.loss, a.let_go + b.let_go,
+        a.changed if a.changed > b.changed else b.changed, a.wrong if a.wrong > b.wrong else b.wrong,
+        a.reversed if a.reversed > b.reversed else b.reversed, a.off if a.off > b.off else b.off,
+        a.depth if a.depth > b.depth else b.depth,
+    )  # fmt: skip
+
+
+@njit(**INLINE)
+def turns_fast(s: State, w: Foreseen, t: Sum) -> bool:
+    """Whether the deepest point of a rim that does not lie flat runs round it by more than a tenth of a radian in the step."""
+    a, b = frame_of(s.qw, s.qx, s.qy, s.qz), frame_of(w.qw, w.qx, w.qy, w.qz)
+    across, along = a.xz * b.yz - a.yz * b.xz, a.xz * b.xz + a.yz * b.yz
+    return (t.off > 0.0) & (t.depth > 0.0) & ((abs(across) > FAST_TURN * along) | (along < 0.0))
+
+
+@njit(**INLINE)
+def next_attempt(body: Body, attempt: Attempt, t: Sum, tick: float, fast: bool) -> Attempt:
+    """Whether the step, which would end at a tick, has to be done again, and how the next one is to be taken.
+
+    A step in which a contact changes is not taken unless it is the finest; one of half the length follows. After some steps of a
+    length come those of twice the length, at a tick that is a multiple of it, so that every step lies within a sample.
+    """
+    length, late = attempt.length, attempt.length <= FORESEEN * body.finest
+    changed = t.changed > 0.0
+    shorter = (changed | fast) & (length > body.finest)
+    wrong = (t.wrong > 0.0) & (not (late | shorter))
+    halved = ((t.reversed > 0.0) & (not (late | shorter))) | (wrong & (attempt.tries >= MOST_TRIES))
+    retry = wrong & (not halved)
+    shorter = shorter | halved
+    above = 2.0 * length
+    times_above = tick / above
+    fits = (times_above + NO_FRACTION) - NO_FRACTION == times_above
+    longer = (attempt.left <= 1.0) & (length < WHOLE) & fits
+    left = DWELL if longer else attempt.left - 1.0
+    left = body.dwell if changed else left
+    left = DWELL if shorter else left
+    left = attempt.left if retry else left
+    then = above if longer & (not (changed | retry)) else length
+    then = 0.5 * length if shorter else then
+    return Attempt(then, left, attempt.tries + 1.0 if retry else 0.0, 1.0 if shorter | retry else 0.0)
+
+
+@njit(**INLINE)
+def commit(
+    body: Body, s: State, peaks: Peaks, account: Account, w: Foreseen, d: Change, t: Sum, length: float, gravity: float
+) -> tuple[State, Peaks, Account]:
+    """Forces at the end of the step, what they do, and the accounts."""
+    half, tick = w.half, s.tick + length
+    ax, ay, az = t.fx + w.push_x, t.fy + w.push_y, t.fz - (gravity + w.lift)
+    vx, vy, vz = w.vx + half * ax + t.px, w.vy + half * ay + t.py, w.vz + half * az + t.pz
+    lx, ly, lz = w.lx + half * t.mx + t.qx, w.ly + half * t.my + t.qy, w.lz + half * t.mz + t.qz
+    x, y, z = w.x + half * d.vx, w.y + half * d.vy, w.z + half * d.vz
+    qw, qx, qy, qz = rotated(w.qw, w.qx, w.qy, w.qz, half * d.wx, half * d.wy, half * d.wz)
+    f = frame_of(qw, qx, qy, qz)
+    power = (w.push_x * vx + w.push_y * vy) - w.lift * vz
+    torque = t.mz + (x * ay - y * ax)
+    account = Account(
+        account.work + half * (account.power + power), account.lost + (half * (account.loss + t.loss) + t.let_go),
+        account.spin + (half * (account.torque + torque) + (t.qz + (x * t.py - y * t.px))), power, t.loss, torque,
+    )  # fmt: skip
+    lean, bx, by = lean_of(f), x - body.foot * f.xz, y - body.foot * f.yz
+    peaks = Peaks(
+        larger(peaks.lean, lean), larger(peaks.slip, bx * bx + by * by), larger(peaks.depth, t.depth),
+        tick if lean < body.critical else peaks.last_upright,
+    )  # fmt: skip
+    moved = State(
+        x, y, z, qw, qx, qy, qz, vx, vy, vz, lx, ly, lz, w.wx, w.wy, w.wz, ax, ay, az, t.mx, t.my, t.mz, tick
+    )  # fmt: skip
+    return moved, peaks, account
+
+
+# Side by side ---------------------------------------------------------------------------------------------------------
+
+load_body, load_shaking = ROWS.access(Body).load, ROWS.access(Shaking).load
+load_frame, store_frame, _ = ROWS.access(Frame)
+load_state, _, store_state = ROWS.access(State)
+load_peaks, _, store_peaks = ROWS.access(Peaks)
+load_account, _, store_account = ROWS.access(Account)
+load_attempt, store_attempt, _ = ROWS.access(Attempt)
+load_foreseen, store_foreseen, _ = ROWS.access(Foreseen)
+load_equations, store_equations, _ = ROWS.access(Equations)
+load_change, store_change, _ = ROWS.access(Change)
+load_sum, store_sum, _ = ROWS.access(Sum)
+load_vertex = VERTEX.access(Vertex).load
+load_memory, _, store_memory = VERTEX.access(Memory)
+load_touch, store_touch, _ = VERTEX.access(Touch)
+load_next, store_next, _ = VERTEX.access(Next)
+OF_A_VERTEX: Final = VERTEX.size
+SLID: Final = VERTEX.row(Memory, "slid")
+
+
+@njit(**OPTIONS)
+def foresee_all(state: Any, columns: int, ticks: float) -> None:
+    """Where all bodies would be, and no force yet."""
+    for j in range(columns):
+        w = foresee(
+            load_body(state, j), load_state(state, j), load_attempt(state, j).length, load_shaking(state, j), ticks
+        )
+        store_foreseen(state, j, w)
+        store_frame(state, j, frame_of(w.qw, w.qx, w.qy, w.qz))
+        store_equations(state, j, Equations(
+            0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
+            0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
+        ))  # fmt: skip
+        store_sum(
+            state,
+            j,
+            Sum(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0),
+        )
+
+
+@njit(**INLINE)
+def late_of(body: Body, attempt: Attempt) -> bool:
+    """Whether a step is fine enough for the foreseen forces to tell."""
+    return attempt.length <= FORESEEN * body.finest
+
+
+@njit(**OPTIONS)
+def touch_all(state: Any, one: Any, other: Any, columns: int) -> None:
+    """A pair of vertices of all bodies at the foreseen end."""
+    for j in range(columns):
+        body, w, f, late = (
+            load_body(state, j),
+            load_foreseen(state, j),
+            load_frame(state, j),
+            late_of(load_body(state, j), load_attempt(state, j)),
+        )
+        p, q = load_vertex(one, j), load_vertex(other, j)
+        store_touch(one, j, touch(body, w, f, in_space(f, p.px, p.py, p.pz), load_memory(one, j), late, False))
+        store_touch(other, j, touch(body, w, f, in_space(f, q.px, q.py, q.pz), load_memory(other, j), late, False))
+
+
+@njit(**OPTIONS)
+def roll_all(state: Any, one: Any, other: Any, columns: int, ahead: float, aside: float) -> None:
+    """The same for a pair of points of the rim."""
+    for j in range(columns):
+        body, w, f, late = (
+            load_body(state, j),
+            load_foreseen(state, j),
+            load_frame(state, j),
+            late_of(load_body(state, j), load_attempt(state, j)),
+        )
+        store_touch(one, j, touch(body, w, f, rim_point(body, f, ahead, aside), load_memory(one, j), late, True))
+        store_touch(other, j, touch(body, w, f, rim_point(body, f, -ahead, -aside), load_memory(other, j), late, True))
+
+
+@njit(**OPTIONS)
+def share_all(state: Any, one: Any, other: Any, columns: int) -> None:
+    """Their parts in the equations."""
+    for j in range(columns):
+        body, half, late = (
+            load_body(state, j),
+            load_foreseen(state, j).half,
+            late_of(load_body(state, j), load_attempt(state, j)),
+        )
+        a = share(body, half, load_touch(one, j), load_memory(one, j), late)
+        b = share(body, half, load_touch(other, j), load_memory(other, j), late)
+        store_equations(state, j, together(load_equations(state, j), together(a, b)))
+
+
+@njit(**OPTIONS)
+def solve_all(state: Any, columns: int, gravity: float) -> None:
+    """The equations of all bodies."""
+    for j in range(columns):
+        store_change(state, j, solve(
+            load_body(state, j), load_state(state, j), load_foreseen(state, j), load_equations(state, j), gravity
+        ))  # fmt: skip
+
+
+@njit(**OPTIONS)
+def meet_all(state: Any, one: Any, other: Any, columns: int, round_: Any) -> None:
+    """Forces of a pair of points at the solution."""
+    for j in range(columns):
+        body, w, d, late = (
+            load_body(state, j),
+            load_foreseen(state, j),
+            load_change(state, j),
+            late_of(load_body(state, j), load_attempt(state, j)),
+        )
+        a, next_a = meet(body, w, load_touch(one, j), load_memory(one, j), d, late, round_)
+        b, next_b = meet(body, w, load_touch(other, j), load_memory(other, j), d, late, round_)
+        store_next(one, j, next_a)
+        store_next(other, j, next_b)
+        store_sum(state, j, both(load_sum(state, j), both(a, b)))
+
+
+@njit(**OPTIONS)
+def commit_all(state: Any, columns: int, gravity: float, round_: Any) -> None:
+    """The end of the step of all bodies, or its refusal."""
+    for j in range(columns):
+        body, s, attempt, t = load_body(state, j), load_state(state, j), load_attempt(state, j), load_sum(state, j)
+        fast = turns_fast(s, load_foreseen(state, j), t) if round_ else False
+        following = next_attempt(body, attempt, t, s.tick + attempt.length, fast)
+        again = following.again > 0.0
+        moved, peaks, account = commit(
+            body,
+            s,
+            load_peaks(state, j),
+            load_account(state, j),
+            load_foreseen(state, j),
+            load_change(state, j),
+            t,
+            attempt.length,
+            gravity,
+        )
+        store_attempt(state, j, following)
+        store_state(state, j, again, moved)
+        store_peaks(state, j, again, peaks)
+        store_account(state, j, again, account)
+
+
+@njit(**OPTIONS)
+def remember_all(state: Any, one: Any, columns: int) -> None:
+    """What a point remembers of a step that was taken; of one that was not, what slid in it."""
+    for j in range(columns):
+        new, again = load_next(one, j), load_attempt(state, j).again > 0.0
+        store_memory(one, j, again, Memory(new.sx, new.sy, new.x, new.y, new.depth, new.pressed, new.slid))
+        one[SLID + j] = new.slid
+
+
+@cache
+def loops(round_: bool) -> Any:
+    """The steps of a sample, for bodies with vertices or with a rim, whose type `kind` is for the compiled function's name."""
+
+    @njit(**OPTIONS)
+    def advance(
+        kind: Any,  # noqa: ARG001
+        state: Any,
+        vertices: Any,
+        count: int,
+        columns: int,
+        steps: int,
+        gravity: float,
+    ) -> None:
+        half = count // 2 * OF_A_VERTEX
+        for _ in range(steps):
+            foresee_all(state, columns, WHOLE * steps)
+            for pair in range(0, half, OF_A_VERTEX):
+                one, other = vertices[pair : pair + OF_A_VERTEX], vertices[half + pair : half + pair + OF_A_VERTEX]
+                if round_:
+                    ahead = 1.0 if pair == 0 else 0.0
+                    roll_all(state, one, other, columns, ahead, 1.0 - ahead)
+                else:
+                    touch_all(state, one, other, columns)
+                share_all(state, one, other, columns)
+            solve_all(state, columns, gravity)
+            for pair in range(0, half, OF_A_VERTEX):
+                one, other = vertices[pair : pair + OF_A_VERTEX], vertices[half + pair : half + pair + OF_A_VERTEX]
+                meet_all(state, one, other, columns, round_)
+            commit_all(state, columns, gravity, round_)
+            for point in range(0, 2 * half, OF_A_VERTEX):
+                remember_all(state, vertices[point : point + OF_A_VERTEX], columns)
+
+    return advance

@@ -1,0 +1,61 @@
+"""Many cases in space under one motion: planned, shared out to threads, and collected in their own order."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.dem.numerics import Numerics
+from overturning.dem.run import run_queues, shared_out
+from overturning.dem.solid.cases import SpaceCases
+from overturning.dem.solid.contact import VertexContact
+from overturning.dem.solid.plan import SPACE_SCHEMES, plan_in_space
+from overturning.dem.solid.results import SpaceResults
+from overturning.dem.solid.shapes import Shape
+from overturning.motion.motion import Motion
+
+
+def run_in_space(
+    shape: Shape,
+    motion: Motion,
+    cases: SpaceCases,
+    numerics: Numerics | None = None,
+    contact: VertexContact | None = None,
+) -> SpaceResults:
+    """Run cases of a kind of body under one motion.
+
+    Parameters
+    ----------
+    shape : Shape
+        The kind of body.
+    motion : Motion
+        The ground's; without a vertical component the base moves level.
+    cases : SpaceCases
+        Orientations, sizes, friction.
+    numerics : Numerics, optional
+        How they are computed; the default scheme of space where not given.
+    contact : VertexContact, optional
+        Springs and dashpots; `VertexContact()` where not given.
+
+    Returns
+    -------
+    SpaceResults
+        In the order of the cases.
+
+    Raises
+    ------
+    ArgumentError
+        If an argument is outside its bounds, or the time step is not stable.
+    """
+    numerics = numerics or Numerics(scheme=SPACE_SCHEMES[0])
+    planned = plan_in_space(shape, motion, cases, numerics, contact or VertexContact())
+    results = SpaceResults.at_rest(cases.size)
+    counter, nothing = np.zeros(1, np.int64), np.zeros((0, 0))
+    moving = np.flatnonzero(~planned.never)
+    length = planned.steps[moving] * np.maximum(motion.samples - planned.first[moving], 1)
+    # The longest of a group first, so that the columns empty together.
+    order = moving[np.lexsort((-length, planned.group[moving]))]
+
+    def compute(chosen: NDArray[np.int64]) -> None:
+        planned.store(results, chosen, planned.compute(chosen, counter, nothing)[0])
+
+    run_queues(compute, shared_out(order, planned.group, halved=True), numerics, counter, int(length.sum()))
+    return results

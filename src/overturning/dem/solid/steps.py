@@ -1,0 +1,56 @@
+"""The steps of a body in space: how many whole ones a sample has, and how fine they become where a contact changes."""
+
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.arrays import FloatArray
+from overturning.dem.numerics import Numerics
+from overturning.dem.solid.rows import TICKS
+from overturning.dem.time_step import Scheme, steps_per_sample
+
+WHOLE_STEP: Final = 0.004
+"""Longest step of the centred scheme, in 1/p, p = √(3g/4R);"""
+
+FINEST_STEP: Final = 0.125
+"""and its step where a contact changes, in 1/ω of the highest mode, rounded down to a power of two of ticks."""
+
+SETTLING: Final = 6.0
+"""Time for which steps stay so fine after a change, in 1/ω."""
+
+
+class Pace(NamedTuple):
+    """Steps of each body, shape (n,)."""
+
+    steps: NDArray[np.int64]
+    """Whole ones in a sample;"""
+    finest: FloatArray
+    """ticks of the finest,"""
+    dwell: FloatArray
+    """and how many of these follow a change of contact."""
+
+
+def pace_of(
+    scheme: Scheme, numerics: Numerics, square: FloatArray, rate: FloatArray, interval: float, period: FloatArray
+) -> Pace:
+    """The steps of bodies with ω² (1/s²), twice the damping rate (1/s) and 1/p (s) under samples of an interval (s).
+
+    Raises
+    ------
+    ArgumentError
+        If the time step is not stable, or longer than the longest.
+    """
+    if scheme == Scheme.CUNDALL:
+        steps = steps_per_sample(scheme, numerics.time_step, square, rate, interval, period) * numerics.refinement
+        return Pace(steps, np.ones(steps.size), np.ones(steps.size))
+    # Stable with any step: the limit is what it resolves, given as the one of an oscillator without damping.
+    whole = WHOLE_STEP * period
+    wanted = "1 stable" if numerics.time_step == "auto" else numerics.time_step
+    steps = steps_per_sample(Scheme.CUNDALL, wanted, (2.0 / whole) ** 2, np.zeros(whole.size), interval, period)
+    steps = steps * numerics.refinement
+    tick = interval / steps / TICKS
+    share = np.minimum(interval / steps / whole, 1.0)
+    ticks = np.clip(FINEST_STEP * share / np.sqrt(square) / tick, 1.0, TICKS)
+    finest = np.exp2(np.frexp(ticks)[1] - 1.0)
+    return Pace(steps, finest, np.ceil(SETTLING / np.sqrt(square) / (finest * tick)))

@@ -1,0 +1,121 @@
+// Draws a convex body in space on a canvas, in parallel projection; axes are east, north, up. Turned with the mouse.
+const spaceView = (function () {
+  "use strict";
+  const STONE = [201, 196, 186], EDGE = "#222222", FLOOR = "#e9e9e6", LINE = "#c4c4c0", INK = "#222222", NORTH = "#0072b2";
+  const SHADOW = "#b9b9b4", TRAIL = "#c44a00", LIGHT = [0.35, -0.5, 0.79];
+
+  // Rows: to the right, up and towards the viewer, who stands at an azimuth (clockwise from north) and an elevation.
+  function camera(view) {
+    const a = view.azimuth, e = view.elevation, c = Math.cos(e), s = Math.sin(e);
+    return [[-Math.cos(a), Math.sin(a), 0], [-s * Math.sin(a), -s * Math.cos(a), c], [c * Math.sin(a), c * Math.cos(a), s]];
+  }
+
+  function dot(a, b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+  // q v q*, by v + 2 u × (u × v + w v).
+  function turned(q, v) {
+    const [w, x, y, z] = q;
+    const a = y * v[2] - z * v[1] + w * v[0], b = z * v[0] - x * v[2] + w * v[1], c = x * v[1] - y * v[0] + w * v[2];
+    return [v[0] + 2 * (y * c - z * b), v[1] + 2 * (z * a - x * c), v[2] + 2 * (x * b - y * a)];
+  }
+
+  function pose(panel, at, pick) {
+    const q = [0, 1, 2, 3].map(function (k) { return pick(panel.quaternion, 4, k, at); });
+    const size = Math.hypot(q[0], q[1], q[2], q[3]) || 1;
+    const place = [0, 1, 2].map(function (k) { return pick(panel.position, 3, k, at); });
+    return { place: place, q: q.map(function (part) { return part / size; }) };
+  }
+
+  function corner(at, v) {
+    const r = turned(at.q, v);
+    return [at.place[0] + r[0], at.place[1] + r[1], at.place[2] + r[2]];
+  }
+
+  // Half of the extent that holds the body in every frame, standing or lying.
+  function reach(panel) {
+    let far = 0, size = 0;
+    panel.corners.forEach(function (v) { size = Math.max(size, Math.hypot(v[0], v[1], v[2])); });
+    for (let i = 0; i < panel.position.length; i += 3) {
+      far = Math.max(far, Math.hypot(panel.position[i] - panel.position[0], panel.position[i + 1] - panel.position[1]));
+    }
+    return { size: size, extent: far + 1.25 * size };
+  }
+
+  function draw(context, width, height, panel, at, pick, view) {
+    const rows = camera(view), extent = panel.reach.extent, size = panel.reach.size;
+    const scale = Math.min(width / 2.25, height / 1.75) / extent, begin = pose(panel, 0, pick).place;
+    const centre = [begin[0], begin[1], 0.6 * size];
+    function screen(p) {
+      const d = [p[0] - centre[0], p[1] - centre[1], p[2] - centre[2]];
+      return [width / 2 + scale * dot(rows[0], d), 0.54 * height - scale * dot(rows[1], d)];
+    }
+    function path(points) {
+      context.beginPath();
+      points.forEach(function (p) { const [x, y] = screen(p); context.lineTo(x, y); });
+    }
+    function fill(points, colour) { path(points); context.closePath(); context.fillStyle = colour; context.fill(); }
+    function stroke(points, colour, wide) { path(points); context.strokeStyle = colour; context.lineWidth = wide; context.stroke(); }
+    function level(x, y) { return [begin[0] + x, begin[1] + y, 0]; }
+
+    const half = 1.05 * extent, cells = 6;
+    fill([level(-half, -half), level(half, -half), level(half, half), level(-half, half)], FLOOR);
+    for (let i = 0; i <= cells; i++) {
+      const s = half * (2 * i / cells - 1);
+      stroke([level(s, -half), level(s, half)], LINE, 0.7);
+      stroke([level(-half, s), level(half, s)], LINE, 0.7);
+    }
+    stroke([level(0, 0.72 * half), level(0, half)], NORTH, 2);
+    stroke([level(-0.05 * half, 0.9 * half), level(0, half), level(0.05 * half, 0.9 * half)], NORTH, 2);
+    context.fillStyle = INK;
+    context.textAlign = "center";
+    context.textBaseline = "middle";
+    [["N", 0, 1.1], ["E", 1.1, 0], ["S", 0, -1.1], ["W", -1.1, 0]].forEach(function (mark) {
+      const [x, y] = screen(level(mark[1] * half, mark[2] * half));
+      context.fillText(mark[0], x, y);
+    });
+
+    const now = pose(panel, at, pick), corners = panel.corners.map(function (v) { return corner(now, v); });
+    panel.faces.forEach(function (face) {
+      fill(face.map(function (k) { return [corners[k][0], corners[k][1], 0]; }), SHADOW);
+    });
+    // The way of the middle of the top.
+    const trail = [], top = [0, 0, panel.top];
+    for (let i = 0; i <= at; i++) trail.push(corner(pose(panel, i, pick), top));
+    panel.faces.forEach(function (face) {
+      const [a, b, c] = [corners[face[0]], corners[face[1]], corners[face[2]]];
+      const u = [b[0] - a[0], b[1] - a[1], b[2] - a[2]], v = [c[0] - a[0], c[1] - a[1], c[2] - a[2]];
+      const n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+      if (dot(rows[2], n) <= 0) return;
+      const bright = 0.72 + 0.28 * dot(LIGHT, n) / Math.hypot(n[0], n[1], n[2]);
+      const points = face.map(function (k) { return corners[k]; });
+      fill(points, "rgb(" + STONE.map(function (part) { return Math.round(part * bright); }).join(",") + ")");
+      stroke(points.concat([points[0]]), EDGE, 1.1);
+    });
+    if (trail.length > 1) stroke(trail, TRAIL, 1.4);
+  }
+
+  // Dragging turns the view; a finger that moves up or down still scrolls the page.
+  function listen(canvas, view, redraw) {
+    canvas.style.touchAction = "pan-y";
+    canvas.style.cursor = "grab";
+    let last = null;
+    canvas.addEventListener("pointerdown", function (event) {
+      last = [event.clientX, event.clientY];
+      canvas.setPointerCapture(event.pointerId);
+    });
+    canvas.addEventListener("pointermove", function (event) {
+      if (last === null) return;
+      turn(view, 0.01 * (event.clientX - last[0]), 0.01 * (event.clientY - last[1]));
+      last = [event.clientX, event.clientY];
+      redraw();
+    });
+    ["pointerup", "pointercancel"].forEach(function (name) { canvas.addEventListener(name, function () { last = null; }); });
+  }
+
+  function turn(view, across, down) {
+    view.azimuth += across;
+    view.elevation = Math.min(Math.max(view.elevation + down, 0.03), 1.55);
+  }
+
+  return { draw: draw, listen: listen, turn: turn, reach: reach };
+})();

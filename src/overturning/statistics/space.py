@@ -1,0 +1,250 @@
+"""Falls in space: roses with intervals, what falls follow, how good the plane is, how far stones turn.
+
+Records of one earthquake are averaged first and count as one, as in `overturning.statistics.earthquakes`; intervals are
+percentiles of a bootstrap over earthquakes.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from overturning.arrays import FloatArray
+from overturning.statistics.circular import wrap_axis
+from overturning.statistics.direction import MEAN_OF_MEMBERS, by_orientation, case_dims
+from overturning.statistics.earthquakes import FEWEST_FOR_AN_INTERVAL, percentiles, resamples
+from overturning.statistics.groups import record_groups
+
+SECTORS = 24
+"""Of a rose, the first centred on its zero."""
+
+
+@dataclass(frozen=True)
+class Mean:
+    """A mean over earthquakes: how many of them, the value, and ends of its interval; NaN where there is none."""
+
+    n: int
+    value: float
+    low: float
+    high: float
+
+
+def mean_over_earthquakes(
+    values: FloatArray, events: NDArray[np.str_], *, level: float = 0.95, draws: int = 4000, seed: int = 1
+) -> Mean:
+    """Mean over earthquakes of the means of their records, with its bootstrap interval.
+
+    Parameters
+    ----------
+    values : ndarray, shape (records,)
+        NaN where a record has none.
+    events : ndarray of str, shape (records,)
+        Earthquake of each record.
+    level, draws, seed
+        Of the interval, resamples, their seed.
+    """
+    known = np.isfinite(values)
+    means = np.array([values[known & (events == event)].mean() for event in dict.fromkeys(events[known])])
+    if means.size == 0:
+        return Mean(0, np.nan, np.nan, np.nan)
+    low, high = np.nan, np.nan
+    if means.size >= FEWEST_FOR_AN_INTERVAL:
+        low, high = percentiles(means[resamples(means.size, draws, seed)].mean(axis=1), level)
+    return Mean(int(means.size), float(means.mean()), low, high)
+
+
+@dataclass(frozen=True)
+class Rose:
+    """Shares of falls by sector, a mean over earthquakes, with the ends of their intervals, shape (SECTORS,)."""
+
+    falls: int
+    earthquakes: int
+    shares: FloatArray
+    low: FloatArray
+    high: FloatArray
+
+
+def rose_of(
+    cube: xr.Dataset, *, from_normal: bool = False, level: float = 0.95, draws: int = 2000, seed: int = 1
+) -> Rose:
+    """Rose of the nominal fall azimuths of a cube in space.
+
+    Parameters
+    ----------
+    cube : Dataset
+        Of the records to take together: each record's shares are averaged over the records of an earthquake, and these over
+        earthquakes.
+    from_normal : bool
+        Azimuths from the fault normal, of the records for which it is known.
+    level, draws, seed
+        As in `mean_over_earthquakes`.
+    """
+    azimuth = cube["fall_azimuth"].transpose("record", ...).to_numpy().astype(np.float64)
+    azimuth = azimuth.reshape(azimuth.shape[0], -1)
+    if from_normal:
+        azimuth = azimuth - cube["fault_normal"].to_numpy()[:, None]
+    width = 360.0 / SECTORS
+    events = np.atleast_1d(cube["event"].to_numpy().astype(str))
+    shares = np.full((azimuth.shape[0], SECTORS), np.nan)
+    total = 0
+    for row, angles in enumerate(azimuth):
+        known = angles[np.isfinite(angles)]
+        if known.size:
+            sector = np.floor((known + width / 2) % 360.0 / width).astype(int) % SECTORS
+            shares[row], total = np.bincount(sector, minlength=SECTORS) / known.size, total + known.size
+    fell = np.isfinite(shares[:, 0])
+    means = np.array([shares[fell & (events == event)].mean(axis=0) for event in dict.fromkeys(events[fell])])
+    nowhere = np.full(SECTORS, np.nan)
+    if means.size == 0:
+        return Rose(0, 0, np.zeros(SECTORS), nowhere, nowhere)
+    low, high = nowhere, nowhere
+    if len(means) >= FEWEST_FOR_AN_INTERVAL:
+        drawn = means[resamples(len(means), draws, seed)].mean(axis=1)
+        low, high = np.quantile(drawn, [(1 - level) / 2, (1 + level) / 2], axis=0)
+    return Rose(total, len(means), means.mean(axis=0), low, high)
+
+
+def sums_by_slenderness(cube: xr.Dataset) -> xr.Dataset:
+    """Sums of `by_orientation` over all cells of a record and B/H, in memory."""
+    kept = ["overturned", "fall_azimuth", *(name for name in MEAN_OF_MEMBERS if name in cube)]
+    found = by_orientation(cube[kept].load()).drop_vars("weight")
+    over = ("orientation", *(name for name in case_dims(cube) if name != "b_over_h"))
+    return found.sum(over).transpose("record", "b_over_h")
+
+
+def alignment(sums: xr.Dataset, azimuth_deg: FloatArray, *, axial: bool, part: slice = slice(None)) -> FloatArray:
+    """Mean cos(Δ), or cos(2Δ) for an axis, of all falls of each record from a reference azimuth of it.
+
+    Parameters
+    ----------
+    sums : Dataset
+        From `sums_by_slenderness`.
+    azimuth_deg : ndarray, shape (records,)
+        NaN where there is none.
+    axial : bool
+        The reference has no head.
+    part : slice
+        Of the B/H.
+
+    Returns
+    -------
+    ndarray, shape (records,)
+        1 where all falls go along the reference, 0 where they do not heed it, −1 where they go across it (of an axis) or
+        against it (of a direction); NaN where nothing falls.
+    """
+    kind, turn = ("axis", np.radians(2.0 * azimuth_deg)) if axial else ("direction", np.radians(azimuth_deg))
+    falls, cosine, sine = (
+        sums[name].to_numpy()[:, part].sum(axis=1) for name in ("falls", f"{kind}_cosine", f"{kind}_sine")
+    )
+    along = cosine * np.cos(turn) + sine * np.sin(turn)
+    return np.asarray(np.where(falls > 0, along / np.where(falls > 0, falls, 1.0), np.nan))
+
+
+def references(cube: xr.Dataset, intensity: xr.Dataset) -> dict[str, tuple[FloatArray, bool]]:
+    """Azimuths that a fall may follow, by name: of each record, and whether they have a head."""
+    azimuth = {name: intensity[of].to_numpy().astype(np.float64) for name, of in (
+        ("peak velocity", "pgv_azimuth"), ("peak acceleration", "pga_azimuth"), ("pulse", "pulse_axis"),
+    )}  # fmt: skip
+    normal = cube["fault_normal"].to_numpy().astype(np.float64)
+    return {name: (values, name != "pulse") for name, values in azimuth.items()} | {"fault normal": (normal, False)}
+
+
+def followed(
+    cube: xr.Dataset, intensity: xr.Dataset, slenderness: Sequence[slice]
+) -> dict[str, dict[tuple[str, bool], list[Mean]]]:
+    """How far falls follow each of the `references`, over earthquakes, for parts of the B/H of a cube.
+
+    Returns
+    -------
+    dict
+        By group of records, then by name and whether it is taken as an axis (all are; those with a head as directions too):
+        `Mean` of the mean cos 2Δ, or cos Δ, of the falls of each record, one for each part.
+    """
+    sums = sums_by_slenderness(cube)
+    events, groups = cube["event"].to_numpy().astype(str), record_groups(cube)
+    found: dict[str, dict[tuple[str, bool], list[Mean]]] = {group: {} for group in groups}
+    for name, (azimuth, head) in references(cube, intensity).items():
+        for axial in (True, False)[: 1 + head]:
+            values = [alignment(sums, azimuth, axial=axial, part=part) for part in slenderness]
+            for group, members in groups.items():
+                found[group][name, axial] = [
+                    mean_over_earthquakes(np.where(members, one, np.nan), events) for one in values
+                ]
+    return found
+
+
+def followed_by_slenderness(cube: xr.Dataset, intensity: xr.Dataset) -> dict[str, dict[tuple[str, bool], list[Mean]]]:
+    """`followed` for each B/H of a cube."""
+    return followed(cube, intensity, [slice(index, index + 1) for index in range(cube.sizes["b_over_h"])])
+
+
+@dataclass(frozen=True)
+class PlaneAgreement:
+    """How well the planes of its faces predict a stone in space; shares are NaN where nothing is compared.
+
+    Attributes
+    ----------
+    cases : int
+        With an outcome in both.
+    flag : float
+        Share in which the planes say rightly whether it falls.
+    only_space, only_plane : float
+        Share that falls in space alone, or in a plane alone.
+    face : float
+        Of those that fall in both, the share that falls within 45° of the predicted azimuth: over the predicted edge.
+    axis : float
+        Of these, the mean angle between the axes of both falls, degrees; 45° on average by chance.
+    """
+
+    cases: int
+    flag: float
+    only_space: float
+    only_plane: float
+    face: float
+    axis: float
+
+
+def plane_agreement(cube: xr.Dataset) -> PlaneAgreement:
+    """Compare the nominal outcome of a cube in space, or of a part of it, with what the planes of the faces say."""
+    space, plane = (cube[name].to_numpy().ravel() for name in ("overturned", "plane_overturned"))
+    known = np.isfinite(space) & np.isfinite(plane)
+    both = known & (space == 1) & (plane == 1)
+    apart = np.subtract(
+        *(cube[name].to_numpy().ravel()[both].astype(np.float64) for name in ("fall_azimuth", "plane_fall_azimuth"))
+    )
+    count, fell = int(known.sum()), int(both.sum())
+    nan = float("nan")
+
+    def share(chosen: NDArray[np.bool_]) -> float:
+        return float((known & chosen).sum() / count) if count else nan
+
+    return PlaneAgreement(
+        cases=count,
+        flag=share(space == plane),
+        only_space=share((space == 1) & (plane == 0)),
+        only_plane=share((space == 0) & (plane == 1)),
+        face=float((np.abs((apart + 180.0) % 360.0 - 180.0) <= 45.0).mean()) if fell else nan,
+        axis=float(np.abs(wrap_axis(apart)).mean()) if fell else nan,
+    )
+
+
+@dataclass(frozen=True)
+class Twist:
+    """How far stones that stand have turned about the vertical: how many moved, and quantiles of the turn, degrees."""
+
+    stones: int
+    median: float
+    most: float
+    largest: float
+
+
+def twist(cube: xr.Dataset, share: float = 0.9) -> Twist:
+    """Turns of the stones that stand at the end and were not at rest throughout; ``most`` is the quantile of that share."""
+    moved = (cube["status"] == 0) & (cube["overturned"] == 0)
+    turned = np.abs(cube["residual_twist"].where(moved).to_numpy().astype(np.float64))
+    turned = turned[np.isfinite(turned)]
+    if turned.size == 0:
+        return Twist(0, *(float("nan"),) * 3)
+    return Twist(turned.size, *(float(np.quantile(turned, one)) for one in (0.5, share, 1.0)))

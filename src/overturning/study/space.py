@@ -1,0 +1,172 @@
+"""A study of a free body in space: its grid, its cases and their members, and what it keeps beside planes."""
+
+from functools import partial
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.arrays import FloatArray
+from overturning.dem.numerics import Numerics
+from overturning.dem.solid.cases import SpaceCases
+from overturning.dem.solid.contact import STATIC_PENETRATION, VertexContact
+from overturning.dem.solid.grid import SpaceGrid, answering, periods_of
+from overturning.dem.solid.plan import SPACE_SCHEMES
+from overturning.dem.solid.results import SPACE_VARIABLES, SpaceResults
+from overturning.dem.solid.run import run_in_space
+from overturning.dem.solid.simulate import simulate_in_space_arrays
+from overturning.dem.variables import INT8_MISSING, Variable
+from overturning.motion.motion import Motion
+from overturning.study.body import BodySettings
+from overturning.study.config import Study
+from overturning.study.ensemble import Arrays, Kind, spread
+from overturning.study.face_planes import PLANE_VARIABLES, face_planes
+from overturning.study.members import Members
+from overturning.study.sections import ContactSettings
+
+REPEATED: Final = Variable("repeated", "i1", "cell is the same case as one at a smaller orientation", attributes={
+    "flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "computed repeated",
+})  # fmt: skip
+
+OUTCOME: Final = (*SPACE_VARIABLES, REPEATED)
+"""The variables of a cube in space, besides those of the ensemble and of the planes."""
+
+_NEIGHBOURHOOD: Final = {
+    "comment": "over the neighbourhood stated in the study; missing where the ensemble was not run"
+}
+
+SPACE_ENSEMBLE_VARIABLES: Final = (
+    Variable("probability_falls", "f4", "share of ensemble members that fall", attributes=_NEIGHBOURHOOD),
+    *(
+        Variable(name, "f4", f"mean over members of the {what} of the fall, 0 where it stands", attributes=_NEIGHBOURHOOD)
+        for name, what in (
+            ("fall_north", "northward component of the direction"), ("fall_east", "eastward component of the direction"),
+            ("fall_axis_cosine", "cosine of twice the azimuth"), ("fall_axis_sine", "sine of twice the azimuth"),
+        )
+    ),
+    Variable("scramble_difference", "f4", "probability_falls of the first scramble minus that of the second"),
+    Variable("members", "i2", "ensemble members with an outcome"),
+)  # fmt: skip
+"""What an ensemble in space finds."""
+
+
+def body_of(study: Study) -> BodySettings:
+    """The body of a study that has one."""
+    assert study.body is not None
+    return study.body
+
+
+def space_grid(study: Study) -> SpaceGrid:
+    """The grid of a study in space; orientations int16 where all are whole, float64 otherwise."""
+    body = body_of(study)
+    orientation = np.array(study.orientation.values(body), np.float64)
+    whole = np.array_equal(orientation, np.round(orientation))
+    return SpaceGrid(
+        orientation.astype(np.int16) if whole else orientation,
+        np.array(study.height, np.float64),
+        np.array(study.b_over_h, np.float64),
+        np.array(body.aspect, np.float64),
+        np.array(study.friction, np.float64),
+    )
+
+
+def variables_in_space(study: Study) -> tuple[Variable, ...]:
+    """The outcome, and what the planes of its faces would have said of a rectangle."""
+    return (*OUTCOME, *PLANE_VARIABLES) if body_of(study).shape().oblong else OUTCOME
+
+
+def vertex_contact(settings: ContactSettings, stiffer: float = 1.0) -> VertexContact:
+    """The contact of a study in space, perhaps with stiffer springs."""
+    ratio = 1.0 if settings.damping_ratio is None else settings.damping_ratio
+    return VertexContact(STATIC_PENETRATION / stiffer, settings.stiffness_ratio, ratio)
+
+
+def space_numerics(numerics: Numerics, scheme: str | None) -> dict[str, Any]:
+    """How a study is computed in space: its own scheme where the study names none."""
+    return vars(numerics) | {"scheme": scheme or SPACE_SCHEMES[0]}
+
+
+def simulate_space(
+    study: Study, settings: ContactSettings, motion: Motion, grid: SpaceGrid, numerics: Numerics
+) -> Arrays:
+    """Simulate a study's body on its grid, or on a piece of it; arrays as of `simulate_in_space_arrays`, and the others."""
+    shape, options = body_of(study).shape(), space_numerics(numerics, study.simulation.scheme)
+    arrays = simulate_in_space_arrays(
+        motion, orientation_deg=grid.orientation.astype(np.float64), height=grid.height,
+        b_over_h=grid.b_over_h if shape.sized else None, friction=grid.friction, aspect=grid.aspect, body=shape,
+        contact=vertex_contact(settings), **options,
+    )  # fmt: skip
+    period = periods_of(shape, grid.aspect)
+    again = (grid.orientation[:, None] >= np.where(period > 0.0, period, 1e-9)) & study.simulation.leave_out
+    arrays["repeated"] = np.broadcast_to(again[:, None, None, :, None], grid.shape).astype(np.int8)
+    if shape.oblong:
+        predicted, steps = face_planes(motion, grid, settings, numerics)
+        arrays |= predicted
+        arrays["block_steps"] = arrays["block_steps"] + steps
+    return arrays
+
+
+def run_space(
+    study: Study, settings: ContactSettings, motion: Motion, cases: SpaceCases, numerics: Numerics
+) -> SpaceResults:
+    """Run cases of a study's body."""
+    options = space_numerics(numerics, study.simulation.scheme)
+    return run_in_space(body_of(study).shape(), motion, cases, Numerics(**options), vertex_contact(settings))
+
+
+def space_repetition(study: Study, stiffer: float, numerics: Numerics) -> Any:
+    """What runs cases of a study in space again, with stiffer springs and as the numerics say."""
+    options = Numerics(**space_numerics(numerics, study.simulation.scheme))
+    return partial(
+        run_in_space, body_of(study).shape(), numerics=options, contact=vertex_contact(study.contact, stiffer)
+    )
+
+
+def _cases(grid: SpaceGrid, cells: NDArray[np.int64], members: Members) -> SpaceCases:
+    same = np.ones(members.size)
+    return SpaceCases(
+        # In the frame of a sensor that is turned the other way the body faces as much further clockwise.
+        orientation_deg=spread(grid, cells, "orientation", members.azimuth_deg, add=True),
+        height=spread(grid, cells, "height", same),
+        b_over_h=spread(grid, cells, "b_over_h", members.b_over_h),
+        aspect=spread(grid, cells, "aspect", same),
+        friction=spread(grid, cells, "friction", members.friction),
+        amplitude=np.tile(members.amplitude, len(cells)),
+        damping_factor=np.tile(members.damping, len(cells)),
+    )
+
+
+def _tally(
+    arrays: Arrays, cells: NDArray[np.int64], flags: NDArray[np.int8], towards: FloatArray, members: Members
+) -> None:
+    where = tuple(cells.T)
+    known, fell = flags != INT8_MISSING, flags == 1
+    azimuth = np.radians(towards - members.azimuth_deg)
+    arrays["members"][where] = known.sum(axis=1)
+
+    def mean(values: Any, chosen: Any = True) -> Any:
+        count = (known & chosen).sum(axis=1)
+        # Rounded: cosines differ in the last digit between processors.
+        total = np.round(np.where(fell & chosen, values, 0.0), 9).sum(axis=1)
+        return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+
+    arrays["probability_falls"][where] = mean(1.0)
+    arrays["fall_north"][where], arrays["fall_east"][where] = mean(np.cos(azimuth)), mean(np.sin(azimuth))
+    arrays["fall_axis_cosine"][where], arrays["fall_axis_sine"][where] = (
+        mean(np.cos(2 * azimuth)),
+        mean(np.sin(2 * azimuth)),
+    )
+    arrays["scramble_difference"][where] = mean(1.0, members.scramble == 0) - mean(1.0, members.scramble == 1)
+
+
+def space_kind(study: Study) -> Kind:
+    """What the ensemble is told of a study in space."""
+
+    def copy(grid: SpaceGrid, arrays: Arrays, repeated: NDArray[Any]) -> None:
+        source = answering(grid.orientation, periods_of(body_of(study).shape(), grid.aspect))
+        for index in range(grid.aspect.size):
+            behind = np.flatnonzero(repeated[:, 0, 0, index, 0])
+            for values in arrays.values():
+                values[behind, :, :, index] = values[source[behind, index], :, :, index]
+
+    return Kind(SPACE_ENSEMBLE_VARIABLES, "repeated", _cases, _tally, copy)

@@ -1,0 +1,175 @@
+"""A body in space against closed forms and independent integrations."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from overturning.dem.solid.contact import VertexContact
+from overturning.dem.solid.plan import Start
+from overturning.dem.solid.shapes import Rectangle
+from overturning.dem.solid.simulate import simulate_in_space_arrays
+from overturning.dem.solid.trajectory import trajectory_in_space
+from overturning.motion.motion import Motion
+from overturning.units import STANDARD_GRAVITY
+from tests.dem.solid_starts import axes, leaning, level
+
+BOTH = pytest.mark.parametrize("scheme", ["centred", "cundall"])
+
+
+def tilt_and_azimuth(path: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
+    """Tilt, rad, and the continuous azimuth towards which the body leans, rad."""
+    azimuth = np.unwrap(np.arctan2(path.tilt_east.values, path.tilt_north.values))
+    return np.arcsin(np.hypot(path.tilt_north.values, path.tilt_east.values)), azimuth
+
+
+# Statics ---------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("aspect", [1.0, 2.0])
+def test_a_rectangle_lifts_when_the_push_leaves_its_base(aspect: float) -> None:
+    ratio, beta = 0.4, np.arange(0.0, 360.0, 24.0)
+    b, d, h = 0.5 * ratio, 0.5 * ratio * aspect, 0.5
+    across = np.maximum(np.abs(np.sin(np.radians(beta))), 1e-12)
+    expected = np.minimum(b / (h * np.abs(np.cos(np.radians(beta)))), d / (h * across))
+    body = Rectangle().body(1.0, ratio, aspect)
+    np.testing.assert_allclose([body.uplift(one) for one in beta], expected, rtol=1e-9)
+    # The base is driven to just below and just above, slowly, and stays there.
+    t = np.arange(600) * 0.01
+    ramp = np.minimum(t / 4.0, 1.0) ** 2 * (3.0 - 2.0 * np.minimum(t / 4.0, 1.0))
+    for share, falls in ((0.985, 0), (1.015, 1)):
+        for one, threshold in zip(beta[:4], expected[:4], strict=True):
+            # A base that accelerates towards β, seen from a block that faces north.
+            east, north = (share * threshold * STANDARD_GRAVITY * ramp * f(np.radians(one)) for f in (np.sin, np.cos))
+            found = simulate_in_space_arrays(
+                Motion(north, east, sampling_interval=0.01), orientation_deg=0.0, height=1.0, b_over_h=ratio, aspect=aspect,
+                friction=10.0, contact=VertexContact(2e-5),
+            )  # fmt: skip
+            assert found["overturned"].item() == falls, (one, share)
+
+
+def test_barriers_over_an_edge_and_over_a_corner() -> None:
+    body = Rectangle().body(1.0, 0.4, 1.0)
+    np.testing.assert_allclose(np.array(body.barriers()) / body.foot, [0.0770, 0.1489], atol=5e-5)
+    for arm, rise in zip(([0.2, 0.0, -0.5], [0.2, 0.2, -0.5]), body.barriers(), strict=True):
+        arm = np.array(arm)
+        turn = np.cross([0.0, 0.0, 1.0], arm) / np.hypot(*arm[:2])
+        inertia = turn @ body.inertia @ turn + arm @ arm
+        for share, falls in ((0.97, 0), (1.03, 1)):
+            turning = turn * np.sqrt(2.0 * share * STANDARD_GRAVITY * rise / inertia)
+            path = trajectory_in_space(
+                level(4.0), orientation_deg=0.0, height=1.0, b_over_h=0.4, friction=10.0, contact=VertexContact(2e-5),
+                start=leaning(0.0, arm, turning),
+            )  # fmt: skip
+            assert int(path.overturned) == falls, (arm, share)
+
+
+# A cylinder on its rim ---------------------------------------------------------------------------------------------------
+
+
+@BOTH
+@pytest.mark.parametrize(("precession", "axial"), [(18.2597, 4.5573), (9.1286, 0.0)])
+def test_a_cylinder_rolls_on_its_rim_with_steady_precession(precession: float, axial: float, scheme: str) -> None:
+    R, H, tilt = 0.1, 0.25, 0.1
+    up, down = axes(tilt)
+    turning = precession * np.array([0.0, 0.0, 1.0]) + (axial - precession * np.cos(tilt)) * up
+    contact = VertexContact()
+    start = leaning(tilt, R * down - H * up, turning, sunk=4 * contact.static_penetration * 2 * R)
+    path = trajectory_in_space(
+        level(3 * 2 * np.pi / precession), orientation_deg=90.0, height=2 * H, b_over_h=R / H, friction=10.0, body="circle",
+        contact=contact, start=start, leave_out=False, scheme=scheme,
+    )  # fmt: skip
+    turns = path.time.values < 3 * 2 * np.pi / precession
+    found, azimuth = (values[turns] for values in tilt_and_azimuth(path))
+    np.testing.assert_allclose(found, tilt, rtol=1e-2)
+    # Anticlockwise from above: azimuths decrease.
+    assert (azimuth[0] - azimuth[-1]) / path.time.values[turns][-1] == pytest.approx(precession, rel=1e-2)
+
+
+@BOTH
+@pytest.mark.parametrize("slender", [2.5, 3.0])
+@pytest.mark.parametrize("rolls", [True, False])
+def test_the_contact_turns_by_an_angle_of_its_own_in_a_near_face_down_pass(
+    slender: float, rolls: bool, scheme: str
+) -> None:
+    R, H, tilt, contact = 0.1, 0.1 * slender, 0.1, VertexContact(2e-9)
+    up, down = axes(tilt)
+    start = leaning(tilt, R * down - H * up, 0.005 * down, sunk=4 * contact.static_penetration * 2 * R, rolls=rolls)
+    path = trajectory_in_space(
+        level(0.5, 0.001), orientation_deg=0.0, height=2 * H, b_over_h=R / H, friction=10.0 if rolls else 0.0, body="circle",
+        contact=contact, start=start, leave_out=False, scheme=scheme,
+    )  # fmt: skip
+    found, azimuth = tilt_and_azimuth(path)
+    lowest = int(np.flatnonzero(np.diff(found) > 0)[0])
+    high = lowest + int(np.argmax(found[lowest:] > 0.98 * tilt))
+    highest = high + int(np.flatnonzero(np.diff(found[high:]) < 0)[0])
+    assert found[highest] == pytest.approx(tilt, rel=1e-2)
+    A = (3 * R**2 + 4 * H**2) / 12
+    expected = np.pi * np.sqrt((A + H**2 + R**2) / (A + H**2) if rolls else (A + R**2) / A)
+    # Most of it within a sample, so that it may as well be told the other way round.
+    turn = abs(azimuth[highest] - azimuth[0]) % (2 * np.pi)
+    assert max(turn, 2 * np.pi - turn) == pytest.approx(expected, rel=1e-2)
+
+
+# Sliding and flying ------------------------------------------------------------------------------------------------------
+
+
+def particle(motion: Motion, friction: float) -> np.ndarray:
+    """Where a mass with circular friction ends, m towards north and east: explicit, in many steps a sample."""
+    place, velocity, steps = np.zeros(2), np.zeros(2), 500
+    dt = motion.sampling_interval / steps
+    for i in range(motion.samples - 1):
+        for k in range(steps):
+            base = motion.horizontal[:, i] + (motion.horizontal[:, i + 1] - motion.horizontal[:, i]) * (k + 0.5) / steps
+            pushed = velocity - dt * base
+            speed = np.hypot(*pushed)
+            velocity = pushed * (max(speed - friction * STANDARD_GRAVITY * dt, 0.0) / speed if speed else 0.0)
+            place = place + dt * velocity
+    return place
+
+
+@BOTH
+def test_a_squat_block_slides_as_a_particle_with_circular_friction(scheme: str) -> None:
+    t = np.arange(45) * 0.05
+    shakes = t < 1.2
+    motion = Motion(5.0 * np.sin(6.0 * t) * shakes, (4.0 * np.cos(9.0 * t) - 1.0) * shakes, sampling_interval=0.05)
+    found = simulate_in_space_arrays(
+        motion, orientation_deg=[0.0, 25.0], height=0.1, b_over_h=10.0, friction=0.2, scheme=scheme
+    )
+    for name, expected in zip(("residual_slip_north", "residual_slip_east"), particle(motion, 0.2), strict=True):
+        np.testing.assert_allclose(found[name].ravel(), expected, rtol=1e-2)
+    assert (np.abs(found["residual_twist"]) < 0.01).all()
+
+
+def spun(path: xr.Dataset, inertia: np.ndarray) -> np.ndarray:
+    """Angular momentum in space over time, shape (time, 3), from the rotation and the angular velocity."""
+    w, *v = path.quaternion.values.T
+    v = np.stack(v, axis=1)
+    turn = lambda vectors, sign: vectors + 2.0 * np.cross(sign * v, np.cross(sign * v, vectors) + w[:, None] * vectors)  # noqa: E731
+    return turn(turn(path.angular_velocity.values, -1.0) * np.diag(inertia), 1.0)
+
+
+@BOTH
+def test_free_flight_conserves_angular_momentum_and_energy(scheme: str) -> None:
+    inertia = Rectangle().body(0.6, 0.4, 1.5).inertia[[1, 0, 2]][:, [1, 0, 2]]  # the first side faces north
+    path = trajectory_in_space(
+        level(1.0), orientation_deg=0.0, height=0.6, b_over_h=0.4, aspect=1.5, leave_out=False, scheme=scheme,
+        start=Start((0.0, 0.0, 10.0), (1.0, 0.0, 0.0, 0.0), (0.3, 0.1, 2.0), (0.5, 0.4, 0.3)),
+    )  # fmt: skip
+    path = path.isel(time=path.time.values < 1.0)  # then it comes down
+    momentum = spun(path, inertia)
+    np.testing.assert_allclose(momentum, momentum[:1].repeat(len(momentum), 0), atol=1e-10 * np.abs(momentum).max())
+    energy = 0.5 * (path.velocity.values**2).sum(axis=1) + 0.5 * (path.angular_velocity.values * momentum).sum(axis=1)
+    energy += STANDARD_GRAVITY * path.place.values[:, 2]
+    np.testing.assert_allclose(energy, energy[0], rtol=1e-10)
+
+
+@BOTH
+def test_without_friction_nothing_turns_about_the_vertical(scheme: str) -> None:
+    arm = np.array([0.12, 0.12, -0.3])
+    path = trajectory_in_space(
+        level(1.0), orientation_deg=0.0, height=0.6, b_over_h=0.4, friction=0.0, leave_out=False, scheme=scheme,
+        start=leaning(0.0, arm, np.array([-0.5, 0.4, 0.3]), rolls=False),
+    )  # fmt: skip
+    momentum = spun(path, Rectangle().body(0.6, 0.4, 1.0).inertia)
+    assert np.ptp(momentum[:, :2]) > 1e-3
+    np.testing.assert_allclose(momentum[:, 2], momentum[0, 2], rtol=1e-10)

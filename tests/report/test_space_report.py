@@ -1,0 +1,84 @@
+"""The report of a study in space: sections, figures, sentences."""
+
+from pathlib import Path
+
+import pytest
+from reading import text_of
+from tiny_studies import make_results, pulse_record
+
+from overturning.commands.explore import explore
+from overturning.errors import ArgumentError
+from overturning.report.blocks import Figure, Section, Table, each_block
+from overturning.report.build import build_report
+from overturning.report.html import render_html
+from overturning.report.pdf import render_pdf
+from overturning.report.results import open_results
+from overturning.report.sections.space import follow_sentences
+from overturning.statistics.space import Mean
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    records = [
+        pulse_record("one", 60, 6.0, fault_strike_deg=330.0, extra={"pulse": True}),
+        pulse_record("two", 10, 5.0, fault_strike_deg=300.0, extra={"pulse": False}),
+    ]
+    return make_results(
+        tmp_path_factory.mktemp("space"),
+        records,
+        body={"aspect": [1, 1.5]},
+        orientation={"step": 45},
+        azimuth={"step": 90},
+    )
+
+
+def test_it_has_the_sections_of_space_and_none_of_planes(folder: Path) -> None:
+    with open_results(folder) as results:
+        report = build_report(results)
+        anchors = {block.anchor: block for block in each_block(report) if isinstance(block, Section)}
+        assert {"answer", "rose", "follows", "planes", "twist", "uncertainty"} <= anchors.keys()
+        assert "intensity" not in anchors
+        for figure in (block for block in each_block(report) if isinstance(block, Figure)):
+            assert figure.path.is_file(), figure.path
+        tables = [block for block in each_block(anchors["planes"]) if isinstance(block, Table)]
+        assert [row[0] for row in tables[0].rows] == ["one", "two"]
+        page, paper = render_html(report), render_pdf(report)
+    assert "What does a stone follow?" in page
+    assert 'class="film"' in page
+    assert "drag" in page.lower()
+    assert "record × orientation × height × B/H × aspect × friction" in page
+    assert "None of these records has vertical motion" in page
+    assert paper.startswith(b"%PDF")
+    with open_results(folder) as results:
+        assert render_html(build_report(results)) == page
+
+
+def test_sentences_say_what_falls_follow_and_how_sure_that_is() -> None:
+    def mean(value: float, low: float, high: float) -> list[Mean]:
+        return [Mean(9, value, low, high)]
+
+    references = {
+        ("peak velocity", True): mean(0.5, 0.2, 0.7), ("peak velocity", False): mean(-0.4, -0.6, -0.1),
+        ("fault normal", True): mean(0.1, -0.3, 0.5),
+    }  # fmt: skip
+    (text,) = follow_sentences({"all records": references})
+    assert text.startswith(
+        "Fall axes lie closest to that of the peak velocity: mean cos 2Δ 0.50 (0.20 to 0.70) over 9 earthquakes"
+    )
+    assert "leaves out 0" in text
+    assert "Blocks fall against its head" in text
+    (text,) = follow_sentences({"all records": {("fault normal", True): mean(0.1, -0.3, 0.5)}})
+    assert "takes in 0, so nothing is shown" in text
+    assert follow_sentences({"all records": {("fault normal", True): [Mean(0, *[float("nan")] * 3)]}}) == []
+
+
+def test_paragraphs_of_the_answer_count_earthquakes(folder: Path) -> None:
+    with open_results(folder) as results:
+        report = build_report(results)
+    answer = next(block for block in report.blocks if block.anchor == "answer")
+    assert "orientations of one record are the same motion" in text_of(answer)
+
+
+def test_the_explorer_refuses_a_cube_in_space(folder: Path) -> None:
+    with pytest.raises(ArgumentError, match="a cube in space; its report has the maps"):
+        explore(folder / "cube.nc")

@@ -1,0 +1,233 @@
+"""Falls in space: each number against one worked out by hand or by another library."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.stats import bootstrap, circmean
+
+from overturning.motion.heading import peak_azimuths, pulse_axis
+from overturning.motion.motion import Motion
+from overturning.statistics.direction import case_dims, fall_axis, fall_direction, fall_shares, in_space
+from overturning.statistics.earthquakes import axes_by_earthquake, summarise_axes
+from overturning.statistics.space import (
+    SECTORS,
+    alignment,
+    followed,
+    mean_over_earthquakes,
+    plane_agreement,
+    rose_of,
+    sums_by_slenderness,
+    twist,
+)
+from overturning.statistics.telling_in_space import telling_in_space
+
+EVENTS = ("A", "A", "B", "C", "D")
+NORMALS = np.array([10.0, 10.0, 80.0, 150.0, 40.0])
+DIMENSIONS = ("record", "orientation", "height", "b_over_h", "aspect", "friction")
+
+
+def space_cube(seed: int = 1, events: Sequence[str] = EVENTS, spread: float = 30.0) -> xr.Dataset:
+    """Blocks that fall, two of three, about 20° clockwise of the fault normal or the other way."""
+    generator = np.random.default_rng(seed)
+    shape = (len(events), 6, 2, 3, 1, 2)
+    normals = NORMALS[: len(events)]
+    fell = generator.random(shape) < 2 / 3
+    azimuth = normals.reshape(-1, 1, 1, 1, 1, 1) + 20.0 + spread * generator.normal(size=shape)
+    azimuth = np.where(fell, (azimuth + 180.0 * (generator.random(shape) < 0.3)) % 360.0, np.nan).astype(np.float32)
+    flags = np.where(generator.random(shape) < 0.03, np.nan, fell).astype(np.float32)
+    return xr.Dataset(
+        {"overturned": (DIMENSIONS, flags), "fall_azimuth": (DIMENSIONS, np.where(flags == 1, azimuth, np.nan))},
+        coords={
+            "orientation": np.arange(0, 90, 15), "height": [0.6, 1.2], "b_over_h": [0.2, 0.3, 0.4], "aspect": [1.0],
+            "friction": [0.5, 1.0], "event": ("record", list(events)), "fault_normal": ("record", normals),
+            "pulse": ("record", np.ones(len(events), np.int8)),
+        },
+    )  # fmt: skip
+
+
+def angles_of(cube: xr.Dataset, record: int) -> np.ndarray:
+    values = cube["fall_azimuth"].isel(record=record).to_numpy().ravel().astype(np.float64)
+    return values[np.isfinite(values)]
+
+
+def test_directions_and_axes_are_those_of_the_falls() -> None:
+    cube = space_cube()
+    assert in_space(cube)
+    direction, axis = fall_direction(cube, over=case_dims(cube)), fall_axis(cube, over=case_dims(cube))
+    shares = fall_shares(cube, over=case_dims(cube))
+    for record in range(len(EVENTS)):
+        angles = np.radians(angles_of(cube, record))
+        expected = np.degrees(circmean(angles))
+        assert float(direction["mean_direction"][record]) == pytest.approx(expected, abs=1e-4)
+        assert float(axis["mean_axis"][record]) == pytest.approx(np.degrees(circmean(angles, high=np.pi)), abs=1e-4)
+        assert float(axis["axis_resultant"][record]) == pytest.approx(abs(np.exp(2j * angles).mean()), abs=1e-6)
+        flags = cube["overturned"].isel(record=record).to_numpy()
+        assert float(shares["share_overturned"][record]) == pytest.approx(np.nanmean(flags))
+        assert float(shares["share_missing"][record]) == pytest.approx(np.isnan(flags).mean())
+
+
+def test_an_ensemble_takes_the_place_of_the_nominal_falls_where_it_was_run() -> None:
+    cube = space_cube()
+    run = np.random.default_rng(3).random(cube["overturned"].shape) < 0.5
+    half, angle = 0.5 * np.ones(run.shape), np.radians(70.0)
+    parts = (1.0, np.cos(angle), np.sin(angle), np.cos(2 * angle), np.sin(2 * angle))
+    names = ("probability_falls", "fall_north", "fall_east", "fall_axis_cosine", "fall_axis_sine")
+    with_members = cube.assign({
+        name: (DIMENSIONS, np.where(run, half * part, np.nan)) for name, part in zip(names, parts, strict=True)
+    })  # fmt: skip
+    everywhere = with_members.assign(
+        {name: with_members[name].fillna(0.5 * part) for name, part in zip(names, parts, strict=True)}
+    )
+    found = fall_direction(everywhere, over=case_dims(cube))
+    assert found["mean_direction"].to_numpy() == pytest.approx(70.0)
+    assert found["direction_resultant"].to_numpy() == pytest.approx(1.0)
+    mixed = fall_shares(with_members, over=("record", *case_dims(cube)))["share_overturned"]
+    flags = np.where(run, 0.5, cube["overturned"].to_numpy())
+    assert float(mixed) == pytest.approx(np.nanmean(flags), abs=1e-6)
+
+
+def test_axes_relative_to_the_fault_normal_average_records_first() -> None:
+    cube = space_cube(spread=10.0)
+    axes = axes_by_earthquake(cube)
+    vectors = [np.exp(2j * np.radians(angles_of(cube, record) - NORMALS[record])).mean() for record in range(5)]
+    means = [np.mean(vectors[:2]), *vectors[2:]]
+    assert axes["axis"].to_numpy() == pytest.approx(np.degrees(np.angle(means)) / 2, abs=1e-4)
+    assert summarise_axes(axes).mean_axis_deg == pytest.approx(20.0, abs=5.0)
+
+
+def test_a_mean_over_earthquakes_has_scipys_interval() -> None:
+    values = np.array([0.1, 0.5, 0.9, -0.2, 0.4, np.nan, 0.7])
+    events = np.array(["A", "A", "B", "C", "D", "E", "F"])
+    found = mean_over_earthquakes(values, events, draws=20_000)
+    means = np.array([0.3, 0.9, -0.2, 0.4, 0.7])
+    assert (found.n, found.value) == (5, pytest.approx(means.mean()))
+    other = bootstrap((means,), np.mean, method="percentile", n_resamples=20_000, rng=np.random.default_rng(5))
+    assert (found.low, found.high) == pytest.approx(tuple(other.confidence_interval), abs=0.02)
+
+
+def test_few_earthquakes_have_no_interval_and_none_no_mean() -> None:
+    few = mean_over_earthquakes(np.array([0.1, 0.5]), np.array(["A", "B"]))
+    assert few.value == pytest.approx(0.3)
+    assert np.isnan(few.low)
+    nothing = mean_over_earthquakes(np.array([np.nan]), np.array(["A"]))
+    assert nothing.n == 0
+    assert np.isnan(nothing.value)
+
+
+@pytest.mark.parametrize("from_normal", [False, True])
+def test_a_rose_is_the_mean_of_its_earthquakes(from_normal: bool) -> None:
+    cube = space_cube()
+    rose = rose_of(cube, from_normal=from_normal)
+    edges = np.arange(-7.5, 360.0, 15.0)
+    histograms = []
+    for record in range(5):
+        angles = (angles_of(cube, record) - (NORMALS[record] if from_normal else 0.0) + 7.5) % 360.0 - 7.5
+        histograms.append(np.histogram(angles, edges)[0] / angles.size)
+    expected = np.mean([np.mean(histograms[:2], axis=0), *histograms[2:]], axis=0)
+    assert rose.shares == pytest.approx(expected)
+    assert rose.shares.sum() == pytest.approx(1.0)
+    assert rose.falls == sum(angles_of(cube, record).size for record in range(5))
+    assert rose.earthquakes == 4
+    assert ((rose.low <= rose.shares) & (rose.shares <= rose.high)).all()
+
+
+def test_a_rose_without_falls() -> None:
+    cube = space_cube()
+    cube["fall_azimuth"] = cube["fall_azimuth"] * np.nan
+    rose = rose_of(cube)
+    assert (rose.falls, rose.shares.tolist()) == (0, [0.0] * SECTORS)
+
+
+def test_alignment_is_the_mean_cosine_of_the_falls() -> None:
+    cube, reference = space_cube(), np.array([0.0, 90.0, np.nan, 45.0, 300.0])
+    sums = sums_by_slenderness(cube)
+    for axial, factor in ((True, 2), (False, 1)):
+        for part in (slice(None), slice(1, 2), slice(0, 2)):
+            found = alignment(sums, reference, axial=axial, part=part)
+            for record in range(5):
+                angles = angles_of(cube.isel(b_over_h=part), record) - reference[record]
+                assert found[record] == pytest.approx(np.cos(np.radians(factor * angles)).mean(), abs=1e-6, nan_ok=True)
+
+
+def test_falls_that_go_along_a_reference_follow_it() -> None:
+    cube = space_cube()
+    pgv = np.array([0.0, 30.0, 100.0, 220.0, 300.0])
+    azimuth = np.broadcast_to(pgv.reshape(-1, 1, 1, 1, 1, 1) + 180.0, cube["overturned"].shape) % 360.0
+    cube["fall_azimuth"] = (DIMENSIONS, np.where(cube["overturned"] == 1, azimuth, np.nan))
+    other = ("record", pgv + 90.0)
+    intensity = xr.Dataset({"pgv_azimuth": ("record", pgv), "pga_azimuth": other, "pulse_axis": other})
+    (found,) = followed(cube, intensity, [slice(0, 3), slice(1, 2)]).values()
+    assert [one.value for one in found["peak velocity", True]] == pytest.approx([1.0, 1.0])
+    assert [one.value for one in found["peak velocity", False]] == pytest.approx([-1.0, -1.0])
+    assert found["pulse", True][0].value == pytest.approx(-1.0)
+    assert ("pulse", False) not in found
+
+
+def test_the_plane_is_counted_right() -> None:
+    flags = np.array([1, 1, 1, 0, 0, 1, np.nan, 1], np.float32)
+    plane = np.array([1, 1, 0, 0, 1, 1, 1, np.nan], np.float32)
+    falls = np.array([350.0, 100.0, 5.0, np.nan, np.nan, 190.0, np.nan, 5.0])
+    predicted = np.array([20.0, 0.0, np.nan, np.nan, 0.0, 0.0, 0.0, np.nan])
+    names = ("overturned", "plane_overturned", "fall_azimuth", "plane_fall_azimuth")
+    cube = xr.Dataset(
+        {name: ("x", values) for name, values in zip(names, (flags, plane, falls, predicted), strict=True)}
+    )
+    found = plane_agreement(cube)
+    assert found.cases == 6
+    assert (found.flag, found.only_space, found.only_plane) == pytest.approx((4 / 6, 1 / 6, 1 / 6))
+    assert found.face == pytest.approx(1 / 3)
+    assert found.axis == pytest.approx((30.0 + 80.0 + 10.0) / 3)
+    assert np.isnan(plane_agreement(cube.isel(x=[6])).flag)
+
+
+def test_twist_is_of_stones_that_moved_and_stand() -> None:
+    cube = xr.Dataset({
+        "overturned": ("x", [0.0, 0.0, 0.0, 1.0, 0.0]),
+        "status": ("x", [0, 0, 0, 0, 1]),
+        "residual_twist": ("x", [-3.0, 1.0, 10.0, np.nan, 0.0]),
+    })  # fmt: skip
+    found = twist(cube, share=0.5)
+    assert (found.stones, found.median, found.most, found.largest) == (3, 3.0, 3.0, 10.0)
+    assert twist(cube.isel(x=[3, 4])).stones == 0
+
+
+@pytest.mark.parametrize("azimuth", [0.0, 33.0, 90.0, 145.0, 260.0])
+def test_axis_and_period_of_a_pulse_are_found_under_noise(azimuth: float) -> None:
+    time = np.arange(0, 20, 0.01)
+    velocity = np.exp(-(((time - 8.0) / 0.8) ** 2)) * np.cos(2 * np.pi * (time - 8.0) / 2.0 + 1.0)
+    noise = np.cumsum(np.random.default_rng(2).normal(size=(2, time.size)), axis=1) * 2e-4
+    angle = np.radians(azimuth)
+    along = np.stack([velocity * np.cos(angle), velocity * np.sin(angle)]) + noise
+    motion = Motion(*np.gradient(along, 0.01, axis=1), sampling_interval=0.01)
+    axis, period = pulse_axis(motion)
+    assert abs((axis - azimuth + 90) % 180 - 90) < 3
+    assert period == pytest.approx(2.0, rel=0.15)
+
+
+def test_peaks_point_where_the_vector_is_largest() -> None:
+    north, east = np.zeros(200), np.zeros(200)
+    north[50], east[50], north[120] = -3.0, 4.0, 4.9
+    towards = peak_azimuths(Motion(north, east, sampling_interval=0.01))
+    assert towards["pga"] == pytest.approx(np.degrees(np.arctan2(4.0, -3.0)))
+    still = Motion(np.zeros(10), np.zeros(10), sampling_interval=0.01)
+    assert np.isnan(peak_azimuths(still)["pgv"])
+    assert np.isnan(pulse_axis(still)[0])
+
+
+def test_telling_cases_are_the_extremes_of_their_rules() -> None:
+    cube = space_cube()
+    shape = cube["overturned"].shape
+    turned, plane = np.zeros(shape, np.float32), np.ones(shape, np.float32)
+    flags, falls = cube["overturned"].to_numpy().copy(), cube["fall_azimuth"].to_numpy().copy()
+    flags[2, 1, 0, 2, 0, 1], plane[2, 1, 0, 2, 0, 1], falls[2, 1, 0, 2, 0, 1] = 1.0, 0.0, 15.0
+    flags[0, 4, 1, 0, 0, 0], falls[0, 4, 1, 0, 0, 0], turned[0, 4, 1, 0, 0, 0] = 0.0, np.nan, -30.0
+    values = {"overturned": flags, "fall_azimuth": falls, "plane_overturned": plane, "residual_twist": turned}
+    found = telling_in_space(cube.assign({name: (DIMENSIONS, value) for name, value in values.items()}))
+    alone, corner, twisted = found
+    assert (alone.record, alone.orientation, alone.b_over_h, alone.friction) == (2, 15.0, 0.4, 1.0)
+    assert corner.b_over_h == 0.4
+    assert (twisted.record, twisted.orientation, twisted.height) == (0, 60.0, 1.2)
+    still = cube.assign(residual_twist=(DIMENSIONS, np.zeros(shape)))
+    assert telling_in_space(still.assign(overturned=still["overturned"] * 0)) == []

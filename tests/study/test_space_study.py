@@ -1,0 +1,243 @@
+"""A study of a free body in space: its keys, and its way through sweep, ensemble, gathering, recheck and repetition."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from overturning.dem.simulate import simulate_arrays
+from overturning.dem.solid.simulate import simulate_in_space_arrays
+from overturning.errors import ConfigError, ResultError
+from overturning.motion.motion import Motion
+from overturning.records.record import Record
+from overturning.records.store import read_motion, write_motion
+from overturning.study.choice import read_sample
+from overturning.study.comparison import Counts, compare
+from overturning.study.config import Study
+from overturning.study.cube import open_cube, study_of
+from overturning.study.gather import gather
+from overturning.study.load import check_study, load_study, study_from
+from overturning.study.members import draw_members
+from overturning.study.own_error import repeat_sample
+from overturning.study.recheck import recheck
+from overturning.study.sections import Verification
+from overturning.study.space import body_of
+from overturning.study.sweep import sweep_record
+
+SMALL: dict[str, Any] = {
+    "name": "space",
+    "records": {"use": ["a"]},
+    "body": {"aspect": [1, 2]},
+    "orientation": {"step": 45},
+    "b_over_h": [0.15, 0.25, 0.4],
+    "friction": [0.7],
+    "ensemble": {"members": 4, "where": "everywhere"},
+    "verification": {"at_least": 6, "cost": 50},
+}
+
+
+def record(name: str = "a", up: bool = False) -> Record:
+    """Two cycles of a sine towards N20°E, with a weaker one across it."""
+    time = np.arange(0, 3, 0.01)
+    cycle, across = (np.where(time < 1.6, np.sin(2 * np.pi * (time - lag) / 0.8), 0.0) for lag in (0.0, 0.2))
+    north, east = 5.0 * cycle * np.cos(0.35) - 2.0 * across, 5.0 * cycle * np.sin(0.35) + across
+    vertical = 3.0 * np.sin(2 * np.pi * time / 0.3) if up else None
+    return Record(name, north, east, vertical, 0.01, event="E", fault_strike_deg=290.0)
+
+
+@pytest.fixture(scope="module")
+def settings() -> Study:
+    return check_study(SMALL, "space")
+
+
+@pytest.fixture(scope="module")
+def cube_file(settings: Study, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("space")
+    write_motion(record(), folder / "motion" / "a.nc")
+    kept = read_motion(folder / "motion" / "a.nc")
+    steps = sweep_record(settings, kept, folder / "a.nc")
+    assert steps > 0
+    gather(settings, [kept], [folder / "a.nc"], folder / "cube.nc")
+    return folder / "cube.nc"
+
+
+@pytest.fixture(scope="module")
+def motion(cube_file: Path) -> Motion:
+    return Motion.of(read_motion(cube_file.parent / "motion" / "a.nc"))
+
+
+@pytest.fixture(scope="module")
+def cube(cube_file: Path) -> xr.Dataset:
+    with open_cube(cube_file) as opened:
+        return opened.load()
+
+
+def test_cube_has_orientation_and_aspect_in_place_of_azimuth(cube: xr.Dataset, settings: Study) -> None:
+    assert dict(cube.sizes) == {"record": 1, "orientation": 4, "height": 1, "b_over_h": 3, "aspect": 2, "friction": 1}
+    assert cube["orientation"].to_numpy().tolist() == [0, 45, 90, 135]
+    assert settings.cases == cube["overturned"].size
+    assert study_of(cube) == settings
+    assert cube["vertical"].item() == 0
+
+
+def test_cells_are_those_of_simulate_in_space(cube: xr.Dataset, motion: Motion) -> None:
+    alone = simulate_in_space_arrays(
+        motion, orientation_deg=[45.0], height=[0.6], b_over_h=[0.25], aspect=[2.0], friction=[0.7]
+    )
+    for name in ("overturned", "fall_azimuth", "fall_face", "peak_tilt", "residual_twist", "energy_error"):
+        cell = cube[name].isel(record=0).sel(orientation=45, b_over_h=0.25, aspect=2, height=0.6, friction=0.7)
+        np.testing.assert_array_equal(np.float32(cell), np.float32(alone[name].item()), err_msg=name)
+
+
+def test_a_square_looks_the_same_after_a_quarter_turn_and_answers_for_it(cube: xr.Dataset) -> None:
+    square, oblong = (
+        cube["repeated"].sel(aspect=aspect).isel(record=0, height=0, b_over_h=0, friction=0) for aspect in (1, 2)
+    )
+    assert square.to_numpy().tolist() == [0, 0, 1, 1]
+    assert oblong.to_numpy().tolist() == [0, 0, 0, 0]
+    for name in ("overturned", "fall_azimuth", "members", "probability_falls", "fall_north", "plane_overturned"):
+        values = cube[name].sel(aspect=1)
+        np.testing.assert_array_equal(values.sel(orientation=0), values.sel(orientation=90), err_msg=name)
+
+
+def test_planes_of_the_faces_are_those_of_the_plane_kernel(cube: xr.Dataset, motion: Motion) -> None:
+    along = simulate_arrays(motion, azimuth_deg=[45.0], height=[0.6], b_over_h=[0.15, 0.25, 0.4], friction=[0.7])
+    across = simulate_arrays(motion, azimuth_deg=[135.0], height=[0.6], b_over_h=[0.3, 0.5, 0.8], friction=[0.7])
+    sides = [found["overturned"].ravel().astype(int) for found in (along, across)]
+    times = [np.nan_to_num(found["overturning_time"].ravel(), nan=np.inf) for found in (along, across)]
+    cells = cube.isel(record=0, height=0, friction=0).sel(orientation=45, aspect=2)
+    assert cells["plane_overturned"].to_numpy().tolist() == [int(a != 0 or b != 0) for a, b in zip(*sides, strict=True)]
+    expected = [
+        np.nan if not (a or b) else (45.0 if a > 0 else 225.0) if s <= t else (135.0 if b > 0 else 315.0)
+        for a, b, s, t in zip(*sides, *times, strict=True)
+    ]
+    np.testing.assert_array_equal(cells["plane_fall_azimuth"], expected)
+    assert np.isfinite(expected).any()
+
+
+def test_ensemble_is_its_members_one_by_one(cube: xr.Dataset, settings: Study, motion: Motion) -> None:
+    members = draw_members(settings.ensemble)
+    angles, falls = [], []
+    for i in range(members.size):
+        scaled = Motion(motion.north * members.amplitude[i], motion.east * members.amplitude[i], sampling_interval=0.01)
+        one = simulate_in_space_arrays(
+            scaled, orientation_deg=[45.0 + members.azimuth_deg[i]], height=[0.6], b_over_h=[0.25 * members.b_over_h[i]],
+            friction=[0.7 * members.friction[i]],
+        )  # fmt: skip
+        falls.append(int(one["overturned"].item()))
+        angles.append(np.radians(one["fall_azimuth"].item() - members.azimuth_deg[i]))
+    cell = cube.isel(record=0, height=0, friction=0).sel(orientation=45, b_over_h=0.25, aspect=1)
+    # The dashpots' spread, which a call has no argument for, moves an azimuth by far less than this.
+    assert cell["probability_falls"] == pytest.approx(np.mean(falls))
+    assert float(cell["fall_north"]) == pytest.approx(np.nansum(np.cos(angles)) / 4, abs=0.03)
+    assert float(cell["fall_east"]) == pytest.approx(np.nansum(np.sin(angles)) / 4, abs=0.03)
+    assert float(cell["fall_axis_cosine"]) == pytest.approx(np.nansum(np.cos(2 * np.array(angles))) / 4, abs=0.06)
+
+
+def test_recheck_finds_the_same_bits(cube_file: Path) -> None:
+    found = recheck(cube_file, cells=12)
+    assert found.same
+    assert found.ensemble_cells == 12
+
+
+def test_a_part_of_it_is_run_again_more_exactly(cube_file: Path, settings: Study) -> None:
+    assert isinstance(settings.verification, Verification)
+    sample = read_sample(cube_file, settings.verification)
+    assert sample.azimuth is not None
+    assert sample.index.shape == (6, 5)
+    found = repeat_sample(settings, [read_motion(cube_file.parent / "motion" / "a.nc")], sample, 10_000_000)
+    for kind in ("finer", "stiffer"):
+        assert found[kind]["block_steps"] > 0
+        (outcome,) = found[kind]["outcomes"]
+        assert outcome["cases"] == found["chosen"] == 6
+
+
+def test_azimuths_fifteen_degrees_apart_are_another_direction() -> None:
+    flags, azimuths = np.array([1, 1, 1, 0], np.int8), np.array([359.0, 10.0, 100.0, np.nan], np.float32)
+    found = compare(flags, flags, (azimuths, np.array([13.0, 26.0, 110.0, np.nan], np.float32)))
+    assert found == Counts(cases=4, fallen=3, sides=1)
+
+
+def test_gathering_refuses_a_part_in_planes(cube_file: Path, settings: Study, tmp_path: Path) -> None:
+    data = {name: value for name, value in SMALL.items() if name not in ("body", "orientation")}
+    plane = check_study(data | {"azimuth": {"step": 180}, "ensemble": {"members": 0}}, "plane")
+    sweep_record(plane, record(), tmp_path / "a.nc")
+    space = settings.model_copy(update={"ensemble": plane.ensemble})
+    with pytest.raises(ResultError, match=r"another (version|study)"):
+        gather(space, [record()], [tmp_path / "a.nc"], tmp_path / "cube.nc")
+
+
+def test_vertical_motion_is_applied_and_said(tmp_path: Path) -> None:
+    data = SMALL | {"orientation": {"step": 90}, "body": {}, "ensemble": {"members": 0}, "b_over_h": [0.25]}
+    cubes = []
+    for vertical in (True, False):
+        study = check_study(data | {"simulation": {"vertical": vertical}}, "space")
+        sweep_record(study, record(up=True), tmp_path / "a.nc")
+        gather(study, [record(up=True)], [tmp_path / "a.nc"], tmp_path / "cube.nc")
+        with open_cube(tmp_path / "cube.nc") as opened:
+            cubes.append(opened.load())
+    assert [cube["vertical"].item() for cube in cubes] == [1, 0]
+    assert float(cubes[0]["peak_tilt"].max()) != float(cubes[1]["peak_tilt"].max())
+
+
+def test_filled_in_study_reads_back_equal(settings: Study) -> None:
+    assert study_from(settings.model_dump_json()) == settings
+    shipped = load_study(Path(__file__).parents[2] / "config" / "in-space.yaml")
+    assert len(shipped.records.use) * shipped.cases == 33_264
+    assert study_from(shipped.model_dump_json()) == shipped
+
+
+BOULDER = [[x, y, 0.0] for x in (-0.2, 0.2) for y in (-0.15, 0.15)] + [[0.05, 0.0, 0.7]]
+
+
+def test_a_polyhedron_has_its_own_sizes() -> None:
+    study = check_study({"name": "b", "records": {"use": ["a"]}, "body": {"vertices": BOULDER}}, "b")
+    assert study.height == (0.7,)
+    assert len(study.orientation.values(body_of(study))) == 72
+    assert study_from(study.model_dump_json()) == study
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        (
+            {"orientation": {"step": 4}},
+            "orientation: a step of 4° does not divide 90°, after which the body looks the same",
+        ),
+        ({"orientation": {"step": 45, "start": 50}}, "orientation.start: 50°; it must lie below the step, 45°"),
+        ({"body": {"plan": 6}, "orientation": {"step": 25}}, "does not divide 60°"),
+        ({"body": None}, "orientation: only a body in space has one"),
+        ({"body": {"plan": "circle", "aspect": [2]}}, "only a rectangle has one"),
+        ({"body": {"plan": "oval"}}, "body.plan"),
+        ({"body": {"aspekt": [2]}}, "body.aspekt: unknown key; did you mean aspect?"),
+        ({"body": {"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]]}}, "body"),
+        ({"body": {"vertices": (1000 * np.array(BOULDER)).tolist()}, "b_over_h": None}, "millimetres"),
+        ({"body": {"vertices": BOULDER}}, "b_over_h: the body of these vertices has its own"),
+        ({"height": [25]}, "height: 25 m; a stone is 0.01 to 20 m high; are these millimetres?"),
+        ({"scene": {"name": "x"}}, "scene"),
+        ({"density": 2000}, "density: nothing depends on it in space"),
+        ({"surveys": [{"stones": "a.csv"}]}, "surveys: surveys are compared with a study in planes"),
+        ({"contact": {"stiffness": 1e6}}, "in space stiffness is auto"),
+        ({"variants": {"hard": {"contact": {"damping": 3500}}}}, "variants.hard.contact: in space stiffness is auto"),
+        ({"ensemble": {"initial_tilt": 0.01}}, "a body in space starts at rest"),
+    ],
+)
+def test_what_does_not_fit_is_one_line_that_says_why(change: dict[str, Any], expected: str) -> None:
+    data = {name: value for name, value in (SMALL | change).items() if value is not None}
+    with pytest.raises(ConfigError) as caught:
+        check_study(data, "mine.yaml")
+    assert expected in str(caught.value)
+
+
+def test_a_mesh_becomes_part_of_the_study(tmp_path: Path) -> None:
+    faces = [(1, 3, 2), (2, 3, 4), (1, 2, 5), (2, 4, 5), (4, 3, 5), (3, 1, 5)]
+    lines = [*(f"v {x} {y} {z}" for x, y, z in BOULDER), *(f"f {a} {b} {c}" for a, b, c in faces)]
+    (tmp_path / "stone.obj").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    study = check_study({"name": "b", "records": {"use": ["a"]}, "body": {"mesh": str(tmp_path / "stone.obj")}}, "b")
+    assert study.body is not None
+    assert sorted(study.body.vertices or ()) == sorted(tuple(map(float, vertex)) for vertex in BOULDER)
+    assert study_from(study.model_dump_json()) == study, "and the file is no longer needed"
+    with pytest.raises(ConfigError, match=r"gone\.obj"):
+        check_study({"name": "b", "records": {"use": ["a"]}, "body": {"mesh": "gone.obj"}}, "b")

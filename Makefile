@@ -1,11 +1,11 @@
-# make setup | run | test | lint | docs | peers | bench | verify | shaking-table | lock | clean
+# make setup | run | test | lint | docs | peers | soil | bench | verify | shaking-table | lock | clean
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 CORES ?= 2
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: setup run test tests lint docs format peers bench verify shaking-table lock clean help
+.PHONY: setup run test tests lint docs format peers soil bench verify shaking-table lock clean help
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -44,6 +44,9 @@ docs: setup ## build the documentation site into site/, links checked, without n
 
 peers: setup ## install the other engines (group `peers`): for bench, verify and one live test
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "mujoco>=3.2" "pybullet>=3.2" "pymunk>=6.9"
+
+soil: setup ## install what motion through soil needs (group `soil`)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check "pandas>=2.2" "pystrata>=0.5.4"
 
 bench: peers ## how fast the kernel is, against scalar code and other engines; and than another checkout: OTHER=folder
 	$(if $(OTHER),$(BIN)/python -m verification.paired $(OTHER))

@@ -52,6 +52,7 @@ def test_timing_has_a_row_per_record(finished: Checkout) -> None:
         ),
         ("verification=none", {"gather", "timing", "figures", "explore", "report", "all"}),
         ("surveys=[{stones: config/stones.csv, record: rinaldi}]", {"survey", "backwards", "report", "all"}),
+        ("population={stones: 16}", {"population", "fragility", "report", "all"}),
         ("figures={dpi: 100}", {"figures", "report", "all"}),
     ],
 )

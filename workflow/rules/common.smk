@@ -49,6 +49,7 @@ STUDY, ENTRIES, FILES = load()
 SETTINGS = STUDY.model_dump(mode="json")
 RECORDS = list(ENTRIES)
 BESIDE = (
+    "population",
     "surveys",
     "figures",
 )  # the cube does not depend on them, nor says anything about them

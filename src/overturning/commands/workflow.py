@@ -13,7 +13,10 @@ app = typer.Typer(rich_markup_mode=None)
 
 Study = Annotated[str, typer.Option(help="study file, or its content as JSON")]
 Beside = Annotated[
-    str | None, typer.Option("--study", help="study file or JSON whose figures and surveys count instead of the cube's")
+    str | None,
+    typer.Option(
+        "--study", help="study file or JSON whose figures, surveys and population count instead of the cube's"
+    ),
 ]
 Motions = Annotated[Path, typer.Option(help="folder of the motions")]
 Variant = Annotated[str, typer.Option(help="name of the contact setting")]

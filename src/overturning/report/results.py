@@ -167,7 +167,7 @@ def _reference_cube(study: Study, variant: str, cube: "xr.Dataset") -> "xr.Datas
 def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]:
     """Open a study's folder of results: cubes, intensities, figures, surveys, verification; `ResultError` without one.
 
-    Surveys and settings of the figures are those of `beside`, or of the cube's study where it is not given.
+    Surveys, population and settings of the figures are those of `beside`, or of the cube's study where it is not given.
     """
 
     def cube_of(name: str) -> xr.Dataset:
@@ -182,7 +182,9 @@ def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]
         study = study_of(nominal)
         if beside is not None:
             named = (survey.model_copy(update={"stones": without_folders(survey.stones)}) for survey in beside.surveys)
-            study = study.model_copy(update={"surveys": tuple(named), "figures": beside.figures})
+            study = study.model_copy(
+                update={"surveys": tuple(named), "figures": beside.figures, "population": beside.population}
+            )
         yield Results(
             study,
             _reference_cube(study, NOMINAL, nominal),

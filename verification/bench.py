@@ -33,6 +33,7 @@ from verification.inputs import half_grid, near_fault
 from verification.measures import difference, percent, wrong_sides
 from verification.tables import RESULTS, Figure, figures_table, publish, write_figures
 from verification.timing import fastest
+from verification.whole_run import whole_run
 
 IN_README = {
     "time per case, default",
@@ -41,6 +42,8 @@ IN_README = {
     "pymunk: agreement with the rocking solution",
     "default study: flags, mirrored half included",
     "default study: processor time, both threads together",
+    "default study, whole run: time on two cores",
+    "default study, whole run: processor time",
     "default study: wrong flags where the neighbours agree",
     "default study: wrong flags of all cells, against an eighth of the step",
 }
@@ -236,7 +239,7 @@ def growth() -> list[Figure]:
 
 PARTS: dict[str, Callable[[], list[Figure]]] = {
     "growth": growth, "throughput": throughput, "peers": against_peers, "compilation": compilation,
-    "study": default_study, "left-out": leave_out.counts,
+    "study": default_study, "whole-run": whole_run, "left-out": leave_out.counts,
 }  # fmt: skip
 
 

@@ -59,7 +59,7 @@ def draw_against_finer_steps(rows: pd.DataFrame, path: Path) -> None:
             friction = {"rocking": "µ = 1 and 10", "sliding": "µ = 0.33 and 0.58"}[kind]
             axes[0, column].set_title(f"six records, {friction}")
             axes[-1, column].set_xlabel("processor time per case, s")
-        methods = _SCHEMES | {"stiffness": "centred, δ/B 2e-3 to 2e-6, against 2e-6"}
+        methods = _SCHEMES | {"stiffness": "centred, δ/B 2e-3 to 2e-8, against 2e-8"}
         figure.legend(handles=_handles(methods), loc="lower center", ncols=2, bbox_to_anchor=(0.5, 0.0))
         figure.subplots_adjust(left=0.13, right=0.98, top=0.96, bottom=0.15, hspace=0.12, wspace=0.2)
         save(figure, path)
@@ -104,7 +104,7 @@ def draw_against_rigid_solutions(rows: pd.DataFrame, path: Path) -> None:
             axis.set_title(title)
             axis.set_xlabel("Δt / Δt stable" if axis is balance else "processor time per case, s")
         engines = [name for name in ("Box2D", "pymunk", "MuJoCo") if (rows["method"] == name).any()]
-        methods = _SCHEMES | {"stiffness": "centred, δ/B 2e-3 to 2e-6"} | {name: name for name in engines}
+        methods = _SCHEMES | {"stiffness": "centred, δ/B 2e-3 to 2e-8"} | {name: name for name in engines}
         figure.legend(handles=_handles(methods), loc="outside lower center", ncols=3)
         save(figure, path)
 

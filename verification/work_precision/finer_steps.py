@@ -10,11 +10,11 @@ from overturning.dem.time_step import AUTO_FRACTION, DEFAULT_SCHEME, scheme_of
 from verification.work_precision.boundaries import answers, boundaries, boundary_shift, kernel, located
 from verification.work_precision.cases import record_groups, thinned, thinned_values
 from verification.work_precision.table import (
-    FRACTIONS,
     PENETRATIONS,
     SCHEMES,
     Say,
     errors,
+    fractions_of,
     run,
     setting_columns,
     settings,
@@ -61,7 +61,7 @@ def against_finer_steps(kind: str, say: Say) -> list[dict[str, Any]]:
     say(f"{kind}: reference of {right[0].size} cases and {len(where)} boundaries is done")
     rows = []
     for scheme in SCHEMES:
-        for fraction in FRACTIONS:
+        for fraction in fractions_of(scheme):
             thin = fraction < THIN_BELOW
             chosen, truth = (few, right_few) if thin else (groups, right)
             arguments = settings(scheme, fraction)
@@ -116,7 +116,7 @@ def energy_balance(say: Say) -> list[dict[str, Any]]:
     groups = [part for kind in ("sliding", "rocking") for part in thinned(record_groups(kind), 6)]
     rows = []
     for scheme in SCHEMES:
-        for fraction in FRACTIONS[:-1]:
+        for fraction in fractions_of(scheme)[:-1]:
             found = [run_cases(g.motion, g.cases, **settings(scheme, fraction)) for g in groups]
             residual = np.concatenate([one.energy_error for one in found])
             simulated = np.concatenate([one.status for one in found]) == 0

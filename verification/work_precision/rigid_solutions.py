@@ -24,12 +24,12 @@ from verification.work_precision.cases import (
     thinned_values,
 )
 from verification.work_precision.table import (
-    FRACTIONS,
     PENETRATIONS,
     SCHEMES,
     Say,
     counted,
     errors,
+    fractions_of,
     run,
     setting_columns,
     settings,
@@ -78,7 +78,12 @@ def rigid_sets() -> dict[str, list[Group]]:
 def against_rigid_rocking(say: Say) -> list[dict[str, Any]]:
     """Schemes over time steps, and the default one over stiffness, against Housner's rocking block."""
     automatic = AUTO_FRACTION[scheme_of(DEFAULT_SCHEME)]
-    chosen = [(scheme, fraction, STATIC_PENETRATION) for scheme in SCHEMES for fraction in FRACTIONS if fraction > 0.05]
+    chosen = [
+        (scheme, fraction, STATIC_PENETRATION)
+        for scheme in SCHEMES
+        for fraction in fractions_of(scheme)
+        if fraction > 0.05
+    ]
     chosen += [(DEFAULT_SCHEME, automatic, delta) for delta in PENETRATIONS if delta != STATIC_PENETRATION]
     rows = []
     for name, every in rigid_sets().items():
@@ -104,7 +109,7 @@ def against_exact_sliding(say: Say) -> list[dict[str, Any]]:
     ])  # fmt: skip
     rows = []
     for scheme in SCHEMES:
-        for fraction in FRACTIONS[:-1]:
+        for fraction in fractions_of(scheme)[:-1]:
             arguments = settings(scheme, fraction)
             slips = np.concatenate([run_cases(g.motion, g.cases, **arguments).peak_slip for g in groups])
             _, _, spent = run(groups, arguments)

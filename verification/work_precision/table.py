@@ -23,12 +23,21 @@ Say = Callable[[str], None]
 FRACTIONS: Final = (1.0, 0.9, 0.5, 0.25, 0.12, 0.06, 0.03, 0.01)
 """Δt/Δt_stable."""
 
-PENETRATIONS: Final = (2e-3, 2e-4, 2e-5, 2e-6)
+PENETRATIONS: Final = (2e-3, 2e-4, 2e-5, 2e-6, STATIC_PENETRATION, 2e-8)
 """δ/B."""
 
 SCHEMES: Final = ("centred", "cundall")
+LEAST_EXPLICIT: Final = 0.1
+"""Cundall's scheme is not run in finer steps: its longest is set by the springs, at the default contact a fiftieth of the other's."""
+
 PARTS: Final = ("rocking", "sliding", "stiffness", "rigid", "energy", "peers")
 """Parts that can be computed beside one another, each a table."""
+
+
+def fractions_of(scheme: str) -> tuple[float, ...]:
+    """Shares of its longest step at which a scheme is run."""
+    return FRACTIONS if scheme != "cundall" else tuple(share for share in FRACTIONS if share >= LEAST_EXPLICIT)
+
 
 MEANINGS: Final = {
     "cases_of": ("set of cases", ""),

@@ -90,10 +90,7 @@ def one(
     motion = Motion.of(shaking if vertical else replace(shaking, up=None))
     place = ", ".join(part for part in (shaking.station or shaking.record_id, shaking.event) if part)
     if solid:
-        if azimuth or scene or any(value is not None for value in (density, damping, stiffness)):
-            raise ArgumentError(
-                "--solid: takes --orientation and --damping-ratio; leave out azimuth, scene, density, damping, stiffness"
-            )
+        _check_solid(azimuth, scene, density, damping, stiffness)
         from overturning.commands.one_in_space import body_named, one_in_space
 
         one_in_space(
@@ -129,6 +126,16 @@ def one(
         with style():
             save(response_figure(paths, title), response)
         print(f"figure: {response}")
+
+
+def _check_solid(*in_planes: object) -> None:
+    """Refuse what only a block in a plane has, where it is given."""
+    from overturning.errors import ArgumentError
+
+    if any(value not in (None, [], (), "") for value in in_planes):
+        raise ArgumentError(
+            "--solid: takes --orientation and --damping-ratio; leave out azimuth, scene, density, damping, stiffness"
+        )
 
 
 def _check_outputs(animate: Path | None, response: Path | None) -> None:

@@ -42,3 +42,16 @@ def larger(peak: float, value: float) -> float:
 def line(first: float, second: float, per_step: float) -> tuple[float, float]:
     """Value and slope of the line between two samples of the ground motion, whose steps (or ticks) are `per_step` of it."""
     return first, (second - first) * per_step
+
+
+@njit(**INLINE)
+def within_circle(
+    hx: float, hy: float, tx: float, ty: float, limit: float, compliance: float
+) -> tuple[float, float, float, float, bool]:
+    """A force in a plane and its spring's stretch brought within a limit, keeping their directions; and whether it slips."""
+    square, stretch = hx * hx + hy * hy, tx * tx + ty * ty
+    slips, holds = square > limit * limit, limit * compliance
+    cut = slips & (stretch > holds * holds)
+    share = limit / math.sqrt(square if slips else 1.0) if slips else 1.0
+    kept = holds / math.sqrt(stretch if cut else 1.0) if cut else 1.0
+    return hx * share, hy * share, tx * kept, ty * kept, slips

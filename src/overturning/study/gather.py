@@ -1,7 +1,7 @@
 """Gathering: the parts of a sweep into one cube."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from importlib import metadata
 from pathlib import Path
@@ -131,12 +131,7 @@ def _add_records(cube: Any, records: Sequence[Record], vertical: bool) -> None:
             # Half a place is none.
             values = [None if None in pair else pair[index] for pair in pairs]
             add(f"{where}_{name}", "f8", values, np.nan, **about)
-    for name, (_, long_name, unit) in METADATA.items():
-        known = [record.extra.get(name) for record in records]
-        if unit:
-            add(name, "f8", known, np.nan, long_name=long_name, units=unit)
-        else:
-            add(name, str, [str(word or "") for word in known], long_name=long_name)
+    _add_metadata(add, records)
     applied = [vertical and record.up is not None for record in records]
     for name, long_name, meanings, flags in (
         ("pulse", "whether the record has a velocity pulse", "no_pulse pulse", [r.extra.get("pulse") for r in records]),
@@ -145,6 +140,16 @@ def _add_records(cube: Any, records: Sequence[Record], vertical: bool) -> None:
         about = {"long_name": long_name, "units": "1"}
         values_of_flag = np.array([0, 1], dtype=np.int8)
         add(name, "i1", flags, np.int8(INT8_MISSING), **about, flag_values=values_of_flag, flag_meanings=meanings)
+
+
+def _add_metadata(add: Callable[..., None], records: Sequence[Record]) -> None:
+    """What the record table says beside: numbers and words."""
+    for name, (_, long_name, unit) in METADATA.items():
+        known = [record.extra.get(name) for record in records]
+        if unit:
+            add(name, "f8", known, np.nan, long_name=long_name, units=unit)
+        else:
+            add(name, str, [str(word or "") for word in known], long_name=long_name)
 
 
 def portable(study: Study) -> dict[str, Any]:

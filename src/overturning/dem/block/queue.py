@@ -182,6 +182,15 @@ def _loops_of(scheme: Any, upward: Any, friction: Any) -> Any:
     return chosen
 
 
+@njit(**OPTIONS)
+def ending(state: Any, j: int, spent: bool, lag: float, ticks: float, end: float, limits: Limits) -> int:
+    """`Status` of a column that may have ended or has spent its steps, or `GOES_ON`."""
+    if state[LOOK + j] == 0.0 and not spent:
+        return GOES_ON
+    ended = verdict(state, j, lag, ticks, end, limits.gravity, limits.deepest)
+    return Status.OVER_BUDGET if spent and ended == GOES_ON else ended
+
+
 @njit(nogil=True, **OPTIONS)
 def run_queue(
     scheme: Any, queue: Any, cases: Any, row_of_case: Any, friction: Any, ground: Ground, steps: int, limits: Limits,
@@ -248,10 +257,7 @@ def run_queue(
         counter[0] += active * at_once
         j = none if look_at(state, active, done, at_once, ticks, end, limits) > 0 else active
         while j < active:
-            ended, spent = GOES_ON, done[j] >= limits.budget
-            if state[LOOK + j] != 0.0 or spent:
-                ended = verdict(state, j, lag, ticks, end, gravity, limits.deepest)
-                ended = Status.OVER_BUDGET if spent and ended == GOES_ON else ended
+            ended = ending(state, j, done[j] >= limits.budget, lag, ticks, end, limits)
             if ended == GOES_ON:
                 j += 1
                 continue

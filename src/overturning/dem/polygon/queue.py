@@ -143,6 +143,25 @@ def end_sample(state: Any, elements: int, rules: Any, ticks: float, interval: fl
         state[rows.TICK + j] = tick - ticks if tick >= ticks else tick
 
 
+@njit(**OPTIONS)
+def ending(
+    state: Any, j: int, layout: Any, elements: int, rules: Any, limits: Any, end: float, gravity: float, spent: bool
+) -> int:
+    """`Status` of a column at the end of a sample, also where it has spent its steps, or `GOES_ON`."""
+    ended = verdict(state, j, layout, elements, rules, limits, end, gravity)
+    return Status.OVER_BUDGET if spent and ended == GOES_ON else ended
+
+
+@njit(**OPTIONS)
+def movable(initial: Any, rules: Any, moves: Any) -> int:
+    """Fill in which elements of a scene move, and count those that are free."""
+    free = 0
+    for i in range(moves.size):
+        moves[i] = initial[(rows.CASE_SIZE + i * rows.ELEMENT_SIZE + rows.FRAME) // rows.COLUMNS] != 0.0
+        free += 1 if rules[i, t.IS_FREE] > 0.0 else 0
+    return free
+
+
 @njit(nogil=True, **OPTIONS)
 def run_queue(
     scheme: Any, queue: Any, cases: Any, row_of_case: Any, variant_of_case: Any, initial: Any, layout: Any, sizes: Any,
@@ -181,11 +200,7 @@ def run_queue(
     # Blocks of the equations and which of them are used; below them, which pairs are in reach.
     matrix = aligned(elements * elements * BLOCK_SIZE)
     used, moves = np.zeros((elements + 1, max(elements, layout.shape[0])), np.bool_), np.zeros(elements, np.bool_)
-    for i in range(elements):
-        moves[i] = initial[0, (rows.CASE_SIZE + i * rows.ELEMENT_SIZE + rows.FRAME) // rows.COLUMNS] != 0.0
-    free = 0
-    for i in range(elements):
-        free += 1 if rules[0, i, t.IS_FREE] > 0.0 else 0
+    free = movable(initial[0], rules[0], moves)
     # Not literals: for those Numba would compile everything that they go into once more.
     active, head, noted, filled = np.int64(0), np.int64(0), np.int64(0), np.int64(0)
     stride = max(int(LOOK / interval), 1)
@@ -203,11 +218,10 @@ def run_queue(
             owner[0] = noted  # held until here
             return noted
         # Columns that never held a case repeat the first, so that nothing undefined is computed beside the others.
-        filled = max(filled, active)
-        while filled < rows.COLUMNS:
-            row[filled], variant[filled] = row[0], variant[0]
-            copy_column(state, count, 0, filled)
-            filled += 1
+        for j in range(max(filled, active), rows.COLUMNS):
+            row[j], variant[j] = row[0], variant[0]
+            copy_column(state, count, 0, j)
+        filled = np.int64(rows.COLUMNS)
         next_sample(state, elements, row, ground, upward, ticks)
         for _ in range(steps):
             if path.shape[0] == 0:
@@ -236,8 +250,7 @@ def run_queue(
             if part == looked[j] and not spent:
                 continue
             looked[j] = part
-            ended = verdict(state, j, layout, elements, rules[v], limits[v], float(samples), gravity)
-            ended = Status.OVER_BUDGET if spent and ended == GOES_ON else ended
+            ended = ending(state, j, layout, elements, rules[v], limits[v], float(samples), gravity, spent)
             if ended != GOES_ON:
                 finish(state, j, layout, elements, limits[v], ended, done[j], gravity, results[n], each[n])
                 # The last column, already looked at, moves into the free place.

@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple
 from numba import njit
 
 from overturning.dem.lanes import INLINE, OPTIONS
-from overturning.dem.mechanics import larger
+from overturning.dem.mechanics import larger, within_circle
 from overturning.dem.solid import rows
 from overturning.dem.solid.centred_rows import Attempt, Change, Equations, Foreseen, Next, Sum, Touch
 from overturning.dem.solid.equations import share, solve, together
@@ -158,12 +158,7 @@ def meet(body: Body, w: Foreseen, t: Touch, old: Memory, d: Change, late: bool, 
     tx, ty = (tx if inside else 0.0), (ty if inside else 0.0)
     most = body.friction * n
     hx, hy = -(body.tangential * tx) - body.dashpot * ux, -(body.tangential * ty) - body.dashpot * uy
-    square, stretch = hx * hx + hy * hy, tx * tx + ty * ty
-    slips, holds = square > most * most, most * body.compliance
-    cut = slips & (stretch > holds * holds)
-    part = most / math.sqrt(square if slips else 1.0) if slips else 1.0
-    kept = holds / math.sqrt(stretch if cut else 1.0) if cut else 1.0
-    fx, fy, kx, ky = hx * part, hy * part, tx * kept, ty * kept
+    fx, fy, kx, ky, slips = within_circle(hx, hy, tx, ty, most, body.compliance)
     power = (spring - n) * uz - ((fx + body.tangential * kx) * ux + (fy + body.tangential * ky) * uy)
     sinking, over = depth - old.depth, depth * old.depth
     over = math.copysign(over if over < 0.0 else 0.0, sinking)

@@ -12,7 +12,7 @@ from typing import Any, Final, NamedTuple
 from numba import njit
 
 from overturning.dem.lanes import INLINE, OPTIONS
-from overturning.dem.mechanics import larger
+from overturning.dem.mechanics import larger, within_circle
 from overturning.dem.solid.rows import (
     ROWS,
     TICKS,
@@ -99,12 +99,7 @@ def act(body: Body, s: State, at: Moved, old: Memory, rate: float) -> tuple[Wren
     tx, ty = (old.sx + at.slip_x if was else 0.0), (old.sy + at.slip_y if was else 0.0)
     most = body.friction * n
     hx, hy = -(body.tangential * tx) - rate * at.slip_x, -(body.tangential * ty) - rate * at.slip_y
-    square, stretch = hx * hx + hy * hy, tx * tx + ty * ty
-    slips, holds = square > most * most, most * body.compliance
-    cut = slips & (stretch > holds * holds)
-    share = most / math.sqrt(square if slips else 1.0) if slips else 1.0
-    kept = holds / math.sqrt(stretch if cut else 1.0) if cut else 1.0
-    fx, fy, kx, ky = hx * share, hy * share, tx * kept, ty * kept
+    fx, fy, kx, ky, _ = within_circle(hx, hy, tx, ty, most, body.compliance)
     dx, dy = fx + body.tangential * kx, fy + body.tangential * ky
     dz = n - body.stiffness * (at.depth if inside else 0.0)
     let_go = old.depth if was & (not inside) else 0.0

@@ -10,6 +10,14 @@ from overturning.dem.solid.rows import Body, Frame, Memory, State, frame_of, in_
 
 
 @njit(**INLINE)
+def held(most: float, square: float, slides: bool) -> float:
+    """Which part of the force that would hold a sliding point, given by its square, friction is: from 0 to 1."""
+    part = most / math.sqrt(square if slides else 1.0)
+    part = part if part < 1.0 else 1.0
+    return part if part > 0.0 else 0.0
+
+
+@njit(**INLINE)
 def share(body: Body, half: float, t: Touch, old: Memory, late: bool) -> Equations:
     """A point's part in the equations, f' = f − G (e_v + e_w × r): a sliding one carries μ times its normal force.
 
@@ -19,11 +27,7 @@ def share(body: Body, half: float, t: Touch, old: Memory, late: bool) -> Equatio
     press, stick = body.dashpot + half * body.stiffness, body.dashpot + half * body.tangential
     n = body.stiffness * t.depth - body.dashpot * t.uz
     hx, hy = -(body.tangential * t.tx) - body.dashpot * t.ux, -(body.tangential * t.ty) - body.dashpot * t.uy
-    square = hx * hx + hy * hy
-    most = body.friction * (n if late else old.pressed)
-    part = most / math.sqrt(square if slides else 1.0)
-    part = part if part < 1.0 else 1.0
-    part = part if part > 0.0 else 0.0
+    part = held(body.friction * (n if late else old.pressed), hx * hx + hy * hy, slides)
     mx, my = body.friction * t.dx, body.friction * t.dy
     fx, fy = (mx * n if slides else hx), (my * n if slides else hy)
     across = half * (stick * part if slides else stick)

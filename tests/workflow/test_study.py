@@ -53,7 +53,7 @@ def test_timing_has_a_row_per_record(finished: Checkout) -> None:
         ("verification=none", {"gather", "timing", "figures", "explore", "report", "all"}),
         ("surveys=[{stones: config/stones.csv, record: rinaldi}]", {"survey", "backwards", "report", "all"}),
         ("population={stones: 16}", {"population", "fragility", "report", "all"}),
-        ("figures={dpi: 100}", {"figures", "report", "all"}),
+        ("figures={dpi: 100, formats: [svg]}", {"figures", "report", "all"}),
     ],
 )
 def test_change_of_a_key_runs_only_what_depends_on_it(finished: Checkout, change: str, again: set[str]) -> None:

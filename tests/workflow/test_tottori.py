@@ -15,7 +15,9 @@ pytestmark = pytest.mark.workflow
 def test_published_values_are_compared_for_every_size_and_contact(tmp_path: Path) -> None:
     study = (ROOT / "config" / "tottori.yaml").read_text(encoding="utf-8")
     study = study.replace("stop: 360, step: 1,", "stop: 360, step: 45,").replace("step: 0.1", "step: 0.55")
-    checkout = Checkout(tmp_path / "checkout", study + "surveys: [{stones: config/stones.csv}]\nfigures: {formats: [svg]}\n")
+    checkout = Checkout(
+        tmp_path / "checkout", study + "surveys: [{stones: config/stones.csv}]\nfigures: {formats: [svg]}\n"
+    )
     stones = checkout.folder / "config" / "stones.csv"
     stones.write_text("octant,count\nNE,5\nHE,1\n", encoding="utf-8")
     # One cycle of a sine along N60E, strong enough to overturn B/H = 0.4, and nothing across.

@@ -16,12 +16,13 @@ from verification.shaking_table.models import (
     ENSEMBLE,
     HEIGHT,
     PEAKS,
+    SPACE,
     most_likely_centre,
 )
 from verification.shaking_table.scores import NAMES, Bin, reliability
 from verification.tables import lines_of, markdown
 
-MODELS: Final = (PEAKS, ENSEMBLE, BOTH)
+MODELS: Final = (PEAKS, ENSEMBLE, BOTH, SPACE)
 SPLIT: Final = "motion left out"
 CLAIMS: Final = {
     ENSEMBLE: "better than the logistic of PGA and PGV on every score for both specimens",
@@ -32,7 +33,7 @@ CLAIMS: Final = {
 def draw_reliability(tests: Tests, probabilities: Mapping[tuple[str, str, int], FloatArray], path: Path) -> None:
     """Draw share fallen over held-out probability, a panel for each model and specimen."""
     with style():
-        figure, panels = grid(len(SPECIMENS), len(MODELS), 8.0, 5.6)
+        figure, panels = grid(len(SPECIMENS), len(MODELS), 10.4, 5.6)
         for row, specimen in enumerate(SPECIMENS):
             for column, model in enumerate(MODELS):
                 bins = reliability(probabilities[SPLIT, model, specimen], tests.fell[specimen], tests.motion)
@@ -58,8 +59,8 @@ def _draw_bins(axes: Any, bins: list[Bin]) -> None:
     axes.grid(True)
 
 
-def bodies(tests: Tests, fractions: FloatArray, rows: pd.DataFrame) -> dict[str, str]:
-    """Text by mark."""
+def bodies(tests: Tests, fractions: Mapping[str, FloatArray], rows: pd.DataFrame) -> dict[str, str]:
+    """Text by mark; `fractions` are the shares of the neighbourhoods by model."""
     return {
         "shaking-table-scores": _scores(rows),
         "shaking-table-aims": _aims(rows),
@@ -104,11 +105,12 @@ def _aims(rows: pd.DataFrame) -> str:
     return markdown(("aim", "outcome"), lines)
 
 
-def _centres(tests: Tests, fractions: FloatArray) -> str:
-    """The rectangles that suit the odd-numbered tests best."""
+def _centres(tests: Tests, fractions: Mapping[str, FloatArray]) -> str:
+    """The stones that suit the odd-numbered tests best."""
     learn = np.flatnonzero(tests.number % 2 == 1)
     lines = []
-    for specimen in SPECIMENS:
-        shape, size = divmod(most_likely_centre(fractions, tests.fell[specimen], learn), HEIGHT.size)
-        lines.append((specimen, f"{B_OVER_H[shape]:.2f}", f"{HEIGHT[size]:.2f}"))
-    return markdown(("specimen", "B/H", "H, m"), lines)
+    for model, shares in fractions.items():
+        for specimen in SPECIMENS:
+            shape, size = divmod(most_likely_centre(shares, tests.fell[specimen], learn), HEIGHT.size)
+            lines.append((model, specimen, f"{B_OVER_H[shape]:.2f}", f"{HEIGHT[size]:.2f}"))
+    return markdown(("model", "specimen", "B/H", "H, m"), lines)

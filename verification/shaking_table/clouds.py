@@ -67,7 +67,7 @@ RECTANGLES: Final = Kind(
     "rectangles", 4096, {"b_over_h": (0.05, 0.45), "height": (0.3, 2.0), **_CONTACT}, _rectangles_fell
 )
 PRISMS: Final = Kind(
-    "prisms", 1024, {"b_over_h": (0.045, 0.26), "height": (0.3, 2.0), **_CONTACT, "orientation": (0.0, 90.0)},
+    "prisms", 384, {"b_over_h": (0.05, 0.2), "height": (0.4, 1.5), **_CONTACT, "orientation": (0.0, 90.0)},
     _prisms_fell,
 )  # fmt: skip
 _EVEN: Final = ("friction", "orientation")

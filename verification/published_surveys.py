@@ -1,8 +1,9 @@
 """`python -m verification.published_surveys`: published fall rates beside those computed for the default study's population; and an invented ruin.
 
-Needs `results/near-fault/population.nc` and `intensity.nc`, from `make run`; writes its part of docs/surveys.md.
+Needs `results/near-fault`, from `make run`; writes its part of docs/surveys.md.
 """
 
+import shutil
 from pathlib import Path
 from typing import Any, Final
 
@@ -12,11 +13,14 @@ import xarray as xr
 
 from overturning.arrays import FloatArray
 from overturning.figures.style import FALLS, INK, SERIES, caption, grid, labels, save, style
+from overturning.report.blocks import Paragraph
+from overturning.report.results import Results, open_results
 from overturning.report.sections.backwards import backwards_sentences, draw_posterior
+from overturning.report.sections.population import population
+from overturning.study.scenes import NOMINAL
 from overturning.surveys.inversion import Kind, Responses
 from overturning.surveys.inversion_file import Backwards
 from overturning.surveys.motions import pulse_motions
-from overturning.surveys.population_file import read_population
 from overturning.surveys.stones import read_survey
 from verification.tables import ROOT, lines_of, markdown, publish, wrapped
 
@@ -99,6 +103,14 @@ def draw(rows: pd.DataFrame, rates: FloatArray, path: Path) -> None:
         save(figure, path)
 
 
+def cemetery(results: Results) -> str:
+    """What the report of the default study says of its population, as a list; takes its figure."""
+    section = population(results)
+    assert section is not None
+    shutil.copy(results.drawings / "fall-rate.svg", ROOT / "docs" / "images" / "fall-rate.svg")
+    return "\n".join(wrapped(block.text, "- ") for block in section.blocks if type(block) is Paragraph)
+
+
 def ruin() -> str:
     """What the invented ruin says of the motion, among pulses, as a list; draws its figure."""
     stones = read_survey(RUIN)
@@ -112,7 +124,9 @@ def ruin() -> str:
 def main() -> None:
     """Compare, draw, publish."""
     publish({"example-ruin": ruin()})
-    found = read_population(STUDY / "population.nc")
+    with open_results(STUDY) as results:
+        found = results.populations[NOMINAL]
+        publish({"population": cemetery(results)})
     rows, rates = published(), as_recorded(found)
     draw(rows, rates, ROOT / "docs" / "images" / "published-surveys.svg")
     publish({"published-surveys": table(rows, rates), "published-surveys-computed": sentence(rates, found)})

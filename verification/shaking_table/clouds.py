@@ -34,7 +34,7 @@ class Kind(NamedTuple):
     """One kind of stone: how many are drawn, between which ends, and what runs them under a motion."""
 
     name: str
-    count: int
+    stones: int
     bounds: dict[str, tuple[float, float]]
     fell: Callable[[Motion, Rows, int], NDArray[np.bool_]]
 
@@ -97,7 +97,7 @@ def cloud(kind: Kind, tests: Tests, kept: Path | None = None, *, count: int | No
     count, threads : int
         Stones, the kind's own number where not given, and threads to run them on.
     """
-    count = count or kind.count
+    count = count or kind.stones
     rows = drawn(kind, count)
     key = hashlib.sha256(source_hash("verification.shaking_table.clouds", Path("verification").resolve()).encode())
     key.update(b"".join(one.tobytes() for one in tests.acceleration))

@@ -16,7 +16,7 @@ rule members:
 
 rule sweep:
     input:
-        motion=f"{RESULTS}/motion/{{record}}.nc",
+        motion=lambda wildcards: f"{motions_of(wildcards.variant)}/{wildcards.record}.nc",
         members=[MEMBERS] if STUDY.ensemble.members else [],
     output:
         part=f"{RESULTS}/sweep/{{variant}}/{{record}}.nc",
@@ -38,6 +38,7 @@ rule sweep:
                 "height",
                 "b_over_h",
                 "friction",
+                "amplitude",
                 "density",
             ),
             *("contact", "simulation", "variants", "ensemble"),

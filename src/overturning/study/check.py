@@ -52,9 +52,12 @@ def size_of(study: Study) -> Size:
     more = 1 + members * (_RUN_AGAIN if study.ensemble.where == "boundary" else 1.0)
     elements = len(study.scene.free)
     each = _CASE_S * (1.0 if elements == 1 else _SCENE * elements) * (1.0 if study.body is None else _SPACE)
-    work = records * (_RECORD_S + study.cases * each * more * variants)
-    memory = _BASE_MEMORY + study.cases * (_CELL_IN_MEMORY * elements + _MEMBER_IN_MEMORY * members)
-    return Size(records, study.cases, work, memory, records * study.cases * _CELL_ON_DISK * elements * variants)
+    scales = len(study.amplitude)  # the ensemble is run for one of them
+    work = records * (_RECORD_S + study.cases * each * (scales - 1 + more) * variants)
+    memory = _BASE_MEMORY + study.cases * (scales * _CELL_IN_MEMORY * elements + _MEMBER_IN_MEMORY * members)
+    return Size(
+        records, study.cases, work, memory, records * study.cases * scales * _CELL_ON_DISK * elements * variants
+    )
 
 
 def check_size(study: Study, where: str, results: Path = Path("results")) -> Size:

@@ -87,15 +87,19 @@ def _copy_part(
         absent = [variable.name for variable in variables if variable.name not in file.variables]
         if absent:
             raise ResultError(f"{part}: has no {absent[0]}; it was made by another version: remove it and run again")
-        if absent := [name for name in grid.names if name not in file.dimensions]:
+        names = (*grid.names, *(("amplitude",) if grid.amplitude else ()))
+        if absent := [name for name in names if name not in file.dimensions]:
             raise ResultError(f"{part}: has no dimension {absent[0]}; it is of another study: remove it and run again")
         if len(grid.element) != (file.dimensions["element"].size if "element" in file.dimensions else 0):
             raise ResultError(f"{part}: its elements are not those of the scene; remove it and run again")
+        if grid.amplitude and not np.array_equal(file["amplitude"][:], grid.amplitude):
+            raise ResultError(f"{part}: its factors on the motion are not those of the study; remove it and run again")
         places = [_places(part, name, file[name][:], getattr(grid, name)) for name in grid.names]
         record = index_of[file.record_id]
         for variable in variables:
             cells = cube[variable.name][record]
-            cells[np.ix_(*places)] = file[variable.name][:]
+            before = (slice(None),) if grid.amplitude else ()
+            cells[(*before, *np.ix_(*places))] = file[variable.name][:]
             cube[variable.name][record] = cells
         filled[record][np.ix_(*places)] = True
 

@@ -9,7 +9,7 @@ from overturning.dem.simulate import simulate
 from overturning.errors import ConfigError, ResultError
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.records.store import write_motion
+from overturning.records.store import rounded, write_motion
 from overturning.study.choice import read_sample
 from overturning.study.cube import open_cube
 from overturning.study.gather import gather
@@ -23,7 +23,7 @@ SMALL = {
     "ensemble": {"members": 8},
 }  # fmt: skip
 PULSE = 4.0 * np.sin(2 * np.pi * np.arange(101) / 100)
-RECORD = Record("a", PULSE, 0.3 * PULSE, None, 0.01)
+RECORD = rounded(Record("a", PULSE, 0.3 * PULSE, None, 0.01))
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +46,7 @@ def test_as_recorded_it_is_the_cube_without_the_axis(folder: Path) -> None:
 
 
 def test_each_factor_is_the_motion_times_it(folder: Path) -> None:
-    motion = Motion(PULSE, 0.3 * PULSE, sampling_interval=0.01)
+    motion = Motion.of(RECORD)
     with open_cube(folder / "three.nc", amplitude=None) as cube:
         assert cube["overturned"].dims == ("record", "amplitude", "azimuth", "height", "b_over_h", "friction")
         shares = []

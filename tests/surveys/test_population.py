@@ -72,9 +72,8 @@ def test_rate_against_stones_one_by_one() -> None:
     assert found["fall_rate"][0] == pytest.approx(np.mean(alone.overturned != 0), abs=0.03)
     low, high = found["fall_interval"][0]
     assert 0 < low < found["fall_rate"][0] < high < 1
-    assert (low, high) == pytest.approx(
-        binomtest(round(1024 * found["fall_rate"][0]), 1024).proportion_ci(method="wilson")
-    )
+    known = binomtest(round(1024 * found["fall_rate"][0]), 1024).proportion_ci(method="wilson")
+    assert (low, high) == pytest.approx((known.low, known.high))
     assert found["fall_octant"].sum(axis=1) == pytest.approx(found["fall_rate"])
     assert np.abs(np.sin(np.radians(found["fall_axis"]))) == pytest.approx([0], abs=1e-9)
 
@@ -95,6 +94,23 @@ def test_places_between_two_of_the_grid_are_linear_in_the_mean() -> None:
     assert set(place) == {1, 2}
     assert place.mean() == pytest.approx(1.25)
     assert (grid_places(np.array([0.2, 0.4]), np.array([0.1, 0.9]), lot[:2]) == [0, 1]).all()
+
+
+def test_a_stone_that_rocks_takes_no_friction_at_which_its_cell_slides() -> None:
+    """µ of 0.5 lies between 0.33 and 0.58: above B/H = 0.4 it rocks as at 0.58, below B/H = 0.55 it slides as at 0.33."""
+    count = 200
+    stones = Stones(
+        *(np.full(count, value) for value in (0.6, 0.4, 0.5, 0.0)), np.tile((np.arange(count) + 0.5) / count, (3, 1))
+    )
+    grid = {"azimuth": [0, 90, 180, 270], "height": [0.6], "b_over_h": [0.4, 0.55], "friction": [0.33, 0.58, 1.0]}
+    values = np.zeros((4, 1, 2, 3))
+    values[:, :, :, 1] = 1  # only at µ = 0.58 it falls
+    site = xr.Dataset(
+        {name: (tuple(grid), values) for name in ("overturned", "overturning_time", "residual_slip")}, grid
+    )
+    assert stone_outcomes(site, stones).fell.all()
+    stout = Stones(stones.height, stones.b_over_h + 0.15, stones.friction, stones.face, stones.lot)
+    assert not stone_outcomes(site, stout).fell.any()
 
 
 def test_rotated_in_space_by_hand() -> None:
@@ -118,7 +134,7 @@ def test_rotated_in_space_by_hand() -> None:
 def test_rates_over_amplitudes_of_a_cube() -> None:
     """Each factor is a cell of its own: what falls under a motion times 2 falls at the factor 2."""
     motion, population = pulse(3.0, 0.8), Population(width=Spread(low=0.1, high=0.3), stones=64)
-    axes = {"height": [0.6, 0.9], "b_over_h": [0.1, 0.2, 0.3, 0.5], "friction": [0.7]}
+    axes = {"height": [0.6, 0.9], "b_over_h": [0.1, 0.2, 0.3, 0.5], "friction": [0.5, 0.9]}
     both = xr.concat(
         [cube(motion, **axes), cube(motion.times(2.0), **axes)], dim=pd.Index([1.0, 2.0], name="amplitude")
     )

@@ -25,18 +25,22 @@ def amplitude(frequency: FloatArray) -> FloatArray:
     return period_effect * high_cut * low_cut
 
 
-def instrumental_intensity(motion: Motion) -> float:
+def instrumental_intensity(motion: Motion, *, horizontal: bool = False) -> float:
     """JMA instrumental intensity I = 2 log₁₀ a₀ + 0.94, a₀ in Gal, before it is rounded for publication.
+
+    With `horizontal` it is that of north and east alone, which is never more: a vertical motion half as strong at every
+    moment would add log₁₀ 1.25 = 0.1.
 
     a₀ is the largest level that the vector sum of the filtered components reaches or exceeds for 0.3 s in all; −inf for no
     motion at all. An ArgumentError says so where there is no vertical component, or the motion is shorter than 0.3 s.
     """
-    if motion.up is None:
+    if motion.up is None and not horizontal:
         raise ArgumentError("motion: no vertical component; the JMA intensity needs three components")
     count = math.ceil(DURATION / motion.sampling_interval - 1e-9)
     if motion.samples < count:
         raise ArgumentError(f"motion: {motion.duration:g} s; the JMA intensity needs at least {DURATION} s")
-    components = np.stack([motion.north, motion.east, motion.up]) / GAL
+    vertical = [] if motion.up is None or horizontal else [motion.up]
+    components = np.stack([motion.north, motion.east, *vertical]) / GAL
     spectrum = np.fft.rfft(components, axis=1)
     spectrum *= amplitude(np.asarray(np.fft.rfftfreq(motion.samples, motion.sampling_interval), dtype=np.float64))
     filtered = np.fft.irfft(spectrum, motion.samples, axis=1)

@@ -113,10 +113,7 @@ def stone_outcomes(site: xr.Dataset, stones: Stones) -> Outcomes:
     """
     space = in_space(site)
     several = "amplitude" in site.dims
-    cells = [
-        grid_places(site[name].to_numpy(), getattr(stones, name), lot)
-        for name, lot in zip(("height", "b_over_h", "friction"), stones.lot, strict=True)
-    ]
+    cells = list(_cells(site, stones))
     direction = "orientation" if space else "azimuth"
     grid, turn = site[direction].to_numpy().astype(np.float64), 90.0 if space else 360.0
     if space:
@@ -135,6 +132,23 @@ def stone_outcomes(site: xr.Dataset, stones: Stones) -> Outcomes:
     slip = np.hypot(of("residual_slip_north", stones.face), of("residual_slip_east", stones.face))
     twist = of("residual_twist", stones.face)
     return Outcomes(flag == 1, np.isfinite(flag), of("fall_azimuth", stones.face), slip, twist)
+
+
+def _cells(site: xr.Dataset, stones: Stones) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
+    """Places of the stones along height, B/H and friction.
+
+    Below µ = B/H a block slides rather than rocks: of two frictions the one on the stone's own side of it, where there is one.
+    """
+    height, shape, friction = (
+        grid_places(site[name].to_numpy(), getattr(stones, name), lot)
+        for name, lot in zip(("height", "b_over_h", "friction"), stones.lot, strict=True)
+    )
+    grid, ratio = site["friction"].to_numpy(), site["b_over_h"].to_numpy()[shape]
+    rocks = stones.friction > stones.b_over_h
+    below = np.clip(np.searchsorted(grid, stones.friction, side="right") - 1, 0, grid.size - 1)
+    above = np.minimum(below + 1, grid.size - 1)
+    lower, upper = ((grid[place] > ratio) == rocks for place in (below, above))
+    return height, shape, np.where(lower & ~upper, below, np.where(upper & ~lower, above, friction))
 
 
 def _of_both_planes(of: object, face: FloatArray) -> Outcomes:

@@ -115,8 +115,12 @@ def intensities(found: xr.Dataset, intensity: xr.Dataset) -> dict[str, FloatArra
 
 
 def jma_intensities(found: xr.Dataset, intensity: xr.Dataset) -> FloatArray:
-    """JMA instrumental intensity, shape (record, amplitude): it grows by 2 log₁₀ of the amplitude; NaN where not known."""
-    measured = intensity["jma_intensity"].to_numpy()[:, None]
+    """JMA instrumental intensity, shape (record, amplitude): it grows by 2 log₁₀ of the amplitude.
+
+    Of the horizontal components alone where a record has no vertical one; NaN where not known.
+    """
+    whole, horizontal = (intensity[name].to_numpy() for name in ("jma_intensity", "jma_intensity_horizontal"))
+    measured = np.where(np.isfinite(whole), whole, horizontal)[:, None]
     return np.asarray(measured + 2 * np.log10(found["amplitude"].to_numpy()))
 
 

@@ -33,6 +33,7 @@ def population(results: Results) -> Section | None:
     found = results.populations[NOMINAL]
     curves = fragility_curves(found, results.intensity)
     jma, rates = jma_intensities(found, results.intensity), found["fall_rate"].to_numpy()
+    missing = int(results.intensity["jma_intensity"].isnull().sum())
     drawing = results.drawings / "fall-rate.svg"
     whole = [one for one in curves if one.name == "all stones"]
     with style():
@@ -42,7 +43,7 @@ def population(results: Results) -> Section | None:
     scale = " Dashed: JMA 5 upper, 6 lower, 6 upper, 7; shaded: the rates from which surveys infer the last two."
     fitted = [_curves(curves)] if any(math.isfinite(one.median) for one in curves) else []
     blocks: list[Block] = [
-        *(Paragraph(text) for text in (_as_recorded(found), *_over_intensity(rates, jma))),
+        *(Paragraph(text) for text in (_as_recorded(found), *_over_intensity(rates, jma, missing))),
         Figure(drawing, "fall rate over amplitude and intensity", shown + (scale if np.isfinite(jma).any() else "")),
         Note(_assumed(stones, float(found.attrs["outside"]), results.in_space)),
         *fitted,
@@ -64,14 +65,17 @@ def _as_recorded(found: xr.Dataset) -> str:
     )
 
 
-def _over_intensity(rates: np.ndarray, jma: np.ndarray) -> list[str]:
-    """What intensity goes with which rate, and how the rule of field surveys does."""
+def _over_intensity(rates: np.ndarray, jma: np.ndarray, horizontal: int) -> list[str]:
+    """What intensity goes with which rate, and how the rule of field surveys does; `horizontal` records have no vertical."""
     known = np.isfinite(jma)
     inside = {text: known & (jma >= low) & (jma < high) for text, low, high in _DEGREES}
     parts = [f"{text} {percent(float(np.median(rates[own])))}" for text, own in inside.items() if own.sum() >= 3]
     said = []
     if parts:
-        said.append(f"The median fall rate, over records and amplitudes, at JMA intensity: {'; '.join(parts)}.")
+        of = f" ({horizontal} of the records have no vertical component; it would add about 0.1)" if horizontal else ""
+        said.append(
+            f"The median fall rate over records and amplitudes, by JMA instrumental intensity{of}: {'; '.join(parts)}."
+        )
     rules = []
     for low, high, least, most, text in SURVEY_RULE:
         own = known & (rates >= low) & ((rates < high) | (high >= 1))
@@ -91,6 +95,8 @@ def _over_intensity(rates: np.ndarray, jma: np.ndarray) -> list[str]:
 
 
 def _assumed(stones: Population, outside: float, space: bool) -> str:
+    fixed = f"{percent(stones.fixed)} are fixed and, as in surveys, not counted: rate = fallen/(all − fixed)"
+    fixed = fixed if stones.fixed else "none is fixed to its base"
     looks = "any way" if stones.face is None else f"towards {stones.face:g}° ± {stones.face_spread:g}°"
     beyond = f" {percent(outside)} of them lie beyond the study's grid and take its nearest value." if outside else ""
     turned = (
@@ -103,7 +109,7 @@ def _assumed(stones: Population, outside: float, space: bool) -> str:
     return (
         f"{stones.stones} stones of square plan, {stones.width.low:g} to {stones.width.high:g} m wide and "
         f"{stones.height.low:g} to {stones.height.high:g} m high, µ {stones.friction.low:g} to {stones.friction.high:g}, faces "
-        f"looking {looks}; {percent(stones.fixed)} are fixed and, as in surveys, not counted: rate = fallen/(all − fixed). A "
+        f"looking {looks}; {fixed}. A "
         f"stone {falls} in the cell of the cube that is like it, of two neighbours by lot.{beyond} Shifted: it "
         f"stands, its base moved by {100 * stones.shifted:g} cm or more. {turned} Intervals are those of a cemetery of so many "
         "stones (95 %, Wilson)."

@@ -10,13 +10,14 @@ import pytest
 import xarray as xr
 from reading import tables, text_of
 
+from overturning.motion.jma_intensity import SURVEY_RULE
 from overturning.records.steps import Layer, Rock, Site
 from overturning.report.results import Results
 from overturning.report.sections.ground import ground
 from overturning.report.sections.population import population
 from overturning.study.population import Population
 from overturning.study.sections import Variant
-from overturning.surveys.population_rates import SURVEY_RULE, jma_intensities, population_rates
+from overturning.surveys.population_rates import jma_intensities, population_rates
 
 Make = Callable[..., Results]
 

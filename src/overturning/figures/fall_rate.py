@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.figures.style import DASHED, FALLS, INK, SERIES, caption, grid, labels
+from overturning.motion.jma_intensity import SURVEY_RULE
 from overturning.statistics.fragility import Fragility
-from overturning.surveys.population_rates import SURVEY_RULE
 
 INTENSITY_SCALE: Final = (5.0, 5.5, 6.0, 6.5)
 """Bounds of the JMA scale's degrees 5+, 6−, 6+ and 7 (JMA: instrumental intensity)."""

@@ -1,6 +1,7 @@
 """JMA instrumental seismic intensity, from three components (JMA notice of 1996)."""
 
 import math
+from typing import Final
 
 import numpy as np
 
@@ -11,6 +12,14 @@ from overturning.units import GAL
 
 DURATION = 0.3
 """The filtered acceleration is exceeded for this long in all, s."""
+
+
+SURVEY_RULE: Final = ((0.4, 0.9, 6.0, 6.5, "6 upper"), (0.9, 1.0, 6.5, 99.0, "7"))
+"""Fall rates, from and to, that field surveys take for a degree of the JMA scale, with its instrumental intensity.
+
+40 to below 90 % for 6 upper, 90 % and more for 7: the rule of the survey of Yamagata University after the 2019
+Yamagata-oki earthquake, as the press of 26 July 2019 states it.
+"""
 
 
 def amplitude(frequency: FloatArray) -> FloatArray:

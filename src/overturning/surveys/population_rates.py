@@ -41,13 +41,6 @@ _MORE: Final = {
 MEASURES: Final = (("PGA", "g"), ("PGV", "cm/s"), ("PGV/PGA", "s"))
 """Intensity measures of the fragility curves, with their units."""
 
-SURVEY_RULE: Final = ((0.4, 0.9, 6.0, 6.5, "6 upper"), (0.9, 1.0, 6.5, 99.0, "7"))
-"""Fall rates, from and to, that field surveys take for a degree of the JMA scale, with its instrumental intensity.
-
-40 to below 90 % for 6 upper, 90 % and more for 7: the rule of the survey of Yamagata University after the 2019
-Yamagata-oki earthquake, as the press of 26 July 2019 states it.
-"""
-
 
 def population_rates(cube: xr.Dataset, population: Population) -> xr.Dataset:
     """Rates of a population under each record of a cube.

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import xarray as xr
 
+from overturning.motion.jma_intensity import SURVEY_RULE
 from overturning.report.blocks import Block, Disclosure, Figure, Note, Paragraph, Section, Table
 from overturning.report.results import Results
 from overturning.report.text import degrees, interval, number, percent
@@ -12,7 +13,6 @@ from overturning.statistics.fragility import Fragility
 from overturning.study.population import Population
 from overturning.study.scenes import NOMINAL
 from overturning.surveys.population_rates import (
-    SURVEY_RULE,
     fragility_curves,
     intensities,
     jma_intensities,
@@ -69,10 +69,11 @@ def _over_intensity(rates: np.ndarray, jma: np.ndarray, horizontal: int) -> list
     """What intensity goes with which rate, and how the rule of field surveys does; `horizontal` records have no vertical."""
     known = np.isfinite(jma)
     inside = {text: known & (jma >= low) & (jma < high) for text, low, high in _DEGREES}
-    parts = [f"{text} {percent(float(np.median(rates[own])))}" for text, own in inside.items() if own.sum() >= 3]
+    parts = [f"{percent(float(np.median(rates[own])))} at {text}" for text, own in inside.items() if own.sum() >= 3]
     said = []
     if parts:
-        of = f" ({horizontal} of the records have no vertical component; it would add about 0.1)" if horizontal else ""
+        have = "none of the records has" if horizontal == len(rates) else f"{horizontal} of the records lack"
+        of = f" ({have} a vertical component, which would add about 0.1)" if horizontal else ""
         said.append(
             f"The median fall rate over records and amplitudes, by JMA instrumental intensity{of}: {'; '.join(parts)}."
         )

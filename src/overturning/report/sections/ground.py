@@ -34,7 +34,7 @@ def ground(results: Results) -> Section | None:
 
 
 def _soil(site: Site) -> str:
-    return " and ".join(f"{one.thickness_m:g} m of {one.velocity_m_s:g} m/s" for one in site.layers)
+    return " over ".join(f"{one.thickness_m:g} m of soil ({one.velocity_m_s:g} m/s)" for one in site.layers)
 
 
 def _grounds(results: Results, names: list[str]) -> dict[str, str]:

@@ -203,19 +203,20 @@ def overturning_rows(
     parts = []
     for i in range(cube.sizes["record"]):
         planes = by_plane(falls_of_record(cube, i), ensemble=ensemble)
-        where, falls = planes["azimuth"], planes["falls"].transpose("azimuth", *CASE_DIMS).compute()
+        where, falls = planes["azimuth"], planes["falls"].transpose("azimuth", *CASE_DIMS)
         try:
             along = intensity[["pga", "pgv"]].isel(record=i).sel(azimuth=where, method="nearest", tolerance=1e-6)
         except KeyError as error:
             raise ArgumentError(
                 "intensity: azimuths of the cube are missing; compute it on the cube's azimuths"
             ) from error
-        pga, pgv = (along[name].assign_coords(azimuth=where) for name in ("pga", "pgv"))
-        slender, height = (falls[name].astype(float) for name in ("b_over_h", "height"))
+        pga, pgv = (along[name].to_numpy()[:, None, None, None] for name in ("pga", "pgv"))
+        slender, height = (falls[name].to_numpy().astype(float) for name in ("b_over_h", "height"))
+        slender, height = slender[:, None], height[:, None, None]
         values = (pga / (STANDARD_GRAVITY * slender), pgv / pga, slender, height)
-        columns: list[Any] = [*map(np.log, values), planes["weight"] * where.size]
+        columns = [*map(np.log, values), (planes["weight"].to_numpy() * where.size)[:, None, None, None]]
         known = np.isfinite(falls.to_numpy())
-        *table, weights = (one.broadcast_like(falls).transpose(*falls.dims).to_numpy()[known] for one in columns)
+        *table, weights = (np.broadcast_to(one, falls.shape)[known] for one in columns)
         event = np.full(weights.size, str(cube["event"].values[i]))
         parts.append((np.stack(table, axis=1), falls.to_numpy()[known].astype(np.float64), event, weights))
     if not parts:

@@ -21,6 +21,7 @@ class _Outcome(BaseModel):
     element: str
     cases: int
     flags: int
+    flags_undivided: int
     fallen: int
     sides: int
     unanswered: int

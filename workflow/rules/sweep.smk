@@ -27,8 +27,8 @@ rule sweep:
         f"{LOGS}/sweep/{{variant}}/{{record}}.{{scatteritem}}.log",
     threads: 1
     resources:
-        mem_mb=SWEEP_MB,
-        runtime=SWEEP_MINUTES,
+        mem_mb=lambda wildcards, attempt: attempt * SWEEP_MB,
+        runtime=lambda wildcards, attempt: attempt * SWEEP_MINUTES,
         # Only for the progress line; unlike a parameter it does not make a sweep run again when a record is added.
         records=len(RECORDS),
     params:
@@ -47,7 +47,9 @@ rule sweep:
             use=[wildcards.record],
         ),
         sources=sources("workflow:sweep"),
-        members=f"--members {MEMBERS}" if STUDY.ensemble.members else "",
+        members=lambda wildcards, input: " ".join(
+            f"--members {each}" for each in input.members
+        ),
     shell:
         "overturning sweep --study {params.study:q} --variant {wildcards.variant} --chunk {wildcards.scatteritem}"
         " --motion {input.motion} --output {output.part} --timing {output.timing} --threads {threads} --records {resources.records}"

@@ -30,11 +30,16 @@ ensemble: {members: 16}
 verification: none
 """
 
-SMALL: Final = STUDY.replace("step: 10", "step: 60").replace("0.05", "0.25").replace("rinaldi, petrolia", "rinaldi")
-"""The same in a few seconds."""
+SMALL: Final = (
+    STUDY.replace("step: 10", "step: 60")
+    .replace("0.05", "0.25")
+    .replace("rinaldi, petrolia", "rinaldi")
+    .replace("16", "0")
+)
+"""Much the same in a few seconds."""
 
 SLURM: Final = (
-    *("--workflow-profile", "workflow/profiles/slurm", "--set-scatter", "sweep=3"),
+    *("--workflow-profile", "workflow/profiles/slurm"),
     *(*OPTIONS, "--slurm-init-seconds-before-status-checks", "2", "--seconds-between-status-checks", "2"),
     *("--latency-wait", "10"),
 )
@@ -95,12 +100,13 @@ def local(study: str, cores: int, chunks: int) -> Run:
         return folder.run(words, "--cores", str(cores), "--set-scatter", f"sweep={chunks}")
 
 
-def on_slurm(study: str) -> Run | None:
+def on_slurm(study: str, chunks: int = 3) -> Run | None:
     """By the profile for SLURM on a cluster of one node; None where there is none."""
     if missing():
         return None
     with one_node_slurm(), fresh(study) as folder:
-        return folder.run("SLURM, one node of two cores, 3 chunks of each record", *SLURM)
+        words = f"SLURM, one node of two cores, {chunks} chunks of each record"
+        return folder.run(words, *SLURM, "--set-scatter", f"sweep={chunks}")
 
 
 def on_dask(study: str, workers: int = 2) -> Run:

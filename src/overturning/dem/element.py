@@ -84,8 +84,11 @@ class Element(Model):
         "z counts from the level of `stands_on` where that is given",
     )
     rotation_deg: float = Field(default=0.0, description="rotation towards +x before it is placed, degrees")
-    fallen_rotation_deg: float = Field(
-        default=90.0, gt=0, le=180, description="rotation that counts as overturned, degrees"
+    fallen_rotation_deg: float | None = Field(
+        default=None,
+        gt=0,
+        le=180,
+        description="rotation that counts as overturned, degrees; not given: the least at which it can rest on another face",
     )
     fallen_drop: Positive | None = Field(
         default=None, description="drop of the centre that counts as overturned too, m; not given: rotation only"

@@ -103,7 +103,7 @@ class Scene(Model):
             and ground.vertices is None
             and block.vertices is None
             and ground.rotation_deg == block.rotation_deg == 0
-            and block.fallen_rotation_deg == 90
+            and block.fallen_rotation_deg in (None, 90)
             and block.fallen_drop is None
             and block.at[0] == ground.at[0]
             and (ground.width or 0) > WIDE * max(block.width or 0, block.height or 0)

@@ -14,8 +14,8 @@ CALM_KINETIC: Final = 1e-9
 """Kinetic energy at rest, as a share of m g times the half of the smallest side of the lightest element."""
 
 
-FLAT: Final = round(0.999 * 0.5 * np.pi, 12)
-"""An element that lies on its side has turned by 90° less what its contacts give way, rad."""
+FLAT: Final = 0.999
+"""An element that lies on another face has turned by this share of its angle at least: its contacts give way."""
 
 
 def kernel_column(prepared: Prepared) -> FloatArray:
@@ -75,7 +75,7 @@ def rests_on_one_face(placed: list[Placed]) -> bool:
         rectangles
         and ground.element.kind == "driven"
         and block.element.kind == "free"
-        and block.element.fallen_rotation_deg <= 90
+        and fallen_angle(block) < 0.5 * np.pi
         and abs(float(block.points[:, 1].min() - ground.points[:, 1].max())) <= 1e-9 * block.size
         and ground.shape.width > WIDE * max(block.shape.width, block.shape.height) + 2.0 * abs(block.x - ground.x)
     )
@@ -96,9 +96,10 @@ def kernel_shapes(prepared: Prepared) -> tuple[NDArray[np.int64], FloatArray]:
     return sizes, shapes
 
 
-def fallen_angle(fallen_rotation_deg: float) -> float:
-    """Rotation at which an element counts as fallen, rad: that of its scene, `FLAT` for 90°."""
-    return FLAT if fallen_rotation_deg == 90.0 else round(float(np.radians(fallen_rotation_deg)), 12)
+def fallen_angle(item: Placed) -> float:
+    """Rotation at which an element counts as fallen, rad: `FLAT` of the one that brings a face down, or that of its scene."""
+    brings_down = item.element.fallen_rotation_deg in (None, 90.0)
+    return round(FLAT * item.fallen, 12) if brings_down else item.fallen
 
 
 def kernel_rules(prepared: Prepared) -> tuple[FloatArray, FloatArray]:
@@ -108,7 +109,7 @@ def kernel_rules(prepared: Prepared) -> tuple[FloatArray, FloatArray]:
     for index, item in enumerate(prepared.placed):
         drop = item.element.fallen_drop
         rules[index, t.IS_FREE] = 0.0 if item.fixed else 1.0
-        rules[index, t.FALL_ANGLE] = fallen_angle(item.element.fallen_rotation_deg)
+        rules[index, t.FALL_ANGLE] = fallen_angle(item)
         rules[index, t.LOWEST] = -np.inf if drop is None else item.z - drop
         rules[index, t.SUPPORT] = prepared.support[index]
         rules[index, t.BARRIER] = prepared.barrier[index]

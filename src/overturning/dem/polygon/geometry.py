@@ -60,6 +60,12 @@ class Placed:
         return min(self.shape.width, self.shape.height)
 
     @property
+    def fallen(self) -> float:
+        """Rotation at which it has fallen, rad: that of its scene, or the least at which it can rest on another face."""
+        asked = self.element.fallen_rotation_deg
+        return self.shape.fallen if asked is None else round(float(np.radians(asked)), 12)
+
+    @property
     def fixed(self) -> bool:
         """Whether forces do not move it."""
         return self.element.kind != "free"

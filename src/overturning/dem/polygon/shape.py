@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
+from overturning.dem.rest import can_rest
 from overturning.errors import ArgumentError
 
 SYMMETRY: Final = 1e-9
@@ -38,6 +39,18 @@ class Polygon:
     def height(self) -> float:
         """Extent in z, m."""
         return float(np.ptp(self.vertices[:, 1]))
+
+    @cached_property
+    def fallen(self) -> float:
+        """Least rotation, rad, at which it can rest on another face than the one that is most nearly below; π where on none.
+
+        It is 90° for a rectangle. Rounded, since libm differs between processors in the last digit.
+        """
+        normals, offsets = self.faces[:, 4:6], self.faces[:, 6]
+        tilts = np.abs(np.arctan2(normals[:, 0], -normals[:, 1]))
+        stable = can_rest(normals, offsets, max(self.width, self.height))
+        stable[np.argmin(tilts)] = False
+        return round(float(np.min(tilts[stable], initial=np.pi)), 12)
 
     @cached_property
     def faces(self) -> FloatArray:

@@ -6,6 +6,7 @@ between which both answers are right: what has turned farther than `lies_from` h
 `falls_from` has not.
 """
 
+from itertools import combinations
 from typing import Final
 
 import numpy as np
@@ -108,13 +109,12 @@ def coming_down(item: Placed, rotation: float) -> float:
 
 def _faces(item: Placed) -> list[tuple[float, float]]:
     """Rotation that brings each face down, rad, and the distance of its ends, m: of any two vertices that are the lowest then."""
-    points, found = item.shape.vertices, []
-    for k, first in enumerate(points):
-        for second in points[k + 1 :]:
-            x, z = second - first
-            for angle in (np.arctan2(z, x), np.arctan2(-z, -x)):
-                if first[1] * np.cos(angle) - first[0] * np.sin(angle) < 1e-9 * item.size - _height(item, angle):
-                    found.append((float(angle), float(np.hypot(x, z))))
+    found = []
+    for first, second in combinations(item.shape.vertices, 2):
+        x, z = second - first
+        turns = (float(np.arctan2(z, x)), float(np.arctan2(-z, -x)))
+        lowest = (t for t in turns if first[1] * np.cos(t) - first[0] * np.sin(t) < 1e-9 * item.size - _height(item, t))
+        found += [(turn, float(np.hypot(x, z))) for turn in lowest]
     return found
 
 

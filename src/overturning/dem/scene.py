@@ -100,8 +100,8 @@ class Scene(Model):
         return (
             ground.kind == "driven"
             and block.kind == "free"
-            and ground.vertices is None
-            and block.vertices is None
+            and ground.width is not None
+            and block.width is not None
             and ground.rotation_deg == block.rotation_deg == 0
             and block.fallen_rotation_deg in (None, 90)
             and block.fallen_drop is None

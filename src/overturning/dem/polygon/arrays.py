@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.polygon import tables as t
-from overturning.dem.polygon.geometry import WIDE, Placed, common_stretch
+from overturning.dem.polygon.geometry import WIDE, Placed, common_stretch, partners, parts_of
 from overturning.dem.polygon.prepare import Prepared, deepest_allowed
 
 CALM_KINETIC: Final = 1e-9
@@ -45,17 +45,17 @@ def kernel_column(prepared: Prepared) -> FloatArray:
     seen, face = k.Seen(0.0, 0.0), k.Face(0.0, 0.0, 0.0, 0.0, 0.0)
     unseen = k.Vertices(seen, seen, seen, seen)
     pairs = []
-    for index, (i, j) in enumerate(prepared.pairs):
+    for index, (a, b) in enumerate(partners(placed, prepared.pairs)):
         tangential = laws.tangential[index]
         compliance = 1.0 / tangential if tangential > 0 else 0.0
         law = k.Law(laws.normal[index], tangential, laws.dashpot[index], laws.friction[index], compliance)
         ends = [k.Memory(0.0, rows.OPEN, 0.0, 0.0)] * 2
         for at, side, slip in prepared.springs:
             if at == index:
-                ends[side] = k.Memory(
-                    slip, rows.MINE if _is_first(placed[i], placed[j], side) else rows.THEIRS, 0.0, 0.0
-                )
-        pairs.append(k.Pair(face, face, law, nearest, unseen, ends[0], ends[1], 0.0, 0.0, 0.0, 0.0))
+                ends[side] = k.Memory(slip, rows.MINE if _is_first(a, b, side) else rows.THEIRS, 0.0, 0.0)
+        pairs.append(
+            k.Pair(face, face, k.Bounds(0.0, 0.0, 0.0, 0.0), law, nearest, unseen, ends[0], ends[1], 0.0, 0.0, 0.0, 0.0)
+        )
     step = [0.0] * (rows.PAIR.count - len(rows.flat(pairs[0])) if pairs else 0)
     return np.array(
         [0.0] * rows.CASE.count + rows.flat(elements) + [number for pair in pairs for number in rows.flat(pair) + step]
@@ -70,7 +70,7 @@ def rests_on_one_face(placed: list[Placed]) -> bool:
     if len(placed) != 2:
         return False
     ground, block = placed
-    rectangles = all(item.element.vertices is None and item.element.rotation_deg == 0 for item in placed)
+    rectangles = all(item.element.width is not None and item.element.rotation_deg == 0 for item in placed)
     return (
         rectangles
         and ground.element.kind == "driven"
@@ -88,18 +88,35 @@ def _is_first(a: Placed, b: Placed, side: int) -> bool:
 
 
 def kernel_shapes(prepared: Prepared) -> tuple[NDArray[np.int64], FloatArray]:
-    """Numbers of vertices, shape (elements,), and faces, shape (elements, most vertices, 9)."""
-    sizes = np.array([len(item.shape.vertices) for item in prepared.placed], dtype=np.int64)
-    shapes = np.zeros((len(sizes), int(sizes.max()), 9))
-    for index, item in enumerate(prepared.placed):
-        shapes[index, : sizes[index]] = item.shape.faces
+    """Numbers of vertices of all convex pieces, shape (pieces,), and faces, shape (pieces, most vertices, 12)."""
+    parts = [part for item in prepared.placed for part in item.shape.parts]
+    sizes = np.array([len(part.vertices) for part in parts], dtype=np.int64)
+    shapes = np.zeros((len(sizes), int(sizes.max()), 12))
+    for index, part in enumerate(parts):
+        shapes[index, : sizes[index]] = part.faces
     return sizes, shapes
+
+
+def kernel_layout(prepared: Prepared) -> NDArray[np.int64]:
+    """The two elements of each pair, and their pieces by their numbers among those of all, shape (pairs, 4)."""
+    counts = [len(item.shape.parts) for item in prepared.placed]
+    first = np.cumsum([0, *counts]).tolist()
+    parts = parts_of(prepared.placed, prepared.pairs)
+    rows = [(i, j, first[i] + m, first[j] + n) for (i, j), (m, n) in zip(prepared.pairs, parts, strict=True)]
+    return np.array(rows, dtype=np.int64).reshape(-1, 4)
 
 
 def fallen_angle(item: Placed) -> float:
     """Rotation at which an element counts as fallen, rad: `FLAT` of the one that brings a face down, or that of its scene."""
     brings_down = item.element.fallen_rotation_deg in (None, 90.0)
     return round(FLAT * item.fallen, 12) if brings_down else item.fallen
+
+
+def _energy_scale(prepared: Prepared, n: int) -> float:
+    """Energy that overturns an element, J; of one that falls by itself, its weight times its size."""
+    item, barrier = prepared.placed[n], float(prepared.barrier[n])
+    whole = item.mass * prepared.scene.gravity * item.size
+    return barrier if barrier > 1e-6 * whole else whole
 
 
 def kernel_rules(prepared: Prepared) -> tuple[FloatArray, FloatArray]:
@@ -118,4 +135,5 @@ def kernel_rules(prepared: Prepared) -> tuple[FloatArray, FloatArray]:
     limits[t.DEEPEST_ALLOWED] = deepest_allowed(prepared.placed)
     limits[t.REST_ENERGY] = CALM_KINETIC * lightest.mass * prepared.scene.gravity * 0.5 * lightest.size
     limits[t.LEAST_BARRIER] = min(float(prepared.barrier[n]) for n in prepared.free)
+    limits[t.LEAST_SCALE] = min(_energy_scale(prepared, n) for n in prepared.free)
     return rules, limits

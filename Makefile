@@ -56,6 +56,7 @@ bench: peers ## how fast the kernel is, against scalar code and other engines; a
 	$(BIN)/python -m verification.fine_steps
 	$(BIN)/python -m verification.rigid_limit
 	$(BIN)/python -m verification.scene_speed
+	$(BIN)/python -m verification.both_kernels
 	$(BIN)/python -m verification.space
 
 verify: setup ## error against run time, map of stability; puts the figures into the docs

@@ -24,7 +24,7 @@ COMMANDS = {
     "gather": ("workflow", "Gather the parts of a sweep into the cube."),
     "figures": ("workflow", "Draw the figures of a study."),
     "verify-study": ("workflow", "Run a random part of a study again, with finer steps and with stiffer springs."),
-    "population": ("workflow", "Fall rates of a study's population of stones."),
+    "surface": ("workflow", "Take the motions of all records through the soil of a variant."),
     "fragility": ("workflow", "Fragility curves of a population, as CSV and for OpenQuake."),
     "report": ("workflow", "Write the report of a study."),
     "explore": ("explore", "Write a page to look around in a cube: point at a cell, see what is known of it."),

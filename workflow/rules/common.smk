@@ -82,7 +82,6 @@ CUBES = [
 ]
 
 
-POPULATION = [f"{RESULTS}/population.nc"] if STUDY.population else []
 FRAGILITY = [f"{RESULTS}/fragility/fragility.csv"] if STUDY.population else []
 
 SURVEYS = list(range(1, len(STUDY.surveys) + 1))
@@ -117,6 +116,16 @@ def sources(command):
 def variant_of(wildcards):
     """Name of the contact setting from the suffix of the cube."""
     return wildcards.suffix.removeprefix(".") or "nominal"
+
+
+def motions_of(variant):
+    """Folder of the motions of a variant: of its own ones where it has soil, else of the study's."""
+    own = (
+        f"/{variant}"
+        if variant in STUDY.variants and STUDY.variants[variant].site
+        else ""
+    )
+    return f"{RESULTS}/motion{own}"
 
 
 def parts_of_cube(wildcards):

@@ -56,7 +56,9 @@ def read_sample(cube: Path, settings: Verification) -> Sample:
     """Choose cells of a cube and read the study's answers to them; a ResultError where the cube cannot be read."""
     with open_raw(cube, "opened", "run the study again") as file:
         records = file.dimensions["record"].size
-        computed = file["mirrored" if "mirrored" in file.variables else "repeated"][0] == 0
+        # The answers as recorded, where a study has its motions at several amplitudes.
+        recorded = (int(np.flatnonzero(file["amplitude"][:] == 1.0)[0]),) if "amplitude" in file.dimensions else ()
+        computed = file["mirrored" if "mirrored" in file.variables else "repeated"][(0, *recorded)] == 0
         record, index = choose(settings, records, computed)
         flags = file["overturned"]
         elements = flags.shape[-1] if "element" in flags.dimensions else 1
@@ -67,11 +69,11 @@ def read_sample(cube: Path, settings: Verification) -> Sample:
         for number in range(records):
             rows = np.flatnonzero(record == number)
             where = tuple(index[rows].T)
-            overturned[rows] = flags[number][where].reshape(rows.size, elements)
-            status[rows] = file["status"][number][where]
+            overturned[rows] = flags[(number, *recorded)][where].reshape(rows.size, elements)
+            status[rows] = file["status"][(number, *recorded)][where]
             if chances:
-                falls = sum(chance[number][where].reshape(rows.size, elements) for chance in chances)
+                falls = sum(chance[(number, *recorded)][where].reshape(rows.size, elements) for chance in chances)
                 divided[rows] = (falls > 0) & (falls < 1 - _ROUNDING)
             if azimuth is not None:
-                azimuth[rows] = file["fall_azimuth"][number][where]
+                azimuth[rows] = file["fall_azimuth"][(number, *recorded)][where]
     return Sample(record, index, overturned, status, records * int(computed.sum()), divided, azimuth)

@@ -14,7 +14,10 @@ if TYPE_CHECKING:
 
 
 def open_cube(
-    path: Path, chunks: dict[str, int] | str | None = None, element: str | None = "reference"
+    path: Path,
+    chunks: dict[str, int] | str | None = None,
+    element: str | None = "reference",
+    amplitude: float | None = 1.0,
 ) -> "xr.Dataset":
     """Open a cube in xarray.
 
@@ -27,6 +30,9 @@ def open_cube(
     element : str, optional
         Of a scene with several free elements: the name of one, "reference" for the scene's reference element, None for
         all. The dimension is there in the last case only, with the names as its coordinate.
+    amplitude : float, optional
+        Of a study with several factors on its motions: one of them, None for all. The dimension is there in the last
+        case only.
 
     Returns
     -------
@@ -36,7 +42,7 @@ def open_cube(
     Raises
     ------
     ResultError
-        If there is no cube, or the file is none.
+        If there is no cube, the file is none, or it has no such element or factor.
     """
     import xarray as xr
 
@@ -48,6 +54,11 @@ def open_cube(
         raise ResultError(f"{path}: cannot be opened ({error}); run the study again") from None
     if "overturned" not in cube or "content_sha256" not in cube.attrs:
         raise ResultError(f"{path}: not a cube of this package, or an unfinished one; run the study again")
+    if "amplitude" in cube.dims and amplitude is not None:
+        known = cube["amplitude"].to_numpy().tolist()
+        if amplitude not in known:
+            raise ResultError(f"{path}: no amplitude {amplitude:g}; known: {', '.join(f'{one:g}' for one in known)}")
+        cube = cube.sel(amplitude=amplitude, drop=True)
     if "element" not in cube.dims:
         return cube
     cube = cube.assign_coords(element=cube["element_name"].to_numpy().astype(str)).drop_vars("element_name")

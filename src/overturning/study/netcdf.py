@@ -54,6 +54,11 @@ def add_grid(file: Any, grid: Axes) -> None:
     for name, values in grid.coordinates().items():
         file.createDimension(name, values.size)
         add_coordinate(file, name, name, values.dtype, values, **COORDINATES[name])
+    if grid.amplitude:
+        file.createDimension("amplitude", len(grid.amplitude))
+        add_coordinate(
+            file, "amplitude", "amplitude", "f8", grid.amplitude, long_name="factor on the motion", units="1"
+        )
     if count := len(grid.element):
         file.createDimension("element", count)
         about = "of the free element of the scene"
@@ -72,10 +77,11 @@ def chunk_shape(shape: tuple[int, ...]) -> tuple[int, ...]:
 
 def add_variable(file: Any, variable: Variable, grid: Axes, *before: str) -> Any:
     """Create an outcome variable over dimensions `before` and those of a grid, filled with "missing"."""
+    dimensions = (*before, *grid.dimensions(variable))
+    own = chunk_shape(grid.shape_of(variable)[1 if grid.amplitude else 0 :])
     created = file.createVariable(
-        variable.name, variable.dtype, (*before, *grid.dimensions(variable)), fill_value=variable.fill_value,
-        zlib=True, complevel=1, shuffle=variable.dtype != "i1",
-        chunksizes=(*(1 for _ in before), *chunk_shape(grid.shape_of(variable))),
+        variable.name, variable.dtype, dimensions, fill_value=variable.fill_value,
+        zlib=True, complevel=1, shuffle=variable.dtype != "i1", chunksizes=(1,) * (len(dimensions) - len(own)) + own,
     )  # fmt: skip
     created.setncatts(variable.all_attributes)
     created.set_auto_maskandscale(False)

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from overturning.errors import ResultError
+from overturning.files import whole
 from overturning.study.config import Study
 from overturning.study.load import check_study
 from overturning.study.scenes import scene_of
@@ -42,6 +43,8 @@ def open_cube(
 
     if not path.is_file():
         raise ResultError(f"{path}: no such cube; run the study first")
+    if whole(path) is False:
+        raise ResultError(f"{path}: damaged, its checksum does not fit; run the study again, which makes it anew")
     try:
         cube = xr.open_dataset(path, engine="netcdf4", chunks=chunks, decode_timedelta=False)
     except OSError as error:

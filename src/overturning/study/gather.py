@@ -79,7 +79,7 @@ def _copy_part(
     filled: NDArray[np.bool_],
     variables: tuple[Variable, ...],
 ) -> None:
-    with open_raw(part, "read", "remove it and run again") as file:
+    with open_raw(part, "read", "run again, which makes it anew", sealed=True) as file:
         if file.record_id not in index_of or file.variant != variant:
             raise ResultError(
                 f"{part}: holds record {file.record_id}, variant {file.variant}, which are not in this study"

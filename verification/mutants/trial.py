@@ -36,13 +36,13 @@ _layers, _package = cache.sources_digest, Path(cache.__file__).parents[1]
 
 
 def _digest(sources):
-    if sources.suffix != ".py":
+    if not (sources.suffix == ".py" and sources.is_relative_to(_package)):
         return _layers(sources)
     name = ".".join(("overturning", *sources.relative_to(_package).with_suffix("").parts))
     return hashlib.sha256(b"".join(path.read_bytes() for path in sources_of(name))).hexdigest()[:16]
 
 
-cache.layer_of = lambda module: module
+cache.layer_of = lambda module: module if module.is_relative_to(_package) else module.parent
 cache.sources_digest = _digest
 '''
 

@@ -7,7 +7,13 @@ from snakemake.exceptions import WorkflowError
 
 from overturning.errors import OverturningError
 from overturning.surveys.stones import read_survey
-from overturning.study.check import check_files, check_records, check_size, size_of
+from overturning.study.check import (
+    check_files,
+    check_records,
+    check_size,
+    explorable,
+    size_of,
+)
 from overturning.study.load import check_study, load_study
 from overturning.study.sources import source_hash
 from overturning.study.own_error import is_verified
@@ -67,7 +73,7 @@ LOGS = f"{RESULTS}/logs"
 REPORT = f"{RESULTS}/report.html"
 FIGURES = f"{RESULTS}/figures"
 EXPLORER = f"{RESULTS}/explore.html"
-EXPLORERS = [EXPLORER] if STUDY.body is None else []  # it shows planes
+EXPLORERS = [EXPLORER] if explorable(STUDY) else []
 PAPER = f"{RESULTS}/report.pdf"
 MEMBERS = f"{RESULTS}/members.csv"
 CUBES = [

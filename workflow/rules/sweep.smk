@@ -47,7 +47,9 @@ rule sweep:
             use=[wildcards.record],
         ),
         sources=sources("workflow:sweep"),
-        members=f"--members {MEMBERS}" if STUDY.ensemble.members else "",
+        members=lambda wildcards, input: " ".join(
+            f"--members {each}" for each in input.members
+        ),
     shell:
         "overturning sweep --study {params.study:q} --variant {wildcards.variant} --chunk {wildcards.scatteritem}"
         " --motion {input.motion} --output {output.part} --timing {output.timing} --threads {threads} --records {resources.records}"

@@ -25,6 +25,9 @@ _CELL_IN_MEMORY: Final = 400
 _CELL_ON_DISK: Final = 45
 _MEMBER_IN_MEMORY: Final = 60
 
+MOST_CELLS: Final = 3_000_000
+"""Cells of a page to look around in a cube: it then has 30 MB, which browsers still open."""
+
 MOST_NAMED: Final = 6
 """Faults that are named in one message; of more the number."""
 
@@ -61,6 +64,12 @@ def size_of(study: Study, chunks: int = 1) -> Size:
         + min(cells, MOST_MEMBERS / BATCH) * _MEMBER_IN_MEMORY * members
     )
     return Size(records, study.cases, work, memory, records * study.cases * _CELL_ON_DISK * elements * variants)
+
+
+def explorable(study: Study) -> bool:
+    """Whether there is a page to look around in a study's cube: it shows planes, and not too many cells."""
+    cells = len(study.records.use) * study.cases * len(study.scene.free)
+    return study.body is None and cells <= MOST_CELLS
 
 
 def check_size(study: Study, where: str, results: Path = Path("results"), chunks: int = 1) -> Size:

@@ -52,20 +52,26 @@ def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path:
     grid, variables = grid_of(study, variant), variables_of(study)
     of_records = _paths_of_records(parts, records, variant)
     with atomic_write(path) as unfinished, Dataset(unfinished, "w", format="NETCDF4") as cube:
-        cube.createDimension("record", len(records))
-        _add_records(cube, records, study.simulation.vertical)
-        add_grid(cube, grid)
-        for variable in variables:
-            names = ("element_name",) if "element" in grid.dimensions(variable) else ()
-            add_variable(cube, variable, grid, "record").coordinates = " ".join((*RECORD_COORDINATES, *names))
+        describe_cube(cube, study, records, variant)
         whole = [_copy_record(paths, cube, at, grid, variables) for at, (_, paths) in enumerate(of_records)]
         if not all(whole):
             missing = [record.record_id for (record, _), found in zip(of_records, whole, strict=True) if not found]
             raise ResultError(
                 f"{path}: no part holds all cells of {', '.join(missing)}; run the sweep of these records again"
             )
-        digest = content_hash(cube, variables)
-        cube.setncatts({**_attributes(study, records, variant), "content_sha256": digest})
+        cube.content_sha256 = content_hash(cube, variables)
+
+
+def describe_cube(cube: Any, study: Study, records: Sequence[Record], variant: str = NOMINAL) -> None:
+    """Dimensions, coordinates, attributes and variables of a cube, all values missing, in an open netCDF4 file."""
+    grid = grid_of(study, variant)
+    cube.setncatts(_attributes(study, records, variant))
+    cube.createDimension("record", len(records))
+    _add_records(cube, records, study.simulation.vertical)
+    add_grid(cube, grid)
+    for variable in variables_of(study):
+        names = ("element_name",) if "element" in grid.dimensions(variable) else ()
+        add_variable(cube, variable, grid, "record").coordinates = " ".join((*RECORD_COORDINATES, *names))
 
 
 def _paths_of_records(

@@ -100,7 +100,8 @@ class Part(NamedTuple):
 
     def put(self, name: str, cells: NDArray[Any]) -> None:
         """Put the values of a variable into their places in an array like the whole grid."""
-        cells[np.ix_(*self.places)] = self.file[name][:]
+        if self.places[0].size:
+            cells[np.ix_(*self.places)] = self.file[name][:]
 
 
 def record_of(path: Path) -> tuple[str, str]:

@@ -92,11 +92,12 @@ def sweep_record(
     progress: Progress | None = None,
     members: Members | None = None,
     chunk: Chunk = WHOLE,
+    client: Any = None,
 ) -> tuple[int, int]:
     """Simulate every case of one processed record, or a chunk of them, and write them as a part of the cube (NetCDF).
 
     Returns the numbers of cases and of block steps computed. `members` of the ensemble are drawn from the study where not
-    given.
+    given; `client` is that of a dask cluster which computes the cases.
     """
     grid, motion = piece_of(study, grid_of(study, variant), chunk), motion_of(study, record)
     attributes = {"record_id": record.record_id, "variant": variant}
@@ -105,7 +106,7 @@ def sweep_record(
         return 0, 0
     with_ensemble = study.ensemble.members > 0
     share = NOMINAL_SHARE if with_ensemble else 1.0
-    numerics = numerics_of(study, threads, _part_of(progress, 0.0, share))
+    numerics = numerics_of(study, threads, _part_of(progress, 0.0, share), client)
     outcome = simulate_variant(study, variant, motion, grid, numerics)
     block_steps = int(np.sum(outcome["block_steps"]))
     if with_ensemble:

@@ -19,7 +19,7 @@ from overturning.study.cube import open_cube, processing_of, study_of
 from overturning.study.gather import gather
 from overturning.study.grid import grid_of
 from overturning.study.load import check_study
-from overturning.study.sweep import write_part
+from overturning.study.parts import write_part
 
 NAMES = ("first", "second")
 Outcome = dict[str, np.ndarray]

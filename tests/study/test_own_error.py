@@ -319,7 +319,7 @@ def test_the_command_reads_a_scenes_cube_and_writes_what_the_report_reads(
     write_motion(record(short(7), "a"), tmp_path / "motion" / "a.nc")
     kept = read_motion(tmp_path / "motion" / "a.nc")
     with timed(tmp_path / "a.csv") as row:
-        row["block_steps"] = sweep_record(settings, kept, tmp_path / "a.nc")
+        _, row["block_steps"] = sweep_record(settings, kept, tmp_path / "a.nc")
     gather(settings, [kept], [tmp_path / "a.nc"], tmp_path / "cube.nc")
     verify_study(
         json.dumps(data), tmp_path / "motion", tmp_path / "cube.nc", tmp_path, tmp_path / "verification.json",

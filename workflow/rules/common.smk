@@ -8,38 +8,32 @@ from snakemake.exceptions import WorkflowError
 
 from overturning.errors import OverturningError
 from overturning.surveys.stones import read_survey
+from overturning.study.check import (
+    check_files,
+    check_records,
+    check_size,
+    explorable,
+    size_of,
+)
 from overturning.study.going_on import DAMAGED, hold, mend
-from overturning.study.check import check_files, check_records, check_size
 from overturning.study.load import check_study, load_study
 from overturning.study.sources import source_hash
 from overturning.study.own_error import is_verified
 
 DEFAULT_STUDY = Path("config/near-fault.yaml")
 # Requests that change nothing; all others hold the folder, so that there is never anything to unlock.
-LOOKS = {
-    *(
-        "-n",
-        "--dry-run",
-        "--dryrun",
-        "--lint",
-        "--report",
-        "--unlock",
-        "--summary",
-        "-D",
-        "--detailed-summary",
-    ),
-    *(
-        "--list",
-        "-l",
-        "--list-rules",
-        "--dag",
-        "--rulegraph",
-        "--filegraph",
-        "--list-changes",
-        "-h",
-        "--help",
-    ),
-}
+LOOKS = set(
+    "-n --dry-run --dryrun --lint --report --unlock --summary -D --detailed-summary --list -l --list-rules --dag"
+    " --rulegraph --filegraph --list-changes -h --help".split()
+)
+
+
+# The cases of each record in so many jobs; a profile says otherwise by `set-scatter: sweep=8`.
+scattergather:
+    sweep=1,
+
+
+CHUNKS = len(gather.sweep("{scatteritem}"))
 
 
 def load():
@@ -53,7 +47,7 @@ def load():
         study = (
             check_study(config, where) if whole else load_study(DEFAULT_STUDY, config)
         )
-        check_size(study, where)
+        check_size(study, where, chunks=CHUNKS)
         entries, files = check_files(study, where)
         for survey in study.surveys:
             # A wrong line is better known now than after the sweep.
@@ -91,7 +85,7 @@ LOGS = f"{RESULTS}/logs"
 REPORT = f"{RESULTS}/report.html"
 FIGURES = f"{RESULTS}/figures"
 EXPLORER = f"{RESULTS}/explore.html"
-EXPLORERS = [EXPLORER] if STUDY.body is None else []  # it shows planes
+EXPLORERS = [EXPLORER] if explorable(STUDY) else []
 PAPER = f"{RESULTS}/report.pdf"
 MEMBERS = f"{RESULTS}/members.csv"
 CUBES = [
@@ -104,6 +98,11 @@ POPULATION = [f"{RESULTS}/population.nc"] if STUDY.population else []
 FRAGILITY = [f"{RESULTS}/fragility/fragility.csv"] if STUDY.population else []
 
 SURVEYS = list(range(1, len(STUDY.surveys) + 1))
+
+# Of one job of the sweep, for a cluster: memory, and ten times the run time that is expected.
+SIZE = size_of(STUDY, CHUNKS)
+SWEEP_MB = round(SIZE.memory_bytes / 1e6)
+SWEEP_MINUTES = 10 + round(SIZE.processor_s / 6 / len(RECORDS) / len(VARIANTS) / CHUNKS)
 
 VERIFIED = is_verified(STUDY)
 VERIFICATION = f"{RESULTS}/verification.json"
@@ -134,8 +133,9 @@ def variant_of(wildcards):
 
 def parts_of_cube(wildcards):
     """Parts of every record."""
-    return expand(
-        f"{RESULTS}/sweep/{variant_of(wildcards)}/{{record}}.nc", record=RECORDS
+    return gather.sweep(
+        f"{RESULTS}/sweep/{variant_of(wildcards)}/{{record}}.{{scatteritem}}.nc",
+        record=RECORDS,
     )
 
 

@@ -176,8 +176,8 @@ def _sandwich(
 
 def overturning_rows(
     cube: xr.Dataset, intensity: xr.Dataset, *, ensemble: bool = True
-) -> tuple[FloatArray, FloatArray, NDArray[np.str_], FloatArray]:
-    """Rows of the fit, one per plane and case: predictors, share that falls, earthquake, weight.
+) -> tuple[FloatArray, FloatArray, NDArray[np.intp], FloatArray]:
+    """Rows of the fit, one per plane, height and B/H: predictors, share that falls over friction, earthquake, weight.
 
     Parameters
     ----------
@@ -193,14 +193,15 @@ def overturning_rows(
     predictors : ndarray, shape (n, 4)
         As `PREDICTORS`.
     outcome, event, weight : ndarray, shape (n,)
-        Weights average 1.
+        No predictor depends on friction, so that a mean over it, weighted by how much of it is known, is the same to a fit.
+        Events are numbers, in the order of their names; weights average 1.
 
     Raises
     ------
     ArgumentError
         If an azimuth of the cube is missing from the intensities.
     """
-    parts = []
+    parts, number = [], np.unique(np.atleast_1d(cube["event"].values), return_inverse=True)[1]
     for i in range(cube.sizes["record"]):
         planes = by_plane(falls_of_record(cube, i), ensemble=ensemble)
         where, falls = planes["azimuth"], planes["falls"].transpose("azimuth", *CASE_DIMS).compute()
@@ -212,14 +213,15 @@ def overturning_rows(
             ) from error
         pga, pgv = (along[name].assign_coords(azimuth=where) for name in ("pga", "pgv"))
         slender, height = (falls[name].astype(float) for name in ("b_over_h", "height"))
+        answered = falls.notnull().mean("friction")
+        falls = falls.astype(np.float64).mean("friction")
         values = (pga / (STANDARD_GRAVITY * slender), pgv / pga, slender, height)
-        columns: list[Any] = [*map(np.log, values), planes["weight"] * where.size]
+        columns: list[Any] = [*map(np.log, values), planes["weight"] * where.size * answered]
         known = np.isfinite(falls.to_numpy())
         *table, weights = (one.broadcast_like(falls).transpose(*falls.dims).to_numpy()[known] for one in columns)
-        event = np.full(weights.size, str(cube["event"].values[i]))
-        parts.append((np.stack(table, axis=1), falls.to_numpy()[known].astype(np.float64), event, weights))
+        parts.append((np.stack(table, axis=1), falls.to_numpy()[known], np.full(weights.size, number[i]), weights))
     if not parts:
-        return np.empty((0, 4)), np.empty(0), np.empty(0, dtype=str), np.empty(0)
+        return np.empty((0, 4)), np.empty(0), np.empty(0, np.intp), np.empty(0)
     predictors, outcome, events, shares = (np.concatenate(column) for column in zip(*parts, strict=True))
     return predictors, outcome, events, shares
 

@@ -2,6 +2,7 @@
 
 import hashlib
 from collections.abc import Iterable, Sequence
+from math import prod
 from pathlib import Path
 from typing import Any, Final
 
@@ -67,11 +68,21 @@ def add_grid(file: Any, grid: Axes) -> None:
         add_coordinate(file, "element", "element_name", str, grid.element, long_name=f"name {about}")
 
 
+CHUNK: Final = 1 << 20
+"""Values in a chunk of a file, unless a single direction has more: what is read at once, and a dask chunk."""
+
+
+def chunk_shape(shape: tuple[int, ...]) -> tuple[int, ...]:
+    """Shape of a file's chunks of one record: its whole grid, or as many directions of it as make up `CHUNK` values."""
+    return (min(shape[0], max(1, CHUNK // max(1, prod(shape[1:])))), *shape[1:])
+
+
 def add_variable(file: Any, variable: Variable, grid: Axes, *before: str) -> Any:
-    """Create an outcome variable over dimensions `before` and those of a grid, filled with "missing"; a chunk is a grid."""
+    """Create an outcome variable over dimensions `before` and those of a grid, filled with "missing"."""
     created = file.createVariable(
         variable.name, variable.dtype, (*before, *grid.dimensions(variable)), fill_value=variable.fill_value,
-        zlib=True, complevel=1, shuffle=variable.dtype != "i1", chunksizes=(*(1 for _ in before), *grid.shape_of(variable)),
+        zlib=True, complevel=1, shuffle=variable.dtype != "i1",
+        chunksizes=(*(1 for _ in before), *chunk_shape(grid.shape_of(variable))),
     )  # fmt: skip
     created.setncatts(variable.all_attributes)
     created.set_auto_maskandscale(False)

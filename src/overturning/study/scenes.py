@@ -1,6 +1,7 @@
 """What a study, or a variant of it, simulates: its scene, at which sizes, and how."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -76,7 +77,7 @@ class Sizes:
         return b_over_h if self.digits is None else np.round(b_over_h, self.digits)
 
 
-def numerics_of(study: Study, threads: int = 1, progress: Progress | None = None) -> Numerics:
+def numerics_of(study: Study, threads: int = 1, progress: Progress | None = None, client: Any = None) -> Numerics:
     """How a study is computed."""
     settings = study.simulation
     return Numerics(
@@ -85,6 +86,7 @@ def numerics_of(study: Study, threads: int = 1, progress: Progress | None = None
         leave_out=settings.leave_out,
         threads=threads,
         progress=progress,
+        client=client,
     )
 
 

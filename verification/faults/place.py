@@ -35,10 +35,13 @@ class Place:
         Made, as a copy of `like` where given.
     like : Place, optional
         One whose results, Snakemake's notes and kernels are taken over.
+    own_kernels : bool
+        Whether its kernels are its own, so that they can be damaged; else those of all.
     """
 
-    def __init__(self, folder: Path, like: "Place | None" = None) -> None:
+    def __init__(self, folder: Path, like: "Place | None" = None, own_kernels: bool = True) -> None:
         self.folder = folder
+        self._own_kernels = like._own_kernels if like else own_kernels
         shutil.rmtree(folder, ignore_errors=True)
         if like:
             # A copy is as old as what it was made from; only then is nothing to be done in it.
@@ -48,7 +51,9 @@ class Place:
                 shutil.copytree(ROOT / name, folder / name)
             (folder / "config" / "faults.yaml").write_text(STUDY, encoding="utf-8")
         path = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
-        self.environment = os.environ | {"PATH": path, "NUMBA_CACHE_DIR": str(folder / "kernels")}
+        self.environment = os.environ | {"PATH": path}
+        if self._own_kernels:
+            self.environment["NUMBA_CACHE_DIR"] = str(folder / "kernels")
 
     @property
     def results(self) -> Path:

@@ -104,6 +104,9 @@ def project_folders() -> list[Path]:
     return [package / "project", package.parents[1]]
 
 
+MOST_SETTINGS = 500_000
+"""Bytes of a file of keys and values; reading more takes longer than a user waits."""
+
 _LITTLE = 1_000_000  # bytes; a disk with less is full
 _BLOCK = 1 << 20  # bytes read at a time
 
@@ -142,15 +145,24 @@ def read_mapping(path: Path, what: str, about: str, remedy: str = "check its nam
     import yaml
 
     try:
+        if path.stat().st_size > MOST_SETTINGS:
+            raise ConfigError(f"{path}: larger than {MOST_SETTINGS} bytes; a {what} is smaller: {about}")
         data = yaml.safe_load(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read ({error.strerror}); {remedy}") from None
+    except ConfigError:
+        raise
     except UnicodeDecodeError:
         raise ConfigError(f"{path}: not a UTF-8 text; save it as UTF-8") from None
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         line = f", line {mark.line + 1}" if mark else ""
         raise ConfigError(f"{path}{line}: not valid YAML ({getattr(error, 'problem', None) or 'unreadable'})") from None
+    except RecursionError:
+        raise ConfigError(f"{path}: nested too deeply; {about}") from None
+    except (ValueError, KeyError, AttributeError, TypeError) as error:
+        # A date such as 2001-02-30, a number of five thousand digits, a tag that the value does not fit.
+        raise ConfigError(f"{path}: not valid YAML ({error})") from None
     if not isinstance(data, dict):
         raise ConfigError(f"{path}: a {what} is a mapping of keys to values; {about}")
     return data

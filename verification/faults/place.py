@@ -41,7 +41,7 @@ class Place:
 
     def __init__(self, folder: Path, like: "Place | None" = None, own_kernels: bool = True) -> None:
         self.folder = folder
-        self._own_kernels = like._own_kernels if like else own_kernels
+        self._own_kernels: bool = like._own_kernels if like else own_kernels
         shutil.rmtree(folder, ignore_errors=True)
         if like:
             # A copy is as old as what it was made from; only then is nothing to be done in it.

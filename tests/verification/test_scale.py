@@ -15,7 +15,9 @@ def on_one_core() -> same_bytes.Run:
 
 
 def test_a_study_in_chunks_has_the_bytes_of_one_core(on_one_core: same_bytes.Run) -> None:
-    assert same_bytes.local(same_bytes.SMALL, cores=2, chunks=3).sha256 == on_one_core.sha256
+    run = same_bytes.local(same_bytes.SMALL, cores=2, chunks=3)
+    assert run.sha256 == on_one_core.sha256
+    assert run.kept == 3, "the default profile keeps parts"
 
 
 def test_a_study_on_slurm_has_the_bytes_of_one_core(on_one_core: same_bytes.Run) -> None:
@@ -24,3 +26,4 @@ def test_a_study_on_slurm_has_the_bytes_of_one_core(on_one_core: same_bytes.Run)
     run = same_bytes.on_slurm(same_bytes.SMALL)
     assert run is not None
     assert run.sha256 == on_one_core.sha256
+    assert run.kept == 0, "this profile lets them go"

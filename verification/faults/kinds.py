@@ -125,6 +125,33 @@ def clock_back(place: Place, dice: random.Random, seconds: float) -> None:
             os.utime(path, (moment, moment))
 
 
+def kill_worker(place: Place, dice: random.Random, _seconds: float) -> None:
+    """A worker of a dask cluster killed while it computes: the outcome has the bits of one process."""
+    import numpy as np
+    from distributed import Client, LocalCluster
+
+    import overturning
+
+    motion = overturning.Motion.sine(amplitude=5.0, period=0.8, azimuth_deg=60)
+    azimuth, ratio = (axis.ravel() for axis in np.meshgrid(np.arange(0.0, 360.0, 6.0), np.linspace(0.1, 0.5, 9)))
+    cases = overturning.Cases(azimuth, 0.6, ratio, 0.7)
+    killed: list[int] = []
+    with (
+        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as cluster,
+        Client(cluster) as client,
+    ):
+
+        def kill_one(_done: int, _total: int) -> None:
+            if not killed:
+                killed.append(dice.choice(sorted(client.run(os.getpid).values())))
+                os.kill(killed[0], signal.SIGKILL)
+
+        spread = overturning.run_cases(motion, cases, client=client, progress=kill_one)
+    assert killed, "no worker was killed"
+    for name, values in vars(overturning.run_cases(motion, cases)).items():
+        assert np.array_equal(getattr(spread, name), values, equal_nan=values.dtype.kind == "f"), f"another {name}"
+
+
 def _mount(*words: str) -> None:
     subprocess.run(["mount", *words], check=True, capture_output=True)
 
@@ -162,7 +189,7 @@ class Kind:
 
 
 KINDS: Final = (
-    Kind("process group killed", kill_all, 12),
+    Kind("process group killed", kill_all, 10),
     Kind("one job killed", kill_job, 7),
     Kind("Snakemake alone killed", kill_snakemake, 7),
     Kind("a part cut", damage(PART, "cut"), 3, finished=True),
@@ -178,4 +205,5 @@ KINDS: Final = (
     Kind("results read-only", read_only, 1, finished=True, root=True),
     Kind("two runs at once", two_at_once, 2),
     Kind("clock set back", clock_back, 2),
+    Kind("a worker of a dask cluster killed", kill_worker, 2, finished=True),
 )

@@ -49,6 +49,7 @@ class Run(NamedTuple):
     way: str
     seconds: float
     sha256: str  # of the cube's file
+    kept: int  # parts of the sweep that are still there
 
 
 class Folder:
@@ -76,7 +77,8 @@ class Folder:
         )  # fmt: skip
         if done.returncode:
             raise RuntimeError(f"{way}: {done.stdout[-2000:]}{done.stderr[-4000:]}")
-        return Run(way, time.perf_counter() - begin, hashlib.sha256(self.cube.read_bytes()).hexdigest())
+        seconds, kept = time.perf_counter() - begin, len(list(self.cube.parent.glob("sweep/*/*.nc")))
+        return Run(way, seconds, hashlib.sha256(self.cube.read_bytes()).hexdigest(), kept)
 
 
 @contextmanager
@@ -119,7 +121,7 @@ def on_dask(study: str, workers: int = 2) -> Run:
             gather(settings, records, parts, folder.folder / "cube.nc")
             seconds = time.perf_counter() - begin
         content = (folder.folder / "cube.nc").read_bytes()
-    return Run(f"dask, {workers} workers, without Snakemake", seconds, hashlib.sha256(content).hexdigest())
+    return Run(f"dask, {workers} workers, without Snakemake", seconds, hashlib.sha256(content).hexdigest(), len(parts))
 
 
 def all_ways(study: str = STUDY) -> list[Run]:

@@ -27,8 +27,8 @@ rule sweep:
         f"{LOGS}/sweep/{{variant}}/{{record}}.{{scatteritem}}.log",
     threads: 1
     resources:
-        mem_mb=SWEEP_MB,
-        runtime=SWEEP_MINUTES,
+        mem_mb=lambda wildcards, attempt: attempt * SWEEP_MB,
+        runtime=lambda wildcards, attempt: attempt * SWEEP_MINUTES,
         # Only for the progress line; unlike a parameter it does not make a sweep run again when a record is added.
         records=len(RECORDS),
     params:

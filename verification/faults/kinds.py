@@ -125,7 +125,7 @@ def clock_back(place: Place, dice: random.Random, seconds: float) -> None:
             os.utime(path, (moment, moment))
 
 
-def kill_worker(place: Place, dice: random.Random, _seconds: float) -> None:
+def kill_worker(_place: Place, dice: random.Random, _seconds: float) -> None:
     """A worker of a dask cluster killed while it computes: the outcome has the bits of one process."""
     import numpy as np
     from distributed import Client, LocalCluster

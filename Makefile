@@ -73,7 +73,7 @@ faults: setup ## fifty kills and injuries to a small study, each followed by the
 
 SECONDS ?= 600
 fuzz: setup ## spoilt input of every kind for ten minutes, or SECONDS=
-	FUZZ_SECONDS=$(SECONDS) $(BIN)/python -m pytest -p no:xdist tests/test_fuzz.py
+	FUZZ_SECONDS=$(SECONDS) $(BIN)/python -m pytest -p no:xdist tests/fuzz
 
 mutants: setup ## put faults of one token to the tests, 200 by default; goes on where it stopped: COUNT=, SEED=, MINUTES=
 	$(BIN)/python -m verification.mutants $(if $(COUNT),--count $(COUNT)) $(if $(SEED),--seed $(SEED)) $(if $(MINUTES),--minutes $(MINUTES))

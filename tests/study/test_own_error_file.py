@@ -31,7 +31,7 @@ FOUND = {
 def test_the_outcome_of_an_older_version_is_refused_by_file_and_key(tmp_path: Path, written: Any, said: str) -> None:
     path = tmp_path / "verification.json"
     path.write_text(json.dumps(written), encoding="utf-8")
-    with pytest.raises(ResultError, match="remove it and run the study again") as error:
+    with pytest.raises(ResultError, match="run the study again, which makes") as error:
         read_verification(path)
     assert str(error.value).startswith(f"{path}: {said}")
     assert "\n" not in str(error.value)

@@ -11,6 +11,7 @@ import numpy as np
 from overturning.dem.grid import Axes
 from overturning.dem.variables import Variable
 from overturning.errors import ResultError
+from overturning.files import whole
 
 COORDINATES: Final[dict[str, dict[str, Any]]] = {
     "azimuth": {"long_name": "azimuth of the vertical plane of motion, clockwise from north", "units": "degree"},
@@ -26,10 +27,16 @@ COORDINATES: Final[dict[str, dict[str, Any]]] = {
 }
 
 
-def open_raw(path: Path, what: str, remedy: str) -> Any:
-    """Open a netCDF4 file that masks and scales nothing; a ResultError that it cannot be read or opened, with the remedy."""
+def open_raw(path: Path, what: str, remedy: str, sealed: bool = False) -> Any:
+    """Open a netCDF4 file that masks and scales nothing; a ResultError that it cannot be read or opened, with the remedy.
+
+    A file that is not what it was when it was sealed is not opened; with `sealed` none without a seal is, either.
+    """
     from netCDF4 import Dataset
 
+    found = whole(path)
+    if found is False or (sealed and path.is_file() and not found):
+        raise ResultError(f"{path}: damaged, its checksum does not fit; {remedy}")
     try:
         file = Dataset(path)
     except OSError as error:

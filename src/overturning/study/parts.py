@@ -41,6 +41,8 @@ class Chunk:
 WHOLE: Final = Chunk()
 """All cases of a record."""
 
+_REMEDY: Final = "run again, which makes it anew"
+
 
 def part_path(folder: Path, record_id: str, chunk: Chunk, suffix: str = ".nc") -> Path:
     """File of a part in a folder, ``rinaldi.3-of-8.nc``, or of its run time (``.csv``)."""
@@ -107,14 +109,14 @@ class Part(NamedTuple):
 
 def record_of(path: Path) -> tuple[str, str]:
     """Record and variant of a part; a `ResultError` where it cannot be read."""
-    with open_raw(path, "read", "remove it and run again") as file:
+    with open_raw(path, "read", _REMEDY, sealed=True) as file:
         return file.record_id, file.variant
 
 
 @contextmanager
 def opened_part(path: Path, grid: Axes, variables: Sequence[Variable]) -> Iterator[Part]:
     """Open a part and check that its cells are some of a grid; a `ResultError` where they are not."""
-    with open_raw(path, "read", "remove it and run again") as file:
+    with open_raw(path, "read", _REMEDY, sealed=True) as file:
         if not file.dimensions:  # of a chunk without cells
             yield Part(file, [np.zeros(0, np.intp)] * len(grid.names))
             return

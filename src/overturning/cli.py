@@ -107,6 +107,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
             raise
         print(f"error: {error.filename or 'a file'}: {str(error.strerror).lower()}; {remedy}", file=sys.stderr)
         sys.exit(1)
+    except RuntimeError as error:
+        # Met where the cells of a cube from elsewhere are read, which may be at any time after it was opened.
+        if not str(error).startswith("NetCDF: "):
+            raise
+        print(f"error: a cube that the command names is damaged ({error}); get it, or make it, again", file=sys.stderr)
+        sys.exit(1)
     except SystemExit as end:
         if end.code == _INTERRUPTED:
             print("Stopped; nothing half-written was kept.", file=sys.stderr)

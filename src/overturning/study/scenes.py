@@ -1,6 +1,7 @@
 """What a study, or a variant of it, simulates: its scene, at which sizes, and how."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -82,7 +83,7 @@ def site_of(study: Study, variant: str) -> Site | None:
     return None if variant == NOMINAL else study.variants[variant].site
 
 
-def numerics_of(study: Study, threads: int = 1, progress: Progress | None = None) -> Numerics:
+def numerics_of(study: Study, threads: int = 1, progress: Progress | None = None, client: Any = None) -> Numerics:
     """How a study is computed."""
     settings = study.simulation
     return Numerics(
@@ -91,6 +92,7 @@ def numerics_of(study: Study, threads: int = 1, progress: Progress | None = None
         leave_out=settings.leave_out,
         threads=threads,
         progress=progress,
+        client=client,
     )
 
 

@@ -1,0 +1,60 @@
+"""`make scale`: how large a study may be; measures, and puts the tables into docs/scale.md."""
+
+import shutil
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from verification.scale import large, on_paper, same_bytes
+from verification.tables import RESULTS, Figure, figures_table, markdown, publish, read_figures, write_figures
+
+PARTS = ("bytes", "chunk", "gather", "lazy", "planning")
+FIGURES = RESULTS / "scale.csv"
+
+
+def main(
+    part: Annotated[list[str] | None, typer.Option(help=f"measure this alone: {', '.join(PARTS)}")] = None,
+    records: Annotated[int, typer.Option(help="records of a million cases in the cube that is read lazily")] = 100,
+) -> None:
+    """Measure, keep the figures, and publish what is known of all parts."""
+    chosen = part or PARTS
+    if "bytes" in chosen:
+        publish({"scale-bytes": bytes_table(same_bytes.all_ways())})
+    measures: dict[str, Callable[[Path], list[Figure]]] = {
+        "chunk": large.measure_chunk,
+        "gather": large.measure_gather,
+        "lazy": lambda folder: large.measure_lazily(folder, records),
+        "planning": lambda _: on_paper.measure_planning(),
+    }
+    for name in (name for name in measures if name in chosen):
+        folder = Path(tempfile.mkdtemp(prefix="scale-"))
+        try:
+            write_figures(measures[name](folder), FIGURES, keep=True)
+        finally:
+            shutil.rmtree(folder)
+    figures = read_figures(FIGURES)
+    publish({"scale": figures_table(figures)})
+    publish({"scale-on-paper": paper_table(figures)})
+
+
+def bytes_table(runs: list[same_bytes.Run]) -> str:
+    """What each way gave, as a table."""
+    return markdown(
+        ("way", "time, s", "SHA-256 of cube.nc", "same bytes"),
+        [
+            (run.way, f"{run.seconds:.0f}", f"`{run.sha256[:16]}`", "yes" if run.sha256 == runs[0].sha256 else "**no**")
+            for run in runs
+        ],
+    )
+
+
+def paper_table(figures: list[Figure]) -> str:
+    """The study on paper, as a table."""
+    return figures_table(on_paper.on_paper({one.quantity: one.value for one in figures}))
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -37,7 +37,8 @@ def main(
             shutil.rmtree(folder)
     figures = read_figures(FIGURES)
     publish({"scale": figures_table(figures)})
-    publish({"scale-on-paper": paper_table(figures)})
+    if {one.quantity for one in figures} >= on_paper.NEEDED:
+        publish({"scale-on-paper": paper_table(figures)})
 
 
 def bytes_table(runs: list[same_bytes.Run]) -> str:

@@ -1,5 +1,6 @@
 """`make scale`: how large a study may be; measures, and puts the tables into docs/scale.md."""
 
+import os
 import shutil
 import tempfile
 from collections.abc import Callable
@@ -67,14 +68,16 @@ def kept(runs: list[same_bytes.Run]) -> list[same_bytes.Run]:
 
 
 def bytes_table(runs: list[same_bytes.Run]) -> str:
-    """What each way gave, as a table."""
-    return markdown(
+    """What each way gave, as a table, and on how many cores."""
+    cores = len(os.sched_getaffinity(0))
+    table = markdown(
         ("way", "time, s", "SHA-256 of cube.nc", "same bytes"),
         [
             (run.way, f"{run.seconds:.0f}", f"`{run.sha256[:16]}`", "yes" if run.sha256 == runs[0].sha256 else "**no**")
             for run in runs
         ],
     )
+    return f"{table}\n\nMeasured with {cores} core{'s' * (cores > 1)} at hand."
 
 
 def paper_table(figures: list[Figure]) -> str:

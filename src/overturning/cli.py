@@ -24,7 +24,7 @@ COMMANDS = {
     "gather": ("workflow", "Gather the parts of a sweep into the cube."),
     "figures": ("workflow", "Draw the figures of a study."),
     "verify-study": ("workflow", "Run a random part of a study again, with finer steps and with stiffer springs."),
-    "population": ("workflow", "Fall rates of a study's population of stones."),
+    "surface": ("workflow", "Take the motions of all records through the soil of a variant."),
     "fragility": ("workflow", "Fragility curves of a population, as CSV and for OpenQuake."),
     "report": ("workflow", "Write the report of a study."),
     "explore": ("explore", "Write a page to look around in a cube: point at a cell, see what is known of it."),
@@ -106,6 +106,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if remedy is None:
             raise
         print(f"error: {error.filename or 'a file'}: {str(error.strerror).lower()}; {remedy}", file=sys.stderr)
+        sys.exit(1)
+    except RuntimeError as error:
+        # Met where the cells of a cube from elsewhere are read, which may be at any time after it was opened.
+        if not str(error).startswith("NetCDF: "):
+            raise
+        print(f"error: a cube that the command names is damaged ({error}); get it, or make it, again", file=sys.stderr)
         sys.exit(1)
     except SystemExit as end:
         if end.code == _INTERRUPTED:

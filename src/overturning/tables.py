@@ -12,6 +12,9 @@ from overturning.errors import OverturningError
 
 _NAMES = {"\t": "tabs", ",": "commas", ";": "semicolons", "  ": "spaces"}
 
+MOST_BYTES = 20_000_000
+"""Bytes of a table that is written by hand, and far more."""
+
 Row = TypeVar("Row", bound=BaseModel)
 
 
@@ -73,6 +76,8 @@ def read_rows(
 def _lines(path: Path, model: type[BaseModel], error: type[OverturningError], kind: str) -> list[tuple[int, str]]:
     """The lines that are neither empty nor comments, with their numbers; at least one."""
     try:
+        if path.stat().st_size > MOST_BYTES:
+            raise error(f"{path}: larger than {MOST_BYTES} bytes; no {kind} is: check the path, or cut the file")
         text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
         raise error(f"{path}: cannot be read: no such {kind}; check the path in the config or the command") from None

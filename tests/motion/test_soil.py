@@ -76,7 +76,7 @@ def test_refuses_what_is_no_profile(noise: np.ndarray) -> None:
         through_soil(noise, INTERVAL, [Soil(20, 200, 1800, 0.05, "none"), ROCK])
 
 
-def test_as_a_step_of_a_study() -> None:
+def test_as_the_site_of_a_study() -> None:
     from overturning.records.processing import process
     from overturning.records.pulses import parse_pulse, pulse_record
     from overturning.records.steps import Layer, Rock, Site
@@ -84,12 +84,12 @@ def test_as_a_step_of_a_study() -> None:
 
     record = pulse_record(parse_pulse("sine amplitude_gal=300 period_s=0.4 azimuth_deg=0"))
     soft = Layer(thickness_m=20, velocity_m_s=200, curve="Vucetic & Dobry (91), PI=15")
-    done = process(record, [Site(layers=[soft], rock=Rock(velocity_m_s=1000))])
+    done = process(record, (), Site(layers=[soft], rock=Rock(velocity_m_s=1000)))
     alone = through_soil(
         record.north, record.sampling_interval, [Soil(20, 200, 1800, 0.05, soft.curve), Soil(0, 1000, 2200, 0.01)]
     )
     assert done.north == pytest.approx(alone.samples)
     assert done.processing[0]["effect"]["pga"][1] == pytest.approx(np.abs(alone.samples).max())
     assert "north converged" in summary(done.processing[0])
-    linear = process(record, [Site(layers=[Layer(thickness_m=20, velocity_m_s=200)], rock=Rock(velocity_m_s=1000))])
+    linear = process(record, (), Site(layers=[Layer(thickness_m=20, velocity_m_s=200)], rock=Rock(velocity_m_s=1000)))
     assert np.abs(linear.north).max() > np.abs(done.north).max()

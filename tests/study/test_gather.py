@@ -156,7 +156,7 @@ def test_part_of_another_study_is_refused(
         gather(study, records[:1], parts(), tmp_path / "cube.nc")
     broken = tmp_path / "broken.nc"
     broken.write_bytes(b"CDF nothing")
-    with pytest.raises(ResultError, match=r"broken\.nc: cannot be read"):
+    with pytest.raises(ResultError, match=r"broken\.nc: damaged"):
         gather(study, records, [broken], tmp_path / "cube.nc")
 
 

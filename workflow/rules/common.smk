@@ -1,6 +1,7 @@
 # Reads and checks the study; names of files and settings that all steps share. No science here.
 
 import json
+import sys
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
@@ -14,11 +15,17 @@ from overturning.study.check import (
     explorable,
     size_of,
 )
+from overturning.study.going_on import DAMAGED, hold, mend
 from overturning.study.load import check_study, load_study
 from overturning.study.sources import source_hash
 from overturning.study.own_error import is_verified
 
 DEFAULT_STUDY = Path("config/near-fault.yaml")
+# Requests that change nothing; all others hold the folder, so that there is never anything to unlock.
+LOOKS = set(
+    "-n --dry-run --dryrun --lint --report --unlock --summary -D --detailed-summary --list -l --list-rules --dag"
+    " --rulegraph --filegraph --list-changes -h --help".split()
+)
 
 
 # The cases of each record in so many jobs; a profile says otherwise by `set-scatter: sweep=8`.
@@ -46,8 +53,13 @@ def load():
             # A wrong line is better known now than after the sweep.
             read_survey(Path(survey.stones))
         if workflow.is_main_process:
+            results = Path("results", study.name)
+            if not LOOKS & set(sys.argv):
+                hold(Path(".snakemake", "run.lock"))
+                for path in mend(results):
+                    print(f"{DAMAGED}{path}", file=sys.stderr)
             # What has been read before is not read again.
-            motion = Path("results", study.name, "motion")
+            motion = results / "motion"
             new = {
                 name: entry
                 for name, entry in entries.items()
@@ -82,7 +94,6 @@ CUBES = [
 ]
 
 
-POPULATION = [f"{RESULTS}/population.nc"] if STUDY.population else []
 FRAGILITY = [f"{RESULTS}/fragility/fragility.csv"] if STUDY.population else []
 
 SURVEYS = list(range(1, len(STUDY.surveys) + 1))
@@ -117,6 +128,16 @@ def sources(command):
 def variant_of(wildcards):
     """Name of the contact setting from the suffix of the cube."""
     return wildcards.suffix.removeprefix(".") or "nominal"
+
+
+def motions_of(variant):
+    """Folder of the motions of a variant: of its own ones where it has soil, else of the study's."""
+    own = (
+        f"/{variant}"
+        if variant in STUDY.variants and STUDY.variants[variant].site
+        else ""
+    )
+    return f"{RESULTS}/motion{own}"
 
 
 def parts_of_cube(wildcards):

@@ -3,7 +3,9 @@
 
 rule gather:
     input:
-        motions=expand(f"{RESULTS}/motion/{{record}}.nc", record=RECORDS),
+        motions=lambda wildcards: expand(
+            f"{motions_of(variant_of(wildcards))}/{{record}}.nc", record=RECORDS
+        ),
         parts=parts_of_cube,
     output:
         f"{RESULTS}/cube{{suffix}}.nc",

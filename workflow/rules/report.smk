@@ -22,7 +22,6 @@ rule report:
         intensity=f"{RESULTS}/intensity.nc",
         figures=rules.figures.output,
         verification=[VERIFICATION] if VERIFIED else [],
-        population=POPULATION,
         backwards=expand(f"{RESULTS}/survey/{{number}}.motion.nc", number=SURVEYS),
         surveys=expand(f"{RESULTS}/survey/{{number}}.json", number=SURVEYS),
     output:

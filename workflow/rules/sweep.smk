@@ -17,7 +17,7 @@ rule members:
 
 rule sweep:
     input:
-        motion=f"{RESULTS}/motion/{{record}}.nc",
+        motion=lambda wildcards: f"{motions_of(wildcards.variant)}/{wildcards.record}.nc",
         members=[MEMBERS] if STUDY.ensemble.members else [],
     output:
         # Needed until the cube is there; a profile with `notemp` keeps them.
@@ -41,6 +41,7 @@ rule sweep:
                 "height",
                 "b_over_h",
                 "friction",
+                "amplitude",
                 "density",
             ),
             *("contact", "simulation", "variants", "ensemble"),

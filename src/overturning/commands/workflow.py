@@ -43,7 +43,7 @@ def read(
     settings = study_from(study)
     entry = entries_of(settings, settings.name)[record]
     raw = read_record(entry, Path(settings.records.folder))
-    done = process(raw, settings.processing)
+    done = process(raw, settings.processing, settings.site)
     write_motion(done, output, unprocessed=None if done is raw else raw)
 
 
@@ -54,6 +54,23 @@ def _with_records(study: str, motions: Path) -> tuple[Any, list[Any]]:
 
     settings = study_from(study)
     return settings, [read_motion(motions / f"{name}.nc") for name in settings.records.use]
+
+
+@app.command()
+def surface(
+    study: Study,
+    motions: Motions,
+    output: Annotated[Path, typer.Option(help="folder for the motions at the surface")],
+    variant: Variant = "nominal",
+) -> None:
+    """Take the motions of all records through the soil of a variant."""
+    from overturning.records.processing import process
+    from overturning.records.store import write_motion
+    from overturning.study.scenes import site_of
+
+    settings, records = _with_records(study, motions)
+    for rock in records:
+        write_motion(process(rock, (), site_of(settings, variant)), output / f"{rock.record_id}.nc", unprocessed=rock)
 
 
 @app.command()
@@ -130,29 +147,26 @@ def gather(
 
 
 @app.command()
-def population(study: Study, motions: Motions, output: NetCDF, threads: Threads = 1, log: Log = None) -> None:
-    """Work out the fall rates of a study's population under each record."""
-    from overturning.study.progress import logged_to
-    from overturning.surveys.population_file import population_outcomes, write_population
-
-    with logged_to(log) as say:
-        write_population(population_outcomes(*_with_records(study, motions), threads, say), output)
-
-
-@app.command()
 def fragility(
-    population: Annotated[Path, typer.Option(help="fall rates of the population (NetCDF)")],
+    study: Study,
+    cube: Cube,
     intensity: Annotated[Path, typer.Option(help="intensity measures of the study (NetCDF)")],
     output: Annotated[Path, typer.Option(help="folder for fragility.csv and the OpenQuake models (XML)")],
 ) -> None:
-    """Fit fragility curves to the fall rates of a population; write them as CSV and for OpenQuake."""
+    """Fit fragility curves to the fall rates of a study's population; write them as CSV and for OpenQuake."""
     import xarray as xr
 
+    from overturning.errors import ConfigError
     from overturning.statistics.fragility import write_fragility_csv, write_openquake
-    from overturning.surveys.population_file import fragility_curves, read_population
+    from overturning.study.cube import open_cube
+    from overturning.study.load import study_from
+    from overturning.surveys.population_rates import fragility_curves, population_rates
 
-    with xr.open_dataset(intensity) as measures:
-        curves = fragility_curves(read_population(population), measures)
+    settings = study_from(study)
+    if settings.population is None:
+        raise ConfigError(f"{settings.name}: no population; add the key population to the study")
+    with xr.open_dataset(intensity) as measures, open_cube(cube, amplitude=None) as outcomes:
+        curves = fragility_curves(population_rates(outcomes, settings.population), measures)
     write_fragility_csv(curves, output / "fragility.csv")
     for measure in ("PGA", "PGV"):
         chosen = [one for one in curves if one.measure == measure]

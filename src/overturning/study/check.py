@@ -56,14 +56,16 @@ def size_of(study: Study, chunks: int = 1) -> Size:
     more = 1 + members * (_RUN_AGAIN if study.ensemble.where == "boundary" else 1.0)
     elements = len(study.scene.free)
     each = _CASE_S * (1.0 if elements == 1 else _SCENE * elements) * (1.0 if study.body is None else _SPACE)
-    work = records * (_RECORD_S + study.cases * each * more * variants)
+    scales = len(study.amplitude)  # the ensemble is run for one of them
+    work = records * (_RECORD_S + study.cases * each * (scales - 1 + more) * variants)
     cells = study.cases / chunks
     memory = (
         _BASE_MEMORY
-        + cells * _CELL_IN_MEMORY * elements
+        + cells * scales * _CELL_IN_MEMORY * elements
         + min(cells, MOST_MEMBERS / BATCH) * _MEMBER_IN_MEMORY * members
     )
-    return Size(records, study.cases, work, memory, records * study.cases * _CELL_ON_DISK * elements * variants)
+    disk = records * study.cases * scales * _CELL_ON_DISK * elements * variants
+    return Size(records, study.cases, work, memory, disk)
 
 
 def explorable(study: Study) -> bool:

@@ -67,7 +67,14 @@ def _lines(error: ValidationError, where: str) -> list[str]:
 
 
 def _short(value: object) -> str:
-    text = json.dumps(value, ensure_ascii=False, default=str)
+    """A value as the file has it, its beginning where it is long; of nested lists, which may be of any size, three levels."""
+
+    def cut(part: object, level: int) -> object:
+        if isinstance(part, list | tuple):
+            return [cut(one, level - 1) for one in part[:20]] if level else "…"
+        return part if part is None or isinstance(part, bool | int | float) else str(part)[:60]
+
+    text = json.dumps(cut(value, 3), ensure_ascii=False)
     return text if len(text) <= 60 else text[:57] + "…"
 
 

@@ -41,6 +41,8 @@ class Chunk:
 WHOLE: Final = Chunk()
 """All cases of a record."""
 
+_REMEDY: Final = "run again, which makes it anew"
+
 
 def part_path(folder: Path, record_id: str, chunk: Chunk, suffix: str = ".nc") -> Path:
     """File of a part in a folder, ``rinaldi.3-of-8.nc``, or of its run time (``.csv``)."""
@@ -101,29 +103,33 @@ class Part(NamedTuple):
     def put(self, name: str, cells: NDArray[Any]) -> None:
         """Put the values of a variable into their places in an array like the whole grid."""
         if self.places[0].size:
-            cells[np.ix_(*self.places)] = self.file[name][:]
+            where: tuple[Any, ...] = np.ix_(*self.places)
+            cells[(slice(None), *where) if "amplitude" in self.file.dimensions else where] = self.file[name][:]
 
 
 def record_of(path: Path) -> tuple[str, str]:
     """Record and variant of a part; a `ResultError` where it cannot be read."""
-    with open_raw(path, "read", "remove it and run again") as file:
+    with open_raw(path, "read", _REMEDY, sealed=True) as file:
         return file.record_id, file.variant
 
 
 @contextmanager
 def opened_part(path: Path, grid: Axes, variables: Sequence[Variable]) -> Iterator[Part]:
     """Open a part and check that its cells are some of a grid; a `ResultError` where they are not."""
-    with open_raw(path, "read", "remove it and run again") as file:
+    with open_raw(path, "read", _REMEDY, sealed=True) as file:
         if not file.dimensions:  # of a chunk without cells
             yield Part(file, [np.zeros(0, np.intp)] * len(grid.names))
             return
         absent = [variable.name for variable in variables if variable.name not in file.variables]
         if absent:
             raise ResultError(f"{path}: has no {absent[0]}; it was made by another version: remove it and run again")
-        if absent := [name for name in grid.names if name not in file.dimensions]:
+        names = (*grid.names, *(("amplitude",) if grid.amplitude else ()))
+        if absent := [name for name in names if name not in file.dimensions]:
             raise ResultError(f"{path}: has no dimension {absent[0]}; it is of another study: remove it and run again")
         if len(grid.element) != (file.dimensions["element"].size if "element" in file.dimensions else 0):
             raise ResultError(f"{path}: its elements are not those of the scene; remove it and run again")
+        if grid.amplitude and not np.array_equal(file["amplitude"][:], grid.amplitude):
+            raise ResultError(f"{path}: its factors on the motion are not those of the study; remove it and run again")
         yield Part(file, [_places(path, name, file[name][:], getattr(grid, name)) for name in grid.names])
 
 

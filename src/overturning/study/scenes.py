@@ -14,6 +14,7 @@ from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.errors import ConfigError
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
+from overturning.records.steps import Site
 from overturning.study.config import Study
 from overturning.study.sections import ContactSettings
 
@@ -75,6 +76,11 @@ class Sizes:
             # The scene keeps its own slenderness; the factor on the study's applies to it.
             b_over_h = self.own_ratio * (b_over_h / nominal[np.abs(np.log(b_over_h[:, None] / nominal)).argmin(axis=1)])
         return b_over_h if self.digits is None else np.round(b_over_h, self.digits)
+
+
+def site_of(study: Study, variant: str) -> Site | None:
+    """The soil that the study's own motions go through for a variant; None where the variant has them as they are."""
+    return None if variant == NOMINAL else study.variants[variant].site
 
 
 def numerics_of(study: Study, threads: int = 1, progress: Progress | None = None, client: Any = None) -> Numerics:

@@ -36,7 +36,7 @@ def run_study(records: Sequence[Record | str], threads: int = 1, client: Any = N
     Returns
     -------
     xarray.Dataset
-        The cube, in memory, as `overturning.open_cube` reads it.
+        The cube, in memory, as `overturning.open_cube` reads it with all elements and amplitudes.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def run_study(records: Sequence[Record | str], threads: int = 1, client: Any = N
     only = study.model_copy(update={"records": study.records.model_copy(update={"use": tuple(asked)})})
     entries = entries_of(only, "run_study") if asked else {}
     used = [
-        rounded(process(read_record(entries[record], Path(study.records.folder)), study.processing))
+        rounded(process(read_record(entries[record], Path(study.records.folder)), study.processing, study.site))
         if isinstance(record, str)
         else record
         for record in records
@@ -62,5 +62,5 @@ def run_study(records: Sequence[Record | str], threads: int = 1, client: Any = N
         for record, part in zip(used, parts, strict=True):
             sweep_record(study, record, part, threads=threads, members=members, client=client)
         gather(study, used, parts, Path(name) / "cube.nc")
-        with open_cube(Path(name) / "cube.nc", element=None) as cube:
+        with open_cube(Path(name) / "cube.nc", element=None, amplitude=None) as cube:
             return cube.load()

@@ -105,7 +105,9 @@ def sweep_record(
         write_part(path, grid, {}, attributes)
         return 0, 0
     with_ensemble = study.ensemble.members > 0
-    share = NOMINAL_SHARE if with_ensemble else 1.0
+    others = [factor for factor in grid.amplitude if factor != 1.0]
+    whole = (NOMINAL_SHARE if with_ensemble else 1.0) * (1 + len(others)) + (1 - NOMINAL_SHARE) * with_ensemble
+    share = (NOMINAL_SHARE if with_ensemble else 1.0) / whole
     numerics = numerics_of(study, threads, _part_of(progress, 0.0, share), client)
     outcome = simulate_variant(study, variant, motion, grid, numerics)
     block_steps = int(np.sum(outcome["block_steps"]))
@@ -118,13 +120,39 @@ def sweep_record(
             member_runner(study, variant, motion, numerics),
             everywhere=study.ensemble.where == "everywhere",
             widest=study.ensemble.half_width,
-            progress=_part_of(progress, share, 1.0),
+            progress=_part_of(progress, share, 1.0 - len(others) * share),
             kind=kind_of(study),
         )
         outcome |= spread
         block_steps += more
+    if others:
+        answers = {1.0: outcome}
+        for left, factor in zip(range(len(others), 0, -1), others, strict=True):
+            told = _part_of(progress, 1.0 - left * share, 1.0 - (left - 1) * share)
+            numerics = numerics_of(study, threads, told, client)
+            answers[factor] = simulate_variant(study, variant, scaled(motion, factor), grid, numerics)
+            block_steps += int(np.sum(answers[factor]["block_steps"]))
+        outcome = _stacked([answers[factor] for factor in grid.amplitude], variables_of(study), outcome)
     write_part(path, grid, outcome, attributes, variables_of(study))
     return grid.size, block_steps
+
+
+def scaled(motion: Motion, factor: float) -> Motion:
+    """A motion times one of a study's factors."""
+    return motion if factor == 1.0 else motion.times(factor)
+
+
+def _stacked(
+    answers: list[dict[str, NDArray[Any]]], variables: tuple[Variable, ...], recorded: dict[str, NDArray[Any]]
+) -> dict[str, NDArray[Any]]:
+    """Answers under the motion times each factor in one array; the ensemble is run as recorded only."""
+    missing = {
+        variable.name: np.zeros_like(recorded[variable.name])
+        if variable.dtype == "i2"
+        else np.full_like(recorded[variable.name], np.nan if variable.dtype[0] == "f" else variable.fill_value)
+        for variable in variables
+    }
+    return {name: np.stack([one.get(name, absent) for one in answers]) for name, absent in missing.items()}
 
 
 def _part_of(progress: Progress | None, begin: float, end: float) -> Progress | None:

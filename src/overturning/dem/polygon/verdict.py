@@ -181,4 +181,4 @@ def finish(
         each[e, t.E_SLIP], each[e, t.E_RESIDUAL] = standing.peak_slip, standing.slip
     balance = (moving_energy(state, j, elements, gravity) - rows.load_case(state, j).energy) - work + taken
     out[t.R_STATUS], out[t.R_DEPTH], out[t.R_STEPS] = status, deepest_of(state, j, layout, elements), steps
-    out[t.R_ENERGY] = abs(balance) / max(work, limits[t.LEAST_BARRIER], taken)
+    out[t.R_ENERGY] = abs(balance) / max(work, limits[t.LEAST_SCALE], taken)

@@ -26,7 +26,10 @@ prefer_full_width()  # before anything is compiled
 OPTIONS: Final[dict[str, Any]] = {"fastmath": False, "error_model": "numpy", "boundscheck": False}
 """Of every jitted function: no fast-math, no contraction, so that the bits are the same everywhere."""
 
-INLINE: Final[dict[str, Any]] = {**OPTIONS, "forceinline": True}
+INNER: Final[dict[str, Any]] = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+"""Of those that compiled code alone calls: without the entries for Python and C, which for named tuples are longer than they are."""
+
+INLINE: Final[dict[str, Any]] = {**INNER, "forceinline": True}
 """Of those called within a loop over the lanes."""
 
 _LINE: Final = 8

@@ -86,7 +86,7 @@ def test_a_cylinder_rolls_on_its_rim_with_steady_precession(precession: float, a
 
 
 @BOTH
-@pytest.mark.parametrize("slender", [2.5, 3.0])
+@pytest.mark.parametrize("slender", [2.5, 3.0, 6.0])
 @pytest.mark.parametrize("rolls", [True, False])
 def test_the_contact_turns_by_an_angle_of_its_own_in_a_near_face_down_pass(
     slender: float, rolls: bool, scheme: str

@@ -91,7 +91,8 @@ def test_a_cylinder_rolls_on_its_rim_with_steady_precession(precession: float, a
 def test_the_contact_turns_by_an_angle_of_its_own_in_a_near_face_down_pass(
     slender: float, rolls: bool, scheme: str
 ) -> None:
-    R, H, tilt, contact = 0.1, 0.1 * slender, 0.1, VertexContact(2e-9)
+    # The form is that of small tilts: those of a slender body are a small part of its critical angle R/H.
+    R, H, tilt, contact = 0.1, 0.1 * slender, 0.1 if slender <= 3.0 else 0.2 / slender, VertexContact(2e-9)
     up, down = axes(tilt)
     start = leaning(tilt, R * down - H * up, 0.005 * down, sunk=4 * contact.static_penetration * 2 * R, rolls=rolls)
     path = trajectory_in_space(

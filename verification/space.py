@@ -1,6 +1,7 @@
 """How fast and how exact bodies in space are: compiling, order, energy, step and contact, chaos, other engines."""
 
 import os
+import resource
 import subprocess
 import sys
 import tempfile
@@ -60,9 +61,11 @@ def throughput() -> Iterator[Figure]:
         yield Figure(f"space: block steps per second and core, {name}", rate, "million", target)
     with tempfile.TemporaryDirectory() as folder:
         command = "import verification.space as s; s.simulate_in_space_arrays(s.shaken(), orientation_deg=0, height=1, b_over_h=0.4, leave_out=False)"
-        begin = time.perf_counter()
+        begin = resource.getrusage(resource.RUSAGE_CHILDREN)
         subprocess.run([sys.executable, "-c", command], check=True, env=os.environ | {"NUMBA_CACHE_DIR": folder})
-    yield Figure("space: first case with a cold cache, imports included", time.perf_counter() - begin, "s", "≤ 15")
+        end = resource.getrusage(resource.RUSAGE_CHILDREN)
+    cold = (end.ru_utime + end.ru_stime) - (begin.ru_utime + begin.ru_stime)
+    yield Figure("space: processor time of the first case with a cold cache, imports included", cold, "s", "≤ 15")
 
 
 def memory() -> Iterator[Figure]:

@@ -10,6 +10,8 @@ from overturning.motion.motion import Motion
 STEPS: Final = (1, 2, 4, 8)
 """Times shorter than the default's."""
 REFERENCE: Final = 64
+ROCKS: Final = 0.5
+"""Tilt above which a stone that stands has rocked, degrees."""
 
 
 def pulse() -> Motion:
@@ -27,13 +29,13 @@ def orders(scheme: str) -> dict[str, tuple[float, np.ndarray]]:
     Stones that stand tell the largest tilt, stones that fall the azimuth of it; the reference is `REFERENCE` times finer.
     """
     grid: dict[str, Any] = {
-        "orientation_deg": np.arange(5.0, 90.0, 10.0), "height": [0.6], "b_over_h": [0.12, 0.16, 0.25, 0.3], "friction": [0.8],
+        "orientation_deg": np.arange(5.0, 90.0, 10.0), "height": [0.6], "b_over_h": [0.14, 0.2, 0.31, 0.32, 0.33, 0.34], "friction": [0.8],
     }  # fmt: skip
     found = {
         step: simulate_in_space_arrays(pulse(), scheme=scheme, refinement=step, **grid) for step in (*STEPS, REFERENCE)
     }
     fell = np.all([one["overturned"] == 1 for one in found.values()], axis=0)
-    stood = np.all([one["overturned"] == 0 for one in found.values()], axis=0)
+    stood = np.all([(one["overturned"] == 0) & (one["peak_tilt"] > ROCKS) for one in found.values()], axis=0)
     best, slopes = found[REFERENCE], {}
     for name, chosen in (("peak_tilt", stood), ("fall_azimuth", fell)):
         away = [np.radians((found[step][name] - best[name] + 180.0) % 360.0 - 180.0)[chosen] for step in STEPS]

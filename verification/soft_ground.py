@@ -11,6 +11,7 @@ from overturning.motion.soil import Soil, fundamental_period
 from overturning.report.blocks import Answer, Paragraph, Table
 from overturning.report.results import Results, open_results
 from overturning.report.sections.ground import ground
+from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL, site_of
 from verification.tables import RESULTS, ROOT, markdown, publish, wrapped, write_csv
 
@@ -54,7 +55,7 @@ def bodies(results: Results) -> dict[str, str]:
 
 def main() -> None:
     """Write verification/results/soft-ground.csv and the page."""
-    with open_results(STUDY) as results:
+    with open_results(STUDY, load_study(ROOT / "config" / "soft-ground.yaml")) as results:
         write_csv(rates(results), RESULTS / "soft-ground.csv")
         publish(bodies(results))
 

@@ -75,12 +75,14 @@ def test_soft_ground_in_a_sentence(cemetery: Results) -> None:
     shown = ground(results)
     assert shown is not None
     text = said(shown)
-    assert "mean fall rate is 10 % on rock, 40 % through 20 m of 150 m/s (axis turned by 10°)" in text
-    assert "one, 20 m of 150 m/s: east not converged (last change 3.0 %)" in text
+    assert (
+        "mean fall rate is 10 % on rock; 40 % through 20 m of soil (150 m/s), the axis of falls turned by 10°" in text
+    )
+    assert "one, 20 m of soil (150 m/s): east not converged (last change 3.0 %)" in text
     (table,) = tables(shown)
     assert [cell.replace("\u00a0", " ") for cell in table.rows[1]] == [
         "1",
-        "20 m of 150 m/s",
+        "20 m of soil (150 m/s)",
         "1.00",
         "40 %",
         "60 %",

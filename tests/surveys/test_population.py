@@ -63,7 +63,7 @@ def test_rate_against_stones_one_by_one() -> None:
         motion,
         azimuth_deg=[0, 90, 180, 270],
         height=np.arange(0.6, 0.91, 0.1),
-        b_over_h=np.arange(0.1, 0.51, 0.05),
+        b_over_h=np.arange(0.1, 0.51, 0.025),
         friction=[0.5, 0.7, 0.9],
     )
     found = rates(stone_outcomes(cells, stones), population)

@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
+from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
@@ -42,21 +43,28 @@ def fall_rate_figure(
     shown = [one for one in curves if one.measure in ("PGA", "PGV")]
     several = amplitude.size > 1
     count = several + len(shown) + with_jma
-    figure, panels = grid(1, count, 2.8 * count, 3.3)
-    axes = panels[0, 0]
+    columns = min(count, 2)
+    rows = math.ceil(count / columns)
+    figure, panels = grid(rows, columns, 3.5 * columns, 2.9 * rows)
+    for spare in panels.ravel()[count:]:
+        spare.set_axis_off()
+    places = iter(panels.ravel())
+    first = None
     if several:
-        axes.plot(amplitude, 100 * rates.T, color=SERIES[4], linewidth=0.7)
-        axes.plot(amplitude, 100 * np.median(rates, axis=0), color=INK, linewidth=2, label="median of the records")
-        labels(axes, "factor on the record", "")
-    for panel, curve in zip(panels[0, several:], shown, strict=False):
-        _draw_curve(panel, levels[curve.measure], rates, curve)
+        first = next(places)
+        first.plot(amplitude, 100 * rates.T, color=SERIES[4], linewidth=0.7)
+        first.plot(amplitude, 100 * np.median(rates, axis=0), color=INK, linewidth=2, label="median of the records")
+        labels(first, "factor on the record", "")
+    for curve in shown:
+        _draw_curve(next(places), levels[curve.measure], rates, curve)
     if with_jma:
-        _draw_intensity(panels[0, -1], jma, rates)
-    for panel in panels[0]:
+        _draw_intensity(next(places), jma, rates)
+    for panel in panels.ravel()[:count]:
         panel.set_ylim(-2, 102)
         panel.grid(True)
-    axes.set_ylabel("fall rate, %", fontsize=8)
-    caption(figure, "Fall rate of the population", *((axes, 1) if several else ()))
+    for panel in panels[:, 0]:
+        panel.set_ylabel("fall rate, %", fontsize=8)
+    caption(figure, "Fall rate of the population", first, 1)
     return figure
 
 
@@ -69,6 +77,9 @@ def _draw_curve(panel: object, level: FloatArray, rates: FloatArray, curve: Frag
         x = np.geomspace(curve.least, curve.most, 100)
         panel.plot(x, 100 * curve.probability(x), color=FALLS, linewidth=1.8)
     panel.set_xscale("log")
+    panel.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    panel.xaxis.set_major_formatter("{x:g}")
+    panel.xaxis.set_minor_formatter(NullFormatter())
     labels(panel, f"{curve.measure}, {curve.unit}", "")
 
 

@@ -9,7 +9,7 @@ from overturning.arrays import FloatArray
 from overturning.records.steps import Site
 from overturning.report.blocks import Answer, Block, Note, Paragraph, Section, Table
 from overturning.report.results import Results
-from overturning.report.text import counted, degrees, number, percent
+from overturning.report.text import degrees, number, percent
 from overturning.statistics.circular import wrap_axis
 from overturning.study.cube import processing_of
 from overturning.study.scenes import NOMINAL, site_of
@@ -34,7 +34,7 @@ def ground(results: Results) -> Section | None:
 
 
 def _soil(site: Site) -> str:
-    return " and ".join(f"{one.thickness_m:g} m of {one.velocity_m_s:g} m/s" for one in site.layers)
+    return " over ".join(f"{one.thickness_m:g} m of soil ({one.velocity_m_s:g} m/s)" for one in site.layers)
 
 
 def _grounds(results: Results, names: list[str]) -> dict[str, str]:
@@ -55,23 +55,20 @@ def _at(results: Results, name: str, factor: float) -> xr.Dataset:
 
 
 def _sentence(results: Results, names: list[str], factor: float) -> str:
-    rock = _at(results, NOMINAL, factor)
-    parts, angles = [], []
+    rock, parts = _at(results, NOMINAL, factor), []
     for name, soil in _grounds(results, names).items():
         found = _at(results, name, factor)
-        mean = percent(float(found["fall_rate"].mean()))
         angle = turned(found, rock)
-        if name == NOMINAL:
-            parts.append(f"{mean} on {soil}")
-        else:
-            parts.append(
-                f"{mean} through {soil}"
-                + (f" (axis turned by {degrees(float(np.median(angle)))})" if angle.size else "")
-            )
-            angles.append(angle)
+        axis = (
+            f", the axis of falls turned by {degrees(float(np.median(angle)))}"
+            if name != NOMINAL and angle.size
+            else ""
+        )
+        over = "on" if name == NOMINAL else "through"
+        parts.append(f"{percent(float(found['fall_rate'].mean()))} {over} {soil}{axis}")
     times = "as they are" if factor == 1 else f"times {factor:g}"
-    told = "; in brackets the median turn of a record's fall axis" if any(angle.size for angle in angles) else ""
-    return f"Under the records {times} the mean fall rate is {', '.join(parts)}{told}."
+    told = " (turns are medians over the records)" if any("turned" in part for part in parts) else ""
+    return f"Under the records {times} the mean fall rate is {'; '.join(parts)}{told}."
 
 
 def _table(results: Results, names: list[str]) -> Table:
@@ -109,7 +106,8 @@ def _converged(results: Results, names: list[str]) -> str:
     failed, motions = failures(results, names), len(names) * len(results.names)
     if not failed:
         return f"Every iteration of the {motions} motions converged."
-    return f"Of {motions} motions {counted(len(failed), 'iteration')} did not converge: {'. '.join(failed)}."
+    have = "has" if len(failed) == 1 else "have"
+    return f"{len(failed)} of {motions} motions {have} an iteration that did not converge: {'. '.join(failed)}."
 
 
 def _limits(results: Results, names: list[str]) -> str:

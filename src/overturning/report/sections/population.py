@@ -41,7 +41,11 @@ def population(results: Results) -> Section | None:
         save(fall_rate_figure(found["amplitude"].to_numpy(), rates, levels, whole, jma), drawing)
     shown = "Each thin line or point is a record; PGA and PGV are medians over azimuths (RotD50)."
     scale = " Dashed: JMA 5 upper, 6 lower, 6 upper, 7; shaded: the rates from which surveys infer the last two."
-    fitted = [_curves(curves)] if any(math.isfinite(one.median) for one in curves) else []
+    fitted: list[Block] = [_curves(curves)] if any(math.isfinite(one.median) for one in curves) else []
+    unfit = [one.measure for one in whole if math.isnan(one.median)]
+    fitted += (
+        [Note(f"No lognormal curve fits over {' and '.join(unfit)}: the rate hardly grows with it.")] if unfit else []
+    )
     blocks: list[Block] = [
         *(Paragraph(text) for text in (_as_recorded(found), *_over_intensity(rates, jma, missing))),
         Figure(drawing, "fall rate over amplitude and intensity", shown + (scale if np.isfinite(jma).any() else "")),

@@ -1,6 +1,6 @@
-"""`python -m verification.published_surveys`: published fall rates beside those computed for the default study's population; and an invented ruin.
+"""`python -m verification.cemetery`: the default study's fall rates beside published ones, the field's criteria, an invented ruin.
 
-Needs `results/near-fault`, from `make run`; writes its part of docs/surveys.md.
+Needs `results/near-fault`, from `make run`; writes its parts of docs/surveys.md and docs/criteria.md.
 """
 
 import shutil
@@ -16,10 +16,12 @@ from overturning.dem.cases import Cases
 from overturning.dem.run import run_cases
 from overturning.figures.style import FALLS, INK, SERIES, caption, grid, labels, save, style
 from overturning.records.store import read_motion
-from overturning.report.blocks import Paragraph
+from overturning.report.blocks import Paragraph, Report, Table, each_block
 from overturning.report.results import Results, open_results
 from overturning.report.sections.backwards import backwards_sentences, draw_posterior
+from overturning.report.sections.criteria import criteria
 from overturning.report.sections.population import population
+from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL, motion_of
 from overturning.study.sweep import scaled
 from overturning.surveys.inversion import Kind, Responses
@@ -116,6 +118,19 @@ def cemetery(results: Results) -> str:
     return "\n".join(wrapped(block.text, "- ") for block in section.blocks if type(block) is Paragraph)
 
 
+def criteria_tables(results: Results) -> dict[str, str]:
+    """What the report says of the field's criteria, by mark; takes its figure."""
+    section = criteria(results)
+    assert section is not None
+    shutil.copy(results.figures / "plane.svg", ROOT / "docs" / "images" / "criteria.svg")
+    whole, blocks = (block for block in each_block(Report("", "", (section,))) if isinstance(block, Table))
+    said = next(block.text for block in section.blocks if isinstance(block, Paragraph))
+    return {
+        "criteria": f"{wrapped(said)}\n\n{markdown(whole.heads, whole.rows)}",
+        "criteria-blocks": markdown(blocks.heads, blocks.rows),
+    }
+
+
 def one_by_one(results: Results) -> str:
     """How far the rates are from those of the same stones, each run with its own height, B/H and µ."""
     found, population_ = results.populations[NOMINAL], results.study.population
@@ -150,9 +165,10 @@ def ruin() -> str:
 def main() -> None:
     """Compare, draw, publish."""
     publish({"example-ruin": ruin()})
-    with open_results(STUDY) as results:
+    with open_results(STUDY, load_study(ROOT / "config" / "near-fault.yaml")) as results:
         found = results.populations[NOMINAL]
         publish({"population": f"{cemetery(results)}\n{wrapped(one_by_one(results), '- ')}"})
+        publish(criteria_tables(results))
     rows, rates = published(), as_recorded(found)
     draw(rows, rates, ROOT / "docs" / "images" / "published-surveys.svg")
     publish({"published-surveys": table(rows, rates), "published-surveys-computed": sentence(rates, found)})

@@ -23,6 +23,8 @@ _SPACE: Final = 8.0  # what a body in space costs over the block
 _BASE_MEMORY: Final = 4e8
 _CELL_IN_MEMORY: Final = 400
 _CELL_ON_DISK: Final = 45
+_READING_MEMORY: Final = 1e9
+_CELL_READ: Final = 12
 _MEMBER_IN_MEMORY: Final = 20
 
 MOST_CELLS: Final = 3_000_000
@@ -43,6 +45,11 @@ class Size:
     processor_s: float
     memory_bytes: float  # of the largest job
     disk_bytes: float
+
+    @property
+    def reading_bytes(self) -> float:
+        """Memory of what reads the whole cube, record by record."""
+        return _READING_MEMORY + self.records * self.cases * _CELL_READ
 
     def __str__(self) -> str:
         total = f"{self.records} record{'' if self.records == 1 else 's'} × {self.cases:,} cases = {self.records * self.cases:,}"

@@ -1,21 +1,26 @@
-"""How fast and how exact bodies in space are: block steps per second, compiling, energy, step and contact, chaos, other engines."""
+"""How fast and how exact bodies in space are: compiling, order, energy, step and contact, chaos, other engines."""
 
 import os
+import resource
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from functools import partial
 from typing import Annotated, Any, Final
 
 import numpy as np
 import typer
 
 from overturning.dem.solid.contact import VertexContact
+from overturning.dem.solid.plan import SPACE_SCHEMES
 from overturning.dem.solid.simulate import simulate_in_space_arrays
 from overturning.motion.motion import Motion
 from verification.inputs import near_fault, strong_part
 from verification.space_engines import Prism, fall_azimuth, installed
+from verification.space_order import orders
+from verification.space_study import study
 from verification.tables import RESULTS, Figure, figures_table, publish, write_figures
 from verification.timing import measured
 
@@ -25,9 +30,9 @@ PEER_STEP: Final = 2e-4
 """Step of the other engines, s: small enough that a smaller one no longer changes their flags by more than they differ."""
 
 
-def shaken() -> Motion:
+def shaken(samples: int = 2000) -> Motion:
     """Twenty seconds that rock bodies and throw none."""
-    t = np.arange(2000) * 0.01
+    t = np.arange(samples) * 0.01
     return Motion(1.5 * np.sin(9.0 * t), 1.2 * np.cos(12.0 * t), 0.5 * np.sin(9.0 * t), sampling_interval=0.01)
 
 
@@ -56,9 +61,27 @@ def throughput() -> Iterator[Figure]:
         yield Figure(f"space: block steps per second and core, {name}", rate, "million", target)
     with tempfile.TemporaryDirectory() as folder:
         command = "import verification.space as s; s.simulate_in_space_arrays(s.shaken(), orientation_deg=0, height=1, b_over_h=0.4, leave_out=False)"
-        begin = time.perf_counter()
+        begin = resource.getrusage(resource.RUSAGE_CHILDREN)
         subprocess.run([sys.executable, "-c", command], check=True, env=os.environ | {"NUMBA_CACHE_DIR": folder})
-    yield Figure("space: first case with a cold cache, imports included", time.perf_counter() - begin, "s", "≤ 15")
+        end = resource.getrusage(resource.RUSAGE_CHILDREN)
+    cold = (end.ru_utime + end.ru_stime) - (begin.ru_utime + begin.ru_stime)
+    yield Figure("space: processor time of the first case with a cold cache, imports included", cold, "s", "≤ 15")
+
+
+def memory() -> Iterator[Figure]:
+    """How the peak of memory grows with the number of cases, each size in a process of its own."""
+    command = (
+        "import resource, sys, numpy as np, verification.space as s; s.simulate_in_space_arrays(s.shaken(100), orientation_deg=0, "
+        "height=1, b_over_h=np.linspace(0.4, 0.5, int(sys.argv[1])), leave_out=False);"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
+    )
+    counts = (1000, 1000, 21000)
+    _, few, many = (
+        int(subprocess.run([sys.executable, "-c", command, str(n)], check=True, capture_output=True, text=True).stdout)
+        for n in counts
+    )
+    yield Figure("space: memory of 1000 cases", few / 1024, "MB")
+    yield Figure("space: memory of each further 1000", (many - few) / 1024 / 20, "MB")
 
 
 def motions(count: int) -> list[Motion]:
@@ -110,9 +133,18 @@ def exactness(chosen: list[Motion]) -> Iterator[Figure]:
         yield Figure(f"space, {name}: processor time per case", 1e3 * seconds / fell.size, "ms")
 
 
+def convergence() -> Iterator[Figure]:
+    """Slope of the error over the step, of stones that stand and that fall."""
+    for scheme in SPACE_SCHEMES:
+        for name, (slope, errors) in orders(scheme).items():
+            yield Figure(f"space, {scheme}: order of convergence, {name}", slope)
+            yield Figure(f"space, {scheme}: median error at its step, {name}", float(np.degrees(errors[0])), "°")
+
+
 def against_peers(chosen: list[Motion], count: int) -> Iterator[Figure]:
     """Flags and azimuths of other engines on some of the cases."""
-    ours, fine = run_all(chosen), run_all(chosen, time_step="0.25 stable", contact=VertexContact(2e-7))
+    ours, seconds = measured(lambda: run_all(chosen), 1, lambda: None)
+    mine, fine = seconds / ours["status"].size, run_all(chosen, time_step="0.25 stable", contact=VertexContact(2e-7))
     rng = np.random.default_rng(1)
     cells = np.stack(
         np.unravel_index(rng.permutation(ours["overturned"].size)[:count], ours["overturned"].shape), axis=1
@@ -124,8 +156,11 @@ def against_peers(chosen: list[Motion], count: int) -> Iterator[Figure]:
             fall_azimuth(engine, chosen[m], TURNED[o], Prism(0.3 * GRID["b_over_h"][b], 0.3 * GRID["b_over_h"][b], 0.3, 0.58), PEER_STEP)
             for m, o, _, b, _, _ in cells.tolist()
         ])  # fmt: skip
-        yield Figure(f"{name} in space: processor time per case", (time.process_time() - begin) / count, "s")
+        theirs = (time.process_time() - begin) / len(cells)
+        yield Figure(f"{name} in space: processor time per case", theirs, "s")
+        yield Figure(f"{name} in space: its time per case over ours", theirs / mine, "", "≥ 50")
         flags[name] = np.isfinite(azimuths[name])
+    yield Figure("space: cases that all engines run", len(cells))
     chosen_cells = tuple(cells.T)
     flags["ours"], azimuths["ours"] = ours["overturned"][chosen_cells] == 1, ours["fall_azimuth"][chosen_cells]
     best = fine["overturned"][chosen_cells] == 1
@@ -133,27 +168,35 @@ def against_peers(chosen: list[Motion], count: int) -> Iterator[Figure]:
         yield Figure(
             f"space: flags other than the finest reference's, {name}", 100.0 * (flags[name] != best).mean(), "%"
         )
-    names = list(flags)
+    names, between = list(flags), dict[str, float]()
     for i, a in enumerate(names):
         for b in names[i + 1 :]:
             both = flags[a] & flags[b]
-            yield Figure(f"space: flags that differ, {a} and {b}", 100.0 * (flags[a] != flags[b]).mean(), "%")
+            differ = 100.0 * float((flags[a] != flags[b]).mean())
+            between.setdefault("theirs", differ)
+            target = f"≤ {between['theirs']:.3g}" if "ours" in (a, b) else ""
+            yield Figure(f"space: flags that differ, {a} and {b}", differ, "%", target)
             near = apart(azimuths[a], azimuths[b])[both] <= 20.0
             yield Figure(f"space: azimuths within 20° where both fall, {a} and {b}", 100.0 * near.mean(), "%")
 
 
+PARTS: Final = {"throughput": throughput, "memory": memory, "convergence": convergence, "study": study}
+"""Those that need no motions handed to them."""
+
+
 def main(
-    records: Annotated[int, typer.Option(min=1, help="records of the default study")] = 7,
+    records: Annotated[int, typer.Option(min=1, help="records of the default study")] = 28,
     peer_cases: Annotated[int, typer.Option(min=0, help="cases that the other engines run")] = 200,
+    only: Annotated[list[str] | None, typer.Option(help="part to measure again; the figures of others stay")] = None,
 ) -> None:
     """Measure bodies in space."""
     chosen, figures = motions(records), []
-    parts = [throughput(), exactness(chosen), *([against_peers(chosen, peer_cases)] if peer_cases else [])]
-    for part in parts:
-        for figure in part:
+    parts = PARTS | {"exactness": partial(exactness, chosen), "peers": partial(against_peers, chosen, peer_cases)}
+    for name in only or [name for name in parts if peer_cases or name != "peers"]:
+        for figure in parts[name]():
             figures.append(figure)
             print(*figure, sep=" | ", flush=True)
-    publish({"space": figures_table(write_figures(figures, RESULTS / "space.csv"))})
+    publish({"space": figures_table(write_figures(figures, RESULTS / "space.csv", keep=only is not None))})
 
 
 if __name__ == "__main__":

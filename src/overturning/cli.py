@@ -1,6 +1,5 @@
 """The command line: a thin face, one subcommand per rule of the workflow and per question of a user."""
 
-import errno
 import importlib
 import sys
 from collections.abc import Sequence
@@ -10,6 +9,7 @@ import typer
 from typer.core import TyperGroup
 
 from overturning.errors import OverturningError
+from overturning.files import said_of
 
 # Subcommand: module in overturning.commands that holds a typer app named `app`, with that subcommand alone, with a command of
 # that name, or with commands of its own; and its line in --help. Only the module of the subcommand that runs is imported.
@@ -36,12 +36,6 @@ COMMANDS = {
 
 
 _INTERRUPTED = 130
-
-# What a user can do where a file cannot be written.
-_REMEDIES = {
-    **dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS), "choose a folder that you may write to"),
-    **dict.fromkeys((errno.ENOSPC, errno.EDQUOT), "free some space and run again; nothing half-written was kept"),
-}
 
 
 class _LazyGroup(TyperGroup):
@@ -102,10 +96,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(1)
     except OSError as error:
-        remedy = _REMEDIES.get(error.errno or 0)
-        if remedy is None:
+        if not (said := said_of(error)):
             raise
-        print(f"error: {error.filename or 'a file'}: {str(error.strerror).lower()}; {remedy}", file=sys.stderr)
+        print(f"error: {said}", file=sys.stderr)
         sys.exit(1)
     except RuntimeError as error:
         # Met where the cells of a cube from elsewhere are read, which may be at any time after it was opened.

@@ -40,9 +40,10 @@ def atomic_write(path: Path) -> Iterator[Path]:
         os.chmod(part, 0o666 & ~_umask())
         os.replace(part, path)
     except (OSError, RuntimeError) as error:
-        # A full disk reaches us without the file's name, and from NetCDF as an error that does not say so.
-        full = isinstance(error, RuntimeError) and str(error).startswith("NetCDF: ") and _free(path) < _LITTLE
-        if full or (isinstance(error, OSError) and error.errno == errno.ENOSPC):
+        # A full disk reaches us without the file's name, and from NetCDF as an error that does not say so: one of its own,
+        # or that the part, which was ours a moment ago, must not be written.
+        odd = str(error).startswith("NetCDF: ") if isinstance(error, RuntimeError) else error.errno == errno.EACCES
+        if (odd and _free(path) < _LITTLE) or (isinstance(error, OSError) and error.errno == errno.ENOSPC):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path)) from None
         raise
     finally:
@@ -52,6 +53,19 @@ def atomic_write(path: Path) -> Iterator[Path]:
 
 _MARK = b"\n# sha256 "
 _SEAL = len(_MARK) + 65  # bytes: 64 digits and the end of the line
+
+
+# What a user can do where a file cannot be written.
+_REMEDIES = {
+    **dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS), "choose a folder that you may write to"),
+    **dict.fromkeys((errno.ENOSPC, errno.EDQUOT), "free some space and run again; nothing half-written was kept"),
+}
+
+
+def said_of(error: OSError) -> str:
+    """What is wrong with a file, and what to do; empty where nothing is known to do."""
+    remedy = _REMEDIES.get(error.errno or 0)
+    return f"{error.filename or 'a file'}: {str(error.strerror).lower()}; {remedy}" if remedy else ""
 
 
 def seal(path: Path) -> None:

@@ -52,7 +52,12 @@ def read_rows(
         Columns of which the header must name one.
     """
     lines = _lines(path, model, error, kind)
-    cells_of = [[cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))] for _, line in lines]
+    cells_of = []
+    for number, line in lines:
+        try:
+            cells_of.append([cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))])
+        except csv.Error as problem:  # a cell of more than 131,072 characters
+            raise error(f"{path} line {number}: {problem}; no cell of a {kind} is that long: cut it") from None
     columns = [cell.lower() for cell in cells_of[0]]
     if len(columns) == 1 and (other := _other_delimiter(columns[0], delimiter)):
         raise error(f"{path} line {lines[0][0]}: its columns are set off by {_NAMES[other]}; use {_NAMES[delimiter]}")

@@ -1,6 +1,7 @@
 """Prints hashes of every outcome of a small real grid; run in a process of its own for each target processor.
 
-One is over what the simulation returns, one over the file that the workflow's sweep and gather make of a stored motion.
+One is over what the simulation returns in planes, one over what it returns in space, and one over the file that the workflow's
+sweep and gather make of a stored motion.
 """
 
 import hashlib
@@ -11,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from overturning.dem.simulate import simulate_arrays
+from overturning.dem.solid.simulate import simulate_in_space_arrays
 from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
 from overturning.study.gather import gather
@@ -43,6 +45,17 @@ def outcome_hash(stored: Path, threads: int) -> str:
     return digest.hexdigest()
 
 
+def space_hash(stored: Path, threads: int) -> str:
+    """Hash over all cells in space, default scheme, with vertical motion."""
+    motion = np.load(stored)
+    found = simulate_in_space_arrays(
+        Motion(motion["north"], motion["east"], 0.5 * motion["east"], sampling_interval=float(motion["interval"])),
+        orientation_deg=np.arange(0.0, 90.0, 10.0), height=[0.6], b_over_h=[0.15, 0.3, 0.45], friction=[0.33, 1.0], threads=threads,
+    )  # fmt: skip
+    assert len(np.unique(found["overturned"])) == 2, "some fall and some stand"
+    return hashlib.sha256(b"".join(np.ascontiguousarray(found[name]).tobytes() for name in sorted(found))).hexdigest()
+
+
 def cube_hash(stored: Path, folder: Path, threads: int) -> str:
     """Hash over the cube that a small study of one stored motion gives, byte for byte."""
     record = read_motion(stored)
@@ -55,4 +68,5 @@ def cube_hash(stored: Path, folder: Path, threads: int) -> str:
 
 if __name__ == "__main__":
     print(outcome_hash(Path(sys.argv[1]), int(sys.argv[3])))
+    print(space_hash(Path(sys.argv[1]), int(sys.argv[3])))
     print(cube_hash(Path(sys.argv[2]), Path(sys.argv[4]), int(sys.argv[3])))

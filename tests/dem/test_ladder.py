@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from overturning.dem.block import plan as plan_module
+from overturning.dem import plan as plan_module
 from overturning.dem.block import rows, tables
 from overturning.dem.block.centred import Met, next_attempt
 from overturning.dem.block.rows import Attempt, Block, Change, Corner

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numba import njit
 
+from overturning.dem import mechanics
 from overturning.dem.lanes import OPTIONS, Access, Rows, aligned
-from overturning.dem.mechanics import larger, line, renormalised, turned, within
 
 
 class Memory(NamedTuple):
@@ -34,6 +34,12 @@ def compiled(access: Access) -> Access:
         njit(lambda array, j, keep, value: store_unless(array, j, keep, value)),
     )
 
+
+larger = njit(lambda peak, value: mechanics.larger(peak, value))
+line = njit(lambda first, second, per_step: mechanics.line(first, second, per_step))
+renormalised = njit(lambda c, s: mechanics.renormalised(c, s))
+turned = njit(lambda c, s, turn: mechanics.turned(c, s, turn))
+within = njit(lambda force, limit: mechanics.within(force, limit))
 
 ROWS = Rows(4, Other, Pair)
 PAIR, TWO = compiled(ROWS.access(Pair)), compiled(ROWS.access(Pair, "two"))

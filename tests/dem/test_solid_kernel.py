@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from overturning.dem import plan as plan_module
 from overturning.dem import run as run_module
 from overturning.dem.contact import Contact
 from overturning.dem.numerics import Numerics
 from overturning.dem.simulate import simulate_arrays
+from overturning.dem.solid import results as results_module
 from overturning.dem.solid.cases import SpaceCases
 from overturning.dem.solid.contact import VertexContact, highest_mode
 from overturning.dem.solid.plan import Start, plan_in_space
@@ -16,7 +18,9 @@ from overturning.dem.solid.results import SPACE_VARIABLES
 from overturning.dem.solid.shapes import Circle, Rectangle, Regular
 from overturning.dem.solid.simulate import simulate_in_space_arrays
 from overturning.dem.solid.trajectory import trajectory_in_space
+from overturning.dem.status import Status
 from overturning.dem.time_step import Scheme, stable_step
+from overturning.dem.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.near_field import near_field
@@ -124,7 +128,10 @@ SHAPES = [(Rectangle(), 0.4, 1.0), (Rectangle(), 1.5, 2.0), (Regular(5), 0.3, 1.
 
 
 @pytest.mark.parametrize(("shape", "ratio", "aspect"), SHAPES, ids=lambda value: getattr(value, "name", str(value)))
-def test_the_stable_step_is_the_limit(shape: object, ratio: float, aspect: float) -> None:
+def test_the_stable_step_is_the_limit(
+    shape: object, ratio: float, aspect: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(plan_module, "MOST_AGAIN", 0)  # a finer step would mend it
     body = shape.body(0.6, ratio, aspect)
     normal, _, dashpot = SOFT.specific(body)
     mode = highest_mode(body)
@@ -157,6 +164,28 @@ def test_a_body_on_an_edge_or_a_vertex_is_slower() -> None:
     cross = np.array([[0, r[2], -r[1]], [-r[2], 0, r[0]], [r[1], -r[0], 0]])
     alone = np.linalg.eigvalsh(np.eye(3) + cross @ np.linalg.inv(body.inertia) @ cross.T).max()
     assert 1.0 < alone < whole
+
+
+def test_a_case_that_does_not_balance_is_computed_again_in_shorter_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    grid = {"orientation_deg": np.arange(0.0, 90.0, 15.0), "height": [0.6], "b_over_h": [0.2, 0.35], "friction": [0.4]}
+    first, finer = (simulate_in_space_arrays(part(10), refinement=times, **grid) for times in (1, plan_module.FINER))
+    bound = float(np.median(first["energy_error"]))
+    monkeypatch.setattr(plan_module, "ENERGY_BOUND", bound)
+    monkeypatch.setattr(plan_module, "MOST_AGAIN", 1)
+    found, again = simulate_in_space_arrays(part(10), **grid), first["energy_error"] > bound
+    for name in (*NAMES, "block_steps"):
+        expected = np.where(again, finer[name] + (first[name] if name == "block_steps" else 0), first[name])
+        np.testing.assert_array_equal(found[name], expected, err_msg=name)
+    cell = {"orientation_deg": 15.0, "height": 0.6, "b_over_h": 0.2, "friction": 0.4}
+    path = trajectory_in_space(part(10), **cell)
+    assert path.attrs["block_steps"] == found["block_steps"][1, 0, 0, 0, 0]
+    assert (np.diff(path.time) > 0).all()
+    # Where nothing helps the case is marked.
+    for module in (plan_module, results_module):
+        monkeypatch.setattr(module, "ENERGY_BOUND", -1.0)
+    marked = simulate_in_space_arrays(part(10), **{name: [value] for name, value in cell.items()})
+    assert (marked["status"].item(), marked["overturned"].item()) == (Status.UNSTABLE, INT8_MISSING)
+    assert np.isnan(marked["fall_azimuth"].item())
 
 
 @BOTH

@@ -9,6 +9,7 @@ from typing import Any
 import llvmlite.binding as llvm
 import numpy as np
 import pytest
+from numba import typeof
 
 from overturning.dem.block.queue import SCHEMES
 from overturning.dem.block.rows import COLUMNS, ROWS, TICKS
@@ -16,7 +17,7 @@ from overturning.dem.lanes import aligned
 from overturning.dem.polygon import centred, cundall, equations, rows
 from overturning.dem.polygon.step import advance_on, motion_on
 from overturning.dem.polygon.verdict import note_standing
-from overturning.dem.solid import centred as space_centred
+from overturning.dem.solid import centred_loops as space_centred
 from overturning.dem.solid import cundall as space_cundall
 from overturning.dem.solid import rows as space
 
@@ -36,9 +37,9 @@ def block_loops(scheme: Any, vertical: bool, rough: bool) -> Compile:
     return assemblies
 
 
-def polygon_loops(loop: Any, *arguments: Any) -> Compile:
+def compiled(loop: Any, *arguments: Any) -> Compile:
     def assemblies() -> Iterator[str]:
-        loop(*arguments)
+        loop.compile(tuple(typeof(value) for value in arguments))
         yield from loop.inspect_asm().values()
 
     return assemblies
@@ -54,22 +55,22 @@ LOOPS: dict[str, Compile] = {
     for vertical in (False, True)
     for rough in (True, False)
 } | {
-    "polygons, couple": polygon_loops(centred.couple, PAIR, ELEMENT, ELEMENT.copy(), OWN),
-    "polygons, meet": polygon_loops(centred.meet, PAIR, ELEMENT, ELEMENT.copy(), OWN),
-    "polygons, invert": polygon_loops(equations.invert, BLOCK),
-    "polygons, divide": polygon_loops(equations.divide, BLOCK, BLOCK.copy()),
-    "polygons, eliminate": polygon_loops(equations.eliminate, BLOCK, BLOCK.copy(), BLOCK.copy()),
-    "polygons, carry": polygon_loops(equations.carry, ELEMENT, BLOCK, ELEMENT.copy()),
-    "polygons, foresee, vertical": polygon_loops(motion_on(True)[0], ELEMENT, OWN, 128.0, 9.80665),
-    "polygons, foresee, level": polygon_loops(motion_on(False)[0], ELEMENT, OWN, 128.0, 9.80665),
-    "polygons, arrive, vertical": polygon_loops(motion_on(True)[1], ELEMENT, OWN, 128.0, 9.80665),
-    "polygons, arrive, level": polygon_loops(motion_on(False)[1], ELEMENT, OWN, 128.0, 9.80665),
-    "polygons, cundall contact": polygon_loops(cundall.contact, PAIR, ELEMENT, ELEMENT.copy(), OWN),
-    "polygons, motion, vertical": polygon_loops(advance_on(True), ELEMENT, OWN, 9.80665),
-    "polygons, motion, level": polygon_loops(advance_on(False), ELEMENT, OWN, 9.80665),
-    "polygons, slip": polygon_loops(note_standing, ELEMENT, ELEMENT.copy(), OWN, 0.1, 0.01),
+    "polygons, couple": compiled(centred.couple, PAIR, ELEMENT, ELEMENT.copy(), OWN),
+    "polygons, meet": compiled(centred.meet, PAIR, ELEMENT, ELEMENT.copy(), OWN),
+    "polygons, invert": compiled(equations.invert, BLOCK),
+    "polygons, divide": compiled(equations.divide, BLOCK, BLOCK.copy()),
+    "polygons, eliminate": compiled(equations.eliminate, BLOCK, BLOCK.copy(), BLOCK.copy()),
+    "polygons, carry": compiled(equations.carry, ELEMENT, BLOCK, ELEMENT.copy()),
+    "polygons, foresee, vertical": compiled(motion_on(True)[0], ELEMENT, OWN, 128.0, 9.80665),
+    "polygons, foresee, level": compiled(motion_on(False)[0], ELEMENT, OWN, 128.0, 9.80665),
+    "polygons, arrive, vertical": compiled(motion_on(True)[1], ELEMENT, OWN, 128.0, 9.80665),
+    "polygons, arrive, level": compiled(motion_on(False)[1], ELEMENT, OWN, 128.0, 9.80665),
+    "polygons, cundall contact": compiled(cundall.contact, PAIR, ELEMENT, ELEMENT.copy(), OWN),
+    "polygons, motion, vertical": compiled(advance_on(True), ELEMENT, OWN, 9.80665),
+    "polygons, motion, level": compiled(advance_on(False), ELEMENT, OWN, 9.80665),
+    "polygons, slip": compiled(note_standing, ELEMENT, ELEMENT.copy(), OWN, 0.1, 0.01),
 } | {
-    f"space, {name}, {loop}": polygon_loops(getattr(scheme, loop), BODY, *more)
+    f"space, {name}, {loop}": compiled(getattr(scheme, loop), BODY, *more)
     for name, scheme, loop, more in (
         ("cundall", space_cundall, "touch_all", (POINT, POINT.copy(), space.COLUMNS)),
         ("cundall", space_cundall, "roll_all", (POINT, POINT.copy(), space.COLUMNS, 1.0, 0.0)),

@@ -323,7 +323,7 @@ def test_the_command_reads_a_scenes_cube_and_writes_what_the_report_reads(
     (tmp_path / "motion").mkdir()
     write_motion(record(short(7), "a"), tmp_path / "motion" / "a.nc")
     kept = read_motion(tmp_path / "motion" / "a.nc")
-    with timed(tmp_path / "a.csv") as row:
+    with timed(tmp_path / "a.1-of-1.csv") as row:
         _, row["block_steps"] = sweep_record(settings, kept, tmp_path / "a.nc")
     gather(settings, [kept], [tmp_path / "a.nc"], tmp_path / "cube.nc")
     verify_study(
@@ -332,7 +332,7 @@ def test_the_command_reads_a_scenes_cube_and_writes_what_the_report_reads(
     )  # fmt: skip
     found = json.loads((tmp_path / "verification.json").read_text(encoding="utf-8"))
     assert 6 <= found["chosen"] < found["wanted"] == 24, "none of the scene's azimuths is mirrored"
-    assert block_steps_of(tmp_path / "verification.csv") <= 4 * block_steps_of(tmp_path / "a.csv")
+    assert block_steps_of(tmp_path / "verification.csv") <= 4 * block_steps_of(tmp_path / "a.1-of-1.csv")
     assert "Each element of the scene is counted by itself" in paragraphs(reported(settings, found, tmp_path))[-1]
     # Few change with the step, so the answers read from the cube are those of the same cells.
     assert sum(outcome["fallen"] for outcome in found["finer"]["outcomes"]) > 0

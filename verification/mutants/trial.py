@@ -80,26 +80,30 @@ class Trial:
         }
 
     def baseline(self) -> None:
-        """Run all tests without a mutant once, for their times; they must pass."""
-        state = hashlib.sha256()
-        for path in sorted((self._tree / "tests").rglob("*.py")):
-            state.update(path.read_bytes())
+        """Run the tests that are new or changed without a mutant, for their times; they must pass."""
         known = json.loads(self._times_file.read_text(encoding="utf-8")) if self._times_file.is_file() else {}
-        if known.get("state") == state.hexdigest():
+        files = sorted({file for files in self._seen_by.values() for file in files})
+        states = {file: hashlib.sha256((self._tree / file).read_bytes()).hexdigest() for file in files}
+        new = [file for file in files if known.get(file, {}).get("state") != states[file]]
+        if not new:
             return
         report = self._times_file.with_suffix(".xml")
-        passed, talk = self._tests(sorted({file for files in self._seen_by.values() for file in files}), 3600, report)
-        if not passed:
-            raise SystemExit(f"the tests do not pass without a mutant:\n{talk[-2000:]}")
+        passed, talk = self._tests(new, 3600, report)
         times: dict[str, float] = defaultdict(float)
+        failed = set()
         for case in ElementTree.parse(report).iter("testcase"):
-            parts = case.attrib["classname"].split(".")
-            times["/".join(parts) + ".py"] += float(case.attrib["time"])
-        self._times_file.write_text(json.dumps({"state": state.hexdigest(), "times": times}), encoding="utf-8")
+            file = case.attrib["classname"].replace(".", "/") + ".py"
+            times[file] += float(case.attrib["time"])
+            failed |= {file} if any(case.iter("failure")) or any(case.iter("error")) else set()
+        known |= {file: {"state": states[file], "seconds": times[file]} for file in new if file not in failed}
+        self._times_file.write_text(json.dumps(known), encoding="utf-8")
+        if not passed:
+            raise SystemExit(f"tests do not pass without a mutant:\n{talk[-2000:]}")
 
     @cached_property
     def _times(self) -> dict[str, float]:
-        return dict(json.loads(self._times_file.read_text(encoding="utf-8"))["times"])
+        known = json.loads(self._times_file.read_text(encoding="utf-8"))
+        return {file: one["seconds"] for file, one in known.items()}
 
     @cached_property
     def _seen_by(self) -> dict[str, list[str]]:

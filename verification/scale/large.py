@@ -1,6 +1,7 @@
 """What large studies take, measured in processes of their own: a chunk of a sweep, gathering, statistics and figures."""
 
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -25,15 +26,19 @@ class Taken(NamedTuple):
 
 def taken(*command: object) -> Taken:
     """Run a subcommand of the package to its end; a RuntimeError with its last words where it fails."""
+    return taken_by([sys.executable, "-m", "overturning.cli", *map(str, command)])
+
+
+def taken_by(words: list[str]) -> Taken:
+    """Run a program to its end; a RuntimeError with its last words where it fails."""
     begin = time.perf_counter()
-    words = [sys.executable, "-m", "overturning.cli", *map(str, command)]
     process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     assert process.stderr is not None
     said = process.stderr.read()
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:
-        raise RuntimeError(f"{command[0]}: {said[-1000:]}")
+        raise RuntimeError(f"{words[-1]}: {said[-1000:]}")
     return Taken(time.perf_counter() - begin, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024)
 
 
@@ -89,20 +94,36 @@ def measure_lazily(folder: Path, records: int = 100, grid: dict[str, object] | N
     write_study(study, folder / "study.json")
     write_made_motions(study, folder / "motion")
     write_made_cube(study, folder / "cube.nc", different=min(2, records))
-    members = draw_members(study.ensemble)
-    write_members(members, folder / "members.csv")
+    write_members(draw_members(study.ensemble), folder / "members.csv")
     base = ("--study", folder / "study.json", "--motions", folder / "motion")
-    found = [
-        Figure("made cube: cells", records * study.cases),
-        Figure("made cube: size", (folder / "cube.nc").stat().st_size / 1e9, "GB"),
-    ]
-    for name, command in {
-        "intensities": ("rotate", *base, "--output", folder / "intensity.nc"),
-        "figures": ("figures", "--cube", folder / "cube.nc", "--intensity", folder / "intensity.nc",
-                    "--motions", folder / "motion", "--output", folder / "figures"),
-        "report": ("report", "--results", folder, "--output", folder / "report.html"),
-    }.items():  # fmt: skip
-        took = taken(*command)
-        found.append(Figure(f"made cube: {name}, time", took.seconds, "s"))
-        found.append(Figure(f"made cube: {name}, peak memory", took.memory_mb, "MB", "<= 2000"))
+    size = (folder / "cube.nc").stat().st_size
+    found = [Figure("made cube: cells", records * study.cases), Figure("made cube: size", size / 1e9, "GB")]
+
+    def note(what: str, took: Taken) -> None:
+        found.append(Figure(f"made cube: {what}, time", took.seconds, "s"))
+        found.append(Figure(f"made cube: {what}, peak memory", took.memory_mb, "MB", "<= 2000"))
+
+    intensity = folder / "intensity.nc"
+    note("intensities", taken("rotate", *base, "--output", intensity))
+    files = ", ".join(
+        f"Path({str(each)!r})" for each in (folder / "cube.nc", intensity, folder / "motion", folder / "figures")
+    )
+    for what, call in (
+        ("figures of a record", "draw_record({}, write, 0)"),
+        ("figures of all records together", "draw_whole({}, write)"),
+    ):
+        program = f"""
+from functools import partial
+from pathlib import Path
+from overturning.figures.study import draw_record, draw_whole, write_figure
+from overturning.study.load import study_from
+write = partial(write_figure, study_from({str(folder / "study.json")!r}).figures)
+{call.format(files)}
+"""
+        note(what, taken_by([sys.executable, "-c", program]))
+    # The report shows figures of each record.
+    for drawn in list((folder / "figures").glob(f"*/{study.records.use[0]}.*")):
+        for name in study.records.use[1:]:
+            shutil.copy(drawn, drawn.with_name(f"{name}{drawn.suffix}"))
+    note("report", taken("report", "--results", folder, "--output", folder / "report.html"))
     return found

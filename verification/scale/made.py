@@ -47,8 +47,13 @@ def made_study(records: int, grid: dict[str, Any] | None = None) -> Study:
 def made_records(study: Study) -> Iterator[Record]:
     """A pulse of its own for each record, in five earthquakes and with a fault normal and a pulse or none."""
     for number, name in enumerate(study.records.use):
-        motion = Motion.sine(amplitude=2.0 + 0.05 * number, period=0.7, azimuth_deg=7.0 * number)
-        record = Record(name, motion.north, motion.east, None, motion.sampling_interval)
+        # A second pulse across the first: no direction is without motion.
+        one, other = (
+            Motion.sine(amplitude=amplitude, period=0.7, azimuth_deg=7.0 * number + turn)
+            for amplitude, turn in ((2.0 + 0.05 * number, 0.0), (1.0, 90.0))
+        )
+        north, east = one.north + np.roll(other.north, 20), one.east + np.roll(other.east, 20)
+        record = Record(name, north, east, None, one.sampling_interval)
         known = {"pulse": number % 2 == 0, "event_latitude": 35.0, "event_longitude": 133.0}
         yield rounded(replace(
             record, station=name, event=f"earthquake {number % 5}", fault_strike_deg=10.0 * (number % 5), extra=known

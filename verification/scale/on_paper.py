@@ -22,6 +22,15 @@ LONGEST_ARGUMENT: Final = 32 * resource.getpagesize()
 """Bytes of one argument of a command (Linux: MAX_ARG_STRLEN); a rule's whole command is one."""
 
 
+NEEDED: Final = {
+    *("real chunk: processor time", "real chunk: cases", "real chunk: disk per case"),
+    *("made parts: gathering", "made parts: cases", "made cube: cells", "made cube: report, time"),
+    *("made cube: figures of all records together, time", "made cube: figures of a record, time"),
+    *(f"planning: {name} per record, {CHUNKS} chunks each" for name in ("time", "memory")),
+}
+"""What must have been measured for it."""
+
+
 class Planned(NamedTuple):
     """What Snakemake takes to plan a run before the first job begins."""
 
@@ -72,8 +81,8 @@ def on_paper(measured: Mapping[str, float]) -> list[Figure]:
     disk = measured["real chunk: disk per case"]
     planning = measured[f"planning: time per record, {CHUNKS} chunks each"] * RECORDS
     memory = measured[f"planning: memory per record, {CHUNKS} chunks each"] * RECORDS
-    reports = measured["made cube: report, time"] + measured["made cube: figures, time"]
-    reports *= cases / measured["made cube: cells"]
+    reports = measured["made cube: report, time"] + measured["made cube: figures of all records together, time"]
+    reports = reports / measured["made cube: cells"] + measured["made cube: figures of a record, time"] / CASES
     name = len('"record-00000", ')
     # One file of part and of run time per chunk, two logs; a motion, a figure or three, and their logs, per record.
     files = RECORDS * (CHUNKS * 3 + 7)
@@ -84,7 +93,7 @@ def on_paper(measured: Mapping[str, float]) -> list[Figure]:
         Figure("storage of parts, or of the cube", disk * cases / 1e9, "GB"),
         Figure("files", files),
         Figure("gathering, one process", gathering * cases / 3600, "h"),
-        Figure("figures and report, one process", reports / 3600, "h"),
+        Figure("figures and report, one process", reports * cases / 3600, "h"),
         Figure("Snakemake: planning before the first job", planning / 3600, "h"),
         Figure("Snakemake: memory", memory / 1000, "GB"),
         Figure("records at which a command is too long for the system", LONGEST_ARGUMENT // name),

@@ -98,10 +98,13 @@ FRAGILITY = [f"{RESULTS}/fragility/fragility.csv"] if STUDY.population else []
 
 SURVEYS = list(range(1, len(STUDY.surveys) + 1))
 
-# Of one job of the sweep, for a cluster: memory, and ten times the run time that is expected.
+# Of one job of the sweep, for a cluster: memory, and five times the run time that is expected.
 SIZE = size_of(STUDY, CHUNKS)
 SWEEP_MB = round(SIZE.memory_bytes / 1e6)
-SWEEP_MINUTES = 10 + round(SIZE.processor_s / 6 / len(RECORDS) / len(VARIANTS) / CHUNKS)
+READING_MB = round(SIZE.reading_bytes / 1e6)
+SWEEP_MINUTES = 10 + round(
+    SIZE.processor_s / 12 / len(RECORDS) / len(VARIANTS) / CHUNKS
+)
 
 VERIFIED = is_verified(STUDY)
 VERIFICATION = f"{RESULTS}/verification.json"

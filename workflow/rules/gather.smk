@@ -14,7 +14,7 @@ rule gather:
     wildcard_constraints:
         suffix=rf"(?:\.(?:{'|'.join(map(re.escape, STUDY.variants)) or '(?!)'}))?",  # (?!): never
     resources:
-        mem_mb=800,
+        mem_mb=lambda wildcards, attempt: attempt * READING_MB,
     params:
         study=settings(*(key for key in SETTINGS if key not in BESIDE)),
         variant=variant_of,

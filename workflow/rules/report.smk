@@ -35,7 +35,7 @@ rule report:
     log:
         f"{LOGS}/report.log",
     resources:
-        mem_mb=1000,
+        mem_mb=lambda wildcards, attempt: attempt * READING_MB,
     params:
         folder=lambda wildcards, output: Path(output[0]).parent,
         study=settings(*BESIDE),

@@ -181,9 +181,9 @@ def verify_study(
     sweep: Annotated[Path, typer.Option(help="folder of the sweep's tables (CSV)")],
     output: Annotated[Path, typer.Option(help="outcome to make (JSON)")],
     timing: Timing,
-    chunks: Chunks = 1,
     threads: Threads = 1,
     log: Log = None,
+    chunks: Chunks = 1,
 ) -> None:
     """Run a part of a study again, with finer steps and with stiffer springs."""
     from overturning.errors import ConfigError

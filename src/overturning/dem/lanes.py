@@ -26,7 +26,10 @@ prefer_full_width()  # before anything is compiled
 OPTIONS: Final[dict[str, Any]] = {"fastmath": False, "error_model": "numpy", "boundscheck": False}
 """Of every jitted function: no fast-math, no contraction, so that the bits are the same everywhere."""
 
-INLINE: Final[dict[str, Any]] = {**OPTIONS, "forceinline": True}
+INNER: Final[dict[str, Any]] = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+"""Of those that compiled code alone calls: without the entries for Python and C, which for named tuples are longer than they are."""
+
+INLINE: Final[dict[str, Any]] = {**INNER, "forceinline": True}
 """Of those called within a loop over the lanes."""
 
 _LINE: Final = 8
@@ -101,9 +104,11 @@ class Rows:
         return self._made[key]
 
     def _make(self, of: type, kind: type, prefix: str, inner: list[str]) -> Access:
-        # Unsigned: Numba lets a signed index count from the end, and LLVM cannot always see that this one does not.
-        place = {p: f"array[unsigned({self._rows[of, prefix + p]}) + j]" for p in inner}
-        space: dict[str, Any] = {"unsigned": np.uintp}
+        # Unsigned: Numba lets a signed index count from the end, and LLVM cannot always see that this one does not. As names of
+        # constants, since a call for each would take a third of the time to compile.
+        place = {p: f"array[row{number} + j]" for number, p in enumerate(inner)}
+        space: dict[str, Any] = {f"row{number}": np.uintp(self._rows[of, prefix + p]) for number, p in enumerate(inner)}
+        space["unsigned"] = np.uintp
         value = _construction(kind, place, space)
         stores = [f"{at} = value.{p}" for p, at in place.items()]
         choices = [f"{at} = {at} if keep else value.{p}" for p, at in place.items()]

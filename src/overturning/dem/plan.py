@@ -1,6 +1,7 @@
 """What a kernel has to know of each case before it runs, and what its path holds: common to both kernels."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
@@ -11,7 +12,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.cases import Cases
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.geometry import Placed
-from overturning.dem.results import Answers, Results
+from overturning.dem.results import ENERGY_BOUND, Answers, Results
 from overturning.dem.scene import Scene
 from overturning.dem.status import Status
 from overturning.dem.time_step import Scheme
@@ -23,6 +24,36 @@ DEEPEST: Final = 0.2
 
 AFTERMATH: Final = 20.0
 """Time after the record, in 1/p, at which a block that may still fall is undecided."""
+
+FINER: Final = 4
+"""A case whose energy does not balance is computed again with steps so many times shorter, all of them,"""
+
+MOST_AGAIN: Final = 2
+"""and so often, before it is marked."""
+
+
+def until_balanced(
+    run: Callable[[NDArray[np.int64], int], None], out: FloatArray, status: int, error: int, steps: int
+) -> None:
+    """Run cases, and again with finer steps those in which work and energy do not balance.
+
+    Parameters
+    ----------
+    run : callable
+        ``run(rows, finer)`` fills these rows of `out` with steps so many times finer than planned.
+    out : ndarray, shape (n, …)
+        The kernel's results. `status`, `error` and `steps` are the columns of `Status`, of the energy error, and of the block
+        steps, which become those of all runs of a case.
+    """
+    rows, spent = np.arange(len(out)), np.zeros(len(out))
+    for again in range(1 + MOST_AGAIN):
+        run(rows, FINER**again)
+        spent[rows] += out[rows, steps]
+        balanced = out[rows, error] <= ENERGY_BOUND
+        rows = rows[(out[rows, status] == Status.SIMULATED) & ~balanced]
+        if not rows.size:
+            break
+    out[:, steps] = spent
 
 
 @dataclass(frozen=True)

@@ -59,7 +59,7 @@ class BodySettings(Model):
         try:
             shape = self.shape()
         except ArgumentError as error:
-            raise ValueError(str(error)) from None
+            raise ValueError(str(error).removeprefix("body: ")) from None
         if not shape.oblong and self.aspect != (1.0,):
             raise ValueError(f"aspect {list(self.aspect)}: only a rectangle has one; leave it out")
         return self

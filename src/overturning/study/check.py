@@ -14,16 +14,18 @@ from overturning.study.ensemble import BATCH, MOST_MEMBERS
 from overturning.study.load import entries_of
 
 # Of the default study on one core of a small machine, rounded up; they tell minutes from days and no more.
-_CASE_S: Final = 1e-4
+_CASE_S: Final = 4e-5
 _RECORD_S: Final = 4.0
-_RUN_AGAIN: Final = 0.6  # share of the cells near a change of flag, which the ensemble runs again
+_RUN_AGAIN: Final = 0.4  # share of the members that are run: of cells near a change of flag, until they are settled
 _SCENE: Final = 10.0  # what an element more costs over the block, which has a kernel of its own
 _SPACE: Final = 8.0  # what a body in space costs over the block
 
 _BASE_MEMORY: Final = 4e8
 _CELL_IN_MEMORY: Final = 400
 _CELL_ON_DISK: Final = 45
-_MEMBER_IN_MEMORY: Final = 60
+_READING_MEMORY: Final = 1e9
+_CELL_READ: Final = 12
+_MEMBER_IN_MEMORY: Final = 20
 
 MOST_CELLS: Final = 3_000_000
 """Cells of a page to look around in a cube: it then has 30 MB, which browsers still open."""
@@ -43,6 +45,11 @@ class Size:
     processor_s: float
     memory_bytes: float  # of the largest job
     disk_bytes: float
+
+    @property
+    def reading_bytes(self) -> float:
+        """Memory of what reads the whole cube, record by record."""
+        return _READING_MEMORY + self.records * self.cases * _CELL_READ
 
     def __str__(self) -> str:
         total = f"{self.records} record{'' if self.records == 1 else 's'} × {self.cases:,} cases = {self.records * self.cases:,}"

@@ -50,6 +50,11 @@ def _lines(error: ValidationError, where: str) -> list[str]:
         # The names of union members and validators that pydantic puts into the location are no keys of the file.
         steps = [part for part in item["loc"] if isinstance(part, int) or _is_key(str(part))]
         key = ".".join(str(part) for part in steps) or "the study"
+        if item["type"] == "extra_forbidden" and steps[-1:] != list(
+            item["loc"][-1:]
+        ):  # it does not even look like a key
+            steps.append(str(item["loc"][-1]))
+            key = _short(item["loc"][-1])
         match item["type"]:
             case "extra_forbidden":
                 lines.append(f"{where}: {key}: unknown key{_nearest(steps)}")

@@ -10,6 +10,7 @@ from types import TracebackType
 from typing import Self
 
 from overturning.errors import OverturningError
+from overturning.files import said_of
 
 _SCREEN_INTERVAL = 0.5
 _LOG_INTERVAL = 10.0
@@ -26,7 +27,8 @@ def logged_to(path: Path | None) -> Iterator[Callable[[str], None]]:
         try:
             yield lambda line: print(line, file=log)
         except (OverturningError, OSError) as error:
-            print(f"error: {error}", file=log)
+            with suppress(OSError):  # the disk is full
+                print(f"error: {(isinstance(error, OSError) and said_of(error)) or error}", file=log)
             raise
 
 

@@ -24,7 +24,6 @@ from overturning.dem.block.rows import (
     Corner,
     Foreseen,
     ForeseenCorner,
-    Line,
     Met,
     Peaks,
     Shaking,
@@ -36,6 +35,7 @@ from overturning.dem.block.rows import (
 )
 from overturning.dem.lanes import INLINE, OPTIONS
 from overturning.dem.mechanics import larger, turned, within
+from overturning.dem.single_body import at_tick
 
 WHOLE, FORESEEN, MOST_TRIES = float(rows.TICKS), rows.FORESEEN, rows.MOST_TRIES
 GENTLE_STEPS, SETTLED_STEPS = rows.GENTLE_STEPS, rows.SETTLED_STEPS
@@ -57,12 +57,6 @@ class Centred(NamedTuple):
 
 
 # 1. Foresee -----------------------------------------------------------------------------------------------------------
-
-
-@njit(**INLINE)
-def at(line: Line, tick: float, past: float) -> float:
-    """A component of the shaking; `past` ticks of the next sample are over."""
-    return (line.value + line.slope * tick) + line.bend * past
 
 
 @njit(**INLINE)
@@ -92,7 +86,7 @@ def foresee(block: Block, s: State, length: float, shaking: Shaking, ticks: floa
     past = past if past > 0.0 else 0.0
     left = foresee_corner(-1.0, block, s.left, x, z, c, sn, ex, ez, ew)
     right = foresee_corner(1.0, block, s.right, x, z, c, sn, ex, ez, ew)
-    push, lift = at(shaking.push, tick, past), at(shaking.lift, tick, past)
+    push, lift = at_tick(shaking.push, tick, past), at_tick(shaking.lift, tick, past)
     return Foreseen(x, z, s.angle + turn, c, sn, vx, vz, vw, ex, ez, ew, push, lift, half, left, right)
 
 

@@ -11,7 +11,6 @@ from overturning.dem.block.rows import (
     Account,
     Block,
     Corner,
-    Line,
     Peaks,
     Shaking,
     State,
@@ -20,6 +19,7 @@ from overturning.dem.block.rows import (
 )
 from overturning.dem.lanes import INLINE, OPTIONS
 from overturning.dem.mechanics import larger, turned, within
+from overturning.dem.single_body import within_sample
 
 WHOLE: Final = float(TICKS)
 
@@ -86,18 +86,12 @@ def lost_at(corner: Force, vx: float, vz: float, vw: float) -> float:
 
 
 @njit(**INLINE)
-def at(line: Line, tick: float) -> float:
-    """A component of the shaking."""
-    return line.value + line.slope * tick
-
-
-@njit(**INLINE)
 def step(
     block: Block, s: State, peaks: Peaks, account: Account, shaking: Shaking, gravity: float, vertical: bool
 ) -> tuple[State, Peaks, Account]:
     """One step of one block."""
     dt = block.step * WHOLE
-    push, lift = at(shaking.push, s.tick), at(shaking.lift, s.tick)
+    push, lift = within_sample(shaking.push, s.tick), within_sample(shaking.lift, s.tick)
     rate = block.dashpot / dt
     left, right = act(-1.0, block, s, s.left, rate), act(1.0, block, s, s.right, rate)
     # Accelerations in the frame of the base; left and right corner as one pair.

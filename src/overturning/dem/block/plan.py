@@ -1,7 +1,6 @@
 """How the block's kernel is to compute each case: its contact, its steps, and the time that can be left out."""
 
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,16 +8,16 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.block import tables as k
 from overturning.dem.block.path import block_path
-from overturning.dem.block.queue import SCHEMES, Ground, Limits, run_queue
+from overturning.dem.block.queue import SCHEMES, Limits, run_queue
 from overturning.dem.block.rows import DWELL, FINEST, GENTLE, MOST_HALVINGS, RIGID, SETTLED_DWELL, TICKS
 from overturning.dem.cases import Cases
 from overturning.dem.contact import check_precision
 from overturning.dem.numerics import Numerics
-from overturning.dem.plan import AFTERMATH, DEEPEST, Path, Plan, rounded, shaking
+from overturning.dem.plan import AFTERMATH, DEEPEST, Path, Plan, rounded, shaking, until_balanced
 from overturning.dem.quiet import quiet_windows
-from overturning.dem.results import ENERGY_BOUND, Answers
+from overturning.dem.results import Answers
 from overturning.dem.scene import Scene
-from overturning.dem.status import Status
+from overturning.dem.single_body import Ground
 from overturning.dem.time_step import (
     Scheme,
     contact_time,
@@ -31,12 +30,6 @@ from overturning.dem.time_step import (
 )
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-
-FINER: Final = 4
-"""A case whose energy does not balance is computed again with steps so many times shorter, all of them,"""
-
-MOST_AGAIN: Final = 2
-"""and so often, before it is marked."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,21 +60,20 @@ class BlockPlan(Plan):
         ground = Ground(self.ground, upward, motion.samples, motion.sampling_interval)
         limits = Limits(STANDARD_GRAVITY, DEEPEST, self.numerics.budget)
         friction = self.friction[chosen] if self.friction[chosen[0]] > 0 else None
-        queue, noted, spent, table = np.arange(chosen.size), 0, np.zeros(chosen.size), self.table[chosen]
-        for again in range(1 + MOST_AGAIN):
-            noted = run_queue(
-                SCHEMES[self.scheme][0], queue, table, self.row[chosen], friction, ground,
-                int(self.steps[chosen[0]]) * FINER**again, limits, counter, path, out,
-            )  # fmt: skip
+        noted = 0
+
+        def run(rows: NDArray[np.int64], finer: int) -> None:
+            nonlocal noted
+            table = self.table[chosen]
             # The shortest step is in ticks, which shrink with the whole one.
-            table[:, [k.P_DWELL, k.P_SETTLED]] *= FINER
-            table[:, k.P_GENTLE] /= FINER
-            spent[queue] += out[queue, k.R_STEPS]
-            balanced = out[queue, k.R_ENERGY] <= ENERGY_BOUND
-            queue = queue[(out[queue, k.R_STATUS] == Status.SIMULATED) & ~balanced]
-            if not queue.size:
-                break
-        out[:, k.R_STEPS] = spent
+            table[:, [k.P_DWELL, k.P_SETTLED]] *= finer
+            table[:, k.P_GENTLE] /= finer
+            noted = run_queue(
+                SCHEMES[self.scheme][0], rows, table, self.row[chosen], friction, ground, int(self.steps[chosen[0]]) * finer,
+                limits, counter, path, out,
+            )  # fmt: skip
+
+        until_balanced(run, out, k.R_STATUS, k.R_ENERGY, k.R_STEPS)
         of_all = (out[:, column] for column in (k.R_STATUS, k.R_DEPTH, k.R_ENERGY, k.R_STEPS))
         each = (out[:, [column]] for column in (k.R_SIDE, k.R_TIME, k.R_ANGLE, k.R_SLIP, k.R_RESIDUAL))
         return Answers(*of_all, *each), int(noted)

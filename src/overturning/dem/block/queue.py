@@ -15,7 +15,6 @@ import numpy as np
 from numba import njit, types
 from numba.extending import overload
 
-from overturning.arrays import FloatArray
 from overturning.dem.block import centred, cundall, tables
 from overturning.dem.block.rows import (
     COLUMNS,
@@ -24,8 +23,6 @@ from overturning.dem.block.rows import (
     Attempt,
     Block,
     Corner,
-    Course,
-    Line,
     Peaks,
     Shaking,
     State,
@@ -35,26 +32,15 @@ from overturning.dem.block.verdict import GOES_ON, energy, finish, note, verdict
 from overturning.dem.cache import keep_compiled
 from overturning.dem.lanes import OPTIONS, aligned
 from overturning.dem.mechanics import renormalised
+from overturning.dem.single_body import Course, Ground, Schemes, maker, piece
 from overturning.dem.status import Status
 from overturning.dem.time_step import Scheme
 
-SCHEMES: Final[dict[Scheme, tuple[Any, Any]]] = {
+SCHEMES: Final[Schemes] = {
     Scheme.CUNDALL: (cundall.Cundall(), cundall.loops),
     Scheme.CENTRED: (centred.Centred(), centred.loops),
 }
-"""What the kernel is told of each scheme, and the function that makes its loops; the type of the one picks the other."""
-
-
-class Ground(NamedTuple):
-    """The motion of the base."""
-
-    along: FloatArray
-    """Acceleration towards +s in each azimuth, m/s², padded with zeros, shape (azimuths, samples + 3);"""
-    up: FloatArray | None
-    """upward, shape (samples + 3,); None where there is none, which compiles a kernel without it;"""
-    samples: int
-    interval: float
-    """time between them, s."""
+"""The type of what the kernel is told picks the loops."""
 
 
 class Limits(NamedTuple):
@@ -115,13 +101,6 @@ def start(state: Any, j: int, case: Any, friction: float, interval: float, ticks
 
 
 @njit(**OPTIONS)
-def piece(motion: Any, i: int, factor: float, scale: float) -> Line:
-    """A component of the motion over a sample, by its ticks, of which `scale` is 1 over their number."""
-    a0, a1, a2 = motion[i] * factor, motion[i + 1] * factor, motion[i + 2] * factor
-    return Line(a0, (a1 - a0) * scale, ((a2 - a1) - (a1 - a0)) * scale)
-
-
-@njit(**OPTIONS)
 def next_sample(state: Any, columns: int, row: Any, along: Any, up: Any, ticks: float, interval: float) -> None:
     """Bring the turning pair back to length 1 and load the ground motion of the sample that each column is in."""
     scale = 1.0 / ticks
@@ -168,8 +147,7 @@ def look_at(state: Any, active: int, done: Any, steps: int, ticks: float, end: f
 
 def loops_of(scheme: Any, upward: Any, friction: Any) -> Any:
     """The loops of a scheme, without what takes no part where an argument is None; for compiled code, by its types."""
-    make = next(make for told, make in SCHEMES.values() if type(told) is scheme.instance_class)
-    return make(not isinstance(upward, types.NoneType), not isinstance(friction, types.NoneType))
+    return maker(SCHEMES, scheme)(not isinstance(upward, types.NoneType), not isinstance(friction, types.NoneType))
 
 
 @overload(loops_of)

@@ -9,6 +9,7 @@ from typing import Final, NamedTuple
 from numba import njit
 
 from overturning.dem.lanes import INLINE, Rows
+from overturning.dem.single_body import Course, Line
 
 COLUMNS: Final = 48
 """Blocks side by side: enough to hide the latency of one block's operations, few enough to stay in the first cache."""
@@ -145,14 +146,6 @@ class Account(NamedTuple):
     loss: float
 
 
-class Line(NamedTuple):
-    """A component of the shaking over a sample: value at its begin, slope per tick, change of slope at its end."""
-
-    value: float
-    slope: float
-    bend: float
-
-
 class Shaking(NamedTuple):
     """What the moving base does to the block in its own frame, m/s²."""
 
@@ -160,27 +153,6 @@ class Shaking(NamedTuple):
     """−a along s;"""
     lift: Line
     """a_up, which adds to gravity."""
-
-
-class Course(NamedTuple):
-    """How far a case is and when it may end; looked at once per sample only."""
-
-    amplitude: float
-    """Factor on the motion;"""
-    sample: float
-    """the sample it is in,"""
-    calm: float
-    """the one from which on the shaking can start nothing,"""
-    after: float
-    """and the one at which it is undecided;"""
-    upright_until: float
-    """last time at which abs(θ) < α, s;"""
-    energy: float
-    """energy at the start,"""
-    barrier: float
-    """what it takes to overturn the block;"""
-    look: float
-    """1 where there may be something to say at the end of this sample."""
 
 
 class ForeseenCorner(NamedTuple):

@@ -11,7 +11,6 @@ from overturning.dem.block.rows import (
     TICKS,
     Account,
     Block,
-    Course,
     Peaks,
     Shaking,
     State,
@@ -19,6 +18,7 @@ from overturning.dem.block.rows import (
     base_slip,
 )
 from overturning.dem.lanes import INLINE, OPTIONS
+from overturning.dem.single_body import Course
 from overturning.dem.status import Status
 
 GOES_ON: Final = -1

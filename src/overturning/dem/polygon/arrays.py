@@ -112,11 +112,14 @@ def fallen_angle(item: Placed) -> float:
     return round(FLAT * item.fallen, 12) if brings_down else item.fallen
 
 
-def _energy_scale(prepared: Prepared, n: int) -> float:
-    """Energy that overturns an element, J; of one that falls by itself, its weight times its size."""
+def _energies(prepared: Prepared, n: int) -> tuple[float, float]:
+    """Energy that overturns an element, and that its errors are a share of, J.
+
+    One that falls by itself needs none, however little is left; its errors are measured by its weight times its size.
+    """
     item, barrier = prepared.placed[n], float(prepared.barrier[n])
     whole = item.mass * prepared.scene.gravity * item.size
-    return barrier if barrier > 1e-6 * whole else whole
+    return (barrier, barrier) if barrier > 1e-6 * whole else (-np.inf, whole)
 
 
 def kernel_rules(prepared: Prepared) -> tuple[FloatArray, FloatArray]:
@@ -134,6 +137,6 @@ def kernel_rules(prepared: Prepared) -> tuple[FloatArray, FloatArray]:
     limits = np.zeros(t.LIMITS)
     limits[t.DEEPEST_ALLOWED] = deepest_allowed(prepared.placed)
     limits[t.REST_ENERGY] = CALM_KINETIC * lightest.mass * prepared.scene.gravity * 0.5 * lightest.size
-    limits[t.LEAST_BARRIER] = min(float(prepared.barrier[n]) for n in prepared.free)
-    limits[t.LEAST_SCALE] = min(_energy_scale(prepared, n) for n in prepared.free)
+    barriers, scales = zip(*(_energies(prepared, n) for n in prepared.free), strict=True)
+    limits[t.LEAST_BARRIER], limits[t.LEAST_SCALE] = min(barriers), min(scales)
     return rules, limits

@@ -60,7 +60,7 @@ def verdict(state: Any, j: int, layout: Any, elements: int, rules: Any, limits: 
         # Nothing can fall then; the largest rotations are known once what is left cannot reach them again.
         if bound and not may_rise(state, j, elements, rules, spare):
             return Status.SIMULATED
-        return last_verdict(case.sample >= case.after, moving < 1e-4 * limits[t.LEAST_BARRIER])
+        return last_verdict(case.sample >= case.after, moving < 1e-4 * limits[t.LEAST_SCALE])
     return GOES_ON
 
 

@@ -1,41 +1,36 @@
 """The centred scheme in space: the trapezoidal rule with springs and dashpots taken at the end of the step (docs/method.md).
 
-From top to bottom the step of ONE body, `foresee`, `solve`, `commit`, as in the plane (`overturning.dem.block.centred`), each with what
-it does at a point of contact above it. The unknowns are the changes e of velocity and angular velocity at the end of the step.
+From top to bottom the step of ONE body, `foresee`, `solve` (in `equations`), `commit`, as in the plane (`overturning.dem.block.centred`),
+each with what it does at a point of contact. The unknowns are the changes e of velocity and angular velocity at the end of the step.
+`centred_loops` goes over the bodies.
 """
 
 import math
-from functools import cache
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.lanes import INLINE, OPTIONS
+from overturning.dem.lanes import INLINE
 from overturning.dem.mechanics import larger, within_circle
-from overturning.dem.solid import rows
-from overturning.dem.solid.centred_rows import Attempt, Change, Equations, Foreseen, Next, Sum, Touch
-from overturning.dem.solid.equations import share, solve, together
+from overturning.dem.single_body import at_tick
+from overturning.dem.solid.centred_rows import Attempt, Change, Foreseen, Sum, Touch
 from overturning.dem.solid.rows import (
-    ROWS,
-    VERTEX,
+    TICKS,
     Account,
     Body,
     Frame,
-    Line,
     Memory,
     Peaks,
     Shaking,
     State,
     Vector,
-    Vertex,
     angular_velocity,
     frame_of,
-    in_space,
     lean_of,
     rotated,
 )
 
-WHOLE: Final = float(rows.TICKS)
+WHOLE: Final = float(TICKS)
 FORESEEN: Final = 2.0
 """Steps up to so many of the finest tell by the foreseen forces what presses and slides; longer ones take it as last found."""
 MOST_TRIES: Final = 3.0
@@ -61,12 +56,6 @@ class Centred(NamedTuple):
 
 
 @njit(**INLINE)
-def at(line: Line, tick: float, past: float) -> float:
-    """A component of the shaking; `past` ticks of the next sample are over."""
-    return (line.value + line.slope * tick) + line.bend * past
-
-
-@njit(**INLINE)
 def foresee(body: Body, s: State, length: float, shaking: Shaking, ticks: float) -> Foreseen:
     """Drift with the last forces: where the body would be without a change, after `ticks` per sample."""
     dt, tick = body.step * length, s.tick + length
@@ -82,7 +71,7 @@ def foresee(body: Body, s: State, length: float, shaking: Shaking, ticks: float)
     return Foreseen(
         s.x + dt * vx, s.y + dt * vy, s.z + dt * vz, qw, qx, qy, qz, vx, vy, vz, lx, ly, lz,
         vx + half * s.ax, vy + half * s.ay, vz + half * s.az, e.x, e.y, e.z,
-        at(shaking.push_x, tick, past), at(shaking.push_y, tick, past), at(shaking.lift, tick, past), half,
+        at_tick(shaking.push_x, tick, past), at_tick(shaking.push_y, tick, past), at_tick(shaking.lift, tick, past), half,
     )  # fmt: skip
 
 
@@ -99,6 +88,12 @@ def rim_point(body: Body, f: Frame, ahead: float, aside: float) -> Vector:
         (a * f.zz * ty + b * tx) - body.foot * f.yz,
         -(a * (square * inverse if leans else 0.0)) - body.foot * f.zz,
     )
+
+
+@njit(**INLINE)
+def is_late(body: Body, attempt: Attempt) -> bool:
+    """Whether a step is fine enough for the foreseen forces to tell."""
+    return attempt.length <= FORESEEN * body.finest
 
 
 @njit(**INLINE)
@@ -141,7 +136,7 @@ def touch(body: Body, w: Foreseen, f: Frame, r: Vector, old: Memory, late: bool,
 
 
 @njit(**INLINE)
-def meet(body: Body, w: Foreseen, t: Touch, old: Memory, d: Change, late: bool, round_: bool) -> tuple[Sum, Next]:
+def meet(body: Body, w: Foreseen, t: Touch, old: Memory, d: Change, late: bool, round_: bool) -> tuple[Sum, Memory]:
     """Forces of a point at the solution, within their limits."""
     half = w.half
     du = d.vx + (d.wy * t.rz - d.wz * t.ry)
@@ -180,7 +175,7 @@ def meet(body: Body, w: Foreseen, t: Touch, old: Memory, d: Change, late: bool, 
     return Sum(
         fx, fy, n, mx, my, mz, more * fx, more * fy, more * n, more * mx, more * my, more * mz, power, let_go, changed,
         1.0 if wrong & (not late) else 0.0, 1.0 if backwards & (not late) else 0.0, 0.0 if n > 0.0 else 1.0, depth,
-    ), Next(kx, ky, ux if round_ else (w.x + rx) + half * du, uy if round_ else (w.y + ry) + half * dv, depth, n, 1.0 if slips & carries else 0.0)  # fmt: skip
+    ), Memory(kx, ky, ux if round_ else (w.x + rx) + half * du, uy if round_ else (w.y + ry) + half * dv, depth, n, 1.0 if slips & carries else 0.0)  # fmt: skip
 
 
 @njit(**INLINE)
@@ -210,7 +205,7 @@ def next_attempt(body: Body, attempt: Attempt, t: Sum, tick: float, fast: bool) 
     A step in which a contact changes is not taken unless it is the finest; one of half the length follows. After some steps of a
     length come those of twice the length, at a tick that is a multiple of it, so that every step lies within a sample.
     """
-    length, late = attempt.length, attempt.length <= FORESEEN * body.finest
+    length, late = attempt.length, is_late(body, attempt)
     changed = t.changed > 0.0
     shorter = (changed | fast) & (length > body.finest)
     wrong = (t.wrong > 0.0) & (not (late | shorter))
@@ -257,188 +252,3 @@ def commit(
         x, y, z, qw, qx, qy, qz, vx, vy, vz, lx, ly, lz, w.wx, w.wy, w.wz, ax, ay, az, t.mx, t.my, t.mz, tick
     )  # fmt: skip
     return moved, peaks, account
-
-
-# Side by side ---------------------------------------------------------------------------------------------------------
-
-load_body, load_shaking = ROWS.access(Body).load, ROWS.access(Shaking).load
-load_frame, store_frame, _ = ROWS.access(Frame)
-load_state, _, store_state = ROWS.access(State)
-load_peaks, _, store_peaks = ROWS.access(Peaks)
-load_account, _, store_account = ROWS.access(Account)
-load_attempt, store_attempt, _ = ROWS.access(Attempt)
-load_foreseen, store_foreseen, _ = ROWS.access(Foreseen)
-load_equations, store_equations, _ = ROWS.access(Equations)
-load_change, store_change, _ = ROWS.access(Change)
-load_sum, store_sum, _ = ROWS.access(Sum)
-load_vertex = VERTEX.access(Vertex).load
-load_memory, _, store_memory = VERTEX.access(Memory)
-load_touch, store_touch, _ = VERTEX.access(Touch)
-load_next, store_next, _ = VERTEX.access(Next)
-OF_A_VERTEX: Final = VERTEX.size
-SLID: Final = VERTEX.row(Memory, "slid")
-
-
-@njit(**OPTIONS)
-def foresee_all(state: Any, columns: int, ticks: float) -> None:
-    """Where all bodies would be, and no force yet."""
-    for j in range(columns):
-        w = foresee(
-            load_body(state, j), load_state(state, j), load_attempt(state, j).length, load_shaking(state, j), ticks
-        )
-        store_foreseen(state, j, w)
-        store_frame(state, j, frame_of(w.qw, w.qx, w.qy, w.qz))
-        store_equations(state, j, Equations(
-            0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
-            0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
-        ))  # fmt: skip
-        store_sum(
-            state,
-            j,
-            Sum(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0),
-        )
-
-
-@njit(**INLINE)
-def late_of(body: Body, attempt: Attempt) -> bool:
-    """Whether a step is fine enough for the foreseen forces to tell."""
-    return attempt.length <= FORESEEN * body.finest
-
-
-@njit(**OPTIONS)
-def touch_all(state: Any, one: Any, other: Any, columns: int) -> None:
-    """A pair of vertices of all bodies at the foreseen end."""
-    for j in range(columns):
-        body, w, f, late = (
-            load_body(state, j),
-            load_foreseen(state, j),
-            load_frame(state, j),
-            late_of(load_body(state, j), load_attempt(state, j)),
-        )
-        p, q = load_vertex(one, j), load_vertex(other, j)
-        store_touch(one, j, touch(body, w, f, in_space(f, p.px, p.py, p.pz), load_memory(one, j), late, False))
-        store_touch(other, j, touch(body, w, f, in_space(f, q.px, q.py, q.pz), load_memory(other, j), late, False))
-
-
-@njit(**OPTIONS)
-def roll_all(state: Any, one: Any, other: Any, columns: int, ahead: float, aside: float) -> None:
-    """The same for a pair of points of the rim."""
-    for j in range(columns):
-        body, w, f, late = (
-            load_body(state, j),
-            load_foreseen(state, j),
-            load_frame(state, j),
-            late_of(load_body(state, j), load_attempt(state, j)),
-        )
-        store_touch(one, j, touch(body, w, f, rim_point(body, f, ahead, aside), load_memory(one, j), late, True))
-        store_touch(other, j, touch(body, w, f, rim_point(body, f, -ahead, -aside), load_memory(other, j), late, True))
-
-
-@njit(**OPTIONS)
-def share_all(state: Any, one: Any, other: Any, columns: int) -> None:
-    """Their parts in the equations."""
-    for j in range(columns):
-        body, half, late = (
-            load_body(state, j),
-            load_foreseen(state, j).half,
-            late_of(load_body(state, j), load_attempt(state, j)),
-        )
-        a = share(body, half, load_touch(one, j), load_memory(one, j), late)
-        b = share(body, half, load_touch(other, j), load_memory(other, j), late)
-        store_equations(state, j, together(load_equations(state, j), together(a, b)))
-
-
-@njit(**OPTIONS)
-def solve_all(state: Any, columns: int, gravity: float) -> None:
-    """The equations of all bodies."""
-    for j in range(columns):
-        store_change(state, j, solve(
-            load_body(state, j), load_state(state, j), load_foreseen(state, j), load_equations(state, j), gravity
-        ))  # fmt: skip
-
-
-@njit(**OPTIONS)
-def meet_all(state: Any, one: Any, other: Any, columns: int, round_: Any) -> None:
-    """Forces of a pair of points at the solution."""
-    for j in range(columns):
-        body, w, d, late = (
-            load_body(state, j),
-            load_foreseen(state, j),
-            load_change(state, j),
-            late_of(load_body(state, j), load_attempt(state, j)),
-        )
-        a, next_a = meet(body, w, load_touch(one, j), load_memory(one, j), d, late, round_)
-        b, next_b = meet(body, w, load_touch(other, j), load_memory(other, j), d, late, round_)
-        store_next(one, j, next_a)
-        store_next(other, j, next_b)
-        store_sum(state, j, both(load_sum(state, j), both(a, b)))
-
-
-@njit(**OPTIONS)
-def commit_all(state: Any, columns: int, gravity: float, round_: Any) -> None:
-    """The end of the step of all bodies, or its refusal."""
-    for j in range(columns):
-        body, s, attempt, t = load_body(state, j), load_state(state, j), load_attempt(state, j), load_sum(state, j)
-        fast = turns_fast(s, load_foreseen(state, j), t) if round_ else False
-        following = next_attempt(body, attempt, t, s.tick + attempt.length, fast)
-        again = following.again > 0.0
-        moved, peaks, account = commit(
-            body,
-            s,
-            load_peaks(state, j),
-            load_account(state, j),
-            load_foreseen(state, j),
-            load_change(state, j),
-            t,
-            attempt.length,
-            gravity,
-        )
-        store_attempt(state, j, following)
-        store_state(state, j, again, moved)
-        store_peaks(state, j, again, peaks)
-        store_account(state, j, again, account)
-
-
-@njit(**OPTIONS)
-def remember_all(state: Any, one: Any, columns: int) -> None:
-    """What a point remembers of a step that was taken; of one that was not, what slid in it."""
-    for j in range(columns):
-        new, again = load_next(one, j), load_attempt(state, j).again > 0.0
-        store_memory(one, j, again, Memory(new.sx, new.sy, new.x, new.y, new.depth, new.pressed, new.slid))
-        one[SLID + j] = new.slid
-
-
-@cache
-def loops(round_: bool) -> Any:
-    """The steps of a sample, for bodies with vertices or with a rim, whose type `kind` is for the compiled function's name."""
-
-    @njit(**OPTIONS)
-    def advance(
-        kind: Any,  # noqa: ARG001
-        state: Any,
-        vertices: Any,
-        count: int,
-        columns: int,
-        steps: int,
-        gravity: float,
-    ) -> None:
-        half = count // 2 * OF_A_VERTEX
-        for _ in range(steps):
-            foresee_all(state, columns, WHOLE * steps)
-            for pair in range(0, half, OF_A_VERTEX):
-                one, other = vertices[pair : pair + OF_A_VERTEX], vertices[half + pair : half + pair + OF_A_VERTEX]
-                if round_:
-                    ahead = 1.0 if pair == 0 else 0.0
-                    roll_all(state, one, other, columns, ahead, 1.0 - ahead)
-                else:
-                    touch_all(state, one, other, columns)
-                share_all(state, one, other, columns)
-            solve_all(state, columns, gravity)
-            for pair in range(0, half, OF_A_VERTEX):
-                one, other = vertices[pair : pair + OF_A_VERTEX], vertices[half + pair : half + pair + OF_A_VERTEX]
-                meet_all(state, one, other, columns, round_)
-            commit_all(state, columns, gravity, round_)
-            for point in range(0, 2 * half, OF_A_VERTEX):
-                remember_all(state, vertices[point : point + OF_A_VERTEX], columns)
-
-    return advance

@@ -3,18 +3,6 @@
 from typing import NamedTuple
 
 
-class Next(NamedTuple):
-    """What it is to remember if the step is taken (centred scheme)."""
-
-    sx: float
-    sy: float
-    x: float
-    y: float
-    depth: float
-    pressed: float
-    slid: float
-
-
 class Touch(NamedTuple):
     """A point of contact at the foreseen end of a step (centred scheme)."""
 

@@ -11,8 +11,9 @@ from typing import Any, Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.lanes import INLINE, OPTIONS
+from overturning.dem.lanes import INLINE, INNER
 from overturning.dem.mechanics import larger, within_circle
+from overturning.dem.single_body import within_sample
 from overturning.dem.solid.rows import (
     ROWS,
     TICKS,
@@ -20,9 +21,9 @@ from overturning.dem.solid.rows import (
     Account,
     Body,
     Frame,
-    Line,
     Memory,
     Peaks,
+    Point,
     Shaking,
     State,
     Vector,
@@ -122,12 +123,6 @@ def both(a: Wrench, b: Wrench) -> Wrench:
 
 
 @njit(**INLINE)
-def at(line: Line, tick: float) -> float:
-    """A component of the shaking."""
-    return line.value + line.slope * tick
-
-
-@njit(**INLINE)
 def lost(t: Wrench, vx: float, vy: float, vz: float, w: Vector) -> float:
     """Power that dashpots and sliders take from a body that moves so."""
     return -(((t.dx * vx + t.dy * vy) + t.dz * vz) + ((t.ex * w.x + t.ey * w.y) + t.ez * w.z))
@@ -140,7 +135,11 @@ def step(
     """One step of one body on which the base acts with the wrench t."""
     dt = body.step * WHOLE
     half = 0.5 * dt
-    push_x, push_y, lift = at(shaking.push_x, s.tick), at(shaking.push_y, s.tick), at(shaking.lift, s.tick)
+    push_x, push_y, lift = (
+        within_sample(shaking.push_x, s.tick),
+        within_sample(shaking.push_y, s.tick),
+        within_sample(shaking.lift, s.tick),
+    )
     ax, ay, az = t.fx + push_x, t.fy + push_y, t.fz - (gravity + lift)
     # The accounts take the velocities at the whole step.
     cx, cy, cz = s.vx + half * ax, s.vy + half * ay, s.vz + half * az
@@ -179,12 +178,12 @@ load_peaks, load_account = ROWS.access(Peaks).load, ROWS.access(Account, without
 store_state, store_frame, store_wrench = (ROWS.access(of).store for of in (State, Frame, Wrench))
 store_peaks, store_account = ROWS.access(Peaks).store, ROWS.access(Account, without=UNUSED).store
 load_vertex, load_memory, store_memory = (
-    VERTEX.access(Vertex).load, VERTEX.access(Memory, without=UNUSED).load, VERTEX.access(Memory, without=UNUSED).store
+    VERTEX.access(Vertex).load, VERTEX.access(Point, "old", without=UNUSED).load, VERTEX.access(Point, "old", without=UNUSED).store
 )  # fmt: skip
 OF_A_VERTEX: Final = VERTEX.size
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def place_all(state: Any, columns: int) -> None:
     """The axes of all bodies, and no force yet."""
     for j in range(columns):
@@ -193,7 +192,7 @@ def place_all(state: Any, columns: int) -> None:
         store_wrench(state, j, Wrench(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0))
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def touch_all(state: Any, one: Any, other: Any, columns: int) -> None:
     """What the base does at a pair of vertices of all bodies."""
     for j in range(columns):
@@ -206,7 +205,7 @@ def touch_all(state: Any, one: Any, other: Any, columns: int) -> None:
         store_wrench(state, j, both(load_wrench(state, j), both(a, b)))
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def roll_all(state: Any, one: Any, other: Any, columns: int, ahead: float, aside: float) -> None:
     """The same at a pair of points of the rim."""
     for j in range(columns):
@@ -220,7 +219,7 @@ def roll_all(state: Any, one: Any, other: Any, columns: int, ahead: float, aside
         store_wrench(state, j, both(load_wrench(state, j), both(a, b)))
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def move_all(state: Any, columns: int, gravity: float) -> None:
     """The step of all bodies."""
     for j in range(columns):
@@ -241,7 +240,7 @@ def loops(round_: bool) -> Any:
     either kind that were compiled by different processes would call each other's steps once one process has loaded both.
     """
 
-    @njit(**OPTIONS)
+    @njit(**INNER)
     def advance(kind: Any, state: Any, vertices: Any, count: int, columns: int, steps: int, gravity: float) -> None:  # noqa: ARG001
         half = count // 2 * OF_A_VERTEX
         for _ in range(steps):

@@ -9,13 +9,14 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.contact import check_precision
 from overturning.dem.numerics import Numerics
-from overturning.dem.plan import AFTERMATH, DEEPEST
+from overturning.dem.plan import AFTERMATH, DEEPEST, until_balanced
 from overturning.dem.quiet import quiet_windows
+from overturning.dem.single_body import Ground
 from overturning.dem.solid import tables as k
 from overturning.dem.solid.body import Body
 from overturning.dem.solid.cases import SpaceCases
 from overturning.dem.solid.contact import VertexContact, highest_mode, rest
-from overturning.dem.solid.queue import SCHEMES, Bodies, Ground, Limits, Rim, Vertices, run_queue
+from overturning.dem.solid.queue import SCHEMES, Bodies, Limits, Rim, Vertices, run_queue
 from overturning.dem.solid.results import SpaceResults
 from overturning.dem.solid.shapes import Shape
 from overturning.dem.solid.steps import pace_of
@@ -75,16 +76,24 @@ class SpacePlan:
     def compute(
         self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: FloatArray
     ) -> tuple[FloatArray, int]:
-        """The kernel's results of chosen cases with the same steps per sample, and how many rows of `path` were filled."""
+        """Results of chosen cases with the same steps per sample, finer of those that do not balance; rows of `path` filled."""
         motion, out = self.motion, np.empty((chosen.size, k.RESULTS))
         up = np.zeros(motion.samples + 3)
         if motion.up is not None:
             up[: motion.samples] = motion.up
-        noted = run_queue(
-            SCHEMES[self.scheme][0], Rim() if self.bodies.round else Vertices(), np.arange(chosen.size), self.table[chosen],
-            self.row[chosen], self.bodies, Ground(self.along, up, motion.samples, motion.sampling_interval),
-            int(self.steps[chosen[0]]), Limits(STANDARD_GRAVITY, self.numerics.budget), counter, path, out,
-        )  # fmt: skip
+        ground, noted = Ground(self.along, up, motion.samples, motion.sampling_interval), 0
+
+        def run(rows: NDArray[np.int64], finer: int) -> None:
+            nonlocal noted
+            table = self.table[chosen]
+            # The shortest step is in ticks, which shrink with the whole one.
+            table[:, k.P_DWELL] *= finer
+            noted = run_queue(
+                SCHEMES[self.scheme][0], Rim() if self.bodies.round else Vertices(), rows, table, self.row[chosen], self.bodies, ground,
+                int(self.steps[chosen[0]]) * finer, Limits(STANDARD_GRAVITY, self.numerics.budget), counter, path, out,
+            )  # fmt: skip
+
+        until_balanced(run, out, k.R_STATUS, k.R_ENERGY, k.R_STEPS)
         return out, int(noted)
 
     def store(self, results: SpaceResults, chosen: NDArray[np.int64], out: FloatArray) -> None:

@@ -12,8 +12,9 @@ from numba.extending import overload
 
 from overturning.arrays import FloatArray
 from overturning.dem.cache import keep_compiled
-from overturning.dem.lanes import OPTIONS, aligned
-from overturning.dem.solid import centred, cundall, tables
+from overturning.dem.lanes import INNER, OPTIONS, aligned
+from overturning.dem.single_body import Course, Ground, Schemes, maker, piece
+from overturning.dem.solid import centred, centred_loops, cundall, tables
 from overturning.dem.solid.centred_rows import Attempt
 from overturning.dem.solid.rows import (
     COLUMNS,
@@ -21,11 +22,11 @@ from overturning.dem.solid.rows import (
     TICKS,
     VERTEX,
     Body,
-    Course,
-    Line,
     Memory,
     Peaks,
+    Point,
     Shaking,
+    Stance,
     State,
     Vertex,
     frame_of,
@@ -36,23 +37,11 @@ from overturning.dem.solid.verdict import GOES_ON, energy, finish, note, spin_ab
 from overturning.dem.status import Status
 from overturning.dem.time_step import Scheme
 
-SCHEMES: Final[dict[Scheme, tuple[Any, Any]]] = {
+SCHEMES: Final[Schemes] = {
     Scheme.CUNDALL: (cundall.Cundall(), cundall.loops),
-    Scheme.CENTRED: (centred.Centred(), centred.loops),
+    Scheme.CENTRED: (centred.Centred(), centred_loops.loops),
 }
-"""What the kernel is told of each scheme, and the function that makes its loops; the type of the one picks the other."""
-
-
-class Ground(NamedTuple):
-    """The motion of the base, padded with zeros after the record."""
-
-    along: FloatArray
-    """Acceleration along x and y of each orientation, m/s², shape (orientations, 2, samples + 3);"""
-    up: FloatArray
-    """upward, shape (samples + 3,);"""
-    samples: int
-    interval: float
-    """time between them, s."""
+"""The type of what the kernel is told picks the loops."""
 
 
 class Bodies(NamedTuple):
@@ -93,8 +82,9 @@ load_body, store_body, _ = ROWS.access(Body)
 load_state, store_state, _ = ROWS.access(State)
 load_peaks, store_peaks, _ = ROWS.access(Peaks)
 load_course, store_course, _ = ROWS.access(Course)
+load_stance, store_stance, _ = ROWS.access(Stance)
 store_shaking, store_attempt = ROWS.access(Shaking).store, ROWS.access(Attempt).store
-store_vertex, store_memory = VERTEX.access(Vertex).store, VERTEX.access(Memory).store
+store_vertex, store_memory = VERTEX.access(Vertex).store, VERTEX.access(Point, "old").store
 NUMBERS: Final = ROWS.count
 OF_A_VERTEX: Final = VERTEX.size
 NUMBERS_OF_A_VERTEX: Final = VERTEX.count
@@ -103,7 +93,7 @@ TICK, LAST_UPRIGHT = ROWS.row(State, "tick"), ROWS.row(Peaks, "last_upright")
 SAMPLE, UPRIGHT_UNTIL, LOOK = (ROWS.row(Course, name) for name in ("sample", "upright_until", "look"))
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def start(
     state: Any, vertices: Any, j: int, lag: float, case: Any, constants: Any, points: Any, interval: float, ticks: float,
     gravity: float,
@@ -147,12 +137,12 @@ def start(
     first, foot, reach = case[tables.P_FIRST], body.foot, constants[tables.B_REACH]
     store_course(state, j, Course(
         case[tables.P_AMPLITUDE], first, case[tables.P_CALM], case[tables.P_AFTER], first * interval,
-        energy(body, begin, vertices, points.shape[0], j, lag, gravity), spin_about_origin(begin),
-        gravity * (np.sqrt(reach * reach + foot * foot) - foot), reach, constants[tables.B_FALLEN], 0.0,
+        energy(body, begin, vertices, points.shape[0], j, lag, gravity), gravity * (np.sqrt(reach * reach + foot * foot) - foot), 0.0,
     ))  # fmt: skip
+    store_stance(state, j, Stance(spin_about_origin(begin), reach, constants[tables.B_FALLEN]))
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def momentum_of(body: Body, f: Any, wx: float, wy: float, wz: float) -> tuple[float, float, float]:
     """Angular momentum in space by the angular velocity there; the inertia is the inverse of its inverse, by cofactors."""
     x, y, z = (
@@ -177,14 +167,7 @@ def momentum_of(body: Body, f: Any, wx: float, wy: float, wz: float) -> tuple[fl
     return momentum.x, momentum.y, momentum.z
 
 
-@njit(**OPTIONS)
-def piece(motion: Any, i: int, factor: float, scale: float) -> Line:
-    """A component of the motion over a sample, by its ticks, of which `scale` is 1 over their number."""
-    a0, a1, a2 = motion[i] * factor, motion[i + 1] * factor, motion[i + 2] * factor
-    return Line(a0, (a1 - a0) * scale, ((a2 - a1) - (a1 - a0)) * scale)
-
-
-@njit(**OPTIONS)
+@njit(**INNER)
 def next_sample(state: Any, columns: int, row: Any, along: Any, up: Any, ticks: float, interval: float) -> None:
     """Bring the quaternions back to length 1 and load the ground motion of the sample that each column is in."""
     scale = 1.0 / ticks
@@ -207,7 +190,7 @@ def next_sample(state: Any, columns: int, row: Any, along: Any, up: Any, ticks: 
         store_shaking(state, j, Shaking(push_x, push_y, piece(up, i, course.amplitude, scale)))
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def look_at(
     state: Any, active: int, done: Any, steps: int, ticks: float, end: float, deepest: Any, limits: Limits
 ) -> int:
@@ -222,7 +205,7 @@ def look_at(
         sample, until = course.sample + s.tick * scale, course.calm if course.calm < end else end
         # Not finite minus not finite is never 0.
         finite = total - total == 0.0
-        stands = 1.0 - 2.0 * (s.qx * s.qx + s.qy * s.qy) > course.fallen
+        stands = 1.0 - 2.0 * (s.qx * s.qx + s.qy * s.qy) > load_stance(state, j).fallen
         goes_on = finite & stands & (sample < until) & (load_peaks(state, j).depth <= deepest[j])
         state[LOOK + j] = 0.0 if goes_on else 1.0
     for j in range(active):
@@ -232,8 +215,7 @@ def look_at(
 
 def loops_of(scheme: Any, kind: Any) -> Any:
     """The loops of a scheme for a kind of body; for compiled code, by their types."""
-    make = next(make for told, make in SCHEMES.values() if type(told) is scheme.instance_class)
-    return make(kind.instance_class is Rim)
+    return maker(SCHEMES, scheme)(kind.instance_class is Rim)
 
 
 @overload(loops_of)

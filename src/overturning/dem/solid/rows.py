@@ -11,7 +11,8 @@ from typing import Final, NamedTuple
 from numba import njit
 
 from overturning.dem.lanes import INLINE, Rows
-from overturning.dem.solid.centred_rows import Attempt, Change, Equations, Foreseen, Next, Sum, Touch
+from overturning.dem.single_body import Course, Line
+from overturning.dem.solid.centred_rows import Attempt, Change, Equations, Foreseen, Sum, Touch
 
 COLUMNS: Final = 48
 """Bodies side by side."""
@@ -160,6 +161,13 @@ class Memory(NamedTuple):
     """and whether it slid (centred scheme)."""
 
 
+class Point(NamedTuple):
+    """A point of contact before a step, and what it is to remember if the step is taken (centred scheme)."""
+
+    old: Memory
+    new: Memory
+
+
 class Peaks(NamedTuple):
     """What is kept of the path: largest lean and penetration, the square of the largest slip, and the last tick below α."""
 
@@ -181,14 +189,6 @@ class Account(NamedTuple):
     torque: float
 
 
-class Line(NamedTuple):
-    """A component of the shaking over a sample: value at its begin, slope per tick, change of slope at its end."""
-
-    value: float
-    slope: float
-    bend: float
-
-
 class Shaking(NamedTuple):
     """What the moving base does to the body in its own frame, m/s²."""
 
@@ -199,31 +199,15 @@ class Shaking(NamedTuple):
     """a_up, which adds to gravity."""
 
 
-class Course(NamedTuple):
-    """How far a case is and when it may end; looked at once per sample only."""
+class Stance(NamedTuple):
+    """What a case is judged by beside its `Course`."""
 
-    amplitude: float
-    """Factor on the motion;"""
-    sample: float
-    """the sample it is in,"""
-    calm: float
-    """the one from which on the shaking can start nothing,"""
-    after: float
-    """and the one at which it is undecided;"""
-    upright_until: float
-    """last time at which it leant less than α, s;"""
-    energy: float
-    """energy at the start,"""
     spin: float
-    """vertical angular momentum about the origin at the start,"""
-    barrier: float
-    """and energy that it takes to overturn the body;"""
+    """Vertical angular momentum about the origin at the start;"""
     reach: float
     """least distance of an edge of the base from below the centre, m;"""
     fallen: float
-    """cosine of the tilt at which it has fallen;"""
-    look: float
-    """1 where there may be something to say at the end of this sample."""
+    """cosine of the tilt at which it has fallen."""
 
 
 class Vector(NamedTuple):
@@ -235,9 +219,23 @@ class Vector(NamedTuple):
 
 
 ROWS: Final = Rows(
-    COLUMNS, Body, State, Frame, Wrench, Peaks, Account, Shaking, Course, Attempt, Foreseen, Equations, Change, Sum
+    COLUMNS,
+    Body,
+    State,
+    Frame,
+    Wrench,
+    Peaks,
+    Account,
+    Shaking,
+    Course,
+    Stance,
+    Attempt,
+    Foreseen,
+    Equations,
+    Change,
+    Sum,
 )
-VERTEX: Final = Rows(COLUMNS, Vertex, Memory, Touch, Next)
+VERTEX: Final = Rows(COLUMNS, Vertex, Point, Touch)
 
 
 @njit(**INLINE)

@@ -48,9 +48,10 @@ def pace_of(
     whole = WHOLE_STEP * period
     wanted = "1 stable" if numerics.time_step == "auto" else numerics.time_step
     steps = steps_per_sample(Scheme.CUNDALL, wanted, (2.0 / whole) ** 2, np.zeros(whole.size), interval, period)
-    steps = steps * numerics.refinement
     tick = interval / steps / TICKS
     share = np.minimum(interval / steps / whole, 1.0)
     ticks = np.clip(FINEST_STEP * share / np.sqrt(square) / tick, 1.0, TICKS)
     finest = np.exp2(np.frexp(ticks)[1] - 1.0)
-    return Pace(steps, finest, np.ceil(SETTLING / np.sqrt(square) / (finest * tick)))
+    # The ticks of a finer step are shorter.
+    dwell = np.ceil(SETTLING / np.sqrt(square) / (finest * tick)) * numerics.refinement
+    return Pace(steps * numerics.refinement, finest, dwell)

@@ -85,7 +85,7 @@ def _trace(planned: SpacePlan) -> tuple[SpaceResults, FloatArray]:
         planned.store(results, only, out)
         # The first run counts the rows, the second fills them.
         path = np.zeros((int(results.block_steps[0]) // int(planned.steps[0]), k.TRAJECTORY))
-        planned.compute(only, np.zeros(1, np.int64), path)
+        path = path[: planned.compute(only, np.zeros(1, np.int64), path)[1]]
     rest = np.zeros((samples if planned.never[0] else int(planned.first[0]), k.TRAJECTORY))
     rest[:, k.T_TIME] = np.arange(len(rest)) * interval
     rest[:, k.T_X : k.T_X + k.START] = planned.table[0, k.P_START :]

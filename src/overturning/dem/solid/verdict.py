@@ -6,7 +6,8 @@ import numpy as np
 from numba import njit
 
 from overturning.dem.block.verdict import GOES_ON, REST_ENERGY, STILL_TO_SLIDE
-from overturning.dem.lanes import INLINE, OPTIONS
+from overturning.dem.lanes import INLINE, INNER
+from overturning.dem.single_body import Course
 from overturning.dem.solid import tables
 from overturning.dem.solid.rows import (
     ROWS,
@@ -14,10 +15,10 @@ from overturning.dem.solid.rows import (
     VERTEX,
     Account,
     Body,
-    Course,
-    Memory,
     Peaks,
+    Point,
     Shaking,
+    Stance,
     State,
     Vector,
     angular_velocity,
@@ -26,8 +27,9 @@ from overturning.dem.solid.rows import (
 from overturning.dem.status import Status
 
 load_body, load_state, load_peaks = (ROWS.access(of).load for of in (Body, State, Peaks))
-load_account, load_course, load_shaking = (ROWS.access(of).load for of in (Account, Course, Shaking))
-load_memory = VERTEX.access(Memory).load
+load_account, load_course, load_stance = (ROWS.access(of).load for of in (Account, Course, Stance))
+load_shaking = ROWS.access(Shaking).load
+load_memory = VERTEX.access(Point, "old").load
 OF_A_VERTEX: Final = VERTEX.size
 
 
@@ -40,7 +42,7 @@ def whole_step(body: Body, s: State, lag: float) -> tuple[Vector, Vector, Vector
     return Vector(s.vx + time * s.ax, s.vy + time * s.ay, s.vz + time * s.az), Vector(lx, ly, lz), w
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def energy(body: Body, s: State, vertices: Any, count: int, j: int, lag: float, gravity: float) -> float:
     """Kinetic, gravitational and spring energy per mass."""
     v, spin, w = whole_step(body, s, lag)
@@ -59,7 +61,7 @@ def spin_about_origin(s: State) -> float:
     return float(s.lz + (s.x * s.vy - s.y * s.vx))
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def inside(vertices: Any, count: int, j: int) -> int:
     """How many vertices are in."""
     number = 0
@@ -94,24 +96,25 @@ def is_sliding(body: Body, s: State, reach: float, lag: float, gravity: float) -
     return bool(body.friction > 0.0 and square >= 2.0 * STILL_TO_SLIDE * gravity * body.friction)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def verdict(
     state: Any, vertices: Any, count: int, base: int, j: int, lag: float, ticks: float, end: float, gravity: float, deepest: float
 ) -> int:  # fmt: skip
     """`Status` of a column at the end of a sample, or `GOES_ON`; `base` is the number of vertices that it rests on."""
-    body, s, peaks, course = load_body(state, j), load_state(state, j), load_peaks(state, j), load_course(state, j)
+    body, s, peaks = load_body(state, j), load_state(state, j), load_peaks(state, j)
+    course, stance = load_course(state, j), load_stance(state, j)
     if not np.isfinite(s.vx + s.vy + s.vz + s.x + s.y + s.z + s.qw + s.qx + s.qy + s.qz):
         return Status.UNSTABLE
     if peaks.depth > deepest:
         return Status.UNSTABLE
-    if frame_of(s.qw, s.qx, s.qy, s.qz).zz <= course.fallen:
+    if frame_of(s.qw, s.qx, s.qy, s.qz).zz <= stance.fallen:
         return Status.SIMULATED
     sample = course.sample + s.tick / ticks
     if sample >= course.calm and inside(vertices, count, j) >= base:
         # A body that rests on its base after the last instant at which it could start stays there.
         _, spin, w = whole_step(body, s, lag)
         kinetic = 0.5 * (s.vx * s.vx + s.vy * s.vy + s.vz * s.vz + (spin.x * w.x + spin.y * w.y + spin.z * w.z))
-        if kinetic < REST_ENERGY * gravity * course.reach:
+        if kinetic < REST_ENERGY * gravity * stance.reach:
             return Status.SIMULATED
     if sample < end:
         return GOES_ON
@@ -119,23 +122,23 @@ def verdict(
     stands = now < course.barrier and upright(body, s)
     # It can no longer fall, but while its energy reaches higher than it has been, its largest tilt is to come. On one
     # vertex the weight has pressed the spring in, which lies g²/2k below the rigid body.
-    past = now + 0.5 * gravity * gravity / body.stiffness <= rise(body, course.reach, peaks.lean, gravity)
-    if stands and past and not is_sliding(body, s, course.reach, lag, gravity):
+    past = now + 0.5 * gravity * gravity / body.stiffness <= rise(body, stance.reach, peaks.lean, gravity)
+    if stands and past and not is_sliding(body, s, stance.reach, lag, gravity):
         return Status.SIMULATED
     if sample < course.after:
         return GOES_ON
     return Status.SIMULATED if stands else Status.UNDECIDED
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def finish(
     state: Any, vertices: Any, count: int, j: int, status: int, lag: float, steps: int, gravity: float, out: Any
 ) -> None:
     """Write the results of a column."""
     body, s, peaks = load_body(state, j), load_state(state, j), load_peaks(state, j)
-    account, course = load_account(state, j), load_course(state, j)
+    account, course, stance = load_account(state, j), load_course(state, j), load_stance(state, j)
     f = frame_of(s.qw, s.qx, s.qy, s.qz)
-    fallen = status == Status.SIMULATED and f.zz <= course.fallen
+    fallen = status == Status.SIMULATED and f.zz <= stance.fallen
     lean = f.xz * f.xz + f.yz * f.yz
     out[tables.R_STATUS], out[tables.R_FALLEN] = status, 1.0 if fallen else 0.0
     out[tables.R_TIME] = course.upright_until if fallen else np.nan
@@ -145,15 +148,15 @@ def finish(
     out[tables.R_DEPTH] = peaks.depth
     balance = (energy(body, s, vertices, count, j, lag, gravity) - course.energy) - account.work + account.lost
     out[tables.R_ENERGY] = abs(balance) / max(account.work, course.barrier)
-    swing = np.sqrt(gravity * (body.foot * body.foot + course.reach * course.reach) ** 1.5)
-    out[tables.R_SPIN] = abs(spin_about_origin(s) - course.spin - account.spin) / swing
+    swing = np.sqrt(gravity * (body.foot * body.foot + stance.reach * stance.reach) ** 1.5)
+    out[tables.R_SPIN] = abs(spin_about_origin(s) - stance.spin - account.spin) / swing
     out[tables.R_STEPS] = steps
     quaternion = (s.qw, s.qx, s.qy, s.qz)
     for part in range(4):
         out[tables.R_QUATERNION + part] = quaternion[part]
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def note(state: Any, j: int, lag: float, interval: float, ticks: float, path: Any) -> None:
     """Write a column's state into a row of its trajectory."""
     body, s, shaking = load_body(state, j), load_state(state, j), load_shaking(state, j)

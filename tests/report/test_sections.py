@@ -241,7 +241,7 @@ def test_the_fit(opened: Results, monkeypatch: pytest.MonkeyPatch) -> None:
     (table,) = tables(shown)
     assert table.rows[0] == ("intercept", "0.50", "−0.50 to 1.50", "–")
     assert table.rows[3] == ("shape", "−2.00", "−3.00 to −1.00", "−0.50 to 1.00")
-    assert "1,234 planes and cases of 5 earthquakes" in text_of(shown)
+    assert "1,234 planes and blocks of 5 earthquakes" in text_of(shown)
     assert "5 earthquakes cannot tell by how much the odds of a fall grow" in text_of(shown)
 
 

@@ -1,11 +1,11 @@
-# make setup | run | test | lint | docs | peers | soil | bench | verify | shaking-table | lock | clean
+# make setup | run | test | lint | docs | peers | soil | bench | verify | scale | shaking-table | faults | fuzz | mutants | lock | clean
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 CORES ?= 2
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: setup run test tests lint docs format peers soil bench verify shaking-table lock clean help
+.PHONY: setup run test tests lint docs format peers soil bench verify scale shaking-table faults fuzz mutants lock clean help
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -56,14 +56,28 @@ bench: peers ## how fast the kernel is, against scalar code and other engines; a
 	$(BIN)/python -m verification.fine_steps
 	$(BIN)/python -m verification.rigid_limit
 	$(BIN)/python -m verification.scene_speed
+	$(BIN)/python -m verification.both_kernels
 	$(BIN)/python -m verification.space
 
 verify: setup ## error against run time, map of stability; puts the figures into the docs
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "mujoco>=3.2" "pybullet>=3.2" "pymunk>=6.9" || echo "without other engines"
 	$(BIN)/snakemake --snakefile verification/Snakefile --cores $(CORES)
 
+scale: setup ## how large a study may be, and the same bytes everywhere; half an hour, 10 GB of disk
+	$(BIN)/python -m verification.scale
+
 shaking-table: setup ## predictions beside shaking-table tests: DATA=folder (docs/shaking-table.md says where they are)
 	$(BIN)/python -m verification.shaking_table $(or $(DATA),resources/shaking-table) --threads $(CORES)
+
+faults: setup ## fifty kills and injuries to a small study, each followed by the one command that goes on
+	$(BIN)/python -m verification.faults
+
+SECONDS ?= 600
+fuzz: setup ## spoilt input of every kind for ten minutes, or SECONDS=
+	FUZZ_SECONDS=$(SECONDS) $(BIN)/python -m pytest -p no:xdist tests/fuzz
+
+mutants: setup ## put faults of one token to the tests, 200 by default; goes on where it stopped: COUNT=, SEED=, MINUTES=
+	$(BIN)/python -m verification.mutants $(if $(COUNT),--count $(COUNT)) $(if $(SEED),--seed $(SEED)) $(if $(MINUTES),--minutes $(MINUTES))
 
 format: setup
 	$(BIN)/ruff check --fix .
@@ -73,7 +87,7 @@ format: setup
 lock: setup ## resolve the hashed lock again
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check uv
 	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-annotate --no-header \
-	  --extra test --extra build --extra docs pyproject.toml --output-file requirements.lock
+	  --extra test --extra build --extra docs --extra cluster pyproject.toml --output-file requirements.lock
 
 clean: ## remove results and the environment
 	rm -rf results site .snakemake $(VENV)

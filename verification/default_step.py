@@ -1,6 +1,6 @@
 """The curve from which the default scheme and step were read: error and cost over the step, on the default study.
 
-11,088 cases of 28 real records (every thirtieth degree of half a turn, all B/H, heights and frictions) against the centred
+3696 cases of 28 real records (both axes of the sensor, all B/H, heights and frictions) against the centred
 scheme at 1/32 of its longest step. Run it with ``python -m verification.default_step``; it takes some minutes.
 """
 
@@ -17,12 +17,12 @@ from verification.inputs import half_grid, near_fault
 from verification.measures import Flags, difference, percent, wrong_sides
 from verification.tables import RESULTS, markdown, publish, write_csv
 
-AZIMUTHS = 6
+AZIMUTHS = 2
 THREADS = 2
 REFERENCE = ("centred", 0.03125)
 DEFAULT = ("centred", 1.0)
 RUNS = [("centred", fraction) for fraction in (0.0625, 0.125, 0.25, 0.5, 0.75, 1.0)]
-RUNS += [("cundall", fraction) for fraction in (0.12, 0.25, 0.5, 0.9)]
+RUNS += [("cundall", fraction) for fraction in (0.25, 0.5, 0.9)]
 EQUAL = {
     "median_error_of_peak_rotation": "median error of peak rotation",
     "mean_shift_of_boundary_percent": "shift of the boundary",

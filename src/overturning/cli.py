@@ -1,6 +1,5 @@
 """The command line: a thin face, one subcommand per rule of the workflow and per question of a user."""
 
-import errno
 import importlib
 import sys
 from collections.abc import Sequence
@@ -10,6 +9,7 @@ import typer
 from typer.core import TyperGroup
 
 from overturning.errors import OverturningError
+from overturning.files import said_of
 
 # Subcommand: module in overturning.commands that holds a typer app named `app`, with that subcommand alone, with a command of
 # that name, or with commands of its own; and its line in --help. Only the module of the subcommand that runs is imported.
@@ -24,7 +24,7 @@ COMMANDS = {
     "gather": ("workflow", "Gather the parts of a sweep into the cube."),
     "figures": ("workflow", "Draw the figures of a study."),
     "verify-study": ("workflow", "Run a random part of a study again, with finer steps and with stiffer springs."),
-    "population": ("workflow", "Fall rates of a study's population of stones."),
+    "surface": ("workflow", "Take the motions of all records through the soil of a variant."),
     "fragility": ("workflow", "Fragility curves of a population, as CSV and for OpenQuake."),
     "report": ("workflow", "Write the report of a study."),
     "explore": ("explore", "Write a page to look around in a cube: point at a cell, see what is known of it."),
@@ -36,12 +36,6 @@ COMMANDS = {
 
 
 _INTERRUPTED = 130
-
-# What a user can do where a file cannot be written.
-_REMEDIES = {
-    **dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS), "choose a folder that you may write to"),
-    **dict.fromkeys((errno.ENOSPC, errno.EDQUOT), "free some space and run again; nothing half-written was kept"),
-}
 
 
 class _LazyGroup(TyperGroup):
@@ -102,10 +96,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(1)
     except OSError as error:
-        remedy = _REMEDIES.get(error.errno or 0)
-        if remedy is None:
+        if not (said := said_of(error)):
             raise
-        print(f"error: {error.filename or 'a file'}: {str(error.strerror).lower()}; {remedy}", file=sys.stderr)
+        print(f"error: {said}", file=sys.stderr)
+        sys.exit(1)
+    except RuntimeError as error:
+        # Met where the cells of a cube from elsewhere are read, which may be at any time after it was opened.
+        if not str(error).startswith("NetCDF: "):
+            raise
+        print(f"error: a cube that the command names is damaged ({error}); get it, or make it, again", file=sys.stderr)
         sys.exit(1)
     except SystemExit as end:
         if end.code == _INTERRUPTED:

@@ -1,6 +1,7 @@
-"""Atomic writes: results that are either complete or not there; and files of keys and values."""
+"""Atomic writes: results that are either complete or not there, with a checksum; and files of keys and values."""
 
 import errno
+import hashlib
 import os
 import shutil
 import tempfile
@@ -26,6 +27,7 @@ def atomic_write(path: Path) -> Iterator[Path]:
     """Yield another name in the same folder to write to; move the file to ``path``, complete, when the block is through.
 
     The folder is made where it is missing. If the block raises, nothing stays behind and an earlier file keeps its content.
+    A NetCDF file is sealed (`seal`).
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
@@ -33,17 +35,70 @@ def atomic_write(path: Path) -> Iterator[Path]:
     part = Path(name)
     try:
         yield part
+        if path.suffix == ".nc":
+            seal(part)
         os.chmod(part, 0o666 & ~_umask())
         os.replace(part, path)
     except (OSError, RuntimeError) as error:
-        # A full disk reaches us without the file's name, and from NetCDF as an error that does not say so.
-        full = isinstance(error, RuntimeError) and str(error).startswith("NetCDF: ") and _free(path) < _LITTLE
-        if full or (isinstance(error, OSError) and error.errno == errno.ENOSPC):
+        # A full disk reaches us without the file's name, and from NetCDF as an error that does not say so: one of its own,
+        # or that the part, which was ours a moment ago, must not be written.
+        odd = str(error).startswith("NetCDF: ") if isinstance(error, RuntimeError) else error.errno == errno.EACCES
+        if (odd and _free(path) < _LITTLE) or (isinstance(error, OSError) and error.errno == errno.ENOSPC):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path)) from None
         raise
     finally:
         with suppress(FileNotFoundError):
             part.unlink()
+
+
+_MARK = b"\n# sha256 "
+_SEAL = len(_MARK) + 65  # bytes: 64 digits and the end of the line
+
+
+# What a user can do where a file cannot be written.
+_REMEDIES = {
+    **dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS), "choose a folder that you may write to"),
+    **dict.fromkeys((errno.ENOSPC, errno.EDQUOT), "free some space and run again; nothing half-written was kept"),
+}
+
+
+def said_of(error: OSError) -> str:
+    """What is wrong with a file, and what to do; empty where nothing is known to do."""
+    remedy = _REMEDIES.get(error.errno or 0)
+    return f"{error.filename or 'a file'}: {str(error.strerror).lower()}; {remedy}" if remedy else ""
+
+
+def seal(path: Path) -> None:
+    """Append the SHA-256 of a file to it, as a line of its own.
+
+    It is a comment in a table, and no reader of NetCDF or HDF5 looks behind the end that the file's own head states.
+    """
+    digest = hashlib.sha256()
+    with path.open("r+b") as file:
+        while block := file.read(_BLOCK):
+            digest.update(block)
+        file.write(_MARK + digest.hexdigest().encode() + b"\n")
+
+
+def whole(path: Path) -> bool | None:
+    """Whether a file is as it was when it was sealed; None where it has no seal, or cannot be read."""
+    digest = hashlib.sha256()
+    try:
+        with path.open("rb") as file:
+            size = file.seek(0, os.SEEK_END)
+            file.seek(max(size - _SEAL, 0))
+            end = file.read()
+            if not (end.startswith(_MARK) and len(end) == _SEAL):
+                return None
+            file.seek(0)
+            left = size - _SEAL
+            while left:
+                block = file.read(min(left, _BLOCK))
+                digest.update(block)
+                left -= len(block)
+    except OSError:
+        return None
+    return end[len(_MARK) : -1] == digest.hexdigest().encode()
 
 
 def shipped(path: Path) -> Path:
@@ -63,7 +118,11 @@ def project_folders() -> list[Path]:
     return [package / "project", package.parents[1]]
 
 
+MOST_SETTINGS = 500_000
+"""Bytes of a file of keys and values; reading more takes longer than a user waits."""
+
 _LITTLE = 1_000_000  # bytes; a disk with less is full
+_BLOCK = 1 << 20  # bytes read at a time
 
 
 def _free(path: Path) -> int:
@@ -100,15 +159,24 @@ def read_mapping(path: Path, what: str, about: str, remedy: str = "check its nam
     import yaml
 
     try:
+        if path.stat().st_size > MOST_SETTINGS:
+            raise ConfigError(f"{path}: larger than {MOST_SETTINGS} bytes; a {what} is smaller: {about}")
         data = yaml.safe_load(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise ConfigError(f"{path}: cannot be read ({error.strerror}); {remedy}") from None
+    except ConfigError:
+        raise
     except UnicodeDecodeError:
         raise ConfigError(f"{path}: not a UTF-8 text; save it as UTF-8") from None
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         line = f", line {mark.line + 1}" if mark else ""
         raise ConfigError(f"{path}{line}: not valid YAML ({getattr(error, 'problem', None) or 'unreadable'})") from None
+    except RecursionError:
+        raise ConfigError(f"{path}: nested too deeply; {about}") from None
+    except (ValueError, KeyError, AttributeError, TypeError) as error:
+        # A date such as 2001-02-30, a number of five thousand digits, a tag that the value does not fit.
+        raise ConfigError(f"{path}: not valid YAML ({error})") from None
     if not isinstance(data, dict):
         raise ConfigError(f"{path}: a {what} is a mapping of keys to values; {about}")
     return data

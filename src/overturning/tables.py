@@ -12,6 +12,9 @@ from overturning.errors import OverturningError
 
 _NAMES = {"\t": "tabs", ",": "commas", ";": "semicolons", "  ": "spaces"}
 
+MOST_BYTES = 20_000_000
+"""Bytes of a table that is written by hand, and far more."""
+
 Row = TypeVar("Row", bound=BaseModel)
 
 
@@ -49,7 +52,12 @@ def read_rows(
         Columns of which the header must name one.
     """
     lines = _lines(path, model, error, kind)
-    cells_of = [[cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))] for _, line in lines]
+    cells_of = []
+    for number, line in lines:
+        try:
+            cells_of.append([cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))])
+        except csv.Error as problem:  # a cell of more than 131,072 characters
+            raise error(f"{path} line {number}: {problem}; no cell of a {kind} is that long: cut it") from None
     columns = [cell.lower() for cell in cells_of[0]]
     if len(columns) == 1 and (other := _other_delimiter(columns[0], delimiter)):
         raise error(f"{path} line {lines[0][0]}: its columns are set off by {_NAMES[other]}; use {_NAMES[delimiter]}")
@@ -73,6 +81,8 @@ def read_rows(
 def _lines(path: Path, model: type[BaseModel], error: type[OverturningError], kind: str) -> list[tuple[int, str]]:
     """The lines that are neither empty nor comments, with their numbers; at least one."""
     try:
+        if path.stat().st_size > MOST_BYTES:
+            raise error(f"{path}: larger than {MOST_BYTES} bytes; no {kind} is: check the path, or cut the file")
         text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
         raise error(f"{path}: cannot be read: no such {kind}; check the path in the config or the command") from None

@@ -12,7 +12,7 @@ from overturning.dem.simulate import simulate_arrays
 from overturning.motion.motion import Motion
 
 
-def test_a_torn_cache_file_is_a_miss(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_damaged_cache_file_is_a_miss(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
     (tmp_path / "tiny.py").write_text("def twice(x):\n    return 2 * x\n", encoding="utf-8")
 
@@ -26,9 +26,13 @@ def test_a_torn_cache_file_is_a_miss(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert compiled() == (1, 0)
     for ending in ("nbc", "nbi"):
         (torn,) = (tmp_path / "cache").rglob(f"*.{ending}")
-        torn.write_bytes(torn.read_bytes()[:100])
-        assert compiled() == (0, 1)
-        assert compiled() == (1, 0)
+        kept = torn.read_bytes()
+        changed = bytearray(kept)
+        changed[len(kept) // 2] ^= 1
+        for damaged in (kept[:100], kept[:-1], b"", bytes(changed)):
+            torn.write_bytes(damaged)
+            assert compiled() == (0, 1)
+            assert compiled() == (1, 0)
 
 
 def test_what_was_edited_after_it_was_imported_is_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -64,7 +64,7 @@ def test_against_triangles_and_parallel_axes(corners: int, seed: int) -> None:
 def test_mirrored_faces_of_a_symmetric_polygon_are_mirrored_exactly() -> None:
     shape = polygon("stone", [[-0.3, 0], [0.3, 0], [0.41, 0.37], [0.1, 0.93], [-0.1, 0.93], [-0.41, 0.37]])
     assert shape.symmetric
-    faces = {tuple(row) for row in shape.faces[:, 4:]}
+    faces = {tuple(row) for row in shape.faces[:, 4:9]}
     assert {(-nx, nz, offset, -middle, half) for nx, nz, offset, middle, half in faces} == faces
 
 
@@ -77,7 +77,7 @@ def test_a_lopsided_polygon_is_not_symmetric() -> None:
     [
         ([[0, 0], [0, 1], [1, 1], [1, 0]], "clockwise"),
         ([[0, 0], [1, 0], [2, 0]], "degenerate"),
-        ([[0, 0], [2, 0], [1, 0.2], [1, 2]], "not convex at vertex 2"),
+        ([[0, 0], [2, 0], [2, 1], [2, 2]], "vertex 2 .* lies in line"),
         ([[0, 0], [1, 0], [1, 0], [0, 1]], "two vertices coincide"),
         ([[0, 0], [1, 0]], "at least three"),
         ([[0, 0], [1, 0], [np.nan, 1]], "finite"),

@@ -1,7 +1,10 @@
 """Motion through soil against the closed form of one damped layer on a half-space."""
 
 import importlib.util
+import json
 import os
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -76,7 +79,7 @@ def test_refuses_what_is_no_profile(noise: np.ndarray) -> None:
         through_soil(noise, INTERVAL, [Soil(20, 200, 1800, 0.05, "none"), ROCK])
 
 
-def test_as_a_step_of_a_study() -> None:
+def test_as_the_site_of_a_study() -> None:
     from overturning.records.processing import process
     from overturning.records.pulses import parse_pulse, pulse_record
     from overturning.records.steps import Layer, Rock, Site
@@ -84,12 +87,30 @@ def test_as_a_step_of_a_study() -> None:
 
     record = pulse_record(parse_pulse("sine amplitude_gal=300 period_s=0.4 azimuth_deg=0"))
     soft = Layer(thickness_m=20, velocity_m_s=200, curve="Vucetic & Dobry (91), PI=15")
-    done = process(record, [Site(layers=[soft], rock=Rock(velocity_m_s=1000))])
+    done = process(record, (), Site(layers=[soft], rock=Rock(velocity_m_s=1000)))
     alone = through_soil(
         record.north, record.sampling_interval, [Soil(20, 200, 1800, 0.05, soft.curve), Soil(0, 1000, 2200, 0.01)]
     )
     assert done.north == pytest.approx(alone.samples)
     assert done.processing[0]["effect"]["pga"][1] == pytest.approx(np.abs(alone.samples).max())
     assert "north converged" in summary(done.processing[0])
-    linear = process(record, [Site(layers=[Layer(thickness_m=20, velocity_m_s=200)], rock=Rock(velocity_m_s=1000))])
+    linear = process(record, (), Site(layers=[Layer(thickness_m=20, velocity_m_s=200)], rock=Rock(velocity_m_s=1000)))
     assert np.abs(linear.north).max() > np.abs(done.north).max()
+
+
+def test_a_variant_has_motions_of_its_own(tmp_path: Path) -> None:
+    from overturning.commands.workflow import surface
+    from overturning.records.pulses import parse_pulse, pulse_record
+    from overturning.records.store import read_motion, rounded, write_motion
+    from overturning.records.summary import account
+
+    record = rounded(pulse_record(parse_pulse("sine amplitude_gal=300 period_s=0.4 azimuth_deg=0")))
+    site = {"layers": [{"thickness_m": 20, "velocity_m_s": 200}], "rock": {"velocity_m_s": 1000}}
+    study = {"name": "x", "records": {"use": ["pulse"]}, "variants": {"soft": {"site": site}}}
+    renamed = replace(record, record_id="pulse")
+    write_motion(renamed, tmp_path / "rock" / "pulse.nc")
+    surface(json.dumps(study), tmp_path / "rock", tmp_path / "soft", "soft")
+    found = read_motion(tmp_path / "soft" / "pulse.nc")
+    alone = through_soil(record.north, record.sampling_interval, [Soil(20, 200, 1800, 0.05), Soil(0, 1000, 2200, 0.01)])
+    assert found.north == pytest.approx(alone.samples, abs=1e-9)
+    assert account(found)["peaks"]["pga"] == pytest.approx([np.abs(record.north).max(), np.abs(alone.samples).max()])

@@ -209,6 +209,15 @@ def test_intensity_is_rounded_to_two_and_cut_to_one_decimal(value, reported):
     assert reported_intensity(value) == pytest.approx(reported)
 
 
+def test_jma_intensity_of_the_horizontal_motion_is_that_without_a_vertical_one(rinaldi):
+    level = Motion(rinaldi.north, rinaldi.east, 0 * rinaldi.north, sampling_interval=rinaldi.sampling_interval)
+    both = Motion(rinaldi.north, rinaldi.north, rinaldi.north / np.sqrt(2), sampling_interval=rinaldi.sampling_interval)
+    assert instrumental_intensity(level, horizontal=True) == instrumental_intensity(level)
+    # A vertical motion half as strong as the horizontal vector at every moment adds log₁₀ 1.25.
+    added = instrumental_intensity(both) - instrumental_intensity(both, horizontal=True)
+    assert added == pytest.approx(np.log10(1.25))
+
+
 def test_jma_intensity_needs_three_components_and_0_3_seconds():
     with pytest.raises(ArgumentError, match="vertical"):
         instrumental_intensity(Motion([0, 1], [0, 1], sampling_interval=0.01))

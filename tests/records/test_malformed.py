@@ -5,10 +5,7 @@ Nothing else: no other exception, and never other numbers.
 """
 
 import random as dice
-import resource
-import signal
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -22,33 +19,11 @@ from overturning.records.options import ReadOptions
 from overturning.records.read import read_files, read_path
 from overturning.records.record import Record
 from overturning.records.source import SourceFile
+from tests.bounds import bounded
 
 OPTIONS = ReadOptions(unit="gal")
 
 CORPUS = {form: {**dict(generic(header)), **SPECIAL.get(form, {})} for form, (_, header) in WHOLE.items()}
-
-
-@contextmanager
-def bounded() -> Iterator[None]:
-    """No file may take more than 10 s of processor time or 1 GB: a timer and a limit on the address space stand guard where they exist."""
-    if not hasattr(signal, "setitimer") or not Path("/proc/self/statm").exists():
-        yield
-        return
-
-    def ring(_signal: int, _frame: object) -> None:
-        raise AssertionError("ten seconds for one file")
-
-    now = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-    soft, hard = resource.getrlimit(resource.RLIMIT_AS)
-    before = signal.signal(signal.SIGPROF, ring)
-    signal.setitimer(signal.ITIMER_PROF, 10)
-    resource.setrlimit(resource.RLIMIT_AS, (now + 1_000_000_000, hard))
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, 0)
-        signal.signal(signal.SIGPROF, before)
-        resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
 
 
 def test_the_corpus_is_large_enough():

@@ -8,7 +8,7 @@ from reading import column, tables, text_of
 from overturning.report.blocks import Caution, Note, Section
 from overturning.report.sections.own_error import dependence, own_error
 
-COUNTS = {"element": "", "cases": 200, "flags": 2, "fallen": 50, "sides": 0, "unanswered": 0}
+COUNTS = {"element": "", "cases": 200, "flags": 2, "flags_undivided": 2, "fallen": 50, "sides": 0, "unanswered": 0}
 FOUND = {
     "seed": 1, "wanted": 200, "chosen": 200, "at_rest": 0, "cells": 9000, "study_block_steps": 1000, "cost": 1.0,
     "finer_by": 8, "stiffer_by": 4.0, "finer": {"block_steps": 500, "outcomes": [COUNTS]}, "stiffer": {"refused": "too stiff"},
@@ -16,8 +16,12 @@ FOUND = {
 }  # fmt: skip
 
 
-def section(variants: tuple[str, ...] = (), **found: Any) -> Section:
-    results: Any = SimpleNamespace(study=SimpleNamespace(variants=variants, body=None), verification=FOUND | found)
+def study(members: int = 0, variants: tuple[str, ...] = ()) -> Any:
+    return SimpleNamespace(variants=variants, body=None, ensemble=SimpleNamespace(members=members))
+
+
+def section(variants: tuple[str, ...] = (), members: int = 0, **found: Any) -> Section:
+    results: Any = SimpleNamespace(study=study(members, variants), verification=FOUND | found)
     shown = own_error(results)
     assert shown is not None
     return shown
@@ -42,7 +46,7 @@ def test_what_changed_and_what_was_refused() -> None:
 
 def test_it_warns_above_one_percent() -> None:
     assert warnings(section()) == []
-    more = {"block_steps": 500, "outcomes": [COUNTS | {"flags": 3}]}
+    more = {"block_steps": 500, "outcomes": [COUNTS | {"flags": 3, "flags_undivided": 3}]}
     (warning,) = warnings(section(finer=more))
     assert "steps 8 times finer more than 1\u00a0% of the flags change" in warning.text
     (warning,) = warnings(section(finer=more, stiffer=more))
@@ -70,7 +74,10 @@ def test_what_finer_steps_settle_and_what_nothing_decides() -> None:
 def test_what_was_not_run_again() -> None:
     assert "The variants were not run again." in text_of(section(variants=("bouncy",)))
     assert "verification.cost sets this bound" in text_of(section(chosen=50))
-    none = section(chosen=0, finer={"block_steps": 0, "outcomes": [COUNTS | {"cases": 0, "fallen": 0, "flags": 0}]})
+    none = section(
+        chosen=0,
+        finer={"block_steps": 0, "outcomes": [COUNTS | {"cases": 0, "fallen": 0, "flags": 0, "flags_undivided": 0}]},
+    )
     assert "No case was run again" in text_of(none)
     assert column(tables(none)[0], "share")[0] == "–"
 
@@ -88,18 +95,28 @@ def test_a_study_without_it_has_no_section() -> None:
 
 
 def test_the_line_below_the_answer() -> None:
-    def line(**found: Any) -> Any:
-        results: Any = SimpleNamespace(study=None, verification=FOUND | found)
+    def line(members: int = 0, **found: Any) -> Any:
+        results: Any = SimpleNamespace(study=study(members), verification=FOUND | found)
         return dependence(results)
 
     calm = line()
     assert type(calm) is Note
     assert "200 cases change 1.0\u00a0% of the flags with steps 8 times finer" in calm.text
-    more = {"block_steps": 500, "outcomes": [COUNTS | {"flags": 5}]}
+    more = {"block_steps": 500, "outcomes": [COUNTS | {"flags": 5, "flags_undivided": 5}]}
     warning = line(stiffer=more)
     assert isinstance(warning, Caution)
     assert "2.5\u00a0% of the flags with springs 4 times stiffer" in warning.text
     assert "a larger contact.stiffness would help" in warning.text
     assert "time_step" not in warning.text
     assert line(chosen=0) is None
+    # What the neighbourhood does not agree on counts, but does not warn.
+    outcomes = {"block_steps": 500, "outcomes": [COUNTS | {"flags": 5, "flags_undivided": 1}]}
+    divided = line(24, stiffer=outcomes, finer=outcomes)
+    assert type(divided) is Note
+    assert "2.5\u00a0% of the flags with springs" in divided.text
+    assert "at most 0.5\u00a0% where the neighbourhood of a case agrees" in divided.text
+    shown = section(members=24, finer=outcomes)
+    assert warnings(shown) == []
+    (table,) = tables(shown)
+    assert column(table, "changed")[:2] == ["5", "1"]
     assert dependence(SimpleNamespace(study=None, verification=None)) is None  # type: ignore[arg-type]

@@ -135,3 +135,48 @@ def test_a_population_is_of_single_blocks():
         check_study(study | {"scene": "three-tier"}, "x.yaml")
     with pytest.raises(ConfigError, match=r"high 0.1 lies below low 0.2"):
         check_study(study | {"population": {"width": {"low": 0.2, "high": 0.1}}}, "x.yaml")
+
+
+def test_a_population_in_space_is_of_square_prisms():
+    study = {"name": "x", "records": {"use": ["rinaldi"]}, "population": {}}
+    assert check_study(study | {"body": {}}, "x.yaml").population.rotated == 5.0
+    for body in ({"plan": "circle"}, {"aspect": [2]}):
+        with pytest.raises(ConfigError, match="of square plan; give body"):
+            check_study(study | {"body": body, "orientation": {"step": 90}}, "x.yaml")
+
+
+def test_soil_is_of_the_study_or_of_its_variants():
+    soil = {"site": {"layers": [{"thickness_m": 20, "velocity_m_s": 150}], "rock": {"velocity_m_s": 760}}}
+    assert check_study(SMALL | {"variants": {"soft": soil}}, "x.yaml").variants["soft"].site.motion == "outcrop"
+    with pytest.raises(ConfigError, match=r"variants.soft.site: the study has a site too"):
+        check_study(SMALL | soil | {"variants": {"soft": soil}}, "x.yaml")
+    with pytest.raises(ConfigError, match=r"site.layers.0.velocity_m_s: -1"):
+        check_study(SMALL | {"site": {**soil["site"], "layers": [{"thickness_m": 20, "velocity_m_s": -1}]}}, "x.yaml")
+
+
+@pytest.mark.parametrize("key", ["[]", "../../etc/passwd", "", "<b>"])
+def test_a_key_that_looks_like_none_is_named_all_the_same(key: str) -> None:
+    with pytest.raises(ConfigError, match="unknown key; known here: ") as problem:
+        check_study({"name": "a", "records": {"use": ["b"]}, key: 1}, "mine.yaml")
+    assert str(problem.value).startswith(f'mine.yaml: "{key}": unknown key')
+
+
+def test_what_yaml_or_python_stumbles_over_is_refused_in_a_line(tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    twice = "a: &a [x,x,x,x,x,x,x,x,x]\n" + "".join(
+        f"{name}: &{name} [{','.join([f'*{last}'] * 9)}]\n" for last, name in zip("abcdefgh", "bcdefghi", strict=True)
+    )
+    for text in (
+        "name: 2001-02-30",
+        "name: " + "9" * 5000,
+        "name: !!bool x",
+        "[" * 5000,
+        twice,
+        twice + "name: *i",
+        "x: " + "y" * 600_000,
+    ):
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(ConfigError) as problem:
+            load_study(path)
+        assert max(map(len, str(problem.value).split("\n"))) < 700
+        assert str(path) in str(problem.value)

@@ -19,7 +19,7 @@ from overturning.study.cube import open_cube, processing_of, study_of
 from overturning.study.gather import gather
 from overturning.study.grid import grid_of
 from overturning.study.load import check_study
-from overturning.study.sweep import write_part
+from overturning.study.parts import write_part
 
 NAMES = ("first", "second")
 Outcome = dict[str, np.ndarray]
@@ -156,7 +156,7 @@ def test_part_of_another_study_is_refused(
         gather(study, records[:1], parts(), tmp_path / "cube.nc")
     broken = tmp_path / "broken.nc"
     broken.write_bytes(b"CDF nothing")
-    with pytest.raises(ResultError, match=r"broken\.nc: cannot be read"):
+    with pytest.raises(ResultError, match=r"broken\.nc: damaged"):
         gather(study, records, [broken], tmp_path / "cube.nc")
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.stats import binomtest
 
 from overturning.dem.cases import Cases
@@ -21,7 +22,7 @@ from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.report.blocks import Paragraph, Table
 from overturning.report.sections.own_error import own_error
-from overturning.study.choice import Sample, choose
+from overturning.study.choice import Sample, choose, read_sample
 from overturning.study.comparison import Counts, compare, wilson
 from overturning.study.config import Study
 from overturning.study.grid import grid_of
@@ -119,9 +120,9 @@ def swept(settings: Study, motions: list[Motion]) -> Swept:
     assert mirrored is not None
     chosen, index = choose(settings.verification, len(motions), mirrored == 0)
     where = (chosen, *index.T)
-    sample = Sample(
-        chosen, index, np.stack(flags)[where], np.stack(status)[where], len(motions) * int((mirrored == 0).sum())
-    )
+    own = np.stack(flags)[where]
+    computed = len(motions) * int((mirrored == 0).sum())
+    sample = Sample(chosen, index, own, np.stack(status)[where], computed, np.zeros(own.shape, np.bool_))
     records = [record(motion, name) for motion, name in zip(motions, "abcd", strict=False)]
     return Swept(records, sample, work)
 
@@ -155,6 +156,11 @@ def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threa
     wrong = repeat_sample(settings, done.records, replace(done.sample, overturned=opposite), done.block_steps)
     assert wrong["finer"]["outcomes"][0]["flags"] == 10 - finer["flags"]
     assert wrong["stiffer"]["outcomes"][0]["flags"] == 10 - stiffer["flags"]
+    # Where the ensemble is divided anyway a changed flag is counted, but not among those that matter.
+    assert wrong["finer"]["outcomes"][0]["flags_undivided"] == wrong["finer"]["outcomes"][0]["flags"]
+    unsure = replace(done.sample, overturned=opposite, divided=np.ones(opposite.shape, np.bool_))
+    (all_divided,) = repeat_sample(settings, done.records, unsure, done.block_steps)["finer"]["outcomes"]
+    assert all_divided == wrong["finer"]["outcomes"][0] | {"flags_undivided": 0}
     again = repeat_sample(settings, done.records, done.sample, done.block_steps, threads=2)
     assert json.dumps(again) == json.dumps(found)
 
@@ -221,9 +227,8 @@ def test_repetition_of_a_small_study_costs_no_more_than_the_study(step: int, lea
 
 def test_repetition_goes_on_with_finer_steps_where_stiffer_springs_are_refused() -> None:
     settings = study(contact={"stiffness": 3e13}, verification={"at_least": 4, "cost": 50})
-    sample = Sample(
-        np.zeros(2, np.int64), np.zeros((2, 4), np.int64), np.zeros((2, 1), np.int8), np.zeros(2, np.int8), 36
-    )
+    flags = np.zeros((2, 1), np.int8)
+    sample = Sample(np.zeros(2, np.int64), np.zeros((2, 4), np.int64), flags, flags[:, 0], 36, flags > 0)
     quiet = Motion(np.zeros(50), np.zeros(50), sampling_interval=0.01)
     found = repeat_sample(settings, [record(quiet, "a")], sample, 0)
     assert "stiffness" in found["stiffer"]["refused"]
@@ -318,8 +323,8 @@ def test_the_command_reads_a_scenes_cube_and_writes_what_the_report_reads(
     (tmp_path / "motion").mkdir()
     write_motion(record(short(7), "a"), tmp_path / "motion" / "a.nc")
     kept = read_motion(tmp_path / "motion" / "a.nc")
-    with timed(tmp_path / "a.csv") as row:
-        row["block_steps"] = sweep_record(settings, kept, tmp_path / "a.nc")
+    with timed(tmp_path / "a.1-of-1.csv") as row:
+        _, row["block_steps"] = sweep_record(settings, kept, tmp_path / "a.nc")
     gather(settings, [kept], [tmp_path / "a.nc"], tmp_path / "cube.nc")
     verify_study(
         json.dumps(data), tmp_path / "motion", tmp_path / "cube.nc", tmp_path, tmp_path / "verification.json",
@@ -327,8 +332,22 @@ def test_the_command_reads_a_scenes_cube_and_writes_what_the_report_reads(
     )  # fmt: skip
     found = json.loads((tmp_path / "verification.json").read_text(encoding="utf-8"))
     assert 6 <= found["chosen"] < found["wanted"] == 24, "none of the scene's azimuths is mirrored"
-    assert block_steps_of(tmp_path / "verification.csv") <= 4 * block_steps_of(tmp_path / "a.csv")
+    assert block_steps_of(tmp_path / "verification.csv") <= 4 * block_steps_of(tmp_path / "a.1-of-1.csv")
     assert "Each element of the scene is counted by itself" in paragraphs(reported(settings, found, tmp_path))[-1]
     # Few change with the step, so the answers read from the cube are those of the same cells.
     assert sum(outcome["fallen"] for outcome in found["finer"]["outcomes"]) > 0
     assert all(outcome["flags"] <= 1 for outcome in found["finer"]["outcomes"])
+
+
+def test_a_case_is_divided_where_some_members_fall_and_others_stand(tmp_path: Path) -> None:
+    # The last cell has no ensemble; the third falls in every member, now to one side and now to the other.
+    towards, away = np.array([0.0, 0.25, 0.75, 1.0, np.nan]), np.array([0.0, 0.25, 0.25, 0.0, np.nan])
+    shape = (1, 5, 1, 1, 1)
+    zeros = np.zeros(shape, np.int8)
+    dims = ("record", "azimuth", "height", "b_over_h", "friction")
+    given = {"overturned": zeros, "status": zeros, "mirrored": zeros}
+    given |= {"probability_towards": towards.reshape(shape), "probability_away": away.reshape(shape)}
+    xr.Dataset({name: (dims, values) for name, values in given.items()}).to_netcdf(tmp_path / "cube.nc")
+    sample = read_sample(tmp_path / "cube.nc", Verification(at_least=5))
+    divided = dict(zip(sample.index[:, 0].tolist(), sample.divided[:, 0].tolist(), strict=True))
+    assert divided == {0: False, 1: True, 2: False, 3: False, 4: False}

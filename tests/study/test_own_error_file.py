@@ -9,7 +9,7 @@ import pytest
 from overturning.errors import ResultError
 from overturning.study.own_error_file import read_verification
 
-COUNTS = {"element": "", "cases": 200, "flags": 2, "fallen": 50, "sides": 0, "unanswered": 0}
+COUNTS = {"element": "", "cases": 200, "flags": 2, "flags_undivided": 2, "fallen": 50, "sides": 0, "unanswered": 0}
 FOUND = {
     "seed": 1, "wanted": 200, "chosen": 200, "at_rest": 0, "cells": 9000, "study_block_steps": 1000, "cost": 1.0,
     "finer_by": 8, "stiffer_by": 4.0, "finer": {"block_steps": 500, "outcomes": [COUNTS]}, "stiffer": {"refused": "too stiff"},
@@ -31,7 +31,7 @@ FOUND = {
 def test_the_outcome_of_an_older_version_is_refused_by_file_and_key(tmp_path: Path, written: Any, said: str) -> None:
     path = tmp_path / "verification.json"
     path.write_text(json.dumps(written), encoding="utf-8")
-    with pytest.raises(ResultError, match="remove it and run the study again") as error:
+    with pytest.raises(ResultError, match="run the study again, which makes") as error:
         read_verification(path)
     assert str(error.value).startswith(f"{path}: {said}")
     assert "\n" not in str(error.value)

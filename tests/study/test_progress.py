@@ -13,16 +13,16 @@ from overturning.study.progress import Progress, logged_to, overall, sweep_line
 def test_time_to_go_is_read_off_the_share_done() -> None:
     states = [{"share": 1.0, "begin": 0.0}, {"share": 0.5, "begin": 0.0}]
     # Three eighths of four records after 30 s: five eighths need 50 s more.
-    assert overall(states, 4, 30.0) == "sweep: 1 of 4 records, 38%, 0:50 to go"
+    assert overall(states, 4, 30.0) == "sweep: 1 of 4 parts, 38%, 0:50 to go"
 
 
 def test_records_of_an_earlier_run_are_no_speed_of_this_one() -> None:
     states = [{"share": 1.0, "begin": 0.0}, {"share": 0.5, "begin": 1000.0}]
-    assert overall(states, 2, 1010.0) == "sweep: 1 of 2 records, 75%, 0:10 to go"
+    assert overall(states, 2, 1010.0) == "sweep: 1 of 2 parts, 75%, 0:10 to go"
 
 
 def test_finished_sweep_has_nothing_to_go() -> None:
-    assert overall([{"share": 1.0, "begin": 0.0}], 1, 5.0) == "sweep: 1 of 1 records, 100%"
+    assert overall([{"share": 1.0, "begin": 0.0}], 1, 5.0) == "sweep: 1 of 1 parts, 100%"
 
 
 def test_log_gets_quiet_lines_and_the_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -51,17 +51,17 @@ def test_a_terminal_shows_the_whole_sweep_on_one_line(tmp_path: Path) -> None:
     os.close(terminal)
     shown = os.read(controller, 1000).decode()
     os.close(controller)
-    assert shown == "\r\x1b[Ksweep: 1 of 2 records, 50%"
+    assert shown == "\r\x1b[Ksweep: 1 of 2 parts, 50%"
 
 
 def test_the_sweep_that_is_on(tmp_path: Path) -> None:
     folder = tmp_path / "mine" / "sweep" / "nominal" / ".progress"
     folder.mkdir(parents=True)
     assert sweep_line(tmp_path, 0.0) == ""
-    (folder / "a").write_text('{"share": 1.0, "begin": 0.0, "records": 4}', encoding="utf-8")
+    (folder / "a").write_text('{"share": 1.0, "begin": 0.0, "parts": 4}', encoding="utf-8")
     assert sweep_line(tmp_path, 0.0) == "", "none is on"
-    (folder / "b").write_text('{"share": 0.5, "begin": 0.0, "records": 4}', encoding="utf-8")
+    (folder / "b").write_text('{"share": 0.5, "begin": 0.0, "parts": 4}', encoding="utf-8")
     line = sweep_line(tmp_path, 0.0)
-    assert line.startswith("sweep: 1 of 4 records, 38%")
+    assert line.startswith("sweep: 1 of 4 parts, 38%")
     assert line.endswith(" to go")
     assert sweep_line(tmp_path, 1e12) == "", "an earlier run"

@@ -1,13 +1,18 @@
 """Fall rates of a population whose stones are known."""
 
 import numpy as np
+import pandas as pd
 import pytest
+import xarray as xr
+from scipy.stats import binomtest
 
 from overturning.dem.cases import Cases
 from overturning.dem.run import run_cases
+from overturning.dem.simulate import simulate
 from overturning.motion.motion import Motion
 from overturning.study.population import Population, Spread
-from overturning.surveys.population import OUTCOMES, Stones, draw_stones, rates, stone_outcomes
+from overturning.surveys.population import Stones, draw_stones, grid_places, rates, stone_outcomes
+from overturning.surveys.population_rates import population_rates
 
 INTERVAL = 0.01
 
@@ -31,30 +36,114 @@ def test_stones_are_those_of_the_population() -> None:
     assert stones.b_over_h.mean() == pytest.approx(0.35 * np.log(0.9 / 0.6) / 0.3, rel=0.002)
 
 
+def cube(motion: Motion, **axes: list[float]) -> xr.Dataset:
+    """Cells of one record in planes every 15°."""
+    return simulate(motion, azimuth_deg=np.arange(0, 360, 15), **axes)
+
+
 def test_a_stone_falls_in_the_plane_of_the_pulse() -> None:
     # A pulse towards the east throws a slender stone west, or east after an impact: never north or south.
-    stones = Stones(np.array([0.7, 0.7]), np.array([0.15, 0.15]), np.array([0.8, 0.8]), np.array([90.0, 0.0]))
-    outcome, azimuth = stone_outcomes(pulse(4.0, 1.0, 90), stones, np.array([0.01, 1.0]))
-    assert (outcome[0] == OUTCOMES.index("stands")).all()
-    assert (outcome[1] == OUTCOMES.index("fell")).all()
-    assert np.isnan(azimuth[0]).all()
-    assert np.abs(np.sin(np.radians(azimuth[1]))) == pytest.approx([1, 1])
+    stones = Stones(
+        np.array([0.7, 0.7]), np.array([0.15, 0.15]), np.array([0.8, 0.8]), np.array([90.0, 0.0]), np.full((3, 2), 0.5)
+    )
+    size = {"height": [0.7], "b_over_h": [0.15], "friction": [0.8]}
+    weak, strong = (stone_outcomes(cube(pulse(4.0, 1.0, 90).times(f), **size), stones) for f in (0.01, 1.0))
+    assert not weak.fell.any()
+    assert strong.fell.all()
+    assert np.isnan(weak.azimuth).all()
+    assert np.abs(np.sin(np.radians(strong.azimuth[0]))) == pytest.approx([1, 1])
 
 
 def test_rate_against_stones_one_by_one() -> None:
-    population = Population(width=Spread(low=0.1, high=0.3), face=0, face_spread=0, stones=64, amplitude=[0.5, 1.0])
+    """The cube's cells, a few B/H, heights and µ of a grid, give the rate of the stones themselves."""
+    population = Population(width=Spread(low=0.1, high=0.3), face=0, face_spread=0, stones=1024)
     motion = pulse(4.0, 0.8)
     stones = draw_stones(population)
-    found = rates(*stone_outcomes(motion, stones, np.array(population.amplitude)))
+    cells = simulate(
+        motion,
+        azimuth_deg=[0, 90, 180, 270],
+        height=np.arange(0.6, 0.91, 0.1),
+        b_over_h=np.arange(0.1, 0.51, 0.025),
+        friction=[0.5, 0.7, 0.9],
+    )
+    found = rates(stone_outcomes(cells, stones), population)
     # The motion has no component across, so the plane along it decides alone.
     alone = run_cases(motion, Cases(0.0, stones.height, stones.b_over_h, stones.friction))
-    assert found["fall_rate"][1] == pytest.approx(np.mean(alone.overturned != 0))
-    assert 0 < found["fall_rate"][1] < 1
+    assert found["fall_rate"][0] == pytest.approx(np.mean(alone.overturned != 0), abs=0.03)
+    low, high = found["fall_interval"][0]
+    assert 0 < low < found["fall_rate"][0] < high < 1
+    known = binomtest(round(1024 * found["fall_rate"][0]), 1024).proportion_ci(method="wilson")
+    assert (low, high) == pytest.approx((known.low, known.high))
     assert found["fall_octant"].sum(axis=1) == pytest.approx(found["fall_rate"])
+    assert np.abs(np.sin(np.radians(found["fall_axis"]))) == pytest.approx([0], abs=1e-9)
 
 
-def test_a_stone_that_slides_is_shifted() -> None:
+def test_a_stone_that_slides_is_shifted_and_no_plane_tells_a_turn() -> None:
     # µ far below B/H: it slides and cannot rock.
-    stones = Stones(np.array([0.5]), np.array([0.8]), np.array([0.1]), np.array([0.0]))
-    outcome, _ = stone_outcomes(pulse(4.0, 1.0), stones, np.array([1.0]), shifted=0.001)
-    assert outcome[0, 0] == OUTCOMES.index("shifted")
+    stones = Stones(np.array([0.5]), np.array([0.8]), np.array([0.1]), np.array([0.0]), np.full((3, 1), 0.5))
+    outcomes = stone_outcomes(cube(pulse(4.0, 1.0), height=[0.5], b_over_h=[0.8], friction=[0.1]), stones)
+    found = rates(outcomes, Population(shifted=0.001))
+    assert found["shift_rate"] == [1]
+    assert found["fall_rate"] == [0]
+    assert np.isnan(found["rotation_rate"]).all()
+
+
+def test_places_between_two_of_the_grid_are_linear_in_the_mean() -> None:
+    lot = (np.arange(1000) + 0.5) / 1000
+    place = grid_places(np.array([0.2, 0.4, 1.0]), np.full(1000, 0.55), lot)
+    assert set(place) == {1, 2}
+    assert place.mean() == pytest.approx(1.25)
+    assert (grid_places(np.array([0.2, 0.4]), np.array([0.1, 0.9]), lot[:2]) == [0, 1]).all()
+
+
+def test_a_stone_that_rocks_takes_no_friction_at_which_its_cell_slides() -> None:
+    """µ of 0.5 lies between 0.33 and 0.58: above B/H = 0.4 it rocks as at 0.58, below B/H = 0.55 it slides as at 0.33."""
+    count = 200
+    stones = Stones(
+        *(np.full(count, value) for value in (0.6, 0.4, 0.5, 0.0)), np.tile((np.arange(count) + 0.5) / count, (3, 1))
+    )
+    grid = {"azimuth": [0, 90, 180, 270], "height": [0.6], "b_over_h": [0.4, 0.55], "friction": [0.33, 0.58, 1.0]}
+    values = np.zeros((4, 1, 2, 3))
+    values[:, :, :, 1] = 1  # only at µ = 0.58 it falls
+    site = xr.Dataset(
+        {name: (tuple(grid), values) for name in ("overturned", "overturning_time", "residual_slip")}, grid
+    )
+    assert stone_outcomes(site, stones).fell.all()
+    stout = Stones(stones.height, stones.b_over_h + 0.15, stones.friction, stones.face, stones.lot)
+    assert not stone_outcomes(site, stout).fell.any()
+
+
+def test_rotated_in_space_by_hand() -> None:
+    """Of four square stones one falls, one is shifted, one rotated, one both; a turn of the face by 90° changes nothing."""
+    values = {"overturned": [1, 0, 0, 0], "fall_azimuth": [40, np.nan, np.nan, np.nan], "residual_twist": [np.nan, 2, -30, 30],
+              "residual_slip_north": [9, 0.03, 0, 0.03], "residual_slip_east": [9, 0.04, 0, 0.04]}  # fmt: skip
+    grid = {"orientation": [0, 30, 45, 60], "height": [0.7], "b_over_h": [0.5], "aspect": [1.0], "friction": [0.7]}
+    site = xr.Dataset({name: (tuple(grid), np.reshape(v, (4, 1, 1, 1, 1))) for name, v in values.items()}, grid)
+    one = np.ones(4)
+    for turn in (0, 90, 270):
+        face = np.array([1.0, 29.0, 44.0, 61.0]) + turn
+        found = rates(
+            stone_outcomes(site, Stones(0.7 * one, 0.5 * one, 0.7 * one, face, np.full((3, 4), 0.5))), Population()
+        )
+        assert found["fall_rate"] == [0.25]
+        assert found["shift_rate"] == [0.5]
+        assert found["rotation_rate"] == [0.5]
+        assert found["fall_octant"][0].tolist() == [0, 0.25, 0, 0, 0, 0, 0, 0]
+
+
+def test_rates_over_amplitudes_of_a_cube() -> None:
+    """Each factor is a cell of its own: what falls under a motion times 2 falls at the factor 2."""
+    motion, population = pulse(3.0, 0.8), Population(width=Spread(low=0.1, high=0.3), stones=64)
+    axes = {"height": [0.6, 0.9], "b_over_h": [0.1, 0.2, 0.3, 0.5], "friction": [0.5, 0.9]}
+    both = xr.concat(
+        [cube(motion, **axes), cube(motion.times(2.0), **axes)], dim=pd.Index([1.0, 2.0], name="amplitude")
+    )
+    both = both.expand_dims("record").assign_coords(record_id=("record", ["a"]), event=("record", ["e"]))
+    found = population_rates(both, population)
+    alone = rates(stone_outcomes(cube(motion.times(2.0), **axes), draw_stones(population)), population)
+    assert (
+        found["fall_rate"].sel(amplitude=2.0).item()
+        == alone["fall_rate"][0]
+        > found["fall_rate"].sel(amplitude=1.0).item()
+    )
+    assert found.attrs["outside"] == 0

@@ -88,3 +88,10 @@ def test_the_documentation_names_every_column() -> None:
     text = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
     section = text.partition("## Surveys")[2].partition("\n## ")[0]
     assert [name for name in COLUMNS if f"| `{name}` |" not in section] == []
+
+
+def test_a_cell_without_end_is_refused_by_its_line(tmp_path: Path) -> None:
+    path = tmp_path / "stones.csv"
+    path.write_text(f"octant\nN\n{'N' * 200_000}\n", encoding="utf-8")
+    with pytest.raises(RecordError, match=r"stones\.csv line 3: field larger than field limit"):
+        read_survey(path)

@@ -66,7 +66,7 @@ def test_a_wrong_angle_in_the_package_is_found(
     monkeypatch: pytest.MonkeyPatch, name: str, flat: float, right: bool
 ) -> None:
     """Counted as fallen at 63° the case ends early; counted from 99° on a stone lies flat and has no flag."""
-    monkeypatch.setattr(arrays, "FLAT", flat * 0.5 * np.pi)
+    monkeypatch.setattr(arrays, "FLAT", flat)
     scene = shipped(name)
     found = case(scene)
     assert (contradiction(prepare(scene), 0.7, pulse(6.0), found) == "") == right
@@ -82,10 +82,14 @@ def test_a_softer_contact_lies_flat_earlier_as_its_springs_say() -> None:
         assert 0.5 * np.pi - falls_from(prepare(scene)) == pytest.approx(0.01, rel=1e-4)
 
 
-def test_a_stone_without_an_upright_face_has_fallen_at_the_rotation_itself() -> None:
+def test_a_boulder_has_fallen_where_it_lies_on_its_next_side() -> None:
+    """The side from (0.22, 0) to (0.52, 0.31) comes down at the angle at which it rises."""
     prepared = prepare(shipped("boulder"))
-    assert lies_from(prepared).tolist() == [0.5 * np.pi]
-    assert not flags_fit(prepared, np.array([False]), np.array([0.5 * np.pi]))
+    comes_down = np.arctan2(0.31, 0.30)
+    assert lies_from(prepared)[0] == pytest.approx(comes_down, abs=1e-4)
+    assert falls_from(prepared)[0] == pytest.approx(comes_down - 0.01, abs=1e-5)
+    assert not flags_fit(prepared, np.array([False]), np.array([comes_down]))
+    assert flags_fit(prepared, np.array([False]), np.array([0.9 * comes_down]))
 
 
 def test_a_scene_that_asks_for_another_rotation_gets_it() -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from overturning.errors import ResultError
 from verification.shaking_table.__main__ import main, measure
+from verification.shaking_table.clouds import PRISMS, RECTANGLES, Cloud, Kind, cloud, drawn
 from verification.shaking_table.data import SPECIMENS, Tests, read_tests
 from verification.shaking_table.models import (
     B_OVER_H,
@@ -14,12 +15,12 @@ from verification.shaking_table.models import (
     ENSEMBLE,
     HEIGHT,
     PEAKS,
+    SPACE,
     each_motion,
     ensemble_fractions,
     most_likely_centre,
     odd_even,
 )
-from verification.shaking_table.rectangles import BOUNDS, Cloud, rectangles
 from verification.shaking_table.scores import reliability, scores
 
 
@@ -31,11 +32,26 @@ def test_scores_by_hand() -> None:
     assert brier == pytest.approx((0.01 + 0.36 + 0.36 + 0.01) / 4)
 
 
-def test_rectangles_lie_within_their_bounds() -> None:
-    rows = rectangles(256)
-    for name, (low, high) in zip(BOUNDS._fields, BOUNDS, strict=True):
-        assert low <= rows[name].min() < low * 1.05
+@pytest.mark.parametrize("kind", [RECTANGLES, PRISMS], ids=lambda kind: kind.name)
+def test_stones_lie_within_their_bounds(kind: Kind) -> None:
+    rows = drawn(kind, 256)
+    for name, (low, high) in kind.bounds.items():
+        assert low <= rows[name].min() < (1.05 * low or 0.05 * high)
         assert high * 0.95 < rows[name].max() <= high
+
+
+def test_prisms_and_rectangles_under_one_motion() -> None:
+    """Far below every threshold nothing falls; under a pulse of 1 s and 8 m/s² slender stones do."""
+    time = np.arange(400) * 0.005
+    pulse = np.where(time < 1, np.sin(2 * np.pi * time), 0.0)
+    one = Tests(
+        np.arange(2), np.array(["a", "b"]), [0.1 * pulse, 8.0 * pulse], 0.005, np.array([0.1, 8.0]), np.ones(2),
+        dict.fromkeys(SPECIMENS, np.zeros(2, bool)),
+    )  # fmt: skip
+    for kind in (RECTANGLES, PRISMS):
+        found = cloud(kind, one, count=64)
+        assert not found.fell[0].any()
+        assert found.fell[1][found.b_over_h < 0.2].mean() > 0.8
 
 
 def limit(b_over_h: np.ndarray, height: np.ndarray) -> np.ndarray:
@@ -48,7 +64,7 @@ def synthetic() -> tuple[Tests, Cloud]:
     """300 tests of twelve records, in which rectangles of B/H 0.15, 0.8 m high, fall; and the cloud under them."""
     generator = np.random.default_rng(1)
     peak = np.exp(generator.uniform(np.log(0.5), np.log(8), 300))
-    rows = rectangles(4096)
+    rows = drawn(RECTANGLES, 4096)
     fell = peak[:, None] * rows["amplitude"] > limit(rows["b_over_h"], rows["height"])
     threshold = limit(np.array(0.15), np.array(0.8)) * np.exp(generator.normal(0, 0.35, 300))
     tests = Tests(
@@ -60,19 +76,20 @@ def synthetic() -> tuple[Tests, Cloud]:
         pgv=0.1 * peak * np.exp(generator.normal(0, 0.3, 300)),
         fell=dict.fromkeys(SPECIMENS, peak > threshold),
     )
-    return tests, Cloud(rows["b_over_h"], rows["height"], rows["amplitude"], fell)
+    return tests, Cloud(rows["b_over_h"], rows["height"], fell)
 
 
 def test_finds_a_rectangle_of_the_right_strength(synthetic: tuple[Tests, Cloud]) -> None:
-    tests, cloud = synthetic
-    centre = most_likely_centre(ensemble_fractions(cloud), tests.fell[1], np.arange(150))
+    tests, made = synthetic
+    centre = most_likely_centre(ensemble_fractions(made), tests.fell[1], np.arange(150))
     shape, size = divmod(centre, HEIGHT.size)
     assert limit(B_OVER_H[shape], HEIGHT[size]) == pytest.approx(limit(np.array(0.15), np.array(0.8)), rel=0.15)
 
 
 def test_held_out_scores_and_reliability(synthetic: tuple[Tests, Cloud]) -> None:
-    tests, cloud = synthetic
-    rows, held = measure(tests, ensemble_fractions(cloud), draws=40)
+    tests, made = synthetic
+    shares = ensemble_fractions(made)
+    rows, held = measure(tests, {ENSEMBLE: shares, SPACE: shares}, draws=40)
     values = rows.set_index(["split", "specimen", "model", "score"])["value"]
     for split in ("odd to even", "motion left out"):
         for model in (PEAKS, ENSEMBLE, BOTH):

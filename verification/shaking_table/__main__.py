@@ -1,5 +1,6 @@
 """`python -m verification.shaking_table FOLDER`: predictions beside shaking-table tests, into docs/shaking-table.md."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -10,9 +11,18 @@ import typer
 from overturning.arrays import FloatArray
 from overturning.errors import ResultError
 from verification.shaking_table import page
+from verification.shaking_table.clouds import PRISMS, RECTANGLES, cloud
 from verification.shaking_table.data import SPECIMENS, Tests, read_tests
-from verification.shaking_table.models import PEAKS, each_motion, ensemble_fractions, foretold, models, odd_even
-from verification.shaking_table.rectangles import COUNT, cloud
+from verification.shaking_table.models import (
+    ENSEMBLE,
+    PEAKS,
+    SPACE,
+    each_motion,
+    ensemble_fractions,
+    foretold,
+    models,
+    odd_even,
+)
 from verification.shaking_table.scores import DRAWS, NAMES, drawn_motions, interval, scores
 from verification.tables import RESULTS, ROOT, publish, write_csv
 
@@ -20,16 +30,19 @@ SPLITS = {"odd to even": odd_even, "motion left out": each_motion}
 
 
 def measure(
-    tests: Tests, fractions: FloatArray, draws: int = DRAWS
+    tests: Tests, fractions: Mapping[str, FloatArray], draws: int = DRAWS
 ) -> tuple[pd.DataFrame, dict[tuple[str, str, int], FloatArray]]:
-    """Scores of every model, split and specimen with intervals by motion, and the held-out probabilities."""
+    """Scores of every model, split and specimen with intervals by motion, and the held-out probabilities.
+
+    `fractions` are the shares of the neighbourhoods by model.
+    """
     rows, probabilities = [], {}
     for split, divide in SPLITS.items():
         for specimen in SPECIMENS:
             fell = tests.fell[specimen]
             held = {
                 name: foretold(model, specimen, divide(tests), fell.size)
-                for name, model in models(tests, fractions).items()
+                for name, model in models(tests, fractions[ENSEMBLE], fractions[SPACE]).items()
             }
             known = np.isfinite(held[PEAKS])
             samples = drawn_motions(tests.motion[known], draws)
@@ -52,15 +65,15 @@ def main(
     folder: Annotated[Path, typer.Argument(help="folder with tests.npz; docs/shaking-table.md says where it is from")],
     kept: Annotated[Path, typer.Option(help="folder for what takes long to compute")] = Path("results/shaking-table"),
     threads: Annotated[int, typer.Option(min=1, help="threads")] = 2,
-    count: Annotated[int, typer.Option(min=256, help="rectangles per test")] = COUNT,
 ) -> None:
-    """Run every rectangle under every test, fit, foretell held-out tests, and write tables and figures."""
+    """Run every stone under every test, fit, foretell held-out tests, and write tables and figures."""
     try:
         tests = read_tests(folder)
     except ResultError as error:
         print(f"skipped: {error}")
         return
-    fractions = ensemble_fractions(cloud(tests, kept, count=count, threads=threads))
+    kinds = {ENSEMBLE: RECTANGLES, SPACE: PRISMS}
+    fractions = {name: ensemble_fractions(cloud(kind, tests, kept, threads=threads)) for name, kind in kinds.items()}
     rows, probabilities = measure(tests, fractions)
     write_csv(rows, RESULTS / "shaking-table.csv")
     page.draw_reliability(tests, probabilities, ROOT / "docs" / "images" / "shaking-table-reliability.svg")

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.statistics.logistic import logistic_fit
+from verification.shaking_table.clouds import Cloud
 from verification.shaking_table.data import Tests
-from verification.shaking_table.rectangles import Cloud
 
 Rows = NDArray[np.intp]
 Model = Callable[[int, Rows, Rows], FloatArray]
@@ -21,20 +21,19 @@ HEIGHT: Final = np.geomspace(0.40, 1.60, 16)
 
 WIDTH_B_OVER_H: Final = np.log(1.3)
 WIDTH_HEIGHT: Final = np.log(1.65)
-WIDTH_AMPLITUDE: Final = np.log(1.15)
 """Half-widths of the neighbourhood, of the logarithm: evenly spread within, nothing beyond."""
 
 
 def ensemble_fractions(cloud: Cloud) -> FloatArray:
-    """Share of each neighbourhood's rectangles that fall in each test, shape (centres, tests).
+    """Share of each neighbourhood's stones that fall in each test, shape (centres, tests).
 
     Half a fall and half a stand are added to each share, so that none is 0 or 1 and every likelihood is finite.
     """
-    log_b, log_h, log_a = (np.log(values) for values in (cloud.b_over_h, cloud.height, cloud.amplitude))
+    log_b, log_h = np.log(cloud.b_over_h), np.log(cloud.height)
     fell = cloud.fell.astype(np.float32)
     made = []
     for shape in np.log(B_OVER_H):
-        near = (np.abs(log_b - shape) < WIDTH_B_OVER_H) & (np.abs(log_a) < WIDTH_AMPLITUDE)
+        near = np.abs(log_b - shape) < WIDTH_B_OVER_H
         for size in np.log(HEIGHT):
             members = near & (np.abs(log_h - size) < WIDTH_HEIGHT)
             made.append((fell[:, members].sum(axis=1) + 0.5) / (members.sum() + 1))
@@ -48,27 +47,31 @@ def most_likely_centre(fractions: FloatArray, fell: NDArray[np.bool_], learn: Ro
     return int(np.argmax(likelihood))
 
 
-def models(tests: Tests, fractions: FloatArray) -> dict[str, Model]:
-    """The models by name."""
+def models(tests: Tests, planes: FloatArray, space: FloatArray) -> dict[str, Model]:
+    """The models by name, from the shares of the neighbourhoods of rectangles and of prisms."""
     peaks = np.log(np.column_stack([tests.pga, tests.pgv]))
 
-    def ensemble(specimen: int, learn: Rows, foretell: Rows) -> FloatArray:
-        return fractions[most_likely_centre(fractions, tests.fell[specimen], learn)][foretell]
+    def shares(fractions: FloatArray) -> Model:
+        def ensemble(specimen: int, learn: Rows, foretell: Rows) -> FloatArray:
+            return np.asarray(fractions[most_likely_centre(fractions, tests.fell[specimen], learn)][foretell])
+
+        return ensemble
 
     def peaks_alone(specimen: int, learn: Rows, foretell: Rows) -> FloatArray:
         return _logistic(peaks, tests, specimen, learn, foretell)
 
     def both(specimen: int, learn: Rows, foretell: Rows) -> FloatArray:
-        share = fractions[most_likely_centre(fractions, tests.fell[specimen], learn)]
+        share = planes[most_likely_centre(planes, tests.fell[specimen], learn)]
         predictors = np.column_stack([np.log(share / (1 - share)), peaks])
         return _logistic(predictors, tests, specimen, learn, foretell)
 
-    return {PEAKS: peaks_alone, ENSEMBLE: ensemble, BOTH: both}
+    return {PEAKS: peaks_alone, ENSEMBLE: shares(planes), BOTH: both, SPACE: shares(space)}
 
 
 PEAKS: Final = "logistic of PGA and PGV"
 ENSEMBLE: Final = "ensemble of rectangles"
 BOTH: Final = "ensemble, PGA and PGV in a logistic"
+SPACE: Final = "ensemble of prisms in space"
 
 
 def _logistic(predictors: FloatArray, tests: Tests, specimen: int, learn: Rows, foretell: Rows) -> FloatArray:

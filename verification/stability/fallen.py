@@ -1,11 +1,12 @@
 """From which rotation an element of a scene has fallen, worked out from its shape and springs, not by the kernel's rule.
 
-A scene counts a rotation of 90° as a fall. An overdamped stone that falls on its side creeps towards 90° and need not
-reach them, and one that is caught on its way, when the case ends, has not reached them yet. So there are two angles,
+An element has fallen where it can rest on another face, a rectangle at 90°. An overdamped stone that falls on its side creeps towards that angle and need not
+reach it, and one that is caught on its way, when the case ends, has not reached it yet. So there are two angles,
 between which both answers are right: what has turned farther than `lies_from` has fallen, what has turned less than
 `falls_from` has not.
 """
 
+from itertools import combinations
 from typing import Final
 
 import numpy as np
@@ -32,9 +33,8 @@ def lies_from(prepared: Prepared) -> FloatArray:
 
     A stone that lies level on a face of length L presses both ends in by δ = m g/(2 K_n). With the near end in by δ the
     far end touches at asin(δ/L) before level: from there on the face bears on both ends. K_n is that of the softest
-    contact that the element can make. Only a face that is upright at first comes down at 90°; an element without one,
-    or whose scene asks for another rotation, has fallen at the rotation itself. Results keep rotations up to 90° only;
-    infinite where more is asked for.
+    contact that the element can make. An element whose scene asks for a rotation has fallen at that itself, but for 90°
+    of one with an upright face. Results keep rotations up to 90° only; infinite where more is asked for.
 
     Parameters
     ----------
@@ -44,8 +44,8 @@ def lies_from(prepared: Prepared) -> FloatArray:
     angle = _asked(prepared)
     for place, index in enumerate(prepared.free):
         item = prepared.placed[index]
-        length = _upright_face(item)
-        if angle[place] == LEVEL and length > 0.0:
+        length = coming_down(item, angle[place])
+        if length > 0.0:
             mine = [k for k, pair in enumerate(prepared.pairs) if index in pair]
             pressed = item.mass * STANDARD_GRAVITY / (2.0 * prepared.laws.normal[mine].min())
             angle[place] -= np.arcsin(min(pressed / length, 1.0))
@@ -53,7 +53,7 @@ def lies_from(prepared: Prepared) -> FloatArray:
 
 
 def falls_from(prepared: Prepared) -> FloatArray:
-    """Rotation below which no free element has fallen, rad: that of its scene, less `LAST_GAP` for 90°; 0 where it may drop.
+    """Rotation below which no free element has fallen, rad: less than `lies_from` by `LAST_GAP`; 0 where it may drop.
 
     Parameters
     ----------
@@ -62,7 +62,9 @@ def falls_from(prepared: Prepared) -> FloatArray:
     """
     asked = _asked(prepared)
     drops = [prepared.placed[index].element.fallen_drop is not None for index in prepared.free]
-    return np.where(drops, 0.0, np.where(asked == LEVEL, LEVEL - np.arcsin(LAST_GAP), np.minimum(asked, LEVEL)))
+    face = [coming_down(prepared.placed[index], angle) > 0 for index, angle in zip(prepared.free, asked, strict=True)]
+    early = np.where(face, asked - np.arcsin(LAST_GAP), asked)
+    return np.where(drops, 0.0, np.minimum(early, LEVEL))
 
 
 def flags_fit(prepared: Prepared, fallen: NDArray[np.bool_], rotation: FloatArray) -> bool:
@@ -83,11 +85,40 @@ def flags_fit(prepared: Prepared, fallen: NDArray[np.bool_], rotation: FloatArra
 
 
 def _asked(prepared: Prepared) -> FloatArray:
-    return np.radians([prepared.placed[index].element.fallen_rotation_deg for index in prepared.free])
+    items = [prepared.placed[index] for index in prepared.free]
+    asked = [item.element.fallen_rotation_deg for item in items]
+    return np.array(
+        [rests_at(item) if angle is None else np.radians(angle) for item, angle in zip(items, asked, strict=True)]
+    )
 
 
-def _upright_face(item: Placed) -> float:
-    """Length of the longest upright face, m; 0 where there is none."""
-    along = np.roll(item.points, -1, axis=0) - item.points
-    upright = np.abs(along[:, 0]) < 1e-9 * item.size
-    return float(np.abs(along[upright, 1]).max(initial=0.0))
+def rests_at(item: Placed) -> float:
+    """Least rotation, rad, at which an element can rest on a level but as it stands: its centre is lower than on either side."""
+    tilts = [angle for angle, _ in _faces(item)]
+    stable = np.array(
+        [angle for angle in tilts if _height(item, angle) < min(_height(item, angle + d) for d in (-1e-6, 1e-6))]
+    )
+    stands = min(tilts, key=abs)
+    return float(np.abs(stable[stable != stands]).min(initial=np.pi))
+
+
+def coming_down(item: Placed, rotation: float) -> float:
+    """Length of the longest face that a rotation either way brings down, m; 0 where there is none."""
+    return max((length for angle, length in _faces(item) if abs(abs(angle) - rotation) < 1e-9), default=0.0)
+
+
+def _faces(item: Placed) -> list[tuple[float, float]]:
+    """Rotation that brings each face down, rad, and the distance of its ends, m: of any two vertices that are the lowest then."""
+    found = []
+    for first, second in combinations(item.shape.vertices, 2):
+        x, z = second - first
+        turns = (float(np.arctan2(z, x)), float(np.arctan2(-z, -x)))
+        lowest = (t for t in turns if first[1] * np.cos(t) - first[0] * np.sin(t) < 1e-9 * item.size - _height(item, t))
+        found += [(turn, float(np.hypot(x, z))) for turn in lowest]
+    return found
+
+
+def _height(item: Placed, rotation: float) -> float:
+    """Height of the centre over the level on which an element stands when it is rotated, m."""
+    x, z = item.shape.vertices.T
+    return float((x * np.sin(rotation) - z * np.cos(rotation)).max())

@@ -14,7 +14,10 @@ from overturning.dem.results import ENERGY_BOUND
 from verification.stability.blocks import Ending
 from verification.stability.cases import ADVERSARIAL
 from verification.stability.scene_cases import SCENES
-from verification.tables import Figure, markdown
+from verification.tables import Figure, markdown, wrapped
+
+STIFF: Final = 1e-5
+"""δ/B below which contacts are stiff enough that a case should be marked only at the rim of the map."""
 
 _HEADS: Final = tuple(ending.name.lower().replace("_", " ") for ending in Ending)
 
@@ -37,6 +40,9 @@ def figures(blocks: pd.DataFrame, scenes: pd.DataFrame) -> list[Figure]:
                 f"map of stability, {name}: largest residual of work and energy", energy, "", f"<= {ENERGY_BOUND:g}"
             ),
         ]
+    stiff = blocks["ending"][blocks["penetration_ratio"] < STIFF]
+    marked = 100 * float((stiff == Ending.UNSTABLE).mean())
+    made.append(Figure(f"map of stability, blocks: marked, δ/B below {STIFF:g}", marked, "%", "<= 0.1"))
     return made
 
 
@@ -70,7 +76,7 @@ def _blocks(rows: pd.DataFrame) -> str:
         lines.append((f"{low:g} to {high:g}", len(endings), *shares))
     by_penetration = markdown(("δ/B", "cases", *_HEADS), lines)
     budget = f"{len(rows)} cases in all, at most {rows.attrs['budget']:.3g} block steps each."
-    return f"{by_motion}\n\n{budget} {_summary(rows)}\n\n{by_penetration}"
+    return f"{by_motion}\n\n{wrapped(f'{budget} {_summary(rows)}')}\n\n{by_penetration}"
 
 
 def _scenes(rows: pd.DataFrame) -> str:
@@ -81,11 +87,12 @@ def _scenes(rows: pd.DataFrame) -> str:
         mine = rows["scene"] == scene
         kinds |= {f"{scene}, space-filling": mine & ~adversarial, f"{scene}, adversarial motions": mine & adversarial}
     compared = rows["as_block"][rows["as_block"] >= 0]
-    return (
-        f"{_counted('scene', kinds, rows)}\n\n{len(rows)} cases in all, at most {rows.attrs['budget']:.3g} steps each, "
-        f"{rows.attrs['adversarial_budget']:.3g} under adversarial motions. {_summary(rows)} Of {len(compared)} gravestones that "
-        f"stay on the ground and are answered by the block's own kernel too, {(compared == 0).sum()} have another flag there."
+    said = (
+        f"{len(rows)} cases in all, at most {rows.attrs['budget']:.3g} steps each, {rows.attrs['adversarial_budget']:.3g} under "
+        f"adversarial motions. {_summary(rows)} Of {len(compared)} gravestones that stay on the ground and are answered by the "
+        f"block's own kernel too, {(compared == 0).sum()} have another flag there."
     )
+    return f"{_counted('scene', kinds, rows)}\n\n{wrapped(said)}"
 
 
 def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
@@ -109,13 +116,13 @@ def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
         f"and energy do not balance to 10⁻². Of the {int(in_scenes.sum())} such cases of scenes "
         f"{_percent(scenes['damping'][in_scenes] < 0.1)} have ξ below 0.1, and half a peak above "
         f"{np.median(scenes['acceleration_ratio'][in_scenes]):.0f} times the threshold of rocking.",
-        f"Stiff springs on small blocks under long records: the stable step is so short that the budget of block steps runs out "
-        f"(`over_budget`). Of {int(over.sum())} such blocks half are lower than {np.median(blocks['height'][over]):.2g} m. The map's "
+        f"Small blocks under long records, the more with Cundall's scheme and stiff springs: their steps are so short that the budget "
+        f"of block steps runs out (`over_budget`). Of {int(over.sum())} such blocks half are lower than {np.median(blocks['height'][over]):.2g} m. The map's "
         f"budget, {blocks.attrs['budget']:.2g}, is far below a study's, {BUDGET:.0e}.",
         f"Blocks on little friction that still slide 20/p seconds after the record, with energy enough to fall if they tripped: "
         f"`undecided`. Of {int(undecided.sum())} such blocks {_percent(blocks['friction'][undecided] < 0.02)} have µ below 0.02.",
     ]
-    return "\n".join(f"- {line}" for line in lines)
+    return "\n".join(wrapped(line, "- ") for line in lines)
 
 
 def _percent(chosen: "pd.Series[bool]") -> str:

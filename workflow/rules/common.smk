@@ -1,18 +1,39 @@
 # Reads and checks the study; names of files and settings that all steps share. No science here.
 
 import json
+import sys
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
 
 from overturning.errors import OverturningError
 from overturning.surveys.stones import read_survey
-from overturning.study.check import check_files, check_records, check_size
+from overturning.study.check import (
+    check_files,
+    check_records,
+    check_size,
+    explorable,
+    size_of,
+)
+from overturning.study.going_on import DAMAGED, hold, mend
 from overturning.study.load import check_study, load_study
 from overturning.study.sources import source_hash
 from overturning.study.own_error import is_verified
 
 DEFAULT_STUDY = Path("config/near-fault.yaml")
+# Requests that change nothing; all others hold the folder, so that there is never anything to unlock.
+LOOKS = set(
+    "-n --dry-run --dryrun --lint --report --unlock --summary -D --detailed-summary --list -l --list-rules --dag"
+    " --rulegraph --filegraph --list-changes -h --help".split()
+)
+
+
+# The cases of each record in so many jobs; a profile says otherwise by `set-scatter: sweep=8`.
+scattergather:
+    sweep=1,
+
+
+CHUNKS = len(gather.sweep("{scatteritem}"))
 
 
 def load():
@@ -26,14 +47,19 @@ def load():
         study = (
             check_study(config, where) if whole else load_study(DEFAULT_STUDY, config)
         )
-        check_size(study, where)
+        check_size(study, where, chunks=CHUNKS)
         entries, files = check_files(study, where)
         for survey in study.surveys:
             # A wrong line is better known now than after the sweep.
             read_survey(Path(survey.stones))
         if workflow.is_main_process:
+            results = Path("results", study.name)
+            if not LOOKS & set(sys.argv):
+                hold(Path(".snakemake", "run.lock"))
+                for path in mend(results):
+                    print(f"{DAMAGED}{path}", file=sys.stderr)
             # What has been read before is not read again.
-            motion = Path("results", study.name, "motion")
+            motion = results / "motion"
             new = {
                 name: entry
                 for name, entry in entries.items()
@@ -59,7 +85,7 @@ LOGS = f"{RESULTS}/logs"
 REPORT = f"{RESULTS}/report.html"
 FIGURES = f"{RESULTS}/figures"
 EXPLORER = f"{RESULTS}/explore.html"
-EXPLORERS = [EXPLORER] if STUDY.body is None else []  # it shows planes
+EXPLORERS = [EXPLORER] if explorable(STUDY) else []
 PAPER = f"{RESULTS}/report.pdf"
 MEMBERS = f"{RESULTS}/members.csv"
 CUBES = [
@@ -68,10 +94,17 @@ CUBES = [
 ]
 
 
-POPULATION = [f"{RESULTS}/population.nc"] if STUDY.population else []
 FRAGILITY = [f"{RESULTS}/fragility/fragility.csv"] if STUDY.population else []
 
 SURVEYS = list(range(1, len(STUDY.surveys) + 1))
+
+# Of one job of the sweep, for a cluster: memory, and five times the run time that is expected.
+SIZE = size_of(STUDY, CHUNKS)
+SWEEP_MB = round(SIZE.memory_bytes / 1e6)
+READING_MB = round(SIZE.reading_bytes / 1e6)
+SWEEP_MINUTES = 10 + round(
+    SIZE.processor_s / 12 / len(RECORDS) / len(VARIANTS) / CHUNKS
+)
 
 VERIFIED = is_verified(STUDY)
 VERIFICATION = f"{RESULTS}/verification.json"
@@ -100,10 +133,21 @@ def variant_of(wildcards):
     return wildcards.suffix.removeprefix(".") or "nominal"
 
 
+def motions_of(variant):
+    """Folder of the motions of a variant: of its own ones where it has soil, else of the study's."""
+    own = (
+        f"/{variant}"
+        if variant in STUDY.variants and STUDY.variants[variant].site
+        else ""
+    )
+    return f"{RESULTS}/motion{own}"
+
+
 def parts_of_cube(wildcards):
     """Parts of every record."""
-    return expand(
-        f"{RESULTS}/sweep/{variant_of(wildcards)}/{{record}}.nc", record=RECORDS
+    return gather.sweep(
+        f"{RESULTS}/sweep/{variant_of(wildcards)}/{{record}}.{{scatteritem}}.nc",
+        record=RECORDS,
     )
 
 

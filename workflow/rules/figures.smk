@@ -48,7 +48,7 @@ rule figures:
         f"{LOGS}/figures.log",
     threads: 2
     resources:
-        mem_mb=1000,
+        mem_mb=lambda wildcards, attempt: attempt * READING_MB,
     params:
         folder=lambda wildcards, output: Path(output.telling).parent,
         study=settings("figures"),

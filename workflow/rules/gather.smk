@@ -3,7 +3,9 @@
 
 rule gather:
     input:
-        motions=expand(f"{RESULTS}/motion/{{record}}.nc", record=RECORDS),
+        motions=lambda wildcards: expand(
+            f"{motions_of(variant_of(wildcards))}/{{record}}.nc", record=RECORDS
+        ),
         parts=parts_of_cube,
     output:
         f"{RESULTS}/cube{{suffix}}.nc",
@@ -12,22 +14,23 @@ rule gather:
     wildcard_constraints:
         suffix=rf"(?:\.(?:{'|'.join(map(re.escape, STUDY.variants)) or '(?!)'}))?",  # (?!): never
     resources:
-        mem_mb=800,
+        mem_mb=lambda wildcards, attempt: attempt * READING_MB,
     params:
         study=settings(*(key for key in SETTINGS if key not in BESIDE)),
         variant=variant_of,
         motions=lambda wildcards, input: Path(input.motions[0]).parent,
         parts=lambda wildcards, input: Path(input.parts[0]).parent,
+        chunks=CHUNKS,
         sources=sources("workflow:gather"),
     shell:
         "overturning gather --study {params.study:q} --variant {params.variant} --motions {params.motions}"
-        " --parts {params.parts} --output {output} 2> {log}"
+        " --parts {params.parts} --chunks {params.chunks} --output {output} 2> {log}"
 
 
 rule timing:
     input:
-        expand(
-            f"{RESULTS}/sweep/{{variant}}/{{record}}.csv",
+        gather.sweep(
+            f"{RESULTS}/sweep/{{variant}}/{{record}}.{{scatteritem}}.csv",
             variant=VARIANTS,
             record=RECORDS,
         ),

@@ -11,8 +11,28 @@ rule read:
     resources:
         mem_mb=500,
     params:
-        study=lambda wildcards: settings("processing", use=[wildcards.record]),
+        study=lambda wildcards: settings("processing", "site", use=[wildcards.record]),
         entry=lambda wildcards: ENTRIES[wildcards.record].model_dump_json(),
         sources=sources("workflow:read"),
     shell:
         "overturning read --study {params.study:q} --record {wildcards.record} --output {output} 2> {log}"
+
+
+# Through the soil of a variant. One job for all records: its imports take longer than a record.
+rule surface:
+    input:
+        expand(f"{RESULTS}/motion/{{record}}.nc", record=RECORDS),
+    output:
+        expand(f"{RESULTS}/motion/{{{{variant}}}}/{{record}}.nc", record=RECORDS),
+    log:
+        f"{LOGS}/surface/{{variant}}.log",
+    resources:
+        mem_mb=800,
+    params:
+        study=settings("scene", "body", "orientation", "variants"),
+        motions=lambda wildcards, input: Path(input[0]).parent,
+        folder=lambda wildcards, output: Path(output[0]).parent,
+        sources=sources("workflow:surface"),
+    shell:
+        "overturning surface --study {params.study:q} --variant {wildcards.variant} --motions {params.motions}"
+        " --output {params.folder} 2> {log}"

@@ -22,7 +22,6 @@ rule report:
         intensity=f"{RESULTS}/intensity.nc",
         figures=rules.figures.output,
         verification=[VERIFICATION] if VERIFIED else [],
-        population=POPULATION,
         backwards=expand(f"{RESULTS}/survey/{{number}}.motion.nc", number=SURVEYS),
         surveys=expand(f"{RESULTS}/survey/{{number}}.json", number=SURVEYS),
     output:
@@ -36,7 +35,7 @@ rule report:
     log:
         f"{LOGS}/report.log",
     resources:
-        mem_mb=1000,
+        mem_mb=lambda wildcards, attempt: attempt * READING_MB,
     params:
         folder=lambda wildcards, output: Path(output[0]).parent,
         study=settings(*BESIDE),

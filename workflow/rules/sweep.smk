@@ -1,4 +1,5 @@
-# Motion to the outcome of every case, one job per record and contact setting. How far the whole sweep is stands on the
+# Motion to the outcome of every case, one job per record, contact setting and chunk: into how many chunks the cases of a
+# record are cut is said by the profile (set-scatter) and shows in no result. How far the whole sweep is stands on the
 # terminal; the log has a line now and then.
 
 
@@ -16,16 +17,18 @@ rule members:
 
 rule sweep:
     input:
-        motion=f"{RESULTS}/motion/{{record}}.nc",
+        motion=lambda wildcards: f"{motions_of(wildcards.variant)}/{wildcards.record}.nc",
         members=[MEMBERS] if STUDY.ensemble.members else [],
     output:
-        part=f"{RESULTS}/sweep/{{variant}}/{{record}}.nc",
-        timing=f"{RESULTS}/sweep/{{variant}}/{{record}}.csv",
+        # Needed until the cube is there; a profile with `notemp` keeps them.
+        part=temp(f"{RESULTS}/sweep/{{variant}}/{{record}}.{{scatteritem}}.nc"),
+        timing=f"{RESULTS}/sweep/{{variant}}/{{record}}.{{scatteritem}}.csv",
     log:
-        f"{LOGS}/sweep/{{variant}}/{{record}}.log",
+        f"{LOGS}/sweep/{{variant}}/{{record}}.{{scatteritem}}.log",
     threads: 1
     resources:
-        mem_mb=800,
+        mem_mb=lambda wildcards, attempt: attempt * SWEEP_MB,
+        runtime=lambda wildcards, attempt: attempt * SWEEP_MINUTES,
         # Only for the progress line; unlike a parameter it does not make a sweep run again when a record is added.
         records=len(RECORDS),
     params:
@@ -38,14 +41,17 @@ rule sweep:
                 "height",
                 "b_over_h",
                 "friction",
+                "amplitude",
                 "density",
             ),
             *("contact", "simulation", "variants", "ensemble"),
             use=[wildcards.record],
         ),
         sources=sources("workflow:sweep"),
-        members=f"--members {MEMBERS}" if STUDY.ensemble.members else "",
+        members=lambda wildcards, input: " ".join(
+            f"--members {each}" for each in input.members
+        ),
     shell:
-        "overturning sweep --study {params.study:q} --variant {wildcards.variant} --motion {input.motion}"
-        " --output {output.part} --timing {output.timing} --threads {threads} --records {resources.records}"
+        "overturning sweep --study {params.study:q} --variant {wildcards.variant} --chunk {wildcards.scatteritem}"
+        " --motion {input.motion} --output {output.part} --timing {output.timing} --threads {threads} --records {resources.records}"
         " {params.members} --log {log}"

@@ -5,7 +5,9 @@ rule verification:
     input:
         motions=expand(f"{RESULTS}/motion/{{record}}.nc", record=RECORDS),
         cube=f"{RESULTS}/cube.nc",
-        timing=expand(f"{RESULTS}/sweep/nominal/{{record}}.csv", record=RECORDS),
+        timing=gather.sweep(
+            f"{RESULTS}/sweep/nominal/{{record}}.{{scatteritem}}.csv", record=RECORDS
+        ),
     output:
         outcome=VERIFICATION,
         timing=VERIFICATION_TIMING,
@@ -30,7 +32,9 @@ rule verification:
         ),
         motions=lambda wildcards, input: Path(input.motions[0]).parent,
         sweep=lambda wildcards, input: Path(input.timing[0]).parent,
+        chunks=CHUNKS,
         sources=sources("workflow:verify_study"),
     shell:
         "overturning verify-study --study {params.study:q} --motions {params.motions} --cube {input.cube}"
-        " --sweep {params.sweep} --output {output.outcome} --timing {output.timing} --threads {threads} --log {log}"
+        " --sweep {params.sweep} --chunks {params.chunks} --output {output.outcome} --timing {output.timing}"
+        " --threads {threads} --log {log}"

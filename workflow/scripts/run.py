@@ -1,11 +1,9 @@
-"""Run a study, also after an earlier run was killed: unlock the folder if no other run is alive, then go on.
+"""Run a study, also after an earlier run was killed: hold the folder, wait for what outlived that run, then go on.
 
-Snakemake leaves its lock behind when it is killed and refuses the next run; and its jobs may outlive it. What it says goes
-into a log, `.snakemake/run.log`; here stand one line of progress, errors in the words of the steps themselves, and what was made.
-With VERBOSE=1 in the environment, and for requests that run nothing, Snakemake speaks for itself.
+What Snakemake says goes into a log, `.snakemake/run.log`; here stand one line of progress, errors in the words of the steps
+themselves, and what was made. With VERBOSE=1 in the environment, and for requests that run nothing, Snakemake speaks for itself.
 """
 
-import fcntl
 import os
 import subprocess
 import sys
@@ -15,12 +13,9 @@ from contextlib import contextmanager, suppress
 from itertools import pairwise
 from pathlib import Path
 
-import psutil
-
 sys.path.insert(0, str(Path(__file__).parent))
-from talk import failures, made, steps
+from talk import damaged, failures, made, steps
 
-_PROGRAMS = ("snakemake", "overturning")
 _TALK = Path(".snakemake") / "run.log"
 _SPEAKS = {
     "-n",
@@ -40,20 +35,6 @@ _LOOK = 0.5  # s, between two looks at how far the run is
 _WORD = 60.0  # s, between two lines where there is no terminal
 
 
-def alive(folder: Path) -> list[psutil.Process]:
-    """Runs and jobs that still work in a folder, this process and those it came from left out."""
-    own = {psutil.Process().pid, *(parent.pid for parent in psutil.Process().parents())}
-    found = []
-    for process in psutil.process_iter():
-        try:
-            names = {Path(word).name for word in process.cmdline()[:3]}
-            if process.pid not in own and names & set(_PROGRAMS) and Path(process.cwd()) == folder:
-                found.append(process)
-        except (psutil.Error, OSError):
-            continue
-    return found
-
-
 def fault(arguments: list[str]) -> str:
     """What keeps a run from beginning, in a sentence; empty where nothing does."""
     named = [word for option, word in pairwise(arguments) if option in ("--configfile", "--configfiles")]
@@ -65,23 +46,6 @@ def fault(arguments: list[str]) -> str:
     if not os.access(folder, os.W_OK | os.X_OK):
         return f"the folder {folder.resolve()} cannot be written to; run as its owner, or give it write permission"
     return ""
-
-
-@contextmanager
-def alone(folder: Path) -> Iterator[int | None]:
-    """Hold the folder as long as this run lasts; yields the process that holds it already, where one does."""
-    (folder / ".snakemake").mkdir(exist_ok=True)
-    with (folder / ".snakemake" / "run.lock").open("a+") as lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            lock.seek(0)
-            yield int(lock.read() or 0)
-            return
-        lock.truncate(0)
-        lock.write(str(os.getpid()))
-        lock.flush()
-        yield None
 
 
 @contextmanager
@@ -106,18 +70,18 @@ def cubes_kept() -> Iterator[None]:
             link.unlink(missing_ok=True)
 
 
-def follow(command: list[str]) -> int:
+def follow(command: list[str], held: list[int]) -> int:
     """Run Snakemake, its talk in the log; say how far it is, and each failure when it comes about."""
     _TALK.parent.mkdir(exist_ok=True)
     said: set[str] = set()
     begin = shown = time.time()
     with _TALK.open("w", encoding="utf-8") as talk:
-        process = subprocess.Popen(command, stdout=talk, stderr=subprocess.STDOUT)
+        process = subprocess.Popen(command, stdout=talk, stderr=subprocess.STDOUT, pass_fds=held)
         try:
             while True:
                 code = process.poll()
                 text = _TALK.read_text(encoding="utf-8", errors="replace")
-                for line in failures(text):
+                for line in (*damaged(text), *failures(text)):
                     if line not in said:
                         said.add(line)
                         _clear()
@@ -167,30 +131,28 @@ def _progress(talk: str, begin: float) -> str:
 
 
 def main() -> int:
-    """Unlock where it is safe and hand over to Snakemake."""
-    folder, arguments = Path.cwd().resolve(), sys.argv[1:]
+    """Hold the folder and hand over to Snakemake."""
+    arguments = sys.argv[1:]
     if problem := fault(arguments):
         print(f"error: {problem}", file=sys.stderr)
         return 1
-    with alone(folder) as holder:
-        locks = folder / ".snakemake" / "locks"
-        if holder is None and locks.is_dir() and any(locks.iterdir()):
-            others = alive(folder)
-            holder = others[0].pid if others else None
-            if holder is None:
-                print("An earlier run was killed; its finished results are kept.", file=sys.stderr)
-                subprocess.run(["snakemake", "--unlock", *arguments], check=True, capture_output=True)
-        if holder is not None:
-            print(
-                f"error: another run works in this folder (process {holder}); wait for it, or stop it and run again",
-                file=sys.stderr,
-            )
-            return 1
-        command = ["snakemake", *arguments]
-        if os.environ.get("VERBOSE", "0") not in ("", "0") or _SPEAKS & set(arguments):
-            return subprocess.run(command, check=False).returncode
-        with cubes_kept():
-            return follow(command)
+    from overturning.errors import ResultError
+    from overturning.study.going_on import hold
+
+    command = ["snakemake", *arguments]
+    if _SPEAKS & set(arguments):
+        return subprocess.run(command, check=False).returncode
+    try:
+        descriptor = hold(Path(".snakemake", "run.lock"))
+    except ResultError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+    # Snakemake has the lock, too, and keeps it should this process be killed.
+    held = [] if descriptor is None else [descriptor]
+    if os.environ.get("VERBOSE", "0") not in ("", "0"):
+        return subprocess.run(command, check=False, pass_fds=held).returncode
+    with cubes_kept():
+        return follow(command, held)
 
 
 if __name__ == "__main__":

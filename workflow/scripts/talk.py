@@ -9,6 +9,7 @@ _FAILED = re.compile(r"^Error in (?:local)?rule (\w+).*\n((?:    .*\n)+)", re.MU
 _LOG = re.compile(r"^    log: (\S+)", re.MULTILINE)
 _STOPPED = re.compile(r"^WorkflowError.*\n((?:(?!  File |\s*$).*\n?)+)", re.MULTILINE)
 _MADE = re.compile(r"^Cube and report of the study .*\n(?:  .*\n?)*", re.MULTILINE)
+_DAMAGED = re.compile(r"^damaged, is made again: .*$", re.MULTILINE)
 _IDLE = re.compile(r"^Nothing to be done.*$", re.MULTILINE)
 
 
@@ -30,6 +31,11 @@ def failures(talk: str) -> Iterator[str]:
             yield text
     if not seen:
         yield from (f"error: {text.strip()}" for text in dict.fromkeys(_STOPPED.findall(talk)))
+
+
+def damaged(talk: str) -> list[str]:
+    """Results that are made again because they were damaged."""
+    return _DAMAGED.findall(talk)
 
 
 def _own_words(log: Path) -> str:

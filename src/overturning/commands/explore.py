@@ -31,5 +31,5 @@ def explore(
         unknown = [name for name in record or () if name not in names]
         if unknown:
             raise ArgumentError(f"--record {unknown[0]}: not in {cube}; it has {', '.join(names)}")
-        write_explorer(data.isel(record=[names.index(name) for name in record or names]).load(), path)
+        write_explorer(data.isel(record=[names.index(name) for name in record or names]), path)
     print(path)

@@ -22,6 +22,7 @@ Motions = Annotated[Path, typer.Option(help="folder of the motions")]
 Variant = Annotated[str, typer.Option(help="name of the contact setting")]
 Threads = Annotated[int, typer.Option(min=1, help="number of threads or processes")]
 Timing = Annotated[Path, typer.Option(help="table of run times to make (CSV)")]
+Chunks = Annotated[int, typer.Option(min=1, help="number of chunks into which each record's cases are shared out")]
 Log = Annotated[Path | None, typer.Option(help="file for progress lines and errors")]
 Cube = Annotated[Path, typer.Option(help="the study's cube (NetCDF)")]
 NetCDF = Annotated[Path, typer.Option(help="NetCDF file to make")]
@@ -42,7 +43,7 @@ def read(
     settings = study_from(study)
     entry = entries_of(settings, settings.name)[record]
     raw = read_record(entry, Path(settings.records.folder))
-    done = process(raw, settings.processing)
+    done = process(raw, settings.processing, settings.site)
     write_motion(done, output, unprocessed=None if done is raw else raw)
 
 
@@ -53,6 +54,23 @@ def _with_records(study: str, motions: Path) -> tuple[Any, list[Any]]:
 
     settings = study_from(study)
     return settings, [read_motion(motions / f"{name}.nc") for name in settings.records.use]
+
+
+@app.command()
+def surface(
+    study: Study,
+    motions: Motions,
+    output: Annotated[Path, typer.Option(help="folder for the motions at the surface")],
+    variant: Variant = "nominal",
+) -> None:
+    """Take the motions of all records through the soil of a variant."""
+    from overturning.records.processing import process
+    from overturning.records.store import write_motion
+    from overturning.study.scenes import site_of
+
+    settings, records = _with_records(study, motions)
+    for rock in records:
+        write_motion(process(rock, (), site_of(settings, variant)), output / f"{rock.record_id}.nc", unprocessed=rock)
 
 
 @app.command()
@@ -79,6 +97,7 @@ def sweep(
     output: NetCDF,
     timing: Timing,
     variant: Variant = "nominal",
+    chunk: Annotated[str, typer.Option(help="which of how many chunks of the cases: 3-of-8")] = "1-of-1",
     records: Annotated[
         int, typer.Option(min=1, help="number of records of the whole study, for the progress line")
     ] = 1,
@@ -86,65 +105,68 @@ def sweep(
     threads: Threads = 1,
     log: Log = None,
 ) -> None:
-    """Simulate every case of one record."""
+    """Simulate every case of one record, or a chunk of them."""
     from overturning.records.store import read_motion
     from overturning.study.load import study_from
     from overturning.study.members import read_members
+    from overturning.study.parts import Chunk
     from overturning.study.progress import Progress, logged_to
     from overturning.study.sweep import sweep_record
     from overturning.study.timing import timed
 
     with logged_to(log) as say:
-        settings = study_from(study)
+        settings, part = study_from(study), Chunk.parse(chunk)
         record = read_motion(motion)
+        name = record.record_id if part.of == 1 else f"{record.record_id} {part}"
         with (
-            Progress(output.parent, record.record_id, records, say) as progress,
+            Progress(output.parent, name, records * part.of, say) as progress,
             timed(timing) as row,
         ):
-            row.update(record=record.record_id, variant=variant, cases=settings.cases)
+            row.update(record=record.record_id, variant=variant)
             drawn = read_members(members) if members else None
-            row["block_steps"] = sweep_record(settings, record, output, variant, threads, progress, drawn)
+            row["cases"], row["block_steps"] = sweep_record(
+                settings, record, output, variant, threads, progress, drawn, part
+            )
 
 
 @app.command()
 def gather(
     study: Study,
     motions: Motions,
-    parts: Annotated[Path, typer.Option(help="folder of the parts, one per record")],
+    parts: Annotated[Path, typer.Option(help="folder of the parts")],
     output: NetCDF,
     variant: Variant = "nominal",
+    chunks: Chunks = 1,
 ) -> None:
     """Gather the parts of a sweep into the cube."""
     from overturning.study.gather import gather as gather_parts
+    from overturning.study.parts import parts_of
 
     settings, records = _with_records(study, motions)
-    gather_parts(settings, records, [parts / f"{name}.nc" for name in settings.records.use], output, variant)
-
-
-@app.command()
-def population(study: Study, motions: Motions, output: NetCDF, threads: Threads = 1, log: Log = None) -> None:
-    """Work out the fall rates of a study's population under each record."""
-    from overturning.study.progress import logged_to
-    from overturning.surveys.population_file import population_outcomes, write_population
-
-    with logged_to(log) as say:
-        write_population(population_outcomes(*_with_records(study, motions), threads, say), output)
+    gather_parts(settings, records, parts_of(parts, settings.records.use, chunks), output, variant)
 
 
 @app.command()
 def fragility(
-    population: Annotated[Path, typer.Option(help="fall rates of the population (NetCDF)")],
+    study: Study,
+    cube: Cube,
     intensity: Annotated[Path, typer.Option(help="intensity measures of the study (NetCDF)")],
     output: Annotated[Path, typer.Option(help="folder for fragility.csv and the OpenQuake models (XML)")],
 ) -> None:
-    """Fit fragility curves to the fall rates of a population; write them as CSV and for OpenQuake."""
+    """Fit fragility curves to the fall rates of a study's population; write them as CSV and for OpenQuake."""
     import xarray as xr
 
+    from overturning.errors import ConfigError
     from overturning.statistics.fragility import write_fragility_csv, write_openquake
-    from overturning.surveys.population_file import fragility_curves, read_population
+    from overturning.study.cube import open_cube
+    from overturning.study.load import study_from
+    from overturning.surveys.population_rates import fragility_curves, population_rates
 
-    with xr.open_dataset(intensity) as measures:
-        curves = fragility_curves(read_population(population), measures)
+    settings = study_from(study)
+    if settings.population is None:
+        raise ConfigError(f"{settings.name}: no population; add the key population to the study")
+    with xr.open_dataset(intensity) as measures, open_cube(cube, amplitude=None) as outcomes:
+        curves = fragility_curves(population_rates(outcomes, settings.population), measures)
     write_fragility_csv(curves, output / "fragility.csv")
     for measure in ("PGA", "PGV"):
         chosen = [one for one in curves if one.measure == measure]
@@ -156,17 +178,19 @@ def verify_study(
     study: Study,
     motions: Motions,
     cube: Cube,
-    sweep: Annotated[Path, typer.Option(help="folder of the sweep's tables, one per record (CSV)")],
+    sweep: Annotated[Path, typer.Option(help="folder of the sweep's tables (CSV)")],
     output: Annotated[Path, typer.Option(help="outcome to make (JSON)")],
     timing: Timing,
     threads: Threads = 1,
     log: Log = None,
+    chunks: Chunks = 1,
 ) -> None:
     """Run a part of a study again, with finer steps and with stiffer springs."""
     from overturning.errors import ConfigError
     from overturning.study.choice import read_sample
     from overturning.study.own_error import repeat_sample
     from overturning.study.own_error_file import write_verification
+    from overturning.study.parts import parts_of
     from overturning.study.progress import logged_to
     from overturning.study.timing import block_steps_of, timed
 
@@ -175,7 +199,7 @@ def verify_study(
         if isinstance(settings.verification, str):
             raise ConfigError(f"{settings.name}: verification: none; leave the key out to verify the study")
         sample = read_sample(cube, settings.verification)
-        done = sum(block_steps_of(sweep / f"{name}.csv") for name in settings.records.use)
+        done = sum(map(block_steps_of, parts_of(sweep, settings.records.use, chunks, ".csv")))
 
         def tell(part: int, most: int) -> None:
             say(f"verification: {part} of at most {most} cases")

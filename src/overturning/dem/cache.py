@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import pickle
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -33,6 +34,8 @@ def sources_digest(folder: Path) -> str:
     return digest.hexdigest()[:16]
 
 
+_DIGEST = 32  # bytes
+
 _IMPORTED = {Path(__file__).parent: sources_digest(Path(__file__).parent)}
 """Digest of this layer as it is imported: this module comes before all that is compiled."""
 
@@ -59,11 +62,36 @@ def layer_of(module: Path) -> Path:
     return package / module.relative_to(package).parts[0] if module.is_relative_to(package) else module.parent
 
 
+def _seal(file: Any) -> None:
+    """Let a cache of Numba's check the SHA-256 of what it loads; machine code with another byte in it computes anything."""
+    dump, load_index, load_data = file._dump, file._load_index, file._load_data
+
+    def sealed(content: Any) -> bytes:
+        data: bytes = dump(content)  # what is unpickled ends where it ends; the rest is not looked at
+        return data + hashlib.sha256(data).digest()
+
+    def check(data: bytes) -> None:
+        if hashlib.sha256(data[:-_DIGEST]).digest() != data[-_DIGEST:]:
+            raise ValueError("damaged")
+
+    def checked_index() -> Any:
+        with suppress(FileNotFoundError), open(file._index_path, "rb") as index:
+            pickle.load(index)  # the version, ahead of what was sealed
+            check(index.read())
+        return load_index()
+
+    def checked_data(name: str) -> Any:
+        check(Path(file._data_path(name)).read_bytes())
+        return load_data(name)
+
+    file._dump, file._load_index, file._load_data = sealed, checked_index, checked_data
+
+
 def keep_compiled(dispatcher: Any) -> Any:
     """Let a function jitted without ``cache=True`` keep its machine code in `cache_directory`; returns the same function.
 
-    Numba meets a damaged index or code file with an error that never goes away. Here such a file is removed and the
-    kernel compiled again; a folder that cannot be written costs the compilation, not the answer.
+    Numba meets a damaged index or code file with an error that never goes away, or runs it. Here such a file is removed and
+    the kernel compiled again; a folder that cannot be written costs the compilation, not the answer.
     """
     try:
         dispatcher.enable_caching()
@@ -93,6 +121,7 @@ def keep_compiled(dispatcher: Any) -> Any:
             with suppress(OSError):
                 save(signature, data)
 
+    _seal(file)
     cache.load_overload = load_or_miss
     cache.save_overload = save_if_possible
     return dispatcher

@@ -61,7 +61,7 @@ class ContactLaw(Model):
 
 
 class Element(Model):
-    """A rigid convex polygon."""
+    """A rigid polygon."""
 
     name: Name = Field(description="name, unique in the scene")
     kind: Literal["free", "driven", "held"] = Field(
@@ -72,7 +72,13 @@ class Element(Model):
     width: Positive | None = Field(default=None, description="width of a rectangle, m")
     height: Positive | None = Field(default=None, description="height of a rectangle, m")
     vertices: tuple[tuple[float, float], ...] | None = Field(
-        default=None, description="vertices [x, z] of any other convex polygon, counter-clockwise, m"
+        default=None, description="vertices [x, z] of any other polygon, convex or not, counter-clockwise, m"
+    )
+    pieces: tuple[tuple[tuple[float, float], ...], ...] | None = Field(
+        default=None,
+        min_length=1,
+        description="instead of vertices: those of convex polygons that are joined at their sides and do not overlap, in any "
+        "order, each counter-clockwise, m",
     )
     depth: Positive = Field(default=1.0, description="depth across the plane, m")
     stands_on: Name | None = Field(
@@ -84,8 +90,11 @@ class Element(Model):
         "z counts from the level of `stands_on` where that is given",
     )
     rotation_deg: float = Field(default=0.0, description="rotation towards +x before it is placed, degrees")
-    fallen_rotation_deg: float = Field(
-        default=90.0, gt=0, le=180, description="rotation that counts as overturned, degrees"
+    fallen_rotation_deg: float | None = Field(
+        default=None,
+        gt=0,
+        le=180,
+        description="rotation that counts as overturned, degrees; not given: the least at which it can rest on another face",
     )
     fallen_drop: Positive | None = Field(
         default=None, description="drop of the centre that counts as overturned too, m; not given: rotation only"
@@ -94,6 +103,7 @@ class Element(Model):
     @model_validator(mode="after")
     def _one_form(self) -> Self:
         rectangle = self.width is not None and self.height is not None
-        if (self.vertices is None) != rectangle or (self.vertices and (self.width or self.height)):
-            raise ValueError(f"element {self.name}: give either width and height, or vertices")
+        forms = (rectangle, self.vertices is not None, self.pieces is not None)
+        if sum(forms) != 1 or (not rectangle and (self.width or self.height)):
+            raise ValueError(f"element {self.name}: give either width and height, or vertices, or pieces")
         return self

@@ -36,6 +36,9 @@ class Axes:
     names: ClassVar[tuple[str, ...]]
     """Of the dimensions, in order."""
     element: tuple[str, ...]
+    """Names of the free elements of a scene that has more than one."""
+    amplitude: tuple[float, ...]
+    """Factors on the motion where there is more than one: the first dimension of what is stored, none of the cases'."""
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -49,11 +52,12 @@ class Axes:
 
     def dimensions(self, variable: Variable) -> tuple[str, ...]:
         """Dimensions of a variable of the outcome, without that of the records."""
-        return (*self.names, "element") if self.element and variable.per_element else self.names
+        before = ("amplitude",) if self.amplitude else ()
+        return (*before, *self.names, *(("element",) if self.element and variable.per_element else ()))
 
     def shape_of(self, variable: Variable) -> tuple[int, ...]:
         """Sizes of those dimensions."""
-        return (*self.shape, len(self.element)) if len(self.dimensions(variable)) > len(self.names) else self.shape
+        return tuple(np.size(getattr(self, name)) for name in self.dimensions(variable))
 
     def coordinates(self) -> dict[str, NDArray[Any]]:
         """The coordinates by name of dimension."""
@@ -70,7 +74,8 @@ class Grid(Axes):
     height: FloatArray  # of the reference element, m
     b_over_h: FloatArray  # its slenderness
     friction: FloatArray
-    element: tuple[str, ...] = ()  # names of the free elements of a scene that has more than one
+    element: tuple[str, ...] = ()
+    amplitude: tuple[float, ...] = ()
 
     @classmethod
     def over(cls, element: tuple[str, ...] = (), **axes: ArrayLike) -> Self:
@@ -82,7 +87,7 @@ class Grid(Axes):
                 raise ArgumentError(f"{name}: shape {row.shape}; give a row of at least one value")
             rows[name.removesuffix("_deg")] = row
         check_count(int(np.prod([float(row.size) for row in rows.values()])))
-        return cls(**rows, element=element)
+        return cls(**rows, element=element, amplitude=())
 
     def opposite(self, mirror: bool) -> NDArray[np.int64]:
         """As of `opposite_azimuths`; −1 throughout where no azimuth may answer for its opposite."""

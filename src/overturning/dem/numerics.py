@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.errors import ArgumentError
@@ -35,6 +35,8 @@ class Numerics:
         Threads to share the cases among; the bits do not depend on it.
     progress : callable, optional
         Called now and then with the block steps done and those expected.
+    client : dask.distributed.Client, optional
+        Cluster whose workers compute the cases; the bits do not depend on it, and a worker that is lost costs time only.
     general : bool
         Take the general kernel also where the block's would do.
 
@@ -52,8 +54,11 @@ class Numerics:
     threads: int = 1
     progress: Progress | None = None
     general: bool = False
+    client: Any = None
 
     def __post_init__(self) -> None:
         for name in ("threads", "refinement", "budget"):
             if getattr(self, name) < 1:
                 raise ArgumentError(f"{name}: {getattr(self, name)}; at least 1")
+        if self.client is not None and not hasattr(self.client, "submit"):
+            raise ArgumentError(f"client: {type(self.client).__name__}; give a dask.distributed.Client()")

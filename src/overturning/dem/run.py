@@ -2,12 +2,14 @@
 
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from overturning.dem.cases import Cases
+from overturning.dem.cluster import run_on_cluster
 from overturning.dem.contact import Contact
 from overturning.dem.numerics import Numerics
 from overturning.dem.plan import Plan
@@ -58,6 +60,8 @@ def run(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics | None = 
         If an argument is outside its bounds, or the time step is not stable.
     """
     numerics = numerics or Numerics()
+    if numerics.client is not None:
+        return run_on_cluster(partial(run, scene), motion, cases, numerics)
     planned = plan(scene, motion, cases, numerics)
     results = planned.uncomputed()
     counter, nothing = np.zeros(1, np.int64), np.zeros((0, 0))

@@ -100,10 +100,10 @@ class Scene(Model):
         return (
             ground.kind == "driven"
             and block.kind == "free"
-            and ground.vertices is None
-            and block.vertices is None
+            and ground.width is not None
+            and block.width is not None
             and ground.rotation_deg == block.rotation_deg == 0
-            and block.fallen_rotation_deg == 90
+            and block.fallen_rotation_deg in (None, 90)
             and block.fallen_drop is None
             and block.at[0] == ground.at[0]
             and (ground.width or 0) > WIDE * max(block.width or 0, block.height or 0)

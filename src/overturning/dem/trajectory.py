@@ -64,7 +64,7 @@ def trajectory(
         `time` (m/s²). Over `time` and `contact` (both ends of each pair of elements that can meet): `contact_force` (N,
         on the element `contact_on` from `contact_by`; mean from this time to the next) and `contact_place` (m; mean
         weighted by the normal force), NaN where nothing is known and, of the place, where nothing touches. Over
-        `element`: `kind`, `critical_angle` (α, rad), `vertices` (about the centre, m, NaN beyond an element's last) and
+        `element`: `kind`, `critical_angle` (α, rad), `fallen_angle` (at which it has fallen, rad), `vertices` (about the centre, m, NaN beyond an element's last) and
         the cell's outcome, missing where the element is not free; the whole case's outcome without a dimension.
         The general kernel adds the forces up at each of its steps; for a single block they follow from the path.
         Attributes: the names of the scene and of its reference element, the weight of all free elements (N), the case's
@@ -122,6 +122,12 @@ def _dataset(path: Path, results: Results, attributes: dict[str, Any]) -> "xr.Da
         "contact_by": ("contact", [by for _, by in path.contacts]),
         "kind": ("element", [item.element.kind for item in path.placed]),
         "critical_angle": described("element", path.critical, "rad", "critical angle"),
+        "fallen_angle": described(
+            "element",
+            [np.nan if item.fixed else item.fallen for item in path.placed],
+            "rad",
+            "rotation at which it has fallen",
+        ),
         "vertices": described("element vertex xz", vertices, "m", "vertices about the centre, counter-clockwise"),
     }
     free = [index for index, item in enumerate(path.placed) if not item.fixed]

@@ -15,14 +15,12 @@ from overturning.figures.polar_panels import azimuth_edges, cell_edges
 from overturning.figures.style import DARKEST, FALLS, FAULT, MISSING, OTHER_SIDE, STANDS
 from overturning.files import atomic_write
 from overturning.statistics.planes import fall_probability
+from overturning.study.check import MOST_CELLS
 
 if TYPE_CHECKING:
     import xarray as xr
 
 DIMENSIONS = ("record", "azimuth", "height", "b_over_h", "friction", "element")
-
-MOST_CELLS = 3_000_000
-"""Cells of a page: it then has 30 MB, which browsers still open."""
 
 PARTS_OF_ONE = 200
 """Probabilities are kept as whole numbers of such parts, rotations and times as below; the largest number means missing."""
@@ -48,6 +46,8 @@ def explorer_data(cube: "xr.Dataset") -> dict[str, Any]:
         raise ArgumentError(
             f"{one['overturned'].size:,} cells are too many for a page, at most {MOST_CELLS:,}; choose records with --record"
         )
+
+    one = one.load()
 
     def values(name: str) -> FloatArray:
         return np.asarray(one[name].transpose(*DIMENSIONS).to_numpy(), dtype=np.float64)

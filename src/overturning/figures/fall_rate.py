@@ -6,10 +6,13 @@ from typing import Final
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.figures.style import DASHED, FALLS, INK, SERIES, caption, grid, labels
+from overturning.motion.jma_intensity import SURVEY_RULE
 from overturning.statistics.fragility import Fragility
 
 INTENSITY_SCALE: Final = (5.0, 5.5, 6.0, 6.5)
@@ -23,7 +26,7 @@ def fall_rate_figure(
     curves: Sequence[Fragility],
     jma: FloatArray,
 ) -> Figure:
-    """Figure with fall rate over amplitude, over PGA with the fragility curve, and over JMA intensity.
+    """Figure with fall rate over amplitude where there are several, over PGA and PGV with the curve, and over JMA intensity.
 
     Parameters
     ----------
@@ -38,19 +41,30 @@ def fall_rate_figure(
     """
     with_jma = bool(np.isfinite(jma).any())
     shown = [one for one in curves if one.measure in ("PGA", "PGV")]
-    figure, panels = grid(1, 1 + len(shown) + with_jma, 2.8 * (1 + len(shown) + with_jma), 3.3)
-    axes = panels[0, 0]
-    axes.plot(amplitude, 100 * rates.T, color=SERIES[4], linewidth=0.7)
-    axes.plot(amplitude, 100 * np.median(rates, axis=0), color=INK, linewidth=2, label="median of the records")
-    labels(axes, "factor on the record", "fall rate, %")
-    for panel, curve in zip(panels[0, 1:], shown, strict=False):
-        _draw_curve(panel, levels[curve.measure], rates, curve)
+    several = amplitude.size > 1
+    count = several + len(shown) + with_jma
+    columns = min(count, 2)
+    rows = math.ceil(count / columns)
+    figure, panels = grid(rows, columns, 3.5 * columns, 2.9 * rows)
+    for spare in panels.ravel()[count:]:
+        spare.set_axis_off()
+    places = iter(panels.ravel())
+    first = None
+    if several:
+        first = next(places)
+        first.plot(amplitude, 100 * rates.T, color=SERIES[4], linewidth=0.7)
+        first.plot(amplitude, 100 * np.median(rates, axis=0), color=INK, linewidth=2, label="median of the records")
+        labels(first, "factor on the record", "")
+    for curve in shown:
+        _draw_curve(next(places), levels[curve.measure], rates, curve)
     if with_jma:
-        _draw_intensity(panels[0, -1], jma, rates)
-    for panel in panels[0]:
+        _draw_intensity(next(places), jma, rates)
+    for panel in panels.ravel()[:count]:
         panel.set_ylim(-2, 102)
         panel.grid(True)
-    caption(figure, "Fall rate of the population", axes, 1)
+    for panel in panels[:, 0]:
+        panel.set_ylabel("fall rate, %", fontsize=8)
+    caption(figure, "Fall rate of the population", first, 1)
     return figure
 
 
@@ -63,6 +77,9 @@ def _draw_curve(panel: object, level: FloatArray, rates: FloatArray, curve: Frag
         x = np.geomspace(curve.least, curve.most, 100)
         panel.plot(x, 100 * curve.probability(x), color=FALLS, linewidth=1.8)
     panel.set_xscale("log")
+    panel.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    panel.xaxis.set_major_formatter("{x:g}")
+    panel.xaxis.set_minor_formatter(NullFormatter())
     labels(panel, f"{curve.measure}, {curve.unit}", "")
 
 
@@ -72,6 +89,11 @@ def _draw_intensity(panel: object, jma: FloatArray, rates: FloatArray) -> None:
     assert isinstance(panel, Axes)
     known: NDArray[np.bool_] = np.isfinite(jma)
     panel.plot(jma[known], 100 * rates[known], ".", color=SERIES[4], markersize=3)
+    right = panel.get_xlim()[1]
+    for low, high, least, most, _ in SURVEY_RULE:
+        box = Rectangle((least, 100 * low), min(most, right) - least, 100 * (high - low), color=SERIES[4], alpha=0.3)
+        if least < right:
+            panel.add_patch(box)
     for bound in INTENSITY_SCALE:
         panel.axvline(bound, color=INK, linewidth=0.7, linestyle=DASHED)
     labels(panel, "JMA intensity", "")

@@ -82,21 +82,23 @@ def window(paths: Sequence["xr.Dataset"]) -> tuple[float, float]:
 def _poses(path: "xr.Dataset", index: int) -> tuple[FloatArray, FloatArray]:
     """Times, and x, z and rotation of an element then.
 
-    The path of a single block ends with the last sample before 90°, which for a coarse record is some degrees earlier; at
-    the end it goes on about its corner until it lies.
+    The path of a single block ends with the last sample before it has fallen, which for a coarse record is some degrees
+    earlier; at the end it goes on about its corner until it lies.
     """
     one, time = path.isel(element=index), path["time"].to_numpy()
     poses = np.stack([one[name].to_numpy() for name in ("x", "z", "rotation")], axis=1)
     side, speed = int(one["overturned"]), abs(float(one["angular_velocity"][-1]))
     x, _, angle = poses[-1]
-    left = 0.5 * np.pi - abs(angle)
+    left = float(one["fallen_angle"]) - abs(angle)
     if path.sizes["element"] != 2 or side in (0, INT8_MISSING) or not 0.0 < left < LAST_TURN * speed:
         return time, poses
     level = float((path["z"][0] + path["vertices"][..., 1].max("vertex")).isel(element=1 - index))
     p, q = one["vertices"].to_numpy()[np.isfinite(one["vertices"].to_numpy()[:, 0])].T
     lowest = int(np.argmin(q * np.cos(angle) - p * np.sin(angle)))
     corner = x + p[lowest] * np.cos(angle) + q[lowest] * np.sin(angle)
-    lying = [corner - side * q[lowest], level + side * p[lowest], side * 0.5 * np.pi]
+    lies = side * float(one["fallen_angle"])
+    c, s = np.cos(lies), np.sin(lies)
+    lying = [corner - (p[lowest] * c + q[lowest] * s), level + (p[lowest] * s - q[lowest] * c), lies]
     return np.append(time, time[-1] + left / speed), np.concatenate([poses, [lying]])
 
 

@@ -60,10 +60,10 @@ def draw_study(
         Size, resolution and formats; by default those of the cube's study.
     """
     with open_cube(cube_path) as cube:
-        count, write = cube.sizes["record"], partial(_write, settings or study_of(cube).figures)
+        count, write = cube.sizes["record"], partial(write_figure, settings or study_of(cube).figures)
     tasks = [
-        partial(_draw_whole, cube_path, intensity_path, motions, folder, write),
-        *(partial(_draw_record, cube_path, intensity_path, motions, folder, write, index) for index in range(count)),
+        partial(draw_whole, cube_path, intensity_path, motions, folder, write),
+        *(partial(draw_record, cube_path, intensity_path, motions, folder, write, index) for index in range(count)),
     ]
     if threads == 1:
         for task in tasks:
@@ -77,12 +77,14 @@ def draw_study(
 Write = Callable[["Figure", Path], None]
 
 
-def _write(settings: Figures, figure: "Figure", stem: Path) -> None:
+def write_figure(settings: Figures, figure: "Figure", stem: Path) -> None:
+    """Write a figure in the size, resolution and formats of a study, to a path without its ending."""
     figure.set_size_inches(*(settings.size * figure.get_size_inches()))
     save(figure, *(stem.parent / f"{stem.name}.{kind}" for kind in settings.formats), dpi=settings.dpi)
 
 
-def _draw_record(cube_path: Path, intensity_path: Path, motions: Path, folder: Path, write: Write, index: int) -> None:
+def draw_record(cube_path: Path, intensity_path: Path, motions: Path, folder: Path, write: Write, index: int) -> None:
+    """Draw the figures of one record, by its number; the others as of `draw_study`, but for what writes a figure."""
     # A dask chunk is a record: no more than one is in memory.
     with open_cube(cube_path, chunks={"record": 1}) as cube, xr.open_dataset(intensity_path) as intensity, style():
         one = cube.isel(record=index).load()
@@ -107,7 +109,8 @@ def _stone(cube: xr.Dataset) -> str:
     return f"\n{scene.title or scene.name}: {scene.shown_name}"
 
 
-def _draw_whole(cube_path: Path, intensity_path: Path, motions: Path, folder: Path, write: Write) -> None:
+def draw_whole(cube_path: Path, intensity_path: Path, motions: Path, folder: Path, write: Write) -> None:
+    """Draw the figures of all records together."""
     from overturning.figures.telling import draw_telling_cases
 
     with open_cube(cube_path, chunks={"record": 1}) as cube, xr.open_dataset(intensity_path) as intensity, style():

@@ -63,8 +63,10 @@ def _palette(data: str) -> str:
 
     with Image.open(io.BytesIO(base64.b64decode(data))) as picture:
         kept = picture.convert("RGBA")
-    colours, index = np.unique(np.asarray(kept).reshape(-1, 4), axis=0, return_inverse=True)
-    if len(colours) <= 256:
+    # A colour as one number, its bytes in their order: a fraction of the time of comparing four of them.
+    numbers, index = np.unique(np.asarray(kept).view(">u4").astype(np.uint32), return_inverse=True)
+    if len(numbers) <= 256:
+        colours = numbers.astype(">u4")
         kept = Image.frombytes("P", kept.size, index.astype(np.uint8).tobytes())
         kept.putpalette(colours.tobytes(), "RGBA")
     written = io.BytesIO()

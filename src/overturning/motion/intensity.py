@@ -89,12 +89,17 @@ def record_measures(motion: Motion, processing: Sequence[Mapping[str, Any]]) -> 
     Returns
     -------
     dict
-        ``jma_intensity`` (None without a vertical component); ``pga_unprocessed`` … and ``pga_processed`` … (largest of north
+        ``jma_intensity`` (None without a vertical component) and ``jma_intensity_horizontal`` of north and east alone; ``pga_unprocessed`` … and ``pga_processed`` … (largest of north
         and east, SI): the peaks before the first and after the last step, None for a record left alone.
     """
-    from overturning.motion.jma_intensity import instrumental_intensity
+    from overturning.motion.jma_intensity import DURATION, instrumental_intensity
 
-    measures: dict[str, Any] = {"jma_intensity": None if motion.up is None else instrumental_intensity(motion)}
+    measures: dict[str, Any] = {
+        "jma_intensity": None if motion.up is None else instrumental_intensity(motion),
+        "jma_intensity_horizontal": instrumental_intensity(motion, horizontal=True)
+        if motion.duration >= DURATION
+        else None,
+    }
     for name in PEAKS:
         effects = [step["effect"][name] for step in processing]
         measures[f"{name}_unprocessed"] = effects[0][0] if effects else None

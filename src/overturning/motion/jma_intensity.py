@@ -1,6 +1,7 @@
 """JMA instrumental seismic intensity, from three components (JMA notice of 1996)."""
 
 import math
+from typing import Final
 
 import numpy as np
 
@@ -11,6 +12,14 @@ from overturning.units import GAL
 
 DURATION = 0.3
 """The filtered acceleration is exceeded for this long in all, s."""
+
+
+SURVEY_RULE: Final = ((0.4, 0.9, 6.0, 6.5, "6 upper"), (0.9, 1.0, 6.5, 99.0, "7"))
+"""Fall rates, from and to, that field surveys take for a degree of the JMA scale, with its instrumental intensity.
+
+40 to below 90 % for 6 upper, 90 % and more for 7: the rule of the survey of Yamagata University after the 2019
+Yamagata-oki earthquake, as the press of 26 July 2019 states it.
+"""
 
 
 def amplitude(frequency: FloatArray) -> FloatArray:
@@ -25,18 +34,22 @@ def amplitude(frequency: FloatArray) -> FloatArray:
     return period_effect * high_cut * low_cut
 
 
-def instrumental_intensity(motion: Motion) -> float:
+def instrumental_intensity(motion: Motion, *, horizontal: bool = False) -> float:
     """JMA instrumental intensity I = 2 log₁₀ a₀ + 0.94, a₀ in Gal, before it is rounded for publication.
+
+    With `horizontal` it is that of north and east alone, which is never more: a vertical motion half as strong at every
+    moment would add log₁₀ 1.25 = 0.1.
 
     a₀ is the largest level that the vector sum of the filtered components reaches or exceeds for 0.3 s in all; −inf for no
     motion at all. An ArgumentError says so where there is no vertical component, or the motion is shorter than 0.3 s.
     """
-    if motion.up is None:
+    if motion.up is None and not horizontal:
         raise ArgumentError("motion: no vertical component; the JMA intensity needs three components")
     count = math.ceil(DURATION / motion.sampling_interval - 1e-9)
     if motion.samples < count:
         raise ArgumentError(f"motion: {motion.duration:g} s; the JMA intensity needs at least {DURATION} s")
-    components = np.stack([motion.north, motion.east, motion.up]) / GAL
+    vertical = [] if motion.up is None or horizontal else [motion.up]
+    components = np.stack([motion.north, motion.east, *vertical]) / GAL
     spectrum = np.fft.rfft(components, axis=1)
     spectrum *= amplitude(np.asarray(np.fft.rfftfreq(motion.samples, motion.sampling_interval), dtype=np.float64))
     filtered = np.fft.irfft(spectrum, motion.samples, axis=1)

@@ -94,6 +94,12 @@ class Motion:
 
     from_record = of
 
+    def times(self, factor: float) -> "Motion":
+        """The motion with every sample multiplied by a factor, of any size."""
+        up = None if self.up is None else factor * self.up
+        interval = self.sampling_interval
+        return Motion(factor * self.north, factor * self.east, up, sampling_interval=interval, trust_data=True)
+
     @classmethod
     def from_obspy(cls, stream: Any) -> "Motion":
         """The motion of an obspy Stream of three components, or two horizontal ones, in m/s².

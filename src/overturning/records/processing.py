@@ -47,8 +47,8 @@ def default_steps(record: Record, corner_hz: float | Literal["auto"] = DEFAULT_H
     return (RemoveMean(), Taper(length_s=min(2.0, 0.05 * record.duration)), Highpass(corner_hz=corner_hz, order=2))
 
 
-def process(record: Record, steps: Sequence[Step] | None) -> Record:
-    """Apply steps in order, :func:`default_steps` of the record where they are None.
+def process(record: Record, steps: Sequence[Step] | None, site: Site | None = None) -> Record:
+    """Apply steps in order, :func:`default_steps` of the record where they are None; then take it through the soil of a site.
 
     Returns
     -------
@@ -63,7 +63,7 @@ def process(record: Record, steps: Sequence[Step] | None) -> Record:
         not the size of a ground motion.
     """
     steps = default_steps(record) if steps is None else steps
-    for step in steps:
+    for step in (*steps, *([] if site is None else [site])):
         chosen: dict[str, str] = {}
         if isinstance(step, Highpass) and step.corner_hz == "auto":
             corner, reason = choose_corner(record)
@@ -74,17 +74,17 @@ def process(record: Record, steps: Sequence[Step] | None) -> Record:
         record = record.with_each(changed, sampling_interval=interval, start=_start_after(record, shift))
         after = peaks_of(record.horizontal, record.sampling_interval)
         effect = {name: [before[name], after[name]] for name in before}
-        entry: dict[str, Any] = step.model_dump(mode="json") | chosen | {"effect": effect}
+        entry: dict[str, Any] = {"step": step.step, **step.model_dump(mode="json"), **chosen, "effect": effect}
         entry |= {"shift_s": round(shift, 9)} if shift else {}
         record = replace(record, processing=(*record.processing, entry))
     # A record that its agency has processed and nobody else has been looked at when it was read.
-    looked_at = not steps and record.extra.get("processed", False)
+    looked_at = not steps and site is None and record.extra.get("processed", False)
     if not (looked_at or record.trusted) and (why := implausible(record.components, record.sampling_interval)):
         raise _refused(record, f"after processing, {why}", "correct unit or steps, or say trust_data")
     return record
 
 
-def _shift(step: Step, interval: float) -> float:
+def _shift(step: Step | Site, interval: float) -> float:
     """Time of the first sample after a step less that before it, s."""
     match step:
         case Cut():
@@ -103,7 +103,7 @@ def _refused(record: Record, key: str, why: str) -> RecordError:
     return RecordError(f"record {record.record_id}: {key}; {why}")
 
 
-def _apply(step: Step, record: Record, told: dict[str, str], samples: FloatArray) -> FloatArray:
+def _apply(step: Step | Site, record: Record, told: dict[str, str], samples: FloatArray) -> FloatArray:
     interval = record.sampling_interval
     match step:
         case RemoveMean():

@@ -2,6 +2,7 @@
 
 import hashlib
 import io
+import struct
 import tarfile
 import zipfile
 import zlib
@@ -18,6 +19,12 @@ MAXIMUM_BYTES: Final = 200_000_000
 
 MAXIMUM_MEMBERS: Final = 20_000
 """Most members of an archive."""
+
+_DAMAGE: Final = (
+    *(tarfile.TarError, zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError),
+    # What the standard library stumbles over where the sizes and places in an archive's directory are wrong.
+    *(ValueError, LookupError, OverflowError, struct.error),
+)
 
 
 @dataclass(frozen=True)
@@ -103,7 +110,9 @@ def open_archive(source: SourceFile, *, _depth: int = 0, _budget: list[int] | No
                 yield from open_archive(member, _depth=_depth + 1, _budget=budget)
             else:
                 yield member
-    except (tarfile.TarError, zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError) as problem:
+    except RecordError:
+        raise
+    except _DAMAGE as problem:
         raise RecordError(f"{source.name}: the archive is damaged ({problem}); download it again") from problem
     except RuntimeError as problem:  # zipfile's word for an encrypted member
         raise RecordError(f"{source.name}: {problem}; unpack it first") from problem

@@ -1,6 +1,6 @@
 """Processing steps as data: what a config may ask for, each with its parameters and bounds."""
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -135,12 +135,13 @@ class Layer(_Step):
 
 
 class Site(_Step):
-    """Take the horizontal motion from rock through soil layers to the surface (`overturning.motion.soil`).
+    """The ground of a study: takes the horizontal motion from rock through soil layers to the surface, after all steps.
 
-    Needs pystrata (group `soil`). Linear, or equivalent-linear where a layer has a curve. The vertical motion is left as it is.
+    Needs pystrata (group `soil`). Linear, or equivalent-linear where a layer has a curve. The vertical motion is left as it
+    is (`overturning.motion.soil`).
     """
 
-    step: Literal["site"] = "site"
+    step: ClassVar[str] = "site"  # in the account of what was done to a record
     layers: tuple[Layer, ...] = Field(min_length=1, description="Layers from the surface down.")
     rock: Rock = Field(description="The half-space below them.")
     motion: Literal["outcrop", "within"] = Field(
@@ -149,7 +150,7 @@ class Site(_Step):
 
 
 Step = Annotated[
-    RemoveMean | Detrend | Taper | Highpass | Lowpass | Baseline | Resample | Cut | Scale | Site,
+    RemoveMean | Detrend | Taper | Highpass | Lowpass | Baseline | Resample | Cut | Scale,
     Field(discriminator="step"),
 ]
 """Any of the steps, told apart by the key ``step``."""

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from overturning.errors import ResultError
-from overturning.files import atomic_write
+from overturning.files import atomic_write, whole
 from overturning.records.record import Record
 
 DECIMALS = 9
@@ -93,11 +93,13 @@ def read_unprocessed(path: Path | str) -> Record | None:
 def _read(path: Path, suffix: str) -> Record:
     import netCDF4
 
+    if path.is_file() and not whole(path):
+        raise ResultError(f"{path}: damaged, or not a {SCHEMA!r} file; run the study again, which makes it anew")
     try:
         with netCDF4.Dataset(path) as file:
             attributes = {name: file.getncattr(name) for name in file.ncattrs()}
             if attributes.get("schema") != SCHEMA:
-                raise ResultError(f"{path}: not a {SCHEMA!r} file; remove it and run the study again")
+                raise ResultError(f"{path}: not a {SCHEMA!r} file; run the study again, which makes it anew")
             samples = {
                 name: np.asarray(file[name + suffix][:].filled(np.nan), dtype=np.float64)
                 for name in ("north", "east", "up")
@@ -122,4 +124,4 @@ def _read(path: Path, suffix: str) -> Record:
     except (OSError, KeyError, IndexError, ValueError, RuntimeError) as problem:
         if isinstance(problem, ResultError):
             raise
-        raise ResultError(f"{path}: damaged ({problem}); remove it and run the study again") from problem
+        raise ResultError(f"{path}: damaged ({problem}); run the study again, which makes it anew") from problem

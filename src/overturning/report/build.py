@@ -16,6 +16,7 @@ from overturning.report.sections import (
     criteria,
     ensemble,
     falls,
+    ground,
     maps,
     method,
     own_error,
@@ -30,6 +31,7 @@ from overturning.report.sections import (
 
 SECTIONS: Final[tuple[Callable[[Results], Section | None], ...]] = (
     answer.answer,
+    ground.ground,
     maps.maps,
     scene.scene,
     survey.surveys,

@@ -7,6 +7,7 @@ from importlib import resources
 from itertools import count
 from pathlib import Path
 from typing import assert_never
+from urllib.parse import quote
 
 from overturning.figures.film_page import embedded_json, player_script, player_style
 from overturning.report import blocks
@@ -54,7 +55,8 @@ class _Page:
             case blocks.Answer():
                 return f'<div class="answer">\n{_lines("p", block.sentences)}\n</div>'
             case blocks.Link():
-                return f'<p><a href="{escape(block.file)}">{escape(block.text)}</a></p>'
+                # A colon would make a scheme of what stands before it.
+                return f'<p><a href="{escape(quote(block.file))}">{escape(block.text)}</a></p>'
             case blocks.Bullets():
                 return f"<ul>\n{_lines('li', block.lines)}\n</ul>"
             case blocks.Code():

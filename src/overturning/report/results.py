@@ -4,7 +4,7 @@ import json
 import tempfile
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -23,7 +23,7 @@ from overturning.study.own_error import is_verified
 from overturning.study.own_error_file import read_verification
 from overturning.study.scenes import NOMINAL, scene_of
 from overturning.surveys.inversion_file import Backwards, read_backwards
-from overturning.surveys.population_file import read_population
+from overturning.surveys.population_rates import population_rates
 from overturning.surveys.result import SurveyResult, read_survey_result
 
 
@@ -68,8 +68,8 @@ class Results:
         What repeating a part of it found; None where the study leaves that out.
     surveys : tuple of SurveyResult
         Surveys of stones beside its predictions.
-    population : xarray.Dataset or None
-        Fall rates of the study's population; None where it has none.
+    populations : dict of xarray.Dataset
+        Fall rates of the study's population, by the names of the cubes; empty where it has none.
     backwards : tuple of Backwards
         What the surveys say of the motion.
     """
@@ -83,7 +83,7 @@ class Results:
     telling: list[dict[str, Any]]
     verification: dict[str, Any] | None
     surveys: tuple[SurveyResult, ...]
-    population: xr.Dataset | None = None
+    populations: dict[str, xr.Dataset] = field(default_factory=dict)
     backwards: tuple[Backwards, ...] = ()
 
     @cached_property
@@ -172,9 +172,12 @@ def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]
 
     def cube_of(name: str) -> xr.Dataset:
         path = folder / ("cube.nc" if name == NOMINAL else f"cube.{name}.nc")
-        cube = open_cube(path, chunks={"record": 1}, element=None)
+        cube = open_cube(path, chunks={"record": 1}, element=None, amplitude=None)
         stack.callback(cube.close)
         return cube
+
+    def recorded(cube: xr.Dataset) -> xr.Dataset:
+        return cube.sel(amplitude=1.0, drop=True) if "amplitude" in cube.dims else cube
 
     with ExitStack() as stack:
         # Each file is opened once: read through two handles at a time, it crashed the library below.
@@ -185,16 +188,19 @@ def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]
             study = study.model_copy(
                 update={"surveys": tuple(named), "figures": beside.figures, "population": beside.population}
             )
+        whole = {NOMINAL: nominal} | {name: cube_of(name) for name in study.variants}
+        cubes = {name: recorded(cube) for name, cube in whole.items()}
+        stones = study.population
         yield Results(
             study,
-            _reference_cube(study, NOMINAL, nominal),
-            {NOMINAL: nominal} | {name: cube_of(name) for name in study.variants},
+            _reference_cube(study, NOMINAL, cubes[NOMINAL]),
+            cubes,
             stack.enter_context(xr.open_dataset(folder / "intensity.nc")),
             folder / "figures",
             Path(stack.enter_context(tempfile.TemporaryDirectory())),
             json.loads((folder / "figures" / "telling" / "telling.json").read_text(encoding="utf-8")),
             read_verification(folder / "verification.json") if is_verified(study) else None,
             tuple(read_survey_result(folder / "survey" / f"{n}.json") for n, _ in enumerate(study.surveys, 1)),
-            read_population(folder / "population.nc") if study.population else None,
+            {name: population_rates(cube, stones) for name, cube in whole.items()} if stones else {},
             tuple(read_backwards(folder / "survey" / f"{n}.motion.nc") for n, _ in enumerate(study.surveys, 1)),
         )

@@ -120,7 +120,7 @@ def criteria_scores(
 
 
 def _interval(
-    said: NDArray[np.bool_], falls: FloatArray, weight: FloatArray, event: NDArray[np.str_], draws: int, seed: int
+    said: NDArray[np.bool_], falls: FloatArray, weight: FloatArray, event: NDArray[np.intp], draws: int, seed: int
 ) -> tuple[float, float]:
     """95 % interval of the skill, earthquakes drawn with replacement."""
     names, member = np.unique(event, return_inverse=True)

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -176,8 +175,8 @@ def _sandwich(
 
 def overturning_rows(
     cube: xr.Dataset, intensity: xr.Dataset, *, ensemble: bool = True
-) -> tuple[FloatArray, FloatArray, NDArray[np.str_], FloatArray]:
-    """Rows of the fit, one per plane and case: predictors, share that falls, earthquake, weight.
+) -> tuple[FloatArray, FloatArray, NDArray[np.intp], FloatArray]:
+    """Rows of the fit, one per plane, height and B/H: predictors, share that falls over friction, earthquake, weight.
 
     Parameters
     ----------
@@ -193,33 +192,36 @@ def overturning_rows(
     predictors : ndarray, shape (n, 4)
         As `PREDICTORS`.
     outcome, event, weight : ndarray, shape (n,)
-        Weights average 1.
+        No predictor depends on friction, so that a mean over it, weighted by how much of it is known, is the same to a fit.
+        Events are numbers, in the order of their names; weights average 1.
 
     Raises
     ------
     ArgumentError
         If an azimuth of the cube is missing from the intensities.
     """
-    parts = []
+    parts, number = [], np.unique(np.atleast_1d(cube["event"].values), return_inverse=True)[1]
     for i in range(cube.sizes["record"]):
         planes = by_plane(falls_of_record(cube, i), ensemble=ensemble)
-        where, falls = planes["azimuth"], planes["falls"].transpose("azimuth", *CASE_DIMS).compute()
+        where, falls = planes["azimuth"], planes["falls"].transpose("azimuth", *CASE_DIMS)
         try:
             along = intensity[["pga", "pgv"]].isel(record=i).sel(azimuth=where, method="nearest", tolerance=1e-6)
         except KeyError as error:
             raise ArgumentError(
                 "intensity: azimuths of the cube are missing; compute it on the cube's azimuths"
             ) from error
-        pga, pgv = (along[name].assign_coords(azimuth=where) for name in ("pga", "pgv"))
-        slender, height = (falls[name].astype(float) for name in ("b_over_h", "height"))
+        pga, pgv = (along[name].to_numpy()[:, None, None] for name in ("pga", "pgv"))
+        height, slender = (falls[name].to_numpy().astype(float) for name in ("height", "b_over_h"))
+        height = height[:, None]
+        answered = np.isfinite(falls.to_numpy()).sum(axis=-1)
+        share = np.nansum(falls.to_numpy(), axis=-1, dtype=np.float64) / np.maximum(answered, 1)
         values = (pga / (STANDARD_GRAVITY * slender), pgv / pga, slender, height)
-        columns: list[Any] = [*map(np.log, values), planes["weight"] * where.size]
-        known = np.isfinite(falls.to_numpy())
-        *table, weights = (one.broadcast_like(falls).transpose(*falls.dims).to_numpy()[known] for one in columns)
-        event = np.full(weights.size, str(cube["event"].values[i]))
-        parts.append((np.stack(table, axis=1), falls.to_numpy()[known].astype(np.float64), event, weights))
+        weight = (planes["weight"].to_numpy() * where.size)[:, None, None] * answered / falls.sizes["friction"]
+        known = answered > 0
+        *table, weights = (np.broadcast_to(one, share.shape)[known] for one in (*map(np.log, values), weight))
+        parts.append((np.stack(table, axis=1), share[known], np.full(weights.size, number[i]), weights))
     if not parts:
-        return np.empty((0, 4)), np.empty(0), np.empty(0, dtype=str), np.empty(0)
+        return np.empty((0, 4)), np.empty(0), np.empty(0, np.intp), np.empty(0)
     predictors, outcome, events, shares = (np.concatenate(column) for column in zip(*parts, strict=True))
     return predictors, outcome, events, shares
 

@@ -111,7 +111,6 @@ IN_PLANES_ONLY: Final = {
     "scene": "a study has a scene in planes or a body in space; keep one",
     "published": "a body in space faces no single azimuth; compare in a study in planes",
     "surveys": "surveys are compared with a study in planes; leave them out here",
-    "population": "stones of a population are computed in planes; leave it out here",
     "density": "nothing depends on it in space, where the contact is relative to the weight; leave it out",
 }
 """Keys that a study in space refuses, with the reason."""

@@ -10,19 +10,25 @@ from overturning.errors import ConfigError, MissingDataError, OverturningError
 from overturning.records.catalogue import RecordEntry
 from overturning.records.locate import find_paths
 from overturning.study.config import Study
+from overturning.study.ensemble import BATCH, MOST_MEMBERS
 from overturning.study.load import entries_of
 
 # Of the default study on one core of a small machine, rounded up; they tell minutes from days and no more.
-_CASE_S: Final = 1e-4
+_CASE_S: Final = 4e-5
 _RECORD_S: Final = 4.0
-_RUN_AGAIN: Final = 0.6  # share of the cells near a change of flag, which the ensemble runs again
+_RUN_AGAIN: Final = 0.4  # share of the members that are run: of cells near a change of flag, until they are settled
 _SCENE: Final = 10.0  # what an element more costs over the block, which has a kernel of its own
 _SPACE: Final = 8.0  # what a body in space costs over the block
 
 _BASE_MEMORY: Final = 4e8
 _CELL_IN_MEMORY: Final = 400
 _CELL_ON_DISK: Final = 45
-_MEMBER_IN_MEMORY: Final = 60
+_READING_MEMORY: Final = 1e9
+_CELL_READ: Final = 12
+_MEMBER_IN_MEMORY: Final = 20
+
+MOST_CELLS: Final = 3_000_000
+"""Cells of a page to look around in a cube: it then has 30 MB, which browsers still open."""
 
 MOST_NAMED: Final = 6
 """Faults that are named in one message; of more the number."""
@@ -40,26 +46,44 @@ class Size:
     memory_bytes: float  # of the largest job
     disk_bytes: float
 
+    @property
+    def reading_bytes(self) -> float:
+        """Memory of what reads the whole cube, record by record."""
+        return _READING_MEMORY + self.records * self.cases * _CELL_READ
+
     def __str__(self) -> str:
         total = f"{self.records} record{'' if self.records == 1 else 's'} × {self.cases:,} cases = {self.records * self.cases:,}"
         memory, disk = _bytes(self.memory_bytes), _bytes(self.disk_bytes)
         return f"{total}; about {_time(self.processor_s)} of processor time, {memory} of memory, {disk} of results"
 
 
-def size_of(study: Study) -> Size:
-    """About what a run of a study takes; of the order of magnitude."""
+def size_of(study: Study, chunks: int = 1) -> Size:
+    """About what a run of a study takes whose records are cut into chunks; of the order of magnitude."""
     records, members, variants = len(study.records.use), study.ensemble.members, 1 + len(study.variants)
     more = 1 + members * (_RUN_AGAIN if study.ensemble.where == "boundary" else 1.0)
     elements = len(study.scene.free)
     each = _CASE_S * (1.0 if elements == 1 else _SCENE * elements) * (1.0 if study.body is None else _SPACE)
-    work = records * (_RECORD_S + study.cases * each * more * variants)
-    memory = _BASE_MEMORY + study.cases * (_CELL_IN_MEMORY * elements + _MEMBER_IN_MEMORY * members)
-    return Size(records, study.cases, work, memory, records * study.cases * _CELL_ON_DISK * elements * variants)
+    scales = len(study.amplitude)  # the ensemble is run for one of them
+    work = records * (_RECORD_S + study.cases * each * (scales - 1 + more) * variants)
+    cells = study.cases / chunks
+    memory = (
+        _BASE_MEMORY
+        + cells * scales * _CELL_IN_MEMORY * elements
+        + min(cells, MOST_MEMBERS / BATCH) * _MEMBER_IN_MEMORY * members
+    )
+    disk = records * study.cases * scales * _CELL_ON_DISK * elements * variants
+    return Size(records, study.cases, work, memory, disk)
 
 
-def check_size(study: Study, where: str, results: Path = Path("results")) -> Size:
+def explorable(study: Study) -> bool:
+    """Whether there is a page to look around in a study's cube: it shows planes, and not too many cells."""
+    cells = len(study.records.use) * study.cases * len(study.scene.free)
+    return study.body is None and cells <= MOST_CELLS
+
+
+def check_size(study: Study, where: str, results: Path = Path("results"), chunks: int = 1) -> Size:
     """The size of a study; a `ConfigError` where this machine has neither the memory nor the disk for it."""
-    size = size_of(study)
+    size = size_of(study, chunks)
     there = next(folder for folder in (results, *results.absolute().parents) if folder.is_dir())
     memory, disk = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"), shutil.disk_usage(there).free
     if size.memory_bytes > memory or size.disk_bytes > disk:

@@ -2,12 +2,18 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from overturning.study.netcdf import open_raw
 from overturning.study.sections import Verification
+
+_CHANCES: Final = ("probability_towards", "probability_away", "probability_falls")
+"""Variables of a cube with an ensemble whose sum is the share of members that fall."""
+
+_ROUNDING: Final = 1e-6
 
 
 @dataclass(frozen=True)
@@ -19,6 +25,9 @@ class Sample:
     overturned: NDArray[np.int8]  # the study's flags, shape (n, elements); one column for a block
     status: NDArray[np.int8]  # how they were found, shape (n,)
     computed: int  # cases of the study that were not mirrored, nor repeated in space
+    divided: NDArray[
+        np.bool_
+    ]  # some members of the ensemble fall and others stand, like `overturned`; False without one
     azimuth: NDArray[np.float32] | None = None  # in space, the azimuths to which they fall, shape (n,)
 
     @property
@@ -47,17 +56,24 @@ def read_sample(cube: Path, settings: Verification) -> Sample:
     """Choose cells of a cube and read the study's answers to them; a ResultError where the cube cannot be read."""
     with open_raw(cube, "opened", "run the study again") as file:
         records = file.dimensions["record"].size
-        computed = file["mirrored" if "mirrored" in file.variables else "repeated"][0] == 0
+        # The answers as recorded, where a study has its motions at several amplitudes.
+        recorded = (int(np.flatnonzero(file["amplitude"][:] == 1.0)[0]),) if "amplitude" in file.dimensions else ()
+        computed = file["mirrored" if "mirrored" in file.variables else "repeated"][(0, *recorded)] == 0
         record, index = choose(settings, records, computed)
         flags = file["overturned"]
         elements = flags.shape[-1] if "element" in flags.dimensions else 1
         overturned, status = np.zeros((record.size, elements), np.int8), np.zeros(record.size, np.int8)
+        divided = np.zeros(overturned.shape, np.bool_)
+        chances = [file[name] for name in _CHANCES if name in file.variables]
         azimuth = np.zeros(record.size, np.float32) if "fall_azimuth" in file.variables else None
         for number in range(records):
             rows = np.flatnonzero(record == number)
             where = tuple(index[rows].T)
-            overturned[rows] = flags[number][where].reshape(rows.size, elements)
-            status[rows] = file["status"][number][where]
+            overturned[rows] = flags[(number, *recorded)][where].reshape(rows.size, elements)
+            status[rows] = file["status"][(number, *recorded)][where]
+            if chances:
+                falls = sum(chance[(number, *recorded)][where].reshape(rows.size, elements) for chance in chances)
+                divided[rows] = (falls > 0) & (falls < 1 - _ROUNDING)
             if azimuth is not None:
-                azimuth[rows] = file["fall_azimuth"][number][where]
-    return Sample(record, index, overturned, status, records * int(computed.sum()), azimuth)
+                azimuth[rows] = file["fall_azimuth"][(number, *recorded)][where]
+    return Sample(record, index, overturned, status, records * int(computed.sum()), divided, azimuth)

@@ -16,7 +16,7 @@ from pydantic import (
 from overturning.dem.element import Model, Name
 from overturning.dem.polygon.geometry import native_size
 from overturning.dem.scene import Scene, gravestone
-from overturning.records.steps import Step
+from overturning.records.steps import Site, Step
 from overturning.study.body import IN_PLANES_ONLY, BodySettings, Orientations, check_heights
 from overturning.study.population import Population
 from overturning.study.quantity import Density, Metre
@@ -58,6 +58,7 @@ HIGHEST = 30.0
 
 Height = Annotated[Metre, AfterValidator(_of_a_stone), Field(gt=0, le=HIGHEST)]
 Friction = Annotated[float, Field(ge=0, le=100)]
+Factor = Annotated[float, Field(gt=0, le=100)]
 
 
 class Study(Model):
@@ -70,6 +71,9 @@ class Study(Model):
     processing: tuple[Step, ...] | None = Field(
         default=None,
         description="processing steps in order; not given: by kind of file (processed files are left alone)",
+    )
+    site: Site | None = Field(
+        default=None, description="soil that the records, taken for rock, go through; not given: the ground they are of"
     )
     scene: SceneChoice = Field(
         default_factory=gravestone,
@@ -91,6 +95,11 @@ class Study(Model):
     friction: Values[Friction] = Field(
         default=(1.0,), description="friction coefficients µ: a list, or start, stop, step"
     )
+    amplitude: Values[Factor] = Field(
+        default=(1.0,),
+        description="factors on each whole record, 1 among them: a list, or start, stop, step; a dimension of the cube where "
+        "there is more than one, and the ensemble is run for 1 only",
+    )
     density: Density = Field(default=GRANITE_DENSITY, gt=0, description="density of the block, kg/m³")
     contact: ContactSettings = Field(
         default=ContactSettings(), description="springs, dashpots and slider at each corner"
@@ -104,7 +113,7 @@ class Study(Model):
         Discriminator(_none_or_settings),
     ] = Field(default=Verification(), description="`none`, or which part of the study is run again more exactly")
     variants: dict[Name, Variant] = Field(
-        default={}, description="further settings of contact or scene by name, each with a cube of its own"
+        default={}, description="further settings of contact, scene or site by name, each with a cube of its own"
     )
     published: tuple[Published, ...] = Field(
         default=(), description="published values; the report compares the study with them"
@@ -158,6 +167,8 @@ class Study(Model):
             default = gravestone() if key == "scene" else Study.model_fields[key].default
             if getattr(self, key) != default:
                 raise ValueError(f"{key}: {reason}")
+        if self.population is not None and (self.body.plan != "rectangle" or 1.0 not in self.body.aspect):
+            raise ValueError("population: its stones are of square plan; give body {plan: rectangle, aspect: [1]}")
         self.orientation.values(self.body)
         check_heights(self.height)
         contacts = {"": self.contact} | {f"variants.{name}.": one.contact for name, one in self.variants.items()}
@@ -192,6 +203,13 @@ class Study(Model):
             raise ValueError("ensemble.initial_tilt: a scene starts at rest; leave it at 0")
         return self
 
+    @field_validator("amplitude")
+    @classmethod
+    def _as_recorded_too(cls, amplitude: tuple[float, ...]) -> tuple[float, ...]:
+        if 1.0 not in amplitude:
+            raise ValueError("1 is missing: the report is of the records as recorded; add it")
+        return amplitude
+
     @field_validator("surveys")
     @classmethod
     def _site_of_a_survey(cls, surveys: tuple[Survey, ...], info: ValidationInfo) -> tuple[Survey, ...]:
@@ -208,6 +226,9 @@ class Study(Model):
     def _parts_fit_together(self) -> Self:
         if "nominal" in self.variants:
             raise ValueError("variants: the name nominal is that of the study's own contact; choose another")
+        on_soil = [name for name, variant in self.variants.items() if variant.site is not None]
+        if self.site is not None and on_soil:
+            raise ValueError(f"variants.{on_soil[0]}.site: the study has a site too; make that a variant as well")
         for row in self.published:
             if row.record not in self.records.use:
                 raise ValueError(f"published: record {row.record!r} is not in records.use")

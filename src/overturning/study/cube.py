@@ -2,9 +2,11 @@
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
+from overturning.dem.variables import VARIABLES
 from overturning.errors import ResultError
+from overturning.files import whole
 from overturning.study.config import Study
 from overturning.study.load import check_study
 from overturning.study.scenes import scene_of
@@ -13,8 +15,34 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+_ATTRIBUTES: Final = {"study", "variant", "content_sha256", "record_sources", "record_processing", "versions"}
+_COORDINATES: Final = ("record_id", "station", "event", "fault_normal")
+
+
+def _absent(cube: "xr.Dataset") -> str:
+    """What of a cube's coordinates and variables is not there, or not over the dimensions it should be over; or nothing."""
+    flags = cube["overturned"]
+    grid = set(flags.dims)
+    in_space = "orientation" in grid
+    needed = {"record", "height", "b_over_h", "friction"} | ({"orientation", "aspect"} if in_space else {"azimuth"})
+    if missing := sorted(needed - grid) or sorted(str(name) for name in grid if not cube.sizes[name]):
+        return f"no cell along {missing[0]}"
+    for name in (*sorted(needed - {"record"}), *_COORDINATES):
+        if name not in cube or cube[name].dims != ((name,) if name in needed else ("record",)):
+            return f"no {name}"
+    if "element" in grid and "element_name" not in cube:
+        return "no element_name"
+    for variable in () if in_space else VARIABLES:
+        if variable.name not in cube or not needed <= set(cube[variable.name].dims):
+            return f"no {variable.name}"
+    return ""
+
+
 def open_cube(
-    path: Path, chunks: dict[str, int] | str | None = None, element: str | None = "reference"
+    path: Path,
+    chunks: dict[str, int] | str | None = None,
+    element: str | None = "reference",
+    amplitude: float | None = 1.0,
 ) -> "xr.Dataset":
     """Open a cube in xarray.
 
@@ -27,6 +55,9 @@ def open_cube(
     element : str, optional
         Of a scene with several free elements: the name of one, "reference" for the scene's reference element, None for
         all. The dimension is there in the last case only, with the names as its coordinate.
+    amplitude : float, optional
+        Of a study with several factors on its motions: one of them, None for all. The dimension is there in the last
+        case only.
 
     Returns
     -------
@@ -36,18 +67,28 @@ def open_cube(
     Raises
     ------
     ResultError
-        If there is no cube, or the file is none.
+        If there is no cube, the file is none, or it has no such element or factor.
     """
     import xarray as xr
 
     if not path.is_file():
         raise ResultError(f"{path}: no such cube; run the study first")
+    if whole(path) is False:
+        raise ResultError(f"{path}: damaged, its checksum does not fit; run the study again, which makes it anew")
     try:
         cube = xr.open_dataset(path, engine="netcdf4", chunks=chunks, decode_timedelta=False)
-    except OSError as error:
+    except (OSError, ValueError, RuntimeError, AttributeError, KeyError, IndexError, TypeError) as error:
+        # What is wrong inside of a file comes as whatever the libraries that read it stumble over.
         raise ResultError(f"{path}: cannot be opened ({error}); run the study again") from None
-    if "overturned" not in cube or "content_sha256" not in cube.attrs:
+    if "overturned" not in cube or not cube.attrs.keys() >= _ATTRIBUTES:
         raise ResultError(f"{path}: not a cube of this package, or an unfinished one; run the study again")
+    if absent := _absent(cube):
+        raise ResultError(f"{path}: not a cube of this package: {absent}; run the study again")
+    if "amplitude" in cube.dims and amplitude is not None:
+        known = cube["amplitude"].to_numpy().tolist()
+        if amplitude not in known:
+            raise ResultError(f"{path}: no amplitude {amplitude:g}; known: {', '.join(f'{one:g}' for one in known)}")
+        cube = cube.sel(amplitude=amplitude, drop=True)
     if "element" not in cube.dims:
         return cube
     cube = cube.assign_coords(element=cube["element_name"].to_numpy().astype(str)).drop_vars("element_name")
@@ -61,16 +102,27 @@ def open_cube(
     return cube.sel(element=element)
 
 
+def _stated(cube: "xr.Dataset", name: str, kind: type) -> Any:
+    """An attribute of a cube that holds JSON of a kind."""
+    try:
+        found = json.loads(cube.attrs[name])
+        if not isinstance(found, kind):
+            raise ValueError(name)
+    except (KeyError, TypeError, ValueError, RecursionError):
+        raise ResultError(f"cube: its attribute {name!r} is missing or damaged; run the study again") from None
+    return found
+
+
 def study_of(cube: "xr.Dataset") -> Study:
-    """The filled-in study that made a cube."""
-    return check_study(json.loads(cube.attrs["study"]), "study in the cube")
+    """The filled-in study that made a cube; a ResultError where the cube does not say it, a ConfigError where it is none."""
+    return check_study(_stated(cube, "study", dict), "study in the cube")
 
 
 def sources_of_records(cube: "xr.Dataset") -> list[dict[str, Any]]:
     """Source, SHA-256 and licence of each record, in the order of the cube."""
-    return list(json.loads(cube.attrs["record_sources"]))
+    return list(_stated(cube, "record_sources", list))
 
 
 def processing_of(cube: "xr.Dataset") -> dict[str, dict[str, Any]]:
     """How each record of a cube came about, by id; see `overturning.records.summary.account`."""
-    return dict(json.loads(cube.attrs["record_processing"]))
+    return dict(_stated(cube, "record_processing", dict))

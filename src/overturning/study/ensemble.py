@@ -30,6 +30,9 @@ NORMAL_QUANTILE: Final = 1.96
 MOST_GROUND_VALUES = 20_000_000
 """Samples of rotated motion held at a time (160 MB)."""
 
+MOST_MEMBERS: Final = 1_000_000
+"""Cases of members run at a time (300 MB)."""
+
 _NEIGHBOURHOOD: Final = {
     "comment": "spread over the neighbourhood stated in the study; missing where the ensemble was not run"
 }
@@ -198,7 +201,9 @@ def run_ensemble(
         for variable in kind.variables
     }
     directions = np.flatnonzero(chosen.any(axis=tuple(range(1, chosen.ndim))))
-    group = max(1, MOST_GROUND_VALUES // max(1, min(BATCH, members.size) * motion.samples))
+    together = max(1, min(BATCH, members.size))
+    cells_of_each = max(1, int(np.prod(chosen.shape[1:])))
+    group = max(1, min(MOST_GROUND_VALUES // (together * motion.samples), MOST_MEMBERS // (together * cells_of_each)))
     work, done = max(1, int(chosen.sum())), 0
     block_steps = 0
     for start in range(0, directions.size, group):

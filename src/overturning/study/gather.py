@@ -2,13 +2,13 @@
 
 import json
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from functools import partial
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from overturning.dem.grid import Axes
 from overturning.dem.variables import INT8_MISSING, Variable
@@ -19,7 +19,8 @@ from overturning.records.record import Record
 from overturning.records.summary import account
 from overturning.study.config import Study
 from overturning.study.grid import grid_of
-from overturning.study.netcdf import add_coordinate, add_grid, add_variable, content_hash, open_raw
+from overturning.study.netcdf import add_coordinate, add_grid, add_variable, content_hash
+from overturning.study.parts import opened_part, record_of
 from overturning.study.scenes import NOMINAL
 from overturning.study.sweep import variables_of
 
@@ -38,8 +39,8 @@ _PACKAGES = ("overturning", "numba", "llvmlite", "numpy", "scipy", "obspy", "xar
 def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path: Path, variant: str = NOMINAL) -> None:
     """Gather the parts of a sweep into the cube of a variant; the processed records are in the order of the cube.
 
-    A part has cells of one record, of any piece of the grid; the parts come in any order. The cube is filled with "missing"
-    first, so that a cell no part holds is seen.
+    A part has cells of one record, of any piece of the grid; the parts come in any order. No more than one variable of one
+    record is in memory.
 
     Raises
     ------
@@ -49,63 +50,58 @@ def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path:
     from netCDF4 import Dataset
 
     grid, variables = grid_of(study, variant), variables_of(study)
-    index_of = {record.record_id: index for index, record in enumerate(records)}
+    of_records = _paths_of_records(parts, records, variant)
     with atomic_write(path) as unfinished, Dataset(unfinished, "w", format="NETCDF4") as cube:
-        cube.createDimension("record", len(records))
-        _add_records(cube, records, study.simulation.vertical)
-        add_grid(cube, grid)
-        for variable in variables:
-            names = ("element_name",) if "element" in grid.dimensions(variable) else ()
-            add_variable(cube, variable, grid, "record").coordinates = " ".join((*RECORD_COORDINATES, *names))
-        filled = np.zeros((len(records), *grid.shape), dtype=bool)
-        for part in parts:
-            _copy_part(part, cube, grid, index_of, variant, filled, variables)
-        if not filled.all():
-            missing = sorted({records[int(index)].record_id for index in np.argwhere(~filled)[:, 0]})
+        describe_cube(cube, study, records, variant)
+        whole = [_copy_record(paths, cube, at, grid, variables) for at, (_, paths) in enumerate(of_records)]
+        if not all(whole):
+            missing = [record.record_id for (record, _), found in zip(of_records, whole, strict=True) if not found]
             raise ResultError(
                 f"{path}: no part holds all cells of {', '.join(missing)}; run the sweep of these records again"
             )
-        # First: it reads what was written, after which the order of the parts no longer shows in the file's bytes.
-        digest = content_hash(cube, variables)
-        cube.setncatts({**_attributes(study, records, variant), "content_sha256": digest})
+        cube.content_sha256 = content_hash(cube, variables)
 
 
-def _copy_part(
-    part: Path,
-    cube: Any,
-    grid: Axes,
-    index_of: dict[str, int],
-    variant: str,
-    filled: NDArray[np.bool_],
-    variables: tuple[Variable, ...],
-) -> None:
-    with open_raw(part, "read", "remove it and run again") as file:
-        if file.record_id not in index_of or file.variant != variant:
-            raise ResultError(
-                f"{part}: holds record {file.record_id}, variant {file.variant}, which are not in this study"
-            )
-        absent = [variable.name for variable in variables if variable.name not in file.variables]
-        if absent:
-            raise ResultError(f"{part}: has no {absent[0]}; it was made by another version: remove it and run again")
-        if absent := [name for name in grid.names if name not in file.dimensions]:
-            raise ResultError(f"{part}: has no dimension {absent[0]}; it is of another study: remove it and run again")
-        if len(grid.element) != (file.dimensions["element"].size if "element" in file.dimensions else 0):
-            raise ResultError(f"{part}: its elements are not those of the scene; remove it and run again")
-        places = [_places(part, name, file[name][:], getattr(grid, name)) for name in grid.names]
-        record = index_of[file.record_id]
+def describe_cube(cube: Any, study: Study, records: Sequence[Record], variant: str = NOMINAL) -> None:
+    """Dimensions, coordinates, attributes and variables of a cube, all values missing, in an open netCDF4 file."""
+    grid = grid_of(study, variant)
+    cube.setncatts(_attributes(study, records, variant))
+    cube.createDimension("record", len(records))
+    _add_records(cube, records, study.simulation.vertical)
+    add_grid(cube, grid)
+    for variable in variables_of(study):
+        names = ("element_name",) if "element" in grid.dimensions(variable) else ()
+        add_variable(cube, variable, grid, "record").coordinates = " ".join((*RECORD_COORDINATES, *names))
+
+
+def _paths_of_records(
+    parts: Sequence[Path], records: Sequence[Record], variant: str
+) -> list[tuple[Record, list[Path]]]:
+    """The parts of each record, in the order of the cube."""
+    of_record: dict[str, list[Path]] = {record.record_id: [] for record in records}
+    for path in parts:
+        name, of_variant = record_of(path)
+        if name not in of_record or of_variant != variant:
+            raise ResultError(f"{path}: holds record {name}, variant {of_variant}, which are not in this study")
+        of_record[name].append(path)
+    return [(record, of_record[record.record_id]) for record in records]
+
+
+def _copy_record(paths: Sequence[Path], cube: Any, index: int, grid: Axes, variables: Sequence[Variable]) -> bool:
+    """Copy a record's parts, a variable of it in memory at a time; whether they hold all of its cells."""
+    with ExitStack() as stack:
+        parts = [stack.enter_context(opened_part(path, grid, variables)) for path in paths]
+        filled = np.zeros(grid.shape, dtype=bool)
+        for part in parts:
+            filled[np.ix_(*part.places)] = True
+        if not filled.all():
+            return False
         for variable in variables:
-            cells = cube[variable.name][record]
-            cells[np.ix_(*places)] = file[variable.name][:]
-            cube[variable.name][record] = cells
-        filled[record][np.ix_(*places)] = True
-
-
-def _places(part: Path, name: str, values: NDArray[Any], whole_axis: NDArray[Any]) -> NDArray[np.intp]:
-    places = np.minimum(np.searchsorted(whole_axis, values), whole_axis.size - 1)
-    # Equal, not close: a part of this study was made from the very same numbers.
-    if not np.array_equal(whole_axis[places], values):
-        raise ResultError(f"{part}: its {name} values are not those of the study; remove it and run again")
-    return places
+            cells = np.full(grid.shape_of(variable), variable.fill_value, variable.dtype)
+            for part in parts:
+                part.put(variable.name, cells)
+            cube[variable.name][index] = cells
+    return True
 
 
 def _add_records(cube: Any, records: Sequence[Record], vertical: bool) -> None:

@@ -26,6 +26,7 @@ def plane_grid(study: Study, variant: str = NOMINAL) -> Grid:
         np.array(study.b_over_h, dtype=np.float64),
         np.array(study.friction, dtype=np.float64),
         free if len(free) > 1 else (),
+        factors(study),
     )
 
 
@@ -41,4 +42,10 @@ def space_grid(study: Study) -> SpaceGrid:
         np.array(study.b_over_h, np.float64),
         np.array(body.aspect, np.float64),
         np.array(study.friction, np.float64),
+        amplitude=factors(study),
     )
+
+
+def factors(study: Study) -> tuple[float, ...]:
+    """Factors on each motion; none where a study has it as recorded only."""
+    return study.amplitude if len(study.amplitude) > 1 else ()

@@ -64,6 +64,7 @@ def _of_records(records: Sequence[Record]) -> dict[str, Any]:
         add(name, "record", [np.nan if one[name] is None else one[name] for one in columns], units, long_name)
 
     add_column("jma_intensity", "1", "JMA instrumental intensity; missing without a vertical component")
+    add_column("jma_intensity_horizontal", "1", "JMA instrumental intensity of the horizontal components alone")
     for name, long_name in (("pga", "acceleration"), ("pgv", "velocity")):
         towards = [peak_azimuths(motion)[name] for motion in motions]
         add(f"{name}_azimuth", "record", towards, "degree", f"azimuth to which the peak horizontal {long_name} points")

@@ -50,6 +50,11 @@ def _lines(error: ValidationError, where: str) -> list[str]:
         # The names of union members and validators that pydantic puts into the location are no keys of the file.
         steps = [part for part in item["loc"] if isinstance(part, int) or _is_key(str(part))]
         key = ".".join(str(part) for part in steps) or "the study"
+        if item["type"] == "extra_forbidden" and steps[-1:] != list(
+            item["loc"][-1:]
+        ):  # it does not even look like a key
+            steps.append(str(item["loc"][-1]))
+            key = _short(item["loc"][-1])
         match item["type"]:
             case "extra_forbidden":
                 lines.append(f"{where}: {key}: unknown key{_nearest(steps)}")
@@ -67,7 +72,14 @@ def _lines(error: ValidationError, where: str) -> list[str]:
 
 
 def _short(value: object) -> str:
-    text = json.dumps(value, ensure_ascii=False, default=str)
+    """A value as the file has it, its beginning where it is long; of nested lists, which may be of any size, three levels."""
+
+    def cut(part: object, level: int) -> object:
+        if isinstance(part, list | tuple):
+            return [cut(one, level - 1) for one in part[:20]] if level else "…"
+        return part if part is None or isinstance(part, bool | int | float) else str(part)[:60]
+
+    text = json.dumps(cut(value, 3), ensure_ascii=False)
     return text if len(text) <= 60 else text[:57] + "…"
 
 

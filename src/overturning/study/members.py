@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ResultError
-from overturning.files import atomic_write
+from overturning.files import atomic_write, seal, whole
 from overturning.study.sections import Ensemble
 
 SCRAMBLES = 2
@@ -100,12 +100,14 @@ def draw_members(settings: Ensemble) -> Members:
 
 
 def write_members(members: Members, path: Path) -> None:
-    """Write the members as CSV."""
-    with atomic_write(path) as part, part.open("w", encoding="utf-8", newline="") as file:
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow(COLUMNS)
-        for row in range(members.size):
-            table.writerow([repr(getattr(members, name)[row].item()) for name in COLUMNS])
+    """Write the members as CSV, with a checksum."""
+    with atomic_write(path) as part:
+        with part.open("w", encoding="utf-8", newline="") as file:
+            table = csv.writer(file, lineterminator="\n")
+            table.writerow(COLUMNS)
+            for row in range(members.size):
+                table.writerow([repr(getattr(members, name)[row].item()) for name in COLUMNS])
+        seal(part)
 
 
 def read_members(path: Path) -> Members:
@@ -114,15 +116,17 @@ def read_members(path: Path) -> Members:
     Raises
     ------
     ResultError
-        If the file is missing or is none of ours.
+        If the file is missing, damaged or none of ours.
     """
     try:
         with path.open(encoding="utf-8", newline="") as file:
-            header, *rows = list(csv.reader(file))
-        if tuple(header) != COLUMNS:
+            header, *rows = list(csv.reader(line for line in file if line.strip() and not line.startswith("#")))
+        if tuple(header) != COLUMNS or not whole(path):
             raise ValueError(header)
         table = np.array(rows, dtype=np.float64).reshape(-1, len(COLUMNS))
     except (OSError, ValueError):
-        raise ResultError(f"{path}: no table of ensemble members; remove it and run the study again") from None
+        raise ResultError(
+            f"{path}: damaged, or no table of ensemble members; run the study again, which makes it anew"
+        ) from None
     columns = {name: table[:, column] for column, name in enumerate(COLUMNS) if name != "scramble"}
     return Members(scramble=table[:, 0].astype(np.int64), **columns)

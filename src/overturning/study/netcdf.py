@@ -2,6 +2,7 @@
 
 import hashlib
 from collections.abc import Iterable, Sequence
+from math import prod
 from pathlib import Path
 from typing import Any, Final
 
@@ -10,6 +11,7 @@ import numpy as np
 from overturning.dem.grid import Axes
 from overturning.dem.variables import Variable
 from overturning.errors import ResultError
+from overturning.files import whole
 
 COORDINATES: Final[dict[str, dict[str, Any]]] = {
     "azimuth": {"long_name": "azimuth of the vertical plane of motion, clockwise from north", "units": "degree"},
@@ -25,10 +27,16 @@ COORDINATES: Final[dict[str, dict[str, Any]]] = {
 }
 
 
-def open_raw(path: Path, what: str, remedy: str) -> Any:
-    """Open a netCDF4 file that masks and scales nothing; a ResultError that it cannot be read or opened, with the remedy."""
+def open_raw(path: Path, what: str, remedy: str, sealed: bool = False) -> Any:
+    """Open a netCDF4 file that masks and scales nothing; a ResultError that it cannot be read or opened, with the remedy.
+
+    A file that is not what it was when it was sealed is not opened; with `sealed` none without a seal is, either.
+    """
     from netCDF4 import Dataset
 
+    found = whole(path)
+    if found is False or (sealed and path.is_file() and not found):
+        raise ResultError(f"{path}: damaged, its checksum does not fit; {remedy}")
     try:
         file = Dataset(path)
     except OSError as error:
@@ -53,6 +61,11 @@ def add_grid(file: Any, grid: Axes) -> None:
     for name, values in grid.coordinates().items():
         file.createDimension(name, values.size)
         add_coordinate(file, name, name, values.dtype, values, **COORDINATES[name])
+    if grid.amplitude:
+        file.createDimension("amplitude", len(grid.amplitude))
+        add_coordinate(
+            file, "amplitude", "amplitude", "f8", grid.amplitude, long_name="factor on the motion", units="1"
+        )
     if count := len(grid.element):
         file.createDimension("element", count)
         about = "of the free element of the scene"
@@ -60,11 +73,22 @@ def add_grid(file: Any, grid: Axes) -> None:
         add_coordinate(file, "element", "element_name", str, grid.element, long_name=f"name {about}")
 
 
+CHUNK: Final = 1 << 20
+"""Values in a chunk of a file, unless a single direction has more: what is read at once, and a dask chunk."""
+
+
+def chunk_shape(shape: tuple[int, ...]) -> tuple[int, ...]:
+    """Shape of a file's chunks of one record: its whole grid, or as many directions of it as make up `CHUNK` values."""
+    return (min(shape[0], max(1, CHUNK // max(1, prod(shape[1:])))), *shape[1:])
+
+
 def add_variable(file: Any, variable: Variable, grid: Axes, *before: str) -> Any:
-    """Create an outcome variable over dimensions `before` and those of a grid, filled with "missing"; a chunk is a grid."""
+    """Create an outcome variable over dimensions `before` and those of a grid, filled with "missing"."""
+    dimensions = (*before, *grid.dimensions(variable))
+    own = chunk_shape(grid.shape_of(variable)[1 if grid.amplitude else 0 :])
     created = file.createVariable(
-        variable.name, variable.dtype, (*before, *grid.dimensions(variable)), fill_value=variable.fill_value,
-        zlib=True, complevel=1, shuffle=variable.dtype != "i1", chunksizes=(*(1 for _ in before), *grid.shape_of(variable)),
+        variable.name, variable.dtype, dimensions, fill_value=variable.fill_value,
+        zlib=True, complevel=1, shuffle=variable.dtype != "i1", chunksizes=(1,) * (len(dimensions) - len(own)) + own,
     )  # fmt: skip
     created.setncatts(variable.all_attributes)
     created.set_auto_maskandscale(False)

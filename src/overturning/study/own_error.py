@@ -24,7 +24,7 @@ from overturning.study.repetition import FINER, NUDGE, STIFFER, Again, cases_of,
 from overturning.study.scenes import motion_of
 
 WARN_ABOVE: Final = 0.01
-"""Share of changed flags above which the report warns."""
+"""Share of changed flags above which the report warns; those are not counted where the ensemble is divided anyway."""
 
 KINDS: Final = ("finer", "stiffer")
 
@@ -88,10 +88,11 @@ def repeat_sample(
             continue
         answers = runs.overturned[kind][:count]
         azimuths = None if sample.azimuth is None else (sample.azimuth[:count], runs.azimuth[kind][:count])
-        outcomes = [
-            {"element": name, **asdict(compare(sample.overturned[:count, column], answers[:, column], azimuths))}
-            for column, name in enumerate(elements)
-        ]
+        outcomes = []
+        for column, name in enumerate(elements):
+            own, other, sure = sample.overturned[:count, column], answers[:, column], ~sample.divided[:count, column]
+            counts = asdict(compare(own, other, azimuths))
+            outcomes.append({"element": name, **counts, "flags_undivided": compare(own[sure], other[sure]).flags})
         found[kind] = {"block_steps": int(runs.block_steps[kind].sum()), "outcomes": outcomes}
     done = sum(int(steps.sum()) for steps in runs.block_steps.values())
     found["settling"] = runs.settle(count, allowed - done)

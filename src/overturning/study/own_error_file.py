@@ -21,6 +21,7 @@ class _Outcome(BaseModel):
     element: str
     cases: int
     flags: int
+    flags_undivided: int
     fallen: int
     sides: int
     unanswered: int
@@ -77,7 +78,7 @@ def read_verification(path: Path) -> dict[str, Any]:
     ResultError
         If the file is missing or torn, or was written by a version that said less.
     """
-    remedy = "remove it and run the study again, which makes the verification anew"
+    remedy = "run the study again, which makes the verification anew"
     try:
         found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):

@@ -1,14 +1,11 @@
 """The population of a study: what stands in the cemetery, instead of one stone after another."""
 
-from typing import Annotated, Self
+from typing import Self
 
 from pydantic import Field, model_validator
 
 from overturning.dem.element import Model
 from overturning.study.quantity import Degree, Metre
-from overturning.study.ranges import Values
-
-Factor = Annotated[float, Field(gt=0, le=100)]
 
 
 class Spread(Model):
@@ -38,8 +35,8 @@ class Population(Model):
         default=10.0, ge=0, le=180, description="half-width of the faces' azimuths about `face`, degrees"
     )
     shifted: Metre = Field(default=0.01, gt=0, description="residual slip from which a standing stone is shifted, m")
-    amplitude: Values[Factor] = Field(
-        default=(0.25, 0.5, 0.75, 1.0, 1.5, 2.0), description="factors on each record: a list, or start, stop, step"
+    rotated: Degree = Field(
+        default=5.0, gt=0, le=180, description="turn about the vertical from which a standing stone is rotated, degrees"
     )
     stones: int = Field(default=256, ge=16, le=65536, description="stones drawn, the same under every record")
     seed: int = Field(default=1, ge=0, description="seed of the draw")

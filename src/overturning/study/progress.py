@@ -10,6 +10,7 @@ from types import TracebackType
 from typing import Self
 
 from overturning.errors import OverturningError
+from overturning.files import said_of
 
 _SCREEN_INTERVAL = 0.5
 _LOG_INTERVAL = 10.0
@@ -26,27 +27,28 @@ def logged_to(path: Path | None) -> Iterator[Callable[[str], None]]:
         try:
             yield lambda line: print(line, file=log)
         except (OverturningError, OSError) as error:
-            print(f"error: {error}", file=log)
+            with suppress(OSError):  # the disk is full
+                print(f"error: {(isinstance(error, OSError) and said_of(error)) or error}", file=log)
             raise
 
 
 class Progress:
-    """Progress of one record's sweep, seen together with those that run beside it.
+    """Progress of one part of a sweep, seen together with those that run beside it.
 
     Each job keeps its share in a small file beside the parts, in their `folder`; the one that writes last draws the line, so
     that several jobs do not draw over one another. The time to go is read off the share done since the first job of this
-    run began. `record` is that of this job, one of `records`; `say` writes a line to the log.
+    run began. `part` names that of this job, one of `parts`; `say` writes a line to the log.
     """
 
-    def __init__(self, folder: Path, record: str, records: int, say: Callable[[str], None]) -> None:
+    def __init__(self, folder: Path, part: str, parts: int, say: Callable[[str], None]) -> None:
         self._folder = folder / ".progress"
-        self._file = self._folder / record
-        self._record, self._records, self._say = record, records, say
+        self._file = self._folder / part
+        self._part, self._parts, self._say = part, parts, say
         self._begin = self._screen = self._log = time.time()
 
     def __enter__(self) -> Self:
         self._folder.mkdir(parents=True, exist_ok=True)
-        self._say(f"{self._record}: begins")
+        self._say(f"{self._part}: begins")
         self._keep(0.0)
         return self
 
@@ -61,7 +63,7 @@ class Progress:
         if now - self._log >= _LOG_INTERVAL:
             self._log = now
             self._say(
-                f"{self._record}: {share:.0%}, {_clock((now - self._begin) * (1 - share) / max(share, 1e-9))} to go"
+                f"{self._part}: {share:.0%}, {_clock((now - self._begin) * (1 - share) / max(share, 1e-9))} to go"
             )
 
     def __exit__(
@@ -70,19 +72,19 @@ class Progress:
         if kind is None:
             self._keep(1.0)
             self._draw(time.time())
-            self._say(f"{self._record}: done in {_clock(time.time() - self._begin)}")
+            self._say(f"{self._part}: done in {_clock(time.time() - self._begin)}")
         else:
             self._file.unlink(missing_ok=True)
 
     def _keep(self, share: float) -> None:
         self._file.write_text(
-            json.dumps({"share": share, "begin": self._begin, "records": self._records}), encoding="utf-8"
+            json.dumps({"share": share, "begin": self._begin, "parts": self._parts}), encoding="utf-8"
         )
 
     def _draw(self, now: float) -> None:
         if not sys.stderr.isatty():
             return
-        print(f"\r\x1b[K{overall(_states(self._folder), self._records, now)}", end="", file=sys.stderr, flush=True)
+        print(f"\r\x1b[K{overall(_states(self._folder), self._parts, now)}", end="", file=sys.stderr, flush=True)
 
 
 def _states(folder: Path) -> list[dict[str, float]]:
@@ -102,22 +104,22 @@ def sweep_line(results: Path, since: float) -> str:
     if not moved or max(moved) < since:
         return ""
     states = _states(moved[max(moved)])
-    records = max((int(state.get("records", 1)) for state in states), default=1)
-    return overall(states, records, time.time()) if any(state["share"] < 1 for state in states) else ""
+    parts = max((int(state.get("parts", 1)) for state in states), default=1)
+    return overall(states, parts, time.time()) if any(state["share"] < 1 for state in states) else ""
 
 
-def overall(states: list[dict[str, float]], records: int, now: float) -> str:
-    """One line for a whole sweep, from the ``share`` done and time ``begin`` (s) of each of the records that has begun."""
-    done = sum(state["share"] for state in states) / records
-    # Records of an earlier run, long done, would make the time to go too short: only what began since the oldest
-    # unfinished record began is speed of this run; where none is unfinished, nothing is to go.
+def overall(states: list[dict[str, float]], parts: int, now: float) -> str:
+    """One line for a whole sweep, from the ``share`` done and time ``begin`` (s) of each of the parts that has begun."""
+    done = sum(state["share"] for state in states) / parts
+    # Parts of an earlier run, long done, would make the time to go too short: only what began since the oldest
+    # unfinished part began is speed of this run; where none is unfinished, nothing is to go.
     running = [state["begin"] for state in states if state["share"] < 1]
-    line = f"sweep: {sum(state['share'] >= 1 for state in states)} of {records} records, {done:.0%}"
+    line = f"sweep: {sum(state['share'] >= 1 for state in states)} of {parts} parts, {done:.0%}"
     if not running or done >= 1:
         return line
     first = min(running)
     recent = [state for state in states if state["begin"] >= first]
-    speed = sum(state["share"] for state in recent) / records / max(now - first, 1e-3)
+    speed = sum(state["share"] for state in recent) / parts / max(now - first, 1e-3)
     return f"{line}, {_clock((1 - done) / speed)} to go" if speed > 0 else line
 
 

@@ -16,8 +16,8 @@ from overturning.study.ensemble import run_ensemble
 from overturning.study.grid import grid_of
 from overturning.study.members import draw_members
 from overturning.study.netcdf import content_hash, open_raw
-from overturning.study.scenes import motion_of, numerics_of
-from overturning.study.sweep import kind_of, member_runner, simulate_variant, variables_of
+from overturning.study.scenes import motion_of, numerics_of, site_of
+from overturning.study.sweep import kind_of, member_runner, scaled, simulate_variant, variables_of
 
 
 @dataclass
@@ -48,17 +48,20 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
     """
     if cells < 1:
         raise ArgumentError(f"cells: {cells}; at least 1")
-    folder = motions or path.parent / "motion"
     with open_cube(path) as cube:
         study, variant = study_of(cube), str(cube.attrs["variant"])
+        folder = motions or path.parent / "motion" / (variant if site_of(study, variant) else "")
         names = [str(name) for name in cube["record_id"].to_numpy()]
     grid, variables = grid_of(study, variant), variables_of(study)
     generator = np.random.Generator(np.random.PCG64(seed))
     with open_raw(path, "opened", "run the study again") as file:
-        result = Recheck(len(names) * grid.size, content_hash(file, variables) == file.content_sha256)
+        # Under each motion as recorded, and at each of the study's amplitudes where there are several.
+        scales = grid.amplitude or (1.0,)
+        each = len(scales) * grid.size
+        result = Recheck(len(names) * each, content_hash(file, variables) == file.content_sha256)
         chosen = np.sort(generator.choice(result.of, size=min(cells, result.of), replace=False))
         for index, name in enumerate(names):
-            places = chosen[chosen // grid.size == index] % grid.size
+            places = chosen[chosen // each == index] % each
             if places.size == 0:
                 continue
             motion_file = folder / f"{name}.nc"
@@ -67,14 +70,17 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
             motion = motion_of(study, read_motion(motion_file))
             stored = {variable.name: file[variable.name][index] for variable in variables}
             for flat in places:
-                place = tuple(int(i) for i in np.unravel_index(flat, grid.shape))
-                with_ensemble = "members" in stored and bool(stored["members"][place] > 0)
-                again = _again(motion, grid, place, study, variant, with_ensemble)
+                scale, *rest = (int(i) for i in np.unravel_index(flat, (len(scales), *grid.shape)))
+                place = tuple(rest)
+                cell = (scale, *place) if grid.amplitude else place
+                with_ensemble = "members" in stored and bool(stored["members"][cell] > 0)
+                again = _again(scaled(motion, scales[scale]), grid, place, study, variant, with_ensemble)
                 result.ensemble_cells += with_ensemble
                 result.cells += 1
                 where = ", ".join(f"{d} {getattr(grid, d)[i]:g}" for d, i in zip(grid.names, place, strict=True))
+                where += f", amplitude {scales[scale]:g}" if grid.amplitude else ""
                 for variable in (variable for variable in variables if variable.name in again):
-                    kept, new = stored[variable.name][place], variable.stored(again[variable.name])
+                    kept, new = stored[variable.name][cell], variable.stored(again[variable.name])
                     if new.tobytes() != kept.tobytes():
                         result.differences.append(f"{name}, {where}: {variable.name} is {kept} in the cube, {new} here")
     return result

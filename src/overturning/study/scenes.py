@@ -1,6 +1,7 @@
 """What a study, or a variant of it, simulates: its scene, at which sizes, and how."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.errors import ConfigError
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
+from overturning.records.steps import Site
 from overturning.study.config import Study
 from overturning.study.sections import ContactSettings
 
@@ -76,7 +78,12 @@ class Sizes:
         return b_over_h if self.digits is None else np.round(b_over_h, self.digits)
 
 
-def numerics_of(study: Study, threads: int = 1, progress: Progress | None = None) -> Numerics:
+def site_of(study: Study, variant: str) -> Site | None:
+    """The soil that the study's own motions go through for a variant; None where the variant has them as they are."""
+    return None if variant == NOMINAL else study.variants[variant].site
+
+
+def numerics_of(study: Study, threads: int = 1, progress: Progress | None = None, client: Any = None) -> Numerics:
     """How a study is computed."""
     settings = study.simulation
     return Numerics(
@@ -85,6 +92,7 @@ def numerics_of(study: Study, threads: int = 1, progress: Progress | None = None
         leave_out=settings.leave_out,
         threads=threads,
         progress=progress,
+        client=client,
     )
 
 

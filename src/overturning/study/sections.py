@@ -6,6 +6,7 @@ from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from overturning.dem.element import Model
 from overturning.dem.scene import Scene, load_scene
+from overturning.records.steps import Site
 from overturning.study.quantity import Damping, Degree, Radian, Second, Stiffness
 
 PulseName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
@@ -95,13 +96,14 @@ SceneChoice = Annotated[Scene, BeforeValidator(scene_of_choice, json_schema_inpu
 
 
 class Variant(Model):
-    """A second setting, computed beside the nominal one into a cube of its own: of the contact, or of the scene."""
+    """A second setting, computed beside the nominal one into a cube of its own: of contact, scene or ground."""
 
     scene: SceneChoice | None = Field(
         default=None,
         description="scene of this variant, scaled like the study's; B/H applies where its reference element has the same name",
     )
     contact: ContactSettings = Field(default=ContactSettings(), description="contact of this variant")
+    site: Site | None = Field(default=None, description="ground of this variant, instead of the records' own")
 
 
 class Ensemble(Model):

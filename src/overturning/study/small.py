@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def run_study(records: Sequence[Record | str], threads: int = 1, **keys: Any) -> "xr.Dataset":
+def run_study(records: Sequence[Record | str], threads: int = 1, client: Any = None, **keys: Any) -> "xr.Dataset":
     """Run a study of a few records and return its cube, with its ensemble: the same numbers as the workflow's.
 
     Parameters
@@ -28,13 +28,15 @@ def run_study(records: Sequence[Record | str], threads: int = 1, **keys: Any) ->
         Records as `overturning.read` returns them, or ids of the record table.
     threads : int
         Number of threads.
+    client : dask.distributed.Client, optional
+        Cluster whose workers compute the cases.
     **keys
         Keys of a study file, for instance ``azimuth={"step": 10}, b_over_h=[0.2, 0.4], friction=[0.6]``.
 
     Returns
     -------
     xarray.Dataset
-        The cube, in memory, as `overturning.open_cube` reads it.
+        The cube, in memory, as `overturning.open_cube` reads it with all elements and amplitudes.
 
     Raises
     ------
@@ -49,7 +51,7 @@ def run_study(records: Sequence[Record | str], threads: int = 1, **keys: Any) ->
     only = study.model_copy(update={"records": study.records.model_copy(update={"use": tuple(asked)})})
     entries = entries_of(only, "run_study") if asked else {}
     used = [
-        rounded(process(read_record(entries[record], Path(study.records.folder)), study.processing))
+        rounded(process(read_record(entries[record], Path(study.records.folder)), study.processing, study.site))
         if isinstance(record, str)
         else record
         for record in records
@@ -58,7 +60,7 @@ def run_study(records: Sequence[Record | str], threads: int = 1, **keys: Any) ->
     with tempfile.TemporaryDirectory() as name:
         parts = [Path(name) / f"{index}.nc" for index in range(len(used))]
         for record, part in zip(used, parts, strict=True):
-            sweep_record(study, record, part, threads=threads, members=members)
+            sweep_record(study, record, part, threads=threads, members=members, client=client)
         gather(study, used, parts, Path(name) / "cube.nc")
-        with open_cube(Path(name) / "cube.nc", element=None) as cube:
+        with open_cube(Path(name) / "cube.nc", element=None, amplitude=None) as cube:
             return cube.load()

@@ -1,4 +1,4 @@
-"""The sweep: every case of one record, into one part of the cube."""
+"""The sweep: every case of one record, or a chunk of them, into one part of the cube."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -8,19 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.dem.cases import Cases
-from overturning.dem.grid import Axes
 from overturning.dem.numerics import Numerics, Progress
 from overturning.dem.run import run
 from overturning.dem.simulate import simulate_grid
 from overturning.dem.variables import VARIABLES, Variable
-from overturning.files import atomic_write
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.study.config import Study
 from overturning.study.ensemble import PLANES, Kind, Runner, run_ensemble
 from overturning.study.grid import grid_of
 from overturning.study.members import Members, draw_members
-from overturning.study.netcdf import add_grid, add_variable
+from overturning.study.parts import WHOLE, Chunk, piece_of, write_part
 from overturning.study.scenes import NOMINAL, Sizes, contact_of, motion_of, numerics_of, scene_of
 
 NOMINAL_SHARE = 0.15
@@ -93,15 +91,24 @@ def sweep_record(
     threads: int = 1,
     progress: Progress | None = None,
     members: Members | None = None,
-) -> int:
-    """Simulate every case of one processed record and write them as a part of the cube (NetCDF).
+    chunk: Chunk = WHOLE,
+    client: Any = None,
+) -> tuple[int, int]:
+    """Simulate every case of one processed record, or a chunk of them, and write them as a part of the cube (NetCDF).
 
-    Returns the number of block steps computed. `members` of the ensemble are drawn from the study where not given.
+    Returns the numbers of cases and of block steps computed. `members` of the ensemble are drawn from the study where not
+    given; `client` is that of a dask cluster which computes the cases.
     """
-    grid, motion = grid_of(study, variant), motion_of(study, record)
+    grid, motion = piece_of(study, grid_of(study, variant), chunk), motion_of(study, record)
+    attributes = {"record_id": record.record_id, "variant": variant}
+    if not grid.size:
+        write_part(path, grid, {}, attributes)
+        return 0, 0
     with_ensemble = study.ensemble.members > 0
-    share = NOMINAL_SHARE if with_ensemble else 1.0
-    numerics = numerics_of(study, threads, _part_of(progress, 0.0, share))
+    others = [factor for factor in grid.amplitude if factor != 1.0]
+    whole = (NOMINAL_SHARE if with_ensemble else 1.0) * (1 + len(others)) + (1 - NOMINAL_SHARE) * with_ensemble
+    share = (NOMINAL_SHARE if with_ensemble else 1.0) / whole
+    numerics = numerics_of(study, threads, _part_of(progress, 0.0, share), client)
     outcome = simulate_variant(study, variant, motion, grid, numerics)
     block_steps = int(np.sum(outcome["block_steps"]))
     if with_ensemble:
@@ -113,14 +120,39 @@ def sweep_record(
             member_runner(study, variant, motion, numerics),
             everywhere=study.ensemble.where == "everywhere",
             widest=study.ensemble.half_width,
-            progress=_part_of(progress, share, 1.0),
+            progress=_part_of(progress, share, 1.0 - len(others) * share),
             kind=kind_of(study),
         )
         outcome |= spread
         block_steps += more
-    attributes = {"record_id": record.record_id, "variant": variant}
+    if others:
+        answers = {1.0: outcome}
+        for left, factor in zip(range(len(others), 0, -1), others, strict=True):
+            told = _part_of(progress, 1.0 - left * share, 1.0 - (left - 1) * share)
+            numerics = numerics_of(study, threads, told, client)
+            answers[factor] = simulate_variant(study, variant, scaled(motion, factor), grid, numerics)
+            block_steps += int(np.sum(answers[factor]["block_steps"]))
+        outcome = _stacked([answers[factor] for factor in grid.amplitude], variables_of(study), outcome)
     write_part(path, grid, outcome, attributes, variables_of(study))
-    return block_steps
+    return grid.size, block_steps
+
+
+def scaled(motion: Motion, factor: float) -> Motion:
+    """A motion times one of a study's factors."""
+    return motion if factor == 1.0 else motion.times(factor)
+
+
+def _stacked(
+    answers: list[dict[str, NDArray[Any]]], variables: tuple[Variable, ...], recorded: dict[str, NDArray[Any]]
+) -> dict[str, NDArray[Any]]:
+    """Answers under the motion times each factor in one array; the ensemble is run as recorded only."""
+    missing = {
+        variable.name: np.zeros_like(recorded[variable.name])
+        if variable.dtype == "i2"
+        else np.full_like(recorded[variable.name], np.nan if variable.dtype[0] == "f" else variable.fill_value)
+        for variable in variables
+    }
+    return {name: np.stack([one.get(name, absent) for one in answers]) for name, absent in missing.items()}
 
 
 def _part_of(progress: Progress | None, begin: float, end: float) -> Progress | None:
@@ -132,20 +164,3 @@ def _part_of(progress: Progress | None, begin: float, end: float) -> Progress | 
         progress(int(1e6 * (begin + (end - begin) * (done / total if total else 1.0))), 1_000_000)
 
     return report
-
-
-def write_part(
-    path: Path,
-    grid: Axes,
-    outcome: dict[str, NDArray[np.generic]],
-    attributes: dict[str, str],
-    variables: tuple[Variable, ...] = VARIABLES,
-) -> None:
-    """Write the outcome on a grid, or on a piece of one, as a part of the cube."""
-    from netCDF4 import Dataset
-
-    with atomic_write(path) as part, Dataset(part, "w", format="NETCDF4") as file:
-        add_grid(file, grid)
-        for variable in variables:
-            add_variable(file, variable, grid)[:] = variable.stored(outcome[variable.name])
-        file.setncatts(attributes)

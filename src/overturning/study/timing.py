@@ -39,9 +39,12 @@ def block_steps_of(path: Path) -> int:
     """
     try:
         with path.open(encoding="utf-8", newline="") as file:
-            return sum(int(row["block_steps"]) for row in csv.DictReader(file))
-    except (OSError, KeyError, ValueError):
-        raise ResultError(f"{path}: no table of run times; remove it and run again") from None
+            steps = [int(row["block_steps"]) for row in csv.DictReader(file)]
+        if not steps:
+            raise ValueError("no row")
+    except (OSError, KeyError, TypeError, ValueError):
+        raise ResultError(f"{path}: damaged, or no table of run times; run again, which makes it anew") from None
+    return sum(steps)
 
 
 def _processor() -> str:

@@ -1,26 +1,26 @@
-"""Fall rates of a cemetery: stones drawn from a population, run under a record at several amplitudes."""
+"""Fall rates of a cemetery: stones drawn from a population, each doing what the cell of a cube does that is most like it."""
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from overturning.arrays import FloatArray
-from overturning.dem.cases import Cases
-from overturning.dem.numerics import Numerics
-from overturning.dem.results import Results
-from overturning.dem.run import run
-from overturning.dem.scene import Scene, gravestone
-from overturning.motion.motion import Motion
+from overturning.statistics.circular import resultant
+from overturning.statistics.direction import in_space
+from overturning.study.comparison import wilson
 from overturning.study.population import Population, Spread
 from overturning.surveys.prediction import sector
 
-OUTCOMES: Final = ("stands", "shifted", "fell")
-"""What a stone does, by its code."""
-
-UNKNOWN: Final = -1
+OCTANTS: Final = 8
+READ: Final = (
+    "overturned", "overturning_time", "residual_slip", "fall_azimuth", "residual_slip_north", "residual_slip_east",
+    "residual_twist",
+)  # fmt: skip
+"""Variables of a cube, in planes or in space, that fall rates come from."""
 
 
 @dataclass(frozen=True)
@@ -33,18 +33,41 @@ class Stones:
         m, B/H, µ.
     face : ndarray
         Azimuth that the front looks to, degrees.
+    lot : ndarray, shape (3, n)
+        In 0 to 1, for height, B/H and friction: decides between the two values of a cube's grid that a stone lies between.
     """
 
     height: FloatArray
     b_over_h: FloatArray
     friction: FloatArray
     face: FloatArray
+    lot: FloatArray
+
+
+class Outcomes(NamedTuple):
+    """What stones do under one record at each amplitude, each shape (amplitudes, n)."""
+
+    fell: NDArray[np.bool_]
+    known: NDArray[np.bool_]
+    """whether there is an answer;"""
+    azimuth: FloatArray
+    """azimuth towards which a stone fell, degrees; NaN where it did not;"""
+    slip: FloatArray
+    """residual displacement, m;"""
+    twist: FloatArray
+    """residual turn about the vertical, degrees; NaN where it fell, and in planes, which cannot tell."""
+
+    def some(self, own: NDArray[np.bool_]) -> "Outcomes":
+        """Those of some of the stones."""
+        return Outcomes(
+            self.fell[:, own], self.known[:, own], self.azimuth[:, own], self.slip[:, own], self.twist[:, own]
+        )
 
 
 def draw_stones(population: Population) -> Stones:
     """Draw the stones of a population that are not fixed, as scrambled Sobol points (Owen 1998, ACM TOMACS 8)."""
     generator = np.random.Generator(np.random.PCG64(population.seed))
-    unit = qmc.Sobol(4, scramble=True, rng=generator).random(population.stones).T
+    unit = qmc.Sobol(7, scramble=True, rng=generator).random(population.stones).T
 
     def between(spread: Spread, u: FloatArray) -> FloatArray:
         return spread.low + (spread.high - spread.low) * u
@@ -52,94 +75,136 @@ def draw_stones(population: Population) -> Stones:
     width, height = between(population.width, unit[0]), between(population.height, unit[1])
     about = population.face_spread * (2 * unit[3] - 1)
     face = 360 * unit[3] if population.face is None else population.face + about
-    return Stones(height, width / height, between(population.friction, unit[2]), face % 360)
+    return Stones(height, width / height, between(population.friction, unit[2]), face % 360, unit[4:])
 
 
-def stone_outcomes(
-    motion: Motion,
-    stones: Stones,
-    amplitude: FloatArray,
-    *,
-    shifted: float = 0.01,
-    scene: Scene | None = None,
-    numerics: Numerics | None = None,
-) -> tuple[NDArray[np.int8], FloatArray]:
-    """What each stone does under a record.
+def grid_places(grid: FloatArray, values: FloatArray, lot: FloatArray) -> NDArray[np.intp]:
+    """Places of values in an ascending grid: of two neighbours the nearer one the more often, so that means are linear.
 
-    A stone of square plan can fall in the planes of both its pairs of faces, and both are run. It falls where it falls in
-    one of them; where in both, over the edge it is first past (the smaller ``overturning_time``). That a stone turns
-    about its vertical axis no plane can show.
+    Beyond the grid it is the end.
+    """
+    where = np.interp(values, grid, np.arange(grid.size))
+    below = np.floor(where)
+    return (below + (lot < where - below)).astype(np.intp)
+
+
+def outside_grid(cube: xr.Dataset, stones: Stones) -> float:
+    """Share of the stones whose height, B/H or friction lies beyond the cube's grid by more than rounding."""
+    beyond = np.zeros(stones.height.size, np.bool_)
+    for name in ("height", "b_over_h", "friction"):
+        grid, values = cube[name].to_numpy(), getattr(stones, name)
+        beyond |= (values < grid.min() - 1e-9) | (values > grid.max() + 1e-9)
+    return float(beyond.mean())
+
+
+def stone_outcomes(site: xr.Dataset, stones: Stones) -> Outcomes:
+    """What each stone does under one record, from the cells of the record's cube.
+
+    In planes a stone of square plan can fall in those of both its pairs of faces. It falls where it falls in one of them;
+    where in both, over the edge it is first past (the smaller ``overturning_time``). In space it is the square prism that
+    faces most nearly the same way.
 
     Parameters
     ----------
-    motion : Motion
-        The ground's.
+    site : Dataset
+        Cube of one record, in planes or in space, with or without the dimension of amplitudes.
     stones : Stones
         n stones.
-    amplitude : ndarray, shape (a,)
-        Factors on the motion.
-    shifted : float
-        Residual slip, m, both planes together, from which a standing stone counts as shifted.
-    scene : Scene, optional
-        A single block, for its contact; the gravestone where not given.
-    numerics : Numerics, optional
-        As of `run`.
-
-    Returns
-    -------
-    outcome : ndarray of int8, shape (a, n)
-        Place in `OUTCOMES`; `UNKNOWN` where a plane has no answer and the other does not fall.
-    azimuth : ndarray, shape (a, n)
-        Azimuth towards which it fell, degrees; NaN where it did not.
     """
-    shape = (amplitude.size, 2, stones.height.size)
-    planes = np.stack([stones.face, stones.face + 90])
+    space = in_space(site)
+    several = "amplitude" in site.dims
+    cells = list(_cells(site, stones))
+    direction = "orientation" if space else "azimuth"
+    grid, turn = site[direction].to_numpy().astype(np.float64), 90.0 if space else 360.0
+    if space:
+        site = site.isel(aspect=int(np.flatnonzero(site["aspect"].to_numpy() == 1.0)[0]))
 
-    def spread(values: FloatArray) -> FloatArray:
-        return np.broadcast_to(values, shape).ravel()
+    def of(name: str, facing: FloatArray) -> FloatArray:
+        values = site[name].transpose(*(["amplitude"] if several else []), direction, "height", "b_over_h", "friction")
+        apart = np.abs((facing[:, None] - grid + turn / 2) % turn - turn / 2)
+        place = (np.argmin(apart, axis=1), *cells)
+        found = values.to_numpy()[(slice(None), *place) if several else (None, *place)]
+        return np.asarray(found, dtype=np.float64)
 
-    cases = Cases(
-        spread(planes),
-        spread(stones.height),
-        spread(stones.b_over_h),
-        spread(stones.friction),
-        amplitude=spread(amplitude[:, None, None]),
+    if not space:
+        return _of_both_planes(of, stones.face)
+    flag = of("overturned", stones.face)
+    slip = np.hypot(of("residual_slip_north", stones.face), of("residual_slip_east", stones.face))
+    twist = of("residual_twist", stones.face)
+    return Outcomes(flag == 1, np.isfinite(flag), of("fall_azimuth", stones.face), slip, twist)
+
+
+def _cells(site: xr.Dataset, stones: Stones) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
+    """Places of the stones along height, B/H and friction.
+
+    Below µ = B/H a block slides rather than rocks: of two frictions the one on the stone's own side of it, where there is one.
+    """
+    height, shape, friction = (
+        grid_places(site[name].to_numpy(), getattr(stones, name), lot)
+        for name, lot in zip(("height", "b_over_h", "friction"), stones.lot, strict=True)
     )
-    found = run(scene or gravestone(), motion, cases, numerics)
-    return _of_both_planes(found.element(0), planes, shape, shifted)
+    grid, ratio = site["friction"].to_numpy(), site["b_over_h"].to_numpy()[shape]
+    rocks = stones.friction > stones.b_over_h
+    below = np.clip(np.searchsorted(grid, stones.friction, side="right") - 1, 0, grid.size - 1)
+    above = np.minimum(below + 1, grid.size - 1)
+    lower, upper = ((grid[place] > ratio) == rocks for place in (below, above))
+    return height, shape, np.where(lower & ~upper, below, np.where(upper & ~lower, above, friction))
 
 
-def _of_both_planes(
-    found: Results, planes: FloatArray, shape: tuple[int, ...], shifted: float
-) -> tuple[NDArray[np.int8], FloatArray]:
-    flag, slip = (values.reshape(shape) for values in (found.overturned, found.residual_slip))
-    known, falls = np.abs(flag) <= 1, np.abs(flag) == 1
-    time = np.where(falls, found.overturning_time.reshape(shape), np.inf)
-    first = np.argmin(time, axis=1)[:, None]
-    fell = falls.any(axis=1)
-    towards = np.where(flag > 0, planes, planes + 180) % 360
-    azimuth = np.where(fell, np.take_along_axis(towards, first, axis=1)[:, 0], np.nan)
-    moved = np.hypot(slip[:, 0], slip[:, 1]) >= shifted
-    outcome = np.where(fell, OUTCOMES.index("fell"), moved).astype(np.int8)
-    return np.where(fell | known.all(axis=1), outcome, UNKNOWN).astype(np.int8), azimuth
+def _of_both_planes(of: object, face: FloatArray) -> Outcomes:
+    assert callable(of)
+    planes = (face, face + 90)
+    flag, time, slip = (
+        np.stack([of(name, plane) for plane in planes]) for name in ("overturned", "overturning_time", "residual_slip")
+    )
+    falls = np.abs(flag) == 1
+    fell = falls.any(axis=0)
+    first = np.argmin(np.where(falls, time, np.inf), axis=0)[None]
+    towards = np.where(flag > 0, np.stack(planes)[:, None], np.stack(planes)[:, None] + 180) % 360
+    azimuth = np.where(fell, np.take_along_axis(towards, first, axis=0)[0], np.nan)
+    known = fell | np.isfinite(flag).all(axis=0)
+    return Outcomes(fell, known, azimuth, np.hypot(*slip), np.full(fell.shape, np.nan))
 
 
-def rates(outcome: NDArray[np.int8], azimuth: FloatArray) -> dict[str, FloatArray]:
-    """Rates of what `stone_outcomes` found.
+def rates(found: Outcomes, population: Population) -> dict[str, FloatArray]:
+    """Rates of what `stone_outcomes` found, of the stones that have an answer.
 
     Returns
     -------
     dict of ndarray
-        ``fall_rate`` and ``shift_rate`` of the stones that have an answer, shape (a,); ``unknown``, the share without
-        one; ``fall_octant``, shape (a, 8), the share that fell towards each compass octant.
+        ``fall_rate``, ``shift_rate``, ``rotation_rate`` (NaN in planes), ``unknown``, shape (a,); their 95 % intervals
+        by Wilson for a cemetery of as many stones, ``fall_interval`` and so on, shape (a, 2); ``fall_octant``, shape
+        (a, 8), the share that fell towards each compass octant, with ``octant_interval``, shape (a, 8, 2); and
+        ``fall_axis`` with ``fall_resultant``, the axis of the falls, degrees, and its mean resultant length, shape (a,).
     """
-    known = np.maximum((outcome != UNKNOWN).sum(axis=1), 1)
-    fell = outcome == OUTCOMES.index("fell")
-    octant = sector(np.nan_to_num(azimuth), 8)
-    towards = np.stack([(fell & (octant == i)).sum(axis=1) for i in range(8)], axis=1)
+    stands = found.known & ~found.fell
+    count = found.known.sum(axis=1)
+    octant = sector(np.nan_to_num(found.azimuth), OCTANTS)
+    towards = np.stack([(found.fell & (octant == i)).sum(axis=1) for i in range(OCTANTS)], axis=1)
+    turned = (stands & (np.abs(found.twist) >= population.rotated)).sum(axis=1)
+    told = np.isfinite(np.where(stands, found.twist, 0.0)).all(axis=1)
+    axes = [
+        resultant(azimuth[fell], axial=True) if fell.any() else (np.nan, np.nan)
+        for azimuth, fell in zip(found.azimuth, found.fell, strict=True)
+    ]
+    rotation = {
+        name: np.where(told.reshape(-1, *(1 for _ in values.shape[1:])), values, np.nan)
+        for name, values in _shares("rotation", turned, count).items()
+    }
     return {
-        "fall_rate": fell.sum(axis=1) / known,
-        "shift_rate": (outcome == OUTCOMES.index("shifted")).sum(axis=1) / known,
-        "unknown": (outcome == UNKNOWN).mean(axis=1),
-        "fall_octant": towards / known[:, None],
+        **_shares("fall", found.fell.sum(axis=1), count),
+        **_shares("shift", (stands & (found.slip >= population.shifted)).sum(axis=1), count),
+        **rotation,
+        "unknown": 1.0 - found.known.mean(axis=1),
+        "fall_octant": towards / np.maximum(count, 1)[:, None],
+        "octant_interval": np.array([[wilson(int(n), int(of)) for n in row] for row, of in zip(towards, count, strict=True)]),
+        "fall_axis": np.array([axis for axis, _ in axes]),
+        "fall_resultant": np.array([length for _, length in axes]),
+    }  # fmt: skip
+
+
+def _shares(name: str, counted: NDArray[np.int64], count: NDArray[np.int64]) -> dict[str, FloatArray]:
+    return {
+        f"{name}_rate": counted / np.maximum(count, 1),
+        f"{name}_interval": np.array([wilson(int(n), int(of)) for n, of in zip(counted, count, strict=True)]),
     }

@@ -7,15 +7,15 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.polygon import tables as t
-from overturning.dem.polygon.geometry import WIDE, Placed, common_stretch
+from overturning.dem.polygon.geometry import WIDE, Placed, common_stretch, partners, parts_of
 from overturning.dem.polygon.prepare import Prepared, deepest_allowed
 
 CALM_KINETIC: Final = 1e-9
 """Kinetic energy at rest, as a share of m g times the half of the smallest side of the lightest element."""
 
 
-FLAT: Final = round(0.999 * 0.5 * np.pi, 12)
-"""An element that lies on its side has turned by 90° less what its contacts give way, rad."""
+FLAT: Final = 0.999
+"""An element that lies on another face has turned by this share of its angle at least: its contacts give way."""
 
 
 def kernel_column(prepared: Prepared) -> FloatArray:
@@ -45,17 +45,17 @@ def kernel_column(prepared: Prepared) -> FloatArray:
     seen, face = k.Seen(0.0, 0.0), k.Face(0.0, 0.0, 0.0, 0.0, 0.0)
     unseen = k.Vertices(seen, seen, seen, seen)
     pairs = []
-    for index, (i, j) in enumerate(prepared.pairs):
+    for index, (a, b) in enumerate(partners(placed, prepared.pairs)):
         tangential = laws.tangential[index]
         compliance = 1.0 / tangential if tangential > 0 else 0.0
         law = k.Law(laws.normal[index], tangential, laws.dashpot[index], laws.friction[index], compliance)
         ends = [k.Memory(0.0, rows.OPEN, 0.0, 0.0)] * 2
         for at, side, slip in prepared.springs:
             if at == index:
-                ends[side] = k.Memory(
-                    slip, rows.MINE if _is_first(placed[i], placed[j], side) else rows.THEIRS, 0.0, 0.0
-                )
-        pairs.append(k.Pair(face, face, law, nearest, unseen, ends[0], ends[1], 0.0, 0.0, 0.0, 0.0))
+                ends[side] = k.Memory(slip, rows.MINE if _is_first(a, b, side) else rows.THEIRS, 0.0, 0.0)
+        pairs.append(
+            k.Pair(face, face, k.Bounds(0.0, 0.0, 0.0, 0.0), law, nearest, unseen, ends[0], ends[1], 0.0, 0.0, 0.0, 0.0)
+        )
     step = [0.0] * (rows.PAIR.count - len(rows.flat(pairs[0])) if pairs else 0)
     return np.array(
         [0.0] * rows.CASE.count + rows.flat(elements) + [number for pair in pairs for number in rows.flat(pair) + step]
@@ -70,12 +70,12 @@ def rests_on_one_face(placed: list[Placed]) -> bool:
     if len(placed) != 2:
         return False
     ground, block = placed
-    rectangles = all(item.element.vertices is None and item.element.rotation_deg == 0 for item in placed)
+    rectangles = all(item.element.width is not None and item.element.rotation_deg == 0 for item in placed)
     return (
         rectangles
         and ground.element.kind == "driven"
         and block.element.kind == "free"
-        and block.element.fallen_rotation_deg <= 90
+        and fallen_angle(block) < 0.5 * np.pi
         and abs(float(block.points[:, 1].min() - ground.points[:, 1].max())) <= 1e-9 * block.size
         and ground.shape.width > WIDE * max(block.shape.width, block.shape.height) + 2.0 * abs(block.x - ground.x)
     )
@@ -88,17 +88,38 @@ def _is_first(a: Placed, b: Placed, side: int) -> bool:
 
 
 def kernel_shapes(prepared: Prepared) -> tuple[NDArray[np.int64], FloatArray]:
-    """Numbers of vertices, shape (elements,), and faces, shape (elements, most vertices, 9)."""
-    sizes = np.array([len(item.shape.vertices) for item in prepared.placed], dtype=np.int64)
-    shapes = np.zeros((len(sizes), int(sizes.max()), 9))
-    for index, item in enumerate(prepared.placed):
-        shapes[index, : sizes[index]] = item.shape.faces
+    """Numbers of vertices of all convex pieces, shape (pieces,), and faces, shape (pieces, most vertices, 12)."""
+    parts = [part for item in prepared.placed for part in item.shape.parts]
+    sizes = np.array([len(part.vertices) for part in parts], dtype=np.int64)
+    shapes = np.zeros((len(sizes), int(sizes.max()), 12))
+    for index, part in enumerate(parts):
+        shapes[index, : sizes[index]] = part.faces
     return sizes, shapes
 
 
-def fallen_angle(fallen_rotation_deg: float) -> float:
-    """Rotation at which an element counts as fallen, rad: that of its scene, `FLAT` for 90°."""
-    return FLAT if fallen_rotation_deg == 90.0 else round(float(np.radians(fallen_rotation_deg)), 12)
+def kernel_layout(prepared: Prepared) -> NDArray[np.int64]:
+    """The two elements of each pair, and their pieces by their numbers among those of all, shape (pairs, 4)."""
+    counts = [len(item.shape.parts) for item in prepared.placed]
+    first = np.cumsum([0, *counts]).tolist()
+    parts = parts_of(prepared.placed, prepared.pairs)
+    rows = [(i, j, first[i] + m, first[j] + n) for (i, j), (m, n) in zip(prepared.pairs, parts, strict=True)]
+    return np.array(rows, dtype=np.int64).reshape(-1, 4)
+
+
+def fallen_angle(item: Placed) -> float:
+    """Rotation at which an element counts as fallen, rad: `FLAT` of the one that brings a face down, or that of its scene."""
+    brings_down = item.element.fallen_rotation_deg in (None, 90.0)
+    return round(FLAT * item.fallen, 12) if brings_down else item.fallen
+
+
+def _energies(prepared: Prepared, n: int) -> tuple[float, float]:
+    """Energy that overturns an element, and that its errors are a share of, J.
+
+    One that falls by itself needs none, however little is left; its errors are measured by its weight times its size.
+    """
+    item, barrier = prepared.placed[n], float(prepared.barrier[n])
+    whole = item.mass * prepared.scene.gravity * item.size
+    return (barrier, barrier) if barrier > 1e-6 * whole else (-np.inf, whole)
 
 
 def kernel_rules(prepared: Prepared) -> tuple[FloatArray, FloatArray]:
@@ -108,7 +129,7 @@ def kernel_rules(prepared: Prepared) -> tuple[FloatArray, FloatArray]:
     for index, item in enumerate(prepared.placed):
         drop = item.element.fallen_drop
         rules[index, t.IS_FREE] = 0.0 if item.fixed else 1.0
-        rules[index, t.FALL_ANGLE] = fallen_angle(item.element.fallen_rotation_deg)
+        rules[index, t.FALL_ANGLE] = fallen_angle(item)
         rules[index, t.LOWEST] = -np.inf if drop is None else item.z - drop
         rules[index, t.SUPPORT] = prepared.support[index]
         rules[index, t.BARRIER] = prepared.barrier[index]
@@ -116,5 +137,6 @@ def kernel_rules(prepared: Prepared) -> tuple[FloatArray, FloatArray]:
     limits = np.zeros(t.LIMITS)
     limits[t.DEEPEST_ALLOWED] = deepest_allowed(prepared.placed)
     limits[t.REST_ENERGY] = CALM_KINETIC * lightest.mass * prepared.scene.gravity * 0.5 * lightest.size
-    limits[t.LEAST_BARRIER] = min(float(prepared.barrier[n]) for n in prepared.free)
+    barriers, scales = zip(*(_energies(prepared, n) for n in prepared.free), strict=True)
+    limits[t.LEAST_BARRIER], limits[t.LEAST_SCALE] = min(barriers), min(scales)
     return rules, limits

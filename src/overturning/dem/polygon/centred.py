@@ -26,6 +26,7 @@ from overturning.dem.polygon.state import (
     Law,
     Memory,
     Met,
+    Outer,
     Plane,
     Seen,
     Stretch,
@@ -60,27 +61,6 @@ class Guess(NamedTuple):
     """±μ where it slides;"""
     free: bool
     """whether sliding does not jam it."""
-
-
-class Outer(NamedTuple):
-    """An end's part in the couple: like `Couple`, of which it is a summand."""
-
-    xx: float
-    xz: float
-    zx: float
-    zz: float
-    xa: float
-    za: float
-    xb: float
-    zb: float
-    ax: float
-    az: float
-    bx: float
-    bz: float
-    aa: float
-    ab: float
-    ba: float
-    bb: float
 
 
 class Direction(NamedTuple):
@@ -201,14 +181,10 @@ def couple(q: Any, a: Any, b: Any, own: Any) -> None:
         g2 = guess(law, pair.two, pair.slid_two, ends.two, ends, u, first.body, second.body, late)
         p1, f1, slid_1 = share(law, half, ends.one, g1, g2)
         p2, f2, slid_2 = share(law, half, ends.two, g2, g1)
-        o = plus(p1, p2)
         rows.store_ends(q, j, ends)
         rows.store_taken_one(q, j, Taken(g1.stretch, slid_1))
         rows.store_taken_two(q, j, Taken(g2.stretch, slid_2))
-        rows.store_couple(q, j, Couple(
-            o.xx, o.xz, o.zx, o.zz, o.xa, o.za, o.xb, o.zb, o.ax, o.az, o.bx, o.bz, o.aa, o.ab, o.ba, o.bb,
-            action_of(ends.one, ends.two, f1, f2),
-        ))  # fmt: skip
+        rows.store_couple(q, j, Couple(plus(p1, p2), action_of(ends.one, ends.two, f1, f2)))
 
 
 class Solved(NamedTuple):

@@ -12,7 +12,7 @@ from numba import njit
 
 from overturning.dem.lanes import INLINE, OPTIONS, Rows
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.state import Body, Couple, Plane
+from overturning.dem.polygon.state import Body, Outer, Plane
 
 
 class Block(NamedTuple):
@@ -42,8 +42,8 @@ def of_block(matrix: Any, size: int, i: int, k: int) -> Any:
 
 
 @njit(**INLINE)
-def part(c: Couple, on_a: bool, by_a: bool) -> Block:
-    """Of a couple, what the velocities of one element add to the forces on one element, by its sign as if b were a."""
+def part(c: Outer, on_a: bool, by_a: bool) -> Block:
+    """Of a pair, what the velocities of one element add to the forces on one element, by its sign as if b were a."""
     xw, zw = (c.xa if by_a else c.xb), (c.za if by_a else c.zb)
     wx, wz = (c.ax if on_a else c.bx), (c.az if on_a else c.bz)
     of_a, of_b = (c.aa if by_a else c.ab), (c.ba if by_a else c.bb)
@@ -100,7 +100,7 @@ def adder(on_a: bool, by_a: bool) -> Any:
     @njit(**OPTIONS)
     def add(block: Any, q: Any, e: Any, own: Any) -> None:
         for j in range(rows.COLUMNS):
-            c, body, case = rows.load_couple(q, j), rows.load_body(e, j), rows.load_case(own, j)
+            c, body, case = rows.load_couple(q, j).outer, rows.load_body(e, j), rows.load_case(own, j)
             half = 0.5 * (case.step * case.attempt.length)
             # On the other element acts the opposite, and the opposite velocity counts.
             p = scaled(part(c, on_a, by_a), body, half if on_a != by_a else -half)

@@ -118,11 +118,15 @@ def common_stretch(pair: Pair, a: Pose, b: Pose) -> Stretch:
     f = facing(pair.face_a, pair.face_b, a, b)
     a1, a2, b1, b2 = vertices(pair.face_a, pair.face_b, f, pair.before)
     near = pair.nearest.ahead >= pair.nearest.reach
-    low, high = pair.face_b.low, pair.face_b.high
+    low, high, to = pair.face_b.low, pair.face_b.high, pair.bounds
     mine_1, mine_2 = a1.seen.place <= high, a2.seen.place >= low
     top, bottom = -pair.face_a.low, -pair.face_a.high
-    in_1 = (mine_1 & (a1.seen.place >= low)) | ((not mine_1) & (b2.seen.place >= bottom) & (b2.seen.place <= top))
-    in_2 = (mine_2 & (a2.seen.place <= high)) | ((not mine_2) & (b1.seen.place >= bottom) & (b1.seen.place <= top))
+    in_1 = (mine_1 & (a1.seen.place >= to.one_a)) | (
+        (not mine_1) & (b2.seen.place >= to.one_b) & (b2.seen.place <= top)
+    )
+    in_2 = (mine_2 & (a2.seen.place <= to.two_a)) | (
+        (not mine_2) & (b1.seen.place >= bottom) & (b1.seen.place <= to.two_b)
+    )
     one, two = end_of(mine_1, in_1 & near, f, a1, b2), end_of(mine_2, in_2 & near, f, a2, b1)
     return Stretch(f.turn_q, f.turn_r, one, two, Vertices(a1.seen, a2.seen, b1.seen, b2.seen))
 

@@ -1,14 +1,16 @@
 """Where a scene's elements stand, which faces are nearest, and where they touch at rest."""
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from itertools import combinations
+from dataclasses import dataclass, replace
+from itertools import combinations, product
 from typing import Final, NamedTuple, Protocol
 
 import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.dem.element import Element, Material
+from overturning.dem.polygon.pieces import outline
 from overturning.dem.polygon.shape import Polygon, polygon, rectangle
 from overturning.errors import ArgumentError
 
@@ -55,9 +57,20 @@ class Placed:
         return self.shape.vertices + np.array([self.x, self.z])
 
     @property
+    def parts(self) -> "list[Placed]":
+        """The element with the shape of each of its convex pieces; itself where it is convex."""
+        return [replace(self, shape=piece) for piece in self.shape.pieces] or [self]
+
+    @property
     def size(self) -> float:
         """Smaller of width and height, m."""
         return min(self.shape.width, self.shape.height)
+
+    @property
+    def fallen(self) -> float:
+        """Rotation at which it has fallen, rad: that of its scene, or the least at which it can rest on another face."""
+        asked = self.element.fallen_rotation_deg
+        return self.shape.fallen if asked is None else round(float(np.radians(asked)), 12)
 
     @property
     def fixed(self) -> bool:
@@ -84,7 +97,7 @@ class Touch(NamedTuple):
 
 
 def place(scene: Stage, height: float | None = None, b_over_h: float | None = None) -> list[Placed]:
-    """Put the elements into their places; a polygon that is degenerate, clockwise or not convex is an `ArgumentError`.
+    """Put the elements into their places; a polygon that is degenerate, clockwise or crosses itself is an `ArgumentError`.
 
     With `height` (m) of the reference element all lengths of the scene scale; `b_over_h` makes that element alone wider
     or narrower.
@@ -127,6 +140,8 @@ def native_size(scene: Stage) -> tuple[float, float]:
 def _vertices(element: Element) -> FloatArray:
     if element.vertices is not None:
         points = np.array(element.vertices, dtype=np.float64)
+    elif element.pieces is not None:
+        points = _outline(element)
     else:
         assert element.width is not None  # one form is given: the model's own check
         assert element.height is not None
@@ -138,8 +153,19 @@ def _vertices(element: Element) -> FloatArray:
     return points
 
 
+def _outline(element: Element) -> FloatArray:
+    """Outline of an element's pieces, each of which is checked."""
+    assert element.pieces is not None
+    for number, piece in enumerate(element.pieces, 1):
+        if polygon(f"{element.name}, piece {number}", piece).pieces:
+            raise ArgumentError(
+                f"element {element.name}: piece {number} is not convex; split it, or give the outline of all as vertices"
+            )
+    return outline(element.name, [np.array(piece) for piece in element.pieces])
+
+
 def separations(one: Placed, other: Placed) -> FloatArray:
-    """Signed distance of the other's nearest vertex from each face of one, m, positive outside."""
+    """Signed distance of the other's nearest vertex from each face of one, m, positive outside; both convex."""
     faces = one.shape.faces
     points = other.points - np.array([one.x, one.z])
     reach = faces[:, 4:5] * points[:, 0] + faces[:, 5:6] * points[:, 1]
@@ -147,7 +173,7 @@ def separations(one: Placed, other: Placed) -> FloatArray:
 
 
 def nearest_faces(a: Placed, b: Placed) -> tuple[int, int, float]:
-    """The nearest faces of two elements, by the rule of docs/scenes.md, and their separation, m, negative in an overlap.
+    """The nearest faces of two convex elements, by the rule of docs/scenes.md, and their separation, m, negative in an overlap.
 
     Face i runs from vertex i to vertex i + 1.
     """
@@ -162,24 +188,29 @@ def nearest_faces(a: Placed, b: Placed) -> tuple[int, int, float]:
 
 
 def common_stretch(a: Placed, b: Placed) -> tuple[End, End]:
-    """Both ends of the common stretch of the nearest faces: at each end the inner one of two vertices."""
+    """Both ends of the common stretch of the nearest faces of two convex elements: at each end the inner one of two vertices."""
     face_a, face_b, _ = nearest_faces(a, b)
     fa, fb = a.shape.faces[face_a], b.shape.faces[face_b]
     delta = np.array([a.x - b.x, a.z - b.z])
 
-    def seen(item: Placed, vertex: FloatArray, shift: FloatArray, face: FloatArray, sign: float) -> tuple[float, End]:
+    def seen(
+        item: Placed, vertex: FloatArray, shift: FloatArray, face: FloatArray, sign: float, carries: float
+    ) -> tuple[float, End]:
         """Where along the other's face a vertex lies, and the end that it would be."""
         x, z = vertex + shift
         gap = face[4] * x + face[5] * z - face[6]
         along = face[4] * z - face[5] * x - face[7]
         nx, nz = sign * float(face[4]), sign * float(face[5])
         point = float(vertex[0] + item.x), float(vertex[1] + item.z)
-        return along, End(float(gap) if abs(along) <= face[8] else np.inf, point, (nx, nz), (nz, -nx))
+        return along, End(
+            float(gap) if abs(along) <= face[8] and carries * face[11] else np.inf, point, (nx, nz), (nz, -nx)
+        )
 
     ends = []
-    for mine, theirs, side in ((fa[0:2], fb[2:4], 1.0), (fa[2:4], fb[0:2], -1.0)):
-        along, end = seen(a, mine, delta, fb, 1.0)
-        ends.append(end if side * along <= fb[8] else seen(b, theirs, -delta, fa, -1.0)[1])
+    for mine, theirs, side in ((0, 1, 1.0), (1, 0, -1.0)):
+        along, end = seen(a, fa[2 * mine : 2 * mine + 2], delta, fb, 1.0, fa[9 + mine])
+        other = fb[2 * theirs : 2 * theirs + 2]
+        ends.append(end if side * along <= fb[8] else seen(b, other, -delta, fa, -1.0, fb[9 + theirs])[1])
     return ends[0], ends[1]
 
 
@@ -187,20 +218,38 @@ def _gaps(placed: list[Placed]) -> Iterator[tuple[int, int, float]]:
     """Every two elements of which one is free, and the gap between them, m."""
     for (j, b), (i, a) in combinations(enumerate(placed), 2):
         if not (a.fixed and b.fixed):
-            yield i, j, float(max(separations(a, b).max(), separations(b, a).max()))
+            gaps = (max(separations(p, q).max(), separations(q, p).max()) for p, q in product(a.parts, b.parts))
+            yield i, j, float(min(gaps))
 
 
 def pairs_of(placed: list[Placed]) -> list[tuple[int, int]]:
-    """Pairs that could ever meet: one of them free, and not too far apart."""
+    """Pairs that could ever meet: one of them free, and not too far apart; once for every two of their convex pieces."""
     extent = sum(item.shape.width + item.shape.height for item in placed if not item.fixed)
-    return [(i, j) for i, j, gap in _gaps(placed) if gap <= FAR * extent]
+    near = [(i, j) for i, j, gap in _gaps(placed) if gap <= FAR * extent]
+    return [(i, j) for i, j in near for _ in range(len(placed[i].shape.parts) * len(placed[j].shape.parts))]
+
+
+def parts_of(placed: list[Placed], pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Which convex piece of either element each pair is of, by `pairs_of`."""
+    seen: Counter[tuple[int, int]] = Counter()
+    parts = []
+    for pair in pairs:
+        parts.append(divmod(seen[pair], len(placed[pair[1]].shape.parts)))
+        seen[pair] += 1
+    return parts
+
+
+def partners(placed: list[Placed], pairs: list[tuple[int, int]]) -> list[tuple[Placed, Placed]]:
+    """Both convex elements of each pair."""
+    parts = [item.parts for item in placed]
+    return [(parts[i][m], parts[j][n]) for (i, j), (m, n) in zip(pairs, parts_of(placed, pairs), strict=True)]
 
 
 def resting(placed: list[Placed], pairs: list[tuple[int, int]]) -> list[Touch]:
     """Ends that touch."""
     return [
         Touch(index, side, end)
-        for index, (a, b) in enumerate((placed[i], placed[j]) for i, j in pairs)
+        for index, (a, b) in enumerate(partners(placed, pairs))
         for side, end in enumerate(common_stretch(a, b))
         if end.gap <= TOUCHING * min(a.size, b.size)
     ]

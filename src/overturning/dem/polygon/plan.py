@@ -12,7 +12,7 @@ from overturning.dem.contact import check_precision
 from overturning.dem.numerics import Numerics
 from overturning.dem.plan import AFTERMATH, Path, Plan, shaking
 from overturning.dem.polygon import tables as t
-from overturning.dem.polygon.arrays import kernel_column, kernel_rules, kernel_shapes
+from overturning.dem.polygon.arrays import kernel_column, kernel_layout, kernel_rules, kernel_shapes
 from overturning.dem.polygon.ladder import DWELL, FINEST, LONGEST_ROCKING, MOST_HALVINGS, TICKS
 from overturning.dem.polygon.prepare import Prepared, prepare
 from overturning.dem.polygon.queue import SCHEMES, run_queue
@@ -51,7 +51,7 @@ class PolygonPlan(Plan):
     def compute(self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: FloatArray) -> tuple[Answers, int]:
         """Run cases with the same number of steps per sample."""
         out = np.zeros((chosen.size, t.RESULTS))
-        every = np.zeros((chosen.size, self.sizes.size, t.ELEMENT_RESULTS))
+        every = np.zeros((chosen.size, self.rules.shape[1], t.ELEMENT_RESULTS))
         upward = None if self.motion.up is None else np.concatenate([self.motion.up, np.zeros(3)])
         noted = run_queue(
             SCHEMES[self.scheme][0], np.arange(chosen.size), self.table[chosen], self.row[chosen], self.variant[chosen],
@@ -66,7 +66,7 @@ class PolygonPlan(Plan):
     def trace(self) -> tuple[Answers | None, Path]:
         """Answers and path of a plan's only case."""
         prepared, first = self.variants[0], int(self.first[0])
-        poses_end = 2 + 6 * self.sizes.size
+        poses_end = 2 + 6 * len(prepared.placed)
         rows = int(self.table[0, t.P_AFTER]) - first + 3
         path = np.zeros((rows, poses_end + 2 * t.FORCE_COLUMNS * len(prepared.pairs)))
         answers, noted = None, 0
@@ -107,7 +107,7 @@ def plan_polygons(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics
         scene=scene, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground,
         steps=per_sample[variant] * numerics.refinement,
         first=first, never=never, variants=variants, variant=variant, table=table,
-        layout=np.array(variants[0].pairs, dtype=np.int64).reshape(-1, 2),
+        layout=kernel_layout(variants[0]),
         sizes=shaped[0][0],
         shapes=np.stack([shapes for _, shapes in shaped]),
         initial=np.stack([kernel_column(item) for item in variants]),
@@ -161,7 +161,10 @@ def _check_variants(scene: Scene, variants: list[Prepared]) -> None:
         # As of a block H high: as high as the scene.
         height = max(float(part.points[:, 1].max()) for part in item.placed if not part.fixed)
         check_precision(scene.gravity / (2.0 * item.sunk), np.full(item.sunk.size, height), 0.0)
-    if len({(tuple(item.pairs), tuple(item.support.tolist())) for item in variants}) != 1:
+    alike = {
+        (tuple(item.pairs), tuple(item.support.tolist()), tuple(kernel_shapes(item)[0].tolist())) for item in variants
+    }
+    if len(alike) != 1:
         raise ArgumentError(f"scene {scene.name}: different elements can meet at different sizes; sweep them apart")
 
 

@@ -60,8 +60,8 @@ def _chosen_step(scheme: Any, upward: Any) -> Any:
 
 @njit(**OPTIONS)
 def start(
-    state: Any, j: int, case: Any, initial: Any, layout: Any, sizes: Any, shapes: Any, interval: float, ticks: float,
-    lag: float, gravity: float,
+    state: Any, j: int, case: Any, initial: Any, elements: int, layout: Any, sizes: Any, shapes: Any, interval: float,
+    ticks: float, lag: float, gravity: float,
 ) -> None:  # fmt: skip
     """Put a case into column j: the scene's column at rest, its own friction, damping and amplitude."""
     for row in range(initial.size):
@@ -78,24 +78,25 @@ def start(
         Shaking(none, none, 0.0), step, ticks / interval, lag * step, finest, dwell, Attempt(finest, dwell, 0.0),
         Found(0.0, 0.0, 0.0), Verdict(0.0, Attempt(0.0, 0.0, 0.0)), case[t.P_AMPLITUDE], now, calm, after, 0.0,
     ))  # fmt: skip
-    for i in range(sizes.size):
+    for i in range(elements):
         e = rows.of_element(state, i)
         e[rows.UPRIGHT_UNTIL + j] = now * interval
         e[rows.SAFE_FROM + j] = case[t.PARAMETERS + i]
     for p in range(layout.shape[0]):
         i, k = layout[p, 0], layout[p, 1]
-        q, a, b = rows.of_pair(state, sizes.size, p), rows.of_element(state, i), rows.of_element(state, k)
+        m, n = layout[p, 2], layout[p, 3]
+        q, a, b = rows.of_pair(state, elements, p), rows.of_element(state, i), rows.of_element(state, k)
         pair = rows.load_pair(q, j)
         law, settled = pair.law, pair.nearest.limit == np.inf
         friction = law.friction if law.friction >= 0.0 else case[t.P_FRICTION]
         dashpot = law.dashpot * case[t.P_DAMPING]
         rows.store_law(q, j, Law(law.normal, law.tangential, dashpot, friction, law.compliance))
-        search(q, a, b, j, 2.0 * lag * step, shapes[i, : sizes[i]], shapes[k, : sizes[k]])
+        search(q, a, b, j, 2.0 * lag * step, shapes[m, : sizes[m]], shapes[n, : sizes[n]])
         if settled:
             q[rows.LIMIT + j], q[rows.REACH + j] = np.inf, -1.0
         load_at_rest(q, j)
         q[rows.TAKEN + j] = springs(rows.load_pair(q, j))
-    state[rows.ENERGY + j] = energy(state, j, layout, sizes.size, gravity)
+    state[rows.ENERGY + j] = energy(state, j, layout, elements, gravity)
 
 
 @njit(**OPTIONS)
@@ -178,8 +179,8 @@ def run_queue(
         Row of `ground` that shakes each case, and its variant of the scene.
     initial, rules, limits : ndarray, shape (variants, rows), (variants, elements, RULES), (variants, LIMITS)
         A column at rest; when an element has fallen; when a case has failed or rests.
-    layout, sizes, shapes : ndarray of int64, shape (pairs, 2), (elements,), ndarray, shape (variants, elements, vertices, 9)
-        The two elements of each pair; vertices of each element; faces: both ends, normal, distance, middle, half length.
+    layout, sizes, shapes : ndarray of int64, shape (pairs, 4), (pieces,), ndarray, shape (variants, pieces, vertices, 12)
+        The two elements of each pair and their convex pieces; vertices of each piece; faces as of `Polygon.faces`.
     ground, upward : ndarray, shape (azimuths, samples + 3), (samples + 3,) or None
         Acceleration of the base towards the azimuth and up, m/s², padded with zeros; no upward one compiles a kernel without.
     samples, interval, steps, gravity, budget : int, float, int, float, int
@@ -190,7 +191,7 @@ def run_queue(
     counter, results, each : ndarray of int64, shape (1,), ndarray, shape (n, RESULTS), (n, elements, ELEMENT_RESULTS)
         Grows by the element steps done, for progress; filled in the rows of the queue.
     """
-    count, elements = initial.shape[1], sizes.size
+    count, elements = initial.shape[1], rules.shape[1]
     owner = aligned(count * rows.COLUMNS)
     state: Any = rows.borrowed(owner)  # type: ignore[call-arg]
     case, row = np.zeros(rows.COLUMNS, np.int64), np.zeros(rows.COLUMNS, np.int64)
@@ -212,7 +213,9 @@ def run_queue(
             v = variant_of_case[n]
             case[active], row[active], variant[active], done[active] = n, row_of_case[n], v, 0
             looked[active] = int(cases[n, t.P_FIRST]) // stride
-            start(state, active, cases[n], initial[v], layout, sizes, shapes[v], interval, ticks, scheme.lag, gravity)
+            start(
+                state, active, cases[n], initial[v], elements, layout, sizes, shapes[v], interval, ticks, scheme.lag, gravity
+            )  # fmt: skip
             active, head = active + 1, head + 1
         if active == 0:
             owner[0] = noted  # held until here

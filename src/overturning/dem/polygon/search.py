@@ -1,6 +1,7 @@
 """Nearest faces: which two of a pair's faces can touch, and for how much motion that stays so.
 
-The faces of an element come as an array, a row per face: first and second end, outward normal, distance from the centre.
+The faces of an element, or of one of its convex pieces, come as an array, a row per face: first and second end, outward
+normal, distance from the centre, and in the last three whether either end carries and whether it is no cut.
 """
 
 from typing import Any, NamedTuple
@@ -12,7 +13,7 @@ from overturning.dem.lanes import OPTIONS
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import rotated, seen_before
 from overturning.dem.polygon.memory import forget, hand_on
-from overturning.dem.polygon.state import Face, Nearest, Pose
+from overturning.dem.polygon.state import Bounds, Face, Nearest, Pose
 
 
 class Candidate(NamedTuple):
@@ -123,6 +124,7 @@ def search(q: Any, a: Any, b: Any, j: int, step: float, shape_a: Any, shape_b: A
     if changed:
         rows.store_face_a(q, j, face_of(shape_a, best.a))
         rows.store_face_b(q, j, face_of(shape_b, best.b))
+        rows.store_bounds(q, j, bounds_of(shape_a, best.a, shape_b, best.b))
     if changed or old.reach > 0.0 or clear > 0.0:
         rows.store_vertices(q, j, seen_before(rows.load_pair(q, j), first, second, step))
     if changed and old.face_a >= 0.0:
@@ -146,6 +148,19 @@ def face_of(shape: Any, face: int) -> Face:
     nx, nz = shape[face, 4], shape[face, 5]
     low, high = nx * shape[face, 1] - nz * shape[face, 0], nx * shape[face, 3] - nz * shape[face, 2]
     return Face(nx, nz, shape[face, 6], low, high)
+
+
+@njit(**OPTIONS)
+def bounds_of(shape_a: Any, a: int, shape_b: Any, b: int) -> Bounds:
+    """Where the vertices of two faces begin to carry: at the end of the other face, or nowhere."""
+    on_a, on_b = face_of(shape_a, a), face_of(shape_b, b)
+    a_to_b, b_to_a = shape_b[b, 11] > 0.0, shape_a[a, 11] > 0.0
+    return Bounds(
+        on_b.low if a_to_b and shape_a[a, 9] > 0.0 else np.inf,
+        -on_a.high if b_to_a and shape_b[b, 10] > 0.0 else np.inf,
+        on_b.high if a_to_b and shape_a[a, 10] > 0.0 else -np.inf,
+        -on_a.low if b_to_a and shape_b[b, 9] > 0.0 else -np.inf,
+    )
 
 
 @njit(**OPTIONS)

@@ -195,6 +195,17 @@ class Law(NamedTuple):
     compliance: float
 
 
+class Bounds(NamedTuple):
+    """Where on the other face a vertex begins to carry an end, m; ±infinity where it never does, as one of a cut."""
+
+    one_a: float
+    """Least place of a's first vertex and of b's second,"""
+    one_b: float
+    two_a: float
+    """greatest of a's second and of b's first."""
+    two_b: float
+
+
 class Nearest(NamedTuple):
     """Which faces are nearest, and for how much motion that holds, m."""
 
@@ -291,7 +302,7 @@ class Taken(NamedTuple):
     """±μ where it slides."""
 
 
-class Couple(NamedTuple):
+class Outer(NamedTuple):
     """What the velocities of a pair's elements add to their forces (N s/m and so on): rows forces, columns velocities.
 
     Signs as if b were a: the opposite force acts on b, and the opposite velocity counts.
@@ -313,8 +324,15 @@ class Couple(NamedTuple):
     ab: float
     ba: float
     bb: float
+
+
+class Couple(NamedTuple):
+    """A pair's part in the equations."""
+
+    outer: Outer
+    """What velocities add to forces,"""
     load: Action
-    """Forces as foreseen."""
+    """and forces as foreseen."""
 
 
 class Met(NamedTuple):
@@ -332,6 +350,7 @@ class Pair(NamedTuple):
 
     face_a: Face
     face_b: Face
+    bounds: Bounds
     law: Law
     nearest: Nearest
     before: Vertices

@@ -1,7 +1,7 @@
 """What each contact carries at rest, how the scene sinks into its springs, and how fast it can vibrate."""
 
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -105,14 +105,16 @@ def contact_laws(scene: Scene, placed: list[Placed], pairs: list[tuple[int, int]
     """
     ones = np.ones(len(pairs))
     equilibrium = rest(scene, placed, pairs, ones, ones)
-    carried = np.zeros(len(pairs))
+    together = np.array([pairs.index(pair) for pair in pairs], dtype=np.int64)  # all pieces of two elements
+    carried, width = np.zeros(len(pairs)), np.zeros(len(pairs))
     for end in equilibrium[1] if equilibrium is not None else ():
-        carried[end.pair] += end.approach
-    width = np.full(len(pairs), np.nan)
-    for one, other in pairwise(resting(placed, pairs)):
-        if one.pair == other.pair:
+        carried[together[end.pair]] += end.approach
+    for one, other in combinations(resting(placed, pairs), 2):
+        if together[one.pair] == together[other.pair]:
             (x, z), (u, w) = one.end.point, other.end.point
-            width[one.pair] = np.sqrt((x - u) ** 2 + (z - w) ** 2)  # libm's hypot depends on the processor
+            apart = np.sqrt((x - u) ** 2 + (z - w) ** 2)  # libm's hypot depends on the processor
+            width[together[one.pair]] = max(width[together[one.pair]], apart)
+    carried, width = carried[together], width[together]
     normal, tangential, dashpot, friction = (np.zeros(len(pairs)) for _ in range(4))
     for index, (i, j) in enumerate(pairs):
         a, b = placed[i], placed[j]

@@ -162,14 +162,14 @@ def step_of(contact: Any, vertical: bool) -> Any:
         gravity: float,
     ) -> None:
         for p in range(layout.shape[0]):
-            if in_reach(state, layout, sizes, shapes, variant, p):
+            if in_reach(state, moves.size, layout, sizes, shapes, variant, p):
                 contact(
-                    rows.of_pair(state, sizes.size, p),
+                    rows.of_pair(state, moves.size, p),
                     rows.of_element(state, layout[p, 0]),
                     rows.of_element(state, layout[p, 1]),
                     state,
                 )
-        for i in range(sizes.size):
+        for i in range(moves.size):
             # Free or held; a driven one rests in the frame of the base.
             if moves[i]:
                 advance(rows.of_element(state, i), state, gravity)
@@ -189,12 +189,12 @@ def trapezoidal_step(vertical: bool) -> Any:
         state: Any, matrix: Any, used: Any, moves: Any, layout: Any, sizes: Any, shapes: Any, variant: Any, ticks: float, gravity: float
     ) -> None:  # fmt: skip
         begin(state)
-        size = sizes.size
+        size = moves.size
         used[:] = False
         for i in range(size):
             foresee(rows.of_element(state, i), state, ticks, gravity)
         for p in range(layout.shape[0]):
-            near = in_reach(state, layout, sizes, shapes, variant, p)
+            near = in_reach(state, size, layout, sizes, shapes, variant, p)
             used[size, p] = near
             if near:
                 q, i, k = rows.of_pair(state, size, p), layout[p, 0], layout[p, 1]
@@ -222,17 +222,18 @@ def trapezoidal_step(vertical: bool) -> Any:
 
 
 @njit(**OPTIONS)
-def in_reach(state: Any, layout: Any, sizes: Any, shapes: Any, variant: Any, p: int) -> bool:
+def in_reach(state: Any, elements: int, layout: Any, sizes: Any, shapes: Any, variant: Any, p: int) -> bool:
     """Whether a pair could touch in any column in this step; its nearest faces are searched where they may change."""
-    i, k = layout[p, 0], layout[p, 1]
-    q, a, b = rows.of_pair(state, sizes.size, p), rows.of_element(state, i), rows.of_element(state, k)
+    m, n = layout[p, 2], layout[p, 3]
+    q = rows.of_pair(state, elements, p)
+    a, b = rows.of_element(state, layout[p, 0]), rows.of_element(state, layout[p, 1])
     near, due = count_motion(q, a, b)
     if due > 0:
         near = 0
         for j in range(rows.COLUMNS):
             if q[rows.AHEAD + j] >= q[rows.LIMIT + j]:
                 scene, dt = variant[j], 2.0 * rows.load_case(state, j).lag
-                shape_a, shape_b = shapes[scene, i, : sizes[i]], shapes[scene, k, : sizes[k]]
+                shape_a, shape_b = shapes[scene, m, : sizes[m]], shapes[scene, n, : sizes[n]]
                 search(q, a, b, j, dt, shape_a, shape_b)
                 if dt == 0.0 and changes(q, a, b, j, shape_a, shape_b):
                     state[rows.CHANGED + j] = 1.0

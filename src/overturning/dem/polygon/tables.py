@@ -6,9 +6,10 @@ from typing import Final
 # energy that its overturning takes.
 (IS_FREE, FALL_ANGLE, LOWEST, SUPPORT, BARRIER) = range(5)
 RULES: Final = 5
-# Columns of a scene's limits: deepest penetration, kinetic energy at rest, least barrier.
-DEEPEST_ALLOWED, REST_ENERGY, LEAST_BARRIER = range(3)
-LIMITS: Final = 3
+# Columns of a scene's limits: deepest penetration, kinetic energy at rest, least barrier, and the least energy that an error
+# is a share of.
+DEEPEST_ALLOWED, REST_ENERGY, LEAST_BARRIER, LEAST_SCALE = range(4)
+LIMITS: Final = 4
 # Columns of the case table.
 (P_AMPLITUDE, P_FRICTION, P_DAMPING, P_FIRST, P_CALM, P_AFTER, P_FINEST, P_DWELL) = range(8)
 PARAMETERS: Final = 8  # and of each element SAFE_FROM

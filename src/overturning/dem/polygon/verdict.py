@@ -60,7 +60,7 @@ def verdict(state: Any, j: int, layout: Any, elements: int, rules: Any, limits: 
         # Nothing can fall then; the largest rotations are known once what is left cannot reach them again.
         if bound and not may_rise(state, j, elements, rules, spare):
             return Status.SIMULATED
-        return last_verdict(case.sample >= case.after, moving < 1e-4 * limits[t.LEAST_BARRIER])
+        return last_verdict(case.sample >= case.after, moving < 1e-4 * limits[t.LEAST_SCALE])
     return GOES_ON
 
 
@@ -181,4 +181,4 @@ def finish(
         each[e, t.E_SLIP], each[e, t.E_RESIDUAL] = standing.peak_slip, standing.slip
     balance = (moving_energy(state, j, elements, gravity) - rows.load_case(state, j).energy) - work + taken
     out[t.R_STATUS], out[t.R_DEPTH], out[t.R_STEPS] = status, deepest_of(state, j, layout, elements), steps
-    out[t.R_ENERGY] = abs(balance) / max(work, limits[t.LEAST_BARRIER], taken)
+    out[t.R_ENERGY] = abs(balance) / max(work, limits[t.LEAST_SCALE], taken)

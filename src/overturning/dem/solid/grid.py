@@ -25,6 +25,7 @@ class SpaceGrid(Axes):
     aspect: FloatArray  # D/B
     friction: FloatArray
     element: tuple[str, ...] = ()
+    amplitude: tuple[float, ...] = ()
 
 
 def periods_of(shape: Shape, aspect: FloatArray) -> FloatArray:

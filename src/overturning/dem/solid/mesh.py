@@ -9,6 +9,9 @@ from overturning.arrays import FloatArray
 from overturning.dem.solid.shapes import Polyhedron
 from overturning.errors import ArgumentError
 
+MOST_BYTES: Final = 50_000_000
+"""Bytes of a mesh; as text, of which the numbers take some ten times as much memory."""
+
 _STL_HEADER: Final = 84
 _STL_TRIANGLE: Final = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _PLY_TYPES: Final = {
@@ -30,10 +33,14 @@ def read_mesh(path: Path | str) -> Polyhedron:
     if path.suffix.lower() not in readers:
         raise ArgumentError(f"{path}: not a mesh that can be read; give {', '.join(readers)}")
     try:
+        if path.stat().st_size > MOST_BYTES:
+            raise ArgumentError(f"{path}: larger than {MOST_BYTES} bytes; give its convex hull, or fewer vertices")
         vertices = np.unique(readers[path.suffix.lower()](path.read_bytes()), axis=0)
     except OSError as error:
         raise ArgumentError(f"{path}: {error.strerror}") from None
-    except (ValueError, KeyError, IndexError):
+    except ArgumentError:
+        raise
+    except (ValueError, KeyError, IndexError, StopIteration):
         raise ArgumentError(f"{path}: broken, or not the {path.suffix.lower()} format") from None
     try:
         return Polyhedron(vertices, name=path.stem)

@@ -7,11 +7,9 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from overturning.arrays import FloatArray
+from overturning.dem.rest import FLAT, can_rest
 from overturning.dem.solid.body import Body
 from overturning.errors import ArgumentError
-
-FLAT: Final = 1e-6
-"""Distance, as a share of the body's size, within which points lie in one plane or on one line."""
 
 DIGITS: Final = 12
 """Lengths are rounded to so many decimals of the body's size: libraries differ between processors in the last one."""
@@ -103,19 +101,12 @@ def _mass_properties(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _rests(hull: Hull, size: float) -> tuple[float, FloatArray]:
-    """Least tilt at which the body can rest on another face, rad, and the normals of all such faces, clockwise from x.
-
-    It rests on a face if the foot of the perpendicular from its centre lies within: below all other planes.
-    """
+    """Least tilt at which the body can rest on another face, rad, and the normals of all such faces, clockwise from x."""
     _, first = np.unique(np.round(hull.normals, 5), axis=0, return_index=True)
     normals, offsets = hull.normals[first], hull.offsets[first]
-    feet = normals * offsets[:, None]
-    beyond = feet @ normals.T - offsets
-    # Triangles of one face hold each other's feet.
-    beyond[normals @ normals.T > 1.0 - FLAT] = -np.inf
     down = -normals[:, 2]
     # Not the base, nor a face opposite to it, onto which nothing falls before it has fallen onto a side.
-    stable = (beyond.max(axis=1) < -FLAT * size) & (np.abs(down) < 1.0 - FLAT)
+    stable = can_rest(normals, offsets, size) & (np.abs(down) < 1.0 - FLAT)
     if not stable.any():
         return np.pi, np.zeros((0, 3))
     order = np.argsort(-np.arctan2(normals[stable, 1], normals[stable, 0]) % (2.0 * np.pi), kind="stable")

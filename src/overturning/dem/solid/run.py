@@ -1,8 +1,11 @@
 """Many cases in space under one motion: planned, shared out to threads, and collected in their own order."""
 
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.dem.cluster import run_on_cluster
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import run_queues, shared_out
 from overturning.dem.solid.cases import SpaceCases
@@ -46,6 +49,9 @@ def run_in_space(
         If an argument is outside its bounds, or the time step is not stable.
     """
     numerics = numerics or Numerics(scheme=SPACE_SCHEMES[0])
+    if numerics.client is not None:
+        found: SpaceResults = run_on_cluster(partial(run_in_space, shape, contact=contact), motion, cases, numerics)
+        return found
     planned = plan_in_space(shape, motion, cases, numerics, contact or VertexContact())
     results = SpaceResults.at_rest(cases.size)
     counter, nothing = np.zeros(1, np.int64), np.zeros((0, 0))

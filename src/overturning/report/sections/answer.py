@@ -186,4 +186,8 @@ def _cases(results: Results) -> str:
         if results.in_space
         else "record × azimuth × height × B/H × friction"
     )
-    return f"The study has {cases:,} cases ({of}); {others}.{share} {missing}"
+    others_too = len(results.study.amplitude) - 1
+    more = (
+        f" The cube has them under the records times {counted(others_too, 'other factor')} too." if others_too else ""
+    )
+    return f"The study has {cases:,} cases ({of}); {others}.{share} {missing}{more}"

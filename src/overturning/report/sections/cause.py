@@ -36,7 +36,7 @@ def cause(results: Results) -> Section | None:
         blocks.append(Paragraph(f"{fit.note[:1].upper()}{fit.note[1:]}."))
     if not fit.note.startswith("no fit"):
         note = (
-            f"Logistic fit of the probability of overturning to {fit.rows:,} planes and cases of "
+            f"Logistic fit of the probability of overturning to {fit.rows:,} planes and blocks of "
             f"{counted(fit.clusters, 'earthquake')}; intervals clustered by earthquake. PGV/PGA in s, H in m. It says "
             "nothing outside the range of the data."
         )

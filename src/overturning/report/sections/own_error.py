@@ -23,13 +23,14 @@ def own_error(results: Results) -> Section | None:
     warns = [
         _NAMES[kind].format(**found)
         for kind in KINDS
-        if any(outcome["flags"] > WARN_ABOVE * outcome["cases"] for outcome in outcomes[kind])
+        if any(outcome["flags_undivided"] > WARN_ABOVE * outcome["cases"] for outcome in outcomes[kind])
     ]
     blocks: list[Block] = []
     if warns:
         warning = (
-            f"Warning: with {' and with '.join(warns)} more than {percent(WARN_ABOVE)} of the flags change. Do not trust "
-            "single cells of this study; a smaller time step or a stiffer contact is needed."
+            f"Warning: with {' and with '.join(warns)} more than {percent(WARN_ABOVE)} of the flags change, those not counted that "
+            "the neighbourhood does not agree on. Do not trust single cells of this study; a smaller time step or a stiffer "
+            "contact is needed."
         )
         blocks.append(Caution(warning))
     text = _text(found) + _settled(found)
@@ -45,7 +46,8 @@ def own_error(results: Results) -> Section | None:
     side = (
         f"azimuth, by {ASIDE:g}° or more, where it falls" if results.study.body is not None else "side, where it falls"
     )
-    rows = tuple(row for kind in KINDS for row in _rows(found, kind, side))
+    agreed = bool(results.study.ensemble.members)
+    rows = tuple(row for kind in KINDS for row in _rows(found, kind, side, agreed))
     blocks += [Paragraph(text), Table((*heads, "block steps", "of the study's"), rows, "tt"), Note(note)]
     return Section("How exact these answers are", tuple(blocks), anchor="own-error")
 
@@ -55,16 +57,20 @@ def dependence(results: Results) -> Paragraph | None:
     found = results.verification
     if found is None or not found["chosen"]:
         return None
-    shares, helps = [], []
+    shares, helps, sure = [], [], 0.0
     for kind in KINDS:
         outcomes = [one for one in found[kind].get("outcomes", ()) if one["cases"]]
         if outcomes:
             share = max(one["flags"] / one["cases"] for one in outcomes)
             shares.append(f"{percent(share, 1)} of the flags with {_NAMES[kind].format(**found)}")
-            helps += [_SETTINGS[kind]] if share > WARN_ABOVE else []
+            undivided = max(one["flags_undivided"] / one["cases"] for one in outcomes)
+            helps += [_SETTINGS[kind]] if undivided > WARN_ABOVE else []
+            sure = max(sure, undivided)
     if not shares:
         return None
     text = f"Run again, {found['chosen']} cases change {' and '.join(shares)}"
+    if results.study.ensemble.members:
+        text += f", at most {percent(sure, 1)} where the neighbourhood of a case agrees on one"
     if not helps:
         return Note(f"{text}: this little of the answer depends on the computation.")
     return Caution(
@@ -116,7 +122,7 @@ def _cases(count: int) -> str:
     return "1 case" if count == 1 else f"{count} cases"
 
 
-def _rows(found: dict[str, Any], kind: str, side: str) -> list[tuple[str, ...]]:
+def _rows(found: dict[str, Any], kind: str, side: str, agreed: bool) -> list[tuple[str, ...]]:
     """Rows of one repetition; its name and its work stand in the first."""
     name, part, own = _NAMES[kind].format(**found), found[kind], found["study_block_steps"]
     if "refused" in part:
@@ -126,6 +132,11 @@ def _rows(found: dict[str, Any], kind: str, side: str) -> list[tuple[str, ...]]:
         whose = f"{outcome['element']} " if outcome["element"] else ""
         for what, changed, compared in (
             ("falls or stands", outcome["flags"], outcome["cases"]),
+            *(
+                [("of these where the neighbourhood agrees", outcome["flags_undivided"], outcome["cases"])]
+                if agreed
+                else []
+            ),
             (side, outcome["sides"], outcome["fallen"]),
         ):
             low, high = wilson(changed, compared)

@@ -1,0 +1,185 @@
+"""Polygons that are not convex: the outline of joined polygons, and the convex pieces of an outline.
+
+An outline is cut along diagonals, from vertex to vertex: it is divided into triangles, ear by ear, and those are joined
+again while they stay convex (Hertel and Mehlhorn 1983). So each of its sides belongs to one piece as a whole.
+"""
+
+from collections.abc import Sequence
+from itertools import combinations, pairwise
+from typing import Final
+
+import numpy as np
+
+from overturning.arrays import FloatArray
+from overturning.errors import ArgumentError
+
+JOINED: Final = 1e-6
+"""Vertices so near to each other, or to a side, as a share of the size, are at one place, or on it."""
+
+STRAIGHT: Final = 1e-12
+"""A corner of less area than this share of the size squared is none."""
+
+
+def bend(a: FloatArray, b: FloatArray, c: FloatArray) -> float:
+    """Twice the area of a triangle, m², positive where it runs counter-clockwise."""
+    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+
+
+def crosses_itself(points: FloatArray) -> bool:
+    """Whether any two sides of a closed line cross."""
+    n = len(points)
+    for i, j in combinations(range(n), 2):
+        a, b, c, d = (points[k % n] for k in (i, i + 1, j, j + 1))
+        if bend(a, b, c) * bend(a, b, d) < 0 and bend(c, d, a) * bend(c, d, b) < 0:
+            return True
+    return False
+
+
+def outline(name: str, pieces: Sequence[FloatArray]) -> FloatArray:
+    """The outline of convex polygons that are rigidly joined: what is left of their sides without those that two share.
+
+    Parameters
+    ----------
+    name : str
+        The element's.
+    pieces : sequence of ndarray, shape (n, 2)
+        Convex, counter-clockwise, m; in any order.
+
+    Returns
+    -------
+    ndarray, shape (n, 2)
+        Counter-clockwise from the lowest vertex, of several the leftmost; vertices on a straight line are left out.
+
+    Raises
+    ------
+    ArgumentError
+        If pieces overlap, or do not join into one outline without a hole.
+    """
+    ordered = sorted((np.asarray(piece, dtype=np.float64) for piece in pieces), key=lambda piece: piece.tolist())
+    size = float(np.ptp(np.concatenate(ordered), axis=0).max())
+    for (i, one), (j, other) in combinations(enumerate(ordered), 2):
+        depth = -max(_gap(one, other), _gap(other, one))
+        if depth > JOINED * size:
+            raise ArgumentError(
+                f"element {name}: the pieces with {_corner(ordered[i])} and {_corner(ordered[j])} overlap by {depth:.3g} m; "
+                "let them share a side, or give the outline as vertices"
+            )
+    points: list[FloatArray] = []
+    loops = [[_place_of(point, points, JOINED * size) for point in piece] for piece in ordered]
+    places = np.array(points)
+    sides = [
+        side
+        for loop in loops
+        for first, second in zip(loop, loop[1:] + loop[:1], strict=True)
+        for side in _divided(first, second, places, JOINED * size)
+    ]
+    left = set(sides) - {(second, first) for first, second in sides}
+    following = dict(left)
+    at = min(following, key=lambda k: (places[k, 1], places[k, 0]))
+    way = [at]
+    while following[way[-1]] != at and len(way) < len(left):
+        way.append(following[way[-1]])
+    if len(way) != len(left) or len(following) != len(left):
+        raise ArgumentError(
+            f"element {name}: its pieces do not join into one outline without a hole; let each share a side with another"
+        )
+    line = places[way]
+    before, after = np.roll(line, 1, axis=0), np.roll(line, -1, axis=0)
+    area = [abs(bend(*corner)) for corner in zip(before, line, after, strict=True)]
+    return np.asarray(line[area > JOINED * size * np.sqrt(((after - before) ** 2).sum(axis=1))])
+
+
+def _corner(piece: FloatArray) -> str:
+    return f"[{piece[0, 0]:g}, {piece[0, 1]:g}]"
+
+
+def _gap(one: FloatArray, other: FloatArray) -> float:
+    """Largest distance of a convex polygon from the line of a side of another, m, negative where it reaches behind all."""
+    edge = np.roll(one, -1, axis=0) - one
+    normal = np.stack([edge[:, 1], -edge[:, 0]], axis=1) / np.sqrt((edge**2).sum(axis=1))[:, None]
+    return float(((other @ normal.T).min(axis=0) - (one * normal).sum(axis=1)).max())
+
+
+def _place_of(point: FloatArray, points: list[FloatArray], near: float) -> int:
+    """Number of the place where a point is, a new one where it is near to none."""
+    for number, other in enumerate(points):
+        if np.abs(point - other).max() <= near:
+            return number
+    points.append(point)
+    return len(points) - 1
+
+
+def _divided(first: int, second: int, places: FloatArray, near: float) -> list[tuple[int, int]]:
+    """A side, divided at each place on it."""
+    edge = places[second] - places[first]
+    length = float(np.sqrt((edge**2).sum()))
+    along = (places - places[first]) @ edge / length
+    across = np.abs((places - places[first]) @ np.array([-edge[1], edge[0]])) / length
+    on = np.flatnonzero((across <= near) & (along > near) & (along < length - near))
+    stops = [first, *on[np.argsort(along[on])].tolist(), second]
+    return list(pairwise(stops))
+
+
+def convex_pieces(points: FloatArray) -> list[list[int]]:
+    """Convex pieces of an outline, each the numbers of its vertices counter-clockwise.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 2)
+        Counter-clockwise, no three neighbours on a line, m.
+
+    Raises
+    ------
+    ArgumentError
+        If the outline crosses or touches itself.
+    """
+    least = STRAIGHT * float(np.ptp(points, axis=0).max()) ** 2
+    pieces = _triangles(points, least)
+    merged = True
+    while merged:
+        merged = False
+        for one, other in combinations(pieces, 2):
+            joined = _joined(one, other)
+            if joined and all(
+                bend(points[joined[k - 1]], points[at], points[joined[(k + 1) % len(joined)]]) > least
+                for k, at in enumerate(joined)
+            ):
+                pieces = [piece for piece in pieces if piece is not one and piece is not other] + [joined]
+                merged = True
+                break
+    return pieces
+
+
+def _triangles(points: FloatArray, least: float) -> list[list[int]]:
+    """Triangles of an outline, cut off ear by ear."""
+    left, triangles = list(range(len(points))), []
+    while len(left) > 3:
+        for k, at in enumerate(left):
+            ear = [left[k - 1], at, left[(k + 1) % len(left)]]
+            if _is_ear(points, left, ear, least):
+                triangles.append(ear)
+                del left[k]
+                break
+        else:
+            raise ArgumentError("the outline touches itself; move its vertices apart")
+    return [*triangles, left]
+
+
+def _is_ear(points: FloatArray, left: list[int], ear: list[int], least: float) -> bool:
+    """Whether a triangle of neighbours has an area and holds no other vertex, not even on its sides."""
+    a, b, c = points[ear]
+    if bend(a, b, c) <= least:
+        return False
+    others = (points[k] for k in left if k not in ear)
+    return not any(min(bend(a, b, p), bend(b, c, p), bend(c, a, p)) >= -least for p in others)
+
+
+def _joined(one: list[int], other: list[int]) -> list[int] | None:
+    """Two pieces joined at the diagonal that they share; None where they share none."""
+    for k, first in enumerate(one):
+        second = one[(k + 1) % len(one)]
+        for m, at in enumerate(other):
+            if at == second and other[(m + 1) % len(other)] == first:
+                # From the diagonal's second end round the one to its first, and round the other back.
+                return one[k + 1 :] + one[: k + 1] + (other[m:] + other[:m])[2:]
+    return None

@@ -1,0 +1,142 @@
+"""Parts of a sweep: each record's cases shared out to chunks, a file for each chunk; named, written and read here alone."""
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.dem.grid import Axes, opposite_azimuths
+from overturning.dem.solid.grid import answering, periods_of
+from overturning.dem.variables import VARIABLES, Variable
+from overturning.errors import ArgumentError, ResultError
+from overturning.files import atomic_write
+from overturning.study.config import Study
+from overturning.study.netcdf import add_grid, add_variable, open_raw
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """One of the chunks into which the cases of each record are shared out."""
+
+    number: int = 1  # from 1
+    of: int = 1
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """The chunk that a text such as ``3-of-8`` names; an `ArgumentError` where it names none."""
+        found = re.fullmatch(r"(\d{1,9})-of-(\d{1,9})", text)
+        if found is None or not 1 <= int(found[1]) <= int(found[2]):
+            raise ArgumentError(f"chunk: {text!r}; write a number and that of all chunks, 3-of-8")
+        return cls(int(found[1]), int(found[2]))
+
+    def __str__(self) -> str:
+        return f"{self.number}-of-{self.of}"
+
+
+WHOLE: Final = Chunk()
+"""All cases of a record."""
+
+_REMEDY: Final = "run again, which makes it anew"
+
+
+def part_path(folder: Path, record_id: str, chunk: Chunk, suffix: str = ".nc") -> Path:
+    """File of a part in a folder, ``rinaldi.3-of-8.nc``, or of its run time (``.csv``)."""
+    return folder / f"{record_id}.{chunk}{suffix}"
+
+
+def parts_of(folder: Path, records: Iterable[str], chunks: int, suffix: str = ".nc") -> list[Path]:
+    """Files of all parts of some records."""
+    all_chunks = [Chunk(number, chunks) for number in range(1, chunks + 1)]
+    return [part_path(folder, record, chunk, suffix) for record in records for chunk in all_chunks]
+
+
+def piece_of(study: Study, grid: Axes, chunk: Chunk) -> Axes:
+    """The piece of a study's grid that a chunk computes.
+
+    Only the directions are shared out, by turns, so that each chunk has its share of long and short cases; those that
+    answer for one another by symmetry stay together, and so do all B/H, along which the ensemble looks at neighbours. Of
+    more chunks than there are such groups some have no direction at all.
+    """
+    name = grid.names[0]
+    directions = getattr(grid, name)
+    if study.body is None:
+        answers = opposite_azimuths(directions)[:, None]
+    else:
+        answers = answering(directions, periods_of(study.body.shape(), grid.aspect))  # type: ignore[attr-defined]
+    group = np.arange(directions.size)
+    for index, others in enumerate(answers):
+        for other in others[others >= 0]:
+            group[group == group[index]] = group[other]
+    number = np.unique(group, return_inverse=True)[1]
+    return replace(grid, **{name: directions[number % chunk.of == chunk.number - 1]})  # type: ignore[type-var]
+
+
+def write_part(
+    path: Path,
+    grid: Axes,
+    outcome: dict[str, NDArray[Any]],
+    attributes: dict[str, str],
+    variables: tuple[Variable, ...] = VARIABLES,
+) -> None:
+    """Write the outcome on a grid, or on a piece of one, as a part of the cube; a piece without cells has none of it."""
+    from netCDF4 import Dataset
+
+    with atomic_write(path) as part, Dataset(part, "w", format="NETCDF4") as file:
+        if grid.size:
+            add_grid(file, grid)
+            for variable in variables:
+                add_variable(file, variable, grid)[:] = variable.stored(outcome[variable.name])
+        file.setncatts(attributes)
+
+
+class Part(NamedTuple):
+    """An open part that was found to be of the study."""
+
+    file: Any  # netCDF4, masks and scales nothing
+    places: list[NDArray[np.intp]]  # of its cells, along each dimension of the whole grid
+
+    def put(self, name: str, cells: NDArray[Any]) -> None:
+        """Put the values of a variable into their places in an array like the whole grid."""
+        if self.places[0].size:
+            where: tuple[Any, ...] = np.ix_(*self.places)
+            cells[(slice(None), *where) if "amplitude" in self.file.dimensions else where] = self.file[name][:]
+
+
+def record_of(path: Path) -> tuple[str, str]:
+    """Record and variant of a part; a `ResultError` where it cannot be read."""
+    with open_raw(path, "read", _REMEDY, sealed=True) as file:
+        return file.record_id, file.variant
+
+
+@contextmanager
+def opened_part(path: Path, grid: Axes, variables: Sequence[Variable]) -> Iterator[Part]:
+    """Open a part and check that its cells are some of a grid; a `ResultError` where they are not."""
+    with open_raw(path, "read", _REMEDY, sealed=True) as file:
+        if not file.dimensions:  # of a chunk without cells
+            yield Part(file, [np.zeros(0, np.intp)] * len(grid.names))
+            return
+        absent = [variable.name for variable in variables if variable.name not in file.variables]
+        if absent:
+            raise ResultError(f"{path}: has no {absent[0]}; it was made by another version: remove it and run again")
+        names = (*grid.names, *(("amplitude",) if grid.amplitude else ()))
+        if absent := [name for name in names if name not in file.dimensions]:
+            raise ResultError(f"{path}: has no dimension {absent[0]}; it is of another study: remove it and run again")
+        if len(grid.element) != (file.dimensions["element"].size if "element" in file.dimensions else 0):
+            raise ResultError(f"{path}: its elements are not those of the scene; remove it and run again")
+        if grid.amplitude and not np.array_equal(file["amplitude"][:], grid.amplitude):
+            raise ResultError(f"{path}: its factors on the motion are not those of the study; remove it and run again")
+        yield Part(file, [_places(path, name, file[name][:], getattr(grid, name)) for name in grid.names])
+
+
+def _places(part: Path, name: str, values: NDArray[Any], whole_axis: NDArray[Any]) -> NDArray[np.intp]:
+    """Where the values of an axis of a part lie on that axis of the whole grid."""
+    places = np.searchsorted(whole_axis, values).clip(max=whole_axis.size - 1)
+    # Equal, not close: a part of this study was made from the very same numbers.
+    if not np.array_equal(whole_axis[places], values):
+        raise ResultError(f"{part}: its {name} values are not those of the study; remove it and run again")
+    return places

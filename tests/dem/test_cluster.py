@@ -1,0 +1,62 @@
+"""Cases on a dask cluster of two processes: the bits of one process, also where a worker is killed on the way."""
+
+import os
+import signal
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from distributed import Client, LocalCluster
+
+import overturning
+from overturning.dem.solid.simulate import simulate_in_space_arrays
+from overturning.errors import ArgumentError
+
+MOTION = overturning.Motion.sine(amplitude=5.0, period=0.8, azimuth_deg=60)
+
+
+@pytest.fixture(scope="module")
+def client() -> Iterator[Client]:
+    with (
+        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as cluster,
+        Client(cluster) as client,
+    ):
+        yield client
+
+
+def cases() -> overturning.Cases:
+    azimuth, ratio = (grid.ravel() for grid in np.meshgrid(np.arange(0.0, 360.0, 3.0), np.linspace(0.1, 0.5, 17)))
+    return overturning.Cases(azimuth, 0.6, ratio, 0.7)
+
+
+def test_a_sweep_on_a_cluster_has_the_bits_of_one_process(client: Client) -> None:
+    grid = {"azimuth_deg": range(0, 360, 2), "height": [0.6, 1.0], "b_over_h": [0.2, 0.3, 0.4], "friction": [0.5, 1.0]}
+    alone, spread = (overturning.simulate(MOTION, **grid, client=each) for each in (None, client))
+    assert spread.identical(alone)
+    space = {"orientation_deg": range(0, 90, 5), "height": [0.6], "b_over_h": [0.2, 0.3], "friction": [0.6]}
+    one, two = (simulate_in_space_arrays(MOTION, **space, client=each) for each in (None, client))
+    for name, values in one.items():
+        np.testing.assert_array_equal(two[name], values)
+
+
+def test_a_worker_killed_on_the_way_costs_time_and_no_result(client: Client) -> None:
+    killed = []
+
+    def kill_one(done: int, total: int) -> None:
+        if not killed:
+            assert done < total, "nothing was left to do"
+            killed.append(next(iter(client.run(os.getpid).values())))
+            os.kill(killed[0], signal.SIGKILL)
+
+    spread = overturning.run_cases(MOTION, cases(), client=client, progress=kill_one)
+    alone = overturning.run_cases(MOTION, cases())
+    assert killed
+    for name, values in vars(alone).items():
+        np.testing.assert_array_equal(getattr(spread, name), values)
+
+
+def test_what_is_wrong_on_a_worker_is_said_here(client: Client) -> None:
+    with pytest.raises(ArgumentError, match="time_step"):
+        overturning.run_cases(MOTION, cases(), client=client, time_step=-1.0)
+    with pytest.raises(ArgumentError, match=r"client: str; give a dask.distributed.Client\(\)"):
+        overturning.run_cases(MOTION, cases(), client="here")

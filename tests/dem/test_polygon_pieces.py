@@ -1,0 +1,191 @@
+"""Stones that are not convex: their convex pieces, their statics, and that pieces move as the whole does."""
+
+from itertools import permutations
+from typing import Any
+
+import numpy as np
+import pytest
+
+from overturning.dem.cases import Cases
+from overturning.dem.polygon.geometry import native_size, place
+from overturning.dem.polygon.pieces import bend, convex_pieces, crosses_itself, outline
+from overturning.dem.polygon.prepare import prepare
+from overturning.dem.results import Results
+from overturning.dem.run import run
+from overturning.dem.scene import Scene
+from overturning.errors import ConfigError
+from overturning.motion.motion import Motion
+from tests.dem.near_field import near_field
+from tests.dem.polygon_scenes import GROUND, block, scene, shaken
+
+FOOT = [[0, 0], [0.8, 0], [0.8, 0.3], [0, 0.3]]
+STEM = [[0, 0.3], [0.3, 0.3], [0.3, 1.1], [0, 1.1]]
+L_SHAPE = [[0, 0], [0.8, 0], [0.8, 0.3], [0.3, 0.3], [0.3, 1.1], [0, 1.1]]
+CROSS = [
+    [-0.15, 0], [0.15, 0], [0.15, 0.6], [0.4, 0.6], [0.4, 0.9], [0.15, 0.9],
+    [0.15, 1.2], [-0.15, 1.2], [-0.15, 0.9], [-0.4, 0.9], [-0.4, 0.6], [-0.15, 0.6],
+]  # fmt: skip
+
+
+def stone(**keys: Any) -> dict[str, Any]:
+    return {"name": "stone", "stands_on": "ground", **keys}
+
+
+def area_of(points: np.ndarray) -> float:
+    x, z = points.T
+    return 0.5 * float((x * np.roll(z, -1) - np.roll(x, -1) * z).sum())
+
+
+def answers(made: Scene, motion: Motion, azimuths: Any = (0.0,), friction: float = 0.8) -> Results:
+    height, ratio = native_size(made)
+    return run(made, motion, Cases(np.asarray(azimuths), height, ratio, friction))
+
+
+def star(generator: np.random.Generator, count: int) -> np.ndarray:
+    """An outline that turns in and out at random, about the origin."""
+    angles = 2 * np.pi / count * (np.arange(count) + generator.uniform(0, 0.9, count))
+    return np.stack([np.cos(angles), np.sin(angles)], axis=1) * generator.uniform(0.2, 1.0, count)[:, None]
+
+
+def test_pieces_are_convex_fill_the_outline_and_keep_its_sides() -> None:
+    generator = np.random.default_rng(2)
+    for number in range(60):
+        points = star(generator, 4 + number % 12)
+        pieces = convex_pieces(points)
+        assert sum(area_of(points[loop]) for loop in pieces) == pytest.approx(area_of(points), rel=1e-12)
+        for loop in pieces:
+            for k in range(len(loop)):
+                assert bend(*points[[loop[k - 1], loop[k], loop[(k + 1) % len(loop)]]]) > 0
+        sides = [(loop[k - 1], loop[k]) for loop in pieces for k in range(len(loop))]
+        for k in range(len(points)):
+            assert sides.count((k, (k + 1) % len(points))) == 1
+        assert len(pieces) <= sum(bend(points[k - 2], points[k - 1], points[k]) < 0 for k in range(len(points))) * 2 + 1
+
+
+def test_an_outline_that_crosses_itself_is_seen() -> None:
+    assert crosses_itself(np.array([[0, 0], [1, 1], [1, 0], [0, 1.0]]))
+    assert not crosses_itself(np.array(L_SHAPE, dtype=float))
+
+
+def test_joined_pieces_have_the_outline_of_the_whole_in_any_order() -> None:
+    for order in permutations((FOOT, STEM)):
+        assert outline("l", [np.array(piece, float) for piece in order]).tolist() == L_SHAPE
+    halves = [[[-0.1, 0], [0.02, 0], [-0.02, 0.5], [-0.1, 0.5]], [[0.02, 0], [0.1, 0], [0.1, 0.5], [-0.02, 0.5]]]
+    for order in permutations(halves):
+        whole = place(scene(stone(pieces=list(order))))[1]
+        assert whole.shape.pieces == ()
+        np.testing.assert_allclose(
+            whole.shape.vertices, place(scene(block("stone", 0.2, 0.5)))[1].shape.vertices, atol=1e-15
+        )
+
+
+def test_mass_centre_and_inertia_are_those_of_the_pieces_together() -> None:
+    """Of two rectangles: masses, weighted centres, parallel axes."""
+    item = place(scene(stone(vertices=L_SHAPE, depth=0.4)))[1]
+    parts = [(0.8, 0.3, 0.4, 0.15), (0.3, 0.8, 0.15, 0.7)]
+    mass = [2650 * 0.4 * b * h for b, h, _, _ in parts]
+    x, z = (np.average([part[k] for part in parts], weights=mass) for k in (2, 3))
+    inertia = sum(
+        m * ((b**2 + h**2) / 12 + (px - x) ** 2 + (pz - z) ** 2) for m, (b, h, px, pz) in zip(mass, parts, strict=True)
+    )
+    assert (item.mass, item.inertia) == pytest.approx((sum(mass), inertia))
+    assert (item.x, item.z) == pytest.approx((x, z))
+
+
+def test_an_l_shape_tips_at_arm_over_height_to_either_side() -> None:
+    """Centre at (0.275, 0.425) over a base from 0 to 0.8: towards its stem at 0.275/0.425 g, the other way at 0.525/0.425 g."""
+    made = scene(stone(vertices=L_SHAPE))
+    prepared = prepare(made)
+    assert prepared.threshold == pytest.approx(0.275 / 0.425, rel=1e-12)
+    assert prepared.critical[1] == pytest.approx(np.arctan(0.275 / 0.425), rel=1e-9)
+    assert np.degrees(prepared.placed[1].fallen) == pytest.approx(90)
+    time = np.arange(0, 4, 0.01)
+    for share, sign, stands in ((0.275, 1, True), (0.275, 1, False), (0.525, -1, True), (0.525, -1, False)):
+        level = (0.97 if stands else 1.03) * sign * share / 0.425 * 9.80665
+        # A base that accelerates towards +x throws it towards −x, over its stem's side.
+        push = level * np.clip(time, 0, 1)
+        motion = Motion(push, 0 * push, sampling_interval=0.01, trust_data=True)  # no ground goes on like that
+        found = answers(made, motion, friction=5.0)
+        assert found.overturned[0, 0] == (0 if stands else -sign), (share, stands)
+
+
+def test_an_arch_stands_on_four_corners_and_each_carries_its_part() -> None:
+    arch = [[-0.5, 0], [-0.3, 0], [-0.3, 0.5], [0.3, 0.5], [0.3, 0], [0.5, 0], [0.5, 0.8], [-0.5, 0.8]]
+    prepared = prepare(scene(stone(vertices=arch)))
+    assert len(prepared.springs) == 4
+    assert prepared.laws.carried == pytest.approx(prepared.placed[1].mass * 9.80665, rel=1e-9)
+    assert prepared.threshold == pytest.approx(0.5 / prepared.placed[1].z, rel=1e-9)
+
+
+def test_a_rectangle_of_two_halves_answers_as_the_undivided_one() -> None:
+    motion, azimuths = near_field(7)[0], np.arange(0, 360, 60.0)
+    beside = block("beside", 0.1, 0.5, x=0.6)  # so that both are scenes for the general kernel
+    whole = answers(scene(block("stone", 0.2, 0.6), beside), motion, azimuths)
+    halves = [[[-0.1, 0], [0.0, 0], [0.05, 0.6], [-0.1, 0.6]], [[0.0, 0], [0.1, 0], [0.1, 0.6], [0.05, 0.6]]]
+    divided = answers(scene(stone(pieces=halves), beside), motion, azimuths)
+    assert (whole.overturned != 0).any()
+    np.testing.assert_array_equal(divided.overturned, whole.overturned)
+    np.testing.assert_allclose(divided.peak_rotation, whole.peak_rotation, rtol=1e-6)
+
+
+def test_pieces_that_meet_at_the_corners_touch_there_once() -> None:
+    """A notch of a ten-thousandth of a millimetre in its top divides a stone into pieces that share a lower corner."""
+    motion, azimuths = near_field(7)[0], np.arange(0, 360, 45.0)
+    corners = [[-0.12, 0], [0.12, 0], [0.13, 0.6], [-0.12, 0.6]]
+    notched = [*corners[:3], [0.02, 0.6 - 1e-7], corners[3]]
+    whole, divided = (
+        scene(stone(vertices=vertices), block("beside", 0.1, 0.5, x=0.6)) for vertices in (corners, notched)
+    )
+    assert [len(place(made)[1].shape.parts) for made in (whole, divided)] == [1, 2]
+    one, other = (answers(made, motion, azimuths) for made in (whole, divided))
+    assert 0 < (one.overturned[:, 0] != 0).sum() < azimuths.size
+    np.testing.assert_array_equal(other.overturned, one.overturned)
+    stands = one.overturned[:, 0] == 0
+    np.testing.assert_allclose(other.peak_rotation[stands, 0], one.peak_rotation[stands, 0], rtol=1e-4)
+
+
+def test_a_stone_lies_in_the_corner_of_an_l() -> None:
+    """It rests on the foot against the stem, pushed there by the shaking, and neither sinks in nor leaves."""
+    small = {"name": "small", "width": 0.3, "height": 0.2, "at": [0.45 + 1e-6, 0.3], "material": "ice"}
+    made = scene(
+        stone(vertices=L_SHAPE), small, materials={"stone": {}, "ice": {}},
+        contacts=[{"between": ["stone", "ice"], "friction": 0.02}],
+    )  # fmt: skip
+    prepared = prepare(made)
+    assert prepared.at_rest
+    time = np.arange(0, 3, 0.01)
+    found = answers(made, shaken(0.8 * np.sin(4 * np.pi * time)))
+    assert found.overturned.tolist() == [[0, 0]]
+    assert found.peak_slip[0, 1] > 1e-3
+    assert found.peak_penetration[0] < 1e-4
+    assert found.energy_error[0] < 1e-2
+
+
+@pytest.mark.parametrize("vertices", [L_SHAPE, CROSS])
+def test_energy_is_kept_and_mirror_images_fall_the_other_way(vertices: list[list[float]]) -> None:
+    motion, azimuths = near_field(7)[0], np.array([0.0, 90.0, 180.0, 270.0])
+    mirrored = [[-x, z] for x, z in vertices[::-1]]
+    one, other = (answers(scene(stone(vertices=points)), motion, azimuths) for points in (vertices, mirrored))
+    assert one.energy_error.max() < 1e-2
+    np.testing.assert_array_equal(one.overturned, -other.overturned[[2, 3, 0, 1]])
+    stands = one.overturned == 0
+    assert stands.any()
+    np.testing.assert_allclose(one.peak_rotation[stands], other.peak_rotation[[2, 3, 0, 1]][stands], rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"pieces": [FOOT, [[0.2, 0.2], [0.3, 0.2], [0.3, 1.1], [0.2, 1.1]]]}, "element stone: the pieces .* overlap by 0.1"),
+        ({"pieces": [FOOT, [[0.9, 0], [1, 0], [1, 1]]]}, "element stone: its pieces do not join into one outline"),
+        ({"pieces": [FOOT, [[0.8, 0.3], [1, 0.3], [1, 1]]]}, "element stone: its pieces do not join into one outline"),
+        ({"pieces": [L_SHAPE]}, "element stone: piece 1 is not convex; split it, or give the outline of all as vertices"),
+        ({"pieces": [FOOT, STEM[::-1]]}, "element stone, piece 2: the polygon runs clockwise"),
+        ({"pieces": [FOOT], "width": 1}, "element stone: give either width and height, or vertices, or pieces"),
+        ({"vertices": [[0, 0], [1, 0], [0.2, 1], [0.8, 1.2]]}, "element stone: the polygon crosses itself"),
+        ({"vertices": [[0, 0], [1, 0], [1, 1], [0.5, 1], [0, 1]]}, r"element stone: vertex 3 \(0.5, 1\) lies in line"),
+    ],
+)  # fmt: skip
+def test_refused(change: dict[str, Any], said: str) -> None:
+    with pytest.raises(ConfigError, match=said):
+        scene(GROUND, stone(**change))

@@ -1,0 +1,16 @@
+"""A folder to work in."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """An empty folder to work in, beside which nothing may appear."""
+    inner = tmp_path / "inner"
+    inner.mkdir()
+    monkeypatch.chdir(inner)
+    yield inner
+    assert [path.name for path in tmp_path.iterdir()] == ["inner"]

@@ -1,0 +1,165 @@
+"""Cubes from strangers, and names of theirs on a page."""
+
+import io
+import json
+import os
+from collections.abc import Callable
+from contextlib import redirect_stderr, redirect_stdout, suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+import yaml
+from hypothesis import strategies as st
+
+from overturning.cli import main
+from overturning.figures.explore import write_explorer
+from overturning.files import seal
+from overturning.records.record import Record
+from overturning.report import blocks
+from overturning.report.html import render_html
+from overturning.study.cube import open_cube, processing_of, sources_of_records, study_of
+from overturning.study.gather import gather
+from overturning.study.load import check_study
+from overturning.study.sweep import sweep_record
+from tests.fuzz.spoiling import EVIL_WORDS, fuzz, met, scripts_of, spoilt, wrong_tree
+
+
+@pytest.fixture(scope="module")
+def cube(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """A small cube, as it is written."""
+    folder = tmp_path_factory.mktemp("cube")
+    study = check_study(
+        {
+            "name": "small", "records": {"use": ["a"]}, "azimuth": {"step": 90}, "b_over_h": [0.3], "friction": [0.5],
+            "ensemble": {"members": 0}, "verification": "none",
+        },
+        "test",
+    )  # fmt: skip
+    wave = 6.0 * np.sin(np.arange(300) / 12.0)
+    record = Record("a", wave, 0.1 * wave, None, 0.01, station="S", event="E", sha256="0" * 64)
+    sweep_record(study, record, folder / "a.nc")
+    gather(study, [record], [folder / "a.nc"], folder / "cube.nc")
+    return (folder / "cube.nc").read_bytes()
+
+
+def look_at(path: Path) -> None:
+    """Look around in a cube that comes from elsewhere, by the command; its page has two scripts, its data and its own."""
+    assert write_explorer  # imported, so that a child need not
+    page = path.with_suffix(".html")
+    page.unlink(missing_ok=True)
+    try:
+        with redirect_stderr(io.StringIO()) as said, redirect_stdout(io.StringIO()):
+            main(["explore", str(path), "--output", str(page)])
+        code: object = 0
+    except SystemExit as end:
+        code = end.code
+    assert not code or (code == 1 and said.getvalue().startswith("error: ")), said.getvalue()
+    if page.is_file():
+        assert scripts_of(page.read_text(encoding="utf-8")) == ["meta", "meta", "script", "script"], (
+            "a script in the page"
+        )
+    with suppress(RuntimeError), open_cube(path) as opened:
+        study_of(opened), sources_of_records(opened), processing_of(opened)
+
+
+def in_a_child(read: Callable[[], Any]) -> str:
+    """Read in a process of its own, which a damaged file may bring down; what became of it."""
+    receiver, sender = os.pipe()
+    child = os.fork()
+    if not child:
+        try:
+            met(read)
+        except BaseException as other:
+            os.write(sender, f"{type(other).__name__}: {other}"[:2000].encode("utf-8", "replace"))
+        os._exit(0)
+    os.close(sender)
+    with os.fdopen(receiver, "rb") as pipe:
+        said = pipe.read().decode(errors="replace")
+    _, status = os.waitpid(child, 0)
+    return said or (f"signal {os.WTERMSIG(status)}" if os.WIFSIGNALED(status) else "")
+
+
+def test_cubes(folder: Path, cube: bytes) -> None:
+    path = folder / "cube.nc"
+    bare = cube[:-75]
+
+    def read(case: tuple[bool, bytes]) -> None:
+        path.write_bytes(case[1])
+        if case[0]:
+            seal(path)
+        said = in_a_child(lambda: look_at(path))
+        # The library of HDF5 itself may fall over a file that was made to; a process of ours falls with it.
+        assert said in ("", "signal 11", "signal 6"), said
+
+    read((False, cube))
+    read((False, bare))
+    fuzz(st.tuples(st.booleans(), spoilt(bare)), read, examples=6)
+
+
+def test_cubes_with_other_content(folder: Path, cube: bytes) -> None:
+    (folder / "whole.nc").write_bytes(cube)
+    path = folder / "cube.nc"
+    with xr.open_dataset(folder / "whole.nc", decode_timedelta=False) as opened:
+        whole = opened.load()
+    study = json.loads(whole.attrs["study"])
+
+    def read(case: tuple[str, str, Any]) -> None:
+        what, name, value = case
+        changed = whole.copy()
+        if what == "variable":
+            changed = changed.drop_vars(name)
+        elif what == "dimension":
+            changed = changed.isel({name: slice(0, 0)})
+        elif what == "attribute":
+            changed.attrs.pop(name)
+        else:
+            changed.attrs[name] = value
+        changed.drop_encoding().to_netcdf(path, engine="netcdf4")
+        said = in_a_child(lambda: look_at(path))
+        assert said == "", f"{case[:2]}: {said}"
+
+    def studied(value: bytes) -> str:
+        return json.dumps(yaml.safe_load(value), default=str)
+
+    words = st.sampled_from(["", "{", "[]", "null", '"x"', "3", "[1]", '{"a": []}', "</script><script>hurt()</script>"])
+    cases = st.one_of(
+        st.tuples(st.just("variable"), st.sampled_from(sorted(map(str, whole.variables))), st.none()),
+        st.tuples(st.just("dimension"), st.sampled_from(sorted(map(str, whole.dims))), st.none()),
+        st.tuples(st.just("attribute"), st.sampled_from(sorted(whole.attrs)), st.none()),
+        st.tuples(st.just("value"), st.sampled_from(sorted(whole.attrs)), words),
+        st.tuples(st.just("value"), st.just("study"), wrong_tree(study).map(studied)),
+    )
+    fuzz(cases, read, examples=6)
+
+
+def test_names_in_the_report(folder: Path) -> None:
+    name = (
+        st.text(max_size=40)
+        | st.sampled_from(EVIL_WORDS[:-1])
+        | st.tuples(st.text(max_size=5), st.sampled_from(EVIL_WORDS)).map("".join)
+    )
+
+    def page_of(names: list[str]) -> str:
+        one, two, three = names
+        section = blocks.Section(
+            one,
+            (
+                blocks.Paragraph(two),
+                blocks.Bullets((one, three)),
+                blocks.Code(two),
+                blocks.Table((one, two), ((three, one),)),
+                blocks.Link(one, two),
+                blocks.Disclosure(three, (blocks.Note(one), blocks.Caution(two))),
+            ),
+        )
+        return render_html(blocks.Report(three, one, (section,)))
+
+    usual = scripts_of(page_of(["a", "b", "c"]))
+
+    def read(names: list[str]) -> None:
+        assert scripts_of(page_of(names)) == usual
+
+    fuzz(st.lists(name, min_size=3, max_size=3), read)

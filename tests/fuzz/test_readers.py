@@ -1,0 +1,161 @@
+"""Input from strangers, spoilt at random: read or refused in a few lines, within 10 s and 1 GB, and nothing else."""
+
+import itertools
+import random
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import strategies as st
+from malformed_corpus import COUNTS, WHOLE
+from seed_writers import write_inventory, write_mseed, write_sac
+
+from overturning.dem.scene import load_scene
+from overturning.dem.solid.mesh import read_mesh
+from overturning.records.catalogue import read_catalogue
+from overturning.records.options import ReadOptions
+from overturning.records.read import read_path
+from overturning.study.check import check_files, check_size
+from overturning.study.load import load_study
+from overturning.surveys.stones import read_survey
+from tests.fuzz.spoiling import edited, fuzz, met, spoilt, wrong_tree
+
+ROOT = Path(__file__).parents[2]
+BOMB = "a: &a [x,x,x,x,x,x,x,x,x]\n" + "".join(
+    f"{name}: &{name} [{','.join([f'*{last}'] * 9)}]\n" for last, name in itertools.pairwise("abcdefghij")
+)
+DEEP = "[" * 5000 + "]" * 5000
+
+
+def test_records_as_text(folder: Path) -> None:
+    def read(case: tuple[str, bytes]) -> None:
+        form, content = case
+        paths = [folder / name for name in WHOLE[form][0]]
+        for path, text in zip(paths, WHOLE[form][0].values(), strict=True):
+            path.write_bytes(content if path == paths[0] else text.encode())
+        met(lambda: read_path(paths, options=ReadOptions(unit="gal")))
+
+    forms = [
+        st.tuples(st.just(form), spoilt(next(iter(texts.values())).encode())) for form, (texts, _) in WHOLE.items()
+    ]
+    fuzz(st.one_of(forms), read)
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("form", ["mseed", "sac", "xml", "zip"])
+def test_records_in_binary(folder: Path, form: str) -> None:
+    if form == "sac":
+        first = write_sac(folder / "a.sac", COUNTS[0] / 1e3, "HNN", 0.0, 90.0)
+        other = write_sac(folder / "b.sac", COUNTS[1] / 1e3, "HNE", 90.0, 90.0)
+    elif form == "zip":
+        first = other = ROOT / "src" / "overturning" / "records" / "examples" / "20161113_110259_WTMC_20.V2A.zip"
+    else:
+        first = write_mseed(folder / "x.mseed", {"HNN": np.repeat(COUNTS[0], 10), "HNE": np.repeat(COUNTS[1], 10)})
+        other = write_inventory(folder / "s.xml", {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0)})
+        first, other = (first, other) if form == "mseed" else (other, first)
+    path, whole = folder / f"spoilt{first.suffix}", first.read_bytes()
+
+    def read(content: bytes) -> None:
+        path.write_bytes(content)
+        met(lambda: read_path([path] if form == "zip" else [path, other], options=ReadOptions(unit="gal")))
+
+    fuzz(spoilt(whole), read)
+
+
+def test_record_tables(folder: Path) -> None:
+    path = folder / "records.tsv"
+
+    def read(content: bytes) -> None:
+        path.write_bytes(content)
+
+        def all_of_it() -> None:
+            for name in read_catalogue(path):
+                assert Path("results", name).resolve().parent == folder / "results", "a name that leads out"
+
+        met(all_of_it)
+
+    fuzz(spoilt((ROOT / "config" / "records.tsv").read_bytes()), read)
+
+
+@pytest.mark.parametrize("name", ["near-fault", "in-space"])
+def test_studies(folder: Path, name: str) -> None:
+    path, whole = folder / "mine.yaml", (ROOT / "config" / f"{name}.yaml").read_bytes()
+
+    def read(content: bytes) -> None:
+        path.write_bytes(content)
+
+        def all_of_it() -> None:
+            study = load_study(path)
+            assert Path("results", study.name).resolve().parent == folder / "results", "a name that leads out"
+            for variant in study.variants:
+                assert Path("results", f"cube.{variant}.nc").resolve().parent == folder / "results"
+            check_size(study, "mine.yaml")
+            check_files(study, "mine.yaml")
+
+        met(all_of_it)
+
+    for harm in (
+        BOMB,
+        f"name: {DEEP}",
+        f"{whole.decode()}\nfriction: *a",
+        BOMB + whole.decode().replace("name:", "name: *j #"),
+    ):
+        read(harm.encode())
+    fuzz(wrong_tree(yaml.safe_load(whole)) | spoilt(whole), read)
+
+
+def test_scenes(folder: Path) -> None:
+    path, whole = folder / "mine.yaml", (ROOT / "config" / "scenes" / "three-tier.yaml").read_bytes()
+
+    def read(content: bytes) -> None:
+        path.write_bytes(content)
+        met(lambda: load_scene(path))
+
+    for harm in (BOMB, f"elements: {DEEP}", BOMB + "name: *j\nelements: [*j, *j]\n"):
+        read(harm.encode())
+    fuzz(wrong_tree(yaml.safe_load(whole)) | spoilt(whole), read)
+
+
+def test_surveys(folder: Path) -> None:
+    path = folder / "stones.csv"
+
+    def read(content: bytes) -> None:
+        path.write_bytes(content)
+        met(lambda: read_survey(path))
+
+    fuzz(spoilt((ROOT / "surveys" / "example-ruin.csv").read_bytes()), read)
+
+
+CORNERS = np.array(list(itertools.product((-0.2, 0.2), (-0.3, 0.3), (0.0, 1.0))))
+_LINES = "".join(f"v {x} {y} {z}\n" for x, y, z in CORNERS)
+_PLY = "ply\nformat {}\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+MESHES = {
+    "obj": _LINES.encode(),
+    "ply": (_PLY.format("ascii 1.0") + _LINES.replace("v ", "")).encode(),
+    "binary.ply": _PLY.format("binary_little_endian 1.0").encode() + CORNERS.astype("<f4").tobytes(),
+    "stl": bytes(80)
+    + (8).to_bytes(4, "little")
+    + b"".join(
+        np.array([[0, 0, 0], *np.roll(CORNERS, turn, axis=0)[:3]], dtype="<f4").tobytes() + b"\0\0" for turn in range(8)
+    ),
+}
+
+
+def test_meshes(folder: Path) -> None:
+    def read(case: tuple[str, bytes]) -> None:
+        path = folder / f"body.{case[0]}"
+        path.write_bytes(case[1])
+        met(lambda: read_mesh(path))
+
+    huge = _PLY.replace("vertex 8", "vertex 99999999999").format("binary_little_endian 1.0")
+    read(("ply", huge.encode()))
+    read(("stl", bytes(80) + b"\xff\xff\xff\xff"))
+    fuzz(st.one_of([st.tuples(st.just(form), spoilt(whole)) for form, whole in MESHES.items()]), read)
+
+
+def test_dice_are_not_loaded() -> None:
+    """What spoils a file changes it nearly always, and not the rest of it."""
+    content, throw = bytes(range(256)) * 8, random.Random(3)
+    edits = [(throw.choice("rdipxnt"), throw.random(), throw.randrange(400), b"12345678") for _ in range(200)]
+    assert sum(edited(content, [edit]) != content for edit in edits) > 190

@@ -1,0 +1,130 @@
+"""Going on after an earlier run: one run at a time, damage taken away, times put right."""
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from overturning.errors import ResultError
+from overturning.files import atomic_write, whole
+from overturning.records.record import Record
+from overturning.records.store import read_motion, write_motion
+from overturning.study.config import Ensemble
+from overturning.study.going_on import hold, mend
+from overturning.study.members import draw_members, read_members, write_members
+from overturning.study.timing import timed
+
+
+def motion(path: Path) -> Path:
+    samples = np.sin(np.arange(50.0))
+    write_motion(Record(path.stem, samples, samples, None, 0.01), path)
+    return path
+
+
+def test_every_byte_of_a_file_counts(tmp_path: Path) -> None:
+    path = motion(tmp_path / "a.nc")
+    content = path.read_bytes()
+    assert whole(path)
+    assert read_motion(path).north.size == 50
+    for place in range(0, len(content), len(content) // 97):
+        path.write_bytes(content[:place] + bytes([content[place] ^ 1]) + content[place + 1 :])
+        assert not whole(path), place
+        with pytest.raises(ResultError, match=r"a\.nc: damaged"):
+            read_motion(path)
+    for length in (0, 1, len(content) // 2, len(content) - 1):
+        path.write_bytes(content[:length])
+        assert not whole(path)
+    assert whole(tmp_path / "none.nc") is None
+
+
+def test_members_are_checked_too(tmp_path: Path) -> None:
+    path = tmp_path / "members.csv"
+    drawn = draw_members(Ensemble(members=16))
+    write_members(drawn, path)
+    np.testing.assert_array_equal(read_members(path).friction, drawn.friction)
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("1.", "2.", 1), encoding="utf-8")
+    with pytest.raises(ResultError, match="damaged"):
+        read_members(path)
+
+
+def test_only_what_is_damaged_or_half_written_is_taken_away(tmp_path: Path) -> None:
+    kept = [motion(tmp_path / "motion" / "a.nc"), motion(tmp_path / "cube.nc")]
+    with timed(tmp_path / "sweep" / "nominal" / "a.csv") as row:
+        row["block_steps"] = 4
+    with timed(tmp_path / "sweep" / "nominal" / "b.csv") as row:
+        row["block_steps"] = 4
+    cut, emptied = motion(tmp_path / "sweep" / "nominal" / "a.nc"), motion(tmp_path / "motion" / "b.nc")
+    table = tmp_path / "sweep" / "nominal" / "b.csv"
+    cut.write_bytes(cut.read_bytes()[:-200])
+    emptied.write_bytes(b"")
+    table.write_text("record\n", encoding="utf-8")
+    (tmp_path / ".a.nc.x.part").write_bytes(b"half")
+    (tmp_path / "verification.json").write_text("{", encoding="utf-8")
+    assert set(mend(tmp_path)) == {cut, emptied, table, tmp_path / "verification.json"}
+    left = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.is_file()}
+    assert left == {"motion/a.nc", "cube.nc", "sweep/nominal/a.csv"}
+    assert all(map(whole, kept))
+    assert mend(tmp_path) == []
+    assert mend(tmp_path / "none") == []
+
+
+def test_times_ahead_keep_their_order_and_lie_ahead_no_more(tmp_path: Path) -> None:
+    now = time.time()
+    paths = [motion(tmp_path / f"{name}.nc") for name in "abcd"]
+    for path, moment in zip(paths, (now - 100, now + 7200, now + 3600, now + 3601), strict=True):
+        os.utime(path, (moment, moment))
+    assert mend(tmp_path) == []
+    after = [path.stat().st_mtime for path in paths]
+    assert after[0] == pytest.approx(now - 100, abs=1e-3)
+    assert after[0] < after[2] < after[3] < after[1] <= time.time()
+
+
+def test_the_lock_goes_with_its_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OVERTURNING_HOLDS", "")
+    monkeypatch.chdir(tmp_path)
+    lock = tmp_path / "hidden" / "run.lock"
+    code = (
+        "import sys, time\nfrom pathlib import Path\nfrom overturning.study.going_on import hold\n"
+        "hold(Path(sys.argv[1]))\nprint('holds', flush=True)\ntime.sleep(60)\n"
+    )
+    other = subprocess.Popen([sys.executable, "-c", code, str(lock)], stdout=subprocess.PIPE, text=True, cwd=tmp_path)
+    assert other.stdout is not None
+    assert other.stdout.readline() == "holds\n"
+    with pytest.raises(ResultError, match=rf"another run works in this folder \(process {other.pid}\)"):
+        hold(lock)
+    other.kill()
+    other.communicate()
+    descriptor = hold(lock)
+    assert descriptor is not None
+    assert lock.read_text(encoding="utf-8") == str(os.getpid())
+    assert hold(lock) is None, "the same run"
+    os.close(descriptor)
+
+
+def test_a_step_of_a_killed_run_is_waited_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("OVERTURNING_HOLDS", "")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "overturning").write_text("import time\ntime.sleep(1)\n", encoding="utf-8")
+    step = subprocess.Popen(
+        [sys.executable, str(tmp_path / "overturning"), "sweep", "--output", "results/a/sweep/b.nc"]
+    )
+    while Path(f"/proc/{step.pid}/cmdline").read_bytes().split(b"\0")[0] != sys.executable.encode():
+        time.sleep(0.01)
+    descriptor = hold(tmp_path / "run.lock")
+    assert descriptor is not None
+    os.close(descriptor)
+    assert step.poll() is not None or step.wait(1) == 0
+    assert capsys.readouterr().err == f"A step of a killed run is still at work (process {step.pid}); waiting for it.\n"
+
+
+def test_only_netcdf_is_sealed_by_itself(tmp_path: Path) -> None:
+    with atomic_write(tmp_path / "a.csv") as part:
+        part.write_text("a\n", encoding="utf-8")
+    assert (tmp_path / "a.csv").read_text(encoding="utf-8") == "a\n"

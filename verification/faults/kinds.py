@@ -1,0 +1,212 @@
+"""The faults: each does its harm to a place and says what is wrong with what it met, if anything is.
+
+Those that need a file to be noticed as damaged return it. After each the one command must go on.
+"""
+
+import os
+import random
+import signal
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Final
+
+import psutil
+
+from verification.faults.place import Place, jobs, snakemake_of
+
+Fault = Callable[[Place, random.Random, float], Path | None]
+"""Given a place, dice, and the seconds that an undisturbed run takes; returns the file that is damaged."""
+
+PART, MOTION = "sweep/nominal/*.nc", "motion/*.nc"
+SMALL_DISK: Final = (100, 400)  # kB: too small for the first motion, and for all of the parts
+
+
+def kill_all(place: Place, dice: random.Random, seconds: float) -> None:
+    """SIGKILL of the process group at any moment."""
+    run = place.begin()
+    time.sleep(dice.uniform(0.05, 0.95) * seconds)
+    os.killpg(run.pid, signal.SIGKILL)
+    run.wait()
+
+
+def kill_job(place: Place, dice: random.Random, _seconds: float) -> None:
+    """SIGKILL of one job, whichever; Snakemake goes on with the others."""
+    run, chosen = place.begin(), dice.randrange(4)
+    for number, job in enumerate(jobs(run)):
+        if number == chosen:
+            time.sleep(dice.uniform(0.0, 1.0))
+            _kill(job)
+    run.wait()
+
+
+def kill_snakemake(place: Place, dice: random.Random, _seconds: float) -> None:
+    """SIGKILL of Snakemake alone while its job goes on."""
+    run, chosen = place.begin(), dice.randrange(4)
+    snakemake = snakemake_of(run)
+    for number, _ in enumerate(jobs(run)):
+        if number == chosen:
+            time.sleep(dice.uniform(0.0, 0.7))
+            _kill(snakemake)
+            break
+    run.wait()
+
+
+def _kill(process: psutil.Process) -> None:
+    try:
+        process.kill()
+    except psutil.NoSuchProcess:
+        return
+
+
+def damage(pattern: str, how: str) -> Fault:
+    """A file of the results, or of the kernels, cut, emptied, or with one byte changed; its time tells nothing."""
+
+    def do(place: Place, dice: random.Random, _seconds: float) -> Path | None:
+        kernel = pattern.startswith("*.nb")
+        path = dice.choice(sorted((place.folder / "kernels").rglob(pattern) if kernel else place.results.glob(pattern)))
+        content, time_ns = bytearray(path.read_bytes()), path.stat().st_mtime_ns
+        where = dice.randrange(1, len(content))
+        if how == "changed":
+            content[where] ^= 1 << dice.randrange(8)
+        path.write_bytes(b"" if how == "emptied" else content[:where] if how == "cut" else content)
+        os.utime(path, ns=(time_ns, time_ns))
+        if pattern != "cube.nc":
+            place.cube.unlink()
+        if kernel:  # which is asked for only where a part is to be made
+            dice.choice(sorted(place.results.glob(PART))).unlink()
+        return None if kernel else path.relative_to(place.folder)
+
+    return do
+
+
+def full_disk(place: Place, dice: random.Random, _seconds: float) -> None:
+    """A disk that is too small, and then is not."""
+    size = dice.choice(SMALL_DISK)
+    (place.folder / "results").mkdir()
+    _mount("-t", "tmpfs", "-o", f"size={size}k", "none", str(place.folder / "results"))
+    done = place.run()
+    assert done.returncode != 0, "nothing was amiss"
+    assert "no space left" in done.stderr, done.stderr
+    _mount("-o", "remount,size=100m", str(place.folder / "results"))
+
+
+def read_only(place: Place, _dice: random.Random, _seconds: float) -> None:
+    """A folder of results that cannot be written to, and then can."""
+    place.cube.unlink()
+    results = str(place.folder / "results")
+    _mount("--bind", results, results)
+    _mount("-o", "remount,ro,bind", results)
+    done = place.run()
+    assert done.returncode != 0
+    assert "cannot be written to" in done.stderr, done.stderr
+    _mount("-o", "remount,rw,bind", results)
+
+
+def two_at_once(place: Place, dice: random.Random, _seconds: float) -> None:
+    """A second run in the same folder, plain Snakemake's or ours."""
+    first = place.begin(plain=dice.random() < 0.5)
+    next(jobs(first))
+    second = place.run(plain=dice.random() < 0.5)
+    assert second.returncode != 0
+    assert "another run works in this folder" in second.stderr, second.stderr
+    assert "Traceback" not in second.stderr
+    assert first.wait() == 0
+
+
+def clock_back(place: Place, dice: random.Random, seconds: float) -> None:
+    """A clock set back by two hours after a run was killed: all that there is comes from the future."""
+    kill_all(place, dice, seconds)
+    for path in (path for name in ("results", ".snakemake") for path in (place.folder / name).rglob("*")):
+        if path.is_file():
+            moment = path.stat().st_mtime + 7200
+            os.utime(path, (moment, moment))
+
+
+def kill_worker(_place: Place, dice: random.Random, _seconds: float) -> None:
+    """A worker of a dask cluster killed while it computes: the outcome has the bits of one process."""
+    import numpy as np
+    from distributed import Client, LocalCluster
+
+    import overturning
+
+    motion = overturning.Motion.sine(amplitude=5.0, period=0.8, azimuth_deg=60)
+    azimuth, ratio = (axis.ravel() for axis in np.meshgrid(np.arange(0.0, 360.0, 6.0), np.linspace(0.1, 0.5, 9)))
+    cases = overturning.Cases(azimuth, 0.6, ratio, 0.7)
+    killed: list[int] = []
+    with (
+        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as cluster,
+        Client(cluster) as client,
+    ):
+
+        def kill_one(_done: int, _total: int) -> None:
+            if not killed:
+                killed.append(dice.choice(sorted(client.run(os.getpid).values())))
+                os.kill(killed[0], signal.SIGKILL)
+
+        spread = overturning.run_cases(motion, cases, client=client, progress=kill_one)
+    assert killed, "no worker was killed"
+    for name, values in vars(overturning.run_cases(motion, cases)).items():
+        assert np.array_equal(getattr(spread, name), values, equal_nan=values.dtype.kind == "f"), f"another {name}"
+
+
+def _mount(*words: str) -> None:
+    subprocess.run(["mount", *words], check=True, capture_output=True)
+
+
+@contextmanager
+def mounts_undone(place: Place) -> Iterator[None]:
+    """Take down what a fault has mounted."""
+    try:
+        yield
+    finally:
+        # That of a folder onto itself does not look like a mount.
+        while not subprocess.run(
+            ["umount", str(place.folder / "results")], capture_output=True, check=False
+        ).returncode:
+            pass
+
+
+class Kind:
+    """A kind of fault.
+
+    Parameters
+    ----------
+    says : str
+        What it is.
+    fault : Fault
+        What does it.
+    times : int
+        How often it is done.
+    finished : bool
+        Whether it is done to a finished study; else to one that has not begun.
+    root : bool
+        Whether only the owner of the machine can do it.
+    """
+
+    def __init__(self, says: str, fault: Fault, times: int, finished: bool = False, root: bool = False) -> None:
+        self.says, self.fault, self.times = says, fault, times
+        self.finished, self.root = finished, root
+
+
+KINDS: Final = (
+    Kind("disk full", full_disk, 2, root=True),
+    Kind("results read-only", read_only, 1, finished=True, root=True),
+    Kind("two runs at once", two_at_once, 2),
+    Kind("clock set back", clock_back, 2),
+    Kind("a worker of a dask cluster killed", kill_worker, 2, finished=True),
+    Kind("a part cut", damage(PART, "cut"), 3, finished=True),
+    Kind("a part emptied", damage(PART, "emptied"), 2, finished=True),
+    Kind("a byte of a part changed", damage(PART, "changed"), 5, finished=True),
+    Kind("a motion cut", damage(MOTION, "cut"), 1, finished=True),
+    Kind("a byte of a motion changed", damage(MOTION, "changed"), 1, finished=True),
+    Kind("a byte of the cube changed", damage("cube.nc", "changed"), 1, finished=True),
+    Kind("a compiled kernel cut", damage("*.nbc", "cut"), 1, finished=True),
+    Kind("a byte of a compiled kernel changed", damage("*.nbc", "changed"), 2, finished=True),
+    Kind("the index of the kernels emptied", damage("*.nbi", "emptied"), 1, finished=True),
+    Kind("process group killed", kill_all, 10),
+    Kind("one job killed", kill_job, 7),
+    Kind("Snakemake alone killed", kill_snakemake, 7),
+)

@@ -1,0 +1,139 @@
+"""A SLURM cluster of one node on the loopback address, started without systemd and ended with the block that asked for it.
+
+Its configuration must lie at /etc/slurm/slurm.conf: a job step drops SLURM_CONF from its environment. An earlier file there
+is put back. It has no accounting: Snakemake needs `--slurm-no-account --slurm-status-command squeue` to notice that a job
+has ended.
+"""
+
+import os
+import secrets
+import shutil
+import socket
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Final
+
+CONFIGURATION: Final = Path("/etc/slurm/slurm.conf")
+
+OPTIONS: Final = ("--slurm-no-account", "--slurm-status-command", "squeue")
+"""What Snakemake has to be told of it."""
+
+_PROGRAMS: Final = ("munged", "slurmctld", "slurmd", "sbatch", "squeue")
+_WAIT: Final = 30.0  # s, for the node to be idle
+
+_TEMPLATE: Final = """\
+ClusterName=one
+SlurmctldHost={host}(127.0.0.1)
+SlurmctldPort={controller}
+SlurmdPort={daemon}
+SlurmUser=root
+AuthType=auth/munge
+AuthInfo=socket={folder}/munge.socket
+StateSaveLocation={folder}/state
+SlurmdSpoolDir={folder}/spool
+SlurmctldPidFile={folder}/slurmctld.pid
+SlurmdPidFile={folder}/slurmd.pid
+ProctrackType=proctrack/linuxproc
+TaskPlugin=task/none
+JobAcctGatherType=jobacct_gather/none
+SelectType=select/cons_tres
+SelectTypeParameters=CR_CPU_Memory
+SlurmdParameters=config_overrides
+SchedulerParameters=batch_sched_delay=0,sched_interval=2
+MpiDefault=none
+ReturnToService=2
+MinJobAge=600
+NodeName=one NodeHostname={host} NodeAddr=127.0.0.1 CPUs={processors} RealMemory={memory}
+PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
+"""
+
+
+def missing() -> str:
+    """Why there can be no such cluster here, in a sentence; empty where there can be one."""
+    lacking = [name for name in _PROGRAMS if shutil.which(name) is None]
+    if lacking:
+        return f"no {', '.join(lacking)} here; install Debian's slurm-wlm and munge"
+    if os.geteuid() != 0:
+        return "a SLURM of one's own keeps its configuration in /etc/slurm, which only root may write"
+    return ""
+
+
+@contextmanager
+def one_node_slurm(processors: int = 2) -> Iterator[None]:
+    """Run a cluster of one node; a RuntimeError with the end of its logs where it does not come up."""
+    with ExitStack() as ending:
+        folder = Path(ending.enter_context(tempfile.TemporaryDirectory(prefix="slurm-")))
+        for name in ("state", "spool"):
+            (folder / name).mkdir()
+        key = folder / "munge.key"
+        key.touch(mode=0o400)
+        key.write_bytes(secrets.token_bytes(128))
+        memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2**20
+        about = {"host": socket.gethostname(), "folder": folder, "processors": processors, "memory": memory}
+        ports = dict(zip(("controller", "daemon"), _free_ports(2), strict=True))
+        ending.enter_context(_configured(_TEMPLATE.format(**about, **ports)))
+        own = [f"--{name}={folder}/munge.{end}" for name, end in (("socket", "socket"), ("pid-file", "pid"))]
+        own += [f"--key-file={key}", f"--seed-file={folder}/munge.seed", f"--log-file={folder}/munge.log"]
+        ending.enter_context(_running(["munged", "--foreground", "--force", *own], folder))
+        _until((folder / "munge.socket").exists, folder)
+        ending.enter_context(_running(["slurmctld", "-D"], folder))
+        ending.enter_context(_running(["slurmd", "-D", "-N", "one"], folder))
+        _until(lambda: "idle" in _said("sinfo", "--noheader", "--format=%T"), folder)
+        yield
+
+
+def _free_ports(count: int) -> list[int]:
+    with ExitStack() as stack:
+        sockets = [stack.enter_context(socket.socket()) for _ in range(count)]
+        for each in sockets:
+            each.bind(("127.0.0.1", 0))
+        return [int(each.getsockname()[1]) for each in sockets]
+
+
+@contextmanager
+def _configured(text: str) -> Iterator[None]:
+    before = CONFIGURATION.read_bytes() if CONFIGURATION.is_file() else None
+    CONFIGURATION.parent.mkdir(exist_ok=True)
+    CONFIGURATION.write_text(text, encoding="utf-8")
+    try:
+        yield
+    finally:
+        if before is None:
+            CONFIGURATION.unlink()
+        else:
+            CONFIGURATION.write_bytes(before)
+
+
+@contextmanager
+def _running(command: list[str], folder: Path) -> Iterator[None]:
+    program = shutil.which(command[0]) or command[0]
+    with (
+        (folder / f"{command[0]}.log").open("w", encoding="utf-8") as log,
+        subprocess.Popen([program, *command[1:]], stdout=log, stderr=log) as process,
+    ):
+        try:
+            yield
+        finally:
+            process.terminate()
+            try:
+                process.wait(10)
+            except subprocess.TimeoutExpired:
+                process.kill()
+
+
+def _said(*command: str) -> str:
+    done = subprocess.run(command, capture_output=True, text=True, timeout=20, check=False)
+    return done.stdout if done.returncode == 0 else ""
+
+
+def _until(done: Callable[[], bool], folder: Path) -> None:
+    deadline = time.monotonic() + _WAIT
+    while not done():
+        if time.monotonic() > deadline:
+            logs = [log.read_text(encoding="utf-8", errors="replace")[-500:] for log in sorted(folder.glob("*.log"))]
+            raise RuntimeError("SLURM does not come up: " + "\n".join(logs))
+        time.sleep(0.2)

@@ -1,0 +1,89 @@
+"""`make scale`: how large a study may be; measures, and puts the tables into docs/scale.md."""
+
+import os
+import shutil
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated
+
+import pandas as pd
+import typer
+
+from verification.scale import large, on_paper, same_bytes
+from verification.tables import (
+    RESULTS,
+    Figure,
+    figures_table,
+    lines_of,
+    markdown,
+    publish,
+    read_figures,
+    write_csv,
+    write_figures,
+)
+
+PARTS = ("bytes", "slurm", "chunk", "gather", "lazy", "planning")
+FIGURES = RESULTS / "scale.csv"
+RUNS = RESULTS / "scale-bytes.csv"
+
+
+def main(
+    part: Annotated[list[str] | None, typer.Option(help=f"measure this alone: {', '.join(PARTS)}")] = None,
+    records: Annotated[int, typer.Option(help="records of a million cases in the cube that is read lazily")] = 100,
+) -> None:
+    """Measure, keep the figures, and publish what is known of all parts."""
+    chosen = part or PARTS
+    runs = same_bytes.here() if "bytes" in chosen else []
+    if "slurm" in chosen and (run := same_bytes.on_slurm()):
+        runs.append(run)
+    if runs:
+        publish({"scale-bytes": bytes_table(kept(runs))})
+    measures: dict[str, Callable[[Path], list[Figure]]] = {
+        "chunk": large.measure_chunk,
+        "gather": large.measure_gather,
+        "lazy": lambda folder: large.measure_lazily(folder, records),
+        "planning": lambda _: on_paper.measure_planning(),
+    }
+    for name in (name for name in measures if name in chosen):
+        folder = Path(tempfile.mkdtemp(prefix="scale-"))
+        try:
+            write_figures(measures[name](folder), FIGURES, keep=True)
+        finally:
+            shutil.rmtree(folder)
+    figures = read_figures(FIGURES)
+    publish({"scale": figures_table(figures)})
+    if {one.quantity for one in figures} >= on_paper.NEEDED:
+        publish({"scale-on-paper": paper_table(figures)})
+
+
+def kept(runs: list[same_bytes.Run]) -> list[same_bytes.Run]:
+    """These runs, and those kept in the repository of ways that were not tried again; keeps them all."""
+    known = {run.way: run for run in runs}
+    if RUNS.is_file():
+        old = pd.read_csv(RUNS)
+        known = {str(row.way): same_bytes.Run(*row) for row in lines_of(old)} | known
+    write_csv(pd.DataFrame(list(known.values())), RUNS)
+    return list(known.values())
+
+
+def bytes_table(runs: list[same_bytes.Run]) -> str:
+    """What each way gave, as a table, and on how many cores."""
+    cores = len(os.sched_getaffinity(0))
+    table = markdown(
+        ("way", "time, s", "SHA-256 of cube.nc", "same bytes"),
+        [
+            (run.way, f"{run.seconds:.0f}", f"`{run.sha256[:16]}`", "yes" if run.sha256 == runs[0].sha256 else "**no**")
+            for run in runs
+        ],
+    )
+    return f"{table}\n\nMeasured with {cores} core{'s' * (cores > 1)} at hand."
+
+
+def paper_table(figures: list[Figure]) -> str:
+    """The study on paper, as a table."""
+    return figures_table(on_paper.on_paper({one.quantity: one.value for one in figures}))
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -1,0 +1,129 @@
+"""What large studies take, measured in processes of their own: a chunk of a sweep, gathering, statistics and figures."""
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from overturning.study.members import draw_members, write_members
+from verification.scale.made import made_study, write_made_cube, write_made_motions, write_made_parts, write_study
+from verification.tables import Figure
+
+SNAKEMAKE_MB: Final = 250.0
+"""Set aside for Snakemake, which runs beside the jobs."""
+
+
+class Taken(NamedTuple):
+    """What a process took."""
+
+    seconds: float
+    processor_s: float
+    memory_mb: float  # largest resident set
+
+
+def taken(*command: object) -> Taken:
+    """Run a subcommand of the package to its end; a RuntimeError with its last words where it fails."""
+    return taken_by([sys.executable, "-m", "overturning.cli", *map(str, command)])
+
+
+def taken_by(words: list[str]) -> Taken:
+    """Run a program to its end; a RuntimeError with its last words where it fails."""
+    begin = time.perf_counter()
+    process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    assert process.stderr is not None
+    said = process.stderr.read()
+    _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode:
+        raise RuntimeError(f"{words[-1]}: {said[-1000:]}")
+    return Taken(time.perf_counter() - begin, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024)
+
+
+def measure_chunk(folder: Path, chunks: int = 8) -> list[Figure]:
+    """A real chunk of a real record: an eighth of a million cases with their ensemble, on one core."""
+    study = made_study(1)
+    write_study(study, folder / "study.json")
+    own = study.model_copy(update={"records": study.records.model_copy(update={"use": ("rinaldi",)})})
+    write_study(own, folder / "own.json")
+    taken("read", "--study", folder / "own.json", "--record", "rinaldi", "--output", folder / "motion.nc")
+    write_members(draw_members(study.ensemble), folder / "members.csv")
+    part = folder / f"rinaldi.1-of-{chunks}.nc"
+    took = taken(
+        "sweep", "--study", folder / "study.json", "--motion", folder / "motion.nc", "--output", part,
+        "--timing", folder / "timing.csv", "--members", folder / "members.csv", "--chunk", f"1-of-{chunks}",
+    )  # fmt: skip
+    cases = study.cases / chunks
+    return [
+        Figure("real chunk: cases", cases),
+        Figure("real chunk: processor time", took.processor_s, "s"),
+        Figure("real chunk: peak memory of its process", took.memory_mb, "MB"),
+        Figure("two such processes and Snakemake", 2 * took.memory_mb + SNAKEMAKE_MB, "MB", "<= 2000"),
+        Figure("real chunk: disk per case", part.stat().st_size / cases, "bytes"),
+    ]
+
+
+def measure_gather(
+    folder: Path, records: int = 10, chunks: int = 8, grid: dict[str, object] | None = None
+) -> list[Figure]:
+    """Gathering of made parts, ten million cases of them."""
+    study = made_study(records, grid)
+    write_study(study, folder / "study.json")
+    write_made_motions(study, folder / "motion")
+    parts = write_made_parts(study, folder / "sweep", chunks)
+    took = taken(
+        "gather", "--study", folder / "study.json", "--motions", folder / "motion", "--parts", folder / "sweep",
+        "--chunks", chunks, "--output", folder / "cube.nc",
+    )  # fmt: skip
+    cases = records * study.cases
+    of_parts, of_cube = sum(part.stat().st_size for part in parts), (folder / "cube.nc").stat().st_size
+    return [
+        Figure("made parts: cases", cases),
+        Figure("made parts: gathering", took.seconds, "s", "<= 60"),
+        Figure("made parts: peak memory of gathering", took.memory_mb, "MB", "<= 2000"),
+        Figure("made parts and their cube: disk per case", (of_parts + of_cube) / cases, "bytes", "<= 60"),
+        Figure("made cube alone: disk per case", of_cube / cases, "bytes"),
+    ]
+
+
+def measure_lazily(folder: Path, records: int = 100, grid: dict[str, object] | None = None) -> list[Figure]:
+    """All statistics, figures and the report of a made cube larger than memory may be."""
+    study = made_study(records, grid)
+    write_study(study, folder / "study.json")
+    write_made_motions(study, folder / "motion")
+    write_made_cube(study, folder / "cube.nc", different=min(2, records))
+    write_members(draw_members(study.ensemble), folder / "members.csv")
+    base = ("--study", folder / "study.json", "--motions", folder / "motion")
+    size = (folder / "cube.nc").stat().st_size
+    found = [Figure("made cube: cells", records * study.cases), Figure("made cube: size", size / 1e9, "GB")]
+
+    def note(what: str, took: Taken) -> None:
+        found.append(Figure(f"made cube: {what}, time", took.seconds, "s"))
+        found.append(Figure(f"made cube: {what}, peak memory", took.memory_mb, "MB", "<= 2000"))
+
+    intensity = folder / "intensity.nc"
+    note("intensities", taken("rotate", *base, "--output", intensity))
+    files = ", ".join(
+        f"Path({str(each)!r})" for each in (folder / "cube.nc", intensity, folder / "motion", folder / "figures")
+    )
+    for what, call in (
+        ("figures of a record", "draw_record({}, write, 0)"),
+        ("figures of all records together", "draw_whole({}, write)"),
+    ):
+        program = f"""
+from functools import partial
+from pathlib import Path
+from overturning.figures.study import draw_record, draw_whole, write_figure
+from overturning.study.load import study_from
+write = partial(write_figure, study_from({str(folder / "study.json")!r}).figures)
+{call.format(files)}
+"""
+        note(what, taken_by([sys.executable, "-c", program]))
+    # The report shows figures of each record.
+    for drawn in list((folder / "figures").glob(f"*/{study.records.use[0]}.*")):
+        for name in study.records.use[1:]:
+            shutil.copy(drawn, drawn.with_name(f"{name}{drawn.suffix}"))
+    note("report", taken("report", "--results", folder, "--output", folder / "report.html"))
+    return found

@@ -1,0 +1,132 @@
+"""Studies, parts and cubes of any size, made of random numbers: what they hold is no result, only as large as one."""
+
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.dem.grid import Grid
+from overturning.dem.status import Status
+from overturning.dem.variables import Variable
+from overturning.motion.motion import Motion
+from overturning.records.record import Record
+from overturning.records.store import rounded, write_motion
+from overturning.study.config import Study
+from overturning.study.gather import describe_cube, gather
+from overturning.study.grid import plane_grid
+from overturning.study.load import check_study
+from overturning.study.parts import Chunk, part_path, piece_of, write_part
+from overturning.study.sweep import variables_of
+
+FALLS: Final = 0.3
+"""Share of the cells that fall, as in the default study,"""
+
+RUN_AGAIN: Final = 0.6
+"""and share that the ensemble runs."""
+
+GRID: Final = {
+    "azimuth": {"step": 1},
+    "height": {"start": 0.5, "stop": 0.9, "step": 0.1},
+    "b_over_h": {"start": 0.05, "stop": 0.6, "step": 0.01},
+    "friction": {"start": 0.3, "stop": 1.2, "step": 0.1},
+}
+"""A grid of 1,008,000 cases."""
+
+
+def made_study(records: int, grid: dict[str, Any] | None = None) -> Study:
+    """A study of so many records, each under the grid of a million cases where no other is given."""
+    names = [f"made-{number:03d}" for number in range(records)]
+    about = {"name": "made", "verification": "none", "figures": {"formats": ["png"], "dpi": 72}}
+    return check_study(about | {"records": {"use": names}} | (grid or GRID), "made")
+
+
+def made_records(study: Study) -> Iterator[Record]:
+    """A pulse of its own for each record, in five earthquakes and with a fault normal and a pulse or none."""
+    for number, name in enumerate(study.records.use):
+        # A second pulse across the first: no direction is without motion.
+        one, other = (
+            Motion.sine(amplitude=amplitude, period=0.7, azimuth_deg=7.0 * number + turn)
+            for amplitude, turn in ((2.0 + 0.05 * number, 0.0), (1.0, 90.0))
+        )
+        north, east = one.north + np.roll(other.north, 20), one.east + np.roll(other.east, 20)
+        record = Record(name, north, east, None, one.sampling_interval)
+        known = {"pulse": number % 2 == 0, "event_latitude": 35.0, "event_longitude": 133.0}
+        yield rounded(replace(
+            record, station=name, event=f"earthquake {number % 5}", fault_strike_deg=10.0 * (number % 5), extra=known
+        ))  # fmt: skip
+
+
+def made_values(variable: Variable, shape: tuple[int, ...], seed: int, members: int) -> NDArray[Any]:
+    """Random values of a variable: float32 of 23 random bits, which compress less than an outcome's do."""
+    generator = np.random.default_rng(seed)
+    if variable.name == "overturned":
+        return generator.choice(np.array([-1, 0, 1], np.int8), shape, p=[FALLS / 2, 1 - FALLS, FALLS / 2])
+    if variable.name == "status":
+        return np.full(shape, int(Status.SIMULATED), np.int8)
+    if variable.dtype != "f4":
+        return np.full(shape, members if variable.name == "members" else 0, variable.dtype)
+    values: NDArray[Any] = generator.random(shape, np.float32)
+    if variable.name == "overturning_time":
+        values[generator.random(shape, np.float32) > FALLS] = np.nan
+    if variable.name.startswith(("probability", "scramble")):
+        # Counts of members, and none where the ensemble was not run.
+        values = np.round(values * 0.5 * members) / np.float32(members)
+        values[generator.random(shape, np.float32) > RUN_AGAIN] = np.nan
+    return values
+
+
+def write_made_parts(study: Study, folder: Path, chunks: int) -> list[Path]:
+    """Parts of every record of a study."""
+    grid, variables, paths = plane_grid(study), variables_of(study), []
+    for number, name in enumerate(study.records.use):
+        for part in range(1, chunks + 1):
+            chunk = Chunk(part, chunks)
+            piece = piece_of(study, grid, chunk)
+            assert isinstance(piece, Grid)
+            values = {
+                variable.name: made_values(variable, piece.shape, 1000 * number + part, study.ensemble.members)
+                for variable in variables
+            }
+            paths.append(part_path(folder, name, chunk))
+            write_part(paths[-1], piece, values, {"record_id": name, "variant": "nominal"}, variables)
+    return paths
+
+
+def write_made_motions(study: Study, folder: Path) -> None:
+    """Motions of every record."""
+    for record in made_records(study):
+        write_motion(record, folder / f"{record.record_id}.nc")
+
+
+def write_study(study: Study, path: Path) -> None:
+    """The study as a file."""
+    path.write_text(json.dumps(study.model_dump(mode="json", exclude_defaults=True) | {"name": study.name}), "utf-8")
+
+
+def write_made_cube(study: Study, path: Path, different: int) -> None:
+    """A cube whose first records are gathered from made parts, and the others their copies, chunk of the file by chunk."""
+    import h5py
+    from netCDF4 import Dataset
+
+    records = list(made_records(study))
+    few = study.model_copy(update={"records": study.records.model_copy(update={"use": study.records.use[:different]})})
+    parts = write_made_parts(few, path.parent / "parts", 1)
+    gather(few, records[:different], parts, path.with_name("few.nc"))
+    for part in parts:
+        part.unlink()
+    with Dataset(path, "w", format="NETCDF4") as cube:
+        describe_cube(cube, study, records)
+        cube.content_sha256 = "made: random numbers"
+    with h5py.File(path.with_name("few.nc")) as source, h5py.File(path, "r+") as cube:
+        for variable in variables_of(study):
+            blocks = source[variable.name].id
+            for index in range(blocks.get_num_chunks()):
+                place = blocks.get_chunk_info(index).chunk_offset
+                mask, data = blocks.read_direct_chunk(place)
+                for record in range(place[0], len(records), different):
+                    cube[variable.name].id.write_direct_chunk((record, *place[1:]), data, mask)
+    path.with_name("few.nc").unlink()

@@ -1,0 +1,100 @@
+"""What a study of ten thousand records and a million cases each would take, worked out from what was measured."""
+
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from verification.scale.made import GRID
+from verification.scale.same_bytes import Folder
+from verification.tables import Figure
+
+RECORDS: Final = 10_000
+CASES: Final = 1_000_000
+CHUNKS: Final = 8
+LONGEST_ARGUMENT: Final = 32 * resource.getpagesize()
+"""Bytes of one argument of a command (Linux: MAX_ARG_STRLEN); a rule's whole command is one."""
+
+
+NEEDED: Final = {
+    *("real chunk: processor time", "real chunk: cases", "real chunk: disk per case"),
+    *("made parts: gathering", "made parts: cases", "made cube: cells", "made cube: report, time"),
+    *("made cube: figures of all records together, time", "made cube: figures of a record, time"),
+    *(f"planning: {name} per record, {CHUNKS} chunks each" for name in ("time", "memory")),
+}
+"""What must have been measured for it."""
+
+
+class Planned(NamedTuple):
+    """What Snakemake takes to plan a run before the first job begins."""
+
+    seconds: float
+    memory_mb: float
+    jobs: int
+
+
+def planned(records: int) -> Planned:
+    """Plan a study of so many records, each the same file under a name of its own."""
+    with tempfile.TemporaryDirectory(prefix="scale-") as name:
+        names = [f"record-{number:05d}" for number in range(records)]
+        study = {"name": "scale", "records": {"use": names}, "verification": "none", **GRID}
+        folder = Folder(Path(name) / "project", json.dumps(study))
+        table = folder.folder / "config" / "records.tsv"
+        head, *rows = table.read_text(encoding="utf-8").splitlines()
+        one = next(row for row in rows if row.startswith("rinaldi\t"))
+        made = [one.replace("rinaldi", each, 1) for each in names]
+        table.write_text("\n".join([head, *made]) + "\n", encoding="utf-8")
+        command = [sys.executable, "-m", "snakemake", "--configfile", "study.yaml", "--dry-run", "--quiet", "all"]
+        begin = time.perf_counter()
+        process = subprocess.Popen(
+            [*command, "--set-scatter", f"sweep={CHUNKS}"], cwd=folder.folder, stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )  # fmt: skip
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        if process.returncode:
+            raise RuntimeError(f"snakemake --dry-run of {records} records failed")
+        return Planned(time.perf_counter() - begin, usage.ru_maxrss / 1024, records * (1 + CHUNKS))
+
+
+def measure_planning(few: int = 20, many: int = 220) -> list[Figure]:
+    """Time and memory that a record more takes Snakemake to plan, from two studies."""
+    less, more = planned(few), planned(many)
+    per_record = {
+        "time": ((more.seconds - less.seconds) / (many - few), "s"),
+        "memory": ((more.memory_mb - less.memory_mb) / (many - few), "MB"),
+    }
+    return [Figure(f"planning: {name} per record, {CHUNKS} chunks each", *value) for name, value in per_record.items()]
+
+
+def on_paper(measured: Mapping[str, float]) -> list[Figure]:
+    """The large study, by quantities of `large` and of `measure_planning`."""
+    cases = RECORDS * CASES
+    per_case = measured["real chunk: processor time"] / measured["real chunk: cases"]
+    gathering = measured["made parts: gathering"] / measured["made parts: cases"]
+    disk = measured["real chunk: disk per case"]
+    planning = measured[f"planning: time per record, {CHUNKS} chunks each"] * RECORDS
+    memory = measured[f"planning: memory per record, {CHUNKS} chunks each"] * RECORDS
+    reports = measured["made cube: report, time"] + measured["made cube: figures of all records together, time"]
+    reports = reports / measured["made cube: cells"] + measured["made cube: figures of a record, time"] / CASES
+    name = len('"record-00000", ')
+    # One file of part and of run time per chunk, two logs; a motion, a figure or three, and their logs, per record.
+    files = RECORDS * (CHUNKS * 3 + 7)
+    return [
+        Figure("cases", cases),
+        Figure("sweep: core hours", per_case * cases / 3600, "h"),
+        Figure("sweep: jobs", RECORDS * CHUNKS),
+        Figure("storage of parts, or of the cube", disk * cases / 1e9, "GB"),
+        Figure("files", files),
+        Figure("gathering, one process", gathering * cases / 3600, "h"),
+        Figure("figures and report, one process", reports * cases / 3600, "h"),
+        Figure("Snakemake: planning before the first job", planning / 3600, "h"),
+        Figure("Snakemake: memory", memory / 1000, "GB"),
+        Figure("records at which a command is too long for the system", LONGEST_ARGUMENT // name),
+    ]

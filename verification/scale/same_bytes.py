@@ -1,0 +1,135 @@
+"""One study on one core, on two, in chunks, on SLURM and on a dask cluster: the cube's bytes, and the time of each."""
+
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from overturning.records.store import read_motion
+from overturning.study.cube import open_cube, study_of
+from overturning.study.gather import gather
+from overturning.study.parts import WHOLE, part_path
+from overturning.study.sweep import sweep_record
+from verification.one_node_slurm import OPTIONS, missing, one_node_slurm
+from verification.tables import ROOT
+
+STUDY: Final = """\
+name: scale
+records: {use: [rinaldi, petrolia]}
+azimuth: {step: 10, also: [32]}
+b_over_h: {start: 0.1, stop: 0.6, step: 0.05}
+friction: [0.33, 1.0]
+ensemble: {members: 16}
+verification: none
+"""
+
+SMALL: Final = (
+    STUDY.replace("step: 10", "step: 60")
+    .replace("0.05", "0.25")
+    .replace("rinaldi, petrolia", "rinaldi")
+    .replace("16", "0")
+)
+"""Much the same in a few seconds."""
+
+SLURM: Final = (
+    *("--workflow-profile", "workflow/profiles/slurm"),
+    *(*OPTIONS, "--slurm-init-seconds-before-status-checks", "2", "--seconds-between-status-checks", "2"),
+    *("--latency-wait", "10"),
+)
+"""The project's profile for SLURM, with what the cluster of one node needs, and quicker to ask after its jobs."""
+
+_PATIENCE: Final = 900.0  # s, after which a run is killed
+
+
+class Run(NamedTuple):
+    """What one way of running the study gave."""
+
+    way: str
+    seconds: float
+    sha256: str  # of the cube's file
+    kept: int  # parts of the sweep that are still there
+
+
+class Folder:
+    """A folder with the project's workflow and a study."""
+
+    def __init__(self, folder: Path, study: str) -> None:
+        self.folder = folder
+        for name in ("workflow", "config"):
+            shutil.copytree(ROOT / name, folder / name)
+        (folder / "study.yaml").write_text(study, encoding="utf-8")
+
+    @property
+    def cube(self) -> Path:
+        """The study's cube."""
+        return self.folder / "results" / "scale" / "cube.nc"
+
+    def run(self, way: str, *options: str) -> Run:
+        """Run the study up to its cube, by Snakemake; a RuntimeError with what it says where that fails."""
+        search = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
+        command = ["timeout", "-s", "KILL", str(_PATIENCE), "snakemake", "--configfile", "study.yaml", *options]
+        begin = time.perf_counter()
+        done = subprocess.run(
+            [*command, "--", str(self.cube.relative_to(self.folder))],
+            cwd=self.folder, env=os.environ | {"PATH": search}, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        if done.returncode:
+            raise RuntimeError(f"{way}: {done.stdout[-2000:]}{done.stderr[-4000:]}")
+        seconds, kept = time.perf_counter() - begin, len(list(self.cube.parent.glob("sweep/*/*.nc")))
+        return Run(way, seconds, hashlib.sha256(self.cube.read_bytes()).hexdigest(), kept)
+
+
+@contextmanager
+def fresh(study: str) -> Iterator[Folder]:
+    """A folder with a study that has not run."""
+    with tempfile.TemporaryDirectory(prefix="scale-") as name:
+        yield Folder(Path(name) / "project", study)
+
+
+def local(study: str, cores: int, chunks: int) -> Run:
+    """On some cores of this machine."""
+    words = f"{cores} core{'s' * (cores > 1)}" + (f", {chunks} chunks of each record" if chunks > 1 else "")
+    with fresh(study) as folder:
+        return folder.run(words, "--cores", str(cores), "--set-scatter", f"sweep={chunks}")
+
+
+def on_slurm(study: str = STUDY, chunks: int = 3) -> Run | None:
+    """By the profile for SLURM on a cluster of one node; None where there is none."""
+    if missing():
+        return None
+    with one_node_slurm(), fresh(study) as folder:
+        words = f"SLURM, one node of two cores, {chunks} chunks of each record"
+        return folder.run(words, *SLURM, "--set-scatter", f"sweep={chunks}")
+
+
+def on_dask(study: str, workers: int = 2) -> Run:
+    """By the package alone on a dask cluster, from motions that the workflow has read."""
+    from distributed import Client, LocalCluster
+
+    with fresh(study) as folder:
+        folder.run("first", "--cores", "1")
+        with open_cube(folder.cube) as cube:
+            settings = study_of(cube)
+        records = [read_motion(folder.cube.parent / "motion" / f"{name}.nc") for name in settings.records.use]
+        parts = [part_path(folder.folder / "again", name, WHOLE) for name in settings.records.use]
+        cluster = LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None, host="127.0.0.1")
+        with cluster, Client(cluster) as client:
+            begin = time.perf_counter()
+            for record, part in zip(records, parts, strict=True):
+                sweep_record(settings, record, part, client=client)
+            gather(settings, records, parts, folder.folder / "cube.nc")
+            seconds = time.perf_counter() - begin
+        content = (folder.folder / "cube.nc").read_bytes()
+    return Run(f"dask, {workers} workers, without Snakemake", seconds, hashlib.sha256(content).hexdigest(), len(parts))
+
+
+def here(study: str = STUDY) -> list[Run]:
+    """The study in every way that needs no cluster."""
+    return [*(local(study, cores, chunks) for cores, chunks in ((1, 1), (2, 1), (2, 3), (2, 19))), on_dask(study)]

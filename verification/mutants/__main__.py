@@ -55,7 +55,8 @@ def bodies(outcomes: Outcomes) -> dict[str, str]:
         if outcome == "lived":
             change = f"`{mutant.old}` → `{mutant.new}` in `{mutant.text}`".replace("|", "\\|")
             lived.append((f"`{mutant.file}`", change, word or "a hole: no test notices it"))
-    table = markdown(("layer", "mutants", "noticed", "share"), rows)
+    table = f"Of {COUNT} drawn with the seed {SEED}, {len(outcomes)} have been put to the tests so far.\n\n"
+    table += markdown(("layer", "mutants", "noticed", "share"), rows)
     return {"mutants": table + "\n\n" + markdown(("file", "lived", "why"), lived) if lived else table}
 
 

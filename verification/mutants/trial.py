@@ -123,13 +123,18 @@ class Trial:
         return dict(seen)
 
     def tests_of(self, mutant: Mutant) -> list[str]:
-        """Files of tests for a mutant: those that import its module themselves first, among them the fastest first."""
+        """Files of tests for a mutant: those of its own layer first, before all that import its module themselves."""
         layer = mutant.file.split("/")[0]
         files = self._seen_by.get(mutant.file) or sorted(
             path.relative_to(self._tree).as_posix() for path in (self._tree / "tests" / layer).glob("test_*.py")
         )
         module = ".".join(("overturning", *Path(mutant.file).with_suffix("").parts))
-        return sorted(files, key=lambda file: (module not in _imported(self._tree / file), self._times.get(file, 0.0)))
+
+        def order(file: str) -> tuple[bool, bool, float]:
+            own, itself = f"tests/{layer}/" in file, module in _imported(self._tree / file)
+            return not own, not itself, self._times.get(file, 0.0)
+
+        return sorted(files, key=order)
 
     def notices(self, mutant: Mutant) -> bool:
         """Whether a test fails with the mutant in place; one that hangs has noticed it, too."""

@@ -100,7 +100,7 @@ def run_all(chosen: list[Motion], factor: float = 1.0, **options: Any) -> dict[s
 
 def exactness(chosen: list[Motion]) -> Iterator[Figure]:
     """Energy, and what 1 % of amplitude, half the step and other contacts change."""
-    nominal, seconds = measured(lambda: run_all(chosen), 1, lambda: None)
+    nominal, seconds = measured(lambda: run_all(chosen), 1, lambda: run_all(chosen[:1]))
     fell = nominal["overturned"] == 1
     yield Figure("space: cases", fell.size)
     yield Figure("space: processor time per case", 1e3 * seconds / fell.size, "ms")
@@ -143,7 +143,7 @@ def convergence() -> Iterator[Figure]:
 
 def against_peers(chosen: list[Motion], count: int) -> Iterator[Figure]:
     """Flags and azimuths of other engines on some of the cases."""
-    ours, seconds = measured(lambda: run_all(chosen), 1, lambda: None)
+    ours, seconds = measured(lambda: run_all(chosen), 1, lambda: run_all(chosen[:1]))
     mine, fine = seconds / ours["status"].size, run_all(chosen, time_step="0.25 stable", contact=VertexContact(2e-7))
     rng = np.random.default_rng(1)
     cells = np.stack(

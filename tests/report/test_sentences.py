@@ -83,7 +83,7 @@ def test_falls_along_the_fault() -> None:
     ],
 )
 def test_edges(fallen: float, planes: int, start: str) -> None:
-    edge = {"statuses": {}, "fallen": fallen, "planes": planes, "faults_known": True, "in_space": False}
+    edge = {"statuses": {}, "fallen": fallen, "planes": planes, "faults_known": True}
     assert answer_sentences(SimpleNamespace(**vars(results(all=NORMAL)), **edge))[0].startswith(start)
 
 

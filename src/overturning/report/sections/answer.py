@@ -22,7 +22,9 @@ MOST_RECORDS_IN_WORDS = 5
 def answer(results: Results) -> Section:
     """The answer, what it is counted over, and the axes it comes from."""
     axes: tuple[Block, ...] = ()
+    within: tuple[str, ...] = ()
     if results.tells_axes:
+        within = (agreement_within(results.cube),)
         figure = Figure(
             results.figures / "axes.svg",
             "fall axis of each earthquake relative to its fault normal",
@@ -32,7 +34,7 @@ def answer(results: Results) -> Section:
             width=0.82,
         )
         axes = (figure,)
-    sentences = Answer((*answer_sentences(results), *_directions_in_words(results)))
+    sentences = Answer((*answer_sentences(results), *within, *_directions_in_words(results)))
     exact = dependence(results)
     blocks = (sentences, *((exact,) if exact else ()), Paragraph(_counted(results)), *axes, Note(_cases(results)))
     return Section("Answer", blocks, anchor="answer")
@@ -53,8 +55,7 @@ def answer_sentences(results: Results) -> tuple[str, ...]:
         return (f"Every block{known} overturned in every plane: there is no axis along which blocks fall more easily.",)
     if not results.faults_known:
         return (f"{share}; no fault normal is known, so nothing is said relative to a fault.",)
-    within = (agreement_within(results.cube),) if results.in_space else ()
-    return headline(results), alignment_sentence(results), *within
+    return headline(results), alignment_sentence(results)
 
 
 def headline(results: Results) -> str:

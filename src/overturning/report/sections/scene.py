@@ -38,8 +38,8 @@ def scene(results: Results) -> Section | None:
         save(element_roses_figure(stones), roses)
     to_scale = "To scale; crosses are centres of mass, grey moves with the record."
     note = Note(
-        "A fall is a rotation of 90°, or what the scene file sets. Cases without an outcome are not counted. Elsewhere in "
-        "this report “the block” is the reference element of the study's own scene."
+        "A fall is a rotation to where a stone can rest on another face, or what the scene file sets. Cases without an "
+        "outcome are not counted. Elsewhere in this report “the block” is the reference element of the study's own scene."
     )
     towards = "Azimuths towards which each stone falls, over all cases."
     heads = ("scene", "element", "cases", "falls", "share", "falls first in", "median time, s")

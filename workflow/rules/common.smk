@@ -135,12 +135,8 @@ def variant_of(wildcards):
 
 def motions_of(variant):
     """Folder of the motions of a variant: of its own ones where it has soil, else of the study's."""
-    own = (
-        f"/{variant}"
-        if variant in STUDY.variants and STUDY.variants[variant].site
-        else ""
-    )
-    return f"{RESULTS}/motion{own}"
+    soil = variant in STUDY.variants and STUDY.variants[variant].site
+    return f"{RESULTS}/motion/{variant}" if soil else f"{RESULTS}/motion"
 
 
 def parts_of_cube(wildcards):

@@ -64,7 +64,7 @@ def rose_figure(cube: xr.Dataset) -> Figure:
     figure, panels = grid(rows, len(groups), max(3.3 * len(groups), 4.2), 3.5 * rows + 0.4, polar=True)
     for (name, members), (upper, *lower) in zip(groups.items(), panels.T, strict=True):
         draw_rose(upper, sector_shares(azimuth, weighted[members].sum(axis=0)))
-        upper.set_title(f"{name}: {counts[members].sum():.0f} {what}\nazimuth from north", pad=4)
+        upper.set_title(f"{name}\n{counts[members].sum():.0f} {what}, from north", pad=4)
         for axes in lower:
             known = members & np.isfinite(normals)
             relative = (azimuth[None, :] - normals[known][:, None]) % 360.0

@@ -29,9 +29,9 @@ def over_steps(rows: pd.DataFrame, kind: str) -> "pd.Series[bool]":
     return (rows["cases_of"] == f"records, {kind}") & (rows["against"] == "finer step") & own
 
 
-def orders(rows: pd.DataFrame) -> dict[str, float]:
-    """Order of convergence of each scheme on each continuous measure."""
-    high, low = ORDER_FRACTIONS
+def orders(rows: pd.DataFrame, between: tuple[float, float] = ORDER_FRACTIONS) -> dict[str, float]:
+    """Order of convergence of each scheme on each continuous measure, between two shares of the stable step."""
+    high, low = between
     steps = (rows["step_fraction"] <= high) & (rows["step_fraction"] >= low)
     parts = [
         (f"{kind}, {measure}", over_steps(rows, kind), measure)
@@ -50,7 +50,7 @@ def bodies(rows: pd.DataFrame, found_orders: Mapping[str, float]) -> dict[str, s
     """The tables by mark."""
     return {
         "steps": _steps(rows),
-        "orders": _orders(found_orders),
+        "orders": _orders(found_orders, orders(rows, (1.0, 0.0))),
         "stiffness": _stiffness(rows),
         "rigid": _rigid(rows),
     }
@@ -167,8 +167,11 @@ def _rigid(rows: pd.DataFrame) -> str:
     return markdown(head, lines)
 
 
-def _orders(found: Mapping[str, float]) -> str:
-    """Orders of convergence."""
-    unseen = "shifts below what bisection resolves"
-    lines = [(name.replace("_", " "), f"{v:.2f}" if np.isfinite(v) else unseen) for name, v in found.items()]
-    return markdown(("measure", "order"), lines)
+def _orders(found: Mapping[str, float], over_all: Mapping[str, float]) -> str:
+    """Orders of convergence, within `ORDER_FRACTIONS` and over all steps."""
+
+    def said(value: float) -> str:
+        return f"{value:.2f}" if np.isfinite(value) else "shifts below what bisection resolves"
+
+    lines = [(name.replace("_", " "), said(value), said(over_all[name])) for name, value in found.items()]
+    return markdown(("measure", "order", "over all steps"), lines)

@@ -89,6 +89,7 @@ def geonet_text(
     corrected: bool = True,
     start=datetime(2016, 11, 13, 11, 2, 19),
     prepended: int = 0,
+    magnitude: float = 7.82,
 ) -> str:
     """GeoNet V2A or V1A; ``components`` maps axis (N28W) to (bearing, samples in mm/s²)."""
     text = ""
@@ -124,7 +125,7 @@ def geonet_text(
         whole[33:36] = n, n if corrected else 0, n if corrected else 0
         whole[38:40] = start.minute, start.second * 1000
         real = [0.0] * 60
-        real[14], real[24], real[25] = 7.82, interval, interval
+        real[14], real[24], real[25] = magnitude, interval, interval
         text += "\n".join(lines) + "\n" + fixed(whole, 8, 0, 10)
         text += "".join(fixed(real[i : i + 10], 8, 4, 10) for i in range(0, 60, 10))
         text += fixed(samples, 8, 1, 10) * (3 if corrected else 1)

@@ -94,6 +94,14 @@ def test_geonet_counts_samples_put_before_the_buffer(tmp_path):
     assert read_path(path).start == "2016-11-13T11:02:14Z"
 
 
+def test_geonet_writes_0_for_a_magnitude_that_is_not_known(tmp_path):
+    path = tmp_path / "x.V2A"
+    path.write_text(geonet_text({"N00E": (0, A), "N90E": (90, B)}, 0.02))
+    assert read_path(path).extra["magnitude"] == 7.82
+    path.write_text(geonet_text({"N00E": (0, A), "N90E": (90, B)}, 0.02, magnitude=0.0))
+    assert "magnitude" not in read_path(path).extra
+
+
 def test_csmip_volume_1_and_2(tmp_path):
     a, b, c = A / 1000, B / 1000, C / 1000
     path = tmp_path / "x.v1"

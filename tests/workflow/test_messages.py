@@ -147,6 +147,12 @@ def test_a_step_that_fails_is_told_first_and_last_without_its_command(tmp_path: 
     assert "run.log" in lines[1]
     assert len(done.stdout + done.stderr) < 500
     assert "Error in rule read" in (checkout.folder / ".snakemake" / "run.log").read_text(encoding="utf-8")
+    plain = [sys.executable, "-m", "snakemake", "--cores", "1", "--configfile", "config/mine.yaml"]
+    done = subprocess.run(
+        plain, cwd=checkout.folder, env=checkout.environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 1
+    assert "error: motion.nc: broken; mend it" in done.stderr.strip().splitlines()[-6:]
 
 
 def test_a_failed_run_does_not_cost_the_cube(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

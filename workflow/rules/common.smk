@@ -1,5 +1,6 @@
 # Reads and checks the study; names of files and settings that all steps share. No science here.
 
+import hashlib
 import json
 import sys
 from pathlib import Path
@@ -7,6 +8,7 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 
 from overturning.errors import OverturningError
+from overturning.files import atomic_write
 from overturning.surveys.stones import read_survey
 from overturning.study.check import (
     check_files,
@@ -26,6 +28,10 @@ LOOKS = set(
     "-n --dry-run --dryrun --lint --report --unlock --summary -D --detailed-summary --list -l --list-rules --dag"
     " --rulegraph --filegraph --list-changes -h --help".split()
 )
+
+
+# Bytes of a step's settings that go into its command; Linux allows a command of a shell 128 KiB.
+LONGEST_SETTINGS = 1 << 16
 
 
 # The cases of each record in so many jobs; a profile says otherwise by `set-scatter: sweep=8`.
@@ -117,10 +123,23 @@ wildcard_constraints:
 
 
 def settings(*keys, use=RECORDS):
-    """The part of the study that one step depends on, as a study: what is not in it cannot change that step's result."""
+    """The part of the study that one step depends on, as a study: what is not in it cannot change that step's result.
+
+    Where that is too long for a command, of thousands of records, it is the name of a file that holds it.
+    """
     records = SETTINGS["records"] | {"use": list(use)}
     part = {key: SETTINGS[key] for key in keys}
-    return json.dumps({"name": STUDY.name, "records": records, **part})
+    text = json.dumps({"name": STUDY.name, "records": records, **part})
+    if len(text) < LONGEST_SETTINGS:
+        return text
+    # Named by its content, so that a change of it is one of the command; each process of Snakemake finds it or makes it.
+    path = Path(
+        ".snakemake", "settings", f"{hashlib.sha256(text.encode()).hexdigest()}.yaml"
+    )
+    if not path.is_file():
+        with atomic_write(path) as unfinished:
+            unfinished.write_text(text, encoding="utf-8")
+    return str(path)
 
 
 def sources(command):

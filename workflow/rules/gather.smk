@@ -29,16 +29,25 @@ rule gather:
 
 rule timing:
     input:
-        gather.sweep(
+        sweep=gather.sweep(
             f"{RESULTS}/sweep/{{variant}}/{{record}}.{{scatteritem}}.csv",
             variant=VARIANTS,
             record=RECORDS,
         ),
-        [VERIFICATION_TIMING] if VERIFIED else [],
+        verification=[VERIFICATION_TIMING] if VERIFIED else [],
     output:
         f"{RESULTS}/timing.csv",
     log:
         f"{LOGS}/timing.log",
     localrule: True
+    params:
+        study=settings("scene", "body", "orientation", "variants"),
+        sweep=lambda wildcards, input: Path(input.sweep[0]).parents[1],
+        chunks=CHUNKS,
+        verification=lambda wildcards, input: " ".join(
+            f"--verification {each}" for each in input.verification
+        ),
+        sources=sources("workflow:timing"),
     shell:
-        "awk 'FNR > 1 || NR == 1' {input} > {output} 2> {log}"
+        "overturning timing --study {params.study:q} --sweep {params.sweep} --chunks {params.chunks}"
+        " {params.verification} --output {output} 2> {log}"

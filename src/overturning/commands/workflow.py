@@ -147,6 +147,25 @@ def gather(
 
 
 @app.command()
+def timing(
+    study: Study,
+    sweep: Annotated[Path, typer.Option(help="folder with a folder of parts for each contact setting")],
+    output: Timing,
+    chunks: Chunks = 1,
+    verification: Annotated[Path | None, typer.Option(help="run time of the verification (CSV)")] = None,
+) -> None:
+    """Join the run times of a study's jobs into one table."""
+    from overturning.study.load import study_from
+    from overturning.study.parts import parts_of
+    from overturning.study.timing import join_timings
+
+    settings = study_from(study)
+    folders = [sweep / variant for variant in ("nominal", *settings.variants)]
+    tables = [path for folder in folders for path in parts_of(folder, settings.records.use, chunks, ".csv")]
+    join_timings([*tables, *([verification] if verification else [])], output)
+
+
+@app.command()
 def fragility(
     study: Study,
     cube: Cube,

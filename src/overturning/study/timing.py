@@ -3,7 +3,7 @@
 import csv
 import platform
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -29,6 +29,18 @@ def timed(path: Path) -> Iterator[dict[str, Any]]:
         table.writerow(row)
 
 
+def join_timings(paths: Sequence[Path], output: Path) -> None:
+    """Join the rows of tables that `timed` wrote into one table; a `ResultError` where one has no row."""
+    lines: list[str] = []
+    for path in paths:
+        head, *rows = path.read_text(encoding="utf-8").splitlines() or [""]
+        if not rows:
+            raise _no_timing(path)
+        lines += rows if lines else [head, *rows]
+    with atomic_write(output) as part:
+        part.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
+
+
 def block_steps_of(path: Path) -> int:
     """Block steps in a table that `timed` wrote; the one column that is the same for every run.
 
@@ -43,8 +55,12 @@ def block_steps_of(path: Path) -> int:
         if not steps:
             raise ValueError("no row")
     except (OSError, KeyError, TypeError, ValueError):
-        raise ResultError(f"{path}: damaged, or no table of run times; run again, which makes it anew") from None
+        raise _no_timing(path) from None
     return sum(steps)
+
+
+def _no_timing(path: Path) -> ResultError:
+    return ResultError(f"{path}: damaged, or no table of run times; run again, which makes it anew")
 
 
 def _processor() -> str:

@@ -36,7 +36,7 @@ KINDS: dict[str, dict[str, Any]] = {
     | {"scene": "three-tier", "variants": {"monolith": {"scene": "monolith"}}}
     | {"azimuth": {"step": 10}, "ensemble": {"members": 4}},
 }
-FEW, MANY = 1, 4
+FEW, MANY = 1, 3
 MOST = 15.0  # bytes per cell, 1.5 GB of 10⁸ cells
 
 Statistic = Callable[[Results], object]

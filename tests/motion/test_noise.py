@@ -22,7 +22,9 @@ def made(ahead: float, noise: float, seed: int = 3, drift: float = 0.0) -> np.nd
 @pytest.mark.parametrize("ahead", [5.0, 20.0])
 @pytest.mark.parametrize("drift", [0.0, 0.05])
 def test_the_onset_is_found_within_a_tenth_of_a_second(ahead, drift):
-    assert onset(made(ahead, 0.01, drift=drift)) * DT == pytest.approx(ahead, abs=0.1)
+    samples = made(ahead, 0.01, drift=drift)
+    assert onset(samples) * DT == pytest.approx(ahead, abs=0.1)
+    assert onset(samples * 2.0**-24) == onset(samples)  # in any unit
 
 
 def test_white_noise_and_a_white_signal_have_the_ratio_of_their_powers():

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import netCDF4
 import numpy as np
 import pytest
 from scipy.stats import binom
@@ -16,6 +17,7 @@ from overturning.errors import ConfigError, ResultError
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import write_motion
+from overturning.study import ensemble
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import BATCH, ENSEMBLE_VARIABLES, cells_to_run, half_width, run_ensemble, settled
 from overturning.study.gather import gather
@@ -132,6 +134,25 @@ def test_spread_is_that_of_the_members_run_one_by_one(motion: Motion, nominal: d
     assert difference == pytest.approx(halves[0].mean() - halves[1].mean())
 
 
+@pytest.mark.parametrize(("name", "most"), [("MOST_GROUND_VALUES", 2 * 8 * 400), ("MOST_MEMBERS", 2 * 8 * 10)])
+def test_directions_are_run_in_pieces_that_hold_no_more_than_they_may(
+    motion: Motion, nominal: dict[str, np.ndarray], monkeypatch: pytest.MonkeyPatch, name: str, most: int
+) -> None:
+    """Eight members under 400 samples in each of three directions of ten cells: two directions at a time are as many as may be."""
+    members = draw_members(Ensemble(members=8, amplitude=0.2, b_over_h=0.1))
+    whole, held = run(motion, nominal, members), []
+
+    def members_of(cases: Cases, progress: Progress | None) -> Results:
+        held.append((np.unique(cases.azimuth_deg).size * motion.samples, cases.azimuth_deg.size))
+        return run_cases(motion, cases, progress=progress, threads=2)
+
+    monkeypatch.setattr(ensemble, name, most)
+    found = run_ensemble(motion, GRID, nominal, members, members_of, everywhere=True)[0]
+    assert max(held) == (2 * 8 * 400, 2 * 8 * 10)
+    for variable, values in whole.items():
+        np.testing.assert_array_equal(found[variable], values)
+
+
 def test_mirrored_cells_exchange_the_sides(motion: Motion, nominal: dict[str, np.ndarray]) -> None:
     members = draw_members(Ensemble(members=8, amplitude=0.2, b_over_h=0.1, initial_tilt=0.02))
     found = run(motion, nominal, members)
@@ -213,9 +234,13 @@ def test_a_cube_with_settled_cells_is_found_again_bit_for_bit(tmp_path: Path) ->
     gather(study, [record], [tmp_path / "part.nc"], tmp_path / "cube.nc")
     with open_cube(tmp_path / "cube.nc") as cube:
         assert len(np.unique(cube["members"].to_numpy())) > 1
+    with netCDF4.Dataset(tmp_path / "cube.nc", "a") as cube:
+        cube["peak_penetration"][:] = 99.0
     found = recheck(tmp_path / "cube.nc", cells=18)
-    assert found.differences == []
     assert found.cells == found.ensemble_cells == 18
+    # What was changed is found in every cell, each of them looked at once, and nothing else.
+    assert len(set(found.differences)) == len(found.differences) == 18
+    assert all("peak_penetration is 99.0 in the cube" in line for line in found.differences)
 
 
 def _stopped(probability: float, widest: float, batches: list[int]) -> dict[tuple[int, int], float]:

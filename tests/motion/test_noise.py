@@ -37,6 +37,16 @@ def test_white_noise_and_a_white_signal_have_the_ratio_of_their_powers():
     assert np.median(found.ratio[:, middle]) == pytest.approx(56, rel=0.15)
 
 
+def test_an_offset_of_the_noise_is_no_noise():
+    """As a sensor has it that the shock tilts: the samples before the onset stand apart from those after it."""
+    level, shifted = made(20.0, 0.01), made(20.0, 0.01) - np.where(TIME < 20.0, 0.05, 0.0)
+    first, second = noise_ratio([level], DT), noise_ratio([shifted], DT)
+    assert first is not None
+    assert second is not None
+    assert first.onset == second.onset
+    np.testing.assert_allclose(first.noise, second.noise, rtol=1e-6)
+
+
 def test_without_noise_before_the_onset_there_is_nothing_to_compare():
     assert noise_ratio([made(1.0, 0.01)], DT) is None
     assert noise_ratio([np.zeros(100)], DT) is None

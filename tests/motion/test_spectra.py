@@ -21,6 +21,7 @@ from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi
 from overturning.motion.intensity import MEASURES, intensity_by_azimuth, measures_by_azimuth, record_measures
 from overturning.motion.jma_intensity import SURVEY_RULE, instrumental_intensity, reported_intensity
 from overturning.motion.motion import Motion
+from overturning.motion.oscillator import Oscillators
 from overturning.motion.rotation import cosines_of, largest_along
 from overturning.motion.spectra import rotd, spectra_by_azimuth, spectrum_intensity
 from overturning.records.catalogue import read_catalogue
@@ -72,6 +73,14 @@ def component_spectrum(samples, interval, periods, damping=0.05):
     """Pseudo-acceleration spectrum of one component, m/s²."""
     motion = Motion(samples, np.zeros_like(samples), sampling_interval=interval, trust_data=True)
     return spectra_by_azimuth(motion, periods, 0.0, damping=damping)["acceleration"][:, 0]
+
+
+@pytest.mark.parametrize("count", [64, 75])
+def test_the_interpolated_motion_passes_through_its_samples(count):
+    """Of white noise, which goes up to the Nyquist frequency; that is a term of its own where the count is even."""
+    noise = np.random.default_rng(count).normal(size=(2, count))
+    finer = Oscillators(noise, 0.01, longest_s=0.0)._interpolated(4)
+    np.testing.assert_allclose(finer[:, ::4], noise, atol=1e-12)
 
 
 @pytest.mark.parametrize("period", [0.05, 0.3, 1.0, 4.0])

@@ -6,9 +6,11 @@ from seed_writers import START, trace, write_inventory, write_mseed, write_sac
 
 from overturning.errors import RecordError
 from overturning.records.catalogue import RecordEntry
+from overturning.records.check import check_paths, describe
 from overturning.records.formats import sac
 from overturning.records.options import ReadOptions
 from overturning.records.read import read_path, read_record
+from overturning.records.ready import read
 from overturning.records.source import SourceFile
 from overturning.records.summary import state_of
 from tests.expect import refused
@@ -28,6 +30,10 @@ def test_miniseed_with_its_stationxml_beside_it(tmp_path):
     np.testing.assert_allclose(record.up, Z / 400_000, rtol=1e-12)
     assert record.start == "2001-02-03T04:05:06.5Z"
     assert (record.station, record.latitude) == ("TST1", 35.2)
+    lines = [line for finding in check_paths([tmp_path]) for line in describe(finding).splitlines()]
+    for channel, samples, direction in (("HNN", N, "azimuth 0"), ("HNE", E, "azimuth 90"), ("HNZ", Z, "up")):
+        said = f"{direction}, 500 samples, peak {np.abs(samples).max() / 4000:.4g} Gal, header states none"
+        assert any(channel in line and line.endswith(said) for line in lines), channel
 
 
 def test_orientation_comes_from_the_stationxml(tmp_path):
@@ -86,6 +92,9 @@ def test_sac_needs_a_unit_and_takes_orientation_from_its_header(tmp_path):
     np.testing.assert_allclose(record.north, (N * c - E * s) / 1e7, atol=1e-7)
     np.testing.assert_allclose(record.up, Z / 1e7, atol=1e-8)
     assert record.start == "2001-02-03T04:05:06.5Z"
+    same = read(paths, unit="gal", record_id="t", processing=[])
+    np.testing.assert_array_equal(same.up, record.up)
+    assert same.record_id == "t"
     entry = RecordEntry(id="t", source="T.HN1.sac T.HN2.sac T.HNZ.sac", unit="g")
     np.testing.assert_allclose(read_record(entry, tmp_path).up, Z / 1e5 * 9.80665, atol=1e-5)
 

@@ -1,6 +1,8 @@
 """The ensemble: its members, the cells it runs, and what it finds."""
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import netCDF4
 import numpy as np
@@ -136,21 +138,24 @@ def test_spread_is_that_of_the_members_run_one_by_one(motion: Motion, nominal: d
 
 @pytest.mark.parametrize(("name", "most"), [("MOST_GROUND_VALUES", 2 * 8 * 400), ("MOST_MEMBERS", 2 * 8 * 10)])
 def test_directions_are_run_in_pieces_that_hold_no_more_than_they_may(
-    motion: Motion, nominal: dict[str, np.ndarray], monkeypatch: pytest.MonkeyPatch, name: str, most: int
+    motion: Motion, monkeypatch: pytest.MonkeyPatch, name: str, most: int
 ) -> None:
-    """Eight members under 400 samples in each of three directions of ten cells: two directions at a time are as many as may be."""
-    members = draw_members(Ensemble(members=8, amplitude=0.2, b_over_h=0.1))
-    whole, held = run(motion, nominal, members), []
+    """Eight members under 400 samples in each of six directions of ten cells: two directions at a time are as many as may be."""
+    grid = Grid(AZIMUTH, np.array([0.6, 1.2]), GRID.b_over_h, np.array([1.0]))
+    members = draw_members(Ensemble(members=8))
+    nothing = {name: np.zeros(grid.shape, np.int8) for name in ("overturned", "mirrored")}
+    calls = []
 
-    def members_of(cases: Cases, progress: Progress | None) -> Results:
-        held.append((np.unique(cases.azimuth_deg).size * motion.samples, cases.azimuth_deg.size))
-        return run_cases(motion, cases, progress=progress, threads=2)
+    def all_stand(cases: Cases, progress: Progress | None) -> Any:
+        calls.append(np.column_stack([cases.azimuth_deg, cases.height, cases.b_over_h, cases.friction]))
+        return SimpleNamespace(overturned=np.zeros(len(calls[-1]), np.int8), block_steps=np.ones(len(calls[-1])))
 
     monkeypatch.setattr(ensemble, name, most)
-    found = run_ensemble(motion, GRID, nominal, members, members_of, everywhere=True)[0]
-    assert max(held) == (2 * 8 * 400, 2 * 8 * 10)
-    for variable, values in whole.items():
-        np.testing.assert_array_equal(found[variable], values)
+    found = run_ensemble(motion, grid, nothing, members, all_stand, everywhere=True)[0]
+    held = [(np.unique(cases[:, 0]).size * motion.samples, len(cases)) for cases in calls]
+    assert held == [(2 * 8 * 400, 2 * 8 * 10)] * 3
+    assert len(np.unique(np.concatenate(calls), axis=0)) == 6 * 10 * 8, "each member of each cell once"
+    assert (found["members"] == 8).all()
 
 
 def test_mirrored_cells_exchange_the_sides(motion: Motion, nominal: dict[str, np.ndarray]) -> None:

@@ -14,7 +14,7 @@ from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import read_motion, write_motion
 from overturning.study.choice import read_sample
-from overturning.study.comparison import Counts, compare
+from overturning.study.comparison import Counts, compare, differ
 from overturning.study.config import Study
 from overturning.study.cube import open_cube, study_of
 from overturning.study.gather import gather
@@ -176,6 +176,8 @@ def test_azimuths_fifteen_degrees_apart_are_another_direction() -> None:
     flags, azimuths = np.array([1, 1, 1, 0], np.int8), np.array([359.0, 10.0, 100.0, np.nan], np.float32)
     found = compare(flags, flags, (azimuths, np.array([13.0, 26.0, 110.0, np.nan], np.float32)))
     assert found == Counts(cases=4, fallen=3, sides=1)
+    changed = differ(flags[:, None], flags[:, None], (azimuths, np.array([13.0, 26.0, 110.0, np.nan], np.float32)))
+    assert changed.tolist() == [False, True, False, False]
 
 
 def test_gathering_refuses_a_part_in_planes(cube_file: Path, settings: Study, tmp_path: Path) -> None:

@@ -10,8 +10,8 @@ from overturning.dem.polygon.arrays import rests_on_one_face
 from overturning.dem.polygon.geometry import nearest_faces, place, symmetric
 from overturning.dem.polygon.prepare import prepare
 from overturning.dem.polygon.tables import P_AFTER
-from overturning.dem.scene import check_scene, load_scene
-from overturning.errors import ArgumentError, ConfigError
+from overturning.dem.scene import Scene, check_scene, load_scene
+from overturning.errors import ConfigError
 from tests.dem.polygon_scenes import GROUND, SHIPPED, block, one_case, scene, shipped, still
 
 LOW = {"name": "low", "width": 1.0, "height": 0.5, "stands_on": "ground"}
@@ -73,16 +73,14 @@ def test_nearest_faces_of_a_turned_block_are_the_most_opposed_ones() -> None:
 def test_what_only_a_side_of_one_of_two_elements_parts_does_not_overlap() -> None:
     """A ridge 1 cm beside the side of a block: beyond either side of the ridge lies a corner of the block."""
     ridge = {"name": "ridge", "vertices": [[0, 0], [0.4, 0], [0.6, 0.3], [0.4, 0.6], [0, 0.6]], "stands_on": "ground"}
-    for gap, said in ((0.01, ""), (-0.01, "overlaps ridge by 0.01 m")):
-        made = scene(GROUND, ridge | {"at": [0, 0]}, block("block", 0.4, 0.6, x=5))
-        tip = place(made)[1]
-        beside = tip.x + tip.points[:, 0].max() - tip.x + gap + 0.2
-        made = scene(GROUND, ridge | {"at": [0, 0]}, block("block", 0.4, 0.6, x=float(beside)))
-        if said:
-            with pytest.raises(ArgumentError, match=said):
-                prepare(made)
-        else:
-            assert {(1, 0), (2, 0), (2, 1)} <= set(prepare(made).pairs)
+    tip = place(scene(GROUND, ridge | {"at": [0, 0]}))[1].points[:, 0].max()
+
+    def beside(gap: float) -> Scene:
+        return scene(GROUND, ridge | {"at": [0, 0]}, block("block", 0.4, 0.6, x=float(tip + gap + 0.2)))
+
+    assert {(1, 0), (2, 0), (2, 1)} <= set(prepare(beside(0.01)).pairs)
+    with pytest.raises(ConfigError, match=r"overlaps ridge by 0\.01 m"):
+        beside(-0.01)
 
 
 @pytest.mark.parametrize("height", [0.6, 2.0])

@@ -197,3 +197,7 @@ def test_a_block_that_rocks_too_little_to_fall_is_not_followed_to_its_rest() -> 
         assert 1 - (1 - angle.max()) ** 2 == pytest.approx(share, abs=0.01)
         assert (times[-1] < motion.duration + 0.2) == ended
         assert (angle[-1] > 0.1) == ended, "it still rocks"
+        # Its weight presses the one corner that it rocks on twice as deep as both of them, which is 1e-7 B.
+        turned = np.abs(path[:, 1, 2])
+        height = path[:, 1, 1] - (0.3 * np.cos(turned) + 0.06 * np.sin(turned))
+        assert np.median(height[angle > 0.05]) == pytest.approx(-2e-7 * 0.12, rel=0.05)

@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.signal.windows import tukey
 
+from overturning.motion.fourier import band_amplitude
 from overturning.motion.noise import noise_ratio, onset
 from overturning.records.corner import BOUNDS_HZ, DEFAULT_HZ, choose_corner
 from overturning.records.processing import default_steps, process
@@ -35,6 +37,24 @@ def test_white_noise_and_a_white_signal_have_the_ratio_of_their_powers():
     # exp(−t/10) to 95 % of its energy, 15 s: root mean square 0.56 of the first amplitude.
     middle = (found.frequency > 1) & (found.frequency < 30)
     assert np.median(found.ratio[:, middle]) == pytest.approx(56, rel=0.15)
+
+
+@pytest.mark.parametrize("lasting", [12, 3000])
+def test_both_parts_are_tapered_over_a_twentieth_at_either_end_and_one_sample_at_least(lasting):
+    """Against scipy's Tukey window, whose taper is the share α/2 of the steps from its first sample to its last."""
+    random = np.random.default_rng(8)
+    samples = 0.01 * random.normal(size=5200)
+    samples[2000 : 2000 + lasting] += random.normal(size=lasting)
+    found = noise_ratio([samples], DT)
+    assert found is not None
+    first, moving = round(found.onset / DT), samples - samples.mean()
+    energy = np.cumsum(moving[first:] ** 2)
+    last = first + int((energy < 0.95 * energy[-1]).sum()) + 1
+    assert (last - first < 20) == (lasting == 12)
+    for part, spectrum in ((moving[first:last], found.signal[0]), (moving[:first], found.noise[0])):
+        window = tukey(part.size, 2 * max(1, part.size // 20) / (part.size - 1))
+        expected = band_amplitude((part - part.mean()) * window, DT, found.frequency) / np.sqrt(part.size * DT)
+        np.testing.assert_allclose(spectrum, expected, rtol=1e-9)
 
 
 def test_an_offset_of_the_noise_is_no_noise():

@@ -18,8 +18,10 @@ from overturning.statistics.space import (
     followed_by_slenderness,
     mean_over_earthquakes,
     plane_agreement,
+    plane_counts,
     rose_of,
     sums_by_slenderness,
+    turns,
     twist,
 )
 from overturning.statistics.telling_in_space import telling_in_space
@@ -181,25 +183,35 @@ def test_the_plane_is_counted_right() -> None:
     predicted = np.array([20.0, 0.0, np.nan, np.nan, 0.0, 0.0, 0.0, np.nan])
     names = ("overturned", "plane_overturned", "fall_azimuth", "plane_fall_azimuth")
     cube = xr.Dataset(
-        {name: ("x", values) for name, values in zip(names, (flags, plane, falls, predicted), strict=True)}
+        {name: ("record", values) for name, values in zip(names, (flags, plane, falls, predicted), strict=True)}
     )
-    found = plane_agreement(cube)
+    found = plane_agreement(plane_counts(cube))
     assert found.cases == 6
     assert (found.flag, found.only_space, found.only_plane) == pytest.approx((4 / 6, 1 / 6, 1 / 6))
     assert found.face == pytest.approx(1 / 3)
     assert found.axis == pytest.approx((30.0 + 80.0 + 10.0) / 3)
-    assert np.isnan(plane_agreement(cube.isel(x=[6])).flag)
+    assert np.isnan(plane_agreement(plane_counts(cube.isel(record=[6]))).flag)
 
 
 def test_twist_is_of_stones_that_moved_and_stand() -> None:
     cube = xr.Dataset({
-        "overturned": ("x", [0.0, 0.0, 0.0, 1.0, 0.0]),
-        "status": ("x", [0, 0, 0, 0, 1]),
-        "residual_twist": ("x", [-3.0, 1.0, 10.0, np.nan, 0.0]),
-    })  # fmt: skip
-    found = twist(cube, share=0.5)
+        "overturned": ("record", [0.0, 0.0, 0.0, 1.0, 0.0]),
+        "status": ("record", [0, 0, 0, 0, 1]),
+        "residual_twist": ("record", [-3.0, 1.0, 10.0, np.nan, 0.0]),
+    }).expand_dims(b_over_h=[0.2], friction=[0.6])  # fmt: skip
+    ((shape, turned),) = turns(cube).items()
+    assert shape == (0.2, 0.6)
+    found = twist(turned, share=0.5)
     assert (found.stones, found.median, found.most, found.largest) == (3, 3.0, 3.0, 10.0)
-    assert twist(cube.isel(x=[3, 4])).stones == 0
+    assert twist(turns(cube.isel(record=[3, 4]))[shape]).stones == 0
+
+
+@pytest.mark.parametrize("size", [1, 2, 3, 10, 997])
+def test_quantiles_of_twist_are_numpys(size: int) -> None:
+    turned = np.random.default_rng(size).normal(size=size).astype(np.float32)
+    expected = np.quantile(turned.astype(np.float64), [0.5, 0.9, 1.0])
+    found = twist(turned.copy())
+    assert (found.median, found.most, found.largest) == tuple(expected)
 
 
 @pytest.mark.parametrize("azimuth", [0.0, 33.0, 90.0, 145.0, 260.0])

@@ -153,7 +153,7 @@ def test_comparisons_count_what_they_say() -> None:
     import xarray as xr
 
     def cube(sides: list[float], times: list[float]) -> xr.Dataset:
-        return xr.Dataset({"overturned": ("case", sides), "overturning_time": ("case", times)})
+        return xr.Dataset({"overturned": ("record", sides), "overturning_time": ("record", times)})
 
     nan = float("nan")
     this = cube([1, -1, 0, 1, nan, 1], [2.0, 3.0, nan, 1.0, nan, 4.0])

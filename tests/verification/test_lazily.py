@@ -1,74 +1,112 @@
 """Statistics of a cube in memory that a record more hardly enlarges: those of 10⁸ cells stay within 2 GB."""
 
 import tracemalloc
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
-import numpy as np
 import pytest
-import xarray as xr
 
 from overturning.figures.rose import rose_figure
+from overturning.figures.scene import element_roses_figure
+from overturning.figures.space import space_rose_figure
 from overturning.figures.style import style
-from overturning.report.results import Results
-from overturning.statistics.criteria import criteria_scores
-from overturning.statistics.earthquakes import axes_by_group, summarise_axes
-from overturning.statistics.falls import overturns
-from overturning.statistics.logistic import overturning_fit
-from overturning.study.cube import open_cube, study_of
-from verification.scale.made import made_study, write_made_cube
+from overturning.report.results import Results, open_results
+from overturning.report.sections import cause, criteria, ensemble, space
+from overturning.report.sections.scene import spread_sentence
+from overturning.statistics.elements import compare_stones, falls_by_element
+from overturning.statistics.telling_in_space import telling_in_space
+from overturning.study.cube import open_cube
+from overturning.study.intensity import write_intensity
+from overturning.study.population import Population
+from overturning.study.scenes import NOMINAL, variant_names
+from overturning.surveys.population_rates import population_rates
+from verification.scale.made import made_records, made_study, write_made_cube
 
-GRID = {
-    "azimuth": {"step": 5},
+BLOCKS: dict[str, Any] = {
     "height": {"start": 0.5, "stop": 0.9, "step": 0.1},
     "b_over_h": {"start": 0.05, "stop": 0.6, "step": 0.05},
     "friction": {"start": 0.3, "stop": 1.2, "step": 0.1},
 }
-FEW, MANY = 1, 4
+KINDS: dict[str, dict[str, Any]] = {
+    "planes": BLOCKS | {"azimuth": {"step": 5}},
+    "space": BLOCKS
+    | {"body": {"aspect": [1, 2]}, "orientation": {"step": 3}, "azimuth": {"step": 30}, "ensemble": {"members": 4}},
+    "scene": BLOCKS
+    | {"scene": "three-tier", "variants": {"monolith": {"scene": "monolith"}}}
+    | {"azimuth": {"step": 10}, "ensemble": {"members": 4}},
+}
+FEW, MANY = 1, 3
 MOST = 15.0  # bytes per cell, 1.5 GB of 10⁸ cells
 
-
-def results_of(cube: xr.Dataset, folder: Path) -> Results:
-    return Results(study_of(cube), cube, {"nominal": cube}, xr.Dataset(), folder, folder, [], None, ())
+Statistic = Callable[[Results], object]
 
 
-STATISTICS: dict[str, Callable[[xr.Dataset, xr.Dataset, Path], object]] = {
-    "axes of earthquakes": lambda cube, *_: [summarise_axes(each) for each in axes_by_group(cube).values()],
-    "share that falls": lambda cube, *_: overturns(cube).mean().compute(),
-    "statuses": lambda cube, _, folder: results_of(cube, folder).statuses,
-    "rose": lambda cube, *_: rose_figure(cube),
-    "logistic fit": lambda cube, intensity, _: overturning_fit(cube, intensity),
-    "criteria": lambda cube, intensity, _: criteria_scores(cube, intensity),
+def stones_of(results: Results) -> list[object]:
+    """What a report says of the elements and variants of a scene, and their roses."""
+    stones = {name: results.reference_cube(name) for name in results.cubes}
+    (name, one), (other_name, other) = stones.items()
+    said = [compare_stones(name, one, other_name, other), spread_sentence(name, one), element_roses_figure(stones)]
+    return said + [falls_by_element(cube) for cube in results.cubes.values()]
+
+
+STATISTICS: dict[str, dict[str, Statistic]] = {
+    "planes": {
+        "axes of earthquakes": lambda results: results.axes,
+        "share that falls": lambda results: results.fallen,
+        "statuses": lambda results: results.statuses,
+        "rose": lambda results: rose_figure(results.cube),
+        "logistic fit": cause.cause,
+        "criteria": criteria.criteria,
+    },
+    "space": {
+        "roses": lambda results: space_rose_figure(results.cube),
+        "what falls follow": space.follows,
+        "planes beside space": space.plane_beside,
+        "twist": space.twists,
+        "ensemble": ensemble.ensemble,
+        "population": lambda results: population_rates(results.cube, Population()),
+        "telling cases": lambda results: telling_in_space(results.cube),
+    },
+    "scene": {"elements and variants": stones_of},
 }
 
 
 @pytest.fixture(scope="module")
-def cubes(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
-    paths = [tmp_path_factory.mktemp("made") / f"{records}.nc" for records in (FEW, MANY)]
-    for records, path in zip((FEW, MANY), paths, strict=True):
-        write_made_cube(made_study(records, GRID), path, different=1)
-    return paths
+def folders(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, list[Path]]]:
+    """Folders of results by kind, of few records and of many."""
+    made: dict[str, list[Path]] = {}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(Path(__file__).parents[2])  # scenes are named from the project's folder
+        for kind, grid in KINDS.items():
+            made[kind] = [tmp_path_factory.mktemp(f"{kind}-{records}") for records in (FEW, MANY)]
+            for records, folder in zip((FEW, MANY), made[kind], strict=True):
+                study = made_study(records, grid)
+                for variant in variant_names(study):
+                    name = "cube.nc" if variant == NOMINAL else f"cube.{variant}.nc"
+                    write_made_cube(study, folder / name, different=1, variant=variant)
+                write_intensity(study, list(made_records(study)), folder / "intensity.nc")
+                (folder / "figures" / "telling").mkdir(parents=True)
+                (folder / "figures" / "telling" / "telling.json").write_text("[]", "utf-8")
+        yield made
 
 
-def peak(statistic: Callable[[xr.Dataset, xr.Dataset, Path], object], path: Path) -> int:
+def peak(statistic: Statistic, folder: Path) -> int:
     """Largest memory of a statistic, bytes, that NumPy and Python allocate."""
-    with open_cube(path, chunks={"record": 1}) as cube, style():
-        azimuth = cube["azimuth"].to_numpy()
-        generator = np.random.default_rng(1)
-        values = {name: generator.uniform(1, 9, (cube.sizes["record"], azimuth.size)) for name in ("pga", "pgv")}
-        dims = ("record", "azimuth")
-        intensity = xr.Dataset({name: (dims, each) for name, each in values.items()}, {"azimuth": azimuth})
+    with open_results(folder) as results, style():
         tracemalloc.start()
-        statistic(cube, intensity, path.parent)
+        statistic(results)
         most = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
         return most
 
 
-@pytest.mark.parametrize("name", STATISTICS)
-def test_a_record_more_takes_little_memory(name: str, cubes: list[Path]) -> None:
-    peak(STATISTICS[name], cubes[0])  # what is imported and kept on the first call
-    few, many = (peak(STATISTICS[name], path) for path in cubes)
-    with open_cube(cubes[0]) as cube:
+@pytest.mark.parametrize(("kind", "name"), [(kind, name) for kind, names in STATISTICS.items() for name in names])
+def test_a_record_more_takes_little_memory(kind: str, name: str, folders: dict[str, list[Path]]) -> None:
+    statistic, few_many = STATISTICS[kind][name], folders[kind]
+    with open_results(few_many[0]) as results, style():
+        statistic(results)  # what is imported and kept on the first call
+    few, many = (peak(statistic, folder) for folder in few_many)
+    with open_cube(few_many[0] / "cube.nc", element=None) as cube:
         cells = cube["overturned"].size / FEW * (MANY - FEW)
     assert (many - few) / cells < MOST, f"{(many - few) / cells:.1f} bytes per cell"

@@ -23,7 +23,6 @@ def test_a_study_in_chunks_has_the_bytes_of_one_core(on_one_core: same_bytes.Run
 def test_a_study_on_slurm_has_the_bytes_of_one_core(on_one_core: same_bytes.Run) -> None:
     if why := missing():
         lacking(why)
-    run = same_bytes.on_slurm(same_bytes.SMALL, chunks=2)
-    assert run is not None
+    (run,) = same_bytes.on_slurm(same_bytes.SMALL, chunks=2)
     assert run.sha256 == on_one_core.sha256
     assert run.kept == 0, "this profile lets them go"

@@ -21,6 +21,7 @@ Fault = Callable[[Place, random.Random, float], Path | None]
 """Given a place, dice, and the seconds that an undisturbed run takes; returns the file that is damaged."""
 
 PART, MOTION = "sweep/nominal/*.nc", "motion/*.nc"
+JOBS: Final = 7  # of the study: two records to read, two parts of each to compute, and to gather
 SMALL_DISK: Final = (100, 400)  # kB: too small for the first motion, and for all of the parts
 
 
@@ -34,7 +35,7 @@ def kill_all(place: Place, dice: random.Random, seconds: float) -> None:
 
 def kill_job(place: Place, dice: random.Random, _seconds: float) -> None:
     """SIGKILL of one job, whichever; Snakemake goes on with the others."""
-    run, chosen = place.begin(), dice.randrange(4)
+    run, chosen = place.begin(), dice.randrange(JOBS)
     for number, job in enumerate(jobs(run)):
         if number == chosen:
             time.sleep(dice.uniform(0.0, 1.0))
@@ -44,7 +45,7 @@ def kill_job(place: Place, dice: random.Random, _seconds: float) -> None:
 
 def kill_snakemake(place: Place, dice: random.Random, _seconds: float) -> None:
     """SIGKILL of Snakemake alone while its job goes on."""
-    run, chosen = place.begin(), dice.randrange(4)
+    run, chosen = place.begin(), dice.randrange(JOBS)
     snakemake = snakemake_of(run)
     for number, _ in enumerate(jobs(run)):
         if number == chosen:

@@ -68,7 +68,8 @@ class Place:
     def command(self, plain: bool = False) -> list[str]:
         """The command; plain Snakemake's instead of `make run`'s."""
         program = ["-m", "snakemake"] if plain else ["workflow/scripts/run.py"]
-        ask = ["--cores", "1", "--configfile", "config/faults.yaml", "--", "results/faults/cube.nc"]
+        ask = ["--cores", "1", "--set-scatter", "sweep=2", "--configfile", "config/faults.yaml"]
+        ask += ["--", "results/faults/cube.nc"]
         return [sys.executable, *program, *ask]
 
     def run(self, plain: bool = False) -> subprocess.CompletedProcess[str]:

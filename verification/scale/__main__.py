@@ -11,6 +11,7 @@ import pandas as pd
 import typer
 
 from verification.scale import large, on_paper, same_bytes
+from verification.scale.made import SPACE
 from verification.tables import (
     RESULTS,
     Figure,
@@ -23,26 +24,27 @@ from verification.tables import (
     write_figures,
 )
 
-PARTS = ("bytes", "slurm", "chunk", "gather", "lazy", "planning")
+PARTS = ("bytes", "slurm", "chunk", "gather", "lazy", "lazy-space", "planning")
 FIGURES = RESULTS / "scale.csv"
 RUNS = RESULTS / "scale-bytes.csv"
 
 
 def main(
     part: Annotated[list[str] | None, typer.Option(help=f"measure this alone: {', '.join(PARTS)}")] = None,
-    records: Annotated[int, typer.Option(help="records of a million cases in the cube that is read lazily")] = 100,
+    records: Annotated[int, typer.Option(help="records of a million cases in each cube that is read lazily")] = 100,
 ) -> None:
     """Measure, keep the figures, and publish what is known of all parts."""
     chosen = part or PARTS
     runs = same_bytes.here() if "bytes" in chosen else []
-    if "slurm" in chosen and (run := same_bytes.on_slurm()):
-        runs.append(run)
+    if "slurm" in chosen:
+        runs += same_bytes.on_slurm(files=(same_bytes.CUBE, same_bytes.REPORT))
     if runs:
         publish({"scale-bytes": bytes_table(kept(runs))})
     measures: dict[str, Callable[[Path], list[Figure]]] = {
         "chunk": large.measure_chunk,
         "gather": large.measure_gather,
         "lazy": lambda folder: large.measure_lazily(folder, records),
+        "lazy-space": lambda folder: large.measure_lazily(folder, records, SPACE, "made cube in space"),
         "planning": lambda _: on_paper.measure_planning(),
     }
     for name in (name for name in measures if name in chosen):
@@ -59,10 +61,10 @@ def main(
 
 def kept(runs: list[same_bytes.Run]) -> list[same_bytes.Run]:
     """These runs, and those kept in the repository of ways that were not tried again; keeps them all."""
-    known = {run.way: run for run in runs}
+    known = {(run.way, run.file): run for run in runs}
     if RUNS.is_file():
-        old = pd.read_csv(RUNS)
-        known = {str(row.way): same_bytes.Run(*row) for row in lines_of(old)} | known
+        old = [same_bytes.Run(*row) for row in lines_of(pd.read_csv(RUNS))]
+        known = {(run.way, run.file): run for run in old} | known
     write_csv(pd.DataFrame(list(known.values())), RUNS)
     return list(known.values())
 
@@ -70,13 +72,12 @@ def kept(runs: list[same_bytes.Run]) -> list[same_bytes.Run]:
 def bytes_table(runs: list[same_bytes.Run]) -> str:
     """What each way gave, as a table, and on how many cores."""
     cores = len(os.sched_getaffinity(0))
-    table = markdown(
-        ("way", "time, s", "SHA-256 of cube.nc", "same bytes"),
-        [
-            (run.way, f"{run.seconds:.0f}", f"`{run.sha256[:16]}`", "yes" if run.sha256 == runs[0].sha256 else "**no**")
-            for run in runs
-        ],
-    )
+    first = {run.file: run.sha256 for run in reversed(runs)}
+    rows = []
+    for run in sorted(runs, key=lambda run: run.file):
+        same = "yes" if run.sha256 == first[run.file] else "**no**"
+        rows.append((run.way, f"{run.seconds:.0f}", f"`{run.file}`", f"`{run.sha256[:16]}`", same))
+    table = markdown(("way", "time, s", "file", "its SHA-256", "same bytes"), rows)
     return f"{table}\n\nMeasured with {cores} core{'s' * (cores > 1)} at hand."
 
 

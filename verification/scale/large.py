@@ -88,8 +88,10 @@ def measure_gather(
     ]
 
 
-def measure_lazily(folder: Path, records: int = 100, grid: dict[str, object] | None = None) -> list[Figure]:
-    """All statistics, figures and the report of a made cube larger than memory may be."""
+def measure_lazily(
+    folder: Path, records: int = 100, grid: dict[str, object] | None = None, cube: str = "made cube"
+) -> list[Figure]:
+    """All statistics, figures and the report of a made cube larger than memory may be; in the figures it has that name."""
     study = made_study(records, grid)
     write_study(study, folder / "study.json")
     write_made_motions(study, folder / "motion")
@@ -97,11 +99,11 @@ def measure_lazily(folder: Path, records: int = 100, grid: dict[str, object] | N
     write_members(draw_members(study.ensemble), folder / "members.csv")
     base = ("--study", folder / "study.json", "--motions", folder / "motion")
     size = (folder / "cube.nc").stat().st_size
-    found = [Figure("made cube: cells", records * study.cases), Figure("made cube: size", size / 1e9, "GB")]
+    found = [Figure(f"{cube}: cells", records * study.cases), Figure(f"{cube}: size", size / 1e9, "GB")]
 
     def note(what: str, took: Taken) -> None:
-        found.append(Figure(f"made cube: {what}, time", took.seconds, "s"))
-        found.append(Figure(f"made cube: {what}, peak memory", took.memory_mb, "MB", "<= 2000"))
+        found.append(Figure(f"{cube}: {what}, time", took.seconds, "s"))
+        found.append(Figure(f"{cube}: {what}, peak memory", took.memory_mb, "MB", "<= 2000"))
 
     intensity = folder / "intensity.nc"
     note("intensities", taken("rotate", *base, "--output", intensity))

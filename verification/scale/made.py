@@ -9,7 +9,6 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.grid import Grid
 from overturning.dem.status import Status
 from overturning.dem.variables import Variable
 from overturning.motion.motion import Motion
@@ -17,9 +16,10 @@ from overturning.records.record import Record
 from overturning.records.store import rounded, write_motion
 from overturning.study.config import Study
 from overturning.study.gather import describe_cube, gather
-from overturning.study.grid import plane_grid
+from overturning.study.grid import grid_of
 from overturning.study.load import check_study
 from overturning.study.parts import Chunk, part_path, piece_of, write_part
+from overturning.study.scenes import NOMINAL
 from overturning.study.sweep import variables_of
 
 FALLS: Final = 0.3
@@ -34,11 +34,19 @@ GRID: Final = {
     "b_over_h": {"start": 0.05, "stop": 0.6, "step": 0.01},
     "friction": {"start": 0.3, "stop": 1.2, "step": 0.1},
 }
-"""A grid of 1,008,000 cases."""
+"""A grid of 1,008,000 cases in planes."""
+
+SPACE: Final = {
+    "body": {"plan": "rectangle", "aspect": [1, 2]},
+    "orientation": {"step": 1},
+    "ensemble": {"members": 24},
+    "population": {},
+} | {name: GRID[name] for name in ("height", "b_over_h", "friction")}
+"""One of 1,008,000 cases in space."""
 
 
 def made_study(records: int, grid: dict[str, Any] | None = None) -> Study:
-    """A study of so many records, each under the grid of a million cases where no other is given."""
+    """A study of so many records, each under a million cases in planes where no other grid, body or scene is given."""
     names = [f"made-{number:03d}" for number in range(records)]
     about = {"name": "made", "verification": "none", "figures": {"formats": ["png"], "dpi": 72}}
     return check_study(about | {"records": {"use": names}} | (grid or GRID), "made")
@@ -63,8 +71,10 @@ def made_records(study: Study) -> Iterator[Record]:
 def made_values(variable: Variable, shape: tuple[int, ...], seed: int, members: int) -> NDArray[Any]:
     """Random values of a variable: float32 of 23 random bits, which compress less than an outcome's do."""
     generator = np.random.default_rng(seed)
-    if variable.name == "overturned":
+    if variable.name == "overturned" and variable.odd:
         return generator.choice(np.array([-1, 0, 1], np.int8), shape, p=[FALLS / 2, 1 - FALLS, FALLS / 2])
+    if variable.name.endswith("overturned"):
+        return fallen(variable, shape, seed).astype(np.int8)
     if variable.name == "status":
         return np.full(shape, int(Status.SIMULATED), np.int8)
     if variable.dtype != "f4":
@@ -72,27 +82,37 @@ def made_values(variable: Variable, shape: tuple[int, ...], seed: int, members: 
     values: NDArray[Any] = generator.random(shape, np.float32)
     if variable.name == "overturning_time":
         values[generator.random(shape, np.float32) > FALLS] = np.nan
-    if variable.name.startswith(("probability", "scramble")):
+    if variable.name.endswith("fall_azimuth"):
+        return np.where(fallen(variable, shape, seed), 360 * values, np.float32(np.nan))
+    if variable.name == "residual_twist":
+        return np.where(fallen(variable, shape, seed), np.float32(np.nan), values - np.float32(0.5))
+    if variable.name.startswith(("probability", "scramble", "fall_")):
         # Counts of members, and none where the ensemble was not run.
         values = np.round(values * 0.5 * members) / np.float32(members)
         values[generator.random(shape, np.float32) > RUN_AGAIN] = np.nan
     return values
 
 
-def write_made_parts(study: Study, folder: Path, chunks: int) -> list[Path]:
+def fallen(variable: Variable, shape: tuple[int, ...], seed: int) -> NDArray[np.bool_]:
+    """Where a body in space falls, or in the planes of its faces: the same for all variables that say more of it."""
+    return np.random.default_rng((seed, variable.name.startswith("plane"))).random(shape, np.float32) < FALLS
+
+
+def write_made_parts(study: Study, folder: Path, chunks: int, variant: str = NOMINAL) -> list[Path]:
     """Parts of every record of a study."""
-    grid, variables, paths = plane_grid(study), variables_of(study), []
+    grid, variables, paths = grid_of(study, variant), variables_of(study), []
     for number, name in enumerate(study.records.use):
         for part in range(1, chunks + 1):
             chunk = Chunk(part, chunks)
             piece = piece_of(study, grid, chunk)
-            assert isinstance(piece, Grid)
             values = {
-                variable.name: made_values(variable, piece.shape, 1000 * number + part, study.ensemble.members)
+                variable.name: made_values(
+                    variable, piece.shape_of(variable), 1000 * number + part, study.ensemble.members
+                )
                 for variable in variables
             }
             paths.append(part_path(folder, name, chunk))
-            write_part(paths[-1], piece, values, {"record_id": name, "variant": "nominal"}, variables)
+            write_part(paths[-1], piece, values, {"record_id": name, "variant": variant}, variables)
     return paths
 
 
@@ -107,19 +127,19 @@ def write_study(study: Study, path: Path) -> None:
     path.write_text(json.dumps(study.model_dump(mode="json", exclude_defaults=True) | {"name": study.name}), "utf-8")
 
 
-def write_made_cube(study: Study, path: Path, different: int) -> None:
+def write_made_cube(study: Study, path: Path, different: int, variant: str = NOMINAL) -> None:
     """A cube whose first records are gathered from made parts, and the others their copies, chunk of the file by chunk."""
     import h5py
     from netCDF4 import Dataset
 
     records = list(made_records(study))
     few = study.model_copy(update={"records": study.records.model_copy(update={"use": study.records.use[:different]})})
-    parts = write_made_parts(few, path.parent / "parts", 1)
-    gather(few, records[:different], parts, path.with_name("few.nc"))
+    parts = write_made_parts(few, path.parent / "parts", 1, variant)
+    gather(few, records[:different], parts, path.with_name("few.nc"), variant)
     for part in parts:
         part.unlink()
     with Dataset(path, "w", format="NETCDF4") as cube:
-        describe_cube(cube, study, records)
+        describe_cube(cube, study, records, variant)
         cube.content_sha256 = "made: random numbers"
     with h5py.File(path.with_name("few.nc")) as source, h5py.File(path, "r+") as cube:
         for variable in variables_of(study):

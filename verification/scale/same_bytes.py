@@ -38,6 +38,8 @@ SMALL: Final = (
 )
 """Much the same in a few seconds."""
 
+CUBE, REPORT = "cube.nc", "report.html"
+
 SLURM: Final = (
     *("--workflow-profile", "workflow/profiles/slurm"),
     *(*OPTIONS, "--slurm-init-seconds-before-status-checks", "2", "--seconds-between-status-checks", "2"),
@@ -52,8 +54,9 @@ class Run(NamedTuple):
     """What one way of running the study gave."""
 
     way: str
+    file: str  # that was asked for
     seconds: float
-    sha256: str  # of the cube's file
+    sha256: str  # of that file
     kept: int  # parts of the sweep that are still there
 
 
@@ -71,19 +74,19 @@ class Folder:
         """The study's cube."""
         return self.folder / "results" / "scale" / "cube.nc"
 
-    def run(self, way: str, *options: str) -> Run:
-        """Run the study up to its cube, by Snakemake; a RuntimeError with what it says where that fails."""
+    def run(self, way: str, *options: str, file: str = CUBE) -> Run:
+        """Run the study up to a file of its results, by Snakemake; a RuntimeError with what it says where that fails."""
         search = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
         command = ["timeout", "-s", "KILL", str(_PATIENCE), "snakemake", "--configfile", "study.yaml", *options]
-        begin = time.perf_counter()
+        begin, made = time.perf_counter(), self.cube.with_name(file)
         done = subprocess.run(
-            [*command, "--", str(self.cube.relative_to(self.folder))],
+            [*command, "--", str(made.relative_to(self.folder))],
             cwd=self.folder, env=os.environ | {"PATH": search}, capture_output=True, text=True, check=False,
         )  # fmt: skip
         if done.returncode:
             raise RuntimeError(f"{way}: {done.stdout[-2000:]}{done.stderr[-4000:]}")
         seconds, kept = time.perf_counter() - begin, len(list(self.cube.parent.glob("sweep/*/*.nc")))
-        return Run(way, seconds, hashlib.sha256(self.cube.read_bytes()).hexdigest(), kept)
+        return Run(way, file, seconds, hashlib.sha256(made.read_bytes()).hexdigest(), kept)
 
 
 @contextmanager
@@ -93,20 +96,20 @@ def fresh(study: str) -> Iterator[Folder]:
         yield Folder(Path(name) / "project", study)
 
 
-def local(study: str, cores: int, chunks: int) -> Run:
+def local(study: str, cores: int, chunks: int, file: str = CUBE) -> Run:
     """On some cores of this machine."""
     words = f"{cores} core{'s' * (cores > 1)}" + (f", {chunks} chunks of each record" if chunks > 1 else "")
     with fresh(study) as folder:
-        return folder.run(words, "--cores", str(cores), "--set-scatter", f"sweep={chunks}")
+        return folder.run(words, "--cores", str(cores), "--set-scatter", f"sweep={chunks}", file=file)
 
 
-def on_slurm(study: str = STUDY, chunks: int = 3) -> Run | None:
-    """By the profile for SLURM on a cluster of one node; None where there is none."""
+def on_slurm(study: str = STUDY, chunks: int = 3, files: tuple[str, ...] = (CUBE,)) -> list[Run]:
+    """By the profile for SLURM on a cluster of one node, one file of the results after another; none where there is none."""
     if missing():
-        return None
+        return []
+    words = f"SLURM, one node of two cores, {chunks} chunks of each record"
     with one_node_slurm(), fresh(study) as folder:
-        words = f"SLURM, one node of two cores, {chunks} chunks of each record"
-        return folder.run(words, *SLURM, "--set-scatter", f"sweep={chunks}")
+        return [folder.run(words, *SLURM, "--set-scatter", f"sweep={chunks}", file=file) for file in files]
 
 
 def on_dask(study: str, workers: int = 2) -> Run:
@@ -127,9 +130,11 @@ def on_dask(study: str, workers: int = 2) -> Run:
             gather(settings, records, parts, folder.folder / "cube.nc")
             seconds = time.perf_counter() - begin
         content = (folder.folder / "cube.nc").read_bytes()
-    return Run(f"dask, {workers} workers, without Snakemake", seconds, hashlib.sha256(content).hexdigest(), len(parts))
+    way = f"dask, {workers} workers, without Snakemake"
+    return Run(way, CUBE, seconds, hashlib.sha256(content).hexdigest(), len(parts))
 
 
 def here(study: str = STUDY) -> list[Run]:
-    """The study in every way that needs no cluster."""
-    return [*(local(study, cores, chunks) for cores, chunks in ((1, 1), (2, 1), (2, 3), (2, 19))), on_dask(study)]
+    """The study in every way that needs no cluster, and its report."""
+    cubes = [local(study, cores, chunks) for cores, chunks in ((1, 1), (2, 1), (2, 3), (2, 19))]
+    return [*cubes, on_dask(study), local(study, 1, 1, REPORT)]

@@ -6,13 +6,16 @@ import numpy as np
 import xarray as xr
 
 from overturning.statistics.circular import NO_DIRECTION
-from overturning.statistics.planes import by_plane
+from overturning.statistics.planes import FALLS, by_plane
 
 CASE_DIMS = ("height", "b_over_h", "friction")
 
 
 MEAN_OF_MEMBERS = ("probability_falls", "fall_north", "fall_east", "fall_axis_cosine", "fall_axis_sine")
 """What an ensemble in space says of a cell: share of falls, and means of the components of their direction and axis."""
+
+OF_FALLS = (*FALLS, "fall_azimuth", *MEAN_OF_MEMBERS)
+"""Variables of a cube, in planes or in space, that shares and vectors of falls come from."""
 
 
 def in_space(cube: xr.Dataset) -> bool:

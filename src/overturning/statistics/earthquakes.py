@@ -7,14 +7,16 @@ fault normal is called positive is arbitrary; only axes are compared.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
+from overturning.statistics.by_record import by_record
 from overturning.statistics.circular import NO_DIRECTION, TestResult, rayleigh_test, resultant, v_test, wrap_axis
-from overturning.statistics.direction import case_dims, fall_vectors
+from overturning.statistics.direction import OF_FALLS, case_dims, fall_vectors
 from overturning.statistics.groups import record_groups
 
 FEWEST_FOR_AN_INTERVAL = 4
@@ -48,7 +50,7 @@ def relative_axes(cube: xr.Dataset, *, over: Sequence[str] | None = None, ensemb
 
 
 def axes_by_earthquake(cube: xr.Dataset, *, over: Sequence[str] | None = None, ensemble: bool = True) -> xr.Dataset:
-    """Fall axis relative to the fault normal, per earthquake.
+    """Fall axis relative to the fault normal, per earthquake; the cube is read one record at a time.
 
     Parameters
     ----------
@@ -62,7 +64,7 @@ def axes_by_earthquake(cube: xr.Dataset, *, over: Sequence[str] | None = None, e
         normal; missing where nothing fell), ``resultant``, ``cosine``, ``sine`` of the mean of the records' vectors,
         ``records`` and ``records_with_falls``.
     """
-    vectors = relative_axes(cube, over=over, ensemble=ensemble).compute()
+    vectors = by_record(partial(relative_axes, over=over, ensemble=ensemble), cube, OF_FALLS)
     events = [str(name) for name in np.atleast_1d(cube["event"].values)]
     names = list(dict.fromkeys(events))
     groups = [vectors.isel(record=[i for i, event in enumerate(events) if event == name]) for name in names]

@@ -5,6 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
+
+from overturning.statistics.by_record import each_record
 
 
 @dataclass(frozen=True)
@@ -41,35 +44,46 @@ class StoneComparison:
     earlier: int
 
 
+_OUTCOME = ("overturned", "overturning_time")
+
+
 def falls_by_element(cube: xr.Dataset) -> list[ElementFalls]:
-    """Falls of each element of a cube, in the scene's order; without the dimension `element` of the one "block"."""
+    """Falls of each element of a cube, in the scene's order; without the dimension `element` of the one "block".
+
+    The cube is read one record at a time; of the times of falls all are kept, since medians need them: four bytes for each.
+    """
     if "element" not in cube.dims:
         cube = cube.drop_vars("element", errors="ignore").expand_dims(element=["block"])
-    sides, times = (
-        cube[name].transpose(..., "element").to_numpy().reshape(-1, cube.sizes["element"])
-        for name in ("overturned", "overturning_time")
-    )
-    known = np.isfinite(sides)
-    fell = known & (sides != 0)
-    when = np.where(fell, np.nan_to_num(times, nan=np.inf), np.inf)
-    first = fell & (when == when.min(axis=1, keepdims=True))
+    names = [str(name) for name in cube["element"].to_numpy().tolist()]
+    counts = np.zeros((3, len(names)), np.int64)
+    moments: dict[str, list[NDArray[np.float32]]] = {name: [] for name in names}
+    for one in each_record(cube, _OUTCOME):
+        sides, times = (one[name].transpose(..., "element").to_numpy().reshape(-1, len(names)) for name in _OUTCOME)
+        known = np.isfinite(sides)
+        fell = known & (sides != 0)
+        when = np.where(fell, np.nan_to_num(times, nan=np.inf), np.inf)
+        first = fell & (when == when.min(axis=1, keepdims=True))
+        counts += np.stack([cells.sum(axis=0) for cells in (known, fell, first)])
+        for index, name in enumerate(names):
+            moments[name].append(when[fell[:, index], index])
     rows = []
-    for index, name in enumerate(cube["element"].to_numpy().tolist()):
-        cases, falls = int(known[:, index].sum()), int(fell[:, index].sum())
-        share, median = falls / cases if cases else math.nan, math.nan
-        if falls:
-            median = float(np.median(when[fell[:, index], index]))
-        rows.append(ElementFalls(str(name), cases, falls, int(first[:, index].sum()), share, median))
+    for name, (cases, falls, earliest) in zip(names, counts.T.tolist(), strict=True):
+        median = float(np.median(np.concatenate(moments.pop(name)), overwrite_input=True)) if falls else math.nan
+        rows.append(ElementFalls(name, cases, falls, earliest, falls / cases if cases else math.nan, median))
     return rows
 
 
 def compare_stones(name: str, cube: xr.Dataset, other_name: str, other: xr.Dataset) -> StoneComparison:
-    """Compare the falls of two stones case by case; the cubes of one element each hold the same cases in the same order."""
-    sides, others = (c["overturned"].to_numpy().ravel() for c in (cube, other))
-    times, other_times = (c["overturning_time"].to_numpy().ravel() for c in (cube, other))
-    known = np.isfinite(sides) & np.isfinite(others)
-    this, that = known & (sides != 0), known & (others != 0)
-    both, neither = this & that, known & ~this & ~that
-    alike = (both & (sides == others), both & (times < other_times))
-    counted = (known, both, this & ~that, that & ~this, neither, *alike)
-    return StoneComparison(name, other_name, *(int(cases.sum()) for cases in counted))
+    """Compare the falls of two stones case by case, one record at a time.
+
+    The cubes of one element each hold the same cases in the same order.
+    """
+    counts = np.zeros(7, np.int64)
+    for one, another in zip(each_record(cube, _OUTCOME), each_record(other, _OUTCOME), strict=True):
+        (sides, times), (others, other_times) = ([c[of].to_numpy().ravel() for of in _OUTCOME] for c in (one, another))
+        known = np.isfinite(sides) & np.isfinite(others)
+        this, that = known & (sides != 0), known & (others != 0)
+        both, neither = this & that, known & ~this & ~that
+        alike = (both & (sides == others), both & (times < other_times))
+        counts += [int(cases.sum()) for cases in (known, both, this & ~that, that & ~this, neither, *alike)]
+    return StoneComparison(name, other_name, *counts.tolist())

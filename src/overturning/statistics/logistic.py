@@ -11,8 +11,9 @@ from scipy.special import stdtrit
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
+from overturning.statistics.by_record import one_record
 from overturning.statistics.direction import CASE_DIMS
-from overturning.statistics.planes import by_plane, falls_of_record
+from overturning.statistics.planes import FALLS, by_plane
 from overturning.units import STANDARD_GRAVITY
 
 PREDICTORS = ("ln PGA/(g B/H)", "ln PGV/PGA", "ln B/H", "ln H")
@@ -202,7 +203,7 @@ def overturning_rows(
     """
     parts, number = [], np.unique(np.atleast_1d(cube["event"].values), return_inverse=True)[1]
     for i in range(cube.sizes["record"]):
-        planes = by_plane(falls_of_record(cube, i), ensemble=ensemble)
+        planes = by_plane(one_record(cube, i, FALLS), ensemble=ensemble)
         where, falls = planes["azimuth"], planes["falls"].transpose("azimuth", *CASE_DIMS)
         try:
             along = intensity[["pga", "pgv"]].isel(record=i).sel(azimuth=where, method="nearest", tolerance=1e-6)

@@ -13,6 +13,9 @@ from overturning.arrays import FloatArray
 from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ResultError
 
+FALLS = ("overturned", "probability_towards", "probability_away")
+"""Variables of a cube that `fall_probability` takes."""
+
 
 def plane_index(azimuth_deg: ArrayLike) -> NDArray[np.intp]:
     """Positions of one azimuth per plane, in the order of azimuth modulo 180°.
@@ -88,12 +91,6 @@ def fall_probability(cube: xr.Dataset, *, ensemble: bool = True) -> xr.Dataset:
         chance.attrs = {"long_name": f"probability of falling towards the {where}", "units": "1"}
         made[name] = chance
     return xr.Dataset(made)
-
-
-def falls_of_record(cube: xr.Dataset, record: int) -> xr.Dataset:
-    """What `fall_probability` takes of a cube, for one record and read at once: many small dask graphs cost more."""
-    names = [name for name in ("overturned", "probability_towards", "probability_away") if name in cube]
-    return cube[names].isel(record=record).load()
 
 
 def by_plane(cube: xr.Dataset, *, ensemble: bool = True) -> xr.Dataset:

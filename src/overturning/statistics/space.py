@@ -6,14 +6,16 @@ percentiles of a bootstrap over earthquakes.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
+from overturning.statistics.by_record import by_record, each_record
 from overturning.statistics.circular import wrap_axis
-from overturning.statistics.direction import MEAN_OF_MEMBERS, by_orientation, case_dims
+from overturning.statistics.direction import OF_FALLS, case_dims, fall_vectors
 from overturning.statistics.earthquakes import FEWEST_FOR_AN_INTERVAL, percentiles, resamples
 from overturning.statistics.groups import record_groups
 
@@ -74,23 +76,22 @@ def rose_of(
     Parameters
     ----------
     cube : Dataset
-        Of the records to take together: each record's shares are averaged over the records of an earthquake, and these over
-        earthquakes.
+        Of the records to take together, read one at a time: each record's shares are averaged over the records of an
+        earthquake, and these over earthquakes.
     from_normal : bool
         Azimuths from the fault normal, of the records for which it is known.
     level, draws, seed
         As in `mean_over_earthquakes`.
     """
-    azimuth = cube["fall_azimuth"].transpose("record", ...).to_numpy().astype(np.float64)
-    azimuth = azimuth.reshape(azimuth.shape[0], -1)
-    if from_normal:
-        azimuth = azimuth - cube["fault_normal"].to_numpy()[:, None]
+    zero = cube["fault_normal"].to_numpy() if from_normal else np.zeros(cube.sizes["record"])
     width = 360.0 / SECTORS
     events = np.atleast_1d(cube["event"].to_numpy().astype(str))
-    shares = np.full((azimuth.shape[0], SECTORS), np.nan)
+    shares = np.full((zero.size, SECTORS), np.nan)
     total = 0
-    for row, angles in enumerate(azimuth):
-        known = angles[np.isfinite(angles)]
+    for row, one in enumerate(each_record(cube, ["fall_azimuth"])):
+        angles = one["fall_azimuth"].to_numpy()
+        known = angles[np.isfinite(angles)].astype(np.float64) - zero[row]
+        known = known[np.isfinite(known)]
         if known.size:
             sector = np.floor((known + width / 2) % 360.0 / width).astype(int) % SECTORS
             shares[row], total = np.bincount(sector, minlength=SECTORS) / known.size, total + known.size
@@ -107,11 +108,9 @@ def rose_of(
 
 
 def sums_by_slenderness(cube: xr.Dataset) -> xr.Dataset:
-    """Sums of `by_orientation` over all cells of a record and B/H, in memory."""
-    kept = ["overturned", "fall_azimuth", *(name for name in MEAN_OF_MEMBERS if name in cube)]
-    found = by_orientation(cube[kept].load()).drop_vars("weight")
-    over = ("orientation", *(name for name in case_dims(cube) if name != "b_over_h"))
-    return found.sum(over).transpose("record", "b_over_h")
+    """Sums of `fall_vectors` over all cells of a record and B/H."""
+    over = [name for name in case_dims(cube) if name != "b_over_h"]
+    return by_record(partial(fall_vectors, over=over), cube, OF_FALLS).transpose("record", "b_over_h")
 
 
 def alignment(sums: xr.Dataset, azimuth_deg: FloatArray, *, axial: bool, part: slice = slice(None)) -> FloatArray:
@@ -206,27 +205,46 @@ class PlaneAgreement:
     axis: float
 
 
-def plane_agreement(cube: xr.Dataset) -> PlaneAgreement:
-    """Compare the nominal outcome of a cube in space, or of a part of it, with what the planes of the faces say."""
-    space, plane = (cube[name].to_numpy().ravel() for name in ("overturned", "plane_overturned"))
-    known = np.isfinite(space) & np.isfinite(plane)
-    both = known & (space == 1) & (plane == 1)
-    apart = np.subtract(
-        *(cube[name].to_numpy().ravel()[both].astype(np.float64) for name in ("fall_azimuth", "plane_fall_azimuth"))
-    )
-    count, fell = int(known.sum()), int(both.sum())
-    nan = float("nan")
+def plane_counts(cube: xr.Dataset) -> xr.Dataset:
+    """What `plane_agreement` is made of, for each record and B/H: counts of cases, and the sum of angles between axes.
 
-    def share(chosen: NDArray[np.bool_]) -> float:
-        return float((known & chosen).sum() / count) if count else nan
+    The nominal outcome of a cube in space beside what the planes of the faces say, read one record at a time.
+    """
+    names = ("overturned", "fall_azimuth", "plane_overturned", "plane_fall_azimuth")
+    return by_record(_plane_counts, cube, names)
+
+
+def _plane_counts(cube: xr.Dataset) -> xr.Dataset:
+    space, plane = cube["overturned"], cube["plane_overturned"]
+    known = space.notnull() & plane.notnull()
+    both = (space == 1) & (plane == 1)
+    apart = (cube["fall_azimuth"].astype("float64") - cube["plane_fall_azimuth"].astype("float64")).where(both)
+    found = xr.Dataset({
+        "cases": known,
+        "right": known & (space == plane),
+        "only_space": (space == 1) & (plane == 0),
+        "only_plane": (space == 0) & (plane == 1),
+        "both": both,
+        "over_edge": np.abs((apart + 180.0) % 360.0 - 180.0) <= 45.0,
+        "axes_apart": np.abs(xr.apply_ufunc(wrap_axis, apart)),
+    })  # fmt: skip
+    return found.sum([name for name in space.dims if name not in ("record", "b_over_h")])
+
+
+def plane_agreement(counts: xr.Dataset) -> PlaneAgreement:
+    """How well planes predict, over all of the `plane_counts`, or of a part of them."""
+    total = {str(name): float(values) for name, values in counts.sum().items()}
+
+    def share(name: str, of: str) -> float:
+        return total[name] / total[of] if total[of] else float("nan")
 
     return PlaneAgreement(
-        cases=count,
-        flag=share(space == plane),
-        only_space=share((space == 1) & (plane == 0)),
-        only_plane=share((space == 0) & (plane == 1)),
-        face=float((np.abs((apart + 180.0) % 360.0 - 180.0) <= 45.0).mean()) if fell else nan,
-        axis=float(np.abs(wrap_axis(apart)).mean()) if fell else nan,
+        cases=int(total["cases"]),
+        flag=share("right", "cases"),
+        only_space=share("only_space", "cases"),
+        only_plane=share("only_plane", "cases"),
+        face=share("over_edge", "both"),
+        axis=share("axes_apart", "both"),
     )
 
 
@@ -240,11 +258,33 @@ class Twist:
     largest: float
 
 
-def twist(cube: xr.Dataset, share: float = 0.9) -> Twist:
-    """Turns of the stones that stand at the end and were not at rest throughout; ``most`` is the quantile of that share."""
-    moved = (cube["status"] == 0) & (cube["overturned"] == 0)
-    turned = np.abs(cube["residual_twist"].where(moved).to_numpy().astype(np.float64))
-    turned = turned[np.isfinite(turned)]
+def turns(cube: xr.Dataset) -> dict[tuple[float, float], NDArray[np.float32]]:
+    """Turns of the stones that stand at the end and were not at rest throughout, unsigned degrees, by B/H and friction.
+
+    The cube is read one record at a time; of the turns all are kept, since quantiles need them: four bytes for each.
+    """
+    found: dict[tuple[float, float], list[NDArray[np.float32]]] = {
+        (ratio, friction): [] for ratio in cube["b_over_h"].to_numpy() for friction in cube["friction"].to_numpy()
+    }
+    for one in each_record(cube, ("overturned", "status", "residual_twist")):
+        turned = one["residual_twist"].where((one["status"] == 0) & (one["overturned"] == 0))
+        rows = np.abs(turned.transpose("b_over_h", "friction", ...).to_numpy()).reshape(len(found), -1)
+        for kept, row in zip(found.values(), rows, strict=True):
+            kept.append(row[np.isfinite(row)])
+    return {shape: np.concatenate(kept) for shape, kept in found.items()}
+
+
+def twist(turned: NDArray[np.float32], share: float = 0.9) -> Twist:
+    """Summary of `turns`, whose order it changes; ``most`` is the quantile of that share."""
     if turned.size == 0:
         return Twist(0, *(float("nan"),) * 3)
-    return Twist(turned.size, *(float(np.quantile(turned, one)) for one in (0.5, share, 1.0)))
+    return Twist(turned.size, *(_quantile(turned, one) for one in (0.5, share, 1.0)))
+
+
+def _quantile(values: NDArray[np.float32], share: float) -> float:
+    """Quantile in double precision, by interpolation between neighbours, with no copy of the values."""
+    place = share * (values.size - 1)
+    first = int(place)
+    ends = [first, min(first + 1, values.size - 1)]
+    values.partition(ends)
+    return float(np.quantile(values[ends].astype(np.float64), place - first))

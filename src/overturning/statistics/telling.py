@@ -8,9 +8,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
+from overturning.statistics.by_record import one_record
 from overturning.statistics.circular import wrap_axis
 from overturning.statistics.direction import CASE_DIMS
-from overturning.statistics.planes import fall_probability, falls_of_record, plane_index
+from overturning.statistics.planes import FALLS, fall_probability, plane_index
 
 AMPLITUDES = (0.98, 1.0, 1.02)
 """Factors of the motion that show how little turns a fall to the other side."""
@@ -68,7 +69,7 @@ def _normal_against_parallel(cube: xr.Dataset, record: int, planes: NDArray[np.i
 def _which_side(cube: xr.Dataset, record: int, planes: NDArray[np.intp]) -> Candidate | None:
     if "probability_towards" not in cube:
         return None
-    p = fall_probability(falls_of_record(cube, record)).isel(azimuth=planes).transpose("azimuth", *CASE_DIMS)
+    p = fall_probability(one_record(cube, record, FALLS)).isel(azimuth=planes).transpose("azimuth", *CASE_DIMS)
     split = np.minimum(p["towards"].to_numpy(), p["away"].to_numpy())
     sure = (p["towards"] + p["away"]).to_numpy() > 0.99
     split = np.where(sure & np.isfinite(split), split, 0.0)

@@ -7,8 +7,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
+from overturning.statistics.by_record import one_record
 
-DIMENSIONS = ("record", "orientation", "height", "b_over_h", "aspect", "friction")
+DIMENSIONS = ("orientation", "height", "b_over_h", "aspect", "friction")
 
 
 @dataclass(frozen=True)
@@ -25,30 +26,51 @@ class SpaceCase:
     friction: float
 
 
+Candidate = tuple[float, tuple[int, ...]]
+"""How well a case tells what it shows, and its place along `DIMENSIONS` after the record."""
+
+ALONE = "Falls, though both planes of its faces say it stands", "the broadest block that does so"
+CORNER = (
+    "Falls over a corner",
+    "the broadest block whose fall lies within 10° of the middle between the normals of two faces",
+)
+TURNED = "Stands, and has turned", "the block with the largest turn about the vertical of all that stand"
+
+
 def telling_in_space(cube: xr.Dataset) -> list[SpaceCase]:
-    """The telling cases of a study in space: at most one of each kind, of equals the first."""
-    falls, flat = (_values(cube, name) for name in ("overturned", "residual_twist"))
+    """The telling cases of a study in space, read one record at a time: at most one of each kind, of equals the first."""
+    best: dict[tuple[str, str], tuple[float, int, tuple[int, ...]]] = {}
+    names = ("overturned", "plane_overturned", "fall_azimuth", "residual_twist")
+    for record in range(cube.sizes["record"]):
+        for kind, (score, place) in _candidates(one_record(cube, record, names)).items():
+            if kind not in best or score > best[kind][0]:
+                best[kind] = score, record, place
+    cases = []
+    for kind in (ALONE, CORNER, TURNED):
+        if kind in best:
+            _, record, place = best[kind]
+            values = (float(cube[name].values[at]) for name, at in zip(DIMENSIONS, place, strict=True))
+            cases.append(SpaceCase(*kind, record, *values))
+    return cases
+
+
+def _candidates(cube: xr.Dataset) -> dict[tuple[str, str], Candidate]:
+    """The best case of each kind in one record, if there is one."""
+    falls, turned = (_values(cube, name) for name in ("overturned", "residual_twist"))
     ratio = np.broadcast_to(cube["b_over_h"].to_numpy()[:, None, None], falls.shape)
-    chosen = []
+    turned = np.abs(np.nan_to_num(turned))
+    chosen = {TURNED: ((falls == 0) & (turned != 0), turned)}
     if "plane_overturned" in cube:
-        alone = (falls == 1) & (_values(cube, "plane_overturned") == 0)
-        title, rule = "Falls, though both planes of its faces say it stands", "the broadest block that does so"
-        chosen.append((title, rule, alone, ratio))
-        turn = np.mod(_values(cube, "fall_azimuth") - cube["orientation"].to_numpy()[:, None, None, None, None], 90.0)
-        across = (falls == 1) & (np.abs(np.nan_to_num(turn) - 45.0) < 10.0)
-        title = "Falls over a corner"
-        rule = "the broadest block whose fall lies within 10° of the middle between the normals of two faces"
-        chosen.append((title, rule, across, ratio))
-    title, rule = "Stands, and has turned", "the block with the largest turn about the vertical of all that stand"
-    chosen.append((title, rule, (falls == 0) & (np.nan_to_num(flat) != 0), np.abs(np.nan_to_num(flat))))
-    return [_case(cube, title, rule, which, score) for title, rule, which, score in chosen if which.any()]
+        chosen[ALONE] = (falls == 1) & (_values(cube, "plane_overturned") == 0), ratio
+        off = np.mod(_values(cube, "fall_azimuth") - cube["orientation"].to_numpy()[:, None, None, None, None], 90.0)
+        chosen[CORNER] = (falls == 1) & (np.abs(np.nan_to_num(off) - 45.0) < 10.0), ratio
+    return {kind: _largest(which, score) for kind, (which, score) in chosen.items() if which.any()}
 
 
 def _values(cube: xr.Dataset, name: str) -> FloatArray:
     return np.asarray(cube[name].transpose(*DIMENSIONS).to_numpy().astype(np.float64))
 
 
-def _case(cube: xr.Dataset, title: str, rule: str, which: NDArray[np.bool_], score: FloatArray) -> SpaceCase:
-    place = np.unravel_index(int(np.where(which, score, -np.inf).argmax()), which.shape)
-    values = {name: float(cube[name].values[at]) for name, at in zip(DIMENSIONS[1:], place[1:], strict=True)}
-    return SpaceCase(title, rule, int(place[0]), **values)
+def _largest(which: NDArray[np.bool_], score: FloatArray) -> Candidate:
+    place = int(np.where(which, score, -np.inf).argmax())
+    return float(score.flat[place]), tuple(int(at) for at in np.unravel_index(place, which.shape))

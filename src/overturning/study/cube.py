@@ -51,7 +51,7 @@ def open_cube(
     path : Path
         The cube.
     chunks : dict or "auto", optional
-        Sizes of dask chunks, ``{"record": 1}`` for the chunks of the file; not given: no dask.
+        Sizes of dask chunks of the variables, ``{"record": 1}`` for the chunks of the file; not given: no dask.
     element : str, optional
         Of a scene with several free elements: the name of one, "reference" for the scene's reference element, None for
         all. The dimension is there in the last case only, with the names as its coordinate.
@@ -84,6 +84,10 @@ def open_cube(
         raise ResultError(f"{path}: not a cube of this package, or an unfinished one; run the study again")
     if absent := _absent(cube):
         raise ResultError(f"{path}: not a cube of this package: {absent}; run the study again")
+    if chunks is not None:
+        # What describes the records is small, and as dask arrays would be computed each time that one of them is read.
+        about = {name: values.load() for name, values in cube.coords.items() if values.dims == ("record",)}
+        cube = cube.assign_coords(about)
     if "amplitude" in cube.dims and amplitude is not None:
         known = cube["amplitude"].to_numpy().tolist()
         if amplitude not in known:

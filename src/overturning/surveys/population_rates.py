@@ -7,6 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
+from overturning.statistics.by_record import one_record
 from overturning.statistics.fragility import Fragility, fragility
 from overturning.study.population import Population
 from overturning.surveys.population import (
@@ -62,9 +63,8 @@ def population_rates(cube: xr.Dataset, population: Population) -> xr.Dataset:
     stones = draw_stones(population)
     classes = stone_classes(stones)
     found: dict[str, list[FloatArray]] = {name: [] for name in _ABOUT}
-    needed = cube[[name for name in READ if name in cube]]
     for record in range(cube.sizes["record"]):
-        outcomes = stone_outcomes(needed.isel(record=record).load(), stones)
+        outcomes = stone_outcomes(one_record(cube, record, READ), stones)
         of_class = [rates(outcomes.some(own), population)["fall_rate"] for own in classes.values()]
         for name, values in (rates(outcomes, population) | {"class_rate": np.stack(of_class, axis=1)}).items():
             found[name].append(values)

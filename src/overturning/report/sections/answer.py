@@ -1,6 +1,7 @@
 """The answer to the study's question: how falls lie to the fault normal, with their uncertainty."""
 
 import math
+from functools import partial
 
 import numpy as np
 import xarray as xr
@@ -10,7 +11,8 @@ from overturning.report.results import Results
 from overturning.report.sections.own_error import dependence
 from overturning.report.sections.records import record_directions
 from overturning.report.text import counted, degrees, interval, number, percent
-from overturning.statistics.direction import case_dims, fall_axis
+from overturning.statistics.by_record import by_record
+from overturning.statistics.direction import OF_FALLS, case_dims, fall_axis
 from overturning.statistics.earthquakes import AxisSummary
 from overturning.statistics.groups import record_groups
 from overturning.statistics.space import mean_over_earthquakes
@@ -94,7 +96,7 @@ def alignment_sentence(results: Results) -> str:
 
 def agreement_within(cube: xr.Dataset) -> str:
     """How far the fall axes of one record agree, over earthquakes, by group of records."""
-    lengths = fall_axis(cube, over=case_dims(cube))["axis_resultant"].compute().to_numpy()
+    lengths = by_record(partial(fall_axis, over=case_dims(cube)), cube, OF_FALLS)["axis_resultant"].to_numpy()
     events = cube["event"].to_numpy().astype(str)
     parts = []
     for name, members in record_groups(cube).items():

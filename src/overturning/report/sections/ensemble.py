@@ -1,10 +1,12 @@
 """How far the answers hold: the spread of outcomes over the neighbourhood of each case."""
 
 import numpy as np
+import xarray as xr
 
 from overturning.report.blocks import Paragraph, Section
 from overturning.report.results import Results
 from overturning.report.text import number, percent
+from overturning.statistics.by_record import by_record
 
 
 def ensemble(results: Results) -> Section | None:
@@ -50,25 +52,36 @@ def _in_space(results: Results) -> Section | None:
     cube = results.cube
     if "probability_falls" not in cube:
         return None
-    falls = cube["probability_falls"].to_numpy()
-    run = np.isfinite(falls)
-    count = int(run.sum())
+    names = ("probability_falls", "fall_north", "fall_east", "scramble_difference")
+    sums = by_record(_sums_in_space, cube, names).sum()
+    count, divided, sure = (int(sums[name]) for name in ("run", "divided", "sure"))
     text = "No cell lies near a change of flag, so the ensemble had nothing to run."
     if count:
-        length = np.hypot(cube["fall_north"].to_numpy(), cube["fall_east"].to_numpy()) / np.where(
-            falls > 0, falls, np.nan
-        )
-        divided, sure = run & (falls > 0) & (falls < 1), run & (falls == 1)
-        gap = np.abs(cube["scramble_difference"].to_numpy()[divided])
         members = f"{float(cube['members'].max().compute()):.0f}"
-        astray = float((length[sure] < OF_ONE_MIND).mean()) if sure.any() else float("nan")
+        astray = float(sums["astray"]) / sure if sure else float("nan")
         text = (
-            f"Each cell near a change of flag ({percent(count / run.size)} of all) was run {members} more times with slightly "
-            f"different amplitude, shape, friction, damping and orientation. In {percent(float(divided.sum()) / count, 1)} of them "
+            f"Each cell near a change of flag ({percent(count / cube['probability_falls'].size)} of all) was run {members} more times with slightly "
+            f"different amplitude, shape, friction, damping and orientation. In {percent(divided / count, 1)} of them "
             f"some runs fall and others stand. Where all runs fall, their directions spread by more than 15° about their mean in "
             f"{percent(astray, 1)} (mean resultant below {OF_ONE_MIND:.3f})."
         )
-        if gap.size:
-            text += f" Where runs are divided, the two halves of the ensemble differ by {number(float(gap.mean()))} in probability."
+        if divided:
+            gap = float(sums["gap"]) / divided
+            text += f" Where runs are divided, the two halves of the ensemble differ by {number(gap)} in probability."
         text += " This is the spread over the neighbourhood stated in the study, not a probability of what happened."
     return Section("How far the answers hold", (Paragraph(text),), anchor="uncertainty")
+
+
+def _sums_in_space(cube: xr.Dataset) -> xr.Dataset:
+    """Of each record the cells that were run, in which runs are divided, and in which all fall, and those that go astray."""
+    falls = cube["probability_falls"]
+    length = xr.apply_ufunc(np.hypot, cube["fall_north"], cube["fall_east"]) / falls.where(falls > 0)
+    divided, sure = (falls > 0) & (falls < 1), falls == 1
+    found = xr.Dataset({
+        "run": falls.notnull(),
+        "divided": divided,
+        "sure": sure,
+        "astray": sure & (length < OF_ONE_MIND),
+        "gap": np.abs(cube["scramble_difference"].where(divided).astype("float64")),
+    })  # fmt: skip
+    return found.sum([name for name in falls.dims if name != "record"])

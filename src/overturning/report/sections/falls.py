@@ -1,6 +1,7 @@
 """Where blocks fall: over all cases, and by the shape of the block."""
 
 import warnings
+from functools import partial
 
 import numpy as np
 
@@ -8,7 +9,8 @@ from overturning.report.blocks import Block, Disclosure, Figure, Note, Section, 
 from overturning.report.results import Results
 from overturning.report.sections.answer import half_width
 from overturning.report.text import degrees, interval, number
-from overturning.statistics.direction import case_dims
+from overturning.statistics.by_record import by_record
+from overturning.statistics.direction import OF_FALLS, case_dims
 from overturning.statistics.earthquakes import AxisSummary, relative_axes
 from overturning.statistics.groups import record_groups
 
@@ -51,11 +53,8 @@ _ABOUT_AXES = (
 def _by_shape(results: Results) -> Table:
     """Mean alignment over earthquakes for each B/H and friction, heights taken together."""
     cube = results.cube
-    vectors = (
-        relative_axes(cube, over=[name for name in case_dims(cube) if name not in ("b_over_h", "friction")])
-        .compute()
-        .transpose("record", "b_over_h", "friction")
-    )
+    over = [name for name in case_dims(cube) if name not in ("b_over_h", "friction")]
+    vectors = by_record(partial(relative_axes, over=over), cube, OF_FALLS).transpose("record", "b_over_h", "friction")
     pairs = np.stack([vectors[name].to_numpy() for name in ("cosine", "sine")])
     events = cube["event"].to_numpy().astype(str)
     heads, columns = ["B/H", "µ"], []

@@ -1,10 +1,13 @@
 """Polar maps of a few records, before anything else that is drawn."""
 
+from functools import partial
+
 import numpy as np
 
 from overturning.report.blocks import Block, Figure, Link, Note, Section
 from overturning.report.results import RecordName, Results
-from overturning.statistics.direction import case_dims, fall_axis
+from overturning.statistics.by_record import by_record
+from overturning.statistics.direction import OF_FALLS, case_dims, fall_axis
 
 MOST_MAPS = 4
 """Maps that stand at the beginning; those of further records stand with the records."""
@@ -47,8 +50,8 @@ def records_first(results: Results) -> list[RecordName]:
     """Records whose maps stand first, in the order of the cube."""
     if len(results.names) <= MOST_MAPS:
         return list(results.names)
-    axes = fall_axis(results.cube, over=case_dims(results.cube))["axis_resultant"].to_numpy()
-    best = np.argsort(-np.nan_to_num(axes, nan=-1.0), kind="stable")[:MOST_MAPS]
+    axes = by_record(partial(fall_axis, over=case_dims(results.cube)), results.cube, OF_FALLS)
+    best = np.argsort(-np.nan_to_num(axes["axis_resultant"].to_numpy(), nan=-1.0), kind="stable")[:MOST_MAPS]
     return [results.names[index] for index in sorted(best.tolist())]
 
 

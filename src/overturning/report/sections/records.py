@@ -1,6 +1,7 @@
 """The records: their peaks, where blocks fall under each, where they were recorded, and their figures."""
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,8 +13,9 @@ from overturning.report.results import Results
 from overturning.report.sections.maps import polar_map, records_first
 from overturning.report.text import degrees, number, percent
 from overturning.statistics.boundary import boundary, easiest_azimuth
+from overturning.statistics.by_record import by_record
 from overturning.statistics.circular import wrap_axis
-from overturning.statistics.direction import case_dims, fall_axis, fall_direction, in_space
+from overturning.statistics.direction import OF_FALLS, case_dims, fall_axis, fall_direction, in_space
 from overturning.statistics.falls import overturns
 from overturning.study.cube import processing_of
 from overturning.units import CM, GAL
@@ -148,7 +150,7 @@ def record_directions(cube: xr.Dataset) -> list[tuple[str, ...]]:
     nothing falls, and for a mean whose resultant is below `LEAST_RESULTANT`.
     """
     over = case_dims(cube)
-    direction, axis = fall_direction(cube, over=over).compute(), fall_axis(cube, over=over).compute()
+    direction, axis = (by_record(partial(of, over=over), cube, OF_FALLS) for of in (fall_direction, fall_axis))
     means = []
     for index in range(cube.sizes["record"]):
         head, length = (float(direction[name][index]) for name in ("mean_direction", "direction_resultant"))

@@ -6,8 +6,9 @@ import xarray as xr
 from overturning.report.blocks import Block, Figure, Note, Paragraph, Section, Table
 from overturning.report.results import Results, has_scene
 from overturning.report.text import number, percent
+from overturning.statistics.by_record import each_record
 from overturning.statistics.elements import StoneComparison, compare_stones, falls_by_element
-from overturning.statistics.planes import fall_probability
+from overturning.statistics.planes import FALLS, fall_probability
 from overturning.study.scenes import scene_of
 
 
@@ -72,14 +73,20 @@ def comparison_sentence(found: StoneComparison) -> str:
 
 def spread_sentence(name: str, cube: xr.Dataset) -> str | None:
     """How probable the fall of the stone of that name is over the neighbourhood of the ensemble; None without one."""
-    if "probability_towards" not in cube or not (cube["members"] > 0).any():
+    if "probability_towards" not in cube:
         return None
-    chance = fall_probability(cube)
-    falls = (chance["towards"] + chance["away"]).to_numpy()
-    again = cube["members"].to_numpy() > 0
-    divided = again & (falls > 0) & (falls < 1)
+    total, known, again, divided = 0.0, 0, 0, 0
+    for one in each_record(cube, (*FALLS, "members")):
+        chance = fall_probability(one)
+        falls, run = (chance["towards"] + chance["away"]).to_numpy(), one["members"].to_numpy() > 0
+        total += float(np.nansum(falls, dtype=np.float64))
+        known += int(np.isfinite(falls).sum())
+        again += int(run.sum())
+        divided += int((run & (falls > 0) & (falls < 1)).sum())
+    if not again:
+        return None
     return (
         f"With amplitude, shape, friction, damping and azimuth spread as the study states, the {name} falls with a "
-        f"probability of {percent(float(np.nanmean(falls)))}, the mean over all cases; of the {int(again.sum())} cases near "
-        f"a change of outcome some runs fall and others stand in {int(divided.sum())}."
+        f"probability of {percent(total / known if known else np.nan)}, the mean over all cases; of the {again} cases near "
+        f"a change of outcome some runs fall and others stand in {divided}."
     )

@@ -2,13 +2,14 @@
 
 import math
 
+import numpy as np
 import xarray as xr
 
 from overturning.report.blocks import Block, Figure, Note, Paragraph, Section, Table
 from overturning.report.results import Results
 from overturning.report.text import counted, degrees, interval, number, percent
 from overturning.statistics.groups import record_groups
-from overturning.statistics.space import Mean, followed, plane_agreement, twist
+from overturning.statistics.space import Mean, followed, plane_agreement, plane_counts, turns, twist
 
 CLASSES = 3
 """Parts of the B/H of a study that a table tells apart."""
@@ -93,17 +94,17 @@ def plane_beside(results: Results) -> Section | None:
     """How good the plane is; none in planes, or where its variables are missing."""
     if not results.in_space or "plane_overturned" not in results.cube:
         return None
-    cube = results.cube[["overturned", "fall_azimuth", "plane_overturned", "plane_fall_azimuth"]].load()
-    whole = plane_agreement(cube)
+    cube, counts = results.cube, plane_counts(results.cube)
+    whole = plane_agreement(counts)
     text = (
         f"A stone is said to fall in planes where it falls in the vertical plane of either pair of its faces. This tells rightly "
         f"whether it falls in space in {percent(whole.flag, 1)} of {whole.cases:,} cases; {percent(whole.only_space, 1)} fall in "
         f"space alone, {percent(whole.only_plane, 1)} in a plane alone. Of those that fall in both, {percent(whole.face)} go over "
         f"the edge that the plane names, and the axes lie {degrees(whole.axis)} apart on average."
     )
-    groups = {name: cube.isel(record=members.nonzero()[0]) for name, members in record_groups(cube).items()}
+    groups = {name: counts.isel(record=members.nonzero()[0]) for name, members in record_groups(cube).items()}
     by_record = tuple(
-        (name.id, *_agreement(cube.isel(record=[index])), ) for index, name in enumerate(results.names)
+        (name.id, *_agreement(counts.isel(record=[index])), ) for index, name in enumerate(results.names)
     )  # fmt: skip
     by_shape = tuple(
         (f"{ratio:g}", group, *_agreement(part.sel(b_over_h=[ratio])))
@@ -125,8 +126,8 @@ def plane_beside(results: Results) -> Section | None:
     return Section("How good is the plane?", blocks, anchor="planes")
 
 
-def _agreement(cube: xr.Dataset) -> tuple[str, ...]:
-    found = plane_agreement(cube)
+def _agreement(counts: xr.Dataset) -> tuple[str, ...]:
+    found = plane_agreement(counts)
     shares = (found.flag, found.only_space, found.only_plane, found.face)
     return (*map(percent, shares), degrees(found.axis))
 
@@ -140,8 +141,8 @@ def twists(results: Results) -> Section | None:
     """How far stones turn that do not fall; none in planes."""
     if not results.in_space:
         return None
-    cube = results.cube[["overturned", "status", "residual_twist"]].load()
-    whole = twist(cube)
+    turned = turns(results.cube)
+    whole = twist(np.concatenate(list(turned.values())))
     if whole.stones == 0:
         return Section("How far stones turn", (Paragraph("No stone moved and stood."),), anchor="twist")
     text = (
@@ -155,9 +156,8 @@ def twists(results: Results) -> Section | None:
             f"{found.stones:,}",
             *(number(value, 1) for value in (found.median, found.most, found.largest)),
         )
-        for ratio in cube["b_over_h"].to_numpy()
-        for friction in cube["friction"].to_numpy()
-        if (found := twist(cube.sel(b_over_h=[ratio], friction=[friction]))).stones
+        for (ratio, friction), angles in turned.items()
+        if (found := twist(angles)).stones
     )
     table = Table(("B/H", "µ", "stones", "median, °", "nine of ten below, °", "largest, °"), rows, "nn", sortable=True)
     return Section("How far stones turn", (Paragraph(text), table), anchor="twist")

@@ -88,6 +88,11 @@ def test_values_that_cannot_be_meant(wrong: dict[str, Any], message: str) -> Non
     assert "^" not in str(found.value)
 
 
+def test_a_spring_of_any_stiffness_above_0_is_taken() -> None:
+    study = check_study({"name": "mine", "records": {"use": ["rinaldi"]}, "contact": {"stiffness": 0.5}}, "mine.yaml")
+    assert study.contact.stiffness == 0.5
+
+
 def test_pulses_need_no_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

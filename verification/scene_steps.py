@@ -9,6 +9,7 @@ import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Final
 
@@ -19,7 +20,8 @@ from verification.inputs import near_field
 from verification.scene_speed import SHAFT
 from verification.tables import ROOT, markdown, publish
 
-STEPS: Final = ("auto", "0.9 stable", "0.5 stable", "0.25 stable")
+BEFORE: Final = ("auto", "0.25 stable", "0.125 stable")
+NOW: Final = ("auto", "0.9 stable", "0.5 stable", "0.25 stable")
 REFERENCE: Final = "0.05 stable"
 SCRIPT: Final = """
 import sys, time
@@ -52,25 +54,27 @@ np.savez(sys.argv[2], **found)
 """What each checkout runs."""
 
 
-def rows_of(state: str, checkout: Path) -> list[tuple[str, str, str, str]]:
+def rows_of(state: str, checkout: Path, steps: Sequence[str]) -> list[tuple[str, str, str, str]]:
     """Time per case and errors of a checkout's steps: state and step, ms, over all elements that stand, over the shaft."""
     motion = near_field(7)
     with tempfile.TemporaryDirectory() as scratch:
         given, made = f"{scratch}/inputs.npz", f"{scratch}/found.npz"
         np.savez(given, north=motion.north, east=motion.east, interval=motion.sampling_interval)
         environment = os.environ | {"PYTHONPATH": str((checkout / "src").resolve())}
-        command = [sys.executable, "-c", SCRIPT, given, made, str(ROOT), *STEPS, REFERENCE]
+        command = [sys.executable, "-c", SCRIPT, given, made, str(ROOT), *steps, REFERENCE]
         subprocess.run(command, env=environment, cwd=scratch, check=True)
         with np.load(made) as arrays:
             found = dict(arrays)
     flags, peaks = found[f"flags {REFERENCE}"], found[f"peaks {REFERENCE}"]
     rows = []
-    for step in STEPS:
+    for step in steps:
         stands = (flags == 0) & (found[f"flags {step}"] == 0)
         error = np.abs(found[f"peaks {step}"] / np.where(peaks > 0, peaks, np.inf) - 1)
         all_of_them, shaft = (100 * float(np.median(error[:, part][stands[:, part]])) for part in (slice(None), SHAFT))
         time = 1e3 * float(found[f"time {step}"]) / len(flags)
-        rows.append((f"{state}, {step.replace('auto', 'default')}", f"{time:.3g}", f"{all_of_them:.2g}", f"{shaft:.2g}"))
+        rows.append(
+            (f"{state}, {step.replace('auto', 'default')}", f"{time:.3g}", f"{all_of_them:.2g}", f"{shaft:.2g}")
+        )
     return rows
 
 
@@ -78,7 +82,7 @@ def main(
     checkout: Annotated[Path | None, typer.Argument(help="folder of another state of the sources")] = None,
 ) -> None:
     """Measure, and put the table into the docs."""
-    rows = [*(rows_of("before", checkout) if checkout else []), *rows_of("now", ROOT)]
+    rows = [*(rows_of("before", checkout, BEFORE) if checkout else []), *rows_of("now", ROOT, NOW)]
     head = ("", "time per case, ms", "error of all peak rotations, %", "of the shaft's, %")
     print(table := markdown(head, rows))
     publish({"scene-steps": table})

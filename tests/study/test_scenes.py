@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import psutil
 import pytest
 from netCDF4 import Dataset
 
@@ -121,6 +122,12 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
         # Turned by 180° a symmetric scene falls the other way.
         sides = shaft["overturned"].to_numpy()
         np.testing.assert_array_equal(sides[:, 3:], -sides[:, :3])
+    for element in (None, "shaft"):
+        with open_cube(tmp_path / "nominal.nc", chunks={"record": 1}, element=element) as lazy:
+            assert lazy["overturned"].chunks is not None
+            assert lazy["event"].chunks is None, "what describes a record is read at once"
+            assert str(tmp_path / "nominal.nc") in {file.path for file in psutil.Process().open_files()}
+        assert str(tmp_path / "nominal.nc") not in {file.path for file in psutil.Process().open_files()}
     with open_cube(tmp_path / "monolith.nc") as monolith:
         # Its own shape is not that of the swept shaft, so its outcome is the same for each B/H.
         values = monolith["peak_rotation"].to_numpy()

@@ -84,10 +84,19 @@ def open_cube(
         raise ResultError(f"{path}: not a cube of this package, or an unfinished one; run the study again")
     if absent := _absent(cube):
         raise ResultError(f"{path}: not a cube of this package: {absent}; run the study again")
+    chosen = _chosen(cube, path, element, amplitude)
+    if chosen is not cube:  # a part of it would leave the file open, to be closed at any moment
+        chosen.set_close(cube.close)
     if chunks is not None:
         # What describes the records is small, and as dask arrays would be computed each time that one of them is read.
-        about = {name: values.load() for name, values in cube.coords.items() if values.dims == ("record",)}
-        cube = cube.assign_coords(about)
+        for name, values in chosen.coords.items():
+            if values.dims == ("record",):
+                chosen.variables[name].load()
+    return chosen
+
+
+def _chosen(cube: "xr.Dataset", path: Path, element: str | None, amplitude: float | None) -> "xr.Dataset":
+    """What is asked for of the elements and factors of an open cube."""
     if "amplitude" in cube.dims and amplitude is not None:
         known = cube["amplitude"].to_numpy().tolist()
         if amplitude not in known:

@@ -21,46 +21,11 @@ def test_names_versions_and_help() -> None:
     assert (Path(overturning.__file__).parent / "py.typed").is_file()
 
 
-def test_a_sine_has_its_amplitude_and_direction() -> None:
-    motion = Motion.sine(3.0, 1.0, azimuth_deg=60, cycles=2, rest=0.5)
-    assert motion.duration == pytest.approx(3.0)
-    assert motion.along(60).max() == pytest.approx(3.0, rel=1e-4)
-    assert np.abs(motion.along(150)).max() < 1e-9
-    assert np.abs(motion.along(60)[:101]).max() < 1e-9
-    with pytest.raises(ArgumentError, match="period: 0"):
-        Motion.sine(3.0, 0)
-
-
-def stream(*channels: str, npts: int = 100):  # type: ignore[no-untyped-def]
-    from obspy import Stream, Trace
-
-    header = {"delta": 0.01, "calib": 2.0}
-    return Stream([Trace(np.full(npts, float(n)), {**header, "channel": c}) for n, c in enumerate(channels, 1)])
-
-
-@pytest.mark.parametrize("channels", [("HNN", "HNE", "HNZ"), ("NS2", "EW2", "UD2")])
-def test_from_obspy(channels: tuple[str, ...]) -> None:
-    motion = Motion.from_obspy(stream(*channels))
-    assert (motion.north[0], motion.east[0], motion.up[0]) == (2.0, 4.0, 6.0)  # type: ignore[index]
-    assert motion.sampling_interval == 0.01
-
-
-@pytest.mark.parametrize(
-    ("channels", "message"),
-    [
-        (("HNN", "HNZ"), "no component towards east"),
-        (("HN1", "HN2"), "neither N, E nor Z"),
-        (("HNN", "HNN"), "stands twice"),
-    ],
-)
-def test_streams_that_are_no_motion(channels: tuple[str, ...], message: str) -> None:
-    with pytest.raises(ArgumentError, match=message):
-        Motion.from_obspy(stream(*channels))
-
-
 def test_a_stream_where_a_motion_belongs_gets_a_sentence() -> None:
+    from obspy import Stream
+
     with pytest.raises(ArgumentError, match=r"an obspy Stream; make it a motion by Motion\.from_obspy"):
-        overturning.simulate(stream("HNN", "HNE"), azimuth_deg=[0])
+        overturning.simulate(Stream(), azimuth_deg=[0])
     with pytest.raises(ArgumentError, match=r"a ndarray; give a Motion"):
         overturning.trajectory(np.zeros(3), azimuth_deg=0)  # type: ignore[arg-type]
 

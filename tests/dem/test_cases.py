@@ -51,7 +51,7 @@ def test_progress_counts_block_steps_up_to_the_whole() -> None:
         Motion(4.0 * WAVE, 0 * T, sampling_interval=0.01), Cases(0.0, 0.6, np.linspace(0.1, 0.5, 50), 0.5),
         progress=lambda done, total: calls.append((done, total)),
     )  # fmt: skip
-    assert calls[-1][0] == calls[-1][1] > 0
+    assert calls[-1][0] == calls[-1][1] >= found.block_steps.sum(), "what is over early is done, too"
     assert [done for done, _ in calls] == sorted(done for done, _ in calls)
     assert found.block_steps.sum() > 0
 

@@ -5,14 +5,16 @@ import pytest
 
 from overturning.dem import plan as plan_module
 from overturning.dem.block import rows, tables
-from overturning.dem.block.centred import Met, next_attempt
-from overturning.dem.block.rows import Attempt, Block, Change, Corner
+from overturning.dem.block.centred import Met, meet, next_attempt
+from overturning.dem.block.rows import Attempt, Block, Change, Corner, ForeseenCorner
 from overturning.dem.cases import Cases
 from overturning.dem.contact import SCENE_STATIC_PENETRATION, STATIC_PENETRATION, Contact
 from overturning.dem.numerics import Numerics
 from overturning.dem.results import ENERGY_BOUND
 from overturning.dem.run import plan, run_cases
 from overturning.dem.scene import gravestone
+from overturning.dem.solid import centred, centred_rows
+from overturning.dem.solid import rows as solid
 from overturning.dem.status import Status
 from overturning.dem.time_step import contact_time, highest_eigenvalue
 from overturning.dem.trajectory import trajectory
@@ -112,6 +114,39 @@ def test_a_gentle_touch_needs_no_finest_step() -> None:
     assert refused(rows.GENTLE_STEPS, 1.1e-6)
     assert refused(2 * rows.GENTLE_STEPS, 1e-9)
     assert not refused(1.0, 1.0)
+
+
+def test_only_a_corner_that_touches_or_leaves_makes_a_touch_less_gentle() -> None:
+    """One corner goes down by 4e-7 m and touches; the other stays pressed, or in the air, and asks for no shorter step."""
+    block, nothing = block_of(), Change(0.0, 0.0, 0.0, 0.0, 0.0)
+
+    def corner(before: float, after: float) -> Met:
+        there = ForeseenCorner(arm=1.0, drop=1.0, depth=after, stretch=0.0, ux=0.0, uz=0.0)
+        return meet.py_func(block, there, Corner(0.0, 0.0, before, 1.0), 0.0, True, 0.0, 0.5, nothing, True)
+
+    touches = corner(-1e-7, 3e-7)
+    assert touches.far == pytest.approx(4e-7)
+    attempt = Attempt(rows.GENTLE_STEPS * block.finest, 8.0, 0.0, 0.0, 0.0)
+    for other in (corner(5e-7, 6e-7), corner(-6e-7, -5e-7)):
+        assert not next_attempt.py_func(block, attempt, nothing, touches, other, WHOLE, False)[0]
+    assert next_attempt.py_func(block, attempt, nothing, touches, corner(1e-6, -1e-6), WHOLE, False)[0]
+
+
+def test_in_space_every_long_step_has_as_many_tries_before_it_is_halved(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With other points taken to slide, whatever became of the steps before it."""
+    monkeypatch.setattr(centred, "is_late", centred.is_late.py_func)
+    body = solid.Body(**dict.fromkeys(solid.Body._fields, 1.0) | {"finest": 64.0, "dwell": 8.0})
+    found = dict.fromkeys(centred_rows.Sum._fields, 0.0)
+    attempt, tries, lengths = centred_rows.Attempt(1024.0, 8.0, 0.0, 0.0), [], []
+    for wrong in (0.0, *[1.0] * 5, 0.0, 1.0):
+        one = centred_rows.Sum(**found | {"wrong": wrong})
+        attempt = centred.next_attempt.py_func(body, attempt, one, 1024.0, False)
+        tries.append(attempt.tries)
+        lengths.append(attempt.length)
+        assert attempt.again == wrong
+    assert centred.MOST_TRIES == 3
+    assert tries == [0, 1, 2, 3, 0, 1, 0, 1]
+    assert lengths == [1024] * 4 + [512] * 4
 
 
 @pytest.mark.parametrize("step", ["auto", "0.5 stable", "0.125 stable", 2e-4])

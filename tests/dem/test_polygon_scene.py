@@ -9,9 +9,10 @@ from overturning.dem.contact import Contact
 from overturning.dem.polygon.arrays import rests_on_one_face
 from overturning.dem.polygon.geometry import nearest_faces, place, symmetric
 from overturning.dem.polygon.prepare import prepare
-from overturning.dem.scene import check_scene, load_scene
+from overturning.dem.polygon.tables import P_AFTER
+from overturning.dem.scene import Scene, check_scene, load_scene
 from overturning.errors import ConfigError
-from tests.dem.polygon_scenes import GROUND, SHIPPED, block, scene, shipped
+from tests.dem.polygon_scenes import GROUND, SHIPPED, block, one_case, scene, shipped, still
 
 LOW = {"name": "low", "width": 1.0, "height": 0.5, "stands_on": "ground"}
 
@@ -67,6 +68,28 @@ def test_nearest_faces_of_a_turned_block_are_the_most_opposed_ones() -> None:
         found = nearest_faces(placed[1], placed[0])
         assert found[:2] == (face, 2), angle
         assert found[2] == pytest.approx(1e-9, abs=1e-12)
+
+
+def test_what_only_a_side_of_one_of_two_elements_parts_does_not_overlap() -> None:
+    """A ridge 1 cm beside the side of a block: beyond either side of the ridge lies a corner of the block."""
+    ridge = {"name": "ridge", "vertices": [[0, 0], [0.4, 0], [0.6, 0.3], [0.4, 0.6], [0, 0.6]], "stands_on": "ground"}
+    tip = place(scene(GROUND, ridge | {"at": [0, 0]}))[1].points[:, 0].max()
+
+    def beside(gap: float) -> Scene:
+        return scene(GROUND, ridge | {"at": [0, 0]}, block("block", 0.4, 0.6, x=float(tip + gap + 0.2)))
+
+    assert {(1, 0), (2, 0), (2, 1)} <= set(prepare(beside(0.01)).pairs)
+    with pytest.raises(ConfigError, match=r"overlaps ridge by 0\.01 m"):
+        beside(-0.01)
+
+
+@pytest.mark.parametrize("height", [0.6, 2.0])
+def test_a_case_has_twenty_over_p_after_the_record_to_come_to_an_answer(height: float) -> None:
+    """Of the block p = √(3g/4R), R half its diagonal (Housner 1963)."""
+    motion = still(1.0)
+    how = one_case(scene(block("block", 0.4 * height, height)), motion)
+    p = np.sqrt(0.75 * 9.80665 / (0.5 * np.hypot(0.4 * height, height)))
+    assert (how.table[0, P_AFTER] - motion.samples) * 0.01 == pytest.approx(20 / p, abs=0.011)
 
 
 @pytest.mark.parametrize(

@@ -183,3 +183,21 @@ def test_a_blow_between_two_free_blocks_is_what_shakes_fastest() -> None:
     masses = [item.mass for item in made.placed if not item.fixed]
     stiffness = made.laws.normal[made.pairs.index((2, 1))]
     assert made.square == pytest.approx(4.0 * stiffness * sum(1.0 / mass for mass in masses), rel=1e-9)
+
+
+def test_a_block_that_rocks_too_little_to_fall_is_not_followed_to_its_rest() -> None:
+    """E/E_max = 1 − (1 − θ/α)² (Housner 1963): below it at the end of the record, and past the largest rotation, no fall is left."""
+    time, alpha = np.arange(0, 0.605, 0.01), np.arctan(0.2)
+    made = scene(block("block", 0.12, 0.6))
+    for peak, share, ended in ((2.6, 0.37, True), (3.0, 0.67, False)):
+        motion = shaken(np.where(time < 0.3, peak * np.sin(2 * np.pi * time / 0.3), 0.0))
+        answers, times, path = run(one_case(made, motion), motion, 300)
+        angle = np.abs(path[:, 1, 2]) / alpha
+        assert not answers.overturned.any()
+        assert 1 - (1 - angle.max()) ** 2 == pytest.approx(share, abs=0.01)
+        assert (times[-1] < motion.duration + 0.2) == ended
+        assert (angle[-1] > 0.1) == ended, "it still rocks"
+        # Its weight presses the one corner that it rocks on twice as deep as both of them, which is 1e-7 B.
+        turned = np.abs(path[:, 1, 2])
+        height = path[:, 1, 1] - (0.3 * np.cos(turned) + 0.06 * np.sin(turned))
+        assert np.median(height[angle > 0.05]) == pytest.approx(-2e-7 * 0.12, rel=0.05)

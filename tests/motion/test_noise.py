@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.signal.windows import tukey
 
+from overturning.motion.fourier import band_amplitude
 from overturning.motion.noise import noise_ratio, onset
 from overturning.records.corner import BOUNDS_HZ, DEFAULT_HZ, choose_corner
 from overturning.records.processing import default_steps, process
@@ -22,7 +24,9 @@ def made(ahead: float, noise: float, seed: int = 3, drift: float = 0.0) -> np.nd
 @pytest.mark.parametrize("ahead", [5.0, 20.0])
 @pytest.mark.parametrize("drift", [0.0, 0.05])
 def test_the_onset_is_found_within_a_tenth_of_a_second(ahead, drift):
-    assert onset(made(ahead, 0.01, drift=drift)) * DT == pytest.approx(ahead, abs=0.1)
+    samples = made(ahead, 0.01, drift=drift)
+    assert onset(samples) * DT == pytest.approx(ahead, abs=0.1)
+    assert onset(samples * 2.0**-24) == onset(samples)  # in any unit
 
 
 def test_white_noise_and_a_white_signal_have_the_ratio_of_their_powers():
@@ -33,6 +37,34 @@ def test_white_noise_and_a_white_signal_have_the_ratio_of_their_powers():
     # exp(−t/10) to 95 % of its energy, 15 s: root mean square 0.56 of the first amplitude.
     middle = (found.frequency > 1) & (found.frequency < 30)
     assert np.median(found.ratio[:, middle]) == pytest.approx(56, rel=0.15)
+
+
+@pytest.mark.parametrize("lasting", [12, 3000])
+def test_both_parts_are_tapered_over_a_twentieth_at_either_end_and_one_sample_at_least(lasting):
+    """Against scipy's Tukey window, whose taper is the share α/2 of the steps from its first sample to its last."""
+    random = np.random.default_rng(8)
+    samples = 0.01 * random.normal(size=5200)
+    samples[2000 : 2000 + lasting] += random.normal(size=lasting)
+    found = noise_ratio([samples], DT)
+    assert found is not None
+    first, moving = round(found.onset / DT), samples - samples.mean()
+    energy = np.cumsum(moving[first:] ** 2)
+    last = first + int((energy < 0.95 * energy[-1]).sum()) + 1
+    assert (last - first < 20) == (lasting == 12)
+    for part, spectrum in ((moving[first:last], found.signal[0]), (moving[:first], found.noise[0])):
+        window = tukey(part.size, 2 * max(1, part.size // 20) / (part.size - 1))
+        expected = band_amplitude((part - part.mean()) * window, DT, found.frequency) / np.sqrt(part.size * DT)
+        np.testing.assert_allclose(spectrum, expected, rtol=1e-9)
+
+
+def test_an_offset_of_the_noise_is_no_noise():
+    """As a sensor has it that the shock tilts: the samples before the onset stand apart from those after it."""
+    level, shifted = made(20.0, 0.01), made(20.0, 0.01) - np.where(TIME < 20.0, 0.05, 0.0)
+    first, second = noise_ratio([level], DT), noise_ratio([shifted], DT)
+    assert first is not None
+    assert second is not None
+    assert first.onset == second.onset
+    np.testing.assert_allclose(first.noise, second.noise, rtol=1e-6)
 
 
 def test_without_noise_before_the_onset_there_is_nothing_to_compare():

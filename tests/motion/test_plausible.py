@@ -36,6 +36,9 @@ def test_a_velocity_that_no_ground_has():
     steady = np.full(1000, 2.0)
     assert "peak velocity 1998 cm/s" in implausible([steady], 0.01)
     assert implausible([steady], 0.01, pgv=False) == ""
+    # Above 10 m/s, three times what was ever recorded: 9.99 s of steady acceleration to either side of it.
+    assert implausible([steady / 2], 0.01) == ""
+    assert "at most 1000 cm/s" in implausible([steady / 1.98], 0.01)
 
 
 def test_simulate_from_python_refuses_gal_and_takes_them_on_trust():

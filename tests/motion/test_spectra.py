@@ -19,8 +19,9 @@ from overturning.errors import ArgumentError
 from overturning.motion.cumulative import arias_intensity, cumulative_absolute_velocity, significant_duration
 from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi
 from overturning.motion.intensity import MEASURES, intensity_by_azimuth, measures_by_azimuth, record_measures
-from overturning.motion.jma_intensity import instrumental_intensity, reported_intensity
+from overturning.motion.jma_intensity import SURVEY_RULE, instrumental_intensity, reported_intensity
 from overturning.motion.motion import Motion
+from overturning.motion.oscillator import Oscillators
 from overturning.motion.rotation import cosines_of, largest_along
 from overturning.motion.spectra import rotd, spectra_by_azimuth, spectrum_intensity
 from overturning.records.catalogue import read_catalogue
@@ -72,6 +73,14 @@ def component_spectrum(samples, interval, periods, damping=0.05):
     """Pseudo-acceleration spectrum of one component, m/s²."""
     motion = Motion(samples, np.zeros_like(samples), sampling_interval=interval, trust_data=True)
     return spectra_by_azimuth(motion, periods, 0.0, damping=damping)["acceleration"][:, 0]
+
+
+@pytest.mark.parametrize("count", [64, 75])
+def test_the_interpolated_motion_passes_through_its_samples(count):
+    """Of white noise, which goes up to the Nyquist frequency; that is a term of its own where the count is even."""
+    noise = np.random.default_rng(count).normal(size=(2, count))
+    finer = Oscillators(noise, 0.01, longest_s=0.0)._interpolated(4)
+    np.testing.assert_allclose(finer[:, ::4], noise, atol=1e-12)
 
 
 @pytest.mark.parametrize("period", [0.05, 0.3, 1.0, 4.0])
@@ -207,6 +216,14 @@ def test_jma_intensity_of_a_steady_sine():
 )
 def test_intensity_is_rounded_to_two_and_cut_to_one_decimal(value, reported):
     assert reported_intensity(value) == pytest.approx(reported)
+
+
+def test_the_survey_rule_goes_up_to_all_stones_through_jmas_degrees():
+    """JMA's degrees are 6 upper from 6.0 to below 6.5, 7 from 6.5 on; a share of stones is at most 1."""
+    (low, high, *upper), (then, whole, *seven) = SURVEY_RULE
+    assert low < high == then < whole == 1
+    assert upper == [6.0, 6.5, "6 upper"]
+    assert (seven[0], seven[2]) == (6.5, "7")
 
 
 def test_jma_intensity_of_the_horizontal_motion_is_that_without_a_vertical_one(rinaldi):

@@ -31,6 +31,10 @@ def test_one_line_is_a_record(tmp_path):
     assert np.abs(motion.along(150)).max() < 1e-12
     assert (record.record_id, record.event, record.up) == ("sine", "made", None)
     assert read_record(entry, tmp_path).sha256 == record.sha256
+    # At rest it is 0 whichever way the pulse goes: −0 has another byte.
+    back = pulse_record(parse_pulse("sine amplitude_gal=300 period_s=1 azimuth_deg=240"))
+    for samples in (back.north, back.east):
+        assert samples[:100].tobytes() == np.zeros(100).tobytes()
 
 
 def test_a_pulse_in_the_config_is_one_line():

@@ -1,11 +1,17 @@
+import struct
+
 import numpy as np
 import pytest
 from seed_writers import START, trace, write_inventory, write_mseed, write_sac
 
 from overturning.errors import RecordError
 from overturning.records.catalogue import RecordEntry
+from overturning.records.check import check_paths, describe
+from overturning.records.formats import sac
 from overturning.records.options import ReadOptions
 from overturning.records.read import read_path, read_record
+from overturning.records.ready import read
+from overturning.records.source import SourceFile
 from overturning.records.summary import state_of
 from tests.expect import refused
 
@@ -24,6 +30,10 @@ def test_miniseed_with_its_stationxml_beside_it(tmp_path):
     np.testing.assert_allclose(record.up, Z / 400_000, rtol=1e-12)
     assert record.start == "2001-02-03T04:05:06.5Z"
     assert (record.station, record.latitude) == ("TST1", 35.2)
+    lines = [line for finding in check_paths([tmp_path]) for line in describe(finding).splitlines()]
+    for channel, samples, direction in (("HNN", N, "azimuth 0"), ("HNE", E, "azimuth 90"), ("HNZ", Z, "up")):
+        said = f"{direction}, 500 samples, peak {np.abs(samples).max() / 4000:.4g} Gal, header states none"
+        assert any(channel in line and line.endswith(said) for line in lines), channel
 
 
 def test_orientation_comes_from_the_stationxml(tmp_path):
@@ -82,8 +92,22 @@ def test_sac_needs_a_unit_and_takes_orientation_from_its_header(tmp_path):
     np.testing.assert_allclose(record.north, (N * c - E * s) / 1e7, atol=1e-7)
     np.testing.assert_allclose(record.up, Z / 1e7, atol=1e-8)
     assert record.start == "2001-02-03T04:05:06.5Z"
+    same = read(paths, unit="gal", record_id="t", processing=[])
+    np.testing.assert_allclose(same.up, record.up, atol=5.1e-10)
+    assert same.record_id == "t"
     entry = RecordEntry(id="t", source="T.HN1.sac T.HN2.sac T.HNZ.sac", unit="g")
     np.testing.assert_allclose(read_record(entry, tmp_path).up, Z / 1e5 * 9.80665, atol=1e-5)
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_sac_is_told_by_its_version_and_a_length_that_a_record_can_have(tmp_path, order):
+    """Words 76 and 79 of the header: NVHDR, 6 or 7, and NPTS, 32-bit whole numbers of either byte order."""
+    header = write_sac(tmp_path / "a.sac", N, "HNN", 0.0, 90.0).read_bytes()[:632]
+    for version, length, known in [(6, 10**8, True), (7, 0, True), (5, 500, False), (6, -1, False), (6, 2**30, False)]:
+        words = bytearray(header)
+        struct.pack_into(f"{order}i", words, 76 * 4, version)
+        struct.pack_into(f"{order}i", words, 79 * 4, length)
+        assert sac.detect(SourceFile("a.sac", bytes(words))) is known, (version, length)
 
 
 def test_sac_whose_peak_contradicts_its_header_is_refused(tmp_path):

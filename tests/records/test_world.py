@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from record_writers import esm_text, smc_text
+from record_writers import cosmos_text, esm_text, smc_text
 from seed_writers import write_inventory, write_sac
 from world_writers import bhrc_text, counts_text, cwa_text, nsmn_text, renadic_text, unam_text
 
@@ -34,6 +34,16 @@ def test_cwa_with_its_signs_and_the_time_of_taiwan(tmp_path):
     same(other, A, -B, -C, 0.01)
 
 
+@pytest.mark.parametrize("write", [cwa_text, nsmn_text])
+def test_the_end_of_a_file_may_lack_its_line_end_or_have_more_but_no_digits_less(tmp_path, write):
+    north, east, up = (np.append(x, end) for x, end in ((A, -12.3), (B, -1.2), (C, 123.4)))
+    whole = write(north, east, up)
+    for end in ("", "\n \n\n"):  # the last two numbers have unlike many digits, and as many decimals
+        same(put(tmp_path, "x.txt", whole.rstrip("\n") + end), north, east, up, 0.01)
+    with refused(RecordError, f"x.txt line {whole.count(chr(10))}", "is cut"):
+        put(tmp_path, "x.txt", whole.rstrip("\n")[:-1])
+
+
 def test_nsmn(tmp_path):
     record = put(tmp_path, "x.txt", nsmn_text(A, B, C))
     same(record, A, B, C, 0.01)
@@ -52,6 +62,11 @@ def test_bhrc_turns_l_and_t_and_asks_which_way_v_points(tmp_path):
     same(record, -b, a, c, 0.1 * G)
     assert record.sampling_interval == 0.005
     assert (record.station, record.extra["magnitude"]) == ("Test Shir", 6.1)
+    lines = text.splitlines()
+    mark = lines.index("/&")
+    for cut, last in ((lines[:mark] + lines[mark + 1 :], mark + 1), (lines[:-1], len(lines) - 1)):
+        with refused(RecordError, f"x.V1 line {last}: no end mark"):
+            put(tmp_path, "x.V1", "\n".join(cut))
 
 
 def test_unam_has_bearings_and_a_day_after_midnight(tmp_path):
@@ -89,6 +104,16 @@ def test_cosmos_counts_with_their_sensitivity(tmp_path):
     assert record.extra["processed"] is False
     with refused(RecordError, "x.V0", "real 42", "not stated"):
         put(tmp_path, "x.V0", counts_text(a, b, volts_per_g=-999.0))
+
+
+def test_cosmos_peaks_are_compared_to_half_a_count_or_to_the_decimals_of_the_samples(tmp_path):
+    a, b = np.zeros(200), np.zeros(200)
+    a[50], b[70] = 40.0, 30.0
+    put(tmp_path, "x.V0", counts_text(a, b).replace(f"{40:13.6f}", f"{40.4:13.6f}"))
+    text = cosmos_text({"340 deg": (340, a / 50), "70 deg": (70, b / 50)}, 0.01)
+    put(tmp_path, "x.V2", text)
+    with refused(RecordError, "x.V2", "states a peak of 0.808 Gal"):
+        put(tmp_path, "x.V2", text.replace(f"{0.8:13.6f}", f"{0.808:13.6f}"))
 
 
 def test_esm_raw_files_are_raw(tmp_path):

@@ -15,6 +15,7 @@ from overturning.statistics.space import (
     SECTORS,
     alignment,
     followed,
+    followed_by_slenderness,
     mean_over_earthquakes,
     plane_agreement,
     plane_counts,
@@ -132,7 +133,11 @@ def test_a_rose_is_the_mean_of_its_earthquakes(from_normal: bool) -> None:
     assert rose.shares.sum() == pytest.approx(1.0)
     assert rose.falls == sum(angles_of(cube, record).size for record in range(5))
     assert rose.earthquakes == 4
-    assert ((rose.low <= rose.shares) & (rose.shares <= rose.high)).all()
+    means = np.array([np.mean(histograms[:2], axis=0), *histograms[2:]])
+    half = rose_of(cube, from_normal=from_normal, level=0.5, draws=20_000)
+    scipys = bootstrap((means,), np.mean, method="percentile", confidence_level=0.5, n_resamples=20_000, rng=5)
+    assert half.low == pytest.approx(scipys.confidence_interval.low, abs=0.006)
+    assert half.high == pytest.approx(scipys.confidence_interval.high, abs=0.006)
 
 
 def test_a_rose_without_falls() -> None:
@@ -165,6 +170,10 @@ def test_falls_that_go_along_a_reference_follow_it() -> None:
     assert [one.value for one in found["peak velocity", False]] == pytest.approx([-1.0, -1.0])
     assert found["pulse", True][0].value == pytest.approx(-1.0)
     assert ("pulse", False) not in found
+    cube["fall_azimuth"] = cube["fall_azimuth"] + xr.DataArray([0.0, 45.0, 90.0], dims="b_over_h")
+    (each,) = followed_by_slenderness(cube, intensity).values()
+    assert [one.value for one in each["peak velocity", True]] == pytest.approx([1.0, 0.0, -1.0], abs=1e-6)
+    assert [one.value for one in each["peak velocity", False]] == pytest.approx([-1.0, -np.sqrt(0.5), 0.0], abs=1e-6)
 
 
 def test_the_plane_is_counted_right() -> None:

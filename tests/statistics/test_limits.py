@@ -53,6 +53,10 @@ def test_branches_of_kaneko_and_hayashi_meet(height: float, slender: float) -> N
     below, above = kaneko_hayashi_acceleration(height, slender, border * np.array([1 + 1e-9, 1 - 1e-9]))
     assert below == pytest.approx(9.80665 * slender * (1 + slender))
     assert above == pytest.approx(below, rel=6e-4)  # 10 · 15.6 · 2π is 980.2, not 980.665
+    # Far above the border it is a limit of PGV, 10 B/√H (1 + B/H)^2.5 in cm and cm/s.
+    ratio, height_cm = border / np.array([2.0, 5.0]), 100 * height
+    pgv = 100 * ratio * kaneko_hayashi_acceleration(height, slender, ratio)
+    assert pgv == pytest.approx(10 * slender * height_cm / math.sqrt(height_cm) * (1 + slender) ** 2.5)
 
 
 def test_half_of_the_blocks_fall_at_the_median() -> None:

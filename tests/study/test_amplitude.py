@@ -32,7 +32,13 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     write_motion(RECORD, made / "motion" / "a.nc")
     for name, more in (("one", {}), ("three", {"amplitude": [0.5, 1, 2]})):
         study = check_study(SMALL | more, "test")
-        sweep_record(study, RECORD, made / f"{name}-part.nc")
+        told: list[float] = []
+        sweep_record(
+            study, RECORD, made / f"{name}-part.nc", progress=lambda done, whole, told=told: told.append(done / whole)
+        )
+        # It never goes back, whichever factor it is at, and ends at the whole.
+        assert told == sorted(told)
+        assert told[-1] == pytest.approx(1.0)
         gather(study, [RECORD], [made / f"{name}-part.nc"], made / f"{name}.nc")
     return made
 

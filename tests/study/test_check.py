@@ -7,7 +7,7 @@ import pytest
 
 from overturning.cli import main
 from overturning.errors import ConfigError, MissingDataError, OverturningError
-from overturning.study.check import check_files, check_records, check_size
+from overturning.study.check import check_files, check_records, check_size, size_of
 from overturning.study.load import check_study
 
 ROOT = Path(__file__).parents[2]
@@ -60,6 +60,15 @@ def test_a_study_too_large_is_refused_with_what_it_would_take() -> None:
         check_size(study, "mine.yaml")
 
 
+def test_the_memory_of_an_ensemble_holds_the_answers_of_its_members() -> None:
+    """A flag of one byte and an azimuth of eight for each member of each case of the largest job."""
+    study = {"name": "mine", "records": {"use": ["rinaldi"]}}
+    without, with_members = (
+        size_of(check_study(study | {"ensemble": {"members": members}}, "mine.yaml"), chunks=4) for members in (0, 24)
+    )
+    assert with_members.memory_bytes - without.memory_bytes >= 9 * 24 * with_members.cases / 4
+
+
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
@@ -69,6 +78,7 @@ def test_a_study_too_large_is_refused_with_what_it_would_take() -> None:
         ({"records": {"use": "rinaldi"}}, 'records.use: "rinaldi" – a list is needed: [rinaldi]'),
         ({"name": "A b"}, 'name: "A b" – only small letters, digits and hyphens are allowed'),
         ({"corner": 1}, "corner: unknown key; known here: "),
+        ({"contact": {"stiffness": 0}}, "stiffness 0 N/m; it must be above 0, or auto"),
     ],
 )
 def test_values_that_cannot_be_meant(wrong: dict[str, Any], message: str) -> None:
@@ -76,6 +86,11 @@ def test_values_that_cannot_be_meant(wrong: dict[str, Any], message: str) -> Non
         check_study({"name": "mine", "records": {"use": ["rinaldi"]}} | wrong, "mine.yaml")
     assert message in str(found.value)
     assert "^" not in str(found.value)
+
+
+def test_a_spring_of_any_stiffness_above_0_is_taken() -> None:
+    study = check_study({"name": "mine", "records": {"use": ["rinaldi"]}, "contact": {"stiffness": 0.5}}, "mine.yaml")
+    assert study.contact.stiffness == 0.5
 
 
 def test_pulses_need_no_file(

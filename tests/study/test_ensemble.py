@@ -1,7 +1,10 @@
 """The ensemble: its members, the cells it runs, and what it finds."""
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
+import netCDF4
 import numpy as np
 import pytest
 from scipy.stats import binom
@@ -16,6 +19,7 @@ from overturning.errors import ConfigError, ResultError
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import write_motion
+from overturning.study import ensemble
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import BATCH, ENSEMBLE_VARIABLES, cells_to_run, half_width, run_ensemble, settled
 from overturning.study.gather import gather
@@ -132,6 +136,28 @@ def test_spread_is_that_of_the_members_run_one_by_one(motion: Motion, nominal: d
     assert difference == pytest.approx(halves[0].mean() - halves[1].mean())
 
 
+@pytest.mark.parametrize(("name", "most"), [("MOST_GROUND_VALUES", 2 * 8 * 400), ("MOST_MEMBERS", 2 * 8 * 10)])
+def test_directions_are_run_in_pieces_that_hold_no_more_than_they_may(
+    motion: Motion, monkeypatch: pytest.MonkeyPatch, name: str, most: int
+) -> None:
+    """Eight members under 400 samples in each of six directions of ten cells: two directions at a time are as many as may be."""
+    grid = Grid(AZIMUTH, np.array([0.6, 1.2]), GRID.b_over_h, np.array([1.0]))
+    members = draw_members(Ensemble(members=8))
+    nothing = {name: np.zeros(grid.shape, np.int8) for name in ("overturned", "mirrored")}
+    calls = []
+
+    def all_stand(cases: Cases, progress: Progress | None) -> Any:
+        calls.append(np.column_stack([cases.azimuth_deg, cases.height, cases.b_over_h, cases.friction]))
+        return SimpleNamespace(overturned=np.zeros(len(calls[-1]), np.int8), block_steps=np.ones(len(calls[-1])))
+
+    monkeypatch.setattr(ensemble, name, most)
+    found = run_ensemble(motion, grid, nothing, members, all_stand, everywhere=True)[0]
+    held = [(np.unique(cases[:, 0]).size * motion.samples, len(cases)) for cases in calls]
+    assert held == [(2 * 8 * 400, 2 * 8 * 10)] * 3
+    assert len(np.unique(np.concatenate(calls), axis=0)) == 6 * 10 * 8, "each member of each cell once"
+    assert (found["members"] == 8).all()
+
+
 def test_mirrored_cells_exchange_the_sides(motion: Motion, nominal: dict[str, np.ndarray]) -> None:
     members = draw_members(Ensemble(members=8, amplitude=0.2, b_over_h=0.1, initial_tilt=0.02))
     found = run(motion, nominal, members)
@@ -213,9 +239,13 @@ def test_a_cube_with_settled_cells_is_found_again_bit_for_bit(tmp_path: Path) ->
     gather(study, [record], [tmp_path / "part.nc"], tmp_path / "cube.nc")
     with open_cube(tmp_path / "cube.nc") as cube:
         assert len(np.unique(cube["members"].to_numpy())) > 1
+    with netCDF4.Dataset(tmp_path / "cube.nc", "a") as cube:
+        cube["peak_penetration"][:] = 99.0
     found = recheck(tmp_path / "cube.nc", cells=18)
-    assert found.differences == []
     assert found.cells == found.ensemble_cells == 18
+    # What was changed is found in every cell, each of them looked at once, and nothing else.
+    assert len(set(found.differences)) == len(found.differences) == 18
+    assert all("peak_penetration is 99.0 in the cube" in line for line in found.differences)
 
 
 def _stopped(probability: float, widest: float, batches: list[int]) -> dict[tuple[int, int], float]:

@@ -116,10 +116,12 @@ def test_what_describes_a_record_is_carried_into_the_cube(
         "pulse_period": 2.2,
         "site_class": "C",
         "wall": "foot",
+        "agency_processing": "gefiltert in Zürich",
     }
     described = [replace(records[0], extra=records[0].extra | known), records[1]]
     gather(study, described, parts(), tmp_path / "cube.nc")
     with open_cube(tmp_path / "cube.nc") as cube:
+        processing = known.pop("agency_processing")
         for name, value in known.items():
             assert cube[name].values[0] == value
             assert cube[name].values[1] == "" if isinstance(value, str) else np.isnan(cube[name].values[1])
@@ -128,6 +130,8 @@ def test_what_describes_a_record_is_carried_into_the_cube(
         assert set(accounts) == set(NAMES)
         assert accounts["first"]["data"] == "raw"
         assert accounts["first"]["duration_s"] == 0.09
+        assert accounts["first"]["agency"] == processing
+        assert processing in cube.attrs["record_processing"], "as it is written, for those who look at it with ncdump"
 
 
 def test_pieces_in_any_order_give_the_same_bytes(

@@ -35,6 +35,10 @@ def test_measures_by_azimuth_and_of_whole_records(table: xr.Dataset) -> None:
     assert np.isnan(table.jma_intensity[0])
     assert 4.5 < float(table.jma_intensity[1]) < 6.5
     assert table.record_id.values.tolist() == ["sine", "three"]
+    # Twenty per decade of periods from 0.01 to 10 s, and of frequencies from 0.1 to 50 Hz.
+    for axis, ends in ((table.period, [0.01, 10.0]), (table.frequency, [0.1, 50.0])):
+        np.testing.assert_allclose(axis[[0, -1]], ends)
+        np.testing.assert_allclose(axis.values[1:] / axis.values[:-1], 10**0.05, rtol=1e-4)
 
 
 def test_the_file_tells_what_processing_did(table: xr.Dataset) -> None:

@@ -68,9 +68,12 @@ def test_every_cell_is_in_one_chunk(keys: dict[str, object], chunks: int) -> Non
 
 def test_azimuths_that_mirror_each_other_share_a_chunk() -> None:
     settings = study({**PLANES, "azimuth": {"step": 10}})
+    sizes = []
     for number in range(1, 6):
         azimuth = piece_of(settings, grid_of(settings), Chunk(number, 5)).azimuth
         assert set((azimuth + 180) % 360) == set(azimuth)
+        sizes.append(azimuth.size)
+    assert sorted(sizes) == [6, 6, 8, 8, 8], "eighteen such pairs, shared out as evenly as they can be"
 
 
 @pytest.mark.parametrize("text", ["", "3", "0-of-2", "3-of-2", "1-of-0", "a-of-b"])

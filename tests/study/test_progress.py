@@ -65,3 +65,6 @@ def test_the_sweep_that_is_on(tmp_path: Path) -> None:
     assert line.startswith("sweep: 1 of 4 parts, 38%")
     assert line.endswith(" to go")
     assert sweep_line(tmp_path, 1e12) == "", "an earlier run"
+    # What was cut into fewer parts before is left from then.
+    (folder / "a").write_text('{"share": 1.0, "begin": 0.0, "parts": 2}', encoding="utf-8")
+    assert sweep_line(tmp_path, 0.0).startswith("sweep: 1 of 4 parts, 38%")

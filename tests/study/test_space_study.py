@@ -14,7 +14,7 @@ from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import read_motion, write_motion
 from overturning.study.choice import read_sample
-from overturning.study.comparison import Counts, compare
+from overturning.study.comparison import Counts, compare, differ
 from overturning.study.config import Study
 from overturning.study.cube import open_cube, study_of
 from overturning.study.gather import gather
@@ -82,6 +82,18 @@ def test_cube_has_orientation_and_aspect_in_place_of_azimuth(cube: xr.Dataset, s
     assert cube["vertical"].item() == 0
 
 
+def test_flags_have_the_values_that_they_are_said_to_have(cube: xr.Dataset) -> None:
+    """CF 1.11, section 3.5: one meaning for each of the flag values, and no other value."""
+    flags = {name: values for name, values in cube.variables.items() if "flag_values" in values.attrs}
+    assert {"overturned", "plane_overturned", "repeated", "vertical"} <= set(flags)
+    for name, values in flags.items():
+        allowed = values.attrs["flag_values"].tolist()
+        assert len(allowed) == len(values.attrs["flag_meanings"].split()), name
+        found = values.to_numpy().astype(np.float64)
+        assert set(found[np.isfinite(found)].tolist()) <= set(allowed), name
+    assert {0, 1} <= set(cube["plane_overturned"].to_numpy().ravel().tolist()), "both are looked at"
+
+
 def test_cells_are_those_of_simulate_in_space(cube: xr.Dataset, motion: Motion) -> None:
     alone = simulate_in_space_arrays(
         motion, orientation_deg=[45.0], height=[0.6], b_over_h=[0.25], aspect=[2.0], friction=[0.7]
@@ -134,6 +146,12 @@ def test_ensemble_is_its_members_one_by_one(cube: xr.Dataset, settings: Study, m
     assert float(cell["fall_north"]) == pytest.approx(np.nansum(np.cos(angles)) / 4, abs=0.03)
     assert float(cell["fall_east"]) == pytest.approx(np.nansum(np.sin(angles)) / 4, abs=0.03)
     assert float(cell["fall_axis_cosine"]) == pytest.approx(np.nansum(np.cos(2 * np.array(angles))) / 4, abs=0.06)
+    first, second = np.reshape(falls, (2, 2)).mean(axis=1)
+    assert cell["scramble_difference"] == pytest.approx(first - second)
+    # Where one or three of four members fall it is half of one scramble more than of the other.
+    uneven = cube["probability_falls"].isin([0.25, 0.75])
+    assert uneven.any()
+    assert (np.abs(cube["scramble_difference"].where(uneven, 0.5)) == 0.5).all()
 
 
 def test_recheck_finds_the_same_bits(cube_file: Path) -> None:
@@ -158,6 +176,8 @@ def test_azimuths_fifteen_degrees_apart_are_another_direction() -> None:
     flags, azimuths = np.array([1, 1, 1, 0], np.int8), np.array([359.0, 10.0, 100.0, np.nan], np.float32)
     found = compare(flags, flags, (azimuths, np.array([13.0, 26.0, 110.0, np.nan], np.float32)))
     assert found == Counts(cases=4, fallen=3, sides=1)
+    changed = differ(flags[:, None], flags[:, None], (azimuths, np.array([13.0, 26.0, 110.0, np.nan], np.float32)))
+    assert changed.tolist() == [False, True, False, False]
 
 
 def test_gathering_refuses_a_part_in_planes(cube_file: Path, settings: Study, tmp_path: Path) -> None:

@@ -155,7 +155,7 @@ class _Runs:
             chosen = self.sample.index[rows[mine]]
             columns = (axis[chosen[:, column]] for column, axis in enumerate(self.axes))
             results = self.repetitions[kind](self.motions[number], self.cases(*columns, amplitude=amplitude))
-            overturned[mine] = results.overturned.reshape(int(mine.sum()), -1)
+            overturned[mine] = results.overturned.reshape(overturned[mine].shape)
             block_steps[mine], towards[mine] = results.block_steps, getattr(results, "fall_azimuth", np.nan)
 
         with ThreadPoolExecutor(max_workers=self.threads) as pool:

@@ -182,16 +182,16 @@ class Trial:
 
 
 def _imported(path: Path) -> set[str]:
-    """Modules of the package that a file imports itself."""
+    """Modules of the package that a file imports itself, or from what lies beside it in the tests."""
     names: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
             names |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
-    root = ROOT / "src"
+    files = {name: Path(*name.split(".")).with_suffix(".py") for name in names}
+    beside = [ROOT / file for name, file in files.items() if name.startswith("tests.")]
+    beside += [path.parent / file for file in files.values() if len(file.parts) == 1]
     return {
-        name
-        for name in names
-        if name.startswith("overturning.") and root.joinpath(*name.split(".")).with_suffix(".py").is_file()
-    }
+        name for name, file in files.items() if name.startswith("overturning.") and (ROOT / "src" / file).is_file()
+    }.union(*(_imported(other) for other in beside if other.is_file()))

@@ -157,6 +157,7 @@ def test_meshes_are_read_in_three_formats(tmp_path: Path) -> None:
 
 
 LEANING = np.concatenate([BOX[BOX[:, 2] == 0], BOX[BOX[:, 2] > 0] + [0.5, 0, 0]])
+KEEL = np.array([[0, 0, 0], [0.5, 0, 0], [1, 0, 0], *([x, y, 0.6] for x in (0, 1) for y in (-0.5, 0.5))])
 MANY = np.stack([np.cos(np.arange(150) * 0.0418879), np.sin(np.arange(150) * 0.0418879), np.zeros(150)], axis=1)
 
 
@@ -170,6 +171,7 @@ MANY = np.stack([np.cos(np.arange(150) * 0.0418879), np.sin(np.arange(150) * 0.0
         (BOX * 0.01, ["0.006 m"]),
         (np.concatenate([MANY, np.add(MANY, [0, 0, 1])]), ["150 vertices", "128"]),
         (WEDGE @ np.array([[1, 0, 0.3], [0, 1, 0.1], [-0.3, -0.1, 1]]), ["stands on 1 vertex"]),
+        (KEEL, ["stands on an edge", "a face lies on z"]),
         (BOX[:3], ["shape (3, 3)"]),
     ],
 )

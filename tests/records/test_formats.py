@@ -191,6 +191,14 @@ def test_peer_with_each_header(tmp_path, header):
     assert "94" in record.event
 
 
+def test_a_sample_beyond_all_numbers_is_refused_without_a_warning(tmp_path):
+    text = peer_text(A / 1000, 0.01, "228")
+    (tmp_path / "x228.AT2").write_text(text.replace(text.split()[-1], "1.7e308"))
+    (tmp_path / "x318.AT2").write_text(peer_text(B / 1000, 0.01, "318"))
+    with pytest.raises(RecordError, match=r"x228.AT2: sample 209 of 228 is not a number"):
+        read_path(tmp_path / "x228.AT2")
+
+
 def test_peer_velocity_is_refused(tmp_path):
     (tmp_path / "x.VT2").write_text(
         peer_text(A / 1000, 0.01, "228").replace(

@@ -5,6 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from overturning.errors import ConfigError, RecordError
 from overturning.records.assembly import VerticalSense, assemble
 from overturning.records.catalogue import RecordEntry
@@ -103,7 +105,8 @@ def read_files(
             raise RecordError(f"{member.name}: not a {named.title} file; check `format` in the record table")
         reader = named or detect_format(member)
         try:
-            components += [_named(component, reader) for component in reader.read(member, options)]
+            with np.errstate(over="ignore"):  # a sample beyond all numbers becomes infinite, which a component refuses
+                components += [_named(component, reader) for component in reader.read(member, options)]
         except (ValueError, IndexError, KeyError, OverflowError, MemoryError, TypeError, ZeroDivisionError) as problem:
             if isinstance(problem, RecordError):
                 raise

@@ -42,7 +42,10 @@ def body_of(vertices: FloatArray) -> Body:
         raise ArgumentError(
             f"body: it stands on {below.size} vert{'ex' if below.size == 1 else 'ices'}; turn it so that a face lies on z = const"
         )
-    base = below[ConvexHull(hull.points[below, :2]).vertices]  # anticlockwise
+    try:
+        base = below[ConvexHull(hull.points[below, :2]).vertices]  # anticlockwise
+    except QhullError:
+        raise ArgumentError("body: it stands on an edge; turn it so that a face lies on z = const") from None
     tilt, faces = _rests(hull, size)
     kept = np.concatenate([base, np.setdiff1d(_can_touch(hull, tilt), below)])
     points = np.round(hull.points[kept] / size, DIGITS) * size

@@ -174,6 +174,18 @@ def test_cube_holds_what_the_config_asked_for(finished: Checkout) -> None:
         assert np.isfinite(overturned).all()
 
 
+def test_settings_too_long_for_a_command_go_through_a_file(tmp_path: Path) -> None:
+    """Linux allows a command of a shell 128 KiB."""
+    also = [round(0.01 * number, 2) for number in range(1, 18000)]
+    small = SMALL.replace("rinaldi, petrolia", "rinaldi").replace("also: [32]", f"also: {also}")
+    small = small.replace("[0.2, 0.4]", "[0.4]").replace("[0.33, 1.0]", "[1.0]") + "ensemble: {members: 0}\n"
+    checkout = Checkout(tmp_path / "checkout", small + "verification: none\n")
+    checkout.run("--", "results/small/cube.nc")
+    assert list((checkout.folder / ".snakemake" / "settings").glob("*.yaml"))
+    with open_cube(checkout.results / "cube.nc") as cube:
+        assert set(also) <= set(cube["azimuth"].to_numpy().tolist())
+
+
 def test_bad_record_is_named_and_leaves_nothing_half_written(tmp_path: Path) -> None:
     checkout = Checkout(tmp_path / "checkout", SMALL.replace("petrolia", "broken"))
     table = checkout.folder / "config" / "records.tsv"

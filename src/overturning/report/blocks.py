@@ -132,7 +132,8 @@ class Section:
     together: bool = False
 
 
-Block = Paragraph | Answer | Link | Bullets | Code | Figure | Table | Film | Row | Disclosure | Section
+Leaf = Paragraph | Answer | Link | Bullets | Code | Figure | Table | Film
+Block = Leaf | Row | Disclosure | Section
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 import base64
 import re
+from collections.abc import Iterator
 from html import escape
 from importlib import resources
 from itertools import count
@@ -15,16 +16,22 @@ from overturning.report import blocks
 
 def render_html(report: blocks.Report) -> str:
     """The page, which needs nothing from outside."""
+    return "".join(pieces_of(report))
+
+
+def pieces_of(report: blocks.Report) -> Iterator[str]:
+    """The page piece by piece: with the figures of many records it need not be in memory at once."""
     title = escape(report.title)
     style, script = _file("report.css") + player_style(), _file("sort.js") + player_script()
     question = f'<p class="question">{escape(report.question)}</p>\n' if report.question else ""
-    return (
+    yield (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>{title}</title>\n<style>\n{style}\n</style>\n</head>\n<body>\n"
-        f"<header>\n<h1>{title}</h1>\n{question}</header>\n{_contents(report)}\n<main>\n{_Page().inside(report, 2)}\n</main>\n"
-        f"<script>\n{script}\n</script>\n</body>\n</html>\n"
+        f"<header>\n<h1>{title}</h1>\n{question}</header>\n{_contents(report)}\n<main>\n"
     )
+    yield from _Page().inside(report, 2)
+    yield f"\n</main>\n<script>\n{script}\n</script>\n</body>\n</html>\n"
 
 
 def _contents(report: blocks.Report) -> str:
@@ -44,10 +51,31 @@ class _Page:
     def __init__(self) -> None:
         self.numbers = count(1)
 
-    def inside(self, block: blocks.Report | blocks.Section | blocks.Row | blocks.Disclosure, level: int) -> str:
-        return "\n".join(self.block(one, level) for one in block.blocks)
+    def inside(
+        self, block: blocks.Report | blocks.Section | blocks.Row | blocks.Disclosure, level: int
+    ) -> Iterator[str]:
+        for place, one in enumerate(block.blocks):
+            yield "\n" if place else ""
+            yield from self.block(one, level)
 
-    def block(self, block: blocks.Block, level: int) -> str:
+    def block(self, block: blocks.Block, level: int) -> Iterator[str]:
+        match block:
+            case blocks.Row():
+                before, below, after = '<div class="pair">', level, "</div>"
+            case blocks.Disclosure():
+                before, below, after = f"<details><summary>{escape(block.title)}</summary>", level, "</details>"
+            case blocks.Section():
+                tag = "article" if block.together else "section"
+                before = f"<{tag}{_anchor(block.anchor)}>\n<h{level}>{escape(block.title)}</h{level}>"
+                below, after = level + 1, f"</{tag}>"
+            case _:
+                yield self.leaf(block)
+                return
+        yield f"{before}\n"
+        yield from self.inside(block, below)
+        yield f"\n{after}"
+
+    def leaf(self, block: blocks.Leaf) -> str:
         match block:
             case blocks.Paragraph():
                 kind = {blocks.Note: ' class="note"', blocks.Caution: ' class="warning"'}.get(type(block), "")
@@ -69,15 +97,6 @@ class _Page:
                 return _table(block)
             case blocks.Film():
                 return f'<div class="film"><script type="application/json">{embedded_json(block.data)}</script></div>'
-            case blocks.Row():
-                return f'<div class="pair">\n{self.inside(block, level)}\n</div>'
-            case blocks.Disclosure():
-                head = f"<summary>{escape(block.title)}</summary>"
-                return f"<details>{head}\n{self.inside(block, level)}\n</details>"
-            case blocks.Section():
-                tag = "article" if block.together else "section"
-                head = f"<{tag}{_anchor(block.anchor)}>\n<h{level}>{escape(block.title)}</h{level}>"
-                return f"{head}\n{self.inside(block, level + 1)}\n</{tag}>"
             case _:
                 assert_never(block)
 

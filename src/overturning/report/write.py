@@ -6,7 +6,7 @@ from overturning.errors import ResultError
 from overturning.files import atomic_write
 from overturning.report.blocks import Figure, each_block
 from overturning.report.build import build_report
-from overturning.report.html import render_html
+from overturning.report.html import pieces_of
 from overturning.report.pdf import render_pdf
 from overturning.report.results import open_results
 from overturning.study.config import Study
@@ -23,8 +23,8 @@ def write_report(results: Path, path: Path, pdf: Path | None = None, beside: Stu
         for block in each_block(report):
             if isinstance(block, Figure) and not block.path.is_file():
                 raise ResultError(f"{block.path}: no such figure; run the figures of the study first")
-        with atomic_write(path) as part:
-            part.write_text(render_html(report), encoding="utf-8")
+        with atomic_write(path) as part, part.open("w", encoding="utf-8") as page:
+            page.writelines(pieces_of(report))
         if pdf is not None:
             with atomic_write(pdf) as part:
                 part.write_bytes(render_pdf(report))

@@ -263,15 +263,18 @@ def turns(cube: xr.Dataset) -> dict[tuple[float, float], NDArray[np.float32]]:
 
     The cube is read one record at a time; of the turns all are kept, since quantiles need them: four bytes for each.
     """
-    found: dict[tuple[float, float], list[NDArray[np.float32]]] = {
-        (ratio, friction): [] for ratio in cube["b_over_h"].to_numpy() for friction in cube["friction"].to_numpy()
-    }
+    shapes = [(ratio, friction) for ratio in cube["b_over_h"].to_numpy() for friction in cube["friction"].to_numpy()]
+    # As large as they could be; what is never written to takes no memory.
+    kept = np.empty((len(shapes), cube["residual_twist"].size // len(shapes)), np.float32)
+    count = np.zeros(len(shapes), np.int64)
     for one in each_record(cube, ("overturned", "status", "residual_twist")):
         turned = one["residual_twist"].where((one["status"] == 0) & (one["overturned"] == 0))
-        rows = np.abs(turned.transpose("b_over_h", "friction", ...).to_numpy()).reshape(len(found), -1)
-        for kept, row in zip(found.values(), rows, strict=True):
-            kept.append(row[np.isfinite(row)])
-    return {shape: np.concatenate(kept) for shape, kept in found.items()}
+        rows = np.abs(turned.transpose("b_over_h", "friction", ...).to_numpy()).reshape(len(shapes), -1)
+        for place, row in enumerate(rows):
+            known = row[np.isfinite(row)]
+            kept[place, count[place] : count[place] + known.size] = known
+            count[place] += known.size
+    return {shape: kept[place, : count[place]] for place, shape in enumerate(shapes)}
 
 
 def twist(turned: NDArray[np.float32], share: float = 0.9) -> Twist:

@@ -1,6 +1,8 @@
 """Opening a cube, and what a reader may rely on."""
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -76,7 +78,8 @@ def open_cube(
     if whole(path) is False:
         raise ResultError(f"{path}: damaged, its checksum does not fit; run the study again, which makes it anew")
     try:
-        cube = xr.open_dataset(path, engine="netcdf4", chunks=chunks, decode_timedelta=False)
+        with _little_cache(read_once=chunks is not None):
+            cube = xr.open_dataset(path, engine="netcdf4", chunks=chunks, decode_timedelta=False)
     except (OSError, ValueError, RuntimeError, AttributeError, KeyError, IndexError, TypeError) as error:
         # What is wrong inside of a file comes as whatever the libraries that read it stumble over.
         raise ResultError(f"{path}: cannot be opened ({error}); run the study again") from None
@@ -93,6 +96,20 @@ def open_cube(
             if values.dims == ("record",):
                 chosen.variables[name].load()
     return chosen
+
+
+@contextmanager
+def _little_cache(read_once: bool) -> Iterator[None]:
+    """Open files whose chunks are read whole and once: HDF5 would keep up to 64 MB of each variable."""
+    import netCDF4
+
+    before = netCDF4.get_chunk_cache()
+    if read_once:
+        netCDF4.set_chunk_cache(size=1 << 20)
+    try:
+        yield
+    finally:
+        netCDF4.set_chunk_cache(*before)
 
 
 def _chosen(cube: "xr.Dataset", path: Path, element: str | None, amplitude: float | None) -> "xr.Dataset":

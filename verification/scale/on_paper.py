@@ -65,7 +65,7 @@ def planned(records: int) -> Planned:
         return Planned(time.perf_counter() - begin, usage.ru_maxrss / 1024, longest)
 
 
-def measure_planning(few: int = 20, many: int = 5000) -> list[Figure]:
+def measure_planning(few: int = 20, many: int = 220) -> list[Figure]:
     """Time and memory that a record more takes Snakemake to plan, from two studies; the longest command of the larger."""
     less, more = planned(few), planned(many)
     per_record = {

@@ -14,6 +14,7 @@ from reading import BAD, column, tables, text_of
 from overturning.report.blocks import Figure, Report, Section, each_block
 from overturning.report.build import SECTIONS, build_report
 from overturning.report.results import Results
+from overturning.report.sections.answer import answer
 from overturning.report.sections.cause import cause
 from overturning.report.sections.published import published
 from overturning.report.sections.records import record_directions, records
@@ -193,6 +194,13 @@ def test_an_unknown_fault(one_record: Make) -> None:
 def test_one_azimuth(one_record: Make) -> None:
     text = text_of(build_report(one_record(azimuth=slice(4, 5))))
     assert "with a single plane of motion nothing is said about direction" in text
+
+
+def test_merged_and_doubtful_earthquakes_are_said(opened: Results) -> None:
+    said = ["'A 1989' and 'B' are one earthquake (one event_id, e1)", "'C' and 'D' resemble each other"]
+    cube = opened.cube.assign_attrs(earthquakes=json.dumps(said))
+    assert f"{said[0]}. {said[1]}. Records of one earthquake" in text_of(answer(replace(opened, cube=cube)))
+    assert "resemble" not in text_of(answer(opened))
 
 
 def test_vertical_motion_is_counted(one_record: Make) -> None:

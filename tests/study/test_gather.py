@@ -15,7 +15,7 @@ from overturning.dem.variables import FLOAT32_MISSING, INT8_MISSING, VARIABLES
 from overturning.errors import ResultError
 from overturning.records.record import Record
 from overturning.study.config import Study
-from overturning.study.cube import open_cube, processing_of, study_of
+from overturning.study.cube import earthquakes_said, open_cube, processing_of, study_of
 from overturning.study.gather import gather
 from overturning.study.grid import grid_of
 from overturning.study.load import check_study
@@ -132,6 +132,22 @@ def test_what_describes_a_record_is_carried_into_the_cube(
         assert accounts["first"]["duration_s"] == 0.09
         assert accounts["first"]["agency"] == processing
         assert processing in cube.attrs["record_processing"], "as it is written, for those who look at it with ncdump"
+
+
+def test_one_earthquake_under_two_names_is_one_in_the_cube_and_said(
+    study: Study, records: list[Record], parts: Callable[..., list[Path]], tmp_path: Path
+) -> None:
+    names = ("Loma Prieta 10/18/1989", "Loma Prieta, CA")
+    named = [
+        replace(record, event=name, extra={"origin_time": f"1989-10-18T00:04:{second}Z"})
+        for record, name, second in zip(records, names, (15, 14), strict=True)
+    ]
+    gather(study, named, parts(), tmp_path / "cube.nc")
+    with open_cube(tmp_path / "cube.nc") as cube:
+        assert cube["event"].to_numpy().tolist() == [names[0]] * 2
+        assert earthquakes_said(cube) == [
+            f"'{names[0]}' and '{names[1]}' are one earthquake (one origin, 1989-10-18 00:04)"
+        ]
 
 
 def test_pieces_in_any_order_give_the_same_bytes(

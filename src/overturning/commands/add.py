@@ -24,6 +24,8 @@ def add(
 ) -> None:
     """Read the files of a record, put them into the folder, and write the table's line."""
     from overturning.errors import ArgumentError
+    from overturning.records.catalogue import read_catalogue
+    from overturning.records.earthquakes import earthquakes_of
     from overturning.records.table_line import add_line
 
     given = dict(pair.partition("=")[::2] for pair in values or ())
@@ -35,4 +37,9 @@ def add(
     record = add_line(paths, given, table, folder)
     place = ", ".join(text for text in (record.station, record.event) if text)
     print(f"{table}: {record.record_id}{f' ({place})' if place else ''}")
+    others = [entry for entry in read_catalogue(table).values() if entry.id != record.record_id]
+    known = set(earthquakes_of(others).said)
+    for said in earthquakes_of([*others, record]).said:
+        if said not in known:
+            print(f"earthquakes: {said}")
     print(f"look at it: overturning one --record {record.record_id} --azimuth 0 --animate {record.record_id}.html")

@@ -29,11 +29,14 @@ def check(
     Folders are read with the folders in them. Exit status 1 if anything was refused.
     """
     from overturning.records.check import check_paths, describe, passed_over
+    from overturning.records.earthquakes import earthquakes_of
 
     given = declared.declared(azimuths, columns, form, interval, processed, sensor, trust_data, unit, vertical_sense)
     findings = check_paths(paths, **given)
     for finding in findings:
         typer.echo(describe(finding))
+    for said in earthquakes_of(f.record for f in findings if f.record is not None).said:
+        typer.echo(f"earthquakes: {said}")
     read = sum(f.record is not None for f in findings)
     if no_records := passed_over(paths):
         shown = ", ".join(no_records[:5]) + (" …" if len(no_records) > 5 else "")

@@ -22,7 +22,8 @@ def check(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> No
     entries, _ = check_files(study, str(path))
     for survey in study.surveys:
         read_survey(Path(survey.stones))
-    check_records(study, entries)
+    for said in check_records(study, entries):
+        print(f"earthquakes: {said}")
     print(f"{path}: study {study.name!r}, {size}")
 
 

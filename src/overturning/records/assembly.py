@@ -146,7 +146,7 @@ def assemble(
             raise RecordError(f"{first.file}: {why}: correct it, or say --trust-data (trust_data in the record table)")
         trusted.append(why)
     extra: dict[str, Any] = dict(first.extra) | {"format": first.format, "processed": first.processed}
-    extra["axes"] = [c.axis for c in window]
+    extra |= {"axes": [c.axis for c in window]} | ({"origin_time": iso(first.origin)} if first.origin else {})
     if known := {axis: round(difference, 6) for axis, difference in differences.items() if difference is not None}:
         extra["header_peak_difference"] = known
     if trust_data:

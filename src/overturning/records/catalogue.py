@@ -1,9 +1,10 @@
 """The record table: which records there are, where they come from, and what is known about them."""
 
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from overturning.errors import ConfigError
 from overturning.records.options import Unit
@@ -12,6 +13,16 @@ from overturning.tables import read_rows
 
 def _numbers(value: Any) -> Any:
     return [part for part in value.replace(",", " ").split() if part] or None if isinstance(value, str) else value
+
+
+def _moment(text: str) -> str:
+    try:
+        moment = datetime.fromisoformat(text) if len(text) > 10 else None
+    except ValueError:
+        moment = None
+    if moment is None:
+        raise ValueError("give date and time in UTC, like 2016-11-13T11:02:56")
+    return (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).astimezone(UTC).isoformat()
 
 
 _Latitude = Annotated[float | None, Field(ge=-90, le=90, allow_inf_nan=False)]
@@ -41,7 +52,16 @@ class RecordEntry(BaseModel):
     )
     station: str = Field(default="", description="Name of the station; empty: as the file says.")
     event: str = Field(
-        default="", description="Earthquake with its year; records that share it count as one earthquake."
+        default="",
+        description="Earthquake with its year; records that share it count as one unless their origin times differ.",
+    )
+    event_id: str = Field(
+        default="",
+        pattern=r"^\S{0,60}$",
+        description="Any word that stands for the earthquake: decides which records are of one.",
+    )
+    origin_time: Annotated[str, AfterValidator(_moment)] = Field(
+        default="", description="Of the earthquake, UTC (`2016-11-13T11:02:56`); empty: as the file says."
     )
     fault_strike_deg: float | None = Field(
         default=None,

@@ -43,6 +43,7 @@ class Component:
     start: datetime | None = None  # time of the first sample, UTC
     station: str = ""
     event: str = ""
+    origin: datetime | None = None  # origin time of the earthquake, UTC
     latitude: float | None = None  # of the station, degrees
     longitude: float | None = None
     peak: StatedPeak | None = None

@@ -55,7 +55,8 @@ def read_record(entry: RecordEntry, data_dir: Path | str) -> Record:
             "get the file again, or correct the table"
         )
     epicentre = {"event_latitude": entry.epicentre_latitude_deg, "event_longitude": entry.epicentre_longitude_deg}
-    return replace(record, extra=record.extra | _known({"pulse": entry.pulse} | epicentre) | entry.metadata)
+    of_event = {"event_id": entry.event_id, "origin_time": entry.origin_time}
+    return replace(record, extra=record.extra | _known({"pulse": entry.pulse} | of_event | epicentre) | entry.metadata)
 
 
 def _known(values: dict[str, Any]) -> dict[str, Any]:

@@ -2,9 +2,11 @@
 
 import os
 import shutil
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
+
+import numpy as np
 
 from overturning.errors import ConfigError, MissingDataError, OverturningError
 from overturning.records.catalogue import RecordEntry
@@ -126,19 +128,26 @@ def check_files(study: Study, where: str) -> tuple[dict[str, RecordEntry], dict[
     return entries, files
 
 
-def check_records(study: Study, entries: dict[str, RecordEntry]) -> None:
-    """Read and process records as a run does; an `OverturningError` names what is wrong with each that cannot be."""
+def check_records(study: Study, entries: dict[str, RecordEntry]) -> tuple[str, ...]:
+    """Read and process records as a run does; an `OverturningError` names what is wrong with each that cannot be.
+
+    Returns what has to be said of how their earthquakes are told apart.
+    """
+    from overturning.records.earthquakes import earthquakes_of
     from overturning.records.processing import process
     from overturning.records.read import read_record
 
-    faults = []
+    faults, records = [], []
     for entry in entries.values():
         try:
-            process(read_record(entry, Path(study.records.folder)), study.processing)
+            # Of each only its names are kept: a study may have thousands.
+            record = process(read_record(entry, Path(study.records.folder)), study.processing)
+            records.append(replace(record, north=np.zeros(2), east=np.zeros(2), up=None))
         except OverturningError as error:
             faults.append(str(error) if entry.id in str(error) else f"record {entry.id}: {error}")
     if faults:
         raise ConfigError(_joined(faults))
+    return earthquakes_of(records).said
 
 
 def _joined(faults: list[str]) -> str:

@@ -153,6 +153,11 @@ def sources_of_records(cube: "xr.Dataset") -> list[dict[str, Any]]:
     return list(_stated(cube, "record_sources", list))
 
 
+def earthquakes_said(cube: "xr.Dataset") -> list[str]:
+    """What has to be said of how the earthquakes of a cube's records were told apart: merged names, and doubts."""
+    return list(_stated(cube, "earthquakes", list)) if "earthquakes" in cube.attrs else []
+
+
 def processing_of(cube: "xr.Dataset") -> dict[str, dict[str, Any]]:
     """How each record of a cube came about, by id; see `overturning.records.summary.account`."""
     return dict(_stated(cube, "record_processing", dict))

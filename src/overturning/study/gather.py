@@ -15,6 +15,7 @@ from overturning.dem.variables import INT8_MISSING, Variable
 from overturning.errors import ResultError
 from overturning.files import atomic_write, without_folders
 from overturning.records.catalogue import METADATA
+from overturning.records.earthquakes import earthquakes_of
 from overturning.records.record import Record
 from overturning.records.summary import account
 from overturning.study.config import Study
@@ -108,12 +109,12 @@ def _add_records(cube: Any, records: Sequence[Record], vertical: bool) -> None:
     """The coordinates of the dimension record; missing where neither the file nor the record table says it."""
     add = partial(add_coordinate, cube, "record")
     add("record", "i4", range(len(records)), long_name="number of the record", units="1")
-    for name, long_name in (
-        ("record_id", "identifier of the record"),
-        ("station", "station of the record"),
-        ("event", "earthquake of the record"),
+    for name, long_name, texts in (
+        ("record_id", "identifier of the record", [record.record_id for record in records]),
+        ("station", "station of the record", [record.station for record in records]),
+        ("event", "earthquake of the record, one name for each earthquake", earthquakes_of(records).labels),
     ):
-        add(name, str, [getattr(record, name) for record in records], long_name=long_name)
+        add(name, str, texts, long_name=long_name)
     strikes = [record.fault_strike_deg for record in records]
     normals = [None if strike is None else (strike + 90.0) % 360.0 for strike in strikes]
     about = {"long_name": "azimuth of the fault normal, strike + 90 degrees", "units": "degree"}
@@ -176,6 +177,7 @@ def _attributes(study: Study, records: Sequence[Record], variant: str) -> dict[s
         else "overturned: 1 when the body falls, towards fall_azimuth, 0 when it stands",
         "study": json.dumps(portable(study), ensure_ascii=False),
         "variant": variant,
+        "earthquakes": json.dumps(earthquakes_of(records).said, ensure_ascii=False),
         "record_sources": json.dumps(sources, ensure_ascii=False),
         "record_processing": json.dumps(
             {record.record_id: account(record) for record in records}, ensure_ascii=False, default=str

@@ -8,6 +8,7 @@ introduced the same way; a line that ends the channel. Counts of volume 0 become
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import datetime
 from typing import Final
 
@@ -93,6 +94,7 @@ def _channel(source: SourceFile, lines: Lines, at: int) -> tuple[Component, int]
         )
     axis, direction = _axis(lines, at, [*text, *all_lines[comments_at + 1 : data_at]], int(whole[53]))
     known = {index: float(value) for index, value in enumerate(real) if value != NULL}
+    origin, places = replace(lines, lines=text).earthquake()
     component = Component.of(
         source,
         axis,
@@ -102,6 +104,7 @@ def _channel(source: SourceFile, lines: Lines, at: int) -> tuple[Component, int]
         start=_start(lines, at, whole, float(real[29])),
         station=_word(text, r"Code:\s*(\S+)"),
         event=" ".join(text[1].split()),
+        origin=origin,
         latitude=known.get(0),
         longitude=known.get(1),
         # The reals have six decimals; the samples as many as their own format: counts are whole.
@@ -109,7 +112,7 @@ def _channel(source: SourceFile, lines: Lines, at: int) -> tuple[Component, int]
         if 63 in known
         else None,
         processed=text[0].lstrip().upper().startswith("CORRECTED"),
-        extra=({"magnitude": known[12]} if 12 in known else {}) | _agency(text),
+        extra=({"magnitude": known[12]} if 12 in known else {}) | places | _agency(text),
     )
     return component, end + 1
 

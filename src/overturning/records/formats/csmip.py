@@ -104,6 +104,7 @@ def _channel(source: SourceFile, block: Lines, volume: int) -> Component:
         station = replace(text, lines=text.lines[5:6]).find(r"^\s*(.*\S)")
         latitude, longitude = (None, None) if latitude == 0 and longitude == 0 else (latitude, longitude)
     event = replace(text, lines=text.lines[1:12]).find(r"^\s*R(?:e?co?rd) of (.*?)(?:\s{3,}|\(|$)")
+    origin, places = text.earthquake()
     return Component.of(
         source,
         f"chan {channel[1]}: {axis}",
@@ -113,11 +114,12 @@ def _channel(source: SourceFile, block: Lines, volume: int) -> Component:
         start=_trigger(text) if renadic else _start(text),
         station=station[0][1] if station else "",
         event=" ".join(event[0][1].split()) if event else "",
+        origin=None if renadic else origin,
         latitude=latitude,
         longitude=longitude,
         peak=_peak(text, volume),
         processed=volume == 2,
-        extra=_filter(text) if volume == 2 else {},
+        extra=({} if renadic else places) | (_filter(text) if volume == 2 else {}),
     )
 
 

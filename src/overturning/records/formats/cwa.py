@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from overturning.records.component import Component, StatedPeak
-from overturning.records.formats.lines import FLOAT, Header, Lines, resolution
+from overturning.records.formats.lines import FLOAT, Header, Lines, resolution, stated_time
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
@@ -62,6 +62,7 @@ def read(source: SourceFile) -> list[Component]:
             start=start,
             station=header.text("StationCode"),
             event=f"earthquake of {header.text('Origin Time(GMT+08)')} (GMT+8)",
+            origin=stated_time(header.text("Origin Time(GMT+08)"), "%Y/%m/%d-%H:%M:%S", TAIWAN),
             latitude=header.number("StationLatitude(N)"),
             longitude=header.number("StationLongitude(E)"),
             peak=_peak(header, letter),

@@ -7,7 +7,7 @@ from typing import Final
 from overturning.errors import RecordError
 from overturning.records.axes import channel_axis
 from overturning.records.component import Component
-from overturning.records.formats.lines import Lines
+from overturning.records.formats.lines import Lines, stated_time
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
@@ -78,6 +78,7 @@ def read(source: SourceFile) -> list[Component]:
             start=_start(lines, *header.get("DATE_TIME_FIRST_SAMPLE_YYYYMMDD_HHMMSS", (0, ""))),
             station=text("STATION_CODE"),
             event=text("EVENT_NAME") or text("EVENT_ID"),
+            origin=stated_time(f"{text('EVENT_DATE_YYYYMMDD')} {text('EVENT_TIME_HHMMSS')[:6]}", "%Y%m%d %H%M%S"),
             latitude=known.pop("latitude", None),
             longitude=known.pop("longitude", None),
             peak=lines.peak(stated, at("PGA_CM/S^2"), "PGA", GAL) if stated else None,

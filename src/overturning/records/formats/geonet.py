@@ -14,7 +14,7 @@ import numpy as np
 
 from overturning.records.axes import agree, parse_axis
 from overturning.records.component import Component, StatedPeak
-from overturning.records.formats.lines import FLOAT, Lines
+from overturning.records.formats.lines import FLOAT, Lines, stated_time
 from overturning.records.source import SourceFile
 
 MM: Final = 1e-3
@@ -85,6 +85,7 @@ def _block(source: SourceFile, block: Lines) -> tuple[Component, int]:
         # Corrected files have samples prepended (5 s as a rule) before the start of the buffer.
         start=_buffer_start(block, whole) - timedelta(seconds=float(whole[31]) * interval),
         event=_event(text),
+        origin=stated_time(" ".join(text[7].split()), "%Y %B %d %H:%M:%S UT"),
         peak=_peak(block),
         processed=corrected,
         **_places(text, _of_the_header(text, real, corrected)),

@@ -14,7 +14,7 @@ import numpy as np
 
 from overturning.errors import RecordError
 from overturning.records.component import Component, Sensor, StatedPeak
-from overturning.records.formats.lines import Lines, resolution
+from overturning.records.formats.lines import Lines, resolution, stated_time
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
@@ -96,6 +96,7 @@ def read(source: SourceFile) -> list[Component]:
             start=recorded - timedelta(seconds=15) - JAPAN,
             station=header["Station Code"],
             event=header["Origin Time"] + " JST",
+            origin=stated_time(header["Origin Time"], "%Y/%m/%d %H:%M:%S", JAPAN),
             latitude=header.number("Station Lat."),
             longitude=header.number("Station Long."),
             peak=StatedPeak(

@@ -71,6 +71,14 @@ class Header:
             raise self.error(key, f"{key} {said!r} is no time like {pattern}; correct it") from None
 
 
+def stated_time(text: str, pattern: str, ahead: timedelta = timedelta()) -> datetime | None:
+    """A time that a header states beside, in UTC, of a clock that is ahead of it; None where it does not read so."""
+    try:
+        return datetime.strptime(text.strip(), pattern).replace(tzinfo=UTC) - ahead
+    except (ValueError, OverflowError):
+        return None
+
+
 @dataclass(frozen=True)
 class Lines:
     """Lines of a file or of one channel in it; every index counts from 0 within them."""
@@ -106,6 +114,18 @@ class Lines:
             if match := re.search(pattern, line, re.IGNORECASE):
                 return match, index
         return None
+
+    def earthquake(self) -> tuple[datetime | None, dict[str, float]]:
+        """Origin time, UTC, and epicentre, degrees, as headers of COSMOS and CSMIP state them; None and empty without."""
+        origin, places = None, {}
+        if found := self.find(r"\bORIGIN:\s*(\d+/\s*\d+/\s*\d+),?\s+(\d+:\s*\d+:\s*\d+)[\d.]*\s*(?:UTC|GMT)"):
+            said = re.sub(r"\s", "", f"{found[0][1]}-{found[0][2]}")
+            forms = ("%Y/%m/%d-%H:%M:%S", "%m/%d/%Y-%H:%M:%S", "%m/%d/%y-%H:%M:%S")
+            origin = next((time for form in forms if (time := stated_time(said, form))), None)
+        if found := self.find(rf"\bHYPOCENTER:\s*({FLOAT})\s*([NS]?),?\s+({FLOAT})\s*([EW]?)"):
+            north, east = (float(found[0][i]) * (-1 if found[0][i + 1].upper() in ("S", "W") else 1) for i in (1, 3))
+            places = {"event_latitude": north, "event_longitude": east} if north or east else {}
+        return origin, places
 
     def time(self, index: int, day: Sequence[int], hour: int, minute: int, seconds: float) -> datetime:
         """A time in UTC from year, month and day, and the time of the day; a RecordError where there is none such."""

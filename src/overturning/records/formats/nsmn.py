@@ -10,7 +10,7 @@ from typing import Final
 
 from overturning.errors import RecordError
 from overturning.records.component import Component
-from overturning.records.formats.lines import FLOAT, Header, Lines
+from overturning.records.formats.lines import FLOAT, Header, Lines, stated_time
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
@@ -64,6 +64,7 @@ def read(source: SourceFile) -> list[Component]:
                 start=start,
                 station=header.text(_key(lines, 6)),
                 event=f"earthquake of {header.text(_key(lines, 2))}",
+                origin=stated_time(header.text(_key(lines, 2)).partition(".")[0], "%d/%m/%Y %H:%M:%S"),
                 latitude=place[0],
                 longitude=place[1],
                 peak=lines.peak(stated[1], header.at(peaks), "the peak", GAL),

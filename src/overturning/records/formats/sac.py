@@ -54,7 +54,12 @@ def _component(trace: Any, source: SourceFile, unit: str, options: ReadOptions) 
         return None if value is None or value == UNDEFINED else float(value)
 
     peaks = [abs(v) for key in ("depmin", "depmax") if (v := known(key)) is not None and np.isfinite(v)]
-    moment = trace.stats.starttime
+    moment, late = trace.stats.starttime, known("o")
+    # The origin and the first sample are counted from the same reference time.
+    after = None if late is None or moment.timestamp <= 0 else late - (known("b") or 0.0)
+    origin = (moment + after).datetime.replace(tzinfo=UTC) if after is not None and abs(after) < 1e6 else None
+    epicentre = {"event_latitude": known("evla"), "event_longitude": known("evlo")}
+    places = {} if None in epicentre.values() else epicentre
     return Component.of(
         source,
         trace.stats.channel or "unnamed",
@@ -64,12 +69,13 @@ def _component(trace: Any, source: SourceFile, unit: str, options: ReadOptions) 
         start=moment.datetime.replace(tzinfo=UTC) if moment.timestamp > 0 else None,
         station=trace.stats.station,
         event=str(header.get("kevnm", "")).strip(),
+        origin=origin,
         latitude=known("stla"),
         longitude=known("stlo"),
         peak=StatedPeak(max(peaks) * scale, 2e-7 * max(peaks) * scale) if peaks else None,
         processed=bool(options.processed),
         unit=unit,
-        extra={"network": trace.stats.network, "declared": options.declared},
+        extra={"network": trace.stats.network, "declared": options.declared} | places,
     )
 
 

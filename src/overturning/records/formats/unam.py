@@ -74,9 +74,10 @@ def read(source: SourceFile) -> list[Component]:
             _direction(axis),
             values[:, column] * GAL,
             header.number(keys["intervals"], intervals[column]),
-            start=_start(header, keys),
+            start=_moments(header, keys)[1],
             station=header.text("CLAVE DE LA ESTACION"),
             event=f"earthquake of {header.text(keys['day'])} {header.text(keys['origin'])} GMT",
+            origin=_moments(header, keys)[0],
             latitude=latitude,
             longitude=longitude,
             peak=_peak(header, keys["peaks"], peaks, column),
@@ -123,8 +124,8 @@ def _place(header: Header, key: str) -> tuple[float, float]:
     return north, float(longitude[1]) * (1 if longitude[2].upper() == "E" else -1)
 
 
-def _start(header: Header, keys: dict[str, str]) -> datetime:
-    """Time of the first sample: its clock on the day of the earthquake, or on the next one where that is nearer."""
+def _moments(header: Header, keys: dict[str, str]) -> tuple[datetime, datetime]:
+    """Origin time and that of the first sample: its clock on the day of the earthquake, or on the next one where nearer."""
     day = header.text(keys["day"])
     moments = []
     for key in (keys["origin"], keys["first"]):
@@ -132,4 +133,4 @@ def _start(header: Header, keys: dict[str, str]) -> datetime:
         whole = f"{day} {clock}" + ("" if "." in clock else ".0")
         moments.append(header.time(key, "%Y/%m/%d %H:%M:%S.%f", whole[:26]))
     origin, start = moments
-    return start + timedelta(days=1) if origin - start > LATE else start
+    return origin, start + timedelta(days=1) if origin - start > LATE else start

@@ -16,6 +16,7 @@ from overturning.statistics.direction import OF_FALLS, case_dims, fall_axis
 from overturning.statistics.earthquakes import AxisSummary
 from overturning.statistics.groups import record_groups
 from overturning.statistics.space import mean_over_earthquakes
+from overturning.study.cube import earthquakes_said
 
 MOST_RECORDS_IN_WORDS = 5
 """Records whose directions still stand in sentences; of more the table tells."""
@@ -163,8 +164,9 @@ def _directions_in_words(results: Results) -> list[str]:
 def _counted(results: Results) -> str:
     """How many records and earthquakes, and what their number means."""
     records, with_vertical = len(results.names), results.with_vertical
+    names = "".join(f" {said}." for said in earthquakes_said(results.cube))
     text = (
-        f"{counted(records, 'record')} of {counted(results.earthquake_count, 'earthquake')}. Records of one earthquake are not "
+        f"{counted(records, 'record')} of {counted(results.earthquake_count, 'earthquake')}.{names} Records of one earthquake are not "
         f"independent, so earthquakes are counted, not records; {'orientations' if results.in_space else 'azimuths'} of one "
         "record are the same motion seen from many sides, so they are no samples at all."
     )

@@ -1,0 +1,269 @@
+"""Which earthquake a record belongs to: decided here and nowhere else, for all records of a study together.
+
+Every interval resamples earthquakes, so one earthquake under two names would count as two.
+"""
+
+import difflib
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from datetime import datetime, timedelta
+from itertools import combinations
+from typing import Any, Final
+
+import numpy as np
+
+from overturning.records.catalogue import RecordEntry
+from overturning.records.record import Record
+
+SAME_TIME: Final = timedelta(seconds=60)
+"""Largest difference between origin times of one earthquake: old headers round them to the minute."""
+
+SAME_PLACE: Final = 100.0
+"""Largest distance between epicentres of one earthquake as different agencies have them, km."""
+
+SAME_SHAKING: Final = timedelta(minutes=2)
+"""Records that start no further apart than this are likely of one earthquake."""
+
+LONGEST: Final = timedelta(hours=1)
+"""Records that start further apart than this are hardly of one earthquake."""
+
+ALIKE: Final = 0.85
+"""Similarity of two names (difflib: twice the letters that match over all letters) from which on they may be one."""
+
+MOST_DOUBTS: Final = 10
+"""Doubts that are said one by one."""
+
+_FILLING: Final = re.compile(
+    r"\b(rcrd|record|earthquake|eq|of|the|(?:mon|tue|wed|thu|fri|sat|sun)|jst|utc?|gmt|epicentre.*)\b"
+)
+_MONTHS: Final = ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"]
+_MONTH: Final = rf"(?:\d\d?|(?:{'|'.join(_MONTHS)})[a-z]*)"
+_DATES: Final = (
+    re.compile(rf"\b(?P<year>(?:1[89]|20)\d\d)[-/ ](?P<month>{_MONTH})[-/ ](?P<day>\d\d?)\b"),
+    re.compile(rf"\b(?P<month>{_MONTH})[-/ ]\s*(?P<day>\d\d?)[-/, ]\s*(?P<year>(?:1[89]|20)?\d\d)\b"),
+    re.compile(r"\b(?P<year>(?:1[89]|20)\d\d)\b"),
+)
+"""Dates as names have them; which of two numbers is the month does not matter."""
+
+
+@dataclass(frozen=True)
+class _Known:
+    """What is known of the earthquake of one record."""
+
+    record_id: str
+    name: str
+    event_id: str = ""
+    origin: datetime | None = None
+    place: tuple[float, float] | None = None  # epicentre: latitude and longitude, degrees
+    start: datetime | None = None  # of the record
+    synthetic: bool = False
+
+    def same(self, other: "_Known") -> bool | None:
+        """Whether two records are of one earthquake, where ids or origins say it; None where they do not."""
+        if self.event_id and other.event_id:
+            return self.event_id == other.event_id
+        if self.origin is None or other.origin is None:
+            return None
+        near = self.place is None or other.place is None or _distance(self.place, other.place) <= SAME_PLACE
+        return near and abs(self.origin - other.origin) <= SAME_TIME
+
+
+def _known(record: Record | RecordEntry) -> _Known:
+    """What a record says, or a line of the record table whose files have not been read."""
+    if isinstance(record, RecordEntry):
+        place = (record.epicentre_latitude_deg, record.epicentre_longitude_deg)
+        given: tuple[Any, ...] = (record.id, record.event, record.event_id, record.origin_time)
+        given += (None, record.format)
+    else:
+        extra = record.extra
+        place = (extra.get("event_latitude"), extra.get("event_longitude"))
+        given = (record.record_id, record.event, extra.get("event_id", ""), extra.get("origin_time"))
+        given += (record.start, extra.get("format"))
+    record_id, name, event_id, origin, start, form = given
+    epicentre = None if place[0] is None or place[1] is None else (float(place[0]), float(place[1]))
+    moments = [datetime.fromisoformat(text) if text else None for text in (origin, start)]
+    return _Known(record_id, " ".join(name.split()), event_id, moments[0], epicentre, moments[1], form == "synthetic")
+
+
+def _distance(first: tuple[float, float], second: tuple[float, float]) -> float:
+    """Length of the great circle between two places, km (haversine formula)."""
+    (lat1, lon1), (lat2, lon2) = np.radians(first), np.radians(second)
+    half = np.sin((lat2 - lat1) / 2) ** 2 + np.cos(lat1) * np.cos(lat2) * np.sin((lon2 - lon1) / 2) ** 2
+    return float(2 * 6371.0 * np.arcsin(np.sqrt(min(half, 1.0))))
+
+
+@dataclass
+class _Earthquake:
+    """Records that belong together, by their places among all."""
+
+    members: dict[int, _Known] = field(default_factory=dict)
+    told: dict[tuple[Any, ...], _Known] = field(default_factory=dict)  # the first member with each id and origin
+    names: dict[str, str] = field(default_factory=dict)  # in small letters, and as written
+
+    def add(self, index: int, one: _Known) -> None:
+        self.members[index] = one
+        self.told.setdefault((one.event_id, one.origin, one.place), one)
+        self.names.setdefault(one.name.casefold(), one.name)
+
+    def holds(self, one: _Known) -> bool:
+        said = [same for member in self.told.values() if (same := member.same(one)) is not None]
+        named = one.name.casefold() in self.names and (one.name != "" or not self.more)
+        return all(said) if said else named
+
+    @property
+    def first(self) -> _Known:
+        return self.members[min(self.members)]
+
+    @property
+    def name(self) -> str:
+        """The first name in the order of the records, else the id or origin."""
+        named = [self.members[index].name for index in sorted(self.members) if self.members[index].name]
+        return named[0] if named else self.more
+
+    @property
+    def more(self) -> str:
+        """What tells it from another one of the same name."""
+        ids = [one.event_id for one in self.told.values() if one.event_id]
+        origins = [f"{one.origin:%Y-%m-%d %H:%M}" for one in self.told.values() if one.origin]
+        return next(iter(ids + origins), "")
+
+
+@dataclass(frozen=True)
+class Earthquakes:
+    """Which records are of one earthquake."""
+
+    labels: tuple[str, ...]  # of each record: the same text where, and only where, the earthquake is the same
+    merged: tuple[str, ...]  # earthquakes that had several names, a sentence each
+    doubtful: tuple[str, ...]  # what may be wrong, with names and remedy, a sentence each
+
+    @property
+    def said(self) -> tuple[str, ...]:
+        """What has to be said of it, of many doubts the first and their number."""
+        left_out = len(self.doubtful) - MOST_DOUBTS
+        more = (f"{left_out} more doubts of this kind",) if left_out > 0 else ()
+        return (*self.merged, *self.doubtful[:MOST_DOUBTS], *more)
+
+
+def earthquakes_of(records: Iterable[Record | RecordEntry]) -> Earthquakes:
+    """Decide which earthquake each record belongs to.
+
+    An ``event_id`` of the record table decides where both records have one. Else origin times within 60 s of each other,
+    with epicentres within 100 km where both are known, make one earthquake, and origins further apart make two, whatever
+    the names. Where one origin is not known, the same name does, in capitals or not. Records that say nothing of their
+    earthquake count as one, so that no interval becomes too narrow.
+
+    Parameters
+    ----------
+    records : iterable of Record or RecordEntry
+        In the order of the cube.
+
+    Returns
+    -------
+    Earthquakes
+        Labels in the order of the records, names that were merged, and doubts: names that resemble each other on no other
+        date, records of two names that start together, and records of one name that start more than an hour apart.
+    """
+    known = [_known(record) for record in records]
+    found: list[_Earthquake] = []
+    unclear = []
+    # What is known best comes first, so that names alone join what ids and origins have set apart.
+    for index in sorted(range(len(known)), key=lambda i: (not known[i].event_id, known[i].origin is None)):
+        homes = [one for one in found if one.holds(known[index])]
+        if not homes:
+            homes = [_Earthquake()]
+            found += homes
+        elif len(homes) > 1:
+            names = " or ".join(f"{one.name!r} ({one.more})" for one in homes)
+            unclear.append(f"record {known[index].record_id} may be of {names} and counts as the first; give event_id")
+        homes[0].add(index, known[index])
+    found.sort(key=lambda one: min(one.members))
+    return Earthquakes(_labels(found), tuple(_merged(found)), (*unclear, *_within(found), *_between(found)))
+
+
+def _labels(found: list[_Earthquake]) -> tuple[str, ...]:
+    """The earthquake's name for each record, with id or origin where two earthquakes share the name."""
+    names = [one.name for one in found]
+    labels: dict[int, str] = {}
+    taken: set[str] = set()
+    for one, name in zip(found, names, strict=True):
+        label = f"{name} ({one.more})" if names.count(name) > 1 and one.more and one.more != name else name
+        while label in taken:
+            label += "'"
+        taken.add(label)
+        labels |= dict.fromkeys(one.members, label)
+    return tuple(labels[index] for index in sorted(labels))
+
+
+def _merged(found: list[_Earthquake]) -> Iterable[str]:
+    for one in found:
+        names = [name for name in one.names.values() if name]
+        if len(names) > 1:
+            why = "one event_id" if any(each.event_id for each in one.told.values()) else "one origin"
+            yield f"{' and '.join(map(repr, names))} are one earthquake ({why}, {one.more})"
+
+
+def _within(found: list[_Earthquake]) -> Iterable[str]:
+    """Doubts about records that count as one earthquake only because of their name."""
+    for one in found:
+        loose = [each for each in one.members.values() if not (each.event_id or each.origin or each.synthetic)]
+        started = sorted((each.start, each.record_id) for each in loose if each.start)
+        if len(loose) > 1 and not one.name:
+            yield f"{len(loose)} records ({_some(loose)}) name no earthquake and count as one; give event or event_id"
+        elif started and started[-1][0] - started[0][0] > LONGEST:
+            hours = (started[-1][0] - started[0][0]).total_seconds() / 3600
+            ids = f"{started[0][1]} and {started[-1][1]}"
+            yield f"{one.name!r}: records {ids} start {hours:.3g} h apart and count as one earthquake; give event_id"
+
+
+def _some(records: list[_Known]) -> str:
+    return ", ".join(one.record_id for one in records[:3]) + (", …" if len(records) > 3 else "")
+
+
+def _between(found: list[_Earthquake]) -> Iterable[str]:
+    """Doubts about earthquakes that count as two only because of their names."""
+    named = [(one, _name_and_date(one)) for one in found if one.name and not one.first.synthetic]
+    for (first, said), (second, other) in combinations(named, 2):
+        if said[1] and other[1] and said[1] != other[1]:
+            continue
+        if any(a.same(b) is False for a in first.told.values() for b in second.told.values()):
+            continue
+        begun, other_begun = first.first.start, second.first.start
+        together = begun is not None and other_begun is not None and abs(begun - other_begun) <= SAME_SHAKING
+        if together or _resemble(said, other):
+            why = "have records that start together" if together else "resemble each other"
+            yield (
+                f"{first.name!r} ({first.first.record_id}) and {second.name!r} ({second.first.record_id}) {why} and count "
+                "as two earthquakes; give both one event_id, or each its own"
+            )
+
+
+def _name_and_date(one: _Earthquake) -> tuple[str, str, tuple[int, ...]]:
+    """Words of an earthquake's name, its year, and day and month in whichever order; empty where not known."""
+    name = one.name.casefold()
+    year: str = ""
+    day: tuple[int, ...] = ()
+    if match := next((found for pattern in _DATES if (found := pattern.search(name))), None):
+        date = match.groupdict()
+        year = date["year"][-2:]
+        if "day" in date:
+            month = date["month"][:3]
+            day = tuple(sorted((_MONTHS.index(month) + 1 if month in _MONTHS else int(month), int(date["day"]))))
+        name = f"{name[: match.start()]} {name[match.end() :]}"
+    name = _FILLING.sub(" ", re.sub(r"\d+:[\d:.]+", " ", name))
+    return " ".join(re.findall(r"\w+", name)), year, day
+
+
+def _resemble(first: tuple[str, str, tuple[int, ...]], second: tuple[str, str, tuple[int, ...]]) -> bool:
+    """Whether two names of one year may be one: no other day or number, and words that are alike or among the other's."""
+    (words, _, day), (others, _, other_day) = first, second
+    if day and other_day and day != other_day:
+        return False
+    if not (words and others):
+        return bool(day and day == other_day)
+    numbers, other_numbers = (set(re.findall(r"\d+", text)) for text in (words, others))
+    if numbers and other_numbers and numbers != other_numbers:
+        return False
+    fewer, more = sorted((set(words.split()), set(others.split())), key=len)
+    matcher = difflib.SequenceMatcher(None, words, others)
+    return fewer <= more or (matcher.real_quick_ratio() >= ALIKE and matcher.ratio() >= ALIKE)

@@ -1,0 +1,236 @@
+"""Which earthquake a record belongs to."""
+
+from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+import pytest
+from record_writers import cosmos_text, esm_text, geonet_text, write_knet_set
+from typer.testing import CliRunner
+from world_writers import cwa_text, nsmn_text
+
+from overturning.cli import app
+from overturning.errors import ConfigError
+from overturning.records.catalogue import RecordEntry, read_catalogue
+from overturning.records.earthquakes import Earthquakes, earthquakes_of
+from overturning.records.formats import fema_p695
+from overturning.records.read import read_path, read_record
+from overturning.records.record import Record
+
+TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
+
+
+def entry(name: str, event: str = "", **more: object) -> RecordEntry:
+    return RecordEntry(id=name, source=name, event=event, **more)  # type: ignore[arg-type]
+
+
+def told_apart(*entries: RecordEntry) -> Earthquakes:
+    return earthquakes_of(entries)
+
+
+def test_one_origin_under_two_names_is_one_earthquake_and_said() -> None:
+    """The origin of the Loma Prieta earthquake as the ISC and the USGS have it: half a second and 2 km apart."""
+    found = told_apart(
+        entry("a", "Loma Prieta 10/18/1989", origin_time="1989-10-18T00:04:15.2Z"),
+        entry("b", "Northridge 1994"),
+        entry(
+            "c",
+            "Santa Cruz mountains",
+            origin_time="1989-10-18T00:04:14.7",
+            epicentre_latitude_deg=37.04,
+            epicentre_longitude_deg=-121.88,
+        ),
+    )
+    assert found.labels == ("Loma Prieta 10/18/1989", "Northridge 1994", "Loma Prieta 10/18/1989")
+    assert len(found.merged) == 1
+    assert "'Loma Prieta 10/18/1989' and 'Santa Cruz mountains' are one earthquake" in found.merged[0]
+    assert found.doubtful == ()
+
+
+def test_an_origin_time_reads_the_same_in_any_zone() -> None:
+    found = told_apart(
+        entry("a", "x", origin_time="2000-10-06T13:30:18+09:00"), entry("b", "y", origin_time="2000-10-06T04:30:00Z")
+    )
+    assert found.labels == ("x", "x")
+
+
+@pytest.mark.parametrize("text", ["1989", "1989-10-18", "10/18/1989 00:04", "1989-02-30T00:04:15"])
+def test_an_origin_time_that_is_none_is_refused(tmp_path: Path, text: str) -> None:
+    table = tmp_path / "r.tsv"
+    table.write_text(f"id\tsource\torigin_time\na\tx\t{text}\n")
+    with pytest.raises(ConfigError, match=r"line 2: column origin_time .*: give date and time in UTC, like 2016"):
+        read_catalogue(table)
+
+
+def test_one_name_with_two_origins_is_two_earthquakes() -> None:
+    """Foreshock and mainshock of Kumamoto, 28 h apart; a third record without an origin counts as the first and is told."""
+    found = told_apart(
+        entry("fore", "Kumamoto 2016", origin_time="2016-04-14T12:26:36Z"),
+        entry("main", "Kumamoto 2016", origin_time="2016-04-15T16:25:06Z"),
+        entry("open", "Kumamoto 2016"),
+    )
+    assert found.labels[0] != found.labels[1]
+    assert found.labels[2] == found.labels[0] == "Kumamoto 2016 (2016-04-14 12:26)"
+    assert len(found.doubtful) == 1
+    assert "record open may be of" in found.doubtful[0]
+
+
+def test_one_time_far_apart_is_two_earthquakes() -> None:
+    place = ("epicentre_latitude_deg", "epicentre_longitude_deg")
+    first, second = (dict(zip(place, at, strict=True)) for at in ((35.27, 133.35), (38.27, 141.0)))
+    moment = "2000-10-06T04:30:18Z"
+    found = told_apart(entry("a", "x", origin_time=moment, **first), entry("b", "y", origin_time=moment, **second))
+    assert found.labels == ("x", "y")
+
+
+def test_an_id_decides() -> None:
+    same = told_apart(entry("a", "Chi-Chi", event_id="e1"), entry("b", "Taiwan 1999", event_id="e1"))
+    assert same.labels == ("Chi-Chi", "Chi-Chi")
+    moment = "1999-09-20T17:47:16Z"
+    apart = told_apart(
+        entry("a", "Chi-Chi", event_id="e1", origin_time=moment),
+        entry("b", "Chi-Chi", event_id="e2", origin_time=moment),
+    )
+    assert apart.labels == ("Chi-Chi (e1)", "Chi-Chi (e2)")
+    assert apart.said == ()
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("Loma Prieta 10/18/1989", "Loma Prieta, CA"),
+        ("Loma Prieta 1989", "Loma Prieta 10/18/89 00:05"),
+        ("Northridge 1994", "Northrigde 1994"),
+        ("Western Tottori 2000", "Tottori 2000"),
+        ("2000/10/06 13:30:00 JST", "Tottori 2000-10-06"),
+        ("Earthquake of Fri Nov 30, 2018 17:29 UTC", "Anchorage 11/30/2018"),
+    ],
+)
+def test_names_that_resemble_each_other_are_told_with_both_names(first: str, second: str) -> None:
+    found = told_apart(entry("a", first), entry("b", "Gazli 1976"), entry("c", second))
+    assert len(set(found.labels)) == 3
+    assert len(found.doubtful) == 1
+    assert first in found.doubtful[0]
+    assert second in found.doubtful[0]
+    assert "event_id" in found.doubtful[0]
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("Imperial Valley 1979", "Imperial Valley 1940"),
+        ("Loma Prieta 10/18/1989", "Loma Prieta 10/25/1989"),
+        ("Chi-Chi, Taiwan-03", "Chi-Chi, Taiwan-06"),
+        ("Kocaeli 1999", "Duzce 1999"),
+    ],
+)
+def test_names_of_two_earthquakes_raise_no_doubt(first: str, second: str) -> None:
+    assert told_apart(entry("a", first), entry("b", second)).said == ()
+
+
+def test_capitals_and_blanks_make_no_other_earthquake() -> None:
+    assert told_apart(entry("a", "LOMA PRIETA  1989"), entry("b", "Loma Prieta 1989")).labels[1] == "LOMA PRIETA 1989"
+
+
+def test_records_without_an_earthquake_count_as_one_and_are_told() -> None:
+    found = told_apart(entry("a"), entry("b", "Gazli 1976"), entry("c"))
+    assert found.labels == ("", "Gazli 1976", "")
+    assert "2 records (a, c) name no earthquake and count as one" in found.doubtful[0]
+
+
+def test_starts_tell_what_names_do_not() -> None:
+    rest = np.zeros(2)
+    one = Record("a", rest, rest, None, 0.01, start="2016-11-13T11:03:00Z", event="Kaikoura 2016")
+    other = replace(one, record_id="b", event="Culverden", start="2016-11-13T11:03:20Z")
+    assert "start together" in earthquakes_of([one, other]).doubtful[0]
+    late = replace(one, record_id="c", start="2016-11-14T00:34:00Z")
+    assert "records a and c start 13.5 h apart" in earthquakes_of([one, late]).doubtful[0]
+
+
+def test_the_shipped_records_keep_their_earthquakes() -> None:
+    """Each name of the table is one earthquake, and none resembles another."""
+    entries = read_catalogue(TABLE)
+    found = earthquakes_of(entries.values())
+    assert found.labels == tuple(one.event for one in entries.values())
+    assert found.said == ()
+
+
+def test_the_names_of_the_packaged_sets_are_told_where_they_differ() -> None:
+    """FEMA P-695 writes three of its earthquakes in two ways, with and without PEER's number."""
+    sources = [f"{kind}:{number}" for kind, number in (("farfield", 1), ("nearfield_pulse", 9), ("nearfield_pulse", 8))]
+    names = [fema_p695.read(source)[0].event for source in sources]
+    assert names[:2] == ["Northridge", "Northridge-01"]
+    found = told_apart(*(entry(f"r{index}", name) for index, name in enumerate(names)))
+    assert len(found.doubtful) == 1
+    assert "'Northridge' (r0) and 'Northridge-01' (r1)" in found.doubtful[0]
+
+
+WAVE = np.round(900 * np.sin(np.arange(800) / 7.0))
+
+
+def _file(folder: Path, name: str, text: str) -> Path:
+    (folder / name).write_text(text)
+    return folder / name
+
+
+@pytest.mark.parametrize(
+    ("form", "origin", "place"),
+    [
+        ("knet", "2001-02-03T04:05:01", (35.275, 133.348)),
+        ("geonet", "2016-11-13T11:02:56", (-42.6925, 173.02194)),
+        ("cosmos", "2005-06-16T20:53:26", (34.058, -117.011)),
+        ("esm", "2016-10-30T06:40:18", None),
+        ("cwa", "2018-02-06T15:50:42", (24.14, 121.69)),
+        ("nsmn", "1999-08-17T00:01:39", (40.7, 29.987)),
+    ],
+)
+def test_headers_state_the_origin(tmp_path: Path, form: str, origin: str, place: tuple[float, float] | None) -> None:
+    """Origin times in UTC, read off the headers that the writers write."""
+    match form:
+        case "knet":
+            paths = write_knet_set(tmp_path, "TST0010102031305", WAVE, -WAVE, WAVE)
+        case "geonet":
+            axes = {"N28W": (332, WAVE), "S62W": (242, -WAVE), "Up": (0, WAVE)}
+            paths = [_file(tmp_path, "a.V2A", geonet_text(axes, 0.02))]
+        case "cosmos":
+            axes = {"90 Deg": (90, WAVE), "360 Deg": (360, -WAVE)}
+            paths = [_file(tmp_path, "a.v2", cosmos_text(axes, 0.01))]
+        case "esm":
+            paths = [_file(tmp_path, f"{axis}.asc", esm_text(WAVE, 0.01, axis)) for axis in ("HNN", "HNE")]
+        case "cwa":
+            paths = [_file(tmp_path, "a.txt", cwa_text(WAVE, -WAVE, WAVE))]
+        case _:
+            paths = [_file(tmp_path, "a.txt", nsmn_text(WAVE, -WAVE, WAVE))]
+    record = read_path(paths, trust_data=True)
+    assert datetime.fromisoformat(record.extra["origin_time"]).replace(tzinfo=None) == datetime.fromisoformat(origin)
+    if place is not None:
+        assert (record.extra["event_latitude"], record.extra["event_longitude"]) == pytest.approx(place, abs=1e-4)
+
+
+def test_the_table_knows_better_than_the_header(tmp_path: Path) -> None:
+    write_knet_set(tmp_path, "TST0010102031305", WAVE, -WAVE)
+    line = entry("t", "Tottori", event_id="e1", origin_time="2000-10-06T04:30:18Z").model_copy(
+        update={"source": "TST0010102031305"}
+    )
+    extra = read_record(line, tmp_path).extra
+    assert (extra["origin_time"], extra["event_id"]) == ("2000-10-06T04:30:18+00:00", "e1")
+
+
+def test_records_check_and_records_add_tell(tmp_path: Path) -> None:
+    for number in (1, 2):
+        write_knet_set(tmp_path, f"TST00{number}0102031305", WAVE, -WAVE, station=f"TST00{number}")
+    files = [str(tmp_path / f"TST0020102031305.{end}") for end in ("NS", "EW")]
+    table = tmp_path / "records.tsv"
+    table.write_text("id\tsource\tevent\torigin_time\nold\told\tTottori 2001\t2001-02-03T04:05:10\n")
+    given = ["records", "add", *files, "--id", "new", "--set", "event=Hino", "--table", str(table)]
+    result = CliRunner().invoke(app, [*given, "--folder", str(tmp_path / "files")])
+    assert result.exit_code == 0, result.output
+    assert "earthquakes: 'Tottori 2001' and 'Hino' are one earthquake (one origin, 2001-02-03 04:05)" in result.output
+    loose = tmp_path / "loose"
+    loose.mkdir()
+    _file(loose, "a.csv", "\n".join(f"{v},{-v}" for v in WAVE / 100) + "\n")
+    _file(loose, "b.csv", "\n".join(f"{-v},{v}" for v in WAVE / 100) + "\n")
+    columns = ["--columns", "north:gal east:gal", "--interval", "0.01", "--processed"]
+    result = CliRunner().invoke(app, ["records", "check", str(loose), *columns])
+    assert "2 records (a, b) name no earthquake and count as one" in result.output

@@ -43,3 +43,68 @@ def test_from_obspy(channels: tuple[str, ...]) -> None:
 def test_streams_that_are_no_motion(channels: tuple[str, ...], message: str) -> None:
     with pytest.raises(ArgumentError, match=message):
         Motion.from_obspy(stream(*channels))
+
+
+def test_a_gap_that_was_merged_is_refused() -> None:
+    """What lies under the mask is whatever the memory held: here 1e9 m/s² from half a second on."""
+    from obspy import Stream, Trace, UTCDateTime
+
+    pieces = Stream()
+    for channel in ("HNN", "HNE"):
+        for begin in (0, 1):
+            header = {"delta": 0.01, "channel": channel, "starttime": UTCDateTime(2001, 1, 1) + begin}
+            pieces += Trace(np.full(50, 0.1), header)
+    merged = pieces.copy().merge()
+    for trace in merged:
+        trace.data.data[50:100] = 1e9
+    with pytest.raises(
+        ArgumentError, match=r"channel \.\.\.HN[NE]: a gap of 50 masked samples; cut the stream to one side"
+    ):
+        Motion.from_obspy(merged)
+    filled = pieces.copy().merge(fill_value=0.0)
+    assert Motion.from_obspy(filled).samples == 150
+    for trace in filled:
+        trace.data = np.ma.masked_array(trace.data)  # a mask that hides nothing
+    assert np.abs(Motion.from_obspy(filled).north).max() == 0.1
+
+
+@pytest.mark.parametrize("channels", [("HHN", "HHE", "HHZ"), ("EHN", "EHE", "EHZ"), ("BLN", "BLE"), ("GPN", "GPE")])
+def test_channels_of_velocity_sensors_are_refused_unless_their_unit_is_stated(channels: tuple[str, ...]) -> None:
+    with pytest.raises(
+        ArgumentError, match=rf"channel \.\.\.{channels[0]}: a velocity sensor by its code; .* unit='m/s2'"
+    ):
+        Motion.from_obspy(stream(*channels))
+    assert Motion.from_obspy(stream(*channels), unit="m/s2").north[0] == 2.0
+    assert Motion.from_obspy(stream(*channels), unit="gal").north[0] == pytest.approx(0.02)
+    with pytest.raises(ArgumentError, match=r"unit: 'm/s'; known are m/s2"):
+        Motion.from_obspy(stream(*channels), unit="m/s")
+
+
+@pytest.mark.parametrize(("output", "taken"), [("ACC", True), ("VEL", False), ("DISP", False)])
+@pytest.mark.parametrize("code", ["HH", "HN"])
+def test_what_obspy_has_removed_the_response_to_counts(code: str, output: str, taken: bool) -> None:
+    """Obspy itself removes the response of a flat velocity sensor, and writes it into the trace's processing."""
+    from obspy.core.inventory import Channel, Inventory, Network, Station
+    from obspy.core.inventory.response import Response
+
+    found = stream(f"{code}N", f"{code}E", npts=400)
+    response = Response.from_paz([], [], 1.0, input_units="M/S")
+    channels = [Channel(f"{code}{axis}", "", 0, 0, 0, 0, azimuth=0, dip=0, response=response) for axis in "NE"]
+    inventory = Inventory([Network("XX", [Station("T", 0, 0, 0, channels=channels)])], source="test")
+    for number, trace in enumerate(found):
+        trace.stats.update({"network": "XX", "station": "T", "calib": 1.0})
+        trace.data = 1e-3 * np.sin(np.arange(400) / (20.0 + number))
+    found.remove_response(inventory, output=output)
+    if taken:
+        assert Motion.from_obspy(found).samples == 400
+    else:
+        with pytest.raises(ArgumentError, match=f"its response was removed to {output}"):
+            Motion.from_obspy(found)
+
+
+def test_the_borehole_of_kik_net_is_refused_unless_declared() -> None:
+    with pytest.raises(ArgumentError, match=r"NS1: of the borehole sensor; .* sensor='borehole'"):
+        Motion.from_obspy(stream("NS1", "EW1", "UD1"))
+    assert Motion.from_obspy(stream("NS1", "EW1", "UD1"), sensor="borehole").samples == 100
+    with pytest.raises(ArgumentError, match="NS2: of the surface sensor"):
+        Motion.from_obspy(stream("NS2", "EW2"), sensor="borehole")

@@ -19,12 +19,21 @@ def response(gain: float, unit: str) -> Response:
 
 
 def write_inventory(
-    path: Path, channels: dict, *, station: str = "TST1", gain: float = 400_000.0, unit: str = "M/S**2"
+    path: Path, channels: dict, *, station="TST1", gain: float = 400_000.0, unit: str = "M/S**2", depth: float = 0.0
 ) -> Path:
     """StationXML; ``channels`` maps code to (azimuth, dip)."""
     listed = [
         Channel(
-            code, "", 35.2, 133.4, 10.0, 0.0, azimuth=azimuth, dip=dip, sample_rate=100.0, response=response(gain, unit)
+            code,
+            "",
+            35.2,
+            133.4,
+            10.0,
+            depth,
+            azimuth=azimuth,
+            dip=dip,
+            sample_rate=100.0,
+            response=response(gain, unit),
         )
         for code, (azimuth, dip) in channels.items()
     ]

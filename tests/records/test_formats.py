@@ -1,6 +1,7 @@
 """Each format: written from numbers by the tests, read back as those numbers, in m/s², towards north, east and up."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -149,6 +150,32 @@ def test_cosmos(tmp_path, unit, scale):
     record = read_path(path)
     check(record, *turned(a * scale, 340, b * scale, 70), c * scale)
     assert record.start == "2005-06-16T20:53:04.4Z"
+
+
+@pytest.mark.parametrize(
+    ("place", "deep"),
+    [
+        ("Downhole", True),
+        ("Borehole -12m", True),
+        ("Depth: 30 m", True),
+        ("100 ft below ground", True),
+        ("1.5 m deep vault", False),
+        ("Ground floor", False),
+    ],
+)
+@pytest.mark.parametrize("form", ["cosmos", "csmip"])
+def test_the_location_of_a_channel_tells_a_borehole(tmp_path, form, place, deep):
+    if form == "cosmos":
+        text = cosmos_text({"360 Deg": (360, A), "90 Deg": (90, B)}, 0.01)
+        text = text.replace("Location: free field", f"Location: {place}")
+    else:
+        text = csmip_text({"360 Deg": (360, A), "90 Deg": (90, B)}, 100, volume=2)
+        text = re.sub(r"(?m)^(Chan .*?Deg)\s*$", rf"\1   Location: {place}", text)
+    (tmp_path / "a.v").write_text(text)
+    if deep:
+        with pytest.raises(RecordError, match="of the borehole sensor"):
+            read_path(tmp_path / "a.v")
+    assert read_path(tmp_path / "a.v", sensor="borehole" if deep else "surface").north.size == A.size
 
 
 @pytest.mark.parametrize(("unit", "words"), [(5, "only acceleration"), (50, "counts, but real 22 .* is not stated")])

@@ -8,13 +8,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 from record_writers import knet_text, write_knet_set
+from typer.testing import CliRunner
 
+import overturning
+from overturning.cli import app
 from overturning.errors import MissingDataError, RecordError
 from overturning.records.catalogue import RecordEntry
 from overturning.records.component import check_peak
 from overturning.records.formats import knet
+from overturning.records.processing import process
 from overturning.records.read import read_path, read_record
 from overturning.records.source import SourceFile, read_source
+from overturning.records.summary import account
 from tests.expect import lacking, refused
 
 GAIN = 2000 / 8388608 * 0.01
@@ -50,6 +55,38 @@ def test_surface_and_borehole_are_told_apart_and_have_their_own_gains(tmp_path):
     assert surface.station == "TTRH02"
     with pytest.raises(RecordError, match="borehole"):
         read_path(top, sensor="borehole")
+
+
+def test_a_borehole_alone_is_refused_unless_declared_and_then_named_with_its_station(tmp_path):
+    files = write_knet_set(tmp_path, "ISKH010705060000", NORTH, EAST, UP, kik=1, station="ISKH01")
+    refused = r"axis (NS|EW)1 is of the borehole sensor of ISKH01; declare it .*--sensor borehole"
+    with pytest.raises(RecordError, match=refused):
+        read_path(files[0])
+    with pytest.raises(RecordError, match=refused):
+        overturning.read(files)
+    assert overturning.read(files, sensor="borehole").station == "ISKH01 (borehole)"
+    line = {"id": "iskh01", "source": "ISKH010705060000"}
+    with pytest.raises(RecordError, match=refused):
+        read_record(RecordEntry.model_validate(line), tmp_path)
+    named = RecordEntry.model_validate(line | {"sensor": "borehole", "station": "ISKH01 Otani"})
+    record = read_record(named, tmp_path)
+    assert record.station == "ISKH01 Otani (borehole)"
+    assert account(process(record, None))["declared"] == ["borehole sensor"]
+
+
+def test_commands_refuse_or_name_the_borehole(tmp_path):
+    files = write_knet_set(tmp_path, "ISKH010705060000", NORTH, EAST, UP, kik=1, station="ISKH01")
+    table, folder = tmp_path / "records.tsv", tmp_path / "files"
+    add = ["records", "add", *map(str, files), "--table", str(table), "--folder", str(folder)]
+    result = CliRunner().invoke(app, add)
+    assert result.exit_code != 0
+    assert "borehole" in str(result.exception)
+    assert not table.exists()
+    assert not folder.exists()
+    result = CliRunner().invoke(app, [*add, "--set", "sensor=borehole"])
+    assert result.exit_code == 0, result.output
+    assert "ISKH01 (borehole)" in result.output
+    assert "ISKH01 (borehole)" in CliRunner().invoke(app, ["records", "check", str(folder)]).output
 
 
 @pytest.mark.parametrize("kind", ["tar.gz", "zip", "nested"])

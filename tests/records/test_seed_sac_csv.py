@@ -1,6 +1,7 @@
 import struct
 
 import numpy as np
+import obspy
 import pytest
 from seed_writers import START, trace, write_inventory, write_mseed, write_sac
 
@@ -97,6 +98,45 @@ def test_sac_needs_a_unit_and_takes_orientation_from_its_header(tmp_path):
     assert same.record_id == "t"
     entry = RecordEntry(id="t", source="T.HN1.sac T.HN2.sac T.HNZ.sac", unit="g")
     np.testing.assert_allclose(read_record(entry, tmp_path).up, Z / 1e5 * 9.80665, atol=1e-5)
+
+
+@pytest.mark.parametrize(("depth", "sensor"), [(0.0, "surface"), (2.0, "surface"), (100.0, "borehole")])
+def test_the_depth_in_the_stationxml_tells_a_borehole(tmp_path, depth, sensor):
+    files = [write_mseed(tmp_path / "a.mseed", {"HNN": N, "HNE": E})]
+    files.append(write_inventory(tmp_path / "a.xml", {"HNN": (0, 0), "HNE": (90, 0)}, depth=depth))
+    other = "surface" if sensor == "borehole" else "borehole"
+    assert read_path(files, sensor=sensor).station == ("TST1" if sensor == "surface" else "TST1 (borehole)")
+    with pytest.raises(RecordError, match=f"is of the {sensor} sensor of TST1; declare it"):
+        read_path(files, sensor=other)
+
+
+def test_the_depth_in_a_sac_header_tells_a_borehole(tmp_path):
+    for channel, azimuth in (("HNN", 0.0), ("HNE", 90.0)):
+        path = write_sac(tmp_path / f"a.{channel}.sac", np.sin(np.arange(400) / 9), channel, azimuth, 90.0)
+        trace = obspy.read(path)[0]
+        trace.stats.sac.stdp = 30.0
+        trace.write(str(path), format="SAC")
+    with pytest.raises(RecordError, match="is of the borehole sensor of TST1"):
+        read_path(path, options=ReadOptions(unit="m/s2"))
+
+
+def test_a_velocity_by_its_channel_or_header_is_refused(tmp_path):
+    files = [write_mseed(tmp_path / "a.mseed", {"HHN": N, "HHE": E})]
+    files.append(write_inventory(tmp_path / "a.xml", {"HHN": (0, 0), "HHE": (90, 0)}))
+    with pytest.raises(
+        RecordError, match=r"channel XX\.TST1\.\.HH[NE] is of a velocity sensor by its code .* in M/S\*\*2"
+    ):
+        read_path(files)
+    assert read_path(files, options=ReadOptions(unit="m/s2")).station == "TST1"
+
+
+def test_sac_of_velocity_by_its_header_is_refused(tmp_path):
+    path = write_sac(tmp_path / "a.sac", np.sin(np.arange(400) / 9), "HNN", 0.0, 90.0)
+    trace = obspy.read(path)[0]
+    trace.stats.sac.idep = 7
+    trace.write(str(path), format="SAC")
+    with pytest.raises(RecordError, match=r"a\.sac: velocity by its header \(IDEP 7\)"):
+        read_path(path, options=ReadOptions(unit="m/s2"))
 
 
 @pytest.mark.parametrize("order", ["<", ">"])

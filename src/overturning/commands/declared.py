@@ -16,7 +16,7 @@ Processed = Annotated[
         "--processed/--raw", help="whether samples of columns or SAC are corrected already", show_default=False
     ),
 ]
-Sensor = Annotated[str, typer.Option(help="surface or borehole, of a station that has both")]
+Sensor = Annotated[str, typer.Option(help="surface, or borehole, which must be declared")]
 TrustData = Annotated[
     bool,
     typer.Option("--trust-data", help="go on where header and data contradict each other, or the size is no motion's"),

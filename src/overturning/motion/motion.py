@@ -1,5 +1,6 @@
 """Ground motion as the simulation takes it: three accelerations and a sampling interval, nothing else."""
 
+import re
 from typing import Any, Protocol
 
 import numpy as np
@@ -9,6 +10,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.motion.direction import direction_cosines
 from overturning.motion.plausible import implausible
+from overturning.units import UNITS
 
 
 def _component(name: str, values: ArrayLike) -> FloatArray:
@@ -19,6 +21,39 @@ def _component(name: str, values: ArrayLike) -> FloatArray:
         raise ArgumentError(f"{name}: sample {int(np.flatnonzero(~np.isfinite(samples))[0])} is not finite")
     samples.flags.writeable = False
     return samples
+
+
+def _no_acceleration(trace: Any, code: str, unit: str | None) -> str:
+    """Why the samples of an obspy Trace are no acceleration without gaps, and what to do; empty where they are one."""
+    if np.ma.is_masked(trace.data):
+        return (
+            f"a gap of {int(np.ma.getmaskarray(trace.data).sum())} masked samples; cut the stream to one side of it "
+            "(stream.split, stream.trim)"
+        )
+    if unit is not None:
+        return ""
+    steps = " ".join(trace.stats.get("processing", ()))
+    removed = re.findall(r"remove_response\([^()]*?output='?(\w+)", steps)
+    # SEED's instrument codes: H and L seismometers of high and low gain, P geophones; N and G accelerometers.
+    velocity = removed[-1] != "ACC" if removed else len(code) == 3 and code[1] in "HLP" and code[2] in "NEZ"
+    return (
+        f"{f'its response was removed to {removed[-1]}' if removed else 'a velocity sensor by its code'}; remove the response "
+        "with output='ACC', or say unit='m/s2' if these are accelerations"
+        if velocity
+        else ""
+    )
+
+
+def _other_sensor(code: str, sensor: str) -> str:
+    """Why a channel is not of the sensor that is wanted, and what to do; empty where it is."""
+    if sensor not in ("surface", "borehole"):
+        return f"sensor {sensor!r}; known are surface and borehole"
+    found = {"1": "borehole", "2": "surface"}.get(code[2:]) if code[:2] in ("NS", "EW", "UD") else None
+    return (
+        f"of the {found} sensor; select the {sensor} one, or say sensor={found!r}"
+        if found not in (None, sensor)
+        else ""
+    )
 
 
 class Recorded(Protocol):
@@ -101,20 +136,35 @@ class Motion:
         return Motion(factor * self.north, factor * self.east, up, sampling_interval=interval, trust_data=True)
 
     @classmethod
-    def from_obspy(cls, stream: Any) -> "Motion":
-        """The motion of an obspy Stream of three components, or two horizontal ones, in m/s².
+    def from_obspy(cls, stream: Any, *, unit: str | None = None, sensor: str = "surface") -> "Motion":
+        """The motion of an obspy Stream of three components, or two horizontal ones.
 
         Traces are told apart by the last letters of their channels: N, E, Z, or NS, EW, UD. Samples are multiplied by
         ``stats.calib``, where readers of counts leave the m/s² per count.
 
+        Parameters
+        ----------
+        stream : obspy.Stream
+            Accelerations, without gaps.
+        unit : str, optional
+            That of samples times ``calib``, a key of `overturning.units.UNITS`; not given: m/s², and then a channel whose code
+            is that of a velocity sensor (HHN, EHZ) must have had its response removed with ``output="ACC"``.
+        sensor : {"surface", "borehole"}
+            Which sensor the traces are of: KiK-net's NS1, EW1 and UD1 are of the borehole.
+
         Raises
         ------
         ArgumentError
-            If north or east is missing or doubled, or the traces differ in start, length or sampling interval.
+            If north or east is missing or doubled, a trace has gaps (is masked), is a velocity or of the other sensor, or
+            the traces differ in start, length or sampling interval.
         """
+        if unit is not None and unit not in UNITS:
+            raise ArgumentError(f"unit: {unit!r}; known are {', '.join(UNITS)}")
         traces: dict[str, Any] = {}
         for trace in stream:
             code = str(trace.stats.channel).upper()
+            if why := _no_acceleration(trace, code, unit) or _other_sensor(code, sensor):
+                raise ArgumentError(f"stream: channel {trace.id}: {why}")
             ends = {"N": "north", "E": "east", "Z": "up"}
             name = {"NS": "north", "EW": "east", "UD": "up"}.get(code[:2], ends.get(code[-1:]))
             if name is None or name in traces:
@@ -138,7 +188,10 @@ class Motion:
                 raise ArgumentError(
                     f"stream: {name} and north differ in start, length or sampling interval; cut and resample them alike first"
                 )
-        values = {name: trace.data * float(trace.stats.calib) for name, trace in traces.items()}
+        scale = 1.0 if unit is None else UNITS[unit]
+        values: dict[str, Any] = {
+            name: np.ma.getdata(trace.data) * float(trace.stats.calib) * scale for name, trace in traces.items()
+        }
         return cls(**values, sampling_interval=float(first.delta))
 
     @classmethod

@@ -167,6 +167,10 @@ def assemble(
         "longitude": first.longitude,
     }
     fields |= {key: value for key, value in (overrides or {}).items() if value not in (None, "")}
+    if first.sensor == "borehole":
+        extra["declared"].append("borehole sensor")
+        if "borehole" not in fields["station"].lower():
+            fields["station"] = f"{fields['station']} (borehole)".strip()
     return Record(
         record_id=record_id,
         north=north,

@@ -125,7 +125,7 @@ class RecordEntry(BaseModel):
         description="Which way a vertical axis points that does not say so (`Vert`); `none` leaves it out.",
     )
     sensor: Literal["surface", "borehole"] = Field(
-        default="surface", description="Which sensor of a station that has two (KiK-net)."
+        default="surface", description="`surface`, or `borehole`, whose motion is refused unless it is declared."
     )
     trust_data: bool = Field(
         default=False,

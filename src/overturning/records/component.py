@@ -1,5 +1,6 @@
 """What a file reader returns: one sensor axis with all that the file says about it."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
@@ -16,6 +17,18 @@ PEAK_TOLERANCE = 0.005
 """Largest relative difference between a header's peak and the data's, 0.5 %."""
 
 Sensor = Literal["surface", "borehole"]
+
+DEEPEST_VAULT = 3.0
+"""Depth down to which a sensor is taken as one at the surface, m: vaults, piers and posts in the soil."""
+
+
+def sensor_at(depth_m: float | None = None, text: str = "") -> Sensor:
+    """Which sensor it is whose depth below the surface, or whose place in words, a file states; that of the surface if neither."""
+    said = re.search(r"(\d+(?:\.\d+)?)\s*(m|ft|feet)\b\.?\s*(?:deep|depth|below)", text, re.IGNORECASE)
+    if said or (said := re.search(r"depth\D{0,5}(\d+(?:\.\d+)?)\s*(m|ft|feet)\b", text, re.IGNORECASE)):
+        depth_m = float(said[1]) * (1.0 if said[2].lower() == "m" else 0.3048)
+    named = re.search(r"\b(down|bore)[- ]?hole\b", text, re.IGNORECASE)
+    return "borehole" if named or (depth_m is not None and depth_m > DEEPEST_VAULT) else "surface"
 
 
 @dataclass(frozen=True)

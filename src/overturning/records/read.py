@@ -125,14 +125,17 @@ def _named(component: Component, reader: "Format") -> Component:
 
 
 def _one_record(components: Sequence[Component], sensor: Sensor) -> list[Component]:
-    """The components of one sensor, where there are two, or of the only one.
+    """The components of one sensor.
 
     A RecordError where there is no such sensor, or where they are of several records, as those of an archive may be.
     """
-    only = sensor == "surface" and len({c.sensor for c in components}) < 2
-    chosen = [c for c in components if only or c.sensor == sensor]
+    chosen = [c for c in components if c.sensor == sensor]
     if components and not chosen:
-        raise RecordError(f"{components[0].file}: no component of the {sensor} sensor; give its files too")
+        other, first = components[0].sensor, components[0]
+        raise RecordError(
+            f"{first.file}: axis {first.axis} is of the {other} sensor of {first.station or 'its station'}; declare it (sensor {other} in "
+            f"the record table, --sensor {other}, sensor={other!r} in Python), or give the files of the {sensor} sensor"
+        )
     records = group_components(chosen) if len(chosen) > 3 else [chosen]
     if len(records) > 1:
         stations = ", ".join(sorted({group[0].station or group[0].file for group in records})[:10])

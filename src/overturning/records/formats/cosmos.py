@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 
 from overturning.records.axes import UNKNOWN, Direction, channel_axis, parse_axis
-from overturning.records.component import Component, StatedPeak
+from overturning.records.component import Component, StatedPeak, sensor_at
 from overturning.records.formats.lines import Lines
 from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY
@@ -107,6 +107,7 @@ def _channel(source: SourceFile, lines: Lines, at: int) -> tuple[Component, int]
         origin=origin,
         latitude=known.get(0),
         longitude=known.get(1),
+        sensor=sensor_at(text=lines.lines[at + 8]),
         # The reals have six decimals; the samples as many as their own format: counts are whole.
         peak=StatedPeak(abs(known[63]) * scale, (1.0 if unit == COUNTS else 1e-5) * scale, line=reals_at + 12)
         if 63 in known

@@ -16,7 +16,7 @@ import numpy as np
 
 from overturning.errors import RecordError
 from overturning.records.axes import parse_axis
-from overturning.records.component import Component, StatedPeak
+from overturning.records.component import Component, StatedPeak, sensor_at
 from overturning.records.formats.lines import FLOAT, Lines
 from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY
@@ -117,6 +117,7 @@ def _channel(source: SourceFile, block: Lines, volume: int) -> Component:
         origin=None if renadic else origin,
         latitude=latitude,
         longitude=longitude,
+        sensor=sensor_at(text=block.lines[channel_line]),
         peak=_peak(text, volume),
         processed=volume == 2,
         extra=({} if renadic else places) | (_filter(text) if volume == 2 else {}),

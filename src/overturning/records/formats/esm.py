@@ -6,7 +6,7 @@ from typing import Final
 
 from overturning.errors import RecordError
 from overturning.records.axes import channel_axis
-from overturning.records.component import Component
+from overturning.records.component import Component, sensor_at
 from overturning.records.formats.lines import Lines, stated_time
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -82,6 +82,7 @@ def read(source: SourceFile) -> list[Component]:
             latitude=known.pop("latitude", None),
             longitude=known.pop("longitude", None),
             peak=lines.peak(stated, at("PGA_CM/S^2"), "PGA", GAL) if stated else None,
+            sensor=sensor_at(value("SENSOR_DEPTH_M") if text("SENSOR_DEPTH_M") else None),
             processed=not (
                 "NOT REMOVED" in text("BASELINE_CORRECTION").upper()
                 or text("PROCESSING").lower() == "none"

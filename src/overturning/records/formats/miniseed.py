@@ -25,4 +25,4 @@ def read(source: SourceFile, options: ReadOptions) -> list[Component]:
         raise RecordError(
             f"{source.name}: MiniSEED holds counts without gain or orientation; give the station's StationXML with it"
         )
-    return components_of(stream, inventory, source)
+    return components_of(stream, inventory, source, options.unit)

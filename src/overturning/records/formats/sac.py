@@ -8,13 +8,16 @@ import numpy as np
 
 from overturning.errors import RecordError
 from overturning.records.axes import UNKNOWN, Direction
-from overturning.records.component import Component, StatedPeak
+from overturning.records.component import Component, StatedPeak, sensor_at
 from overturning.records.formats.stationxml import components_of, read_inventory, read_stream
 from overturning.records.options import ReadOptions
 from overturning.records.source import SourceFile
 from overturning.units import UNITS
 
 UNDEFINED: Final = -12345.0
+
+NOT_ACCELERATION: Final[dict[float | None, str]] = {6.0: "displacement", 7.0: "velocity"}
+"""Values of SAC's IDEP."""
 
 
 def detect(source: SourceFile) -> bool:
@@ -37,7 +40,7 @@ def read(source: SourceFile, options: ReadOptions) -> list[Component]:
     stream = read_stream(source, "SAC", checksize=True)
     inventory = read_inventory(options.metadata)
     if inventory is not None:
-        return components_of(stream, inventory, source)
+        return components_of(stream, inventory, source, options.unit)
     if options.unit is None:
         raise RecordError(
             f"{source.name}: SAC does not say its unit; declare it (unit in the record table, --unit here: {', '.join(UNITS)}) "
@@ -53,6 +56,10 @@ def _component(trace: Any, source: SourceFile, unit: str, options: ReadOptions) 
         value = header.get(key)
         return None if value is None or value == UNDEFINED else float(value)
 
+    if (kind := known("idep")) in NOT_ACCELERATION:
+        raise RecordError(
+            f"{source.name}: {NOT_ACCELERATION[kind]} by its header (IDEP {kind:g}); only acceleration is read: get that file"
+        )
     peaks = [abs(v) for key in ("depmin", "depmax") if (v := known(key)) is not None and np.isfinite(v)]
     moment, late = trace.stats.starttime, known("o")
     # The origin and the first sample are counted from the same reference time.
@@ -73,6 +80,7 @@ def _component(trace: Any, source: SourceFile, unit: str, options: ReadOptions) 
         latitude=known("stla"),
         longitude=known("stlo"),
         peak=StatedPeak(max(peaks) * scale, 2e-7 * max(peaks) * scale) if peaks else None,
+        sensor=sensor_at(known("stdp")),
         processed=bool(options.processed),
         unit=unit,
         extra={"network": trace.stats.network, "declared": options.declared} | places,

@@ -9,7 +9,7 @@ import numpy as np
 
 from overturning.errors import RecordError
 from overturning.records.axes import UNKNOWN, Direction
-from overturning.records.component import Component
+from overturning.records.component import Component, sensor_at
 from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY
 
@@ -57,12 +57,13 @@ def read_inventory(files: Sequence[SourceFile]) -> Any:
     return inventory
 
 
-def components_of(stream: Any, inventory: Any, source: SourceFile) -> list[Component]:
+def components_of(stream: Any, inventory: Any, source: SourceFile, unit: str | None) -> list[Component]:
     """Counts to m/s² with the inventory's gain (accelerometers) or response (velocity sensors).
 
-    A RecordError says so where a trace has a gap or is not in the inventory.
+    A RecordError says so where a trace has a gap or is not in the inventory, and where its code is that of a velocity sensor
+    but the inventory says acceleration, unless a ``unit`` is declared.
     """
-    return [_component(trace, inventory, source) for trace in _without_gaps(stream, source)]
+    return [_component(trace, inventory, source, unit) for trace in _without_gaps(stream, source)]
 
 
 def _without_gaps(stream: Any, source: SourceFile) -> Any:
@@ -85,7 +86,7 @@ def _without_gaps(stream: Any, source: SourceFile) -> Any:
     return stream
 
 
-def _component(trace: Any, inventory: Any, source: SourceFile) -> Component:
+def _component(trace: Any, inventory: Any, source: SourceFile, declared: str | None) -> Component:
     name = source.name
     moment = trace.stats.starttime
     try:
@@ -102,6 +103,11 @@ def _component(trace: Any, inventory: Any, source: SourceFile) -> Component:
         raise RecordError(f"{name}: channel {trace.id} has a gain of {gain}; correct the StationXML")
     counts = np.asarray(trace.data, dtype=np.float64)
     if unit in _ACCELERATION:
+        if trace.stats.channel[1:2] == "H" and declared is None:
+            raise RecordError(
+                f"{name}: channel {trace.id} is of a velocity sensor by its code (H), but in {unit} in the StationXML; correct it, or "
+                "declare the unit (unit m/s2 in the record table, --unit m/s2) if it is an acceleration"
+            )
         samples, removed = counts / gain * _ACCELERATION[unit], "gain"
     elif unit not in _VELOCITY:
         raise RecordError(
@@ -119,6 +125,7 @@ def _component(trace: Any, inventory: Any, source: SourceFile) -> Component:
         station=trace.stats.station,
         latitude=place["latitude"],
         longitude=place["longitude"],
+        sensor=sensor_at(place["local_depth"]),
         extra={"removed": removed, "network": trace.stats.network},
     )
 

@@ -14,8 +14,8 @@ from seed_writers import write_inventory, write_mseed, write_sac
 from overturning.dem.scene import load_scene
 from overturning.dem.solid.mesh import read_mesh
 from overturning.records.catalogue import read_catalogue
-from overturning.records.options import ReadOptions
 from overturning.records.read import read_path
+from overturning.records.source import ReadOptions
 from overturning.study.check import check_files, check_size
 from overturning.study.load import load_study
 from overturning.surveys.stones import read_survey

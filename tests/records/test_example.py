@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from overturning.errors import MissingDataError
-from overturning.records.catalogue import RecordEntry, read_catalogue
-from overturning.records.locate import find_paths
+from overturning.records.catalogue import RecordEntry, find_paths, read_catalogue
 from overturning.records.processing import process
 from overturning.records.read import read_record
 from overturning.records.steps import Highpass

@@ -16,8 +16,8 @@ from record_writers import (
 )
 
 from overturning.errors import RecordError
-from overturning.records.axes import channel_axis, parse_axis
 from overturning.records.catalogue import RecordEntry
+from overturning.records.component import channel_axis, parse_axis
 from overturning.records.read import read_path, read_record
 
 G = 9.80665

@@ -15,10 +15,9 @@ from seed_writers import write_inventory, write_mseed, write_sac
 
 from overturning.errors import OverturningError, RecordError
 from overturning.records.assembly import assemble
-from overturning.records.options import ReadOptions
 from overturning.records.read import read_files, read_path
 from overturning.records.record import Record
-from overturning.records.source import SourceFile
+from overturning.records.source import ReadOptions, SourceFile
 from tests.bounds import bounded
 
 OPTIONS = ReadOptions(unit="gal")

@@ -11,8 +11,7 @@ from seed_writers import write_inventory, write_mseed, write_sac
 from overturning.motion.motion import Motion
 from overturning.records.assembly import assemble
 from overturning.records.formats import cosmos, csmip, csv_columns, esm, geonet, knet, miniseed, peer, sac, smc
-from overturning.records.options import ReadOptions
-from overturning.records.source import SourceFile
+from overturning.records.source import ReadOptions, SourceFile
 
 G = 9.80665
 quick = settings(max_examples=30, deadline=None, suppress_health_check=list(HealthCheck))

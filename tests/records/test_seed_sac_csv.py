@@ -9,10 +9,9 @@ from overturning.errors import RecordError
 from overturning.records.catalogue import RecordEntry
 from overturning.records.check import check_paths, describe
 from overturning.records.formats import sac
-from overturning.records.options import ReadOptions
 from overturning.records.read import read_path, read_record
 from overturning.records.ready import read
-from overturning.records.source import SourceFile
+from overturning.records.source import ReadOptions, SourceFile
 from overturning.records.summary import state_of
 from tests.expect import refused
 

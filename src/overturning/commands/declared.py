@@ -43,7 +43,7 @@ def declared(
     from overturning.errors import ArgumentError
     from overturning.records import assembly, component
     from overturning.records.detect import FORMATS
-    from overturning.records.options import ReadOptions
+    from overturning.records.source import ReadOptions
     from overturning.units import UNITS
 
     for option, value, known in (

@@ -14,8 +14,7 @@ from overturning.errors import RecordError
 from overturning.motion.direction import direction_cosines
 from overturning.motion.integration import peaks
 from overturning.motion.plausible import implausible
-from overturning.records.axes import is_vertical_of_unknown_sense
-from overturning.records.component import Component, check_peak
+from overturning.records.component import Component, check_peak, is_vertical_of_unknown_sense
 from overturning.records.record import Record
 
 MAXIMUM_SPREAD = 0.5

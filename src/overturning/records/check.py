@@ -9,11 +9,10 @@ from overturning.motion.integration import peaks
 from overturning.records.assembly import VerticalSense, assemble
 from overturning.records.component import Component, Sensor, largest
 from overturning.records.grouping import group_components
-from overturning.records.options import ReadOptions
 from overturning.records.processing import process
 from overturning.records.read import read_files
 from overturning.records.record import Record
-from overturning.records.source import SourceFile, read_source
+from overturning.records.source import ReadOptions, SourceFile, read_source
 from overturning.records.summary import state_of, summary
 
 

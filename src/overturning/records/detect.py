@@ -22,8 +22,7 @@ from overturning.records.formats import (
     smc,
     unam,
 )
-from overturning.records.options import ReadOptions
-from overturning.records.source import SourceFile
+from overturning.records.source import ReadOptions, SourceFile
 
 Reader = Callable[[SourceFile, ReadOptions], list[Component]]
 

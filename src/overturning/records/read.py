@@ -9,13 +9,11 @@ import numpy as np
 
 from overturning.errors import ConfigError, RecordError
 from overturning.records.assembly import VerticalSense, assemble
-from overturning.records.catalogue import RecordEntry
+from overturning.records.catalogue import RecordEntry, find_files
 from overturning.records.component import Component, Sensor
 from overturning.records.grouping import group_components, sisters
-from overturning.records.locate import find_files
-from overturning.records.options import ReadOptions
 from overturning.records.record import Record
-from overturning.records.source import SourceFile, is_archive, open_archive, read_source
+from overturning.records.source import ReadOptions, SourceFile, is_archive, open_archive, read_source
 
 if TYPE_CHECKING:
     from overturning.records.detect import Format

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from overturning.errors import ArgumentError
-from overturning.records.options import ReadOptions
 from overturning.records.processing import process
 from overturning.records.read import read_path
 from overturning.records.record import Record
+from overturning.records.source import ReadOptions
 from overturning.records.steps import Step
 from overturning.records.store import rounded
 

@@ -1,4 +1,4 @@
-"""Bytes of record files, with bounds: from a file, or from an archive without unpacking it onto the disk."""
+"""What a reader gets: bytes of files, with bounds, or of an archive without unpacking it; what the files do not say themselves."""
 
 import hashlib
 import io
@@ -6,13 +6,14 @@ import struct
 import tarfile
 import zipfile
 import zlib
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path, PurePosixPath
-from typing import Final
+from typing import Final, Literal, get_args
 
 from overturning.errors import MissingDataError, RecordError
+from overturning.units import UNITS
 
 MAXIMUM_BYTES: Final = 200_000_000
 """Largest file, and largest sum of an archive's members, that is read; a day at 200 Hz in text is half of it."""
@@ -161,3 +162,31 @@ def _tar_members(source: SourceFile, budget: list[int]) -> Iterator[SourceFile]:
             stream = archive.extractfile(info)
             if stream is not None:
                 yield _spend(source.name, budget, stream, name)
+
+
+Unit = Literal["m/s2", "cm/s2", "gal", "mm/s2", "nm/s2", "g", "mg"]
+
+assert set(UNITS) == set(get_args(Unit))
+
+
+@dataclass(frozen=True)
+class ReadOptions:
+    """Declarations of the record table or the command line."""
+
+    unit: str | None = None  # of the samples, a key of ``UNITS``, where the format leaves it open (SAC)
+    columns: str = ""  # of a CSV file: ``time:s north:gal east:gal up:gal``
+    sampling_interval_s: float | None = None  # of a CSV file without a time column
+    processed: bool | None = None  # whether the samples have been corrected already, where the format leaves it open
+    metadata: Sequence[SourceFile] = ()  # StationXML files that go with MiniSEED or SAC files
+
+    @property
+    def declared(self) -> list[str]:
+        """What was declared of the samples, in words."""
+        words = [f"columns {self.columns}"] if self.columns else [f"unit {self.unit}"] if self.unit else []
+        state = {True: ["processed"], False: ["raw"], None: []}[self.processed]
+        return [*words, *state]
+
+    def with_metadata_of(self, files: Iterable[SourceFile]) -> "ReadOptions":
+        """The same, with the StationXML among files added to the metadata."""
+        found = [file for file in files if b"FDSNStationXML" in file.data[:2000]]
+        return replace(self, metadata=(*self.metadata, *found))

@@ -9,8 +9,7 @@ from typing import Final
 import numpy as np
 
 from overturning.errors import ConfigError, MissingDataError, OverturningError
-from overturning.records.catalogue import RecordEntry
-from overturning.records.locate import find_paths
+from overturning.records.catalogue import RecordEntry, find_paths
 from overturning.study.config import Study
 from overturning.study.ensemble import BATCH, MOST_MEMBERS
 from overturning.study.load import entries_of

@@ -8,8 +8,7 @@ whether V is up is said nowhere. The header states no peak, and no time of the f
 import re
 from typing import Final
 
-from overturning.records.axes import UNKNOWN, Direction
-from overturning.records.component import Component
+from overturning.records.component import UNKNOWN, Component, Direction
 from overturning.records.formats.lines import FLOAT, Lines
 from overturning.records.source import SourceFile
 from overturning.units import STANDARD_GRAVITY

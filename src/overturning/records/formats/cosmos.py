@@ -14,8 +14,7 @@ from typing import Final
 
 import numpy as np
 
-from overturning.records.axes import UNKNOWN, Direction, channel_axis, parse_axis
-from overturning.records.component import Component, StatedPeak, sensor_at
+from overturning.records.component import UNKNOWN, Component, Direction, StatedPeak, channel_axis, parse_axis, sensor_at
 from overturning.records.formats.lines import Lines
 from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY

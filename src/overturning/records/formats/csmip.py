@@ -15,8 +15,7 @@ from typing import Final
 import numpy as np
 
 from overturning.errors import RecordError
-from overturning.records.axes import parse_axis
-from overturning.records.component import Component, StatedPeak, sensor_at
+from overturning.records.component import Component, StatedPeak, parse_axis, sensor_at
 from overturning.records.formats.lines import FLOAT, Lines
 from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY

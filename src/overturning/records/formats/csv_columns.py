@@ -6,11 +6,9 @@ from typing import Final
 import numpy as np
 
 from overturning.errors import RecordError
-from overturning.records.axes import UNKNOWN, parse_axis
-from overturning.records.component import Component
+from overturning.records.component import UNKNOWN, Component, parse_axis
 from overturning.records.formats.lines import Lines
-from overturning.records.options import ReadOptions
-from overturning.records.source import SourceFile
+from overturning.records.source import ReadOptions, SourceFile
 from overturning.units import UNITS
 
 SECONDS: Final = {"s": 1.0, "ms": 1e-3}

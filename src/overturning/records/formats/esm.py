@@ -5,8 +5,7 @@ from datetime import UTC, datetime
 from typing import Final
 
 from overturning.errors import RecordError
-from overturning.records.axes import channel_axis
-from overturning.records.component import Component, sensor_at
+from overturning.records.component import Component, channel_axis, sensor_at
 from overturning.records.formats.lines import Lines, stated_time
 from overturning.records.source import SourceFile
 from overturning.units import GAL

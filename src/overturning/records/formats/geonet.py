@@ -12,8 +12,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from overturning.records.axes import agree, parse_axis
-from overturning.records.component import Component, StatedPeak
+from overturning.records.component import Component, StatedPeak, agree, parse_axis
 from overturning.records.formats.lines import FLOAT, Lines, stated_time
 from overturning.records.source import SourceFile
 

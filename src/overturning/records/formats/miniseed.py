@@ -3,8 +3,7 @@
 from overturning.errors import RecordError
 from overturning.records.component import Component
 from overturning.records.formats.stationxml import components_of, read_inventory, read_stream
-from overturning.records.options import ReadOptions
-from overturning.records.source import SourceFile
+from overturning.records.source import ReadOptions, SourceFile
 
 
 def detect(source: SourceFile) -> bool:

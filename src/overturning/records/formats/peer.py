@@ -8,8 +8,7 @@ import re
 from typing import Final
 
 from overturning.errors import RecordError
-from overturning.records.axes import parse_axis
-from overturning.records.component import Component
+from overturning.records.component import Component, parse_axis
 from overturning.records.formats.lines import FLOAT, Lines
 from overturning.records.source import SourceFile
 from overturning.units import STANDARD_GRAVITY

@@ -7,11 +7,9 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.errors import RecordError
-from overturning.records.axes import UNKNOWN, Direction
-from overturning.records.component import Component, StatedPeak, sensor_at
+from overturning.records.component import UNKNOWN, Component, Direction, StatedPeak, sensor_at
 from overturning.records.formats.stationxml import components_of, read_inventory, read_stream
-from overturning.records.options import ReadOptions
-from overturning.records.source import SourceFile
+from overturning.records.source import ReadOptions, SourceFile
 from overturning.units import UNITS
 
 UNDEFINED: Final = -12345.0

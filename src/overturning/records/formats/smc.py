@@ -11,8 +11,7 @@ from typing import Final
 import numpy as np
 
 from overturning.errors import RecordError
-from overturning.records.axes import Direction, agree, parse_axis
-from overturning.records.component import Component, StatedPeak
+from overturning.records.component import Component, Direction, StatedPeak, agree, parse_axis
 from overturning.records.formats.lines import Lines
 from overturning.records.source import SourceFile
 from overturning.units import GAL

@@ -8,8 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.errors import RecordError
-from overturning.records.axes import UNKNOWN, Direction
-from overturning.records.component import Component, sensor_at
+from overturning.records.component import UNKNOWN, Component, Direction, sensor_at
 from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY
 
@@ -26,11 +25,6 @@ _ACCELERATION: Final = {
 """Names of units of acceleration, in m/s²."""
 
 _VELOCITY: Final = {"M/S", "M/SEC"}
-
-
-def detect(source: SourceFile) -> bool:
-    """Whether a file is StationXML."""
-    return b"FDSNStationXML" in source.data[:2000]
 
 
 def read_stream(source: SourceFile, form: str, **options: Any) -> Any:

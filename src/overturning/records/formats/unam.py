@@ -11,8 +11,7 @@ from datetime import datetime, timedelta
 from typing import Final
 
 from overturning.errors import RecordError
-from overturning.records.axes import UNKNOWN, Direction, parse_axis
-from overturning.records.component import Component, StatedPeak
+from overturning.records.component import UNKNOWN, Component, Direction, StatedPeak, parse_axis
 from overturning.records.formats.lines import FLOAT, Header, Lines, resolution
 from overturning.records.source import SourceFile
 from overturning.units import GAL

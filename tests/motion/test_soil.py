@@ -82,8 +82,8 @@ def test_refuses_what_is_no_profile(noise: np.ndarray) -> None:
 def test_as_the_site_of_a_study() -> None:
     from overturning.records.processing import process
     from overturning.records.pulses import parse_pulse, pulse_record
+    from overturning.records.record import summary
     from overturning.records.steps import Layer, Rock, Site
-    from overturning.records.summary import summary
 
     record = pulse_record(parse_pulse("sine amplitude_gal=300 period_s=0.4 azimuth_deg=0"))
     soft = Layer(thickness_m=20, velocity_m_s=200, curve="Vucetic & Dobry (91), PI=15")
@@ -101,8 +101,8 @@ def test_as_the_site_of_a_study() -> None:
 def test_a_variant_has_motions_of_its_own(tmp_path: Path) -> None:
     from overturning.commands.workflow import surface
     from overturning.records.pulses import parse_pulse, pulse_record
+    from overturning.records.record import account
     from overturning.records.store import read_motion, rounded, write_motion
-    from overturning.records.summary import account
 
     record = rounded(pulse_record(parse_pulse("sine amplitude_gal=300 period_s=0.4 azimuth_deg=0")))
     site = {"layers": [{"thickness_m": 20, "velocity_m_s": 200}], "rock": {"velocity_m_s": 1000}}

@@ -9,9 +9,9 @@ from overturning.errors import MissingDataError
 from overturning.records.catalogue import RecordEntry, find_paths, read_catalogue
 from overturning.records.processing import process
 from overturning.records.read import read_record
+from overturning.records.record import account
 from overturning.records.steps import Highpass
 from overturning.records.store import read_motion, read_unprocessed, write_motion
-from overturning.records.summary import account
 from tests.expect import refused
 
 TABLE = Path(__file__).parents[2] / "config" / "records.tsv"

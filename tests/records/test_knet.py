@@ -18,8 +18,8 @@ from overturning.records.component import check_peak
 from overturning.records.formats import knet
 from overturning.records.processing import process
 from overturning.records.read import read_path, read_record
+from overturning.records.record import account
 from overturning.records.source import SourceFile, read_source
-from overturning.records.summary import account
 from tests.expect import lacking, refused
 
 GAIN = 2000 / 8388608 * 0.01

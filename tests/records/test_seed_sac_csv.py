@@ -11,8 +11,8 @@ from overturning.records.check import check_paths, describe
 from overturning.records.formats import sac
 from overturning.records.read import read_path, read_record
 from overturning.records.ready import read
+from overturning.records.record import state_of
 from overturning.records.source import ReadOptions, SourceFile
-from overturning.records.summary import state_of
 from tests.expect import refused
 
 random = np.random.default_rng(11)

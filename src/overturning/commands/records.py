@@ -78,7 +78,7 @@ def plot(
     from overturning.records.check import check_paths, describe
     from overturning.records.processing import default_steps, process
     from overturning.records.read import read_path
-    from overturning.records.summary import summary
+    from overturning.records.record import summary
 
     given = declared.declared(azimuths, columns, form, interval, processed, sensor, trust_data, unit, vertical_sense)
     try:

@@ -12,8 +12,7 @@ from overturning.motion.fourier import band_amplitude
 from overturning.motion.integration import integrate
 from overturning.motion.noise import NoiseRatio, noise_ratio
 from overturning.records.corner import RATIO
-from overturning.records.record import Record
-from overturning.records.summary import state_of, summary
+from overturning.records.record import Record, state_of, summary
 from overturning.units import CM, GAL
 
 if TYPE_CHECKING:

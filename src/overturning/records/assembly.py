@@ -12,10 +12,9 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
 from overturning.motion.direction import direction_cosines
-from overturning.motion.integration import peaks
 from overturning.motion.plausible import implausible
 from overturning.records.component import Component, check_peak, is_vertical_of_unknown_sense
-from overturning.records.record import Record
+from overturning.records.record import Record, peaks_of
 
 MAXIMUM_SPREAD = 0.5
 """Largest difference in start or in length between components of one record, s."""
@@ -226,13 +225,6 @@ def _cut_to_common(
             "effect": effect,
         },
     )
-
-
-def peaks_of(horizontal: FloatArray, interval: float) -> dict[str, float]:
-    """Largest PGA (m/s²), PGV (m/s) and PGD (m) of north and east, as they are written down."""
-    # Nine digits are plenty for a report and the same on every processor.
-    found = peaks(horizontal, interval)
-    return {name: float(f"{peak:.9g}") for name, peak in zip(("pga", "pgv", "pgd"), found, strict=True)}
 
 
 def _axes(

@@ -8,12 +8,10 @@ from overturning.errors import OverturningError
 from overturning.motion.integration import peaks
 from overturning.records.assembly import VerticalSense, assemble
 from overturning.records.component import Component, Sensor, largest
-from overturning.records.grouping import group_components
 from overturning.records.processing import process
-from overturning.records.read import read_files
-from overturning.records.record import Record
+from overturning.records.read import group_components, read_files
+from overturning.records.record import Record, state_of, summary
 from overturning.records.source import ReadOptions, SourceFile, read_source
-from overturning.records.summary import state_of, summary
 
 
 @dataclass(frozen=True)

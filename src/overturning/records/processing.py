@@ -14,9 +14,9 @@ from overturning.arrays import FloatArray
 from overturning.errors import RecordError
 from overturning.motion.integration import integrate
 from overturning.motion.plausible import implausible
-from overturning.records.assembly import iso, peaks_of
+from overturning.records.assembly import iso
 from overturning.records.corner import DEFAULT_HZ, choose_corner
-from overturning.records.record import Record
+from overturning.records.record import Record, peaks_of
 from overturning.records.steps import (
     Baseline,
     Cut,

@@ -16,8 +16,7 @@ from overturning.errors import ResultError
 from overturning.files import atomic_write, without_folders
 from overturning.records.catalogue import METADATA
 from overturning.records.earthquakes import earthquakes_of
-from overturning.records.record import Record
-from overturning.records.summary import account
+from overturning.records.record import Record, account
 from overturning.study.config import Study
 from overturning.study.grid import grid_of
 from overturning.study.netcdf import add_coordinate, add_grid, add_variable, content_hash

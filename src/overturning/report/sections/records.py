@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from overturning.records.summary import summary
+from overturning.records.record import summary
 from overturning.report.blocks import Block, Figure, Note, Row, Section, Table
 from overturning.report.results import Results
 from overturning.report.sections.maps import polar_map, records_first

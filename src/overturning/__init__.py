@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from overturning.dem.solid.trajectory import trajectory_in_space
     from overturning.dem.trajectory import trajectory
     from overturning.motion.motion import Motion
-    from overturning.records.ready import read
+    from overturning.records.read import read
     from overturning.records.record import Record
     from overturning.study.cube import open_cube
     from overturning.study.small import run_study
@@ -57,7 +57,7 @@ _MODULES = {
     "Scene": "overturning.dem.scene",
     "load_scene": "overturning.dem.scene",
     "open_cube": "overturning.study.cube",
-    "read": "overturning.records.ready",
+    "read": "overturning.records.read",
     "run_cases": "overturning.dem.run",
     "run_study": "overturning.study.small",
     "simulate": "overturning.dem.simulate",

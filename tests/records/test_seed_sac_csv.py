@@ -9,8 +9,7 @@ from overturning.errors import RecordError
 from overturning.records.catalogue import RecordEntry
 from overturning.records.check import check_paths, describe
 from overturning.records.formats import sac
-from overturning.records.read import read_path, read_record
-from overturning.records.ready import read
+from overturning.records.read import read, read_path, read_record
 from overturning.records.record import state_of
 from overturning.records.source import ReadOptions, SourceFile
 from tests.expect import refused

@@ -1,19 +1,22 @@
-"""Read records: from the record table, or from files as they are."""
+"""Read records: from the record table, from files as they are, or from files ready to be used."""
 
+import inspect
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
-from datetime import datetime
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from overturning.errors import ConfigError, RecordError
+from overturning.errors import ArgumentError, ConfigError, RecordError
 from overturning.records.assembly import MAXIMUM_SPREAD, VerticalSense, assemble
 from overturning.records.catalogue import RecordEntry, find_files
 from overturning.records.component import Component, Sensor
+from overturning.records.processing import process
 from overturning.records.record import Record
 from overturning.records.source import ReadOptions, SourceFile, is_archive, open_archive, read_source
+from overturning.records.steps import Step
+from overturning.records.store import rounded
 
 if TYPE_CHECKING:
     from overturning.records.detect import Format
@@ -151,7 +154,7 @@ def _with_sisters(path: Path, form: str | None, options: ReadOptions | None) -> 
     components = read_files([first], form, options)
     if len(components) > 1:
         return components
-    for other in sisters(path)[1:]:
+    for other in _sisters(path):
         try:
             components += read_files([read_source(other)], form, options)
         except RecordError:
@@ -234,29 +237,25 @@ def _together(group: Sequence[Component], component: Component) -> bool:
         getattr(first, name) == getattr(component, name)
         for name in ("format", "station", "event", "latitude", "longitude", "sensor", "processed")
     )
-    return same and _near(first.start, component.start) and all(c.axis != component.axis for c in group)
+    if first.start is None or component.start is None:
+        near = first.start is component.start
+    else:
+        near = abs((first.start - component.start).total_seconds()) <= MAXIMUM_SPREAD
+    return same and near and all(c.axis != component.axis for c in group)
 
 
-def _near(first: datetime | None, second: datetime | None) -> bool:
-    if first is None or second is None:
-        return first is second
-    return abs((first - second).total_seconds()) <= MAXIMUM_SPREAD
-
-
-def sisters(path: Path) -> list[Path]:
-    """Files that may hold the other components of a one-component file, by name, the file itself first.
+def _sisters(path: Path) -> list[Path]:
+    """Files that may hold the other components of a one-component file, by name.
 
     They lie in the same folder, and have the same stem with another extension, or a name of the same length that differs in
     one stretch of at most three characters (``0111a.smc``, ``RSN1063_NORTHR_RRS228.AT2``).
     """
-    files = [path]
-    for other in sorted(path.parent.iterdir()):
-        if other == path or not other.is_file():
-            continue
-        same_stem = other.stem == path.stem and len(other.suffix) <= 5
-        if same_stem or _differs_in_one_stretch(path.name, other.name):
-            files.append(other)
-    return files
+    others = [other for other in sorted(path.parent.iterdir()) if other != path and other.is_file()]
+    return [
+        other
+        for other in others
+        if (other.stem == path.stem and len(other.suffix) <= 5) or _differs_in_one_stretch(path.name, other.name)
+    ]
 
 
 def _differs_in_one_stretch(first: str, second: str) -> bool:
@@ -264,3 +263,38 @@ def _differs_in_one_stretch(first: str, second: str) -> bool:
         return False
     differing = [i for i, (a, b) in enumerate(zip(first, second, strict=True)) if a != b]
     return bool(differing) and differing[-1] - differing[0] < 3
+
+
+def read(
+    paths: Path | str | Sequence[Path | str], *, processing: Sequence[Step] | None = None, **declarations: Any
+) -> Record:
+    """Read a record from a file, an archive, or several files that belong together, processed as a study does it.
+
+    Parameters
+    ----------
+    paths : path or sequence of paths
+        One file (others of the same record beside it are found), or the files of one sensor; the format goes by content.
+    processing : sequence of steps, optional
+        By kind of file where not given: what its agency has processed is left alone.
+    **declarations
+        What the files do not state: ``unit`` ("gal", "g", …), ``columns`` ("time:s north:gal east:gal up:gal"),
+        ``sampling_interval_s``, ``processed`` (columns do not say it), ``azimuths_deg`` of the two horizontal axes,
+        ``sensor`` ("surface", "borehole"), ``trust_data``; and ``record_id``.
+
+    Returns
+    -------
+    Record
+        Accelerations towards north, east and up, m/s²; `Motion.from_record` makes it a motion.
+
+    Raises
+    ------
+    MissingDataError, RecordError
+        If a file is missing, of no known format, damaged, or contradicts itself.
+    """
+    of_reader = {field.name for field in fields(ReadOptions)} - {"metadata"}
+    known = of_reader | set(inspect.signature(read_path).parameters) - {"path", "options"}
+    if unknown := sorted(declarations.keys() - known):
+        raise ArgumentError(f"{unknown[0]}: no declaration of a record; known are {', '.join(sorted(known))}")
+    options = ReadOptions(**{name: declarations.pop(name) for name in sorted(of_reader & declarations.keys())})
+    record = read_path(paths, options=options, **declarations)
+    return rounded(process(record, None if processing is None else tuple(processing)))

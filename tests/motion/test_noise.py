@@ -6,8 +6,7 @@ from scipy.signal.windows import tukey
 
 from overturning.motion.fourier import band_amplitude
 from overturning.motion.noise import noise_ratio, onset
-from overturning.records.corner import BOUNDS_HZ, DEFAULT_HZ, choose_corner
-from overturning.records.processing import default_steps, process
+from overturning.records.processing import BOUNDS_HZ, DEFAULT_HZ, choose_corner, default_steps, process
 from overturning.records.record import Record
 
 DT = 0.01

@@ -11,7 +11,7 @@ from overturning.figures.style import DASHED, FALLS, INK, MISSING, SERIES, label
 from overturning.motion.fourier import band_amplitude
 from overturning.motion.integration import integrate
 from overturning.motion.noise import NoiseRatio, noise_ratio
-from overturning.records.corner import RATIO
+from overturning.records.processing import SIGNAL_TO_NOISE
 from overturning.records.record import Record, state_of, summary
 from overturning.units import CM, GAL
 
@@ -178,7 +178,7 @@ def _draw_ratio(panel: "Axes", noise: NoiseRatio | None, names: list[str]) -> No
         return
     for row, (name, colour) in enumerate(zip(names, SERIES, strict=False)):
         panel.plot(noise.frequency, noise.ratio[row], color=colour, linewidth=1.0, label=name)
-    panel.axhline(RATIO, color=FALLS, linewidth=0.8, linestyle=DASHED)
+    panel.axhline(SIGNAL_TO_NOISE, color=FALLS, linewidth=0.8, linestyle=DASHED)
     _logarithmic(panel)
     panel.legend(fontsize=7, loc="best")
 

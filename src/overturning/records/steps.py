@@ -50,7 +50,7 @@ class Highpass(Filter):
 
     Zeros are put before and behind the record, 1.5 n/f_c seconds each, and stay: the filter acts there too, and without them
     the velocity would drift. The record's start moves accordingly. With the corner ``auto`` it is where the signal rises
-    above the noise before the onset (`overturning.records.corner`).
+    above the noise before the onset (`overturning.records.processing`).
     """
 
     step: Literal["highpass"] = "highpass"

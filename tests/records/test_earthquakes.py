@@ -72,8 +72,9 @@ def test_one_name_with_two_origins_is_two_earthquakes() -> None:
     )
     assert found.labels[0] != found.labels[1]
     assert found.labels[2] == found.labels[0] == "Kumamoto 2016 (2016-04-14 12:26)"
-    assert len(found.doubtful) == 1
+    assert len(found.doubtful) == 2
     assert "record open may be of" in found.doubtful[0]
+    assert "names 2 earthquakes by their origins (2016-04-14 12:26 fore, 2016-04-15 16:25 main)" in found.doubtful[1]
 
 
 def test_one_time_far_apart_is_two_earthquakes() -> None:
@@ -146,6 +147,9 @@ def test_starts_tell_what_names_do_not() -> None:
     assert "start together" in earthquakes_of([one, other]).doubtful[0]
     late = replace(one, record_id="c", start="2016-11-14T00:34:00Z")
     assert "records a and c start 13.5 h apart" in earthquakes_of([one, late]).doubtful[0]
+    known = replace(one, extra={"origin_time": "2016-11-13T11:02:56Z"})
+    assert "records a and c start 13.5 h apart" in earthquakes_of([known, late]).doubtful[0]
+    assert earthquakes_of([known, replace(one, record_id="b")]).said == ()
 
 
 def test_the_shipped_records_keep_their_earthquakes() -> None:

@@ -5,6 +5,7 @@ Every interval resamples earthquakes, so one earthquake under two names would co
 
 import difflib
 import re
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
@@ -162,7 +163,8 @@ def earthquakes_of(records: Iterable[Record | RecordEntry]) -> Earthquakes:
     -------
     Earthquakes
         Labels in the order of the records, names that were merged, and doubts: names that resemble each other on no other
-        date, records of two names that start together, and records of one name that start more than an hour apart.
+        date, records of two names that start together, one name with several origins, and records of one name that start
+        more than an hour apart.
     """
     known = [_known(record) for record in records]
     found: list[_Earthquake] = []
@@ -178,16 +180,19 @@ def earthquakes_of(records: Iterable[Record | RecordEntry]) -> Earthquakes:
             unclear.append(f"record {known[index].record_id} may be of {names} and counts as the first; give event_id")
         homes[0].add(index, known[index])
     found.sort(key=lambda one: min(one.members))
-    return Earthquakes(_labels(found), tuple(_merged(found)), (*unclear, *_within(found), *_between(found)))
+    return Earthquakes(
+        _labels(found), tuple(_merged(found)), (*unclear, *_split(found), *_within(found), *_between(found))
+    )
 
 
 def _labels(found: list[_Earthquake]) -> tuple[str, ...]:
     """The earthquake's name for each record, with id or origin where two earthquakes share the name."""
-    names = [one.name for one in found]
+    names = Counter(one.name for one in found)
     labels: dict[int, str] = {}
     taken: set[str] = set()
-    for one, name in zip(found, names, strict=True):
-        label = f"{name} ({one.more})" if names.count(name) > 1 and one.more and one.more != name else name
+    for one in found:
+        name, more = one.name, one.more
+        label = f"{name} ({more})" if names[name] > 1 and more and more != name else name
         while label in taken:
             label += "'"
         taken.add(label)
@@ -208,12 +213,28 @@ def _within(found: list[_Earthquake]) -> Iterable[str]:
     for one in found:
         loose = [each for each in one.members.values() if not (each.event_id or each.origin or each.synthetic)]
         started = sorted((each.start, each.record_id) for each in loose if each.start)
+        if started:
+            started = sorted([*started, *((each.origin, each.record_id) for each in one.told.values() if each.origin)])
         if len(loose) > 1 and not one.name:
             yield f"{len(loose)} records ({_some(loose)}) name no earthquake and count as one; give event or event_id"
         elif started and started[-1][0] - started[0][0] > LONGEST:
             hours = (started[-1][0] - started[0][0]).total_seconds() / 3600
             ids = f"{started[0][1]} and {started[-1][1]}"
             yield f"{one.name!r}: records {ids} start {hours:.3g} h apart and count as one earthquake; give event_id"
+
+
+def _split(found: list[_Earthquake]) -> Iterable[str]:
+    """Doubts about earthquakes that count as several, although they have one name, because of their origins."""
+    of_name: dict[str, list[_Earthquake]] = {}
+    for one in found:
+        if one.name and not any(each.event_id for each in one.told.values()):
+            of_name.setdefault(one.name.casefold(), []).append(one)
+    for several in of_name.values():
+        if len(several) > 1:
+            origins = ", ".join(f"{one.more} {one.first.record_id}" for one in several)
+            yield (
+                f"{several[0].name!r} names {len(several)} earthquakes by their origins ({origins}); give event_id if it is one"
+            )
 
 
 def _some(records: list[_Known]) -> str:

@@ -15,6 +15,7 @@ LAYERS = [
     "tables",
     "motion",
     "records",
+    "model",
     "dem",
     "reference",
     "study",

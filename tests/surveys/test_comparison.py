@@ -170,6 +170,16 @@ def test_cells_without_an_outcome_do_not_count_as_standing(make_cube, sector) ->
     assert SitePrediction(site, background=0).sides(Stone(**FACING)).sum() == pytest.approx(1)
 
 
+def test_an_azimuth_without_any_outcome_is_not_one_towards_which_nothing_falls(make_cube) -> None:
+    """All planes fall but one, of which nothing is known: stones fall any way."""
+    cube = make_cube(lambda azimuth, *_: np.where(azimuth % 180 == 90, np.nan, 1.0), azimuth=range(0, 180, 10))
+    prediction = SitePrediction(cube, background=0)
+    # Towards its azimuth a plane falls always, away from it never; of plane 90 either is as likely.
+    towards = np.where(prediction.azimuth < 180, 1.0, 0.0)
+    towards[prediction.azimuth % 180 == 90] = towards[prediction.azimuth % 180 != 90].mean()
+    assert prediction.density() == pytest.approx(towards / towards.sum())
+
+
 def test_confusion_matrix(make_cube, sector) -> None:
     site = make_cube(sector(60, 30, largest=0.3), azimuth=range(0, 360, 2))
     stones = [

@@ -113,6 +113,19 @@ def test_a_stone_that_rocks_takes_no_friction_at_which_its_cell_slides() -> None
     assert not stone_outcomes(site, stout).fell.any()
 
 
+def test_a_stone_of_which_one_plane_is_unknown_is_unknown() -> None:
+    """Plane 0 falls, stands or is unknown, plane 90 is unknown: a fall over its edge may have come first."""
+    grid = {"azimuth": [0, 90], "height": [0.6], "b_over_h": [0.4], "friction": [0.7]}
+    stones = Stones(*(np.array([value]) for value in (0.6, 0.4, 0.7, 0.0)), np.full((3, 1), 0.5))
+    for flag in (1, 0, np.nan):
+        values = np.reshape([flag, np.nan], (2, 1, 1, 1))
+        site = xr.Dataset(
+            {name: (tuple(grid), values) for name in ("overturned", "overturning_time", "residual_slip")}, grid
+        )
+        found = stone_outcomes(site, stones)
+        assert (found.known.item(), found.fell.item()) == (False, False)
+
+
 def test_rotated_in_space_by_hand() -> None:
     """Of four square stones one falls, one is shifted, one rotated, one both; a turn of the face by 90° changes nothing."""
     values = {"overturned": [1, 0, 0, 0], "fall_azimuth": [40, np.nan, np.nan, np.nan], "residual_twist": [np.nan, 2, -30, 30],

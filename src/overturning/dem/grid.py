@@ -11,23 +11,9 @@ from overturning.dem.cases import Cases, check_count
 from overturning.dem.results import Results
 from overturning.dem.variables import VARIABLES, Variable
 from overturning.errors import ArgumentError
+from overturning.model.symmetry import Sources, representative_planes
 
 DIMENSIONS: Final = ("azimuth", "height", "b_over_h", "friction")
-
-
-def opposite_azimuths(azimuth_deg: NDArray[Any]) -> NDArray[np.int64]:
-    """For each azimuth the position of the one at φ+180° that answers for it, or −1 where it is computed.
-
-    Of a pair, the first in the list is computed and the second mirrored.
-    """
-    reduced = np.mod(azimuth_deg.astype(np.float64), 360.0)
-    first: dict[float, int] = {}
-    source = np.full(azimuth_deg.size, -1, np.int64)
-    for index, azimuth in enumerate(reduced):
-        source[index] = first.get(float(np.mod(azimuth + 180.0, 360.0)), -1)
-        if source[index] < 0:
-            first.setdefault(float(azimuth), index)
-    return source
 
 
 class Axes:
@@ -89,22 +75,25 @@ class Grid(Axes):
         check_count(int(np.prod([float(row.size) for row in rows.values()])))
         return cls(**rows, element=element, amplitude=())
 
-    def opposite(self, mirror: bool) -> NDArray[np.int64]:
-        """As of `opposite_azimuths`; −1 throughout where no azimuth may answer for its opposite."""
-        return opposite_azimuths(self.azimuth) if mirror else np.full(self.azimuth.size, -1, np.int64)
+    def sources(self, mirror: bool) -> Sources:
+        """Which azimuth answers for each; every one for itself where none may answer for its opposite."""
+        if mirror:
+            return representative_planes(self.azimuth)
+        size = self.azimuth.size
+        return Sources(np.arange(size), np.zeros(size), np.zeros(size, np.bool_))
 
     def cases(self, mirror: bool) -> Cases:
         """The cases to compute."""
-        azimuth = self.azimuth[self.opposite(mirror) < 0].astype(np.float64)
+        azimuth = self.azimuth[np.unique(self.sources(mirror).cell)].astype(np.float64)
         cells = np.meshgrid(azimuth, self.height, self.b_over_h, self.friction, indexing="ij")
         return Cases(*(values.ravel() for values in cells))
 
     def spread(self, results: Results, mirror: bool) -> dict[str, NDArray[Any]]:
         """The outcome of these cases in the grid's shape, mirrored where another azimuth answers, and ``block_steps``."""
-        opposite = self.opposite(mirror)
-        computed, mirrored = np.flatnonzero(opposite < 0), opposite >= 0
+        sources = self.sources(mirror)
         # Where each azimuth's answer stands among the computed ones.
-        place = np.searchsorted(computed, np.where(mirrored, opposite, np.arange(mirrored.size)))
+        computed, place = np.unique(sources.cell, return_inverse=True)
+        mirrored = sources.mirrored
         shape = (computed.size, *self.shape[1:])
         arrays = {name: values.reshape(*shape, *values.shape[1:])[place] for name, values in vars(results).items()}
         for variable in VARIABLES:
@@ -112,5 +101,5 @@ class Grid(Axes):
                 arrays["mirrored"] = np.broadcast_to(mirrored[:, None, None, None], self.shape).astype(np.int8)
             else:
                 arrays[variable.name][mirrored] = variable.from_behind(arrays, mirrored)
-        arrays["block_steps"][mirrored] = 0
+        arrays["block_steps"][sources.cell != np.arange(place.size)] = 0
         return arrays

@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from overturning.figures.polar_panels import PANEL, rows_and_columns
+from overturning.figures.polar_panels import PANEL, closed, rows_and_columns
 from overturning.figures.style import DASHES, SERIES, caption, compass, grid, mark_fault_normal, slenderness_ticks
 
 
@@ -57,7 +57,7 @@ def boundary_figure(bounds: xr.Dataset, top: float, fault_normal_deg: float, tit
     fault_normal_deg : float
         Azimuth of the fault normal, degrees, or NaN.
     """
-    loaded = bounds.compute()
+    loaded = closed(bounds.compute())
     heights = loaded["height"].to_numpy()
     rows, columns = rows_and_columns(heights.size, 1)
     side = min(PANEL[columns], 3.6)

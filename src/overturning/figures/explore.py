@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.figures.film_page import embedded_json
-from overturning.figures.polar_panels import azimuth_edges, cell_edges
+from overturning.figures.polar_panels import azimuth_edges, cell_edges, closed
 from overturning.figures.style import DARKEST, FALLS, FAULT, MISSING, OTHER_SIDE, STANDS
 from overturning.files import atomic_write
 from overturning.statistics.planes import fall_probability
@@ -47,7 +47,7 @@ def explorer_data(cube: "xr.Dataset") -> dict[str, Any]:
             f"{one['overturned'].size:,} cells are too many for a page, at most {MOST_CELLS:,}; choose records with --record"
         )
 
-    one = one.load()
+    one = closed(one.load())
 
     def values(name: str) -> FloatArray:
         return np.asarray(one[name].transpose(*DIMENSIONS).to_numpy(), dtype=np.float64)

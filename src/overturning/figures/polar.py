@@ -5,7 +5,7 @@ import xarray as xr
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
-from overturning.figures.polar_panels import blocks_of, case_panels, draw_cells, mark_normals
+from overturning.figures.polar_panels import blocks_of, case_panels, closed, draw_cells, mark_normals
 from overturning.figures.style import FALLS, MISSING, OTHER_SIDE, STANDS, caption, patch
 
 _KINDS = {
@@ -24,9 +24,10 @@ def fall_map_figure(cube: xr.Dataset, title: str) -> Figure:
     cube : xarray.Dataset
         One record of the cube, or any dataset with ``overturned`` over azimuth, height, b_over_h and friction.
     """
-    figure, panels = case_panels(cube["overturned"])
+    flags = closed(cube[["overturned"]])["overturned"]
+    figure, panels = case_panels(flags)
     colours = ListedColormap(list(_KINDS.values()))
-    for axes, cells in blocks_of(cube["overturned"], panels):
+    for axes, cells in blocks_of(flags, panels):
         values = cells.transpose("b_over_h", "azimuth").to_numpy()
         kinds = np.select([np.isnan(values), values > 0, values < 0], [3, 2, 1], 0)
         draw_cells(axes, cells, kinds, cmap=colours, vmin=-0.5, vmax=3.5)

@@ -10,6 +10,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from overturning.arrays import FloatArray
 from overturning.figures.style import compass, grid, mark_fault_normal, slenderness_ticks
+from overturning.statistics.falls import whole_circle
 
 PANEL = {1: 4.6, 2: 2.9, 3: 1.95}
 """Width of a panel, inches, by the number in a row: together they fill a page. More panels go into further rows."""
@@ -49,6 +50,11 @@ def blocks_of(blocks: Any, panels: Any) -> Iterator[tuple[Any, Any]]:
         one = blocks.isel(height=row, friction=column)
         axes.set_title(f"µ = {float(one['friction']):g}, H = {float(one['height']):g} m", pad=3, fontsize=9)
         yield axes, one
+
+
+def closed(cube: xr.Dataset) -> xr.Dataset:
+    """A cube whose cells reach round the compass: half of the azimuths tell the other half; a single one stays alone."""
+    return whole_circle(cube) if cube["azimuth"].size > 1 else cube
 
 
 def cell_edges(centres: FloatArray) -> FloatArray:

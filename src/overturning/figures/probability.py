@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.colors import LinearSegmentedColormap, ListedColormap
 from matplotlib.figure import Figure
 
-from overturning.figures.polar_panels import blocks_of, case_panels, draw_cells, mark_normals
+from overturning.figures.polar_panels import blocks_of, case_panels, closed, draw_cells, mark_normals
 from overturning.figures.style import DARKEST, FALLS, MISSING, OTHER_SIDE, STANDS, caption, patch
 from overturning.statistics.planes import fall_probability
 
@@ -23,7 +23,7 @@ def probability_map_figure(cube: xr.Dataset, title: str) -> Figure:
     cube : xarray.Dataset
         One record of the cube; with the ensemble's probabilities, or flags as 0 and 1.
     """
-    probability = fall_probability(cube)[["towards", "away"]].compute()
+    probability = fall_probability(closed(cube))[["towards", "away"]].compute()
     figure, panels = case_panels(probability, more_width=0.85)
     # Probability from 0 (paper) to 1 (the colour of falls, then darker): lightness falls all the way.
     colours = LinearSegmentedColormap.from_list("probability", [STANDS, "#f6c9a0", "#e58a4b", FALLS, DARKEST])

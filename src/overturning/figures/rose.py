@@ -10,7 +10,7 @@ from overturning.arrays import FloatArray
 from overturning.figures.style import FALLS, FAULT, compass, grid, mark_fault_normal, radius_ticks
 from overturning.statistics.falls import falls_towards, near_boundary
 from overturning.statistics.groups import record_groups
-from overturning.statistics.planes import plane_index, plane_weight
+from overturning.statistics.planes import azimuth_weight
 
 SECTOR_DEG = 15.0
 
@@ -25,14 +25,6 @@ def sector_shares(azimuth_deg: FloatArray, weights: FloatArray) -> FloatArray:
     counts = np.bincount(index, weights=weights, minlength=sectors).astype(np.float64)
     total = counts.sum()
     return counts / total if total > 0 else counts
-
-
-def azimuth_weight(azimuth_deg: FloatArray) -> FloatArray:
-    """How much each azimuth counts: 1 on a regular grid; one added between its points shares their part of the circle."""
-    plane = np.round(azimuth_deg % 180.0, 6) % 180.0
-    index = plane_index(azimuth_deg)
-    weight = plane_weight(azimuth_deg[index]) * index.size
-    return np.asarray(weight[np.searchsorted(plane[index], plane)])
 
 
 def draw_rose(axes: Any, shares: FloatArray) -> None:

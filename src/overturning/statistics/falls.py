@@ -3,13 +3,40 @@
 import numpy as np
 import xarray as xr
 
+from overturning.dem.variables import VARIABLES
+from overturning.model.symmetry import nearest_planes
+from overturning.statistics.planes import plane_index
+from overturning.study.ensemble import ENSEMBLE_VARIABLES
+
+
+def whole_circle(cube: xr.Dataset) -> xr.Dataset:
+    """A cube of planes, or what was made of it, with the opposites of all its azimuths, ascending.
+
+    Motions along φ and φ + 180° are one plane and one outcome. Where the cube holds one of them, the other is that one seen
+    from behind; where it holds both, both stay as they are. Lazy where the cube is.
+    """
+    azimuth = cube["azimuth"].to_numpy()
+    opposite = np.round((azimuth.astype(np.float64) + 180.0) % 360.0, 10).astype(azimuth.dtype)
+    everywhere = np.union1d(azimuth, opposite)
+    if np.array_equal(everywhere, azimuth):
+        return cube
+    sources = nearest_planes(azimuth, everywhere)
+    turned = cube.isel(azimuth=sources.cell).assign_coords(azimuth=("azimuth", everywhere, cube["azimuth"].attrs))
+    behind = xr.DataArray(sources.mirrored, dims="azimuth")
+    changed = {}
+    for variable in (*VARIABLES, *ENSEMBLE_VARIABLES):
+        if variable.name in cube and (variable.odd or variable.exchanged):
+            values, seen = turned[variable.name], turned[variable.exchanged or variable.name]
+            changed[variable.name] = xr.where(behind, -seen if variable.odd else seen, values).transpose(*values.dims)
+            changed[variable.name].attrs = values.attrs
+    return turned.assign(changed)
+
 
 def falls_towards(cube: xr.Dataset) -> xr.DataArray:
     """Whether the block falls towards an azimuth.
 
-    A block that falls towards −1 at φ falls towards φ + 180°; motions along φ and φ + 180° are one plane and one
-    outcome. So each fall stands exactly once in the result, at the azimuth it goes to, whether the cube holds one or both
-    azimuths of its plane.
+    A block that falls towards −1 at φ falls towards φ + 180°. So each fall stands exactly once in the result, at the azimuth
+    it goes to, whether the cube holds one or both azimuths of its plane.
 
     Parameters
     ----------
@@ -20,17 +47,9 @@ def falls_towards(cube: xr.Dataset) -> xr.DataArray:
     -------
     xarray.DataArray
         1 where the block falls towards the azimuth, 0 where it does not (it stands, or falls the other way), NaN where
-        the outcome is missing. Its azimuths are those of the cube and their opposites, ascending; lazy where the
-        cube is.
+        the outcome is missing. Its azimuths are those of `whole_circle`; lazy where the cube is.
     """
-    overturned = cube["overturned"].astype("float32")
-    azimuth = cube["azimuth"].to_numpy()
-    turned = (azimuth.astype(np.float64) + 180.0) % 360.0
-    opposite = turned.astype(azimuth.dtype) if np.issubdtype(azimuth.dtype, np.integer) else np.round(turned, 10)
-    everywhere = np.union1d(azimuth, opposite)
-    here = overturned.reindex(azimuth=everywhere)
-    mirrored = overturned.assign_coords(azimuth=opposite).sortby("azimuth").reindex(azimuth=everywhere)
-    known = here.fillna(-mirrored)
+    known = whole_circle(cube[["overturned"]])["overturned"]
     return xr.where(known.isnull(), np.nan, (known > 0).astype("float32")).assign_attrs(
         long_name="block falls towards the azimuth", units="1"
     )
@@ -48,7 +67,7 @@ def near_boundary(cube: xr.Dataset) -> xr.DataArray:
     """Blocks that only just fall under a record: that overturn in some of its planes, and in at most half of them.
 
     More slender ones fall in nearly every plane, to whichever side, and hide the direction that these show. True or False
-    over the dimensions of ``overturned`` without ``azimuth``; planes whose outcome is missing do not count.
+    over the dimensions of ``overturned`` without ``azimuth``; each plane counts once, none whose outcome is missing.
     """
-    share = overturns(cube).mean("azimuth").compute()
+    share = overturns(cube).isel(azimuth=plane_index(cube["azimuth"].values)).mean("azimuth").compute()
     return (share > 0) & (share <= 0.5)

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ResultError
+from overturning.model.symmetry import PLANE_PERIOD, nearest_planes
 
 FALLS = ("overturned", "probability_towards", "probability_away")
 """Variables of a cube that `fall_probability` takes."""
@@ -31,9 +32,8 @@ def plane_index(azimuth_deg: ArrayLike) -> NDArray[np.intp]:
         Of φ and φ + 180° the one below 180° where both are there.
     """
     azimuth = np.asarray(azimuth_deg, dtype=np.float64)
-    plane = np.round(azimuth % 180.0, 6) % 180.0
-    order = np.lexsort((azimuth % 360.0, plane))
-    return order[np.concatenate(([True], np.diff(plane[order]) > 0))] if azimuth.size else order
+    planes = np.unique(np.round(azimuth % PLANE_PERIOD, 6) % PLANE_PERIOD)
+    return nearest_planes(azimuth, planes).cell if azimuth.size else np.zeros(0, np.intp)
 
 
 def plane_weight(plane_azimuth_deg: ArrayLike) -> FloatArray:
@@ -57,6 +57,14 @@ def plane_weight(plane_azimuth_deg: ArrayLike) -> FloatArray:
         return np.ones(1)
     gap = np.diff(plane, append=plane[0] + 180.0)
     return (gap + np.roll(gap, 1)) / 360.0
+
+
+def azimuth_weight(azimuth_deg: ArrayLike) -> FloatArray:
+    """How much each azimuth of a whole circle counts: 1 on a regular grid; one added shares the part of its neighbours."""
+    azimuth = np.asarray(azimuth_deg, dtype=np.float64)
+    index = plane_index(azimuth)
+    weight = plane_weight(azimuth[index]) * index.size
+    return np.asarray(weight[nearest_planes(azimuth[index], azimuth).cell])
 
 
 def fall_probability(cube: xr.Dataset, *, ensemble: bool = True) -> xr.Dataset:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.cases import Cases
-from overturning.dem.grid import Axes, opposite_azimuths
+from overturning.dem.grid import Axes
 from overturning.dem.numerics import Progress
 from overturning.dem.variables import INT8_MISSING, Variable
 from overturning.motion.motion import Motion
@@ -245,7 +245,7 @@ def _cases(grid: Axes, cells: NDArray[np.int64], members: Members) -> Cases:
 
 
 def _copy(grid: Any, arrays: Arrays, mirrored: NDArray[Any]) -> None:
-    source, behind = opposite_azimuths(grid.azimuth), np.flatnonzero(mirrored.any(axis=(1, 2, 3)))
+    source, behind = grid.sources(True).cell, np.flatnonzero(mirrored.any(axis=(1, 2, 3)))
     seen = {variable.name: variable.from_behind(arrays, source[behind]) for variable in ENSEMBLE_VARIABLES}
     for name, values in seen.items():
         arrays[name][behind] = values

@@ -14,6 +14,7 @@ from overturning.dem.simulate import simulate_grid
 from overturning.dem.solid.grid import SpaceGrid
 from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.dem.variables import INT8_MISSING, Variable
+from overturning.model.edges import first_edge
 from overturning.motion.motion import Motion
 from overturning.study.sections import ContactSettings
 
@@ -35,7 +36,7 @@ def face_planes(
 ) -> tuple[dict[str, NDArray[np.generic]], NDArray[np.int64]]:
     """Simulate the block in the planes of its faces: along its orientation B/H wide, across it D/H.
 
-    Where it would fall in both, the plane in which it first passes the point of no return decides.
+    Where it would fall in both, `first_edge` decides.
 
     Returns
     -------
@@ -56,14 +57,11 @@ def face_planes(
             at = (face, slice(None), slice(None), slice(None), index)
             side = found["overturned"].astype(np.float64)
             flags[at] = np.where(side == INT8_MISSING, np.nan, np.abs(side))
-            times[at] = np.where(side == INT8_MISSING, np.nan, np.where(side == 0, np.inf, found["overturning_time"]))
+            times[at] = found["overturning_time"]
             towards[at] = np.mod(azimuth[:, None, None, None] + np.where(side < 0, 180.0, 0.0), 360.0)
             steps[:, :, :, index] += found["block_steps"]
-    known = np.isfinite(flags).all(axis=0)
-    falls = known & (np.nan_to_num(flags).max(axis=0) > 0)
-    first = np.where(times[1] < times[0], towards[1], towards[0])
-    arrays = {
-        "plane_overturned": np.where(known, falls, INT8_MISSING).astype(np.int8),
-        "plane_fall_azimuth": np.where(falls, first, np.nan),
-    }
-    return arrays, steps
+    falls, azimuth = first_edge(flags, times, towards)
+    return {
+        "plane_overturned": np.nan_to_num(falls, nan=INT8_MISSING).astype(np.int8),
+        "plane_fall_azimuth": azimuth,
+    }, steps

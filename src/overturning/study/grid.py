@@ -3,7 +3,8 @@
 import numpy as np
 
 from overturning.dem.grid import Axes, Grid
-from overturning.dem.solid.grid import SpaceGrid
+from overturning.dem.solid.grid import SpaceGrid, periods_of
+from overturning.model.symmetry import PLANE_PERIOD, Sources, representatives
 from overturning.study.config import Study
 from overturning.study.scenes import NOMINAL, scene_of
 
@@ -49,3 +50,9 @@ def space_grid(study: Study) -> SpaceGrid:
 def factors(study: Study) -> tuple[float, ...]:
     """Factors on each motion; none where a study has it as recorded only."""
     return study.amplitude if len(study.amplitude) > 1 else ()
+
+
+def sources_of(study: Study, grid: Axes) -> Sources:
+    """Which direction of a study's grid, or of a piece of it, answers for each: shape (directions, aspects), of planes (…, 1)."""
+    period = PLANE_PERIOD if study.body is None else periods_of(study.body.shape(), grid.coordinates()["aspect"])
+    return representatives(getattr(grid, grid.names[0]), period)

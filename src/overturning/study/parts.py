@@ -10,12 +10,12 @@ from typing import Any, Final, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.grid import Axes, opposite_azimuths
-from overturning.dem.solid.grid import answering, periods_of
+from overturning.dem.grid import Axes
 from overturning.dem.variables import VARIABLES, Variable
 from overturning.errors import ArgumentError, ResultError
 from overturning.files import atomic_write
 from overturning.study.config import Study
+from overturning.study.grid import sources_of
 from overturning.study.netcdf import add_grid, add_variable, open_raw
 
 
@@ -64,13 +64,9 @@ def piece_of(study: Study, grid: Axes, chunk: Chunk) -> Axes:
     """
     name = grid.names[0]
     directions = getattr(grid, name)
-    if study.body is None:
-        answers = opposite_azimuths(directions)[:, None]
-    else:
-        answers = answering(directions, periods_of(study.body.shape(), grid.aspect))  # type: ignore[attr-defined]
     group = np.arange(directions.size)
-    for index, others in enumerate(answers):
-        for other in others[others >= 0]:
+    for index, others in enumerate(sources_of(study, grid).cell):
+        for other in others:
             group[group == group[index]] = group[other]
     number = np.unique(group, return_inverse=True)[1]
     return replace(grid, **{name: directions[number % chunk.of == chunk.number - 1]})  # type: ignore[type-var]

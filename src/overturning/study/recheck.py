@@ -6,14 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from overturning.dem.grid import opposite_azimuths
 from overturning.errors import ArgumentError, ResultError
 from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
 from overturning.study.config import Study
 from overturning.study.cube import open_cube, study_of
 from overturning.study.ensemble import run_ensemble
-from overturning.study.grid import grid_of
+from overturning.study.grid import grid_of, sources_of
 from overturning.study.members import draw_members
 from overturning.study.netcdf import content_hash, open_raw
 from overturning.study.scenes import motion_of, numerics_of, site_of
@@ -90,8 +89,9 @@ def _again(
     motion: Motion, grid: Any, place: tuple[int, ...], study: Study, variant: str, with_ensemble: bool
 ) -> dict[str, Any]:
     """The cell's values by name, computed from its direction and, before it, the one that may answer for it."""
-    source = _answering(study, grid, place) if study.simulation.leave_out else -1
-    directions = ([source] if source >= 0 else []) + [place[0]]
+    sources = sources_of(study, grid).cell[place[0]]
+    source = int(sources[place[3] if sources.size > 1 else 0])
+    directions = list(dict.fromkeys([source, place[0]] if study.simulation.leave_out else [place[0]]))
     few = replace(grid, **{name: getattr(grid, name)[[i]] for name, i in zip(grid.names[1:], place[1:], strict=True)})
     few = replace(few, **{grid.names[0]: getattr(grid, grid.names[0])[directions]})
     arrays = simulate_variant(study, variant, motion, few, numerics_of(study))
@@ -101,13 +101,3 @@ def _again(
         arrays |= run_ensemble(motion, few, arrays, members, run, everywhere=True, widest=widest, kind=kind)[0]
     cell = (-1, *(0,) * (len(place) - 1))
     return {name: values[cell] for name, values in arrays.items() if name != "block_steps"}
-
-
-def _answering(study: Study, grid: Any, place: tuple[int, ...]) -> int:
-    """Position of the direction that answers for a cell; −1 where it is its own."""
-    if study.body is None:
-        return int(opposite_azimuths(grid.azimuth)[place[0]])
-    from overturning.study.space import answering, body_of, periods_of
-
-    at = int(answering(grid.orientation, periods_of(body_of(study).shape(), grid.aspect))[place[0], place[3]])
-    return -1 if at == place[0] else at

@@ -10,7 +10,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.numerics import Numerics
 from overturning.dem.solid.cases import SpaceCases
 from overturning.dem.solid.contact import STATIC_PENETRATION, VertexContact
-from overturning.dem.solid.grid import SpaceGrid, answering, periods_of
+from overturning.dem.solid.grid import SpaceGrid
 from overturning.dem.solid.plan import SPACE_SCHEMES
 from overturning.dem.solid.results import SPACE_VARIABLES, SpaceResults
 from overturning.dem.solid.run import run_in_space
@@ -21,6 +21,7 @@ from overturning.study.body import BodySettings
 from overturning.study.config import Study
 from overturning.study.ensemble import Arrays, Kind, spread
 from overturning.study.face_planes import PLANE_VARIABLES, face_planes
+from overturning.study.grid import sources_of
 from overturning.study.members import Members
 from overturning.study.sections import ContactSettings
 
@@ -82,8 +83,7 @@ def simulate_space(
         b_over_h=grid.b_over_h if shape.sized else None, friction=grid.friction, aspect=grid.aspect, body=shape,
         contact=vertex_contact(settings), **options,
     )  # fmt: skip
-    period = periods_of(shape, grid.aspect)
-    again = (grid.orientation[:, None] >= np.where(period > 0.0, period, 1e-9)) & study.simulation.leave_out
+    again = (sources_of(study, grid).cell != np.arange(grid.orientation.size)[:, None]) & study.simulation.leave_out
     arrays["repeated"] = np.broadcast_to(again[:, None, None, :, None], grid.shape).astype(np.int8)
     if shape.oblong:
         predicted, steps = face_planes(motion, grid, settings, numerics)
@@ -149,7 +149,7 @@ def space_kind(study: Study) -> Kind:
     """What the ensemble is told of a study in space."""
 
     def copy(grid: SpaceGrid, arrays: Arrays, repeated: NDArray[Any]) -> None:
-        source = answering(grid.orientation, periods_of(body_of(study).shape(), grid.aspect))
+        source = sources_of(study, grid).cell
         for index in range(grid.aspect.size):
             behind = np.flatnonzero(repeated[:, 0, 0, index, 0])
             for values in arrays.values():

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from overturning.arrays import FloatArray
+from overturning.model.edges import first_edge
+from overturning.model.symmetry import nearest, nearest_planes
 from overturning.statistics.circular import resultant
 from overturning.statistics.direction import in_space
 from overturning.study.comparison import wilson
@@ -16,10 +18,12 @@ from overturning.study.population import Population, Spread
 from overturning.surveys.prediction import sector
 
 OCTANTS: Final = 8
-READ: Final = (
-    "overturned", "overturning_time", "residual_slip", "fall_azimuth", "residual_slip_north", "residual_slip_east",
-    "residual_twist",
-)  # fmt: skip
+SQUARE_PERIOD: Final = 90.0
+"""Turn after which a stone of square plan looks the same, degrees."""
+
+_IN_PLANES: Final = ("overturned", "overturning_time", "residual_slip")
+_IN_SPACE: Final = ("overturned", "fall_azimuth", "residual_slip_north", "residual_slip_east", "residual_twist")
+READ: Final = (*_IN_PLANES, *_IN_SPACE[1:])
 """Variables of a cube, in planes or in space, that fall rates come from."""
 
 
@@ -100,9 +104,8 @@ def outside_grid(cube: xr.Dataset, stones: Stones) -> float:
 def stone_outcomes(site: xr.Dataset, stones: Stones) -> Outcomes:
     """What each stone does under one record, from the cells of the record's cube.
 
-    In planes a stone of square plan can fall in those of both its pairs of faces. It falls where it falls in one of them;
-    where in both, over the edge it is first past (the smaller ``overturning_time``). In space it is the square prism that
-    faces most nearly the same way.
+    In planes a stone of square plan can fall in those of both its pairs of faces, and falls as `first_edge` says. In space it
+    is the square prism that faces most nearly the same way.
 
     Parameters
     ----------
@@ -111,27 +114,31 @@ def stone_outcomes(site: xr.Dataset, stones: Stones) -> Outcomes:
     stones : Stones
         n stones.
     """
-    space = in_space(site)
-    several = "amplitude" in site.dims
-    cells = list(_cells(site, stones))
-    direction = "orientation" if space else "azimuth"
-    grid, turn = site[direction].to_numpy().astype(np.float64), 90.0 if space else 360.0
-    if space:
-        site = site.isel(aspect=int(np.flatnonzero(site["aspect"].to_numpy() == 1.0)[0]))
+    height, shape, friction = _cells(site, stones)
+    block = {"height": height, "b_over_h": shape, "friction": friction}
+    if in_space(site):
+        square = site.isel(aspect=int(np.flatnonzero(site["aspect"].to_numpy() == 1.0)[0]))
+        sources = nearest(site["orientation"].to_numpy(), stones.face, SQUARE_PERIOD)
+        found = _picked(square, _IN_SPACE, {"orientation": sources.cell, **block})
+        flag = found["overturned"]
+        slip = np.hypot(found["residual_slip_north"], found["residual_slip_east"])
+        return Outcomes(flag == 1, np.isfinite(flag), found["fall_azimuth"], slip, found["residual_twist"])
+    faces = np.stack([stones.face, stones.face + 90])
+    planes = nearest_planes(site["azimuth"].to_numpy(), faces.ravel())
+    cell, mirrored = planes.cell.reshape(faces.shape), planes.mirrored.reshape(faces.shape)
+    found = _picked(site, _IN_PLANES, {"azimuth": cell, **{name: np.stack([at, at]) for name, at in block.items()}})
+    side = np.where(mirrored, -found["overturned"], found["overturned"]).swapaxes(0, 1)
+    towards = np.broadcast_to((faces[:, None] + np.where(side < 0, 180, 0)) % 360, side.shape)
+    fell, azimuth = first_edge(np.abs(side), found["overturning_time"].swapaxes(0, 1), towards)
+    slip = np.hypot(*found["residual_slip"].swapaxes(0, 1))
+    return Outcomes(fell == 1, np.isfinite(fell), azimuth, slip, np.full(fell.shape, np.nan))
 
-    def of(name: str, facing: FloatArray) -> FloatArray:
-        values = site[name].transpose(*(["amplitude"] if several else []), direction, "height", "b_over_h", "friction")
-        apart = np.abs((facing[:, None] - grid + turn / 2) % turn - turn / 2)
-        place = (np.argmin(apart, axis=1), *cells)
-        found = values.to_numpy()[(slice(None), *place) if several else (None, *place)]
-        return np.asarray(found, dtype=np.float64)
 
-    if not space:
-        return _of_both_planes(of, stones.face)
-    flag = of("overturned", stones.face)
-    slip = np.hypot(of("residual_slip_north", stones.face), of("residual_slip_east", stones.face))
-    twist = of("residual_twist", stones.face)
-    return Outcomes(flag == 1, np.isfinite(flag), of("fall_azimuth", stones.face), slip, twist)
+def _picked(site: xr.Dataset, names: tuple[str, ...], cells: dict[str, NDArray[np.intp]]) -> dict[str, FloatArray]:
+    """Variables of a record by name at cells, places by dimension of one shape: shape (amplitudes, *shape)."""
+    several = ["amplitude"] if "amplitude" in site.dims else []
+    place = (slice(None) if several else None, *cells.values())
+    return {name: np.asarray(site[name].transpose(*several, *cells).to_numpy()[place], np.float64) for name in names}
 
 
 def _cells(site: xr.Dataset, stones: Stones) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
@@ -151,21 +158,6 @@ def _cells(site: xr.Dataset, stones: Stones) -> tuple[NDArray[np.intp], NDArray[
     return height, shape, np.where(lower & ~upper, below, np.where(upper & ~lower, above, friction))
 
 
-def _of_both_planes(of: object, face: FloatArray) -> Outcomes:
-    assert callable(of)
-    planes = (face, face + 90)
-    flag, time, slip = (
-        np.stack([of(name, plane) for plane in planes]) for name in ("overturned", "overturning_time", "residual_slip")
-    )
-    falls = np.abs(flag) == 1
-    fell = falls.any(axis=0)
-    first = np.argmin(np.where(falls, time, np.inf), axis=0)[None]
-    towards = np.where(flag > 0, np.stack(planes)[:, None], np.stack(planes)[:, None] + 180) % 360
-    azimuth = np.where(fell, np.take_along_axis(towards, first, axis=0)[0], np.nan)
-    known = fell | np.isfinite(flag).all(axis=0)
-    return Outcomes(fell, known, azimuth, np.hypot(*slip), np.full(fell.shape, np.nan))
-
-
 def rates(found: Outcomes, population: Population) -> dict[str, FloatArray]:
     """Rates of what `stone_outcomes` found, of the stones that have an answer.
 
@@ -180,7 +172,7 @@ def rates(found: Outcomes, population: Population) -> dict[str, FloatArray]:
     stands = found.known & ~found.fell
     count = found.known.sum(axis=1)
     octant = sector(np.nan_to_num(found.azimuth), OCTANTS)
-    towards = np.stack([(found.fell & (octant == i)).sum(axis=1) for i in range(OCTANTS)], axis=1)
+    towards = np.stack([(np.isfinite(found.azimuth) & (octant == i)).sum(axis=1) for i in range(OCTANTS)], axis=1)
     turned = (stands & (np.abs(found.twist) >= population.rotated)).sum(axis=1)
     told = np.isfinite(np.where(stands, found.twist, 0.0)).all(axis=1)
     axes = [

@@ -8,7 +8,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.statistics.planes import fall_probability, plane_index, plane_weight
+from overturning.model.edges import edge_chances
+from overturning.model.symmetry import nearest
+from overturning.statistics.falls import whole_circle
+from overturning.statistics.planes import azimuth_weight, fall_probability
 from overturning.surveys.stones import Stone
 
 SIDES = ("stood", "forwards", "to its right", "backwards", "to its left")
@@ -43,30 +46,22 @@ class SitePrediction:
         if not 0 <= background < 1:
             raise ArgumentError(f"background: {background}; a share from 0 to below 1")
         site = cube.isel(record=0) if "record" in cube.dims else cube
-        index = plane_index(site["azimuth"].values)
-        weight = plane_weight(site["azimuth"].values[index])
-        p = fall_probability(site).isel(azimuth=index).transpose("azimuth", "b_over_h", "height", "friction")
-        mean = p.mean(("height", "friction")).fillna(0.0)
+        site = whole_circle(site)
+        p = fall_probability(site)["towards"].transpose("azimuth", "b_over_h", "height", "friction")
+        # An azimuth of which nothing is known is like the others: it is not one towards which nothing falls.
+        mean = p.mean(("height", "friction"))
+        mean = mean.fillna(mean.mean("azimuth")).fillna(0.0)
         self.background = background
         self.b_over_h: FloatArray = p["b_over_h"].values.astype(np.float64)
-        plane = site["azimuth"].values[index].astype(np.float64)
-        order = np.argsort(np.concatenate([plane % 360, (plane + 180) % 360]))
-
-        def ends(first: ArrayLike, second: ArrayLike) -> FloatArray:
-            """Values at both ends of each plane, in the order of the azimuth."""
-            return np.concatenate([first, second])[order].astype(np.float64)
-
-        self.azimuth = ends(plane % 360, (plane + 180) % 360)
-        self.share = ends(weight, weight) / 2
+        self.azimuth: FloatArray = p["azimuth"].values.astype(np.float64)
+        self.share: FloatArray = azimuth_weight(self.azimuth) / self.azimuth.size
         # Probability of falling towards that azimuth.
-        self.towards = ends(mean["towards"].values, mean["away"].values)
+        self.towards: FloatArray = mean.values.astype(np.float64)
         # The same for each block (height and friction), and when it falls in that plane; NaN where not known.
-        times = np.full(p["towards"].shape, math.nan)
-        if "overturning_time" in site:
-            times = site["overturning_time"].isel(azimuth=index).transpose(*p["towards"].dims).values
-        shape = (order.size, self.b_over_h.size, -1)
-        self.blocks = ends(p["towards"].values, p["away"].values).reshape(shape)
-        self.times = ends(times, times).reshape(shape)
+        shape = (self.azimuth.size, self.b_over_h.size, -1)
+        times = site["overturning_time"].transpose(*p.dims) if "overturning_time" in site else p * math.nan
+        self.blocks: FloatArray = p.values.reshape(shape).astype(np.float64)
+        self.times: FloatArray = times.values.reshape(shape).astype(np.float64)
         # Each azimuth's sector reaches half way to its neighbours; `start` is where the first one begins.
         self.start = float((self.azimuth[0] + self.azimuth[-1] - 360) / 2)
 
@@ -81,7 +76,7 @@ class SitePrediction:
 
     def nearest(self, azimuth_deg: float) -> int:
         """Place of the nearest azimuth."""
-        return int(np.argmin(np.abs((self.azimuth - azimuth_deg + 180.0) % 360 - 180.0)))
+        return int(nearest(self.azimuth, [azimuth_deg], 360.0).cell[0])
 
     def density(self, b_over_h: float = math.nan) -> FloatArray:
         """Probability of each azimuth's sector, given that a stone of unknown orientation fell; sums to 1.
@@ -102,11 +97,8 @@ class SitePrediction:
 
         A rectangular stone falls over one of its edges: the two planes through its faces' normals are computed each with
         its own B/H, for each height and friction of the cube on its own. They are taken as independent within the
-        ensemble's neighbourhood. Where the stone would fall in both, the fall whose `overturning_time` comes first
-        decides: in a plane, a block past α for the last time cannot come back, so the stone goes over that edge before
-        the other is due. Where that time is not known for both planes (the nominal block stands in one of them, or
-        they tie), each comes first in proportion to its probability. Rolling on a corner, which only a model in space
-        shows (Contento, Zulli & Di Egidio 2013, doi 10.5772/54863), is left out.
+        ensemble's neighbourhood; where the stone would fall in both, `edge_chances` says over which edge. Rolling on a
+        corner, which only a model in space shows (Contento, Zulli & Di Egidio 2013, doi 10.5772/54863), is left out.
         """
         side = stone.b_over_h if math.isnan(stone.b_over_h_side) else stone.b_over_h_side
         shapes = (stone.b_over_h, side, stone.b_over_h, side)
@@ -117,15 +109,9 @@ class SitePrediction:
         if not known.any():
             return blind
         p = p[:, known]
-        front, across = np.minimum(p[0] + p[2], 1.0), np.minimum(p[1] + p[3], 1.0)
-        front_time, across_time = planes[0][1][known], planes[1][1][known]
-        total = front + across
-        by_chance = np.divide(front, total, out=np.full(front.size, 0.5), where=total > 0)
-        first = np.where(front_time < across_time, 1.0, np.where(front_time > across_time, 0.0, by_chance))
-        over_front = front * (1 - across) + front * across * first
-        over_across = across * (1 - front) + front * across * (1 - first)
-        model = [1 - over_front - over_across]
-        for ends, falls in ((p[[0, 2]], over_front), (p[[1, 3]], over_across)):
+        over = edge_chances(np.minimum(p[:2] + p[2:], 1.0), np.array([times[known] for _, times in planes[:2]]))
+        model = [1 - over.sum(axis=0)]
+        for ends, falls in zip((p[::2], p[1::2]), over, strict=True):
             both = ends.sum(axis=0)
             model += list(falls * np.divide(ends, both, out=np.full(ends.shape, 0.5), where=both > 0))
         stood, forwards, backwards, right, left = (float(values.mean()) for values in model)

@@ -7,6 +7,7 @@ from overturning.report.blocks import Paragraph, Section
 from overturning.report.results import Results
 from overturning.report.text import number, percent
 from overturning.statistics.by_record import by_record
+from overturning.statistics.planes import plane_index
 
 
 def ensemble(results: Results) -> Section | None:
@@ -15,7 +16,7 @@ def ensemble(results: Results) -> Section | None:
         return _in_space(results)
     if "probability_towards" not in results.cube:
         return None
-    half = results.cube.isel(azimuth=np.flatnonzero(results.cube["azimuth"].to_numpy() < 180))
+    half = results.cube.isel(azimuth=plane_index(results.cube["azimuth"].to_numpy()))
     towards, away = half["probability_towards"], half["probability_away"]
     run = towards.notnull()
     count = int(run.sum().compute())

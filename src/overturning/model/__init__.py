@@ -1,0 +1,1 @@
+"""What stands on the ground: its symmetry, and over which edge it falls."""

@@ -1,0 +1,53 @@
+"""Which cell answers for which, by hand."""
+
+import numpy as np
+import pytest
+
+from overturning.model.symmetry import nearest, nearest_planes, representative_planes, representatives
+
+
+@pytest.mark.parametrize(
+    ("azimuth", "asked", "cell", "mirrored"),
+    [
+        ([0, 60, 120], [250, 70, 359, 181, 62], [1, 1, 0, 0, 1], [True, False, False, True, False]),
+        ([180, 240, 300], [250, 70, 359, 1], [1, 1, 0, 0], [False, True, True, True]),
+        # What the grid holds itself is not taken from behind.
+        ([70, 250], [250, 70, 245], [1, 0, 1], [False, False, False]),
+        # Half way the plane before it, anticlockwise, also across north and from behind.
+        ([0, 90, 180, 270], [45, 315, 225, -45], [0, 3, 2, 3], [False] * 4),
+        ([0, 90], [45, 135, 225, 315], [0, 1, 0, 1], [False, False, True, True]),
+        ([30], [29, 119, 121, 210], [0, 0, 0, 0], [False, False, True, True]),
+    ],
+)
+def test_planes(azimuth: list[float], asked: list[float], cell: list[int], mirrored: list[bool]) -> None:
+    found = nearest_planes(azimuth, asked)
+    assert found.cell.tolist() == cell
+    assert found.mirrored.tolist() == mirrored
+    assert found.turn_deg.tolist() == [180.0 * one for one in mirrored]
+
+
+def test_bodies() -> None:
+    """A square of three orientations faces any way by quarter turns; one without symmetry does not; a column always."""
+    found = nearest([0, 30, 60], [1, 121, 260, -29], 90.0)
+    assert (found.cell.tolist(), found.turn_deg.tolist()) == ([0, 1, 0, 2], [0, 90, 270, 270])
+    assert nearest([0, 30, 60], [200, 220, 359], 360.0).cell.tolist() == [2, 0, 0]
+    column = nearest([5], [200, 5], 0.0)
+    assert (column.cell.tolist(), column.turn_deg.tolist()) == ([0, 0], [195, 0])
+    assert not found.mirrored.any()
+
+
+def test_what_a_grid_need_not_compute() -> None:
+    planes = representative_planes(np.array([0, 30, 180, 210, 359, 0]))
+    assert planes.cell.tolist() == [0, 1, 0, 1, 4, 0]
+    assert planes.mirrored.tolist() == [False, False, True, True, False, False]
+    assert representatives([5], 0.0).cell.tolist() == [[0]]
+    bodies = representatives(np.arange(0, 180, 30), [90.0, 180.0, 0.0])
+    assert bodies.cell.T.tolist() == [[0, 1, 2, 0, 1, 2], [0, 1, 2, 3, 4, 5], [0] * 6]
+    assert bodies.turn_deg[:, 0].tolist() == [0, 0, 0, 90, 90, 90]
+
+
+def test_periods_that_no_number_holds_exactly() -> None:
+    """The turns of a prism of seven sides, each 360/7 degrees, are one orientation."""
+    turns = 10 + np.arange(7) * 360 / 7
+    assert representatives(turns, 360 / 7).cell.ravel().tolist() == [0] * 7
+    assert nearest([10, 30], turns, 360 / 7).cell.tolist() == [0] * 7

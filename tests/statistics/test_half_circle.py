@@ -1,0 +1,120 @@
+"""A cube of half of the azimuths says the same as the whole one: φ and φ + 180° are one plane, seen from either side."""
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from overturning.figures.explore import explorer_data
+from overturning.figures.polar_panels import closed
+from overturning.figures.rose import rose_figure
+from overturning.report.sections.ensemble import ensemble
+from overturning.statistics.direction import fall_axis, fall_direction, fall_shares
+from overturning.statistics.earthquakes import axes_by_earthquake
+from overturning.statistics.falls import falls_towards, near_boundary
+from overturning.study.population import Population
+from overturning.surveys.population_rates import population_rates
+from overturning.surveys.prediction import SitePrediction
+from overturning.surveys.stones import Stone
+
+AZIMUTH = np.arange(0, 360, 5)
+FIRST, SECOND = np.flatnonzero(AZIMUTH < 180), np.flatnonzero(AZIMUTH >= 180)
+DIMENSIONS = ("record", "azimuth", "height", "b_over_h", "friction")
+BLOCK = ["height", "b_over_h", "friction"]
+
+
+def whole() -> xr.Dataset:
+    """Two records with an ensemble, drawn at random in planes below 180°, the others their mirror images by hand."""
+    generator = np.random.default_rng(3)
+    shape = (2, FIRST.size, 2, 4, 2)
+    flag = generator.choice([-1.0, 0.0, 1.0, np.nan], size=shape, p=[0.25, 0.4, 0.25, 0.1])
+    towards = np.where(generator.random(shape) < 0.5, generator.integers(0, 25, shape) / 24, np.nan)
+    away = (1 - towards) * generator.integers(0, 2, shape)
+    gaps = generator.random((2, *shape)) / 10
+    slip, time = generator.normal(size=shape), np.where(np.abs(flag) == 1, 10 * generator.random(shape), np.nan)
+    pairs = {
+        "overturned": (flag, -flag), "residual_slip": (slip, -slip), "overturning_time": (time, time),
+        "peak_rotation": (time, time), "members": (np.full(shape, 24.0),) * 2,
+        "probability_towards": (towards, away), "probability_away": (away, towards),
+        "scramble_difference_towards": gaps, "scramble_difference_away": gaps[::-1],
+    }  # fmt: skip
+    coordinates: dict[str, Any] = {
+        "azimuth": AZIMUTH.astype(np.int16), "height": [0.6, 0.9], "b_over_h": [0.3, 0.4, 0.5, 0.6], "friction": [0.5, 0.9],
+        "record_id": ("record", ["a", "b"]), "event": ("record", ["A", "B"]), "station": ("record", ["s", "t"]),
+        "fault_normal": ("record", [60.0, 215.0]), "pulse": ("record", [1, 1]),
+    }  # fmt: skip
+    return xr.Dataset({name: (DIMENSIONS, np.concatenate(pair, axis=1)) for name, pair in pairs.items()}, coordinates)
+
+
+HALVES = pytest.mark.parametrize("half", [FIRST, SECOND, np.arange(9, 45)], ids=["0…175", "180…355", "45…220"])
+
+
+@HALVES
+def test_populations_and_fall_rates(half: np.ndarray) -> None:
+    cube = whole()
+    for population in (Population(stones=256), Population(stones=64, face=250, face_spread=0)):
+        xr.testing.assert_identical(
+            population_rates(cube.isel(azimuth=half), population), population_rates(cube, population)
+        )
+
+
+def test_a_stone_that_faces_250_is_answered_by_the_mirrored_plane_70() -> None:
+    """Every plane falls towards its azimuth but 70 and 250, which stand, and 160 and 340: a face of 250 stands, others fall."""
+    cube = whole().isel(azimuth=FIRST)
+    stands = cube["azimuth"].isin([70, 160])
+    cube["overturned"] = xr.where(stands, 0.0, 1.0).broadcast_like(cube["overturned"]).transpose(*DIMENSIONS)
+    cube["overturning_time"] = cube["overturned"].where(cube["overturned"] != 0)
+    rates = {face: population_rates(cube, Population(face=face, face_spread=0, stones=64)) for face in (250, 175, 245)}
+    assert [float(found["fall_rate"].max()) for found in rates.values()] == [0, 1, 1]
+
+
+@HALVES
+def test_shares_directions_axes_and_predictions(half: np.ndarray) -> None:
+    cube = whole()
+    part = cube.isel(azimuth=half)
+    for of in (fall_shares, fall_direction, fall_axis):
+        xr.testing.assert_allclose(of(part, over=BLOCK), of(cube, over=BLOCK), rtol=1e-6)
+    xr.testing.assert_allclose(axes_by_earthquake(part), axes_by_earthquake(cube), rtol=1e-6)
+    one, other = (SitePrediction(each.isel(record=[0])) for each in (part, cube))
+    np.testing.assert_allclose(one.density(), other.density(), rtol=1e-6)
+    stone = Stone(fell=True, azimuth_deg=0, octant=False, b_over_h=0.3, face_azimuth_deg=252)
+    np.testing.assert_allclose(one.sides(stone), other.sides(stone), rtol=1e-6)
+
+
+@HALVES
+def test_roses_and_blocks_near_the_boundary(half: np.ndarray) -> None:
+    cube = whole()
+    part = cube.isel(azimuth=half)
+    xr.testing.assert_identical(falls_towards(part), falls_towards(cube))
+    xr.testing.assert_identical(near_boundary(part), near_boundary(cube))
+    roses = [[bar.get_height() for axes in rose_figure(each).axes for bar in axes.patches] for each in (part, cube)]
+    np.testing.assert_allclose(*roses)
+
+
+@HALVES
+def test_the_report_of_the_ensemble(half: np.ndarray) -> None:
+    """Each plane once, whichever half of the circle it is in."""
+
+    def text(cube: xr.Dataset) -> str:
+        (paragraph,) = ensemble(SimpleNamespace(in_space=False, cube=cube)).blocks  # type: ignore[arg-type, union-attr]
+        return str(paragraph)
+
+    cube = whole()
+    assert text(cube.isel(azimuth=half)) == text(cube)
+    assert "No cell lies near" not in text(cube)
+
+
+@HALVES
+def test_maps_and_the_explorer_show_the_whole_circle(half: np.ndarray) -> None:
+    cube = whole()
+    part = cube.isel(azimuth=half)
+    xr.testing.assert_identical(closed(part), closed(cube))
+    assert explorer_data(part) == explorer_data(cube)
+
+
+def test_a_missing_outcome_is_not_taken_from_behind(make_cube: Callable[..., xr.Dataset]) -> None:
+    cube = make_cube(lambda azimuth, *_: np.where(azimuth < 180, np.nan, 1.0), azimuth=[0, 90, 180, 270])
+    assert falls_towards(cube).isel(azimuth=[0, 1]).isnull().all()

@@ -8,8 +8,10 @@ from overturning.figures.intensity import intensity_figure
 from overturning.figures.polar import fall_map_figure
 from overturning.figures.polar_panels import azimuth_edges, cell_edges, rows_and_columns
 from overturning.figures.probability import probability_map_figure
-from overturning.figures.rose import azimuth_weight, rose_figure, sector_shares
+from overturning.figures.rose import rose_figure
 from overturning.figures.style import PAGE_WIDTH, compass_name, save, style
+from overturning.statistics.circular import sector_shares
+from overturning.statistics.planes import azimuth_weight
 
 
 @pytest.fixture

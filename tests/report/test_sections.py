@@ -104,12 +104,12 @@ def test_cells_and_their_outcomes_are_counted(report: Report, opened: Results) -
 
 
 def test_a_fall_normal_to_the_fault_is_said(one_record: Make) -> None:
-    text = text_of(build_report(one_record(4)).blocks[0])
+    text = text_of(build_report(one_record(8)).blocks[0])
     assert text.split("\n")[1].startswith("Blocks fall on average ")
     assert " ± " in text.split(":")[0].replace("\u00a0", " ")
-    assert "(4 earthquakes)" in text
+    assert "(8 earthquakes)" in text
     assert "falls lie closer to the fault normal than to the fault" in text
-    assert "4 of 4 earthquakes lie closer to the normal" in text
+    assert "8 of 8 earthquakes lie closer to the normal" in text
 
 
 def test_alignment_by_shape_is_the_mean_over_earthquakes(report: Report, one_record: Make) -> None:

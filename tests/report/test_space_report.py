@@ -14,7 +14,7 @@ from overturning.report.html import render_html
 from overturning.report.pdf import render_pdf
 from overturning.report.results import open_results
 from overturning.report.sections.space import follow_sentences
-from overturning.statistics.space import Mean
+from overturning.statistics.bootstrap import Mean
 
 
 @pytest.fixture(scope="module")

@@ -13,6 +13,7 @@ from overturning.statistics.circular import (
     grouped_watson_test,
     rayleigh_test,
     resultant,
+    sector,
     v_test,
     watson_u2_test,
     wrap_axis,
@@ -24,6 +25,12 @@ ROULETTE = [43, 45, 52, 61, 75, 88, 88, 279, 357]
 TREES = [45, 55, 81, 96, 110, 117, 132, 154]
 # Zar (2010), example 27.2: bearings of ten animals, 90° expected.
 BEARINGS = [66, 75, 86, 88, 88, 93, 97, 101, 118, 130]
+
+
+def test_sectors_are_centred_on_north_and_none_lies_beyond_the_last() -> None:
+    assert sector([0, 22.4, 22.5, 337.4, 337.5, 720, -40], 8).tolist() == [0, 0, 1, 7, 0, 0, 7]
+    # Rounding brings −22.5° − 4e-15 to 360° and not below it.
+    assert int(sector(math.nextafter(-22.5, -90.0), 8)) in (0, 7)
 
 
 def test_mean_across_north() -> None:

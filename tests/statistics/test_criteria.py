@@ -21,19 +21,19 @@ def test_what_falls_by_wests_formula_is_foretold_by_it() -> None:
     azimuth, slender = np.arange(0, 180, 20), np.array([0.1, 0.2, 0.3, 0.4])
     pga = STANDARD_GRAVITY * np.linspace(0.05, 0.45, azimuth.size)
     falls = pga[:, None] >= STANDARD_GRAVITY * slender
-    events = ["one", "two", "three"]
+    events = list("abcdefgh")
     cube = xr.Dataset(
         {
             "overturned": (
                 ("record", "azimuth", "height", "b_over_h", "friction"),
-                np.tile(falls.astype(float)[None, :, None, :, None], (3, 1, 2, 1, 1)),
+                np.tile(falls.astype(float)[None, :, None, :, None], (8, 1, 2, 1, 1)),
             ),
             "event": ("record", events),
         },
         {"azimuth": azimuth, "height": [0.6, 1.2], "b_over_h": slender, "friction": [1.0]},
     )
     peaks = {
-        name: (("record", "azimuth"), np.tile(values, (3, 1))) for name, values in (("pga", pga), ("pgv", pga / 30))
+        name: (("record", "azimuth"), np.tile(values, (8, 1))) for name, values in (("pga", pga), ("pgv", pga / 30))
     }
     found = criteria_scores(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
     assert found is not None

@@ -85,24 +85,23 @@ def test_bootstrap_interval_covers() -> None:
 
 
 def test_pulse_against_control(make_cube, sector) -> None:
-    pulse = axes_by_earthquake(cube_of(make_cube, sector, [0, 5, -5, 8, -8, 3]))
-    control = axes_by_earthquake(
-        cube_of(make_cube, sector, [90, 70, 85, -80, 60, 88], events=["E0", "E1", "C2", "C3", "C4", "C5"])
-    )
+    pulse = axes_by_earthquake(cube_of(make_cube, sector, [0, 5, -5, 8, -8, 3, 6, -2]))
+    names = ["E0", "E1", "C2", "C3", "C4", "C5", "C6", "C7"]
+    control = axes_by_earthquake(cube_of(make_cube, sector, [90, 70, 85, -80, 60, 88, 75, -85], events=names))
     difference = compare_alignment(pulse, control)
     assert difference.difference > 1.5
     assert difference.interval[0] > 1
-    assert (difference.n_first, difference.n_second) == (6, 6)
+    assert (difference.n_first, difference.n_second) == (8, 8)
     same = compare_alignment(pulse, pulse)
     assert same.difference == 0
     assert same.interval == (0, 0)  # the same earthquakes are drawn for both
 
 
 def test_no_interval_from_few(make_cube, sector) -> None:
-    few = axes_by_earthquake(cube_of(make_cube, sector, [0, 5]))
-    assert all(math.isnan(v) for v in compare_alignment(few, few).interval)
+    few = axes_by_earthquake(cube_of(make_cube, sector, [0, 5, 10, 15, 20, 25, 30]))
+    assert np.isnan([*compare_alignment(few, few).interval, *summarise_axes(few).alignment_interval]).all()
 
 
 def test_the_same_numbers_each_time(make_cube, sector) -> None:
-    axes = axes_by_earthquake(cube_of(make_cube, sector, [0, 20, -30, 45, 60]))
+    axes = axes_by_earthquake(cube_of(make_cube, sector, [0, 20, -30, 45, 60, -50, 70, 5]))
     assert summarise_axes(axes) == summarise_axes(axes)

@@ -40,7 +40,7 @@ def test_refuses_what_is_no_share() -> None:
 
 def test_formats(tmp_path: Path) -> None:
     x = np.tile(np.geomspace(0.1, 2, 20), 4)
-    event = np.repeat(["a", "b", "c", "d"], 20)
+    event = np.repeat(list("abcdefgh"), 10)
     curve = fragility("B/H < 0.4", ("PGA", "g"), x, norm.cdf(np.log(x / 0.6) / 0.4), event)
     assert curve.median_interval == pytest.approx((0.6, 0.6), rel=1e-3)  # all earthquakes alike
     write_openquake([curve], tmp_path / "f.xml", "gravestones")

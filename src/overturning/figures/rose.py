@@ -8,29 +8,16 @@ from matplotlib.figure import Figure
 
 from overturning.arrays import FloatArray
 from overturning.figures.style import FALLS, FAULT, compass, grid, mark_fault_normal, radius_ticks
+from overturning.statistics.circular import sector_shares
 from overturning.statistics.falls import falls_towards, near_boundary
 from overturning.statistics.groups import record_groups
 from overturning.statistics.planes import azimuth_weight
-
-SECTOR_DEG = 15.0
-
-
-def sector_shares(azimuth_deg: FloatArray, weights: FloatArray) -> FloatArray:
-    """Share of the falls in each of 24 sectors, the first centred on 0°; all zero where nothing fell.
-
-    ``weights`` are falls towards each azimuth, both of shape (n,).
-    """
-    sectors = int(360 / SECTOR_DEG)
-    index = np.floor((azimuth_deg + SECTOR_DEG / 2) % 360.0 / SECTOR_DEG).astype(int) % sectors
-    counts = np.bincount(index, weights=weights, minlength=sectors).astype(np.float64)
-    total = counts.sum()
-    return counts / total if total > 0 else counts
 
 
 def draw_rose(axes: Any, shares: FloatArray) -> None:
     """Draw one rose: sectors with an area in proportion to their share, so that a wide one does not look too large."""
     compass(axes)
-    width = np.radians(SECTOR_DEG)
+    width = 2.0 * np.pi / shares.size
     centres = np.arange(shares.size) * width
     axes.bar(centres, np.sqrt(shares), width=width, color=FALLS, edgecolor="white", linewidth=0.4, zorder=3)
     top = max(float(np.sqrt(shares.max(initial=0.0))), 0.1) * 1.08

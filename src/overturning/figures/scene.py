@@ -7,8 +7,9 @@ import numpy as np
 
 from overturning.dem.polygon.geometry import place
 from overturning.dem.scene import Scene
-from overturning.figures.rose import draw_rose, sector_shares
+from overturning.figures.rose import draw_rose
 from overturning.figures.style import INK, SERIES, grid
+from overturning.statistics.circular import sector_shares
 from overturning.statistics.falls import falls_towards
 
 if TYPE_CHECKING:

@@ -12,8 +12,10 @@ from overturning.arrays import FloatArray
 from overturning.figures.polar_panels import cell_edges
 from overturning.figures.rose import draw_rose, fault_frame
 from overturning.figures.style import INK, MISSING, SERIES, STANDS, caption, grid, labels, mark_fault_normal
+from overturning.statistics.bootstrap import Mean
+from overturning.statistics.circular import SECTORS
 from overturning.statistics.groups import record_groups
-from overturning.statistics.space import SECTORS, Mean, Rose, rose_of
+from overturning.statistics.space import Rose, rose_of
 
 _TURN = np.linspace(0.0, 2.0 * np.pi, 256, endpoint=False)[:, None]
 COLOURS: Final = ListedColormap(np.clip(0.58 + 0.36 * np.cos(_TURN - np.radians([0.0, 130.0, 250.0])), 0.0, 1.0))

@@ -7,9 +7,10 @@ as the direction of twice its angle, halved again (Mardia & Jupp 2000, Direction
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtr
 
 from overturning.arrays import FloatArray
@@ -17,6 +18,32 @@ from overturning.errors import ArgumentError
 
 # Below this resultant length a mean is rounding noise: the vectors cancel and point nowhere.
 NO_DIRECTION = 1e-9
+
+
+SECTORS: Final = 24
+"""Of a rose, the first centred on its zero."""
+
+
+def sector(angle_deg: ArrayLike, count: int) -> NDArray[np.intp]:
+    """Which of so many sectors an angle lies in, the first centred on 0°; an angle between two is in the latter."""
+    wide = 360.0 / count
+    # Rounding may bring a small negative angle to 360° itself.
+    return np.asarray(((np.asarray(angle_deg) + wide / 2) % 360.0 // wide).astype(np.intp) % count)
+
+
+def sector_shares(angle_deg: ArrayLike, weight: FloatArray | None = None) -> FloatArray:
+    """Share of falls in each of `SECTORS`; all zero where nothing fell.
+
+    Parameters
+    ----------
+    angle_deg : array_like, shape (n,)
+        Azimuths, degrees.
+    weight : ndarray, shape (n,), optional
+        Falls towards each; 1 where not given.
+    """
+    counts = np.bincount(sector(angle_deg, SECTORS), weight, SECTORS).astype(np.float64)
+    total = counts.sum()
+    return counts / total if total > 0 else counts
 
 
 def resultant(angle_deg: ArrayLike, weight: ArrayLike | None = None, *, axial: bool = False) -> tuple[float, float]:

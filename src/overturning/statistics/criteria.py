@@ -7,6 +7,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
+from overturning.statistics.bootstrap import Interval, bootstrap
 from overturning.statistics.limits import CRITERIA
 from overturning.statistics.logistic import overturning_rows
 from overturning.units import STANDARD_GRAVITY
@@ -69,8 +70,8 @@ class CriteriaScores:
     ----------
     overall : tuple of Score
         Of all planes and cases.
-    interval : tuple of (float, float)
-        95 % interval of the skill, by bootstrap over earthquakes; NaN with fewer than three.
+    interval : tuple of Interval
+        95 % interval of the skill, by bootstrap over earthquakes.
     blocks : dict of (float, float) to tuple of Score
         By height, m, and B/H.
     falls : dict of (float, float) to float
@@ -78,7 +79,7 @@ class CriteriaScores:
     """
 
     overall: tuple[Score, ...]
-    interval: tuple[tuple[float, float], ...]
+    interval: tuple[Interval, ...]
     blocks: dict[tuple[float, float], tuple[Score, ...]]
     falls: dict[tuple[float, float], float]
 
@@ -121,19 +122,15 @@ def criteria_scores(
 
 def _interval(
     said: NDArray[np.bool_], falls: FloatArray, weight: FloatArray, event: NDArray[np.intp], draws: int, seed: int
-) -> tuple[float, float]:
+) -> Interval:
     """95 % interval of the skill, earthquakes drawn with replacement."""
     names, member = np.unique(event, return_inverse=True)
-    if names.size < 3:
-        return float("nan"), float("nan")
     columns = (weight * falls * said, weight * falls * ~said, weight * (1 - falls) * said, weight * (1 - falls) * ~said)
-    counts = np.stack([np.bincount(member, column, names.size) for column in columns])
-    generator = np.random.Generator(np.random.PCG64(seed))
-    drawn = generator.multinomial(names.size, np.full(names.size, 1 / names.size), size=draws)
-    hits, misses, alarms, rejections = drawn @ counts[0], drawn @ counts[1], drawn @ counts[2], drawn @ counts[3]
-    known = (hits + misses > 0) & (alarms + rejections > 0)
-    skill = (hits / np.maximum(hits + misses, 1e-300) - alarms / np.maximum(alarms + rejections, 1e-300))[known]
-    if not skill.size:
-        return float("nan"), float("nan")
-    low, high = np.quantile(skill, [0.025, 0.975])
-    return float(low), float(high)
+    counts = np.stack([np.bincount(member, column, names.size) for column in columns], axis=1)
+
+    def skill(drawn: FloatArray) -> FloatArray:
+        hits, misses, alarms, rejections = drawn.sum(axis=1).T
+        with np.errstate(invalid="ignore"):
+            return np.asarray(hits / (hits + misses) - alarms / (alarms + rejections))
+
+    return bootstrap(skill, counts, draws=draws, seed=seed)

@@ -11,16 +11,21 @@ from functools import partial
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
+from overturning.statistics.bootstrap import (
+    FEWEST_EARTHQUAKES,
+    Interval,
+    bootstrap,
+    event_means,
+    event_names,
+    mean_of_sample,
+    resampled,
+)
 from overturning.statistics.by_record import by_record
 from overturning.statistics.circular import NO_DIRECTION, TestResult, rayleigh_test, resultant, v_test, wrap_axis
 from overturning.statistics.direction import OF_FALLS, case_dims, fall_vectors
 from overturning.statistics.groups import record_groups
-
-FEWEST_FOR_AN_INTERVAL = 4
-"""Earthquakes below which a bootstrap interval is not given: resamples of three have ten different values."""
 
 
 def relative_axes(cube: xr.Dataset, *, over: Sequence[str] | None = None, ensemble: bool = True) -> xr.Dataset:
@@ -65,20 +70,25 @@ def axes_by_earthquake(cube: xr.Dataset, *, over: Sequence[str] | None = None, e
         ``records`` and ``records_with_falls``.
     """
     vectors = by_record(partial(relative_axes, over=over, ensemble=ensemble), cube, OF_FALLS)
-    events = [str(name) for name in np.atleast_1d(cube["event"].values)]
-    names = list(dict.fromkeys(events))
-    groups = [vectors.isel(record=[i for i, event in enumerate(events) if event == name]) for name in names]
-    mean = xr.concat([group[["cosine", "sine"]].mean("record") for group in groups], dim="event")
-    counts = xr.concat([group["cosine"].notnull().sum("record") for group in groups], dim="event")
+    events = np.atleast_1d(cube["event"].values).astype(str)
+    names = event_names(events)
+    vectors = vectors.transpose("record", ...).drop_vars(
+        [name for name in vectors.coords if vectors[name].dims == ("record",)]
+    )
+    mean = vectors.isel(record=[0] * len(names)).rename(record="event")
+    mean = mean.assign(
+        {name: (values.dims, event_means(vectors[name].values, events)) for name, values in mean.items()}
+    )
+    known = vectors["cosine"].notnull().values
+    counts = (mean["cosine"].dims, np.stack([known[events == name].sum(axis=0) for name in names]))
     length = xr.apply_ufunc(np.hypot, mean["cosine"], mean["sine"])
     axis = xr.apply_ufunc(wrap_axis, np.degrees(np.arctan2(mean["sine"], mean["cosine"])) / 2)
     axis = axis.where(length > NO_DIRECTION)
     axis.attrs = {"long_name": "mean fall axis relative to the fault normal", "units": "degree"}
     length.attrs = {"long_name": "mean resultant length of doubled fall axes", "units": "1"}
-    of_records = ["record", "record_id", "station", "fault_normal", "pulse"]
-    records = ("event", np.array([group.sizes["record"] for group in groups]))
-    result = mean.drop_vars(of_records, errors="ignore").assign(axis=axis, resultant=length, records=records)
-    return result.assign(records_with_falls=counts).assign_coords(event=("event", np.array(names, dtype=str)))
+    records = ("event", np.array([(events == name).sum() for name in names]))
+    result = mean.assign(axis=axis, resultant=length, records=records, records_with_falls=counts)
+    return result.assign_coords(event=("event", np.array(names, dtype=str)))
 
 
 def axes_by_group(cube: xr.Dataset, by: str = "pulse", edges: Sequence[float] = ()) -> dict[str, xr.Dataset]:
@@ -102,10 +112,10 @@ class AxisSummary:
         Mean axis relative to the fault normal, (−90, 90]; NaN without falls.
     mean_axis_half_width_deg : float
         Half-width of its bootstrap interval (Fisher 1993, section 8.3: symmetric about the mean axis); NaN below
-        `FEWEST_FOR_AN_INTERVAL` earthquakes, 90 where the data do not tell an axis.
+        `FEWEST_EARTHQUAKES`, 90 where the data do not tell an axis.
     resultant : float
         Mean resultant length of the unit vectors of doubled angles.
-    alignment, alignment_interval : float, (float, float)
+    alignment, alignment_interval : float, Interval
         Mean cos 2Δ over earthquakes: 1 normal to the fault, −1 parallel, 0 neither; its bootstrap percentile interval.
     closer_to_normal : int
         Earthquakes whose axis is within 45° of the fault normal.
@@ -121,22 +131,11 @@ class AxisSummary:
     mean_axis_half_width_deg: float
     resultant: float
     alignment: float
-    alignment_interval: tuple[float, float]
+    alignment_interval: Interval
     closer_to_normal: int
     level: float
     rayleigh: TestResult
     v: TestResult
-
-
-def resamples(n: int, draws: int, seed: int) -> NDArray[np.int64]:
-    """Bootstrap: which of n are drawn, shape (draws, n)."""
-    return np.random.Generator(np.random.PCG64(seed)).integers(0, n, size=(draws, n))
-
-
-def percentiles(values: FloatArray, level: float) -> tuple[float, float]:
-    """Ends of the interval that holds the level of the values."""
-    low, high = np.quantile(values, [(1 - level) / 2, (1 + level) / 2])
-    return float(low), float(high)
 
 
 def summarise_axes(axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000, seed: int = 1) -> AxisSummary:
@@ -160,22 +159,22 @@ def summarise_axes(axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000
     angle = axes["axis"].values[np.isfinite(axes["axis"].values)]
     n = int(angle.size)
     mean, length = resultant(angle, axial=True)
-    alignment = float(np.cos(np.radians(2 * angle)).mean()) if n else math.nan
-    half_width, interval = math.nan, (math.nan, math.nan)
-    if n >= FEWEST_FOR_AN_INTERVAL:
-        doubled = np.radians(2 * angle)[resamples(n, draws, seed)]
-        cosine, sine = np.cos(doubled).mean(axis=1), np.sin(doubled).mean(axis=1)
-        interval = percentiles(cosine, level)
-        distance = np.abs(wrap_axis(np.degrees(np.arctan2(sine, cosine)) / 2 - mean))
-        half_width = float(np.quantile(np.where(np.hypot(cosine, sine) < NO_DIRECTION, 90.0, distance), level))
+    cosines = np.cos(np.radians(2 * angle))
+
+    def distance(drawn: FloatArray) -> FloatArray:
+        cosine, sine = np.cos(drawn).mean(axis=1), np.sin(drawn).mean(axis=1)
+        away = np.abs(wrap_axis(np.degrees(np.arctan2(sine, cosine)) / 2 - mean))
+        return np.where(np.hypot(cosine, sine) < NO_DIRECTION, 90.0, away)
+
+    distances = resampled(distance, np.radians(2 * angle), draws, seed)
     return AxisSummary(
         earthquakes=int(axes.sizes["event"]),
         n=n,
         mean_axis_deg=float(wrap_axis(mean)) if n else math.nan,
-        mean_axis_half_width_deg=half_width,
+        mean_axis_half_width_deg=float(np.quantile(distances, level)) if distances.size else math.nan,
         resultant=length,
-        alignment=alignment,
-        alignment_interval=interval,
+        alignment=float(cosines.mean()) if n else math.nan,
+        alignment_interval=bootstrap(mean_of_sample, cosines, level=level, draws=draws, seed=seed),
         closer_to_normal=int((np.abs(angle) < 45).sum()),
         level=level,
         rayleigh=rayleigh_test(angle, axial=True),
@@ -191,7 +190,7 @@ class AlignmentDifference:
     """
 
     difference: float
-    interval: tuple[float, float]
+    interval: Interval
     n_first: int
     n_second: int
 
@@ -214,20 +213,22 @@ def compare_alignment(
     Returns
     -------
     AlignmentDifference
-        The interval is missing where either has fewer than `FEWEST_FOR_AN_INTERVAL` earthquakes.
+        The interval is missing where either has fewer than `FEWEST_EARTHQUAKES`.
     """
-    names = list(dict.fromkeys([*map(str, first["event"].values), *map(str, second["event"].values)]))
+    names = event_names([*first["event"].values, *second["event"].values])
     angles = np.stack([axes["axis"].reindex(event=names).values for axes in (first, second)])
     values = np.cos(np.radians(2 * angles))
     n = [int(k) for k in np.isfinite(values).sum(axis=1)]
-    nowhere = (math.nan, math.nan)
     if min(n) == 0:
-        return AlignmentDifference(math.nan, nowhere, *n)
+        return AlignmentDifference(math.nan, Interval(), *n)
     difference = float(np.nanmean(values[0]) - np.nanmean(values[1]))
-    if min(n) < FEWEST_FOR_AN_INTERVAL:
-        return AlignmentDifference(difference, nowhere, *n)
-    drawn = values[:, resamples(len(names), draws, seed)]
-    counts = np.isfinite(drawn).sum(axis=2)
-    usable = (counts > 0).all(axis=0)
-    means = np.nansum(drawn[:, usable], axis=2) / counts[:, usable]
-    return AlignmentDifference(difference, percentiles(means[0] - means[1], level), *n)
+    if min(n) < FEWEST_EARTHQUAKES:
+        return AlignmentDifference(difference, Interval(), *n)
+
+    def of_sample(drawn: FloatArray) -> FloatArray:
+        counts = np.isfinite(drawn).sum(axis=1)
+        means = np.nansum(drawn, axis=1) / np.where(counts > 0, counts, np.nan)
+        return np.asarray(means[:, 0] - means[:, 1])
+
+    ends = bootstrap(of_sample, values.T, level=level, draws=draws, seed=seed)
+    return AlignmentDifference(difference, ends, *n)

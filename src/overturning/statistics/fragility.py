@@ -15,6 +15,7 @@ from scipy.special import log_ndtr, ndtr
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.files import atomic_write
+from overturning.statistics.bootstrap import Interval, bootstrap
 
 LEVELS: Final = 25
 """Intensities at which a curve is written."""
@@ -32,8 +33,8 @@ class Fragility:
         Intensity measure and its unit.
     median, spread : float
         Median in that unit, and standard deviation of the logarithm; NaN where no curve fits.
-    median_interval : (float, float)
-        95 % interval of the median, by bootstrap over earthquakes; NaN with fewer than three.
+    median_interval : Interval
+        95 % interval of the median, by bootstrap over earthquakes.
     least, most : float
         Range of the intensities that it was fitted to: it says nothing outside.
     """
@@ -43,7 +44,7 @@ class Fragility:
     unit: str
     median: float
     spread: float
-    median_interval: tuple[float, float]
+    median_interval: Interval
     least: float
     most: float
 
@@ -108,15 +109,16 @@ def fragility(
     intensity, share, event = intensity[known], share[known], event[known]
     median, spread = lognormal_fit(intensity, share)
     names, member = np.unique(event, return_inverse=True)
-    low = high = math.nan
-    if names.size >= 3 and math.isfinite(median):
-        generator = np.random.Generator(np.random.PCG64(seed))
-        counts = generator.multinomial(names.size, np.full(names.size, 1 / names.size), size=draws)
-        medians = [lognormal_fit(intensity, share, count[member])[0] for count in counts]
-        if np.isfinite(medians).sum() > draws / 2:
-            low, high = (float(each) for each in np.nanquantile(medians, [0.025, 0.975]))
+
+    def medians(drawn: NDArray[np.intp]) -> FloatArray:
+        counts = (np.bincount(events, minlength=names.size) for events in drawn)
+        return np.array([lognormal_fit(intensity, share, count[member])[0] for count in counts])
+
+    ends_of_median = Interval()
+    if math.isfinite(median):
+        ends_of_median = bootstrap(medians, np.arange(names.size), draws=draws, seed=seed)
     ends = (float(intensity.min()), float(intensity.max())) if intensity.size else (math.nan, math.nan)
-    return Fragility(name, *measure, median, spread, (low, high), *ends)
+    return Fragility(name, *measure, median, spread, ends_of_median, *ends)
 
 
 def write_fragility_csv(curves: Sequence[Fragility], path: Path) -> None:

@@ -13,48 +13,11 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
+from overturning.statistics.bootstrap import Mean, bootstrap, event_means, mean_of_sample, mean_over_earthquakes
 from overturning.statistics.by_record import by_record, each_record
-from overturning.statistics.circular import wrap_axis
+from overturning.statistics.circular import SECTORS, sector_shares, wrap_axis
 from overturning.statistics.direction import OF_FALLS, case_dims, fall_vectors
-from overturning.statistics.earthquakes import FEWEST_FOR_AN_INTERVAL, percentiles, resamples
 from overturning.statistics.groups import record_groups
-
-SECTORS = 24
-"""Of a rose, the first centred on its zero."""
-
-
-@dataclass(frozen=True)
-class Mean:
-    """A mean over earthquakes: how many of them, the value, and ends of its interval; NaN where there is none."""
-
-    n: int
-    value: float
-    low: float
-    high: float
-
-
-def mean_over_earthquakes(
-    values: FloatArray, events: NDArray[np.str_], *, level: float = 0.95, draws: int = 4000, seed: int = 1
-) -> Mean:
-    """Mean over earthquakes of the means of their records, with its bootstrap interval.
-
-    Parameters
-    ----------
-    values : ndarray, shape (records,)
-        NaN where a record has none.
-    events : ndarray of str, shape (records,)
-        Earthquake of each record.
-    level, draws, seed
-        Of the interval, resamples, their seed.
-    """
-    known = np.isfinite(values)
-    means = np.array([values[known & (events == event)].mean() for event in dict.fromkeys(events[known])])
-    if means.size == 0:
-        return Mean(0, np.nan, np.nan, np.nan)
-    low, high = np.nan, np.nan
-    if means.size >= FEWEST_FOR_AN_INTERVAL:
-        low, high = percentiles(means[resamples(means.size, draws, seed)].mean(axis=1), level)
-    return Mean(int(means.size), float(means.mean()), low, high)
 
 
 @dataclass(frozen=True)
@@ -84,7 +47,6 @@ def rose_of(
         As in `mean_over_earthquakes`.
     """
     zero = cube["fault_normal"].to_numpy() if from_normal else np.zeros(cube.sizes["record"])
-    width = 360.0 / SECTORS
     events = np.atleast_1d(cube["event"].to_numpy().astype(str))
     shares = np.full((zero.size, SECTORS), np.nan)
     total = 0
@@ -93,17 +55,15 @@ def rose_of(
         known = angles[np.isfinite(angles)].astype(np.float64) - zero[row]
         known = known[np.isfinite(known)]
         if known.size:
-            sector = np.floor((known + width / 2) % 360.0 / width).astype(int) % SECTORS
-            shares[row], total = np.bincount(sector, minlength=SECTORS) / known.size, total + known.size
+            shares[row], total = sector_shares(known), total + known.size
     fell = np.isfinite(shares[:, 0])
-    means = np.array([shares[fell & (events == event)].mean(axis=0) for event in dict.fromkeys(events[fell])])
+    means = event_means(shares[fell], events[fell])
     nowhere = np.full(SECTORS, np.nan)
     if means.size == 0:
         return Rose(0, 0, np.zeros(SECTORS), nowhere, nowhere)
-    low, high = nowhere, nowhere
-    if len(means) >= FEWEST_FOR_AN_INTERVAL:
-        drawn = means[resamples(len(means), draws, seed)].mean(axis=1)
-        low, high = np.quantile(drawn, [(1 - level) / 2, (1 + level) / 2], axis=0)
+    # The same samples for each sector, since the seed is the same.
+    ends = [bootstrap(mean_of_sample, column, level=level, draws=draws, seed=seed) for column in means.T]
+    low, high = np.array(ends).T
     return Rose(total, len(means), means.mean(axis=0), low, high)
 
 

@@ -10,8 +10,15 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.statistics.circular import TestResult, chi_square_test, grouped_watson_test, resultant, watson_u2_test
-from overturning.surveys.prediction import BACKGROUND, SIDES, SitePrediction, knows_face, observed_side, sector
+from overturning.statistics.circular import (
+    TestResult,
+    chi_square_test,
+    grouped_watson_test,
+    resultant,
+    sector,
+    watson_u2_test,
+)
+from overturning.surveys.prediction import BACKGROUND, SIDES, SitePrediction, knows_face, observed_side
 from overturning.surveys.stones import Stone
 
 

@@ -14,8 +14,9 @@ from overturning.dem.cases import Cases
 from overturning.dem.run import run_cases
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
+from overturning.statistics.circular import sector
 from overturning.study.population import Population
-from overturning.surveys.prediction import BACKGROUND, sector
+from overturning.surveys.prediction import BACKGROUND
 from overturning.surveys.stones import Stone
 
 STEP_DEG: Final = 10

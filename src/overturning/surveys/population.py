@@ -11,13 +11,12 @@ from scipy.stats import qmc
 from overturning.arrays import FloatArray
 from overturning.model.edges import first_edge
 from overturning.model.symmetry import nearest, nearest_planes
-from overturning.statistics.circular import resultant
+from overturning.statistics.circular import resultant, sector
 from overturning.statistics.direction import in_space
 from overturning.study.comparison import wilson
 from overturning.study.population import Population, Spread
-from overturning.surveys.prediction import sector
+from overturning.surveys.stones import OCTANTS
 
-OCTANTS: Final = 8
 SQUARE_PERIOD: Final = 90.0
 """Turn after which a stone of square plan looks the same, degrees."""
 
@@ -171,8 +170,8 @@ def rates(found: Outcomes, population: Population) -> dict[str, FloatArray]:
     """
     stands = found.known & ~found.fell
     count = found.known.sum(axis=1)
-    octant = sector(np.nan_to_num(found.azimuth), OCTANTS)
-    towards = np.stack([(np.isfinite(found.azimuth) & (octant == i)).sum(axis=1) for i in range(OCTANTS)], axis=1)
+    octant = sector(np.nan_to_num(found.azimuth), len(OCTANTS))
+    towards = np.stack([(np.isfinite(found.azimuth) & (octant == i)).sum(axis=1) for i in range(len(OCTANTS))], axis=1)
     turned = (stands & (np.abs(found.twist) >= population.rotated)).sum(axis=1)
     told = np.isfinite(np.where(stands, found.twist, 0.0)).all(axis=1)
     axes = [

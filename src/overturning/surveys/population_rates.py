@@ -11,7 +11,6 @@ from overturning.statistics.by_record import one_record
 from overturning.statistics.fragility import Fragility, fragility
 from overturning.study.population import Population
 from overturning.surveys.population import (
-    OCTANTS,
     READ,
     Stones,
     draw_stones,
@@ -19,6 +18,7 @@ from overturning.surveys.population import (
     rates,
     stone_outcomes,
 )
+from overturning.surveys.stones import OCTANTS
 from overturning.units import CM, STANDARD_GRAVITY
 
 _ABOUT: Final = {
@@ -77,7 +77,11 @@ def population_rates(cube: xr.Dataset, population: Population) -> xr.Dataset:
         "record_id": ("record", cube["record_id"].to_numpy().astype(str)),
         "event": ("record", cube["event"].to_numpy().astype(str)),
         "amplitude": ("amplitude", amplitude, {"long_name": "factor on the record", "units": "1"}),
-        "octant": ("octant", 360.0 / OCTANTS * np.arange(OCTANTS), {"long_name": "azimuth of the octant's middle"}),
+        "octant": (
+            "octant",
+            360.0 / len(OCTANTS) * np.arange(len(OCTANTS)),
+            {"long_name": "azimuth of the octant's middle"},
+        ),
         "stones": ("stones", list(classes)),
         "end": ("end", ["low", "high"]),
     }

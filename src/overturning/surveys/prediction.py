@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.edges import edge_chances
 from overturning.model.symmetry import nearest
+from overturning.statistics.circular import sector
 from overturning.statistics.falls import whole_circle
 from overturning.statistics.planes import azimuth_weight, fall_probability
 from overturning.surveys.stones import Stone
@@ -136,9 +136,3 @@ def knows_face(stone: Stone) -> bool:
 def observed_side(stone: Stone) -> int:
     """Index into `SIDES` of what a stone did."""
     return 1 + int(sector(stone.azimuth_deg - stone.face_azimuth_deg, 4)) if stone.fell else 0
-
-
-def sector(angle_deg: ArrayLike, count: int) -> NDArray[np.intp]:
-    """Which of so many sectors an angle lies in, the first centred on 0°."""
-    wide = 360.0 / count
-    return np.asarray(((np.asarray(angle_deg) + wide / 2) % 360 // wide).astype(np.intp))

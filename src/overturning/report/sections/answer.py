@@ -11,11 +11,11 @@ from overturning.report.results import Results
 from overturning.report.sections.own_error import dependence
 from overturning.report.sections.records import record_directions
 from overturning.report.text import counted, degrees, interval, number, percent
+from overturning.statistics.bootstrap import mean_over_earthquakes
 from overturning.statistics.by_record import by_record
 from overturning.statistics.direction import OF_FALLS, case_dims, fall_axis
 from overturning.statistics.earthquakes import AxisSummary
 from overturning.statistics.groups import record_groups
-from overturning.statistics.space import mean_over_earthquakes
 from overturning.study.cube import earthquakes_said
 
 MOST_RECORDS_IN_WORDS = 5

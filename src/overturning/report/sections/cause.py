@@ -6,13 +6,11 @@ from overturning.figures.style import short
 from overturning.report.blocks import Block, Figure, Note, Paragraph, Section, Table
 from overturning.report.results import Results
 from overturning.report.text import counted, interval, number
+from overturning.statistics.bootstrap import FEWEST_EARTHQUAKES
 from overturning.statistics.logistic import LogisticFit, describe, overturning_fit
 
 DOUBLED = {1: "PGA, and PGV with it,", 2: "PGV alone", 4: "the size of a block alone"}
 """What doubles where a predictor of `statistics.logistic.overturning_fit` grows by ln 2, by its place."""
-
-FEWEST_EARTHQUAKES = 8
-"""Earthquakes below which nothing is said about odds."""
 
 WIDEST = 100.0
 """An interval of odds whose ends differ by more than this factor tells nothing."""

@@ -9,6 +9,7 @@ from overturning.report.blocks import Block, Disclosure, Figure, Note, Section, 
 from overturning.report.results import Results
 from overturning.report.sections.answer import half_width
 from overturning.report.text import degrees, interval, number
+from overturning.statistics.bootstrap import event_means
 from overturning.statistics.by_record import by_record
 from overturning.statistics.direction import OF_FALLS, case_dims
 from overturning.statistics.earthquakes import AxisSummary, relative_axes
@@ -55,16 +56,14 @@ def _by_shape(results: Results) -> Table:
     cube = results.cube
     over = [name for name in case_dims(cube) if name not in ("b_over_h", "friction")]
     vectors = by_record(partial(relative_axes, over=over), cube, OF_FALLS).transpose("record", "b_over_h", "friction")
-    pairs = np.stack([vectors[name].to_numpy() for name in ("cosine", "sine")])
     events = cube["event"].to_numpy().astype(str)
     heads, columns = ["B/H", "µ"], []
     for name, chosen in record_groups(cube).items():
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)  # the mean of no falls is nothing, not a mistake
-            means = [
-                np.nanmean(pairs[:, chosen & (events == event)], axis=1) for event in dict.fromkeys(events[chosen])
-            ]
-            cosine, sine = np.stack(means, axis=1)
+            cosine, sine = (
+                event_means(vectors[name].to_numpy()[chosen], events[chosen]) for name in ("cosine", "sine")
+            )
             length = np.hypot(cosine, sine)
             alignment = np.where(length > 1e-9, cosine / length, np.nan)
             columns += [np.isfinite(alignment).sum(axis=0), np.nanmean(alignment, axis=0)]

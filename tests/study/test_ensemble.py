@@ -20,8 +20,9 @@ from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import write_motion
 from overturning.study import ensemble
+from overturning.study.comparison import wilson
 from overturning.study.cube import open_cube
-from overturning.study.ensemble import BATCH, ENSEMBLE_VARIABLES, cells_to_run, half_width, run_ensemble, settled
+from overturning.study.ensemble import BATCH, ENSEMBLE_VARIABLES, cells_to_run, run_ensemble, settled
 from overturning.study.gather import gather
 from overturning.study.load import check_study
 from overturning.study.members import Members, draw_members, read_members, write_members
@@ -275,9 +276,9 @@ def test_the_stated_interval_covers_the_probability_at_least_as_often_as_that_of
         for probability in np.linspace(0, 1, 101):
             cover = off = 0.0
             for (falls, size), chance in _stopped(probability, 0.19, batches).items():
-                half = float(half_width(np.array(float(falls)), np.array(float(size))))
-                centre = (falls + 1.96**2 / 2) / (size + 1.96**2)
-                cover += chance * (abs(probability - centre) <= half + 1e-12)
+                low, high = (float(end) for end in wilson(falls, size))
+                half = (high - low) / 2
+                cover += chance * (low - 1e-12 <= probability <= high + 1e-12)
                 off += chance * (falls / size - probability) ** 2
                 widths.append(half)
             covered.append(cover)

@@ -80,7 +80,7 @@ def figures(rows: pd.DataFrame, found_orders: Mapping[str, float]) -> list[Figur
 
 
 def _share(count: float, total: float) -> str:
-    low, high = wilson(int(count), int(total))
+    low, high = map(float, wilson(count, total))
     return f"{100 * count / max(total, 1):.2f} % ({int(count)} of {int(total)}; {100 * low:.2f} to {100 * high:.2f})"
 
 

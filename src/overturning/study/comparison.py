@@ -1,15 +1,16 @@
 """Two answers to the same cases, counted, and how well a share is known from a sample."""
 
-import math
 from dataclasses import dataclass
+from statistics import NormalDist
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from overturning.arrays import FloatArray
 from overturning.dem.variables import INT8_MISSING
 
-Z_95: Final = 1.959963984540054
+Z_95: Final = NormalDist().inv_cdf(0.975)
 """Two-sided 95 % point of the normal distribution."""
 
 
@@ -68,14 +69,24 @@ def compare(
     )
 
 
-def wilson(count: int, total: int) -> tuple[float, float]:
-    """Interval of a share by Wilson (1927), Journal of the American Statistical Association 22; (0, 1) without cases.
+def wilson(count: ArrayLike, total: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """95 % interval of a share (Wilson 1927, Journal of the American Statistical Association 22).
 
-    Written out here because a sweep's companion should not wait for scipy.stats; a test holds it against scipy.
+    Written out here because scipy's takes one share at a time, and a sweep should not wait for it; a test holds it to scipy's.
+
+    Parameters
+    ----------
+    count, total : array_like
+        Cases counted, of so many.
+
+    Returns
+    -------
+    (low, high) : ndarray, of the shape of both
+        0 and 1 without cases.
     """
-    if total == 0:
-        return 0.0, 1.0
-    share, square = count / total, Z_95 * Z_95 / total
+    n, k = np.asarray(total, np.float64), np.asarray(count, np.float64)
+    known = np.maximum(n, 1.0)
+    share, square = k / known, Z_95 * Z_95 / known
     middle = (share + 0.5 * square) / (1.0 + square)
-    half = Z_95 / (1.0 + square) * math.sqrt(share * (1.0 - share) / total + 0.25 * square / total)
-    return (0.0 if count == 0 else middle - half), (1.0 if count == total else middle + half)
+    half = Z_95 / (1.0 + square) * np.sqrt(share * (1.0 - share) / known + 0.25 * square / known)
+    return np.where(k == 0, 0.0, middle - half), np.where(k == n, 1.0, middle + half)

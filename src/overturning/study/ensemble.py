@@ -16,6 +16,7 @@ from overturning.dem.grid import Axes
 from overturning.dem.numerics import Progress
 from overturning.dem.variables import INT8_MISSING, Variable
 from overturning.motion.motion import Motion
+from overturning.study.comparison import wilson
 from overturning.study.members import Members
 
 REACH = 2
@@ -23,9 +24,6 @@ REACH = 2
 
 BATCH: Final = 8
 """Members that are run together, half of them of each scramble; between batches it is asked whether the cell is settled."""
-
-NORMAL_QUANTILE: Final = 1.96
-"""Of the 95 % interval."""
 
 MOST_GROUND_VALUES = 20_000_000
 """Samples of rotated motion held at a time (160 MB)."""
@@ -109,24 +107,6 @@ def cells_to_run(overturned: NDArray[np.int8], everywhere: bool, dimensions: int
     return chosen
 
 
-def half_width(count: FloatArray, of: FloatArray) -> FloatArray:
-    """Half width of the 95 % interval of a probability (Wilson 1927, Journal of the American Statistical Association 22).
-
-    Parameters
-    ----------
-    count, of : ndarray
-        Members that fall to one side, of so many with an outcome.
-
-    Returns
-    -------
-    ndarray
-        ½ where no member has an outcome.
-    """
-    square = NORMAL_QUANTILE**2
-    share = count / np.maximum(of, 1)
-    return np.asarray(NORMAL_QUANTILE * np.sqrt(count * (1 - share) + square / 4) / (of + square))
-
-
 def settled(flags: NDArray[np.int8], widest: float) -> NDArray[np.bool_]:
     """Which cells need no further members: both probabilities of every element are known to within ±`widest`.
 
@@ -135,15 +115,16 @@ def settled(flags: NDArray[np.int8], widest: float) -> NDArray[np.bool_]:
     flags : ndarray, shape (cells, members) or (cells, members, elements)
         Outcomes so far; members without an outcome, or not run yet, are missing.
     widest : float
-        Largest half width of the 95 % interval (`half_width`).
+        Largest half width of the 95 % interval (`wilson`).
 
     Returns
     -------
     ndarray of bool, shape (cells,)
         A function of each cell's own flags.
     """
-    known = (flags != INT8_MISSING).sum(axis=1).astype(np.float64)
-    narrow = [half_width((flags == side).sum(axis=1).astype(np.float64), known) <= widest for side in (1, -1)]
+    known = (flags != INT8_MISSING).sum(axis=1)
+    ends = [wilson((flags == side).sum(axis=1), known) for side in (1, -1)]
+    narrow = [high - low <= 2.0 * widest for low, high in ends]
     return np.asarray(np.logical_and(*narrow).reshape(len(flags), -1).all(axis=1))
 
 

@@ -188,7 +188,7 @@ def rates(found: Outcomes, population: Population) -> dict[str, FloatArray]:
         **rotation,
         "unknown": 1.0 - found.known.mean(axis=1),
         "fall_octant": towards / np.maximum(count, 1)[:, None],
-        "octant_interval": np.array([[wilson(int(n), int(of)) for n in row] for row, of in zip(towards, count, strict=True)]),
+        "octant_interval": np.stack(wilson(towards, count[:, None]), axis=-1),
         "fall_axis": np.array([axis for axis, _ in axes]),
         "fall_resultant": np.array([length for _, length in axes]),
     }  # fmt: skip
@@ -197,5 +197,5 @@ def rates(found: Outcomes, population: Population) -> dict[str, FloatArray]:
 def _shares(name: str, counted: NDArray[np.int64], count: NDArray[np.int64]) -> dict[str, FloatArray]:
     return {
         f"{name}_rate": counted / np.maximum(count, 1),
-        f"{name}_interval": np.array([wilson(int(n), int(of)) for n, of in zip(counted, count, strict=True)]),
+        f"{name}_interval": np.stack(wilson(counted, count), axis=-1),
     }

@@ -103,7 +103,7 @@ def _settled(found: dict[str, Any]) -> str:
     if not looked:
         return f" With finer steps {_cases(changed)} changed; verification.cost leaves no room to look why."
     which = _were(changed, "it", "they") if looked == changed else _were(looked, f"{looked} of them")
-    low, high = wilson(chaotic, found["chosen"])
+    low, high = map(float, wilson(chaotic, found["chosen"]))
     share = f"{percent(chaotic / found['chosen'], 2)} of the cases run again (95 % interval {100 * low:.2f} to {percent(high, 2)})"
     decided = f"; no computation decides these{f', {share}' if looked == changed else ''}" if chaotic else ""
     return (
@@ -139,7 +139,7 @@ def _rows(found: dict[str, Any], kind: str, side: str, agreed: bool) -> list[tup
             ),
             (side, outcome["sides"], outcome["fallen"]),
         ):
-            low, high = wilson(changed, compared)
+            low, high = map(float, wilson(changed, compared))
             share, bounds = "–", "–"
             if compared:
                 share, bounds = percent(changed / compared, 2), f"{100 * low:.2f} to {percent(high, 2)}"

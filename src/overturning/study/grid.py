@@ -52,7 +52,7 @@ def factors(study: Study) -> tuple[float, ...]:
     return study.amplitude if len(study.amplitude) > 1 else ()
 
 
-def sources_of(study: Study, grid: Axes) -> Sources:
+def representatives_of(study: Study, grid: Axes) -> Sources:
     """Which direction of a study's grid, or of a piece of it, answers for each: shape (directions, aspects), of planes (…, 1)."""
     period = PLANE_PERIOD if study.body is None else periods_of(study.body.shape(), grid.coordinates()["aspect"])
     return representatives(getattr(grid, grid.names[0]), period)

@@ -15,7 +15,7 @@ from overturning.dem.variables import VARIABLES, Variable
 from overturning.errors import ArgumentError, ResultError
 from overturning.files import atomic_write
 from overturning.study.config import Study
-from overturning.study.grid import sources_of
+from overturning.study.grid import representatives_of
 from overturning.study.netcdf import add_grid, add_variable, open_raw
 
 
@@ -65,7 +65,7 @@ def piece_of(study: Study, grid: Axes, chunk: Chunk) -> Axes:
     name = grid.names[0]
     directions = getattr(grid, name)
     group = np.arange(directions.size)
-    for index, others in enumerate(sources_of(study, grid).cell):
+    for index, others in enumerate(representatives_of(study, grid).cell):
         for other in others:
             group[group == group[index]] = group[other]
     number = np.unique(group, return_inverse=True)[1]

@@ -12,7 +12,7 @@ from overturning.records.store import read_motion
 from overturning.study.config import Study
 from overturning.study.cube import open_cube, study_of
 from overturning.study.ensemble import run_ensemble
-from overturning.study.grid import grid_of, sources_of
+from overturning.study.grid import grid_of, representatives_of
 from overturning.study.members import draw_members
 from overturning.study.netcdf import content_hash, open_raw
 from overturning.study.scenes import motion_of, numerics_of, site_of
@@ -89,7 +89,7 @@ def _again(
     motion: Motion, grid: Any, place: tuple[int, ...], study: Study, variant: str, with_ensemble: bool
 ) -> dict[str, Any]:
     """The cell's values by name, computed from its direction and, before it, the one that may answer for it."""
-    sources = sources_of(study, grid).cell[place[0]]
+    sources = representatives_of(study, grid).cell[place[0]]
     source = int(sources[place[3] if sources.size > 1 else 0])
     directions = list(dict.fromkeys([source, place[0]] if study.simulation.leave_out else [place[0]]))
     few = replace(grid, **{name: getattr(grid, name)[[i]] for name, i in zip(grid.names[1:], place[1:], strict=True)})

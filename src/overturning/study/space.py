@@ -21,7 +21,7 @@ from overturning.study.body import BodySettings
 from overturning.study.config import Study
 from overturning.study.ensemble import Arrays, Kind, spread
 from overturning.study.face_planes import PLANE_VARIABLES, face_planes
-from overturning.study.grid import sources_of
+from overturning.study.grid import representatives_of
 from overturning.study.members import Members
 from overturning.study.sections import ContactSettings
 
@@ -83,7 +83,9 @@ def simulate_space(
         b_over_h=grid.b_over_h if shape.sized else None, friction=grid.friction, aspect=grid.aspect, body=shape,
         contact=vertex_contact(settings), **options,
     )  # fmt: skip
-    again = (sources_of(study, grid).cell != np.arange(grid.orientation.size)[:, None]) & study.simulation.leave_out
+    again = (
+        representatives_of(study, grid).cell != np.arange(grid.orientation.size)[:, None]
+    ) & study.simulation.leave_out
     arrays["repeated"] = np.broadcast_to(again[:, None, None, :, None], grid.shape).astype(np.int8)
     if shape.oblong:
         predicted, steps = face_planes(motion, grid, settings, numerics)
@@ -149,7 +151,7 @@ def space_kind(study: Study) -> Kind:
     """What the ensemble is told of a study in space."""
 
     def copy(grid: SpaceGrid, arrays: Arrays, repeated: NDArray[Any]) -> None:
-        source = sources_of(study, grid).cell
+        source = representatives_of(study, grid).cell
         for index in range(grid.aspect.size):
             behind = np.flatnonzero(repeated[:, 0, 0, index, 0])
             for values in arrays.values():

@@ -112,6 +112,92 @@ def test_the_contact_turns_by_an_angle_of_its_own_in_a_near_face_down_pass(
     assert max(turn, 2 * np.pi - turn) == pytest.approx(expected, rel=1e-2)
 
 
+# A flat landing ----------------------------------------------------------------------------------------------------------
+
+
+def in_plane(body: int | str, over: str, ratio: float, half: float = 0.5) -> tuple[np.ndarray, float, float]:
+    """Arms of the vertices of a base along the line of lean (of a rim 720 points), moment of inertia per mass, turn of that line.
+
+    Of a prism on a regular polygon whose sides are half·ratio from the middle, 2·half high, or of a cylinder; m, m², rad.
+    """
+    apothem, rim = half * ratio, body == "circle"
+    n = 720 if rim else int(body)
+    turn = np.pi / n if over == "vertex" else 0.0
+    outer = apothem if rim else apothem / np.cos(np.pi / n)
+    angle = 2 * np.pi * (np.arange(n) + (0.0 if rim else 0.5)) / n
+    square = outer**2 / 4 if rim else outer**2 * (2 + np.cos(2 * np.pi / n)) / 12
+    return outer * np.cos(angle - turn), square + half**2 / 3, turn
+
+
+def plastic_landing(x: np.ndarray, inertia: float, height: float) -> float:
+    """Share of the angular velocity that a flat landing leaves, by the complementarity of velocities and impulses.
+
+    The base does not slip, so a body turning with w about a horizontal axis has the centre's velocity w · height along it, and
+    (inertia + height²) w takes the moments of the vertical impulses p at the arms x: 0 ≤ p ⟂ velocity upwards ≥ 0. Gauss-Seidel.
+    """
+    distinct = np.unique(np.round(x, 12))
+    turning = inertia + height**2
+    v, w, p = -distinct.max(), 1.0, np.zeros(distinct.size)
+    for _ in range(2000):
+        # The fastest descending first.
+        for i in np.argsort(v - w * distinct):
+            change = max(p[i] - (v - w * distinct[i]) / (1.0 + distinct[i] ** 2 / turning), 0.0) - p[i]
+            p[i], v, w = p[i] + change, v + change, w - change * distinct[i] / turning
+    assert (v - w * distinct > -1e-9).all()
+    assert np.abs(p * (v - w * distinct)).max() < 1e-9
+    return w
+
+
+def landed(body: int | str, over: str, ratio: float, contact: VertexContact, scheme: str, half: float = 0.5) -> float:
+    """The same as found: a body let go at 0.45 α, by the height to which it rises over the other end."""
+    x, _, turn = in_plane(body, over, ratio, half)
+    a = x.max()
+    radius, alpha = np.hypot(a, half), np.arctan2(a, half)
+    tilt = 0.45 * alpha
+    cosine, sine, out = np.cos(turn), np.sin(turn), a - radius * np.sin(alpha - tilt)
+    start = Start(
+        (out * cosine, out * sine, radius * np.cos(alpha - tilt)),
+        (np.cos(tilt / 2), -sine * np.sin(tilt / 2), cosine * np.sin(tilt / 2), 0.0),
+    )
+    path = trajectory_in_space(
+        level(0.6, 0.002), orientation_deg=0.0, height=2 * half, b_over_h=ratio, friction=10.0, body=body, contact=contact,
+        start=start, leave_out=False, scheme=scheme,
+    )  # fmt: skip
+    lean = np.arcsin(path.tilt_north.values * cosine - path.tilt_east.values * sine)
+    rise = lambda angle: np.cos(alpha - angle) - np.cos(alpha)  # noqa: E731
+    return float(np.sqrt(rise(-lean[path.time.values < 0.6].min()) / rise(tilt)))
+
+
+STIFF, DAMPED = VertexContact(damping_ratio=1.0), VertexContact(damping_ratio=4.0)
+
+
+@pytest.mark.parametrize("ratio", [0.35, 0.2])
+@pytest.mark.parametrize("over", ["edge", "vertex"])
+def test_a_flat_landing_is_plastic_on_any_number_of_vertices(over: str, ratio: float) -> None:
+    bodies = (8, 24, 96) if over == "vertex" else (4, 6, 8, 24, 96, "circle")
+    expected = {body: plastic_landing(*in_plane(body, over, ratio)[:2], 0.5) for body in bodies}
+    for body, share in expected.items():
+        x, inertia, _ = in_plane(body, over, ratio)
+        far = x.max() ** 2
+        assert share == pytest.approx((inertia + 0.25 - far) / (inertia + 0.25 + far), abs=1e-6)
+        # What is left of it at a damping ratio of 1 is that an end bounces; first order in the finest step.
+        assert landed(body, over, ratio, DAMPED, "centred") == pytest.approx(share, abs=1e-3)
+        assert landed(body, over, ratio, STIFF, "centred") == pytest.approx(share, abs=3e-3)
+    if over == "edge":
+        assert expected[4] == pytest.approx(1.0 - 1.5 * ratio**2 / (1.0 + ratio**2), abs=1e-6)  # Housner
+        cylinder = landed("circle", over, ratio, DAMPED, "centred")
+        apart = [abs(landed(body, over, ratio, DAMPED, "centred") - cylinder) for body in (4, 8, 96)]
+        assert apart[2] < 5e-4
+        assert apart[2] < apart[0]
+
+
+@pytest.mark.parametrize("body", [8, "circle"])
+def test_a_flat_landing_is_plastic_by_both_schemes(body: int | str) -> None:
+    soft = VertexContact(2e-5, damping_ratio=2.0)
+    share = plastic_landing(*in_plane(body, "edge", 0.35)[:2], 0.5)
+    assert landed(body, "edge", 0.35, soft, "cundall") == pytest.approx(share, abs=1e-3)
+
+
 # Sliding and flying ------------------------------------------------------------------------------------------------------
 
 

@@ -13,6 +13,9 @@ from overturning.errors import ArgumentError
 MOST_VERTICES: Final = 128
 """Of those that can touch; each of them is looked at in every step."""
 
+CORNERS: Final = 4
+"""A base of so many vertices, or fewer, has none between its ends: each one carries its share of the body."""
+
 RIM: Final = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 """Where a rim carries a body that stands flat, in radii."""
 
@@ -66,6 +69,23 @@ class Body:
     def foot(self) -> float:
         """Height of the centre above the base, m."""
         return -float(self.points[0, 2])
+
+    @property
+    def carriers(self) -> int:
+        """Number of points for which springs and dashpots are sized: 2, as in the plane, on a rim or more than four vertices.
+
+        One point of a rim or of many vertices carries the body as it rocks, so it is as stiff and as damped as a corner of the
+        plane's block, however many there are.
+        """
+        return 2 if self.radius or self.base > CORNERS else self.base
+
+    @property
+    def ends(self) -> float:
+        """Share of the rise from the lowest to the highest vertex of a tilted base within which vertices are ends of it.
+
+        Of a regular polygon the two of the edge over which it leans; where it leans over a vertex that one alone.
+        """
+        return float(np.round(0.4995 * (1.0 - np.cos(2.0 * np.pi / self.base)), 12))
 
     @cached_property
     def edges(self) -> FloatArray:

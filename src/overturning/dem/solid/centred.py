@@ -97,7 +97,7 @@ def is_late(body: Body, attempt: Attempt) -> bool:
 
 
 @njit(**INLINE)
-def touch(body: Body, w: Foreseen, f: Frame, r: Vector, old: Memory, late: bool, round_: bool) -> Touch:
+def touch(body: Body, w: Foreseen, f: Frame, r: Vector, old: Memory, late: bool, round_: bool, waits: bool) -> Touch:
     """A point at the foreseen end: what it is taken to do.
 
     In a fine step the foreseen forces tell what presses and slides. A longer one overshoots too far for that: there it is as last
@@ -112,6 +112,7 @@ def touch(body: Body, w: Foreseen, f: Frame, r: Vector, old: Memory, late: bool,
     was = old.depth > 0.0
     tx, ty = (old.sx + slip_x if was else 0.0), (old.sy + slip_y if was else 0.0)
     depth = -(w.z + r.z)
+    depth = 0.0 if waits & (depth > 0.0) else depth
     n = body.stiffness * depth - body.dashpot * uz
     presses = (n > 0.0) & (depth > 0.0) if late else old.pressed > 0.0
     hx, hy = -(body.tangential * tx) - body.dashpot * ux, -(body.tangential * ty) - body.dashpot * uy
@@ -128,7 +129,7 @@ def touch(body: Body, w: Foreseen, f: Frame, r: Vector, old: Memory, late: bool,
     free = 1.0 + (turn.x * r.y - turn.y * r.x) > LEAST_FREEDOM
     return Touch(
         r.x, r.y, r.z, depth, tx, ty, ux, uy, uz, 1.0 if presses else 0.0,
-        1.0 if presses & slides & (some | smooth) & free else 0.0, dx, dy,
+        1.0 if presses & slides & (some | smooth) & free else 0.0, dx, dy, 1.0 if waits else 0.0,
     )  # fmt: skip
 
 
@@ -144,6 +145,7 @@ def meet(body: Body, w: Foreseen, t: Touch, old: Memory, d: Change, late: bool, 
     dw = d.vz + (d.wx * t.ry - d.wy * t.rx)
     ux, uy, uz = t.ux + du, t.uy + dv, t.uz + dw
     depth, tx, ty = t.depth - half * dw, t.tx + half * du, t.ty + half * dv
+    depth = 0.0 if (t.waits > 0.0) & (depth > 0.0) else depth
     inside, was = depth > 0.0, old.depth > 0.0
     changed = t.depth if t.depth > depth else depth
     changed = -depth if was else changed
@@ -162,6 +164,8 @@ def meet(body: Body, w: Foreseen, t: Touch, old: Memory, d: Change, late: bool, 
         + body.stiffness * over
     )
     let_go = let_go if inside | was else 0.0
+    # One that has waited is met by a spring that is pressed in already.
+    let_go = let_go - 0.5 * body.stiffness * (depth * depth) if inside & (old.depth == 0.0) else let_go
     # A contact that closed within the step acts from the touch on, not for half the step.
     fresh = inside & (not was)
     more = depth * (2.0 * half / (sinking if fresh else 1.0)) - half if fresh else 0.0

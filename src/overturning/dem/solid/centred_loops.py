@@ -20,12 +20,14 @@ from overturning.dem.solid.centred import (
 )
 from overturning.dem.solid.centred_rows import Attempt, Change, Equations, Foreseen, Sum, Touch
 from overturning.dem.solid.equations import share, solve, together
+from overturning.dem.solid.lying import lie_all, lies, waits
 from overturning.dem.solid.rows import (
     ROWS,
     VERTEX,
     Account,
     Body,
     Frame,
+    Lying,
     Peaks,
     Point,
     Shaking,
@@ -38,6 +40,7 @@ from overturning.dem.solid.rows import (
 load_body, load_shaking = ROWS.access(Body).load, ROWS.access(Shaking).load
 load_frame, store_frame, _ = ROWS.access(Frame)
 load_state, _, store_state = ROWS.access(State)
+load_lying, store_lying, _ = ROWS.access(Lying)
 load_peaks, _, store_peaks = ROWS.access(Peaks)
 load_account, _, store_account = ROWS.access(Account)
 load_attempt, store_attempt, _ = ROWS.access(Attempt)
@@ -79,9 +82,11 @@ def touch_all(state: Any, one: Any, other: Any, columns: int) -> None:
     for j in range(columns):
         body, w, f = load_body(state, j), load_foreseen(state, j), load_frame(state, j)
         late = is_late(body, load_attempt(state, j))
-        p, q = load_vertex(one, j), load_vertex(other, j)
-        store_touch(one, j, touch(body, w, f, in_space(f, p.px, p.py, p.pz), load_memory(one, j), late, False))
-        store_touch(other, j, touch(body, w, f, in_space(f, q.px, q.py, q.pz), load_memory(other, j), late, False))
+        p, q, lying = load_vertex(one, j), load_vertex(other, j), load_lying(state, j)
+        a, b = in_space(f, p.px, p.py, p.pz), in_space(f, q.px, q.py, q.pz)
+        left, right = load_memory(one, j), load_memory(other, j)
+        store_touch(one, j, touch(body, w, f, a, left, late, False, waits(body, lying, p, a.z, left)))
+        store_touch(other, j, touch(body, w, f, b, right, late, False, waits(body, lying, q, b.z, right)))
 
 
 @njit(**INNER)
@@ -90,8 +95,14 @@ def roll_all(state: Any, one: Any, other: Any, columns: int, ahead: float, aside
     for j in range(columns):
         body, w, f = load_body(state, j), load_foreseen(state, j), load_frame(state, j)
         late = is_late(body, load_attempt(state, j))
-        store_touch(one, j, touch(body, w, f, rim_point(body, f, ahead, aside), load_memory(one, j), late, True))
-        store_touch(other, j, touch(body, w, f, rim_point(body, f, -ahead, -aside), load_memory(other, j), late, True))
+        left, right, between = (
+            load_memory(one, j),
+            load_memory(other, j),
+            (aside != 0.0) & (not lies(load_lying(state, j))),
+        )
+        a, b = rim_point(body, f, ahead, aside), rim_point(body, f, -ahead, -aside)
+        store_touch(one, j, touch(body, w, f, a, left, late, True, between & (left.depth <= 0.0)))
+        store_touch(other, j, touch(body, w, f, b, right, late, True, between & (right.depth <= 0.0)))
 
 
 @njit(**INNER)
@@ -171,6 +182,7 @@ def loops(round_: bool) -> Any:
         state: Any,
         vertices: Any,
         count: int,
+        base: int,
         columns: int,
         steps: int,
         gravity: float,
@@ -178,6 +190,7 @@ def loops(round_: bool) -> Any:
         half = count // 2 * OF_A_VERTEX
         for _ in range(steps):
             foresee_all(state, columns, WHOLE * steps)
+            lie_all(state, vertices, half, base, columns, round_)
             for pair in range(0, half, OF_A_VERTEX):
                 one, other = vertices[pair : pair + OF_A_VERTEX], vertices[half + pair : half + pair + OF_A_VERTEX]
                 if round_:

@@ -25,6 +25,8 @@ class Touch(NamedTuple):
     dx: float
     """friction pointing this way."""
     dy: float
+    waits: float
+    """1 where it does not carry before the ends of the base rest."""
 
 
 class Attempt(NamedTuple):

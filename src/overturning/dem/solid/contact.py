@@ -23,12 +23,13 @@ class VertexContact:
     Parameters
     ----------
     static_penetration : float
-        δ/B: the body at rest sinks in by δ = m g / (n K_n), n the vertices of its base; B is twice the least distance of an
-        edge of its base from below its centre.
+        δ/B: carried by n points alone the body at rest sinks in by δ = m g / (n K_n); n is 2, as in the plane, on a rim or more
+        than four vertices, else all vertices of its base. B is twice the least distance of an edge of its base from below its
+        centre.
     stiffness_ratio : float
         K_s/K_n, of either tangential spring.
     damping_ratio : float
-        ξ of heave on all vertices of the base, h = 2 ξ √(K_n m / n).
+        ξ of heave on n points, h = 2 ξ √(K_n m / n).
 
     Raises
     ------
@@ -49,8 +50,9 @@ class VertexContact:
 
     def specific(self, body: Body) -> tuple[float, float, float]:
         """K_n/m and K_s/m of a vertex, 1/s², and its dashpot h/m, 1/s."""
-        normal = STANDARD_GRAVITY / (body.base * self.static_penetration * 2.0 * body.reach)
-        return normal, self.stiffness_ratio * normal, 2.0 * self.damping_ratio * math.sqrt(normal / body.base)
+        share = body.carriers
+        normal = STANDARD_GRAVITY / (share * self.static_penetration * 2.0 * body.reach)
+        return normal, self.stiffness_ratio * normal, 2.0 * self.damping_ratio * math.sqrt(normal / share)
 
 
 def rest(body: Body, normal: float) -> FloatArray:

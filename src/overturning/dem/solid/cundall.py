@@ -14,6 +14,7 @@ from numba import njit
 from overturning.dem.lanes import INLINE, INNER
 from overturning.dem.mechanics import larger, within_circle
 from overturning.dem.single_body import within_sample
+from overturning.dem.solid.lying import lie_all, lies, waits
 from overturning.dem.solid.rows import (
     ROWS,
     TICKS,
@@ -21,6 +22,7 @@ from overturning.dem.solid.rows import (
     Account,
     Body,
     Frame,
+    Lying,
     Memory,
     Peaks,
     Point,
@@ -90,11 +92,14 @@ def rim_moved(body: Body, s: State, f: Frame, ahead: float, aside: float, dt: fl
 
 
 @njit(**INLINE)
-def act(body: Body, s: State, at: Moved, old: Memory, rate: float) -> tuple[Wrench, Memory]:
+def act(body: Body, s: State, at: Moved, old: Memory, rate: float, waiting: bool) -> tuple[Wrench, Memory]:
     """Contact law at a point; `rate` is that of its dashpots per displacement of a step."""
-    inside, was = at.depth > 0.0, old.depth > 0.0
+    depth = 0.0 if waiting & (at.depth > 0.0) else at.depth
+    inside, was = depth > 0.0, old.depth > 0.0
     # Spring and dashpot while the point is in, never tension.
-    n = body.stiffness * at.depth + rate * at.sinking
+    # A vertex that has waited does not remember how deep it was.
+    sinking = 0.0 if old.depth == 0.0 else at.sinking
+    n = body.stiffness * depth + rate * sinking
     n = n if inside & (n > 0.0) else 0.0
     # A new contact starts with unstretched springs; those of one that slips are shortened to what friction holds.
     tx, ty = (old.sx + at.slip_x if was else 0.0), (old.sy + at.slip_y if was else 0.0)
@@ -102,14 +107,16 @@ def act(body: Body, s: State, at: Moved, old: Memory, rate: float) -> tuple[Wren
     hx, hy = -(body.tangential * tx) - rate * at.slip_x, -(body.tangential * ty) - rate * at.slip_y
     fx, fy, kx, ky, _ = within_circle(hx, hy, tx, ty, most, body.compliance)
     dx, dy = fx + body.tangential * kx, fy + body.tangential * ky
-    dz = n - body.stiffness * (at.depth if inside else 0.0)
-    let_go = old.depth if was & (not inside) else 0.0
+    dz = n - body.stiffness * (depth if inside else 0.0)
+    opened = old.depth * old.depth if was & (not inside) else 0.0
+    # One that has waited is met by a spring that is pressed in already.
+    opened = -(depth * depth) if inside & (old.depth == 0.0) else opened
     a = at.arm
     return Wrench(
         fx, fy, n, a.y * n - a.z * fy, a.z * fx - a.x * n, a.x * fy - a.y * fx,
         dx, dy, dz, a.y * dz - a.z * dy, a.z * dx - a.x * dz, a.x * dy - a.y * dx,
-        let_go * let_go, (old.sx + kx) * (tx - kx) + (old.sy + ky) * (ty - ky), at.depth,
-    ), Memory(kx, ky, s.x + a.x, s.y + a.y, at.depth, 0.0, 0.0)  # fmt: skip
+        opened, (old.sx + kx) * (tx - kx) + (old.sy + ky) * (ty - ky), depth,
+    ), Memory(kx, ky, s.x + a.x, s.y + a.y, depth, n, 0.0)  # fmt: skip
 
 
 @njit(**INLINE)
@@ -171,8 +178,9 @@ def step(
 
 # Side by side ---------------------------------------------------------------------------------------------------------
 
-UNUSED: Final = ("power", "loss", "torque", "pressed", "slid", "bend")
+UNUSED: Final = ("power", "loss", "torque", "slid", "bend")
 load_body, load_state, load_frame = (ROWS.access(of).load for of in (Body, State, Frame))
+load_lying, store_lying, _ = ROWS.access(Lying)
 load_wrench, load_shaking = ROWS.access(Wrench).load, ROWS.access(Shaking, without=UNUSED).load
 load_peaks, load_account = ROWS.access(Peaks).load, ROWS.access(Account, without=UNUSED).load
 store_state, store_frame, store_wrench = (ROWS.access(of).store for of in (State, Frame, Wrench))
@@ -198,8 +206,10 @@ def touch_all(state: Any, one: Any, other: Any, columns: int) -> None:
     for j in range(columns):
         body, s, f = load_body(state, j), load_state(state, j), load_frame(state, j)
         rate, left, right = body.dashpot / (body.step * WHOLE), load_memory(one, j), load_memory(other, j)
-        a, left = act(body, s, vertex_moved(s, f, load_vertex(one, j), left), left, rate)
-        b, right = act(body, s, vertex_moved(s, f, load_vertex(other, j), right), right, rate)
+        p, q, lying = load_vertex(one, j), load_vertex(other, j), load_lying(state, j)
+        at, on = vertex_moved(s, f, p, left), vertex_moved(s, f, q, right)
+        a, left = act(body, s, at, left, rate, waits(body, lying, p, at.arm.z, left))
+        b, right = act(body, s, on, right, rate, waits(body, lying, q, on.arm.z, right))
         store_memory(one, j, left)
         store_memory(other, j, right)
         store_wrench(state, j, both(load_wrench(state, j), both(a, b)))
@@ -212,8 +222,9 @@ def roll_all(state: Any, one: Any, other: Any, columns: int, ahead: float, aside
         body, s, f = load_body(state, j), load_state(state, j), load_frame(state, j)
         dt = body.step * WHOLE
         rate, left, right = body.dashpot / dt, load_memory(one, j), load_memory(other, j)
-        a, left = act(body, s, rim_moved(body, s, f, ahead, aside, dt), left, rate)
-        b, right = act(body, s, rim_moved(body, s, f, -ahead, -aside, dt), right, rate)
+        between = (aside != 0.0) & (not lies(load_lying(state, j)))
+        a, left = act(body, s, rim_moved(body, s, f, ahead, aside, dt), left, rate, between & (left.depth <= 0.0))
+        b, right = act(body, s, rim_moved(body, s, f, -ahead, -aside, dt), right, rate, between & (right.depth <= 0.0))
         store_memory(one, j, left)
         store_memory(other, j, right)
         store_wrench(state, j, both(load_wrench(state, j), both(a, b)))
@@ -241,10 +252,20 @@ def loops(round_: bool) -> Any:
     """
 
     @njit(**INNER)
-    def advance(kind: Any, state: Any, vertices: Any, count: int, columns: int, steps: int, gravity: float) -> None:  # noqa: ARG001
+    def advance(
+        kind: Any,  # noqa: ARG001
+        state: Any,
+        vertices: Any,
+        count: int,
+        base: int,
+        columns: int,
+        steps: int,
+        gravity: float,
+    ) -> None:
         half = count // 2 * OF_A_VERTEX
         for _ in range(steps):
             place_all(state, columns)
+            lie_all(state, vertices, half, base, columns, round_)
             for pair in range(0, half, OF_A_VERTEX):
                 one, other = (
                     vertices[pair : pair + OF_A_VERTEX],

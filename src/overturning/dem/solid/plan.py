@@ -192,7 +192,7 @@ def _bodies(made: list[Body]) -> Bodies:
         smallest = min(body.reach, body.foot)
         table[index] = [
             inverse[0, 0], inverse[1, 1], inverse[2, 2], inverse[0, 1], inverse[0, 2], inverse[1, 2], body.foot, body.radius,
-            body.reach, critical, np.round(np.cos(body.fallen), 12), DEEPEST * smallest,
+            body.reach, critical, np.round(np.cos(body.fallen), 12), DEEPEST * smallest, body.ends,
             body.inertia[0, 0], body.inertia[1, 1], body.inertia[2, 2], body.inertia[0, 1], body.inertia[0, 2], body.inertia[1, 2],
         ]  # fmt: skip
     return Bodies(table, points, made[0].base, made[0].radius > 0)

@@ -106,7 +106,7 @@ def start(
         constants[tables.B_IXX], constants[tables.B_IYY], constants[tables.B_IZZ], constants[tables.B_IXY],
         constants[tables.B_IXZ], constants[tables.B_IYZ], own[0], own[1], own[2], own[3], own[4], own[5], constants[tables.B_FOOT], constants[tables.B_RADIUS],
         case[tables.P_STIFFNESS], ks, 1.0 / ks if ks > 0.0 else 0.0, case[tables.P_DASHPOT], case[tables.P_FRICTION],
-        constants[tables.B_CRITICAL], interval / ticks, case[tables.P_FINEST], case[tables.P_DWELL],
+        constants[tables.B_CRITICAL], constants[tables.B_ENDS], interval / ticks, case[tables.P_FINEST], case[tables.P_DWELL],
     )  # fmt: skip
     at = case[tables.P_START :]
     f = frame_of(at[3], at[4], at[5], at[6])
@@ -287,7 +287,7 @@ def run_queue(
         if noted < path.shape[0]:
             note(state, 0, lag, ground.interval, ticks, path[noted])
             noted += 1
-        advance(kind, state, vertices, count, columns, steps, gravity)
+        advance(kind, state, vertices, count, bodies.base, columns, steps, gravity)
         counter[0] += active * steps
         j = none if look_at(state, active, done, steps, ticks, end, deepest, limits) > 0 else active
         while j < active:

@@ -17,7 +17,7 @@ from overturning.dem.solid.centred_rows import Attempt, Change, Equations, Fores
 COLUMNS: Final = 48
 """Bodies side by side."""
 
-TICKS: Final = 128
+TICKS: Final = 512
 """Ticks of a whole step."""
 
 
@@ -54,6 +54,8 @@ class Body(NamedTuple):
     """μ;"""
     critical: float
     """`lean` at the critical angle;"""
+    ends: float
+    """share of the rise from the lowest to the highest vertex of the base within which vertices belong to its ends;"""
     step: float
     """length of a tick, s;"""
     finest: float
@@ -168,6 +170,19 @@ class Point(NamedTuple):
     new: Memory
 
 
+class Lying(NamedTuple):
+    """How the base of a body lies on the ground."""
+
+    low: float
+    """Height of the lowest vertex of the base from the centre, m, negative,"""
+    high: float
+    """and of the highest;"""
+    low_rests: float
+    """1 where the lowest rests,"""
+    high_rests: float
+    """and the highest."""
+
+
 class Peaks(NamedTuple):
     """What is kept of the path: largest lean and penetration, the square of the largest slip, and the last tick below α."""
 
@@ -224,6 +239,7 @@ ROWS: Final = Rows(
     State,
     Frame,
     Wrench,
+    Lying,
     Peaks,
     Account,
     Shaking,

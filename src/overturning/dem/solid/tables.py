@@ -12,9 +12,11 @@ START: Final = 13
 PARAMETERS: Final = P_START + START
 
 # Columns of the table of bodies.
-(B_IXX, B_IYY, B_IZZ, B_IXY, B_IXZ, B_IYZ, B_FOOT, B_RADIUS, B_REACH, B_CRITICAL, B_FALLEN, B_DEEPEST) = range(12)
-B_INERTIA: Final = 12
-BODY: Final = 18
+(B_IXX, B_IYY, B_IZZ, B_IXY, B_IXZ, B_IYZ, B_FOOT, B_RADIUS, B_REACH, B_CRITICAL, B_FALLEN, B_DEEPEST, B_ENDS) = range(
+    13
+)
+B_INERTIA: Final = 13
+BODY: Final = 19
 
 # Columns of its results.
 (R_STATUS, R_FALLEN, R_TIME, R_LEAN, R_SLIP, R_SLIP_X, R_SLIP_Y, R_DEPTH, R_ENERGY, R_SPIN, R_STEPS) = range(11)

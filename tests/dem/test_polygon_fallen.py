@@ -6,10 +6,17 @@ import numpy as np
 import pytest
 
 from overturning.dem.cases import Cases
+from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.geometry import native_size, place
+from overturning.dem.polygon.prepare import prepare
+from overturning.dem.results import Results
 from overturning.dem.run import run
 from overturning.dem.scene import Scene
+from overturning.dem.status import Status
+from overturning.dem.trajectory import trajectory
+from overturning.figures.film_of_trajectory import outcome
 from overturning.motion.motion import Motion
+from tests.dem.near_field import near_field
 from tests.dem.polygon_scenes import GROUND, ROOT, block, scene, shaken, shipped, still
 
 STEP = np.radians(0.02)
@@ -96,3 +103,181 @@ def test_an_angle_that_a_scene_gives_counts() -> None:
     assert shipped("gravestone").single_block
     assert scene(GROUND, block("stone", 0.1, 0.6, fallen_rotation_deg=90)).single_block
     assert not scene(GROUND, block("stone", 0.1, 0.6, fallen_rotation_deg=30)).single_block
+
+
+def ended(made: Scene, motion: Motion, friction: float = 0.7, azimuth: float = 0.0, **options: Any) -> Results:
+    return run(made, motion, Cases([azimuth], *native_size(made), friction), Numerics(**options))
+
+
+def sine(peak: float, frequency: float, cycles: float = 4.0) -> Motion:
+    time = np.arange(0.0, cycles / frequency + 1e-9, 0.01)
+    return shaken(peak * np.sin(2 * np.pi * frequency * time))
+
+
+def gate() -> Scene:
+    """Two pillars 2 m apart and a lintel on both."""
+    pillars = (block(name, 0.3, 2.2, x=x) for name, x in (("left", -1.0), ("right", 1.0)))
+    return scene(GROUND, *pillars, block("lintel", 2.9, 0.3, "left", x=1.0))
+
+
+@pytest.mark.parametrize(
+    ("motion", "azimuth", "friction"),
+    [(None, 32.0, 0.7), (sine(3.0, 1.0), 0.0, 1.0), (sine(3.0, 1.5), 0.0, 1.0), (sine(-3.0, 1.0), 0.0, 1.0)],
+)
+def test_a_gate_that_lies_on_its_own_rubble_has_fallen(motion: Motion | None, azimuth: float, friction: float) -> None:
+    """Its stones end turned by 81°, 90° and 10°, the lintel 0.85 m or more below its place."""
+    motion = near_field(9)[0] if motion is None else motion
+    path = trajectory(motion, scene=gate(), azimuth_deg=azimuth, friction=friction)
+    turned, sunk = np.degrees(path["rotation"][-1]), path["z"][0] - path["z"][-1]
+    assert (np.abs(turned[1:3]) > 45.0).all(), "it comes down"
+    assert sunk[3] > 0.8
+    assert (path["overturned"][1:] == np.sign(path["x"][-1] - path["x"][0])[1:]).all()
+    # A pillar could come back until it last passed its 7.8°; the lintel until it was last as high as a tenth of its height below.
+    angle, level, time = np.abs(path["rotation"]), path["z"].sel(element="lintel"), path["time"].to_numpy()
+    for name in ("left", "right"):
+        last = time[angle.sel(element=name) < np.arctan(0.3 / 2.2)].max()
+        assert path["overturning_time"].sel(element=name) == pytest.approx(last, abs=0.02)
+    last = time[level > level[0] - 0.03].max()
+    assert path["overturning_time"].sel(element="lintel") == pytest.approx(last, abs=0.02)
+
+
+@pytest.mark.parametrize(("peak", "frequency", "rocks"), [(4.0, 2.0, 0.5), (2.0, 2.0, 0.1)])
+def test_a_gate_that_only_rocks_stands(peak: float, frequency: float, rocks: float) -> None:
+    found = ended(gate(), sine(peak, frequency), 1.0)
+    assert (found.status[0], found.overturned[0].tolist()) == (Status.SIMULATED, [0, 0, 0])
+    assert rocks < found.peak_rotation[0, 0] < 1.0
+    assert np.isnan(found.overturning_time).all()
+
+
+def moved_by(distance: float, duration: float) -> Motion:
+    """A ground that goes a way towards the azimuth and stops, by one cycle of a sine of acceleration."""
+    time = np.arange(0.0, duration + 0.005, 0.01)
+    return shaken(2 * np.pi * distance / duration**2 * np.sin(2 * np.pi * time / duration))
+
+
+def held(name: str, width: float, height: float, x: float, z: float) -> dict[str, Any]:
+    return {"name": name, "kind": "held", "width": width, "height": height, "at": [x, z]}
+
+
+def test_a_lintel_whose_pillars_part_has_fallen() -> None:
+    """One pillar goes with the ground, the other stays on a shelf in space; the lintel bears 0.2 m on either."""
+    ground = {"name": "ground", "kind": "driven", "width": 3.0, "height": 1.0, "at": [-1.2, -1.0]}
+    pillars = (block("left", 0.6, 0.6, x=0.8), block("right", 0.6, 0.6, "shelf", x=-0.8))
+    made = scene(ground, held("shelf", 3.0, 1.0, 2.4, -1.0), *pillars, block("lintel", 1.8, 0.2, "left", x=1.0))
+    found = {way: ended(made, moved_by(way, 2.0)) for way in (-0.8, -0.1)}
+    assert found[-0.8].overturned[0].tolist()[2] != 0
+    assert 0.5 < found[-0.8].overturning_time[0, 2] < 2.5
+    # Both pillars stand where they stood, and after a tenth of a metre so does the lintel.
+    assert found[-0.8].overturned[0].tolist()[:2] == found[-0.1].overturned[0].tolist()[:2] == [0, 0]
+    assert found[-0.1].overturned[0, 2] == 0
+
+
+def slipping(height: float) -> Scene:
+    """A block on a slippery plate on a shelf in space, and a hammer that goes with the ground and can knock out the plate."""
+    hammer = {"name": "hammer", "kind": "driven", "width": 0.2, "height": 0.8 * height, "at": [-0.35, 0.1 * height]}
+    return scene(
+        held("shelf", 40.0, 1.0, 0.0, -1.0) | {"material": "floor"},
+        hammer,
+        block("plate", 0.4, height, "shelf", material="ice"),
+        block("top", 0.3, 0.4, "plate"),
+        materials={"stone": {}, "ice": {}, "floor": {}},
+        contacts=[{"between": ["stone", "ice"], "friction": 0.02}],
+    )
+
+
+@pytest.mark.parametrize("height", [0.05, 0.03])
+def test_the_top_of_a_stack_whose_middle_slips_out_has_fallen(height: float) -> None:
+    """It comes down by the height of the plate, more or less than a tenth of its own, and stands upright on another stone."""
+    path = trajectory(moved_by(0.65, 0.3), scene=slipping(height), azimuth_deg=0.0)
+    top = path.sel(element="top")
+    assert top["z"][0] - top["z"][-1] == pytest.approx(height, abs=2e-3)
+    assert abs(float(top["rotation"][-1])) < 0.01
+    assert top["overturned"] != 0
+    assert 0.05 < top["overturning_time"] < 0.5
+    assert path["overturned"].sel(element="plate") == 0
+
+
+def test_a_shaft_that_leans_on_a_wall_for_ever_has_fallen() -> None:
+    """0.2 wide and 1 high, its α 11.3°; the wall is 0.5 m away."""
+    wall = {"name": "wall", "kind": "driven", "width": 0.3, "height": 2.0, "at": [0.75, 0.0]}
+    made = scene(GROUND, wall, block("shaft", 0.2, 1.0))
+    path = trajectory(sine(3.0, 1.0, 1.0), scene=made, azimuth_deg=0.0, friction=1.0).sel(element="shaft")
+    assert 20.0 < np.degrees(path["rotation"][-1]) < 40.0
+    assert (path["status"], path["overturned"]) == (Status.SIMULATED, 1)
+
+
+def tilted(peak: float) -> tuple[Scene, Motion]:
+    """A wall of 0.3 m x 2.2 m whose foot is on the ground and that leans, at 80°, on the corner of a neighbour 0.2 m high."""
+    c, s = np.cos(np.radians(80.0)), np.sin(np.radians(80.0))
+    corner = 0.15 * c + 0.2 * s / c
+    made = scene(GROUND, block("neighbour", 0.4, 0.2, x=corner + 0.2), block("wall", 0.3, 2.2, rotation_deg=80.0))
+    return made, sine(peak, 2.0)
+
+
+def test_a_wall_tilted_against_its_neighbour_stands_until_that_is_gone() -> None:
+    made, quiet = tilted(0.01)
+    found = ended(made, quiet, 1.0)
+    assert (found.status[0], found.overturned[0].tolist()) == (Status.SIMULATED, [0, 0])
+    assert found.peak_rotation[0, 1] < 0.1, "in degrees: it has no α"
+    assert np.isnan(prepare(made).alpha[2])
+
+
+def test_a_wall_that_comes_to_rest_on_its_neighbour_has_fallen() -> None:
+    made = scene(GROUND, block("neighbour", 0.4, 0.2, x=2.0), block("wall", 0.3, 2.2))
+    path = trajectory(sine(-3.0, 0.7, 1.0), scene=made, azimuth_deg=0.0, friction=1.0)
+    wall = path.sel(element="wall")
+    assert 70.0 < np.degrees(wall["rotation"][-1]) < 88.0
+    assert path["overturned"].to_numpy().tolist()[1:] == [0, 1]
+
+
+def arch() -> Scene:
+    """Three voussoirs, 0.3 m thick, of a half circle of 0.8 m inner radius."""
+    rays = np.radians([180.0, 120.0, 60.0, 0.0])
+    inner, outer = (np.column_stack([r * np.cos(rays), r * np.sin(rays)]) for r in (0.8, 1.1))
+    stones = [
+        {"name": name, "vertices": [inner[k].tolist(), inner[k + 1].tolist(), outer[k + 1].tolist(), outer[k].tolist()]}
+        for k, name in enumerate(("sp1", "key", "sp2"))
+    ]
+    return scene(GROUND, *stones)
+
+
+def test_the_stones_of_an_arch_have_no_tipping_angle_and_stand_in_a_breath_of_motion() -> None:
+    made = arch()
+    assert np.isnan(prepare(made).alpha[1:]).all()
+    path = trajectory(sine(0.01, 2.0), scene=made, azimuth_deg=0.0, friction=1.0)
+    assert path["status"] == Status.SIMULATED
+    assert path["overturned"][1:].to_numpy().tolist() == [0, 0, 0]
+    turned = np.degrees(np.abs(path["rotation"][:, 1:]).max("time"))
+    np.testing.assert_allclose(path["peak_rotation"][1:], turned, rtol=0.05, atol=1e-4)
+    assert "α" not in outcome(path)
+    assert "°" in outcome(path)
+
+
+def test_an_arch_that_comes_down_falls_once_it_moves() -> None:
+    motion = near_field(9)[0]
+    path = trajectory(motion, scene=arch(), azimuth_deg=32.0, friction=0.7)
+    assert path["status"] == Status.SIMULATED
+    fell = path["overturned"][1:] != 0
+    assert fell.any()
+    sunk, height = (path["z"][0] - path["z"][-1])[1:], np.ptp(path["vertices"].to_numpy()[1:, :, 1], axis=1)
+    assert (fell | (sunk < 0.1 * height)).all()
+    first = path["time"][np.abs(path["rotation"][:, 1:]).max("element") > np.radians(1.0)].min()
+    assert float(path["overturning_time"].min()) > float(first) - 0.5 > 0.5
+
+
+def trapezoid(time: np.ndarray, level: float, start: float, end: float, ramp: float = 0.1) -> np.ndarray:
+    return level * np.clip(np.minimum(time - start, end - time) / ramp, 0.0, 1.0)
+
+
+def test_a_case_goes_on_while_two_stones_may_tip_as_one() -> None:
+    """After the finial has fallen 0.56 g lifts neither 0.40 x 0.40 nor 0.36 x 0.40 alone; both as one tip from 0.5 g on."""
+    made = scene(
+        GROUND, block("lower", 0.40, 0.40), block("upper", 0.36, 0.40, "lower"), block("finial", 0.06, 0.40, "upper")
+    )
+    time = np.arange(0.0, 12.0, 0.01)
+    g = 9.80665
+    push = trapezoid(time, 0.3 * g, 2.5, 3.7) + trapezoid(time, 0.56 * g, 8.0, 9.7)
+    motion = Motion(push, 0 * push, sampling_interval=0.01, trust_data=True)
+    short, full = (ended(made, motion, 1.0, leave_out=leave_out) for leave_out in (True, False))
+    assert full.overturned[0].tolist() == [-1, -1, -1]
+    np.testing.assert_array_equal(short.overturned, full.overturned)

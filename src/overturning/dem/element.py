@@ -97,7 +97,8 @@ class Element(Model):
         description="rotation that counts as overturned, degrees; not given: the least at which it can rest on another face",
     )
     fallen_drop: Positive | None = Field(
-        default=None, description="drop of the centre that counts as overturned too, m; not given: rotation only"
+        default=None,
+        description="drop of the centre that counts as overturned too, m; not given: a tenth of its height as it stands",
     )
 
     @model_validator(mode="after")

@@ -35,13 +35,13 @@ class Results:
     Attributes
     ----------
     overturned : ndarray of int8, shape (n, free elements)
-        +1 fallen towards the azimuth, −1 away from it, 0 standing, −128 where there is no answer.
+        +1 fallen towards the azimuth, −1 away from it, 0 standing where it stood, −128 where there is no answer.
     status : ndarray of int8, shape (n,)
         A `Status`.
     overturning_time : ndarray of float32, shape (n, free elements)
-        s after the record's start; NaN where the element does not fall.
+        s after the record's start, until which it could still have come back; NaN where the element does not fall.
     peak_rotation : ndarray of float32, shape (n, free elements)
-        Largest abs(θ)/α; α is that of the element alone on what it stands on.
+        Largest abs(θ)/α; α is that of the element alone on what it stands on. In degrees where it has none of its own.
     peak_slip, residual_slip : ndarray of float32, shape (n, free elements)
         Of the midpoint of its base on what it stands on, m; the peak is a magnitude, the residual positive towards the
         azimuth.

@@ -9,6 +9,7 @@ from overturning.dem.contact import Contact
 from overturning.dem.grid import DIMENSIONS, Grid
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.geometry import place, symmetric
+from overturning.dem.polygon.prepare import CRITICAL, critical_angles
 from overturning.dem.run import run
 from overturning.dem.scene import Scene, scene_or_gravestone
 from overturning.dem.variables import VARIABLES
@@ -133,6 +134,11 @@ def simulate(
     }
     if several:
         coordinates["element"] = list(several)
+    if not named.single_block:
+        angles = critical_angles(named, grid.b_over_h)
+        coordinates["critical_angle"] = (
+            ("b_over_h", "element") if several else "b_over_h", angles if several else angles[:, 0], CRITICAL,
+        )  # fmt: skip
     return xr.Dataset(
         {item.name: (grid.dimensions(item), arrays[item.name], item.all_attributes) for item in VARIABLES},
         coordinates,

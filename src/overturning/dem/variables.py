@@ -74,9 +74,11 @@ VARIABLES: Final = (
     }),
     Variable(
         "overturning_time", "f4",
-        "last time the rotation passed the critical angle before the block fell, after the start of the record", "s", True,
+        "last time at which what fell could still have come back, after the start of the record", "s", True,
     ),
-    Variable("peak_rotation", "f4", "largest absolute rotation over the critical angle arctan(B/H)", "1", True),
+    Variable("peak_rotation", "f4", "largest absolute rotation over the critical angle", "1", True, attributes={
+        "comment": "in degrees of an element without a critical angle of its own; see critical_angle",
+    }),
     Variable("peak_slip", "f4", "largest slip of the midpoint of the block's base", "m", True),
     Variable("residual_slip", "f4", "slip of the midpoint of the block's base at the end", "m", True, odd=True),
     Variable("peak_penetration", "f4", "largest penetration of any contact", "m"),

@@ -22,9 +22,6 @@ GROUND_SHOWN = 3.0
 MOVED = 1e-3
 """An element moves where it is so far from where it began and from where it ends, m and rad."""
 
-MOST_ALPHAS = 100.0
-"""A rotation of more times α is told in degrees: no stone with a base to stand on turns so far and stands."""
-
 LAST_TURN = 0.5
 """A path that ends with a stone about to lie down goes on for as long as the rest of the turn takes, but no longer, s."""
 
@@ -38,7 +35,7 @@ def free_elements(path: "xr.Dataset") -> "xr.Dataset":
 
 
 def outcome(path: "xr.Dataset") -> str:
-    """What the elements do, in the order in which they fall; a single one goes without its name."""
+    """How many elements fall and which, in the order in which they do; a single one goes without its name."""
     if int(path["status"]) not in (Status.SIMULATED, Status.AT_REST):
         return "no outcome: the simulation is not valid"
     free, azimuth = free_elements(path), path.attrs["azimuth_deg"]
@@ -47,19 +44,20 @@ def outcome(path: "xr.Dataset") -> str:
     falls = sorted((time, name, side) for time, name, side in zip(times, names, sides, strict=True) if side != 0)
     if not falls:
         return f"{'everything ' if several else ''}stands (largest rotation {_largest_rotation(free)})"
-    return "; ".join(
+    head = f"{len(falls)} of {len(names)} fall: " if several else ""
+    return head + "; ".join(
         f"{name + ' ' if several else ''}falls towards {compass_name(azimuth if side > 0 else azimuth + 180.0)} at {time:.2f} s"
         for time, name, side in falls
     )
 
 
 def _largest_rotation(free: "xr.Dataset") -> str:
-    """In parts of α; in degrees where α is no measure, as of a stone that begins on its corner."""
-    highest = float(free["peak_rotation"].max())
-    if highest <= MOST_ALPHAS:
-        return f"{highest:.2f} α"
-    turned = float(np.abs(free["rotation"] - free["rotation"].isel(time=0)).max())
-    return f"{np.degrees(turned):.3g}°"
+    """In parts of α; in degrees of those that have none, as an arch stone or one that leans."""
+    peak, has = free["peak_rotation"].to_numpy(), np.isfinite(free["critical_angle"].to_numpy())
+    texts = [f"{peak[has].max():.2f} α"] if has.any() else []
+    if not has.all():
+        texts.append(f"{peak[~has].max():.2g}°{' of what has no α' if has.any() else ''}")
+    return ", ".join(texts)
 
 
 def movement(path: "xr.Dataset") -> tuple[float, float] | None:

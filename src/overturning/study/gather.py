@@ -21,7 +21,7 @@ from overturning.study.config import Study
 from overturning.study.grid import grid_of
 from overturning.study.netcdf import add_coordinate, add_grid, add_variable, content_hash
 from overturning.study.parts import opened_part, record_of
-from overturning.study.scenes import NOMINAL
+from overturning.study.scenes import NOMINAL, scene_of
 from overturning.study.sweep import variables_of
 
 CONVENTIONS = "CF-1.11"
@@ -69,9 +69,22 @@ def describe_cube(cube: Any, study: Study, records: Sequence[Record], variant: s
     cube.createDimension("record", len(records))
     _add_records(cube, records, study.simulation.vertical)
     add_grid(cube, grid)
+    _add_critical_angles(cube, study, variant)
     for variable in variables_of(study):
         names = ("element_name",) if "element" in grid.dimensions(variable) else ()
         add_variable(cube, variable, grid, "record").coordinates = " ".join((*RECORD_COORDINATES, *names))
+
+
+def _add_critical_angles(cube: Any, study: Study, variant: str) -> None:
+    """The critical angles of a scene; those of a single block follow from its slenderness."""
+    if study.body is not None or (scene := scene_of(study, variant)).single_block:
+        return
+    from overturning.dem.polygon.prepare import CRITICAL, critical_angles
+
+    dimensions = ("b_over_h", "element") if "element" in cube.dimensions else ("b_over_h",)
+    angles = cube.createVariable("critical_angle", "f8", dimensions, fill_value=np.nan)
+    angles.setncatts(CRITICAL)
+    angles[:] = critical_angles(scene, np.asarray(cube["b_over_h"][:])).reshape(angles.shape)
 
 
 def _paths_of_records(

@@ -37,14 +37,17 @@ def kernel_column(prepared: Prepared) -> FloatArray:
                 pose, still, k.Trial(pose, still, still, 0.0, 0.0, still), still, still,
                 k.Body(*free, frame, held, float(prepared.critical[index])),
                 k.Course(moved=0.0, turned=0.0, work=0.0, peak_angle=abs(turn), last_upright=-1.0, power=0.0),
-                k.Standing(0.0, 0.0, 0.0, 0.0, 0.0, x - item.x, z - item.z, x - support.x, z - support.z),
+                k.Standing(
+                    0.0, 0.0, 0.0, 0.0, 0.0, x - item.x, z - item.z, x - support.x, z - support.z,
+                    item.x, item.z, item.z - item.drop,
+                ),
             )
         )  # fmt: skip
     settled = np.inf if rests_on_one_face(placed) else 0.0
     nearest = k.Nearest(face_a=-1.0, face_b=-1.0, lever=0.0, limit=settled, reach=-1.0, used=0.0, ahead=0.0)
     seen, face = k.Seen(0.0, 0.0), k.Face(0.0, 0.0, 0.0, 0.0, 0.0)
     unseen = k.Vertices(seen, seen, seen, seen)
-    pairs = []
+    pairs, stands = [], [float(j in prepared.carriers[i]) - (i in prepared.carriers[j]) for i, j in prepared.pairs]
     for index, (a, b) in enumerate(partners(placed, prepared.pairs)):
         tangential = laws.tangential[index]
         compliance = 1.0 / tangential if tangential > 0 else 0.0
@@ -54,7 +57,7 @@ def kernel_column(prepared: Prepared) -> FloatArray:
             if at == index:
                 ends[side] = k.Memory(slip, rows.MINE if _is_first(a, b, side) else rows.THEIRS, 0.0, 0.0)
         pairs.append(
-            k.Pair(face, face, k.Bounds(0.0, 0.0, 0.0, 0.0), law, nearest, unseen, ends[0], ends[1], 0.0, 0.0, 0.0, 0.0)
+            k.Pair(face, face, k.Bounds(0.0, 0.0, 0.0, 0.0), law, nearest, unseen, *ends, 0.0, 0.0, 0.0, 0.0, stands[index])
         )
     step = [0.0] * (rows.PAIR.count - len(rows.flat(pairs[0])) if pairs else 0)
     return np.array(
@@ -127,10 +130,9 @@ def kernel_rules(prepared: Prepared) -> tuple[FloatArray, FloatArray]:
     rules = np.zeros((len(prepared.placed), t.RULES))
     free = [item for item in prepared.placed if not item.fixed]
     for index, item in enumerate(prepared.placed):
-        drop = item.element.fallen_drop
         rules[index, t.IS_FREE] = 0.0 if item.fixed else 1.0
         rules[index, t.FALL_ANGLE] = fallen_angle(item)
-        rules[index, t.LOWEST] = -np.inf if drop is None else item.z - drop
+        rules[index, [t.TIPS_BACK, t.TIPS_ON]] = prepared.tips[index]
         rules[index, t.SUPPORT] = prepared.support[index]
         rules[index, t.BARRIER] = prepared.barrier[index]
     lightest = min(free, key=lambda item: item.mass)

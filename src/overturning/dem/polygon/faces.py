@@ -114,10 +114,15 @@ def end_of(mine: bool, faces: bool, f: Facing, a: Vertex, b: Vertex) -> End:
 
 @njit(**INLINE)
 def common_stretch(pair: Pair, a: Pose, b: Pose) -> Stretch:
+    """Both ends of a pair's common stretch, of which none touches where the elements are out of reach."""
+    return stretch_of(pair, a, b, pair.nearest.ahead >= pair.nearest.reach)
+
+
+@njit(**INLINE)
+def stretch_of(pair: Pair, a: Pose, b: Pose, near: bool) -> Stretch:
     """Both ends of a pair's common stretch: the inner vertex carries each, of a's first and b's second end 1, of the others end 2."""
     f = facing(pair.face_a, pair.face_b, a, b)
     a1, a2, b1, b2 = vertices(pair.face_a, pair.face_b, f, pair.before)
-    near = pair.nearest.ahead >= pair.nearest.reach
     low, high, to = pair.face_b.low, pair.face_b.high, pair.bounds
     mine_1, mine_2 = a1.seen.place <= high, a2.seen.place >= low
     top, bottom = -pair.face_a.low, -pair.face_a.high

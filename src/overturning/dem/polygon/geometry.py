@@ -20,6 +20,9 @@ TOUCHING: Final = 1e-7
 FAR: Final = 4.0
 """Pairs farther apart than this many times the size of all free elements together never meet."""
 
+FALLEN_DROP: Final = 0.1
+"""An element has fallen that in the end is lower by more than this share of its height, unless its scene says otherwise."""
+
 WIDE: Final = 20.0
 """Width of the ground, in widths or heights of the block, that is more than any slide."""
 
@@ -50,6 +53,7 @@ class Placed:
     z: float
     mass: float  # kg
     inertia: float  # kg·m²
+    drop: float  # by which its centre is lower when it has fallen, m
 
     @property
     def points(self) -> FloatArray:
@@ -122,7 +126,8 @@ def place(scene: Stage, height: float | None = None, b_over_h: float | None = No
         # An element in the middle is exactly there, so that a symmetric scene is exactly so.
         x = 0.0 if abs(x) < 1e-9 * shape.width else x
         per_area = scene.materials[element.material].density * element.depth
-        placed.append(Placed(element, shape, x, z, per_area * shape.area, per_area * shape.polar))
+        drop = FALLEN_DROP * shape.height if element.fallen_drop is None else element.fallen_drop * scale
+        placed.append(Placed(element, shape, x, z, per_area * shape.area, per_area * shape.polar, drop))
     return placed
 
 

@@ -24,7 +24,8 @@ from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
 
 SAFE_UPLIFT: Final = 0.7
-"""Share of the uplift acceleration of an element alone, below which shaking leaves it standing after another has fallen."""
+"""Share of the uplift acceleration of all that can move as one, below which shaking leaves it standing after another element has
+fallen."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,8 +36,9 @@ class PolygonPlan(Plan):
 
     variants: list[Prepared]  # the scene at each size
     variant: NDArray[np.int64]  # shape (n,): which of them each case is
-    table: FloatArray  # shape (n, PARAMETERS + elements): the kernel's case table; the others as `run_queue` takes them
+    table: FloatArray  # shape (n, PARAMETERS + parts): the kernel's case table; the others as `run_queue` takes them
     layout: NDArray[np.int64]
+    parts: NDArray[np.int64]
     sizes: NDArray[np.int64]
     shapes: FloatArray
     initial: FloatArray
@@ -55,12 +57,14 @@ class PolygonPlan(Plan):
         upward = None if self.motion.up is None else np.concatenate([self.motion.up, np.zeros(3)])
         noted = run_queue(
             SCHEMES[self.scheme][0], np.arange(chosen.size), self.table[chosen], self.row[chosen], self.variant[chosen],
-            self.initial, self.layout, self.sizes, self.shapes, self.rules, self.limits, self.ground, upward,
+            self.initial, self.layout, self.parts, self.sizes, self.shapes, self.rules, self.limits, self.ground, upward,
             self.motion.samples, self.motion.sampling_interval, int(self.steps[chosen[0]]), self.scene.gravity,
             self.numerics.budget, counter, path, out, every,
         )  # fmt: skip
         of_all = out[:, t.R_STATUS], out[:, t.R_DEPTH], out[:, t.R_ENERGY], out[:, t.R_STEPS] * self.free
-        each = (every[:, self.variants[0].free, k] for k in (t.E_SIDE, t.E_TIME, t.E_ANGLE, t.E_SLIP, t.E_RESIDUAL))
+        free = self.variants[0].free
+        every[:, :, t.E_ANGLE] /= np.stack([item.unit for item in self.variants])[self.variant[chosen]]
+        each = (every[:, free, k] for k in (t.E_SIDE, t.E_TIME, t.E_ANGLE, t.E_SLIP, t.E_RESIDUAL))
         return Answers(*of_all, *each), int(noted)
 
     def trace(self) -> tuple[Answers | None, Path]:
@@ -107,7 +111,7 @@ def plan_polygons(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics
         scene=scene, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground,
         steps=per_sample[variant] * numerics.refinement,
         first=first, never=never, variants=variants, variant=variant, table=table,
-        layout=kernel_layout(variants[0]),
+        layout=kernel_layout(variants[0]), parts=variants[0].parts,
         sizes=shaped[0][0],
         shapes=np.stack([shapes for _, shapes in shaped]),
         initial=np.stack([kernel_column(item) for item in variants]),
@@ -131,7 +135,7 @@ def _path(prepared: Prepared, rows: FloatArray) -> Path:
         contacts += 2 * [(placed[on].element.name, placed[by].element.name)]
     return Path(
         placed=placed,
-        critical=np.where([item.fixed for item in placed], np.nan, prepared.critical),
+        critical=prepared.alpha,
         time=rows[:, t.T_TIME],
         ground=rows[:, t.T_GROUND],
         poses=rows[:, 2:poses_end].reshape(len(rows), len(placed), 6),
@@ -182,7 +186,7 @@ def _case_table(
     samples, amplitude = motion.samples, np.asarray(cases.amplitude)
     # 20/p with p = √(3g/4R).
     period = np.sqrt(np.array([item.radius for item in variants])[variant] / (0.75 * scene.gravity))
-    table = np.zeros((cases.size, t.PARAMETERS + len(scene.elements)))
+    table = np.zeros((cases.size, t.PARAMETERS + len(variants[0].parts)))
     table[:, t.PARAMETERS :] = np.inf
     table[:, t.P_AMPLITUDE], table[:, t.P_FRICTION] = amplitude, cases.friction
     table[:, t.P_DAMPING], table[:, t.P_CALM] = cases.damping_factor, np.inf
@@ -198,9 +202,9 @@ def _case_table(
     moving = threshold <= 0
     first[moving], never[moving] = 0, False
     table[:, t.P_FIRST], table[:, t.P_CALM] = first, np.where(moving, np.inf, calm)
-    for element in variants[0].free:
-        # Rounded, since libm differs between processors in the last digit.
-        tangent = np.tan(np.array([item.critical[element] for item in variants], dtype=np.float64))
-        alone = np.round(tangent, 12)[variant].astype(np.float64) * (SAFE_UPLIFT / SAFE_SHARE)
-        table[:, t.PARAMETERS + element] = quiet_windows(motion, row, amplitude, ground[:, :samples], alone)[1]
+    alike = all(np.array_equal(item.parts, variants[0].parts) for item in variants)
+    for part in range(len(variants[0].parts)):
+        least = np.array([item.safe[part] if alike else 0.0 for item in variants])
+        safe = least[variant] * (SAFE_UPLIFT / SAFE_SHARE)
+        table[:, t.PARAMETERS + part] = quiet_windows(motion, row, amplitude, ground[:, :samples], safe)[1]
     return first, never, table

@@ -1,6 +1,7 @@
 """What a scene at one size asks of the kernel: pairs, springs, rest, the stable step, thresholds."""
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,13 +27,27 @@ class Prepared:
     square: float  # largest eigenvalue of the springs, 1/s²
     rate: float  # and of the dashpots, 1/s
     threshold: float  # horizontal acceleration over g below which nothing can start to rock; 0 where it is not known
+    parts: NDArray[np.int64]  # shape (parts, 2): lowest element of those that can move as one, and the one listed last
+    safe: FloatArray  # shape (parts,): horizontal acceleration over g below which they cannot
     fixed_friction: float  # smallest of the loaded pairs that the scene itself sets; infinite where it sets none
     swept_friction: bool  # whether a loaded pair has the swept friction
-    critical: FloatArray  # shape (elements,): α of each free element, rad; π/2 for others
+    tips: FloatArray  # shape (elements, 2): rotation towards −x and +x at which it tips off what carries it; infinite: at none
+    critical: FloatArray  # shape (elements,): α of each free element, the smaller of both, rad; without one the angle of its fall
     barrier: FloatArray  # shape (elements,): energy to overturn each free element, J
-    support: NDArray[np.int64]  # shape (elements,): what each stands on; itself for the fixed ones
+    carriers: list[set[int]]  # what carries each element at rest
+    support: NDArray[np.int64]  # shape (elements,): what each stands on, the first that carries it; itself for the fixed ones
     base: FloatArray  # shape (elements, 2): middle of the stretch on which it stands, m
     radius: float  # largest distance of a centre from the farthest vertex below it, m, for the time after the record
+
+    @property
+    def alpha(self) -> FloatArray:
+        """α of each element, the smaller of both sides, rad; NaN where it has none."""
+        return np.where(np.isfinite(self.tips).all(axis=1), self.critical, np.nan)
+
+    @property
+    def unit(self) -> FloatArray:
+        """What its largest rotation is given in, rad: its α, a degree where it has none, shape (elements,)."""
+        return np.where(np.isnan(self.alpha), np.radians(1.0), self.critical)
 
     @property
     def sunk(self) -> FloatArray:
@@ -65,9 +80,11 @@ def prepare(scene: Scene, height: float | None = None, b_over_h: float | None = 
     equilibrium = rest(scene, placed, pairs, laws.normal, laws.tangential)
     displacement, loaded = equilibrium or (np.zeros((len(placed), 3)), [])
     stands = _stands(placed, pairs, loaded)
-    critical, barrier, support, base = _single(scene, placed, stands)
+    tips, critical, barrier, support, base = _single(scene, placed, stands, _upright(placed, pairs, loaded))
     moves_alone = any(item.element.kind == "held" for item in placed)
-    threshold = 0.0 if equilibrium is None or moves_alone else _threshold(placed, stands)
+    threshold, parts, safe = _lifting(placed, stands)
+    if equilibrium is None or moves_alone:
+        threshold, safe = 0.0, 0.0 * safe
     frictions = [laws.friction[index] for index in {end.pair for end in loaded}]
     if any(
         laws.friction[k] >= 0 and laws.tangential[k] * abs(slip) > laws.friction[k] * laws.normal[k] * approach
@@ -92,12 +109,30 @@ def prepare(scene: Scene, height: float | None = None, b_over_h: float | None = 
         threshold=threshold,
         fixed_friction=min((mu for mu in frictions if mu >= 0), default=np.inf),
         swept_friction=any(mu < 0 for mu in frictions),
+        parts=parts,
+        safe=safe,
+        tips=tips,
         critical=critical,
         barrier=barrier,
+        carriers=[set(stands.get(k, {})) for k in range(len(placed))],
         support=support,
         base=base,
         radius=0.5 * float(np.sqrt((top - low) ** 2 + wide**2)),
     )
+
+
+def critical_angles(scene: Scene, b_over_h: FloatArray) -> FloatArray:
+    """α of each free element at each slenderness of the reference element, degrees, shape (b, free); NaN where it has none."""
+    prepared = (prepare(scene, None, float(ratio)) for ratio in b_over_h)
+    return np.stack([np.degrees(item.alpha[item.free]) for item in prepared])
+
+
+CRITICAL: Final = {
+    "units": "degree",
+    "long_name": "critical angle, at which an element tips off what carries it as it stands in the scene",
+    "comment": "missing where it has none of its own, as an arch stone or one that leans: its peak_rotation is in degrees",
+}
+"""CF attributes of the critical angles of a scene."""
 
 
 def deepest_allowed(placed: list[Placed]) -> float:
@@ -106,6 +141,12 @@ def deepest_allowed(placed: list[Placed]) -> float:
 
 
 Stands = dict[int, dict[int, list[End]]]
+
+ALIKE: Final = 0.05
+"""Sine of the angle between two directions up to which they are one."""
+
+LEAST_TIP: Final = 1e-6
+"""A tipping angle below this is none, rad."""
 
 
 def _stands(placed: list[Placed], pairs: list[tuple[int, int]], loaded: list[Loaded]) -> Stands:
@@ -119,16 +160,36 @@ def _stands(placed: list[Placed], pairs: list[tuple[int, int]], loaded: list[Loa
     return result
 
 
+def _upright(placed: list[Placed], pairs: list[tuple[int, int]], loaded: list[Loaded]) -> NDArray[np.bool_]:
+    """Which elements stand by themselves on what carries them: all that bears on them at rest bears in one direction.
+
+    An arch stone, one in a groove and one that leans on a wall are held by faces that are turned to each other; there is no
+    angle at which they tip off.
+    """
+    normals: list[list[tuple[float, float]]] = [[] for _ in placed]
+    for index, _, end, _, _ in loaded:
+        for k in pairs[index]:
+            normals[k].append(end.normal)
+    result = np.zeros(len(placed), np.bool_)
+    for k, found in enumerate(normals):
+        directions = np.array(found).reshape(-1, 2)
+        across = np.outer(directions[:, 0], directions[:, 1])
+        result[k] = not placed[k].fixed and len(found) > 0 and bool((np.abs(across - across.T) < ALIKE).all())
+    return result
+
+
 def _single(
-    scene: Scene, placed: list[Placed], stands: Stands
-) -> tuple[FloatArray, FloatArray, NDArray[np.int64], FloatArray]:
+    scene: Scene, placed: list[Placed], stands: Stands, upright: NDArray[np.bool_]
+) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.int64], FloatArray]:
+    """Of each element by itself: tipping angles to both sides, α, barrier, support and middle of its base."""
     count = len(placed)
-    critical, barrier = np.full(count, 0.5 * np.pi), np.zeros(count)
+    tips, critical, barrier = np.full((count, 2), np.inf), np.full(count, 0.5 * np.pi), np.zeros(count)
     support, base = np.arange(count), np.array([[item.x, item.z] for item in placed])
     for k, item in enumerate(placed):
         if item.fixed:
             continue
         ends = [(lower, end.point) for lower, all_ends in stands.get(k, {}).items() for end in all_ends]
+        rests = bool(ends)
         if not ends:  # not at rest on anything: its lowest vertices take the place of the support
             low = item.points[:, 1].min()
             ends = [(k, (float(x), float(z))) for x, z in item.points if z < low + 0.01 * item.size]
@@ -141,32 +202,72 @@ def _single(
             # Rounded, since libm differs between processors in the last digit.
             reach.append(round(float(np.arctan2(max(arm, 0.0), rise)), 12))
             lift.append(np.sqrt(arm * arm + rise * rise) - rise if arm > 0 else 0.0)
-        critical[k] = max(min(reach), 1e-6)
-        barrier[k] = item.mass * scene.gravity * max(min(lift), 1e-9 * item.size)
-    return critical, barrier, support, base
+        if upright[k] and min(reach) > LEAST_TIP:
+            tips[k] = reach
+            critical[k], least = min(reach), min(lift)
+        else:
+            critical[k], least = item.fallen if rests else max(min(reach), LEAST_TIP), 0.0
+        barrier[k] = item.mass * scene.gravity * max(least, 1e-9 * item.size)
+    return tips, critical, barrier, support, base
 
 
-def _threshold(placed: list[Placed], stands: Stands) -> float:
-    """Least horizontal acceleration over g at which some part of the scene above an interface starts to rock.
+def _lifting(placed: list[Placed], stands: Stands) -> tuple[float, NDArray[np.int64], FloatArray]:
+    """Horizontal acceleration over g below which no part of the scene that can move as one starts to rock.
 
-    The part above an interface is the element that stands on it with all that it carries, directly or not. It lifts
-    off when the resultant of weight and inertia leaves the interface: |a|/g > arm / height of the common centre.
+    A part is an element with what stands on it, directly or not. It lifts off when the resultant of weight and inertia
+    leaves its base: |a|/g > arm / height of the common centre.
+
+    Returns
+    -------
+    threshold : float
+        The least of the elements with all that they carry.
+    parts : ndarray of int64, shape (parts, 2)
+        The lowest element of a part, and the one that the scene lists last: without either the part is none.
+    least : ndarray, shape (parts,)
+        The least of the parts with these two. All is 0 where anything bridges or leans: there is no closed form.
     """
-    least = np.inf
-    for k, item in enumerate(placed):
-        if item.fixed:
-            continue
-        below = stands.get(k, {})
-        if len(below) != 1:
-            return 0.0  # bridges and leaning elements: no closed form here, so nothing is left out
-        part = {k}
-        while more := {upper for upper, lowers in stands.items() if set(lowers) & part} - part:
-            part |= more
-        mass = sum(placed[n].mass for n in part)
-        x = sum(placed[n].mass * placed[n].x for n in part) / mass
-        z = sum(placed[n].mass * placed[n].z for n in part) / mass
-        points = [end.point for ends in below.values() for end in ends]
+    free = [k for k, item in enumerate(placed) if not item.fixed]
+    if any(len(stands.get(k, {})) != 1 for k in free):
+        return 0.0, np.array([(k, k) for k in free]), np.zeros(len(free))
+    threshold, parts = np.inf, {}
+    for k in free:
+        points = [end.point for ends in stands[k].values() for end in ends]
         for side in (-1.0, 1.0):
             edge = max(points, key=lambda point: side * point[0])
-            least = min(least, side * (edge[0] - x) / (z - edge[1]))
-    return max(float(least), 0.0)
+            whole = _part(placed, stands, k, max(free), edge, side, -np.inf)
+            threshold = min(threshold, _lifts(placed, whole, edge, side))
+            for last in whole:
+                least = _lifts(placed, _part(placed, stands, k, last, edge, side, -np.inf), edge, side)
+                # What rather holds a part down at this acceleration is left away, until nothing changes.
+                while (less := _lifts(placed, _part(placed, stands, k, last, edge, side, least), edge, side)) < least:
+                    least = less
+                parts[k, last] = min(parts.get((k, last), np.inf), max(least, 0.0))
+    return max(threshold, 0.0), np.array(list(parts)), np.array(list(parts.values()))
+
+
+def _lifts(placed: list[Placed], part: list[int], edge: tuple[float, float], side: float) -> float:
+    """Horizontal acceleration over g at which a part starts to turn about an edge to a side."""
+    mass = sum(placed[n].mass for n in part)
+    x = sum(placed[n].mass * placed[n].x for n in part) / mass
+    z = sum(placed[n].mass * placed[n].z for n in part) / mass
+    return float(side * (edge[0] - x) / (z - edge[1]))
+
+
+def _part(
+    placed: list[Placed], stands: Stands, root: int, last: int, edge: tuple[float, float], side: float, level: float
+) -> list[int]:
+    """An element with what stands on it up to the one listed last; that, and all that an acceleration over g helps to turn.
+
+    All of it where the acceleration, `level`, is −infinity.
+    """
+
+    def grown(k: int) -> tuple[float, list[int]]:
+        item, whole = placed[k], level == -np.inf
+        held = 0.0 if whole else item.mass * (side * (edge[0] - item.x) - level * (item.z - edge[1]))
+        part = [k]
+        for moment, more in map(grown, (n for n in range(last + 1) if k in stands.get(n, ()))):
+            if whole or moment < 0.0 or last in more:
+                held, part = held + moment, part + more
+        return held, part
+
+    return sorted(grown(root)[1])

@@ -28,7 +28,7 @@ from overturning.dem.polygon.note import note, note_forces
 from overturning.dem.polygon.search import search
 from overturning.dem.polygon.state import Attempt, Case, Found, Law, Line, Pose, Shaking, Verdict
 from overturning.dem.polygon.step import step_of, trapezoidal_step
-from overturning.dem.polygon.verdict import GOES_ON, finish, note_standing, verdict
+from overturning.dem.polygon.verdict import GOES_ON, finish, note_carried, note_standing, verdict
 from overturning.dem.status import Status
 from overturning.dem.time_step import Scheme
 
@@ -80,8 +80,7 @@ def start(
     ))  # fmt: skip
     for i in range(elements):
         e = rows.of_element(state, i)
-        e[rows.UPRIGHT_UNTIL + j] = now * interval
-        e[rows.SAFE_FROM + j] = case[t.PARAMETERS + i]
+        e[rows.UPRIGHT_UNTIL + j] = e[rows.CARRIED_UNTIL + j] = now * interval
     for p in range(layout.shape[0]):
         i, k = layout[p, 0], layout[p, 1]
         m, n = layout[p, 2], layout[p, 3]
@@ -132,12 +131,15 @@ def piece(motion: Any, i: int, factor: float, scale: float) -> Line:
 
 
 @njit(**OPTIONS)
-def end_sample(state: Any, elements: int, rules: Any, ticks: float, interval: float) -> None:
-    """Each element's slip, and the last time at which a standing one's rotation was below the critical angle."""
+def end_sample(state: Any, layout: Any, elements: int, rules: Any, ticks: float, interval: float) -> None:
+    """Each element's slip, and until when a standing one could come back and was on what carried it."""
     for i in range(elements):
         if rules[i, t.IS_FREE] > 0.0:
             e = rows.of_element(state, i)
             note_standing(e, rows.of_element(state, int(rules[i, t.SUPPORT])), state, 1.0 / ticks, interval)
+    for p in range(layout.shape[0]):
+        a, b = rows.of_element(state, layout[p, 0]), rows.of_element(state, layout[p, 1])
+        note_carried(rows.of_pair(state, elements, p), a, b, state, 1.0 / ticks, interval)
     for j in range(rows.COLUMNS):
         sample, tick = state[rows.SAMPLE + j], state[rows.TICK + j]
         state[rows.SAMPLE + j] = sample + 1.0 if tick >= ticks else sample
@@ -146,10 +148,11 @@ def end_sample(state: Any, elements: int, rules: Any, ticks: float, interval: fl
 
 @njit(**OPTIONS)
 def ending(
-    state: Any, j: int, layout: Any, elements: int, rules: Any, limits: Any, end: float, gravity: float, spent: bool
-) -> int:
+    state: Any, j: int, case: Any, layout: Any, parts: Any, elements: int, rules: Any, limits: Any, end: float, gravity: float,
+    spent: bool,
+) -> int:  # fmt: skip
     """`Status` of a column at the end of a sample, also where it has spent its steps, or `GOES_ON`."""
-    ended = verdict(state, j, layout, elements, rules, limits, end, gravity)
+    ended = verdict(state, j, case, layout, parts, elements, rules, limits, end, gravity)
     return Status.OVER_BUDGET if spent and ended == GOES_ON else ended
 
 
@@ -165,22 +168,25 @@ def movable(initial: Any, rules: Any, moves: Any) -> int:
 
 @njit(nogil=True, **OPTIONS)
 def run_queue(
-    scheme: Any, queue: Any, cases: Any, row_of_case: Any, variant_of_case: Any, initial: Any, layout: Any, sizes: Any,
-    shapes: Any, rules: Any, limits: Any, ground: Any, upward: Any, samples: int, interval: float, steps: int,
+    scheme: Any, queue: Any, cases: Any, row_of_case: Any, variant_of_case: Any, initial: Any, layout: Any, parts: Any,
+    sizes: Any, shapes: Any, rules: Any, limits: Any, ground: Any, upward: Any, samples: int, interval: float, steps: int,
     gravity: float, budget: int, counter: Any, path: Any, results: Any, each: Any,
 ) -> int:  # fmt: skip
     """Run cases of equal steps per sample, a finished column taking the next one, and return how many rows of `path` were filled.
 
     Parameters
     ----------
-    scheme, queue, cases : NamedTuple of `SCHEMES`, ndarray of int64, shape (m,), ndarray, shape (n, PARAMETERS)
+    scheme, queue, cases : NamedTuple of `SCHEMES`, ndarray of int64, shape (m,), ndarray, shape (n, PARAMETERS + parts)
         Rows of the case table to run, in this order; and that table.
     row_of_case, variant_of_case : ndarray of int64, shape (n,)
         Row of `ground` that shakes each case, and its variant of the scene.
     initial, rules, limits : ndarray, shape (variants, rows), (variants, elements, RULES), (variants, LIMITS)
         A column at rest; when an element has fallen; when a case has failed or rests.
-    layout, sizes, shapes : ndarray of int64, shape (pairs, 4), (pieces,), ndarray, shape (variants, pieces, vertices, 12)
-        The two elements of each pair and their convex pieces; vertices of each piece; faces as of `Polygon.faces`.
+    layout, parts, sizes : ndarray of int64, shape (pairs, 4), (parts, 2), (pieces,)
+        The two elements of each pair and their convex pieces; of all that can move as one, the lowest element and the one
+        listed last; vertices of each piece.
+    shapes : ndarray, shape (variants, pieces, vertices, 12)
+        Faces as of `Polygon.faces`.
     ground, upward : ndarray, shape (azimuths, samples + 3), (samples + 3,) or None
         Acceleration of the base towards the azimuth and up, m/s², padded with zeros; no upward one compiles a kernel without.
     samples, interval, steps, gravity, budget : int, float, int, float, int
@@ -244,7 +250,7 @@ def run_queue(
             if with_forces and not state[rows.AGAIN] > 0.0:
                 path[noted - 1] += early[0]
                 note_forces(state, 0, layout, elements, (0.5 + scheme.lag) * share, path, noted - 1)
-        end_sample(state, elements, rules[0], ticks, interval)
+        end_sample(state, layout, elements, rules[0], ticks, interval)
         counter[0] += active * steps * free
         for j in range(active - 1, -1, -1):
             done[j] += steps
@@ -253,9 +259,13 @@ def run_queue(
             if part == looked[j] and not spent:
                 continue
             looked[j] = part
-            ended = ending(state, j, layout, elements, rules[v], limits[v], float(samples), gravity, spent)
+            ended = ending(
+                state, j, cases[n], layout, parts, elements, rules[v], limits[v], float(samples), gravity, spent
+            )  # fmt: skip
             if ended != GOES_ON:
-                finish(state, j, layout, elements, limits[v], ended, done[j], gravity, results[n], each[n])
+                finish(
+                    state, j, layout, elements, rules[v], limits[v], ended, done[j], gravity, results[n], each[n]
+                )  # fmt: skip
                 # The last column, already looked at, moves into the free place.
                 active -= 1
                 case[j], row[j], variant[j], done[j] = case[active], row[active], variant[active], done[active]

@@ -133,18 +133,21 @@ class Standing(NamedTuple):
     """What is looked at once per sample."""
 
     upright_until: float
-    """Last time with |rotation| < α, s,"""
+    """Last time at which it was turned by less than α and not too low, and at which it was on what carried it, s,"""
+    carried_until: float
     side: float
     """where it has fallen: ±1, else 0,"""
     peak_slip: float
     slip: float
-    safe_from: float
-    """sample from which on the shaking is too weak to throw it down from rest,"""
     base_x: float
     """points of its base and of what it stands on, whose distance is the slip, m."""
     base_z: float
     support_x: float
     support_z: float
+    home_x: float
+    """Centre at rest (m), and height below which it has fallen."""
+    home_z: float
+    lowest: float
 
 
 class Trial(NamedTuple):
@@ -362,6 +365,8 @@ class Pair(NamedTuple):
     slid_one: float
     """±μ of an end that was last found sliding (centred scheme)."""
     slid_two: float
+    stands: float
+    """1 where a was carried by b at rest, −1 where b by a, else 0."""
 
 
 class Step(NamedTuple):

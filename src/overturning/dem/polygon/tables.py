@@ -2,17 +2,17 @@
 
 from typing import Final
 
-# Columns of an element's rules: whether it is free, angle and height at which it has fallen, what it stands on, and the
-# energy that its overturning takes.
-(IS_FREE, FALL_ANGLE, LOWEST, SUPPORT, BARRIER) = range(5)
-RULES: Final = 5
+# Columns of an element's rules: whether it is free, angle at which it has fallen for good, angles from which it cannot come
+# back towards −x and +x, what it stands on, and the energy that its overturning takes.
+(IS_FREE, FALL_ANGLE, TIPS_BACK, TIPS_ON, SUPPORT, BARRIER) = range(6)
+RULES: Final = 6
 # Columns of a scene's limits: deepest penetration, kinetic energy at rest, least barrier, and the least energy that an error
 # is a share of.
 DEEPEST_ALLOWED, REST_ENERGY, LEAST_BARRIER, LEAST_SCALE = range(4)
 LIMITS: Final = 4
 # Columns of the case table.
 (P_AMPLITUDE, P_FRICTION, P_DAMPING, P_FIRST, P_CALM, P_AFTER, P_FINEST, P_DWELL) = range(8)
-PARAMETERS: Final = 8  # and of each element SAFE_FROM
+PARAMETERS: Final = 8  # and of each part that can move as one, from which sample on it stands for good
 # Results of a case, and of each element.
 (R_STATUS, R_DEPTH, R_ENERGY, R_STEPS) = range(4)
 RESULTS: Final = 4

@@ -10,7 +10,7 @@ from overturning.dem.mechanics import larger
 from overturning.dem.polygon import rows
 from overturning.dem.polygon import tables as t
 from overturning.dem.polygon.energy import closing_work, energy, kinetic, moving_energy
-from overturning.dem.polygon.faces import rotated
+from overturning.dem.polygon.faces import rotated, stretch_of
 from overturning.dem.polygon.state import Element, Pose
 from overturning.dem.status import Status
 
@@ -20,13 +20,18 @@ SAFE_ENERGY: Final = 0.1
 """After a fall: rotation over α, slip over half its height and kinetic energy over its barrier up to which an element that
 the rest of the record cannot lift is taken to stand for good."""
 
+ON_IT: Final = 0.1
+"""An element is on what carried it where the gap is no wider than this share of the deepest penetration that is allowed."""
+
 GOES_ON: Final = -1
 """Instead of a `Status`: the case has not ended."""
 
 
 @njit(**OPTIONS)
-def verdict(state: Any, j: int, layout: Any, elements: int, rules: Any, limits: Any, end: float, gravity: float) -> int:
-    """`Status` of a column at the end of a sample, or `GOES_ON`."""
+def verdict(
+    state: Any, j: int, given: Any, layout: Any, parts: Any, elements: int, rules: Any, limits: Any, end: float, gravity: float
+) -> int:  # fmt: skip
+    """`Status` of a column at the end of a sample, or `GOES_ON`; `given` is its row of the case table."""
     case = rows.load_case(state, j)
     check, moving, standing, fallen, safe, slid = 0.0, 0.0, 0, 0, 0, False
     for i in range(elements):
@@ -37,16 +42,14 @@ def verdict(state: Any, j: int, layout: Any, elements: int, rules: Any, limits: 
             continue
         moving += kinetic(item)
         slid = slid or abs(item.standing.slip) > 0.1 * abs(item.standing.base_z)
-        if item.standing.side == 0.0:
-            e[rows.SIDE + j] = side_of(
-                item, rows.load_pose(rows.of_element(state, int(rules[i, t.SUPPORT])), j), rules[i]
-            )
+        if item.standing.side == 0.0 and item.course.peak_angle >= rules[i, t.FALL_ANGLE]:
+            e[rows.SIDE + j] = side_of(item)
         stands = e[rows.SIDE + j] == 0.0
         standing, fallen = standing + int(stands), fallen + int(not stands)
-        safe += int(stands and is_safe(item, case.sample, rules[i, t.BARRIER]))
+        safe += int(stands and is_safe(item, rules[i, t.BARRIER]))
     if not np.isfinite(check) or deepest_of(state, j, layout, elements) > limits[t.DEEPEST_ALLOWED]:
         return Status.UNSTABLE
-    if standing == 0 or (fallen > 0 and safe == standing):
+    if standing == 0 or (fallen > 0 and safe == standing and is_weak(state, j, given, parts, case.sample)):
         return Status.SIMULATED
     if case.sample < end and case.sample < case.calm:
         return GOES_ON
@@ -54,22 +57,102 @@ def verdict(state: Any, j: int, layout: Any, elements: int, rules: Any, limits: 
     # element has at least two loaded ends.
     if moving < limits[t.REST_ENERGY] and grip(state, j, layout, elements, rules) >= 2 * standing:
         return Status.SIMULATED
-    if case.sample >= end:
+    if case.sample < end:
+        return GOES_ON
+    gap = ON_IT * limits[t.DEEPEST_ALLOWED]
+    if fallen == 0 and not slid and all_in_place(state, j, layout, elements, rules, gap):
         spare = energy(state, j, layout, elements, gravity) - case.energy
-        bound = fallen == 0 and not slid and spare < 0.5 * limits[t.LEAST_BARRIER]
+        bound = spare < 0.5 * limits[t.LEAST_BARRIER]
         # Nothing can fall then; the largest rotations are known once what is left cannot reach them again.
         if bound and not may_rise(state, j, elements, rules, spare):
             return Status.SIMULATED
-        return last_verdict(case.sample >= case.after, moving < 1e-4 * limits[t.LEAST_SCALE])
-    return GOES_ON
+    if case.sample < case.after:
+        return GOES_ON
+    still = moving < 1e-4 * limits[t.LEAST_SCALE]
+    return Status.SIMULATED if still or not may_fall(state, j, elements, rules, gravity) else Status.UNDECIDED
 
 
 @njit(**OPTIONS)
-def last_verdict(late: bool, still: bool) -> int:
-    """On a case whose elements could still fall after the record: undecided once it is late, unless they are still."""
-    if not late:
-        return GOES_ON
-    return Status.SIMULATED if still else Status.UNDECIDED
+def may_fall(state: Any, j: int, elements: int, rules: Any, gravity: float) -> bool:
+    """Whether an element that stands, on a base at rest, has the energy to fall by itself.
+
+    That is its barrier, or, without a tipping angle, a hundredth of what it loses where it is too low.
+    """
+    for i in range(elements):
+        item = rows.load_element(rows.of_element(state, i), j)
+        if rules[i, t.IS_FREE] == 0.0 or item.standing.side != 0.0 or has_left(item, rules[i]):
+            continue
+        own, weight = rules[i, t.TIPS_ON] < np.inf, item.body.mass * gravity
+        lift = weight * max(item.pose.z - item.standing.home_z, 0.0) if own else 0.0
+        needed = rules[i, t.BARRIER] if own else 0.01 * weight * (item.standing.home_z - item.standing.lowest)
+        if kinetic(item) + lift > needed:
+            return True
+    return False
+
+
+@njit(**OPTIONS)
+def has_left(e: Element, rules: Any) -> bool:
+    """Whether an element has turned past the angle from which it could come back, or is too low."""
+    angle = e.pose.angle
+    return bool(angle > rules[t.TIPS_ON] or -angle > rules[t.TIPS_BACK] or e.pose.z < e.standing.lowest)
+
+
+@njit(**OPTIONS)
+def support_until(state: Any, j: int, layout: Any, elements: int, i: int, gap: float) -> float:
+    """Infinite where an element is still on something that carried it, and that has not fallen; else until when it was, s.
+
+    It is on it where they are no farther apart than a `gap`, m: a stone that hops a little has not left.
+    """
+    e = rows.of_element(state, i)
+    until, had = e[rows.CARRIED_UNTIL + j], False
+    for p in range(layout.shape[0]):
+        a, b = layout[p, 0], layout[p, 1]
+        pair = rows.load_pair(rows.of_pair(state, elements, p), j)
+        if pair.stands == 0.0 or i != (a if pair.stands > 0.0 else b):
+            continue
+        had = True
+        ends = stretch_of(pair, rows.load_pose(rows.of_element(state, a), j), rows.load_pose(rows.of_element(state, b), j), True)
+        if (ends.one.faces and ends.one.depth > -gap) or (ends.two.faces and ends.two.depth > -gap):
+            on = rows.of_element(state, b if pair.stands > 0.0 else a)
+            if on[rows.SIDE + j] == 0.0:
+                return np.inf
+            until = min(until, on[rows.UPRIGHT_UNTIL + j])
+    return float(until) if had else np.inf
+
+
+@njit(**OPTIONS)
+def all_in_place(state: Any, j: int, layout: Any, elements: int, rules: Any, gap: float) -> bool:
+    """Whether every free element of a column stands where it stood."""
+    for i in range(elements):
+        if rules[i, t.IS_FREE] > 0.0 and (
+            has_left(rows.load_element(rows.of_element(state, i), j), rules[i])
+            or support_until(state, j, layout, elements, i, gap) < np.inf
+        ):
+            return False
+    return True
+
+
+@njit(**OPTIONS)
+def judge_falls(state: Any, j: int, layout: Any, elements: int, rules: Any, gap: float) -> None:
+    """Say of every free element of a column that ends whether it has fallen: it no longer stands where it stood.
+
+    It has turned to where it can rest on another face, or past the angle from which it could come back on what carried it, or
+    it is too low, or nothing that carried it does so any more.
+    """
+    for _ in range(elements):
+        found = False
+        for i in range(elements):
+            e = rows.of_element(state, i)
+            if rules[i, t.IS_FREE] == 0.0 or e[rows.SIDE + j] != 0.0:
+                continue
+            item = rows.load_element(e, j)
+            until = support_until(state, j, layout, elements, i, gap)
+            if has_left(item, rules[i]):
+                until = item.standing.upright_until
+            if until < np.inf:
+                e[rows.SIDE + j], e[rows.UPRIGHT_UNTIL + j], found = side_of(item), until, True
+        if not found:
+            return
 
 
 @njit(**OPTIONS)
@@ -95,23 +178,27 @@ def grip(state: Any, j: int, layout: Any, elements: int, rules: Any) -> int:
 
 
 @njit(**OPTIONS)
-def side_of(item: Element, on: Pose, rules: Any) -> float:
-    """To which side an element has fallen from what it stands on: ±1, or 0 where it has not."""
-    if item.course.peak_angle >= rules[t.FALL_ANGLE]:
-        return 1.0 if item.pose.angle > 0.0 else -1.0
-    if item.pose.z < rules[t.LOWEST]:
-        x, _ = point_of(item.pose, item.standing.base_x, item.standing.base_z)
-        ox, _ = point_of(on, item.standing.support_x, item.standing.support_z)
-        return 1.0 if x > ox else -1.0
-    return 0.0
+def side_of(item: Element) -> float:
+    """To which side the centre of a fallen element has gone: ±1."""
+    way = item.pose.x - item.standing.home_x
+    return 1.0 if way > 0.0 or (way == 0.0 and item.pose.angle > 0.0) else -1.0
 
 
 @njit(**OPTIONS)
-def is_safe(e: Element, sample: float, barrier: float) -> bool:
-    """Whether an element stands upright, nearly in its place and nearly at rest, and the shaking to come is too weak for it."""
+def is_weak(state: Any, j: int, given: Any, parts: Any, sample: float) -> bool:
+    """Whether the shaking to come is too weak for all that stands and can move as one."""
+    for p in range(parts.shape[0]):
+        lowest, last = rows.of_element(state, parts[p, 0]), rows.of_element(state, parts[p, 1])
+        if lowest[rows.SIDE + j] == 0.0 and last[rows.SIDE + j] == 0.0 and sample < given[t.PARAMETERS + p]:
+            return False
+    return True
+
+
+@njit(**OPTIONS)
+def is_safe(e: Element, barrier: float) -> bool:
+    """Whether an element stands upright, nearly in its place and nearly at rest."""
     return bool(
-        sample >= e.standing.safe_from
-        and abs(e.pose.angle) < SAFE_TILT * e.body.critical
+        abs(e.pose.angle) < SAFE_TILT * e.body.critical
         and abs(e.standing.slip) < SAFE_SLIP * abs(e.standing.base_z)
         and kinetic(e) < SAFE_ENERGY * barrier
     )
@@ -140,18 +227,29 @@ def point_of(pose: Pose, px: float, pz: float) -> tuple[float, float]:
 
 @njit(**OPTIONS)
 def note_standing(e: Any, on: Any, own: Any, scale: float, interval: float) -> None:
-    """Distance of an element's base from its place on the support, along it, and when it was last below the critical angle."""
+    """Distance of an element's base from its place on the support, along it, and when it was last upright and not too low."""
     for j in range(rows.COLUMNS):
         item, support, sample = rows.load_element(e, j), rows.load_pose(on, j), rows.load_case(own, j).sample
         standing, passed = item.standing, item.course.last_upright
         x, z = point_of(item.pose, standing.base_x, standing.base_z)
         ox, oz = point_of(support, standing.support_x, standing.support_z)
         slip = support.cos * (x - ox) - support.sin * (z - oz)
-        stood = (passed >= 0.0) & (standing.side == 0.0)
+        stood = (passed >= 0.0) & (standing.side == 0.0) & (item.pose.z >= standing.lowest)
         e[rows.SLIP + j] = slip
         e[rows.PEAK_SLIP + j] = larger(standing.peak_slip, abs(slip))
         e[rows.UPRIGHT_UNTIL + j] = (sample + passed * scale) * interval if stood else standing.upright_until
         e[rows.LAST_UPRIGHT + j] = -1.0
+
+
+@njit(**OPTIONS)
+def note_carried(q: Any, a: Any, b: Any, own: Any, scale: float, interval: float) -> None:
+    """When the upper element of a pair was last on the lower one that carried it at rest."""
+    for j in range(rows.COLUMNS):
+        pair, shaking = rows.load_pair(q, j), rows.load_case(own, j).shaking
+        touches = (pair.one.carrier != rows.OPEN) | (pair.two.carrier != rows.OPEN)
+        now = (own[rows.SAMPLE + j] + shaking.tick * scale) * interval
+        a[rows.CARRIED_UNTIL + j] = now if touches & (pair.stands > 0.0) else a[rows.CARRIED_UNTIL + j]
+        b[rows.CARRIED_UNTIL + j] = now if touches & (pair.stands < 0.0) else b[rows.CARRIED_UNTIL + j]
 
 
 @njit(**OPTIONS)
@@ -160,6 +258,7 @@ def finish(
     j: int,
     layout: Any,
     elements: int,
+    rules: Any,
     limits: Any,
     status: int,
     steps: int,
@@ -167,7 +266,8 @@ def finish(
     out: Any,
     each: Any,
 ) -> None:
-    """Write the results of a column."""
+    """Judge which elements of a column have fallen, and write its results."""
+    judge_falls(state, j, layout, elements, rules, ON_IT * limits[t.DEEPEST_ALLOWED])
     work, taken = 0.0, closing_work(state, j, layout, elements)
     for p in range(layout.shape[0]):
         taken += rows.load_pair(rows.of_pair(state, elements, p), j).taken
@@ -177,7 +277,7 @@ def finish(
         work += course.work
         each[e, t.E_SIDE] = standing.side
         each[e, t.E_TIME] = standing.upright_until if standing.side != 0.0 else np.nan
-        each[e, t.E_ANGLE] = min(course.peak_angle, 0.5 * np.pi) / item.body.critical
+        each[e, t.E_ANGLE] = min(course.peak_angle, 0.5 * np.pi)
         each[e, t.E_SLIP], each[e, t.E_RESIDUAL] = standing.peak_slip, standing.slip
     balance = (moving_energy(state, j, elements, gravity) - rows.load_case(state, j).energy) - work + taken
     out[t.R_STATUS], out[t.R_DEPTH], out[t.R_STEPS] = status, deepest_of(state, j, layout, elements), steps

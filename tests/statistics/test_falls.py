@@ -1,6 +1,7 @@
 import numpy as np
 import xarray as xr
 
+from overturning.statistics.elements import falls_by_element
 from overturning.statistics.falls import falls_towards, near_boundary, overturns
 
 
@@ -37,3 +38,17 @@ def test_blocks_near_the_boundary_fall_in_some_planes_and_in_at_most_half() -> N
     data = xr.Dataset({"overturned": (("azimuth", "b_over_h"), flags)}, coords={"azimuth": [0, 45, 90, 135]})
     assert near_boundary(data).values.tolist() == [False, True, False, False]
     assert near_boundary(data.isel(azimuth=[0, 1, 3], b_over_h=[2])).values.tolist() == [False]
+
+
+def test_something_falls_where_any_element_does() -> None:
+    """Of five cases one has no outcome; in the others none, the lintel, a pillar before the lintel, and the pillar fall."""
+    flags = np.array([[[0, 0], [0, 1], [-1, 1], [1, 0], [np.nan, np.nan]]])
+    times = np.array([[[np.nan, np.nan], [np.nan, 3.0], [1.0, 2.0], [5.0, np.nan], [np.nan, np.nan]]])
+    dims = ("record", "azimuth", "element")
+    made = xr.Dataset(
+        {"overturned": (dims, flags), "overturning_time": (dims, times)}, {"element": ["pillar", "lintel"]}
+    )
+    pillar, lintel, anything = falls_by_element(made)
+    assert (pillar.cases, pillar.falls, pillar.first) == (4, 2, 2)
+    assert (lintel.cases, lintel.falls, lintel.first) == (4, 2, 1)
+    assert (anything.cases, anything.falls, anything.share, anything.median_time) == (4, 3, 0.75, 3.0)

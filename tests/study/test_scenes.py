@@ -109,9 +109,10 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
         assert cube["overturned"].dims == ("record", "azimuth", "height", "b_over_h", "friction", "element")
         assert cube["status"].dims == ("record", "azimuth", "height", "b_over_h", "friction")
         rows = {row.name: row for row in falls_by_element(cube)}
-        assert list(rows) == ["lower-base", "upper-base", "shaft"]
+        assert list(rows) == ["lower-base", "upper-base", "shaft", "any element"]
+        np.testing.assert_allclose(cube["critical_angle"].sel(element="shaft"), np.degrees(np.arctan([0.2, 0.25])))
         assert rows["shaft"].falls == int((cube["overturned"].sel(element="shaft") != 0).sum()) > 0
-        assert rows["shaft"].first == rows["shaft"].falls
+        assert rows["shaft"].first == rows["shaft"].falls == rows["any element"].falls
         assert rows["lower-base"].falls == 0
     with open_cube(tmp_path / "nominal.nc") as shaft, open_cube(tmp_path / "alone.nc") as alone:
         assert str(shaft["element"].item()) == "shaft"

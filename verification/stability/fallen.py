@@ -1,9 +1,9 @@
 """From which rotation an element of a scene has fallen, worked out from its shape and springs, not by the kernel's rule.
 
-An element has fallen where it can rest on another face, a rectangle at 90°. An overdamped stone that falls on its side creeps towards that angle and need not
-reach it, and one that is caught on its way, when the case ends, has not reached it yet. So there are two angles,
-between which both answers are right: what has turned farther than `lies_from` has fallen, what has turned less than
-`falls_from` has not.
+An element has fallen for good where it can rest on another face, a rectangle at 90°. An overdamped stone that falls on its side
+creeps towards that angle and need not reach it. One that ends past its tipping angle, that has dropped or that has lost its
+support has fallen too. So there are two angles, between which both answers are right: what has turned farther than
+`lies_from` has fallen, what has turned less than `falls_from` has not.
 """
 
 from itertools import combinations
@@ -19,10 +19,6 @@ from overturning.units import STANDARD_GRAVITY
 
 LEVEL: Final = 0.5 * np.pi
 """Rotation that brings an upright face down, rad."""
-
-LAST_GAP: Final = 0.01
-"""Of the length of a face that comes down: its far end is then so far above the ground. Gravity alone, 3 g/(2 L) about
-the near end, closes that in 0.12 √(L/g), 0.03 s for 0.6 m; no motion throws the stone back in this time."""
 
 ROUNDING: Final = 1e-6
 """Of a rotation that is kept as a share of the critical angle in single precision."""
@@ -53,18 +49,22 @@ def lies_from(prepared: Prepared) -> FloatArray:
 
 
 def falls_from(prepared: Prepared) -> FloatArray:
-    """Rotation below which no free element has fallen, rad: less than `lies_from` by `LAST_GAP`; 0 where it may drop.
+    """Rotation below which no free element has fallen, rad: its tipping angle; 0 where it may drop or lose its support.
 
     Parameters
     ----------
     prepared : Prepared
         The scene at its size.
     """
-    asked = _asked(prepared)
-    drops = [prepared.placed[index].element.fallen_drop is not None for index in prepared.free]
-    face = [coming_down(prepared.placed[index], angle) > 0 for index, angle in zip(prepared.free, asked, strict=True)]
-    early = np.where(face, asked - np.arcsin(LAST_GAP), asked)
-    return np.where(drops, 0.0, np.minimum(early, LEVEL))
+    found = []
+    for index, asked in zip(prepared.free, _asked(prepared), strict=True):
+        item = prepared.placed[index]
+        on_ground = all(prepared.placed[k].fixed for k in prepared.carriers[index])
+        x, z = item.shape.vertices.T
+        base = x[z < z.min() + 1e-9 * item.size]
+        tips = float(np.arctan2(min(base.max(), -base.min()), -z.min()))
+        found.append(min(asked, tips, LEVEL) if on_ground and item.element.fallen_drop is None else 0.0)
+    return np.array(found)
 
 
 def flags_fit(prepared: Prepared, fallen: NDArray[np.bool_], rotation: FloatArray) -> bool:

@@ -128,7 +128,7 @@ def contradiction(prepared: Prepared, friction: float, motion: Motion, found: Re
     if reason or status not in (Status.SIMULATED, Status.AT_REST):
         return reason
     fallen = flags != 0
-    if not flags_fit(prepared, fallen, found.peak_rotation[row] * prepared.critical[prepared.free]):
+    if not flags_fit(prepared, fallen, found.peak_rotation[row] * prepared.unit[prepared.free]):
         return "flag and rotation"
     if (np.isfinite(found.overturning_time[row]) != fallen).any():
         return "flag and time"

@@ -98,7 +98,7 @@ class Element(Model):
     )
     fallen_drop: Positive | None = Field(
         default=None,
-        description="drop of the centre that counts as overturned too, m; not given: a tenth of its height as it stands",
+        description="drop of its centre at the end that counts as overturned too, m; not given: a tenth of its height as it stands",
     )
 
     @model_validator(mode="after")

@@ -15,6 +15,7 @@ from overturning.dem.scene import gravestone
 from overturning.files import without_folders
 from overturning.statistics import earthquakes
 from overturning.statistics.direction import in_space
+from overturning.statistics.elements import ElementFalls, falls_by_element
 from overturning.statistics.falls import overturns
 from overturning.statistics.planes import plane_index
 from overturning.study.config import Study
@@ -118,6 +119,12 @@ class Results:
     def fallen(self) -> float:
         """Share of all cases that overturn; NaN where no outcome was found."""
         return float(overturns(self.cube).mean().compute())
+
+    @cached_property
+    def elements(self) -> tuple[ElementFalls, ...]:
+        """Falls of each element of the study's own scene, of anything last; empty where it has one free element."""
+        cube = self.cubes[NOMINAL]
+        return tuple(falls_by_element(cube)) if "element" in cube.dims else ()
 
     @cached_property
     def statuses(self) -> dict[str, tuple[int, int]]:

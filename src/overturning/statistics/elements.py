@@ -1,4 +1,4 @@
-"""How often each element of a scene falls, which falls first, and how one stone's falls compare with another's."""
+"""How often anything of a scene falls, and each of its elements, which falls first, and how one stone's falls compare with another's."""
 
 import math
 from dataclasses import dataclass
@@ -46,22 +46,29 @@ class StoneComparison:
 
 _OUTCOME = ("overturned", "overturning_time")
 
+ANYTHING = "any element"
+"""Name of the row of a scene as a whole: it falls where any of its elements does, at the time of the first."""
+
 
 def falls_by_element(cube: xr.Dataset) -> list[ElementFalls]:
-    """Falls of each element of a cube, in the scene's order; without the dimension `element` of the one "block".
+    """Falls of each element of a cube, in the scene's order, and of several last of `ANYTHING`; else of the one "block".
 
     The cube is read one record at a time; of the times of falls all are kept, since medians need them: four bytes for each.
     """
     if "element" not in cube.dims:
         cube = cube.drop_vars("element", errors="ignore").expand_dims(element=["block"])
-    names = [str(name) for name in cube["element"].to_numpy().tolist()]
+    elements = cube.sizes["element"]
+    names = [str(name) for name in cube["element"].to_numpy().tolist()] + [ANYTHING] * (elements > 1)
     counts = np.zeros((3, len(names)), np.int64)
     moments: dict[str, list[NDArray[np.float32]]] = {name: [] for name in names}
     for one in each_record(cube, _OUTCOME):
-        sides, times = (one[name].transpose(..., "element").to_numpy().reshape(-1, len(names)) for name in _OUTCOME)
+        sides, times = (one[name].transpose(..., "element").to_numpy().reshape(-1, elements) for name in _OUTCOME)
         known = np.isfinite(sides)
         fell = known & (sides != 0)
         when = np.where(fell, np.nan_to_num(times, nan=np.inf), np.inf)
+        if elements > 1:
+            known, fell = (np.column_stack([known, known.any(axis=1)]), np.column_stack([fell, fell.any(axis=1)]))
+            when = np.column_stack([when, when.min(axis=1)])
         first = fell & (when == when.min(axis=1, keepdims=True))
         counts += np.stack([cells.sum(axis=0) for cells in (known, fell, first)])
         for index, name in enumerate(names):

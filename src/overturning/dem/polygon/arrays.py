@@ -57,7 +57,9 @@ def kernel_column(prepared: Prepared) -> FloatArray:
             if at == index:
                 ends[side] = k.Memory(slip, rows.MINE if _is_first(a, b, side) else rows.THEIRS, 0.0, 0.0)
         pairs.append(
-            k.Pair(face, face, k.Bounds(0.0, 0.0, 0.0, 0.0), law, nearest, unseen, *ends, 0.0, 0.0, 0.0, 0.0, stands[index])
+            k.Pair(
+                face, face, k.Bounds(0.0, 0.0, 0.0, 0.0), law, nearest, unseen, *ends, 0.0, 0.0, 0.0, 0.0, stands[index]
+            )
         )
     step = [0.0] * (rows.PAIR.count - len(rows.flat(pairs[0])) if pairs else 0)
     return np.array(

@@ -35,7 +35,9 @@ class Prepared:
     critical: FloatArray  # shape (elements,): α of each free element, the smaller of both, rad; without one the angle of its fall
     barrier: FloatArray  # shape (elements,): energy to overturn each free element, J
     carriers: list[set[int]]  # what carries each element at rest
-    support: NDArray[np.int64]  # shape (elements,): what each stands on, the first that carries it; itself for the fixed ones
+    support: NDArray[
+        np.int64
+    ]  # shape (elements,): what each stands on, the first that carries it; itself for the fixed ones
     base: FloatArray  # shape (elements, 2): middle of the stretch on which it stands, m
     radius: float  # largest distance of a centre from the farthest vertex below it, m, for the time after the record
 

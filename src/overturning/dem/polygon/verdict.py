@@ -111,7 +111,9 @@ def support_until(state: Any, j: int, layout: Any, elements: int, i: int, gap: f
         if pair.stands == 0.0 or i != (a if pair.stands > 0.0 else b):
             continue
         had = True
-        ends = stretch_of(pair, rows.load_pose(rows.of_element(state, a), j), rows.load_pose(rows.of_element(state, b), j), True)
+        ends = stretch_of(
+            pair, rows.load_pose(rows.of_element(state, a), j), rows.load_pose(rows.of_element(state, b), j), True
+        )
         if (ends.one.faces and ends.one.depth > -gap) or (ends.two.faces and ends.two.depth > -gap):
             on = rows.of_element(state, b if pair.stands > 0.0 else a)
             if on[rows.SIDE + j] == 0.0:

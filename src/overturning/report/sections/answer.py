@@ -17,6 +17,7 @@ from overturning.statistics.direction import OF_FALLS, case_dims, fall_axis
 from overturning.statistics.earthquakes import AxisSummary
 from overturning.statistics.groups import record_groups
 from overturning.study.cube import earthquakes_said
+from overturning.study.scenes import scene_of
 
 MOST_RECORDS_IN_WORDS = 5
 """Records whose directions still stand in sentences; of more the table tells."""
@@ -37,10 +38,24 @@ def answer(results: Results) -> Section:
             width=0.82,
         )
         axes = (figure,)
-    sentences = Answer((*answer_sentences(results), *within, *_directions_in_words(results)))
+    sentences = Answer((*scene_sentences(results), *answer_sentences(results), *within, *_directions_in_words(results)))
     exact = dependence(results)
     blocks = (sentences, *((exact,) if exact else ()), Paragraph(_counted(results)), *axes, Note(_cases(results)))
     return Section("Answer", blocks, anchor="answer")
+
+
+def scene_sentences(results: Results) -> tuple[str, ...]:
+    """In how many cases anything of a scene of several elements falls, and which; of what the rest of the answer speaks."""
+    if not results.elements:
+        return ()
+    *each, anything = results.elements
+    if not anything.falls:
+        return ("Nothing of the scene falls in any case whose outcome is known.",)
+    shares = ", ".join(f"the {one.name} in {percent(one.share)}" for one in each)
+    shown = scene_of(results.study).shown_name
+    return (
+        f"In {percent(anything.share)} of the cases something falls: {shares}. “Blocks” are the {shown} in what follows.",
+    )
 
 
 def answer_sentences(results: Results) -> tuple[str, ...]:
@@ -181,7 +196,9 @@ def _cases(results: Results) -> str:
     """Of how many cases the report speaks, and how many have no outcome."""
     copied = "repeated" if results.in_space else "mirrored"
     cases, computed = int(results.cube["overturned"].size), int((results.cube[copied] == 0).sum().compute())
-    share = "" if math.isnan(results.fallen) else f" {percent(results.fallen)} of them overturn."
+    falls = results.elements[-1].share if results.elements else results.fallen
+    what = "In {} of them something falls." if results.elements else "{} of them overturn."
+    share = "" if math.isnan(falls) else f" {what.format(percent(falls))}"
     mirrored = f"{computed:,} were computed, the others are {'the same' if results.in_space else 'their mirror images'}"
     others = "all were computed" if computed == cases else mirrored
     absent = ", ".join(f"{count:,} {name}" for name, (_, count) in results.statuses.items() if count)

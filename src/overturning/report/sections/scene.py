@@ -9,7 +9,7 @@ from overturning.report.text import number, percent
 from overturning.statistics.by_record import each_record
 from overturning.statistics.elements import StoneComparison, compare_stones, falls_by_element
 from overturning.statistics.planes import FALLS, fall_probability
-from overturning.study.scenes import scene_of
+from overturning.study.scenes import NOMINAL, scene_of
 
 
 def scene(results: Results) -> Section | None:
@@ -26,7 +26,7 @@ def scene(results: Results) -> Section | None:
         one, several = scenes[name], "element" in cube.dims
         title = f"{one.reference_name} of the {one.name} scene" if several else one.name
         stones[title] = results.reference_cube(name)
-        for row in falls_by_element(cube):
+        for row in results.elements if name == NOMINAL and several else falls_by_element(cube):
             element = row.name if several else one.free[0]
             falls = (str(row.cases), str(row.falls), percent(row.share), str(row.first), number(row.median_time))
             rows.append((one.title or one.name, element, *falls))
@@ -39,8 +39,9 @@ def scene(results: Results) -> Section | None:
         save(element_roses_figure(stones), roses)
     to_scale = "To scale; crosses are centres of mass, grey moves with the record."
     note = Note(
-        "A fall is a rotation to where a stone can rest on another face, or what the scene file sets. Cases without an "
-        "outcome are not counted. Elsewhere in this report “the block” is the reference element of the study's own scene."
+        "A stone has fallen that no longer stands where it stood: turned past the angle from which it could come back, lower "
+        "by more than a tenth of its height or what the scene file sets, or without what carried it. Cases without an outcome "
+        "are not counted. Elsewhere in this report “the block” is the reference element of the study's own scene."
     )
     towards = "Azimuths towards which each stone falls, over all cases."
     heads = ("scene", "element", "cases", "falls", "share", "falls first in", "median time, s")

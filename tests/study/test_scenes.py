@@ -147,7 +147,7 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
     for cube in cubes.values():
         cube.close()
     (table,) = (block for block in shown.blocks if isinstance(block, Table))
-    assert [row[1] for row in table.rows] == ["lower-base", "upper-base", "shaft", "monolith", "shaft"]
+    assert [row[1] for row in table.rows] == ["lower-base", "upper-base", "shaft", "any element", "monolith", "shaft"]
     comparisons = [block.text for block in shown.blocks if type(block) is Paragraph]
     assert len(comparisons) == 2
     assert f"Of 24 cases the shaft of the three-tier scene falls in {rows['shaft'].falls}" in comparisons[0]

@@ -7,7 +7,6 @@ import pytest
 
 from overturning.dem.cases import Cases
 from overturning.dem.element import ContactLaw
-from overturning.dem.polygon import arrays
 from overturning.dem.polygon.geometry import native_size
 from overturning.dem.polygon.prepare import Prepared, prepare
 from overturning.dem.results import Results
@@ -52,24 +51,6 @@ def test_flags_that_do_not_fit_the_rotations_are_found(turned_deg: list[float], 
     prepared, found = prepare(scene), case(scene)
     answer = with_row(prepared, found, turned_deg, flags)
     assert contradiction(prepared, 0.7, pulse(6.0), answer) == ("" if fits else "flag and rotation")
-
-
-@pytest.mark.parametrize(
-    ("name", "flat", "right"),
-    [
-        ("three-tier", 0.999, True),
-        ("against-a-wall", 0.999, True),
-        ("against-a-wall", 1.1, False),
-    ],
-)
-def test_a_wrong_angle_in_the_package_is_found(
-    monkeypatch: pytest.MonkeyPatch, name: str, flat: float, right: bool
-) -> None:
-    """Counted from 99° on a stone lies flat, at the end of the case."""
-    monkeypatch.setattr(arrays, "FLAT", flat)
-    scene = shipped(name)
-    found = case(scene)
-    assert (contradiction(prepare(scene), 0.7, pulse(6.0), found) == "") == right
 
 
 def test_a_softer_contact_lies_flat_earlier_as_its_springs_say() -> None:

@@ -47,7 +47,11 @@ def kernel_column(prepared: Prepared) -> FloatArray:
     nearest = k.Nearest(face_a=-1.0, face_b=-1.0, lever=0.0, limit=settled, reach=-1.0, used=0.0, ahead=0.0)
     seen, face = k.Seen(0.0, 0.0), k.Face(0.0, 0.0, 0.0, 0.0, 0.0)
     unseen = k.Vertices(seen, seen, seen, seen)
-    pairs, stands = [], [float(j in prepared.carriers[i]) - (i in prepared.carriers[j]) for i, j in prepared.pairs]
+    pairs, free_ends, stands = (
+        [],
+        k.Bounds(0.0, 0.0, 0.0, 0.0),
+        [float(j in prepared.carriers[i]) - (i in prepared.carriers[j]) for i, j in prepared.pairs],
+    )
     for index, (a, b) in enumerate(partners(placed, prepared.pairs)):
         tangential = laws.tangential[index]
         compliance = 1.0 / tangential if tangential > 0 else 0.0
@@ -57,9 +61,7 @@ def kernel_column(prepared: Prepared) -> FloatArray:
             if at == index:
                 ends[side] = k.Memory(slip, rows.MINE if _is_first(a, b, side) else rows.THEIRS, 0.0, 0.0)
         pairs.append(
-            k.Pair(
-                face, face, k.Bounds(0.0, 0.0, 0.0, 0.0), law, nearest, unseen, *ends, 0.0, 0.0, 0.0, 0.0, stands[index]
-            )
+            k.Pair(face, face, free_ends, law, nearest, unseen, ends[0], ends[1], 0.0, 0.0, 0.0, 0.0, stands[index])
         )
     step = [0.0] * (rows.PAIR.count - len(rows.flat(pairs[0])) if pairs else 0)
     return np.array(

@@ -231,7 +231,8 @@ def _lifting(placed: list[Placed], stands: Stands) -> tuple[float, NDArray[np.in
     free = [k for k, item in enumerate(placed) if not item.fixed]
     if any(len(stands.get(k, {})) != 1 for k in free):
         return 0.0, np.array([(k, k) for k in free]), np.zeros(len(free))
-    threshold, parts = np.inf, {}
+    threshold = np.inf
+    parts: dict[tuple[int, int], float] = {}
     for k in free:
         points = [end.point for ends in stands[k].values() for end in ends]
         for side in (-1.0, 1.0):

@@ -215,7 +215,7 @@ def tilted(peak: float) -> tuple[Scene, Motion]:
     return made, sine(peak, 2.0)
 
 
-def test_a_wall_tilted_against_its_neighbour_stands_until_that_is_gone() -> None:
+def test_a_wall_tilted_against_its_neighbour_stands_where_it_stood() -> None:
     made, quiet = tilted(0.01)
     found = ended(made, quiet, 1.0)
     assert (found.status[0], found.overturned[0].tolist()) == (Status.SIMULATED, [0, 0])

@@ -1,9 +1,11 @@
 """One-cycle sine pulses against Housner's rocking block, solved event by event."""
 
 import numpy as np
+import pytest
 
 from overturning.dem.cases import Cases
 from overturning.dem.run import run_cases
+from overturning.dem.status import Status
 from overturning.motion.motion import Motion
 from overturning.reference.rocking import rocking_outcome
 from overturning.units import STANDARD_GRAVITY
@@ -42,3 +44,23 @@ def test_flags_and_sides_of_pulses_agree_with_the_rocking_solution() -> None:
         agree += int((found.overturned == expected[:, 1])[firm].sum())
     assert robust >= 5000
     assert agree >= 0.999 * robust
+
+
+@pytest.mark.parametrize("friction", [300.0, 1e3, 1e6])
+def test_any_large_friction_is_that_of_a_block_that_cannot_slide(friction: float) -> None:
+    shape, ratio = pulse(0.5), np.array([0.2, 0.3, 0.4, 0.45])
+    height, ratio, share = (x.ravel() for x in np.meshgrid([0.3, 1.0], ratio, np.linspace(1.1, 6.0, 12), indexing="ij"))
+    amplitude = share * ratio * STANDARD_GRAVITY
+    wave = Motion(shape, 0 * shape, sampling_interval=INTERVAL)
+    found = run_cases(wave, Cases(0.0, height, ratio, friction, amplitude=amplitude))
+    assert found.status.tolist() == [Status.SIMULATED] * ratio.size
+    factors = (0.97, 1.0, 1.03)
+    expected = np.array(
+        [
+            [rocking_outcome(factor * a * shape, INTERVAL, h, r)[0] for factor in factors]
+            for h, r, a in zip(height, ratio, amplitude, strict=True)
+        ]
+    )
+    firm = (expected == expected[:, :1]).all(axis=1)
+    assert np.unique(expected[firm]).size > 1
+    assert (found.overturned == expected[:, 1])[firm].all()

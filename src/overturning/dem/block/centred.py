@@ -156,8 +156,9 @@ def solve(block: Block, s: State, attempt: Attempt, w: Foreseen, gravity: float)
     late = attempt.length <= FORESEEN * block.finest
     nl, on_l = presses(block, left, s.left, late)
     nr, on_r = presses(block, right, s.right, late)
-    guess_l = guess(block, left, nl, attempt.slid_left, late)
-    guess_r = guess(block, right, nr, attempt.slid_right, late)
+    # A corner in the air carries nothing, so whether it slid is not known from the last step.
+    guess_l = guess(block, left, nl, attempt.slid_left, late | (s.left.pressed == 0.0))
+    guess_r = guess(block, right, nr, attempt.slid_right, late | (s.right.pressed == 0.0))
     slid_l, slides_l = jam(guess_l, guess_r, on_r)
     slid_r, slides_r = jam(guess_r, guess_l, on_l)
     p = share(block, left, half, nl, on_l, guess_l.f, slides_l, slid_l)

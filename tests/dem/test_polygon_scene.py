@@ -5,14 +5,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from overturning.dem.cases import Cases
 from overturning.dem.contact import Contact
+from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.arrays import rests_on_one_face
 from overturning.dem.polygon.geometry import nearest_faces, place, symmetric
 from overturning.dem.polygon.prepare import prepare
 from overturning.dem.polygon.tables import P_AFTER
+from overturning.dem.run import run
 from overturning.dem.scene import Scene, check_scene, load_scene
+from overturning.dem.status import Status
+from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ConfigError
-from tests.dem.polygon_scenes import GROUND, SHIPPED, block, one_case, scene, shipped, still
+from tests.dem.polygon_scenes import GROUND, SHIPPED, block, one_case, scene, shaken, shipped, still
 
 LOW = {"name": "low", "width": 1.0, "height": 0.5, "stands_on": "ground"}
 
@@ -150,3 +155,21 @@ def test_mirror_images_of_the_elements_have_mirrored_springs() -> None:
 )
 def test_a_block_on_wide_ground_is_never_searched(elements: list[dict[str, object]], alone: bool) -> None:
     assert rests_on_one_face(place(scene(*elements))) == alone
+
+
+@pytest.mark.parametrize("height", [0.02, 0.6, 3.0])
+def test_the_ground_is_long_enough_for_any_stone_to_slide_on(height: float) -> None:
+    """Without friction a stone stays where it is in space, however small, while the ground goes by A T²/2π."""
+    time = np.arange(0.0, 3.0, 0.01)
+    motion = shaken(np.where(time <= 2.0, 5.0 * np.sin(np.pi * time), 0.0))
+    found = run(shipped("shaft-alone"), motion, Cases(0.0, height, 0.5, 0.0), Numerics(general=True))
+    assert found.overturned.tolist() == [[0]]
+    np.testing.assert_allclose(found.peak_slip, 5.0 * 2.0**2 / (2.0 * np.pi), rtol=1e-3)
+
+
+def test_what_has_slid_past_the_end_of_the_ground_has_no_answer() -> None:
+    """Without friction the ground goes away by 8 m in 2 s, and then at 8 m/s: past the end of 40 m of it."""
+    motion = shaken(np.where(np.arange(450) < 200, 4.0, 0.0))
+    found = run(shipped("shaft-alone"), motion, Cases(0.0, 0.6, 0.5, 0.0), Numerics(general=True))
+    assert found.status.tolist() == [Status.UNSTABLE]
+    assert found.overturned.tolist() == [[INT8_MISSING]]

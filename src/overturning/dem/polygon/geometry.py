@@ -103,15 +103,17 @@ class Touch(NamedTuple):
 def place(scene: Stage, height: float | None = None, b_over_h: float | None = None) -> list[Placed]:
     """Put the elements into their places; a polygon that is degenerate, clockwise or crosses itself is an `ArgumentError`.
 
-    With `height` (m) of the reference element all lengths of the scene scale; `b_over_h` makes that element alone wider
-    or narrower.
+    With `height` (m) of the reference element all lengths of the scene scale, but that the `ground_of` it becomes no narrower,
+    however small the stones; `b_over_h` makes the reference element alone wider or narrower.
     """
     own = next(element for element in scene.elements if element.name == scene.reference_name)
     reference = polygon(own.name, _vertices(own))
-    scale = 1.0 if height is None else height / reference.height
+    scale, ground = 1.0 if height is None else height / reference.height, ground_of(scene)
     placed: list[Placed] = []
     for element in scene.elements:
         points = _vertices(element)
+        if element.name == ground:
+            points[:, 0] *= max(1.0, 1.0 / scale)
         if b_over_h is not None and element.name == scene.reference_name:
             middle = 0.5 * (points[:, 0].max() + points[:, 0].min())
             # One rounding only, as in a block of width B/H · H.
@@ -129,6 +131,23 @@ def place(scene: Stage, height: float | None = None, b_over_h: float | None = No
         drop = FALLEN_DROP * shape.height if element.fallen_drop is None else element.fallen_drop * scale
         placed.append(Placed(element, shape, x, z, per_area * shape.area, per_area * shape.polar, drop))
     return placed
+
+
+def ground_of(scene: Stage) -> str | None:
+    """Name of the ground, None if there is none: a fixed upright rectangle, wider than any slide, on which all else stands or lies."""
+    shapes = {item.name: polygon(item.name, _vertices(item)) for item in scene.elements}
+    largest = max(
+        max(shapes[item.name].width, shapes[item.name].height) for item in scene.elements if item.kind == "free"
+    )
+    for one in scene.elements:
+        if one.kind == "free" or one.width is None or one.height is None or one.rotation_deg or one.stands_on:
+            continue
+        top, others = (one.at[0], one.at[1] + one.height), [item for item in scene.elements if item is not one]
+        spans = [_vertices(item) + np.array(item.at) - top for item in others if item.stands_on is None]
+        above = all(span[:, 1].min() >= 0.0 and np.abs(span[:, 0]).max() < 0.5 * one.width for span in spans)
+        if above and one.width > WIDE * largest:
+            return one.name
+    return None
 
 
 def symmetric(placed: list[Placed]) -> bool:

@@ -19,6 +19,7 @@ from overturning.dem.polygon.queue import SCHEMES, run_queue
 from overturning.dem.quiet import SAFE_SHARE, quiet_windows
 from overturning.dem.results import Answers
 from overturning.dem.scene import Scene
+from overturning.dem.status import Status
 from overturning.dem.time_step import HEAVY_DAMPING, Scheme, samples_divided, scheme_of, steps_per_sample
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
@@ -61,6 +62,8 @@ class PolygonPlan(Plan):
             self.motion.samples, self.motion.sampling_interval, int(self.steps[chosen[0]]), self.scene.gravity,
             self.numerics.budget, counter, path, out, every,
         )  # fmt: skip
+        edge = np.array([item.edge for item in self.variants])[self.variant[chosen]]
+        out[(every[:, :, t.E_SLIP] >= edge).any(axis=1), t.R_STATUS] = Status.UNSTABLE
         of_all = out[:, t.R_STATUS], out[:, t.R_DEPTH], out[:, t.R_ENERGY], out[:, t.R_STEPS] * self.free
         free = self.variants[0].free
         every[:, :, t.E_ANGLE] /= np.stack([item.unit for item in self.variants])[self.variant[chosen]]

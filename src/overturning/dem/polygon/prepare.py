@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.plan import DEEPEST
-from overturning.dem.polygon.geometry import End, Placed, pairs_of, place
+from overturning.dem.polygon.geometry import End, Placed, ground_of, pairs_of, place
 from overturning.dem.polygon.statics import Laws, Loaded, contact_laws, highest_modes, rest
 from overturning.dem.scene import Scene
 
@@ -67,6 +67,15 @@ class Prepared:
     def bears(self) -> bool:
         """Whether the contact law holds at rest: the weight alone presses no pair in farther than a case may go."""
         return bool(np.max(self.sunk, initial=0.0) <= deepest_allowed(self.placed))
+
+    @property
+    def edge(self) -> FloatArray:
+        """Slip of each element that takes it past the end of the ground, m, shape (elements,); infinite on anything else."""
+        ground = ground_of(self.scene)
+        far = [0.5 * item.shape.width if item.element.name == ground else np.inf for item in self.placed]
+        return np.array(
+            [far[on] - abs(x - self.placed[on].x) for on, (x, _) in zip(self.support, self.base, strict=True)]
+        )
 
     @property
     def free(self) -> NDArray[np.int64]:

@@ -57,8 +57,8 @@ def one_case(made: Scene, motion: Motion, friction: float = 1.0, **options: Any)
 def run(how: PolygonPlan, motion: Motion, more: int = 0) -> tuple[Answers, np.ndarray, np.ndarray]:
     """Answers, times and poses with velocities, shape (samples, elements, 6)."""
     path = np.zeros((motion.samples + more, 2 + 6 * how.sizes.size))
-    answers, noted = how.compute(np.zeros(1, np.int64), np.zeros(1, np.int64), path)
-    return answers, path[:noted, 0], path[:noted, 2:].reshape(noted, -1, 6)
+    answers, path = how.compute(np.zeros(1, np.int64), np.zeros(1, np.int64), path)
+    return answers, path[:, 0], path[:, 2:].reshape(len(path), -1, 6)
 
 
 def put(how: PolygonPlan, element: int, **values: float) -> None:

@@ -5,13 +5,22 @@ from typing import Any
 import numpy as np
 import pytest
 
+from overturning.dem import plan as plan_module
 from overturning.dem.cases import Cases
 from overturning.dem.contact import Contact
-from overturning.dem.run import run_cases
+from overturning.dem.numerics import BODY_STEP, ELEMENT_STEP, Numerics
+from overturning.dem.run import plan, run, run_cases
+from overturning.dem.scene import check_scene
 from overturning.dem.simulate import simulate_arrays
+from overturning.dem.solid.cases import SpaceCases
+from overturning.dem.solid.contact import VertexContact
+from overturning.dem.solid.plan import plan_in_space
+from overturning.dem.solid.run import run_in_space
+from overturning.dem.solid.shapes import Rectangle
 from overturning.dem.status import Status
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
+from tests.dem.polygon_scenes import shipped
 from tests.expect import refused
 
 WAVE = 4.0 * np.sin(np.arange(200) * 0.1)
@@ -102,3 +111,43 @@ def test_a_case_over_its_budget_is_marked() -> None:
     found = run_cases(MOTION, Cases(0.0, 0.6, 0.3, 1.0), budget=500)
     assert found.status.tolist() == [Status.OVER_BUDGET]
     assert found.overturned.tolist() == [-128]
+
+
+def test_the_budget_of_a_case_is_that_of_all_its_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A case that never balances would be run three times, at 1, 4 and 16 times the steps."""
+    monkeypatch.setattr(plan_module, "ENERGY_BOUND", -1.0)
+    once = run_cases(MOTION, Cases(0.0, 0.6, 0.3, 1.0)).block_steps.item() / 21
+    found = run_cases(MOTION, Cases(0.0, 0.6, 0.3, 1.0), budget=round(8 * once))
+    assert found.status.tolist() == [Status.OVER_BUDGET]
+    assert 7 * once < found.block_steps.item() < 9 * once
+
+
+def test_the_budget_ends_what_needs_too_many_steps() -> None:
+    """The one of a scene counts the steps of all elements. One sample's may be done beyond it."""
+    budget, step = 400_000, {"time_step": "0.02 stable", "leave_out": False}
+    scene, cases = shipped("three-tier"), Cases(0.0, 0.636, 0.38, 1.0)
+    numerics = Numerics(budget=budget, **step)
+    stones, steps = run(scene, MOTION, cases, numerics), plan(scene, MOTION, cases, numerics).steps.item()
+    assert stones.status.tolist() == [Status.OVER_BUDGET]
+    assert stones.overturned.tolist() == [[-128] * 3]
+    assert budget / ELEMENT_STEP <= stones.block_steps.item() < budget / ELEMENT_STEP + 3 * steps
+    body = SpaceCases(20.0, 0.6, 0.3, 1.0, 1.0)
+    solid, steps = run_in_space(Rectangle(), MOTION, body, numerics), plan_in_space(
+        Rectangle(), MOTION, body, numerics, VertexContact()
+    ).steps.item()  # fmt: skip
+    assert solid.status.tolist() == [Status.OVER_BUDGET]
+    assert budget / BODY_STEP <= solid.block_steps.item() < budget / BODY_STEP + steps
+
+
+def test_a_slab_that_rattles_under_a_stone_a_million_times_heavier_is_given_up() -> None:
+    """Its contacts change in nearly every step, which are refused down to the finest: it would take hours."""
+    slab = {"name": "slab", "width": 0.5, "height": 0.1, "stands_on": "ground", "material": "light"}
+    stone = {"name": "stone", "width": 0.3, "height": 0.8, "stands_on": "slab"}
+    ground = {"name": "ground", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]}
+    densities = {"stone": {"density": 2650.0}, "light": {"density": 2650.0 * 4.8e-6}}
+    scene = check_scene({"name": "slab", "materials": densities, "elements": [ground, slab, stone]})
+    wave = 8.0 * np.sin(12.0 * np.arange(600) * 0.01)
+    motion = Motion(wave, 0 * wave, sampling_interval=0.01)
+    found = run(scene, motion, Cases(0.0, 0.1, 5.0, 1.0), Numerics(budget=ELEMENT_STEP * 200_000))
+    assert found.status.tolist() == [Status.OVER_BUDGET]
+    assert found.block_steps.item() < 201_000

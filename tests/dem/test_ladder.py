@@ -18,6 +18,7 @@ from overturning.dem.solid import rows as solid
 from overturning.dem.status import Status
 from overturning.dem.time_step import contact_time, highest_eigenvalue
 from overturning.dem.trajectory import trajectory
+from overturning.dem.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import shipped
 
@@ -160,34 +161,38 @@ def test_samples_are_steps_enough_for_a_standing_block_on_a_rigid_contact(step: 
     np.testing.assert_array_equal(standing, np.gcd(usual, rigid.steps))
 
 
-def test_a_case_that_does_not_balance_is_computed_again_in_shorter_steps(monkeypatch: pytest.MonkeyPatch) -> None:
-    cases = blocks()
-    first, finer = (run_cases(pulse(), cases, refinement=refinement) for refinement in (1, plan_module.FINER))
+@pytest.mark.parametrize("general", [False, True])
+def test_a_case_that_does_not_balance_is_computed_again_in_shorter_steps(
+    general: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cases, kernel = blocks(), {"general": general}
+    first, finer = (run_cases(pulse(), cases, refinement=times, **kernel) for times in (1, plan_module.FINER))
     moved = first.status == Status.SIMULATED
     bound = float(np.median(first.energy_error[moved]))
     monkeypatch.setattr(plan_module, "ENERGY_BOUND", bound)
     monkeypatch.setattr(plan_module, "MOST_AGAIN", 1)
-    found = run_cases(pulse(), cases)
+    found = run_cases(pulse(), cases, **kernel)
     again = moved & (first.energy_error > bound)
     assert 0.2 < again.sum() / moved.sum() < 0.8
+    never = again & (finer.energy_error > bound)
+    np.testing.assert_array_equal(found.status == Status.UNSTABLE, never)
     for name in NAMES:
         expected = np.where(again, getattr(finer, name), getattr(first, name))
+        expected = np.where(never, INT8_MISSING, expected) if name == "overturned" else expected
         np.testing.assert_array_equal(getattr(found, name), expected, err_msg=name)
     np.testing.assert_array_equal(found.block_steps, first.block_steps + np.where(again, finer.block_steps, 0))
     one = int(np.flatnonzero(again)[0])
     cell = {name: float(getattr(cases, name)[one]) for name in ("azimuth_deg", "height", "b_over_h", "friction")}
-    path = trajectory(pulse(), **cell)
+    path = trajectory(pulse(), **cell, **kernel)
     assert path.attrs["block_steps"] == found.block_steps[one]
     assert float(path["peak_rotation"].sel(element="stone")) == found.peak_rotation[one]
     assert (np.diff(path["time"]) > 0).all()
 
 
-def test_an_impossible_balance_is_marked_after_all(monkeypatch: pytest.MonkeyPatch) -> None:
-    from overturning.dem import results
-
-    for module in (plan_module, results):
-        monkeypatch.setattr(module, "ENERGY_BOUND", -1.0)
-    found = run_cases(pulse(), Cases([0.0], [0.6], [0.3], [0.5]))
+@pytest.mark.parametrize("general", [False, True])
+def test_an_impossible_balance_is_marked_after_all(general: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plan_module, "ENERGY_BOUND", -1.0)
+    found = run_cases(pulse(), Cases([0.0], [0.6], [0.3], [0.5]), general=general)
     assert found.status.tolist() == [Status.UNSTABLE]
     assert found.overturned.tolist() == [-128]
 

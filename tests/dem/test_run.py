@@ -1,9 +1,14 @@
 """One way to compute any scene: which kernel it takes, and what its variables are like from behind."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
+from overturning.dem.block import plan as block_plan
+from overturning.dem.block import tables
 from overturning.dem.block.plan import BlockPlan
+from overturning.dem.block.verdict import GOES_ON
 from overturning.dem.cases import Cases
 from overturning.dem.contact import Contact
 from overturning.dem.numerics import Numerics
@@ -11,11 +16,16 @@ from overturning.dem.polygon.plan import PolygonPlan
 from overturning.dem.run import plan, run, run_cases
 from overturning.dem.scene import check_scene, gravestone
 from overturning.dem.simulate import simulate_arrays
+from overturning.dem.single_body import with_room
+from overturning.dem.solid import plan as space_plan
+from overturning.dem.solid.trajectory import trajectory_in_space
 from overturning.dem.trajectory import trajectory
 from overturning.dem.variables import INT8_MISSING, VARIABLES
 from overturning.errors import ArgumentError
+from overturning.motion.motion import Motion
 from overturning.study.ensemble import ENSEMBLE_VARIABLES
 from tests.dem.polygon_scenes import shaken, shipped
+from tests.expect import refused
 
 TIME = np.arange(300) * 0.01
 MOTION = shaken(np.round(6.0 * np.sin(2 * np.pi * TIME / 0.9) * (TIME < 1.8), 9))
@@ -75,3 +85,41 @@ def test_seen_from_behind() -> None:
     np.testing.assert_array_equal(seen["peak_slip"], arrays["peak_slip"])
     assert (seen["probability_towards"] == 1).all()
     assert (seen["probability_away"] == 0).all()
+
+
+@pytest.mark.parametrize("kind", ["block", "space"])
+def test_a_path_is_computed_once_however_many_rows_it_gets(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    module, calls = (block_plan if kind == "block" else space_plan), list[int]()
+    kernel = module.run_queue
+    monkeypatch.setattr(module, "run_queue", lambda *arguments: calls.append(1) or kernel(*arguments))
+    time = np.arange(60) * 0.01
+    wave = Motion(5.0 * np.sin(11.0 * time), 0 * time, sampling_interval=0.01)
+    if kind == "block":
+        path = trajectory(wave, azimuth_deg=0.0, height=0.6, b_over_h=0.4)
+    else:
+        path = trajectory_in_space(wave, orientation_deg=10.0, height=0.6, b_over_h=0.4)
+    assert len(calls) == 1
+    assert path.sizes["time"] > wave.samples
+    assert (np.diff(path["time"]) >= 0).all()
+    assert path["time"][-1] > time[-1]
+
+
+def test_a_path_too_long_to_be_kept_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*arguments: Any) -> Any:
+        arguments[-1][0, tables.R_STATUS] = GOES_ON
+        return np.broadcast_to(np.zeros(tables.TRAJECTORY), (10_000_000, tables.TRAJECTORY))
+
+    with monkeypatch.context() as patch, refused(ArgumentError, "trajectory", "GB", "at most 0.8 GB", "time_step"):
+        patch.setattr(block_plan, "run_queue", full)
+        trajectory(MOTION, azimuth_deg=0.0, height=0.6, b_over_h=0.1)
+    long = Motion(np.zeros(3_000_000), np.zeros(3_000_000), sampling_interval=0.01)
+    with refused(ArgumentError, "trajectory", "at most 0.8 GB", "cut the motion"):
+        trajectory(long, azimuth_deg=0.0, scene=shipped("three-tier"), leave_out=False)
+
+
+def test_a_path_grows_by_rows_that_keep_what_was_noted() -> None:
+    path = np.arange(12.0).reshape(4, 3)
+    assert with_room(path, 3) is path
+    longer = with_room(path, 4)
+    assert longer.shape == (8, 3)
+    np.testing.assert_array_equal(longer[:4], path)

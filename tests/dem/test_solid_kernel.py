@@ -10,7 +10,6 @@ from overturning.dem import run as run_module
 from overturning.dem.contact import Contact
 from overturning.dem.numerics import Numerics
 from overturning.dem.simulate import simulate_arrays
-from overturning.dem.solid import results as results_module
 from overturning.dem.solid.cases import SpaceCases
 from overturning.dem.solid.contact import VertexContact, highest_mode
 from overturning.dem.solid.plan import Start, plan_in_space
@@ -144,16 +143,17 @@ def test_a_case_that_does_not_balance_is_computed_again_in_shorter_steps(monkeyp
     monkeypatch.setattr(plan_module, "ENERGY_BOUND", bound)
     monkeypatch.setattr(plan_module, "MOST_AGAIN", 1)
     found, again = simulate_in_space_arrays(part(10), **grid), first["energy_error"] > bound
+    never = again & (finer["energy_error"] > bound)
+    np.testing.assert_array_equal(found["status"] == Status.UNSTABLE, never)
     for name in (*NAMES, "block_steps"):
         expected = np.where(again, finer[name] + (first[name] if name == "block_steps" else 0), first[name])
-        np.testing.assert_array_equal(found[name], expected, err_msg=name)
+        np.testing.assert_array_equal(found[name][~never], expected[~never], err_msg=name)
     cell = {"orientation_deg": 15.0, "height": 0.6, "b_over_h": 0.2, "friction": 0.4}
     path = trajectory_in_space(part(10), **cell)
     assert path.attrs["block_steps"] == found["block_steps"][1, 0, 0, 0, 0]
     assert (np.diff(path.time) > 0).all()
     # Where nothing helps the case is marked.
-    for module in (plan_module, results_module):
-        monkeypatch.setattr(module, "ENERGY_BOUND", -1.0)
+    monkeypatch.setattr(plan_module, "ENERGY_BOUND", -1.0)
     marked = simulate_in_space_arrays(part(10), **{name: [value] for name, value in cell.items()})
     assert (marked["status"].item(), marked["overturned"].item()) == (Status.UNSTABLE, INT8_MISSING)
     assert np.isnan(marked["fall_azimuth"].item())

@@ -1,4 +1,4 @@
-"""A contact so soft that the block's weight alone presses it in too far has no answer, shaken or not."""
+"""A contact so soft that the weight alone presses it in too far has no answer, shaken or not."""
 
 import numpy as np
 import pytest
@@ -6,14 +6,20 @@ import pytest
 from overturning.dem.cases import Cases
 from overturning.dem.contact import Contact
 from overturning.dem.run import run_cases
+from overturning.dem.solid.contact import VertexContact
+from overturning.dem.solid.simulate import simulate_in_space_arrays
+from overturning.dem.solid.trajectory import trajectory_in_space
 from overturning.dem.status import Status
 from overturning.dem.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 
+SHAKEN = pytest.mark.parametrize("peak", [0.0, 0.1, 5.0])
+ALL = pytest.mark.parametrize("leave_out", [True, False])
 
-@pytest.mark.parametrize("peak", [0.0, 0.1, 5.0])
-@pytest.mark.parametrize("leave_out", [True, False])
-def test_block_pressed_in_too_far_is_marked(peak: float, leave_out: bool) -> None:
+
+@SHAKEN
+@ALL
+def test_a_block_pressed_in_too_far_is_marked(peak: float, leave_out: bool) -> None:
     north = peak * np.sin(np.arange(200) * 0.1)
     motion = Motion(north, np.zeros(200), sampling_interval=0.01)
     cases = Cases(0.0, 1.0, [0.3, 0.3], 0.6)
@@ -22,3 +28,25 @@ def test_block_pressed_in_too_far_is_marked(peak: float, leave_out: bool) -> Non
     assert soft.overturned.tolist() == [INT8_MISSING] * 2
     stiff = run_cases(motion, cases, contact=Contact(stiffness=1e8), leave_out=leave_out)
     assert (stiff.overturned != INT8_MISSING).all()
+
+
+@SHAKEN
+@ALL
+@pytest.mark.parametrize("plan", ["rectangle", "circle", 6])
+def test_a_body_in_space_pressed_in_too_far_is_marked(peak: float, leave_out: bool, plan: str | int) -> None:
+    """It sinks in by δ/B of its width; a tenth of the smaller side is too far: 0.1 B, or 0.1 H of a squat one."""
+    north = peak * np.sin(np.arange(200) * 0.1)
+    motion = Motion(north, np.zeros(200), sampling_interval=0.01)
+    size = {"orientation_deg": 0.0, "height": 0.6, "friction": 0.6}
+    for ratio, deepest in ((0.3, 0.1), (2.0, 0.05)):
+        soft, stiff = (
+            simulate_in_space_arrays(
+                motion, b_over_h=ratio, body=plan, contact=VertexContact(share * deepest), leave_out=leave_out, **size
+            )
+            for share in (1.01, 0.01)
+        )
+        assert soft["status"].item() == Status.UNSTABLE
+        assert soft["overturned"].item() == INT8_MISSING
+        assert stiff["overturned"].item() != INT8_MISSING
+    path = trajectory_in_space(motion, b_over_h=2.0, body=plan, contact=VertexContact(0.06), **size)
+    assert (int(path.status), int(path.overturned), path.sizes["time"]) == (Status.UNSTABLE, INT8_MISSING, 200)

@@ -10,7 +10,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from overturning.dem.cases import Cases
-from overturning.dem.numerics import Numerics
+from overturning.dem.numerics import ELEMENT_STEP, Numerics
 from overturning.dem.plan import DEEPEST
 from overturning.dem.polygon.geometry import Placed, native_size
 from overturning.dem.polygon.prepare import Prepared, prepare
@@ -80,7 +80,9 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> Rows
     try:
         prepared = prepare(scene, case.height, ratio)
         cases = Cases(setting.azimuth_deg, case.height, ratio, setting.friction, setting.amplitude)
-        numerics = Numerics(scheme=case.scheme, time_step=case.time_step, budget=budget, general=True)
+        numerics = Numerics(
+            scheme=case.scheme, time_step=case.time_step, budget=ELEMENT_STEP * budget * len(scene.free), general=True
+        )
         found = run(scene, motion, cases, numerics)
     except ArgumentError as error:
         rows["reason"][:] = str(error).partition(":")[0].partition(" ")[0]

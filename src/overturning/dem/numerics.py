@@ -13,6 +13,12 @@ Progress = Callable[[int, int], None]
 BUDGET: Final = 500_000_000
 """Block steps of one case."""
 
+BODY_STEP: Final = 5
+"""Block steps that a step of a body in space counts as in the budget, by the time that it takes;"""
+
+ELEMENT_STEP: Final = 20
+"""and that of an element of a scene: what a case needs at most is then known within half a minute of processor time."""
+
 
 @dataclass(frozen=True)
 class Numerics:
@@ -30,7 +36,8 @@ class Numerics:
     refinement : int
         Each step is divided into so many; for verification.
     budget : int
-        Block steps of one case, beyond which it is given up and marked `over_budget`.
+        Block steps of one case, all attempts and reruns together, beyond which it is given up and marked `over_budget`; a step
+        of a body counts as `BODY_STEP`, of an element of a scene as `ELEMENT_STEP` of them.
     threads : int
         Threads to share the cases among; the bits do not depend on it.
     progress : callable, optional

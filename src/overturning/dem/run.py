@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from functools import partial
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,9 @@ from overturning.dem.results import Results
 from overturning.dem.scene import Scene, gravestone
 from overturning.motion.motion import Motion
 from overturning.units import GRANITE_DENSITY
+
+if TYPE_CHECKING:
+    from overturning.dem.solid.plan import SpacePlan
 
 QUEUE: Final = 4096
 """Cases per call of the kernel: long enough to keep the columns full, short enough for the memory to stay flat."""
@@ -64,19 +67,23 @@ def run(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics | None = 
         return run_on_cluster(partial(run, scene), motion, cases, numerics)
     planned = plan(scene, motion, cases, numerics)
     results = planned.uncomputed()
+    run_planned(planned, results.store)
+    return results
+
+
+def run_planned(planned: "Plan | SpacePlan", store: Callable[[NDArray[np.int64], Any], None]) -> None:
+    """Compute what of a plan has to be, and store the answers to chosen cases as they come: ``store(chosen, answers)``."""
     counter, nothing = np.zeros(1, np.int64), np.zeros((0, 0))
     moving = np.flatnonzero(~planned.never & ~planned.hopeless)
-    length = planned.steps[moving] * np.maximum(motion.samples - planned.first[moving], 1)
+    length = planned.steps[moving] * np.maximum(planned.motion.samples - planned.first[moving], 1)
     # The longest of a group first, so that the columns empty together.
     order = moving[np.lexsort((-length, planned.group[moving]))]
 
     def compute(chosen: NDArray[np.int64]) -> None:
-        results.store(chosen, planned.compute(chosen, counter, nothing)[0])
+        store(chosen, planned.compute(chosen, counter, nothing)[0])
 
-    run_queues(
-        compute, shared_out(order, planned.group, planned.halved), numerics, counter, int(length.sum()) * planned.free
-    )
-    return results
+    queues = shared_out(order, planned.group, planned.halved)
+    run_queues(compute, queues, planned.numerics, counter, int(length.sum()) * planned.free)
 
 
 def run_cases(

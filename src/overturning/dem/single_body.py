@@ -3,10 +3,12 @@
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+import numpy as np
 from numba import njit
 
 from overturning.arrays import FloatArray
-from overturning.dem.lanes import INLINE, INNER
+from overturning.dem.lanes import INLINE, INNER, OPTIONS
+from overturning.dem.plan import MOST_PATH
 from overturning.dem.time_step import Scheme
 
 
@@ -78,3 +80,13 @@ def within_sample(line: Line, tick: float) -> float:
 def at_tick(line: Line, tick: float, past: float) -> float:
     """The same where `past` ticks of the next sample are over."""
     return (line.value + line.slope * tick) + line.bend * past
+
+
+@njit(**OPTIONS)
+def with_room(path: Any, noted: int) -> Any:
+    """A path with room for a row more: twice as long where all rows are filled; as it is where that would be above `MOST_PATH`."""
+    if noted < path.shape[0] or 2 * path.size > MOST_PATH:
+        return path
+    longer = np.zeros((2 * noted, path.shape[1]))
+    longer[:noted] = path
+    return longer

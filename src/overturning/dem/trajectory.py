@@ -73,7 +73,7 @@ def trajectory(
     Raises
     ------
     ArgumentError
-        As `overturning.simulate`.
+        As `overturning.simulate`, and where the path would be longer than `overturning.dem.plan.MOST_PATH`.
     """
     motion = as_motion(motion)
     scene, size, ratio = scene_or_gravestone(scene, contact, density, height, b_over_h)

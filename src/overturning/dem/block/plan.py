@@ -10,10 +10,21 @@ from overturning.dem.block import tables as k
 from overturning.dem.block.path import block_path
 from overturning.dem.block.queue import SCHEMES, Limits, run_queue
 from overturning.dem.block.rows import DWELL, FINEST, GENTLE, MOST_HALVINGS, RIGID, SETTLED_DWELL, TICKS
+from overturning.dem.block.verdict import GOES_ON
 from overturning.dem.cases import Cases
 from overturning.dem.contact import check_precision
 from overturning.dem.numerics import Numerics
-from overturning.dem.plan import AFTERMATH, DEEPEST, Path, Plan, rounded, shaking, until_balanced
+from overturning.dem.plan import (
+    AFTERMATH,
+    DEEPEST,
+    Path,
+    Plan,
+    check_path,
+    rounded,
+    shaking,
+    sinks_too_far,
+    until_balanced,
+)
 from overturning.dem.quiet import quiet_windows
 from overturning.dem.results import Answers
 from overturning.dem.scene import Scene
@@ -53,14 +64,16 @@ class BlockPlan(Plan):
         of_all = np.stack([self.steps, self.table[:, k.P_STANDING], self.friction == 0])
         return np.asarray(np.unique(of_all, axis=1, return_inverse=True)[1]).ravel()
 
-    def compute(self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: FloatArray) -> tuple[Answers, int]:
+    def compute(
+        self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: FloatArray
+    ) -> tuple[Answers, FloatArray]:
         """Run cases with the same steps per sample, all with friction or all without; finer those that do not balance."""
-        motion, out = self.motion, np.empty((chosen.size, k.RESULTS))
+        motion, out = self.motion, np.zeros((chosen.size, k.RESULTS))
         upward = None if motion.up is None else np.concatenate([motion.up, np.zeros(3)])
         ground = Ground(self.ground, upward, motion.samples, motion.sampling_interval)
         limits = Limits(STANDARD_GRAVITY, DEEPEST, self.numerics.budget)
         friction = self.friction[chosen] if self.friction[chosen[0]] > 0 else None
-        noted = 0
+        noted = path
 
         def run(rows: NDArray[np.int64], finer: int) -> None:
             nonlocal noted
@@ -73,26 +86,26 @@ class BlockPlan(Plan):
                 limits, counter, path, out,
             )  # fmt: skip
 
-        until_balanced(run, out, k.R_STATUS, k.R_ENERGY, k.R_STEPS)
+        until_balanced(run, out, k.R_STATUS, k.R_ENERGY)
+        if out[0, k.R_STATUS] == GOES_ON:  # its path is full
+            check_path(2 * noted.size)
         of_all = (out[:, column] for column in (k.R_STATUS, k.R_DEPTH, k.R_ENERGY, k.R_STEPS))
         each = (out[:, [column]] for column in (k.R_SIDE, k.R_TIME, k.R_ANGLE, k.R_SLIP, k.R_RESIDUAL))
-        return Answers(*of_all, *each), int(noted)
+        return Answers(*of_all, *each), noted
 
     def trace(self) -> tuple[Answers | None, Path]:
         """Answers and path of a plan's only case."""
-        answers, noted, path = None, 0, np.zeros((0, k.TRAJECTORY))
-        if not self.never[0]:
-            # The first run counts the rows, the second fills them.
-            for _ in range(2):
-                answers, noted = self.compute(np.zeros(1, np.int64), np.zeros(1, np.int64), path)
-                path = path if noted else np.zeros((int(answers.block_steps[0]), k.TRAJECTORY))
-        rest = np.zeros((int(self.first[0]) if noted else self.motion.samples, k.TRAJECTORY))
+        answers, path = None, np.zeros((0, k.TRAJECTORY))
+        if not (self.never[0] or self.hopeless[0]):
+            room = np.zeros((self.motion.samples, k.TRAJECTORY))
+            answers, path = self.compute(np.zeros(1, np.int64), np.zeros(1, np.int64), room)
+        rest = np.zeros((self.motion.samples if answers is None else int(self.first[0]), k.TRAJECTORY))
         rest[:, k.T_TIME] = np.arange(len(rest)) * self.motion.sampling_interval
         depth = 0.5 * STANDARD_GRAVITY / self.table[0, k.P_STIFFNESS]
         rest[:, k.T_Z] = 0.5 * self.table[0, k.P_HEIGHT] - depth
         rest[:, k.T_GROUND] = self.ground[0, : len(rest)] * self.table[0, k.P_AMPLITUDE]
         return answers, block_path(
-            self.scene, self.motion, self.cases, np.concatenate([rest, path[:noted]]), self.table[0, k.P_ALPHA]
+            self.scene, self.motion, self.cases, np.concatenate([rest, path]), self.table[0, k.P_ALPHA]
         )
 
 
@@ -144,8 +157,6 @@ def plan_block(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics) -
         first, quiet, never = quiet_windows(motion, row, amplitude, ground[:, :samples], np.minimum(ratio, friction))
         first[tilt != 0], never[tilt != 0] = 0, False
         calm = quiet.astype(np.float64)
-        # A block whose weight alone presses it in too far has no answer: the kernel is to find and mark it.
-        never &= STANDARD_GRAVITY / (2.0 * normal) <= DEEPEST * 0.5 * np.minimum(width, height)
     columns = {
         k.P_WIDTH: width,
         k.P_HEIGHT: height,
@@ -173,4 +184,5 @@ def plan_block(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics) -
     return BlockPlan(
         scene=scene, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground, steps=steps,
         first=first, never=never, table=table, friction=friction,
+        hopeless=sinks_too_far(0.5 * STANDARD_GRAVITY / normal, np.minimum(width, height)),
     )  # fmt: skip

@@ -32,7 +32,7 @@ from overturning.dem.block.verdict import GOES_ON, energy, finish, note, verdict
 from overturning.dem.cache import keep_compiled
 from overturning.dem.lanes import OPTIONS, aligned
 from overturning.dem.mechanics import renormalised
-from overturning.dem.single_body import Course, Ground, Schemes, maker, piece
+from overturning.dem.single_body import Course, Ground, Schemes, maker, piece, with_room
 from overturning.dem.status import Status
 from overturning.dem.time_step import Scheme
 
@@ -173,7 +173,7 @@ def ending(state: Any, j: int, spent: bool, lag: float, ticks: float, end: float
 def run_queue(
     scheme: Any, queue: Any, cases: Any, row_of_case: Any, friction: Any, ground: Ground, steps: int, limits: Limits,
     counter: Any, path: Any, results: Any,
-) -> int:  # fmt: skip
+) -> Any:  # fmt: skip
     """Run the cases of a queue, all with the same steps per sample, standing or not; a finished column takes the next one.
 
     Parameters
@@ -195,12 +195,13 @@ def run_queue(
     path : ndarray, shape (rows, TRAJECTORY)
         Filled with the first column's state at each sample, more often where it rocks or steps finely; no rows to leave out.
     results : ndarray, shape (n, RESULTS)
-        Filled in the rows of the queue.
+        Filled in the rows of the queue; the steps found there, of runs before, count.
 
     Returns
     -------
-    int
-        Rows of `path` that were filled.
+    ndarray
+        The rows of `path` that were filled, in a longer copy where it was too short. Where that would be longer than `MOST_PATH`
+        the run ends without results but the status `GOES_ON`.
     """
     state = aligned(NUMBERS * COLUMNS)
     case, row, done = np.zeros(COLUMNS, np.int64), np.zeros(COLUMNS, np.int64), np.zeros(COLUMNS, np.int64)
@@ -220,15 +221,19 @@ def run_queue(
     while True:
         while active < COLUMNS and head < queue.size:
             i = queue[head]
-            case[active], row[active], done[active] = i, row_of_case[i], 0
+            case[active], row[active], done[active] = i, row_of_case[i], int(results[i, tables.R_STEPS])
             start(state, active, cases[i], 0.0 if friction is None else friction[i], ground.interval, ticks, gravity)
             active, head = active + 1, head + 1
         if active == 0:
-            return noted
+            return path[:noted]
         columns = (active + 7) // 8 * 8
         next_sample(state, columns, row, ground.along, ground.up, ticks, ground.interval)
         for step in range(0, at_once, stride):
-            if noted < path.shape[0] and (step == 0 or state[TICK] == ticks):
+            if path.shape[0] > 0 and (step == 0 or state[TICK] == ticks):
+                path = with_room(path, noted)
+                if noted == path.shape[0]:
+                    results[case[0], tables.R_STATUS] = GOES_ON
+                    return path
                 note(state, 0, lag, ground.interval, ticks, path[noted])
                 noted += 1
             advance(state, columns, stride, ticks, gravity)

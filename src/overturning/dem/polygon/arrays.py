@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
+from overturning.dem.plan import DEEPEST
 from overturning.dem.polygon import tables as t
 from overturning.dem.polygon.geometry import WIDE, Placed, common_stretch, partners, parts_of
-from overturning.dem.polygon.prepare import Prepared, deepest_allowed
+from overturning.dem.polygon.prepare import Prepared, smallest
 
 CALM_KINETIC: Final = 1e-9
 """Kinetic energy at rest, as a share of m g times the half of the smallest side of the lightest element."""
@@ -141,7 +142,7 @@ def kernel_rules(prepared: Prepared) -> tuple[FloatArray, FloatArray]:
         rules[index, t.BARRIER] = prepared.barrier[index]
     lightest = min(free, key=lambda item: item.mass)
     limits = np.zeros(t.LIMITS)
-    limits[t.DEEPEST_ALLOWED] = deepest_allowed(prepared.placed)
+    limits[t.DEEPEST_ALLOWED] = DEEPEST * 0.5 * smallest(prepared.placed)
     limits[t.REST_ENERGY] = CALM_KINETIC * lightest.mass * prepared.scene.gravity * 0.5 * lightest.size
     barriers, scales = zip(*(_energies(prepared, n) for n in prepared.free), strict=True)
     limits[t.LEAST_BARRIER], limits[t.LEAST_SCALE] = min(barriers), min(scales)

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.cases import Cases
 from overturning.dem.contact import check_precision
-from overturning.dem.numerics import Numerics
-from overturning.dem.plan import AFTERMATH, Path, Plan, shaking
+from overturning.dem.numerics import ELEMENT_STEP, Numerics
+from overturning.dem.plan import AFTERMATH, Path, Plan, check_path, shaking, until_balanced
 from overturning.dem.polygon import tables as t
 from overturning.dem.polygon.arrays import kernel_column, kernel_layout, kernel_rules, kernel_shapes
 from overturning.dem.polygon.ladder import DWELL, FINEST, LONGEST_ROCKING, MOST_HALVINGS, TICKS
@@ -46,47 +46,55 @@ class PolygonPlan(Plan):
     rules: FloatArray
     limits: FloatArray
 
-    @property
-    def hopeless(self) -> NDArray[np.bool_]:
-        """Cases of a scene that its weight alone presses in too far; its faces may even have passed one another."""
-        return ~np.array([item.bears for item in self.variants])[self.variant]
-
-    def compute(self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: FloatArray) -> tuple[Answers, int]:
-        """Run cases with the same number of steps per sample."""
+    def compute(
+        self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: FloatArray
+    ) -> tuple[Answers, FloatArray]:
+        """Run cases with the same number of steps per sample; finer those that do not balance."""
         out = np.zeros((chosen.size, t.RESULTS))
         every = np.zeros((chosen.size, self.rules.shape[1], t.ELEMENT_RESULTS))
         upward = None if self.motion.up is None else np.concatenate([self.motion.up, np.zeros(3)])
-        noted = run_queue(
-            SCHEMES[self.scheme][0], np.arange(chosen.size), self.table[chosen], self.row[chosen], self.variant[chosen],
-            self.initial, self.layout, self.parts, self.sizes, self.shapes, self.rules, self.limits, self.ground, upward,
-            self.motion.samples, self.motion.sampling_interval, int(self.steps[chosen[0]]), self.scene.gravity,
-            self.numerics.budget, counter, path, out, every,
-        )  # fmt: skip
+        noted = 0
+
+        def run(rows: NDArray[np.int64], finer: int) -> None:
+            nonlocal noted
+            table = self.table[chosen]
+            # The shortest step is in ticks, which shrink with the whole one.
+            table[:, t.P_DWELL] *= finer
+            path[:] = 0.0
+            noted = run_queue(
+                SCHEMES[self.scheme][0], rows, table, self.row[chosen], self.variant[chosen],
+                self.initial, self.layout, self.parts, self.sizes, self.shapes, self.rules, self.limits, self.ground, upward,
+                self.motion.samples, self.motion.sampling_interval, int(self.steps[chosen[0]]) * finer, self.scene.gravity,
+                self.numerics.budget // ELEMENT_STEP, counter, path, out, every,
+            )  # fmt: skip
+
+        until_balanced(run, out, t.R_STATUS, t.R_ENERGY)
         edge = np.array([item.edge for item in self.variants])[self.variant[chosen]]
         out[(every[:, :, t.E_SLIP] >= edge).any(axis=1), t.R_STATUS] = Status.UNSTABLE
-        of_all = out[:, t.R_STATUS], out[:, t.R_DEPTH], out[:, t.R_ENERGY], out[:, t.R_STEPS] * self.free
-        free = self.variants[0].free
         every[:, :, t.E_ANGLE] /= np.stack([item.unit for item in self.variants])[self.variant[chosen]]
-        each = (every[:, free, k] for k in (t.E_SIDE, t.E_TIME, t.E_ANGLE, t.E_SLIP, t.E_RESIDUAL))
-        return Answers(*of_all, *each), int(noted)
+        of_all = (out[:, k] for k in (t.R_STATUS, t.R_DEPTH, t.R_ENERGY, t.R_STEPS))
+        each = (every[:, self.variants[0].free, k] for k in (t.E_SIDE, t.E_TIME, t.E_ANGLE, t.E_SLIP, t.E_RESIDUAL))
+        return Answers(*of_all, *each), path[: int(noted)]
 
     def trace(self) -> tuple[Answers | None, Path]:
         """Answers and path of a plan's only case."""
         prepared, first = self.variants[0], int(self.first[0])
         poses_end = 2 + 6 * len(prepared.placed)
         rows = int(self.table[0, t.P_AFTER]) - first + 3
-        path = np.zeros((rows, poses_end + 2 * t.FORCE_COLUMNS * len(prepared.pairs)))
-        answers, noted = None, 0
+        columns = poses_end + 2 * t.FORCE_COLUMNS * len(prepared.pairs)
+        answers, path = None, np.zeros((0, columns))
+        check_path(rows * columns)
         if not (self.never[0] or self.hopeless[0]):
-            answers, noted = self.compute(np.zeros(1, np.int64), np.zeros(1, np.int64), path)
-        rest = np.zeros((first if noted else self.motion.samples, path.shape[1]))
+            room = np.zeros((rows, columns))
+            answers, path = self.compute(np.zeros(1, np.int64), np.zeros(1, np.int64), room)
+        rest = np.zeros((self.motion.samples if answers is None else first, columns))
         rest[:, poses_end:] = np.nan
         rest[:, t.T_TIME] = np.arange(len(rest)) * self.motion.sampling_interval
         rest[:, t.T_GROUND] = self.ground[0, : len(rest)] * self.table[0, t.P_AMPLITUDE]
         for index, item in enumerate(prepared.placed):
             pose = np.array([item.x, item.z, 0.0]) + prepared.displacement[index]
             rest[:, 2 + 6 * index : 5 + 6 * index] = pose
-        return answers, _path(prepared, np.concatenate([rest, path[:noted]]))
+        return answers, _path(prepared, np.concatenate([rest, path]))
 
 
 def plan_polygons(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics) -> PolygonPlan:
@@ -113,7 +121,7 @@ def plan_polygons(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics
     return PolygonPlan(
         scene=scene, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground,
         steps=per_sample[variant] * numerics.refinement,
-        first=first, never=never, variants=variants, variant=variant, table=table,
+        first=first, never=never, hopeless=np.array([item.sinks for item in variants])[variant], variants=variants, variant=variant, table=table,
         layout=kernel_layout(variants[0]), parts=variants[0].parts,
         sizes=shaped[0][0],
         shapes=np.stack([shapes for _, shapes in shaped]),

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.plan import DEEPEST
+from overturning.dem.plan import sinks_too_far
 from overturning.dem.polygon.geometry import End, Placed, ground_of, pairs_of, place
 from overturning.dem.polygon.statics import Laws, Loaded, contact_laws, highest_modes, rest
 from overturning.dem.scene import Scene
@@ -64,9 +64,9 @@ class Prepared:
         return float(np.sqrt(np.sqrt(square) / (0.75 * self.scene.gravity)))
 
     @property
-    def bears(self) -> bool:
-        """Whether the contact law holds at rest: the weight alone presses no pair in farther than a case may go."""
-        return bool(np.max(self.sunk, initial=0.0) <= deepest_allowed(self.placed))
+    def sinks(self) -> bool:
+        """Whether its weight alone presses a pair in too far; faces may even have passed one another then."""
+        return bool(sinks_too_far(self.sunk, smallest(self.placed)).any())
 
     @property
     def edge(self) -> FloatArray:
@@ -146,9 +146,9 @@ CRITICAL: Final = {
 """CF attributes of the critical angles of a scene."""
 
 
-def deepest_allowed(placed: list[Placed]) -> float:
-    """Penetration beyond which the contact law no longer holds, m."""
-    return DEEPEST * 0.5 * min(item.size for item in placed if not item.fixed)
+def smallest(placed: list[Placed]) -> float:
+    """Smaller side of the smallest free element, m."""
+    return min(item.size for item in placed if not item.fixed)
 
 
 Stands = dict[int, dict[int, list[End]]]

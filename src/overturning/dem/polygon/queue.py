@@ -190,12 +190,12 @@ def run_queue(
     ground, upward : ndarray, shape (azimuths, samples + 3), (samples + 3,) or None
         Acceleration of the base towards the azimuth and up, m/s², padded with zeros; no upward one compiles a kernel without.
     samples, interval, steps, gravity, budget : int, float, int, float, int
-        Length of the record, s between samples, steps per sample, m/s², largest number of steps of a case.
+        Length of the record, s between samples, steps per sample, m/s², largest number of element steps of a case.
     path : ndarray, shape (rows, 2 + 6 elements) or (rows, 2 + 6 elements + 10 pairs)
         Zeros, filled with the first column's state at each sample and, where there is room, the forces at both ends of
         each pair; no rows to leave out.
     counter, results, each : ndarray of int64, shape (1,), ndarray, shape (n, RESULTS), (n, elements, ELEMENT_RESULTS)
-        Grows by the element steps done, for progress; filled in the rows of the queue.
+        Grows by the element steps done, for progress; filled in the rows of the queue, the steps found there counting.
     """
     count, elements = initial.shape[1], rules.shape[1]
     owner = aligned(count * rows.COLUMNS)
@@ -217,7 +217,8 @@ def run_queue(
         while active < rows.COLUMNS and head < queue.size:
             n = queue[head]
             v = variant_of_case[n]
-            case[active], row[active], variant[active], done[active] = n, row_of_case[n], v, 0
+            case[active], row[active], variant[active] = n, row_of_case[n], v
+            done[active] = int(results[n, t.R_STEPS])
             looked[active] = int(cases[n, t.P_FIRST]) // stride
             start(
                 state, active, cases[n], initial[v], elements, layout, sizes, shapes[v], interval, ticks, scheme.lag, gravity
@@ -253,7 +254,7 @@ def run_queue(
         end_sample(state, layout, elements, rules[0], ticks, interval)
         counter[0] += active * steps * free
         for j in range(active - 1, -1, -1):
-            done[j] += steps
+            done[j] += steps * free
             n, v, spent = case[j], variant[j], done[j] >= budget
             part = int(state[rows.SAMPLE + j]) // stride
             if part == looked[j] and not spent:

@@ -1,15 +1,15 @@
 """How each case in space is to be computed: its body, contact and steps, and the time that can be left out."""
 
 from dataclasses import dataclass
-from typing import Final
+from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.contact import check_precision
-from overturning.dem.numerics import Numerics
-from overturning.dem.plan import AFTERMATH, DEEPEST, until_balanced
+from overturning.dem.numerics import BODY_STEP, Numerics
+from overturning.dem.plan import AFTERMATH, DEEPEST, check_path, sinks_too_far, until_balanced
 from overturning.dem.quiet import quiet_windows
 from overturning.dem.single_body import Ground
 from overturning.dem.solid import tables as k
@@ -20,7 +20,10 @@ from overturning.dem.solid.queue import SCHEMES, Bodies, Limits, Rim, Vertices, 
 from overturning.dem.solid.results import SpaceResults
 from overturning.dem.solid.shapes import Shape
 from overturning.dem.solid.steps import pace_of
+from overturning.dem.solid.verdict import GOES_ON
+from overturning.dem.status import Status
 from overturning.dem.time_step import Scheme, scheme_of
+from overturning.dem.variables import INT8_MISSING
 from overturning.motion.direction import direction_cosines
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
@@ -53,6 +56,9 @@ class Start:
 class SpacePlan:
     """How each of n cases is to be computed: functions of the case and its motion alone."""
 
+    halved: ClassVar[bool] = True
+    free: ClassVar[int] = 1
+
     motion: Motion
     numerics: Numerics
     scheme: Scheme
@@ -66,6 +72,7 @@ class SpacePlan:
     steps: NDArray[np.int64]  # shape (n,), per sample
     first: NDArray[np.int64]  # shape (n,): sample from which it is computed
     never: NDArray[np.bool_]  # shape (n,): below the thresholds of rocking and sliding for the whole record
+    hopeless: NDArray[np.bool_]  # shape (n,): the weight alone `sinks_too_far`; no answer, and not computed
     table: FloatArray  # shape (n, PARAMETERS): the kernel's case table
 
     @property
@@ -73,15 +80,21 @@ class SpacePlan:
         """Cases with the same number share a queue."""
         return self.steps
 
+    def uncomputed(self) -> SpaceResults:
+        """Results of all cases as long as none is computed: at rest, or without an answer."""
+        results = SpaceResults.at_rest(self.never.size)
+        results.status[self.hopeless], results.overturned[self.hopeless] = Status.UNSTABLE, INT8_MISSING
+        return results
+
     def compute(
         self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: FloatArray
-    ) -> tuple[FloatArray, int]:
-        """Results of chosen cases with the same steps per sample, finer of those that do not balance; rows of `path` filled."""
-        motion, out = self.motion, np.empty((chosen.size, k.RESULTS))
+    ) -> tuple[FloatArray, FloatArray]:
+        """Results of chosen cases with the same steps per sample, finer of those that do not balance; rows of the first one's path."""
+        motion, out = self.motion, np.zeros((chosen.size, k.RESULTS))
         up = np.zeros(motion.samples + 3)
         if motion.up is not None:
             up[: motion.samples] = motion.up
-        ground, noted = Ground(self.along, up, motion.samples, motion.sampling_interval), 0
+        ground, noted = Ground(self.along, up, motion.samples, motion.sampling_interval), path
 
         def run(rows: NDArray[np.int64], finer: int) -> None:
             nonlocal noted
@@ -90,11 +103,13 @@ class SpacePlan:
             table[:, k.P_DWELL] *= finer
             noted = run_queue(
                 SCHEMES[self.scheme][0], Rim() if self.bodies.round else Vertices(), rows, table, self.row[chosen], self.bodies, ground,
-                int(self.steps[chosen[0]]) * finer, Limits(STANDARD_GRAVITY, self.numerics.budget), counter, path, out,
+                int(self.steps[chosen[0]]) * finer, Limits(STANDARD_GRAVITY, self.numerics.budget // BODY_STEP), counter, path, out,
             )  # fmt: skip
 
-        until_balanced(run, out, k.R_STATUS, k.R_ENERGY, k.R_STEPS)
-        return out, int(noted)
+        until_balanced(run, out, k.R_STATUS, k.R_ENERGY)
+        if out[0, k.R_STATUS] == GOES_ON:  # its path is full
+            check_path(2 * noted.size)
+        return out, noted
 
     def store(self, results: SpaceResults, chosen: NDArray[np.int64], out: FloatArray) -> None:
         """Put what the kernel found into the results."""
@@ -150,14 +165,17 @@ def plan_in_space(
     }
     for column, values in columns.items():
         table[:, column] = values
+    poses = [rest(body, float(law[0])) for body, law in zip(made, laws, strict=True)]
+    sunk = np.array([_deepest(body, pose) for body, pose in zip(made, poses, strict=True)])
     table[:, k.P_START :] = (
-        np.array([_at_rest(body, float(law[0])) for body, law in zip(made, laws, strict=True)])[which]
+        np.array([_at_rest(pose) for pose in poses])[which]
         if start is None
         else [*start.place, *start.quaternion, *start.velocity, *start.angular_velocity]
     )
     return SpacePlan(
         motion=motion, numerics=numerics, scheme=scheme, shape=shape, made=made, bodies=_bodies(made), cosines=cosines,
         orientation=np.asarray(cases.orientation_deg), row=row, along=along, steps=pace.steps, first=first, never=never, table=table,
+        hopeless=sinks_too_far(sunk, 2.0 * np.minimum(foot, reach))[which],
     )  # fmt: skip
 
 
@@ -172,9 +190,15 @@ def _shaking(motion: Motion, cases: SpaceCases) -> tuple[NDArray[np.int64], Floa
     return row, cosines[row], along
 
 
-def _at_rest(body: Body, normal: float) -> FloatArray:
-    """Place, quaternion and velocities of a body at rest on its springs."""
-    pose, begin = rest(body, normal), np.zeros(k.START)
+def _deepest(body: Body, pose: FloatArray) -> float:
+    """How far the deepest vertex of its base has sunk in, m, in the pose at rest."""
+    x, y = body.points[: body.base, :2].T
+    return float(np.max(body.foot - pose[2] - (pose[3] * y - pose[4] * x)))
+
+
+def _at_rest(pose: FloatArray) -> FloatArray:
+    """Place, quaternion and velocities of a body at rest on its springs, from its `rest`."""
+    begin = np.zeros(k.START)
     half = 0.5 * pose[3:]
     begin[:3] = pose[:3]
     begin[3:7] = np.array([1.0, *half]) / np.sqrt(1.0 + np.sum(half * half))

@@ -13,7 +13,7 @@ from numba.extending import overload
 from overturning.arrays import FloatArray
 from overturning.dem.cache import keep_compiled
 from overturning.dem.lanes import INNER, OPTIONS, aligned
-from overturning.dem.single_body import Course, Ground, Schemes, maker, piece
+from overturning.dem.single_body import Course, Ground, Schemes, maker, piece, with_room
 from overturning.dem.solid import centred, centred_loops, cundall, tables
 from overturning.dem.solid.centred_rows import Attempt
 from overturning.dem.solid.rows import (
@@ -232,7 +232,7 @@ def _loops_of(scheme: Any, kind: Any) -> Any:
 def run_queue(
     scheme: Any, kind: Any, queue: Any, cases: Any, row_of_case: Any, bodies: Bodies, ground: Ground, steps: int,
     limits: Limits, counter: Any, path: Any, results: Any,
-) -> int:  # fmt: skip
+) -> Any:  # fmt: skip
     """Run the cases of a queue, all with the same number of steps per sample; a finished column takes the next one.
 
     Parameters
@@ -252,12 +252,13 @@ def run_queue(
     path : ndarray, shape (rows, TRAJECTORY)
         Filled with the first column's state each `steps` steps; no rows to leave out.
     results : ndarray, shape (n, RESULTS)
-        Filled in the rows of the queue.
+        Filled in the rows of the queue; the steps found there, of runs before, count.
 
     Returns
     -------
-    int
-        Rows of `path` that were filled.
+    ndarray
+        The rows of `path` that were filled, in a longer copy where it was too short. Where that would be longer than `MOST_PATH`
+        the run ends without results but the status `GOES_ON`.
     """
     count = bodies.points.shape[1]
     state, vertices = aligned(NUMBERS * COLUMNS), aligned(count * OF_A_VERTEX)
@@ -276,15 +277,20 @@ def run_queue(
             i = queue[head if head < queue.size else 0]
             b = int(cases[i, tables.P_BODY])
             start(state, vertices, j, lag, cases[i], bodies.table[b], bodies.points[b], ground.interval, ticks, gravity)
-            case[j], row[j], done[j], deepest[j] = i, row_of_case[i], 0, bodies.table[b, tables.B_DEEPEST]
+            case[j], row[j], deepest[j] = i, row_of_case[i], bodies.table[b, tables.B_DEEPEST]
+            done[j] = int(results[i, tables.R_STEPS])
             filled = max(filled, j + 1)
             if head < queue.size:
                 active, head = active + 1, head + 1
         if active == 0:
-            return noted
+            return path[:noted]
         columns = (active + 7) // 8 * 8
         next_sample(state, columns, row, ground.along, ground.up, ticks, ground.interval)
-        if noted < path.shape[0]:
+        if path.shape[0] > 0:
+            path = with_room(path, noted)
+            if noted == path.shape[0]:
+                results[case[0], tables.R_STATUS] = GOES_ON
+                return path
             note(state, 0, lag, ground.interval, ticks, path[noted])
             noted += 1
         advance(kind, state, vertices, count, bodies.base, columns, steps, gravity)

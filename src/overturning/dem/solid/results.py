@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.results import ENERGY_BOUND
 from overturning.dem.solid import tables
 from overturning.dem.status import Status
 from overturning.dem.variables import INT8_MISSING, VARIABLES, Variable
@@ -90,7 +89,6 @@ class SpaceResults:
         w, x, y, z = (out[:, tables.R_QUATERNION + part] for part in range(4))
         top_x, top_y = 2.0 * (x * z + w * y), 2.0 * (y * z - w * x)
         with np.errstate(invalid="ignore", over="ignore"):
-            status[(status == Status.SIMULATED) & ~(out[:, tables.R_ENERGY] <= ENERGY_BOUND)] = Status.UNSTABLE
             answered = status == Status.SIMULATED
             fell = answered & (out[:, tables.R_FALLEN] > 0)
             # x points to the orientation, y 90° anticlockwise of it.

@@ -2,12 +2,9 @@
 
 from functools import partial
 
-import numpy as np
-from numpy.typing import NDArray
-
 from overturning.dem.cluster import run_on_cluster
 from overturning.dem.numerics import Numerics
-from overturning.dem.run import run_queues, shared_out
+from overturning.dem.run import run_planned
 from overturning.dem.solid.cases import SpaceCases
 from overturning.dem.solid.contact import VertexContact
 from overturning.dem.solid.plan import SPACE_SCHEMES, plan_in_space
@@ -53,15 +50,6 @@ def run_in_space(
         found: SpaceResults = run_on_cluster(partial(run_in_space, shape, contact=contact), motion, cases, numerics)
         return found
     planned = plan_in_space(shape, motion, cases, numerics, contact or VertexContact())
-    results = SpaceResults.at_rest(cases.size)
-    counter, nothing = np.zeros(1, np.int64), np.zeros((0, 0))
-    moving = np.flatnonzero(~planned.never)
-    length = planned.steps[moving] * np.maximum(motion.samples - planned.first[moving], 1)
-    # The longest of a group first, so that the columns empty together.
-    order = moving[np.lexsort((-length, planned.group[moving]))]
-
-    def compute(chosen: NDArray[np.int64]) -> None:
-        planned.store(results, chosen, planned.compute(chosen, counter, nothing)[0])
-
-    run_queues(compute, shared_out(order, planned.group, halved=True), numerics, counter, int(length.sum()))
+    results = planned.uncomputed()
+    run_planned(planned, lambda chosen, out: planned.store(results, chosen, out))
     return results

@@ -59,7 +59,7 @@ def trajectory_in_space(
     Raises
     ------
     ArgumentError
-        As `overturning.dem.solid.run.run_in_space`.
+        As `overturning.dem.solid.run.run_in_space`, and where the path would be longer than `overturning.dem.plan.MOST_PATH`.
     """
     shape = shape_of(body)
     ratio, size = (float(np.asarray(value)) for value in sizes_of(shape, b_over_h, height))
@@ -77,16 +77,13 @@ def trajectory_in_space(
 
 def _trace(planned: SpacePlan) -> tuple[SpaceResults, FloatArray]:
     """Results and path of a plan's only case."""
-    results, only = SpaceResults.at_rest(1), np.zeros(1, np.int64)
+    results, only = planned.uncomputed(), np.zeros(1, np.int64)
     samples, interval = planned.motion.samples, planned.motion.sampling_interval
-    path = np.zeros((0, k.TRAJECTORY))
-    if not planned.never[0]:
-        out, _ = planned.compute(only, np.zeros(1, np.int64), path)
+    still, path = bool(planned.never[0] or planned.hopeless[0]), np.zeros((0, k.TRAJECTORY))
+    if not still:
+        out, path = planned.compute(only, np.zeros(1, np.int64), np.zeros((samples, k.TRAJECTORY)))
         planned.store(results, only, out)
-        # The first run counts the rows, the second fills them.
-        path = np.zeros((int(results.block_steps[0]) // int(planned.steps[0]), k.TRAJECTORY))
-        path = path[: planned.compute(only, np.zeros(1, np.int64), path)[1]]
-    rest = np.zeros((samples if planned.never[0] else int(planned.first[0]), k.TRAJECTORY))
+    rest = np.zeros((samples if still else int(planned.first[0]), k.TRAJECTORY))
     rest[:, k.T_TIME] = np.arange(len(rest)) * interval
     rest[:, k.T_X : k.T_X + k.START] = planned.table[0, k.P_START :]
     ground = planned.along[0, :, : len(rest)] * planned.table[0, k.P_AMPLITUDE]

@@ -57,6 +57,8 @@ def test_a_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
         (("--record", "rinaldi", "--azimuth", "1", "--damping", "3", "--damping-ratio", "1"), "keep one"),
         (("--record", "rinaldi", "--azimuth", "1", "--b-over-h", "-1"), "b_over_h"),
         (("--record", "rinaldi", "--azimuth", "nan"), "azimuth"),
+        (("--record", "rinaldi", "--azimuth", "1", "--height", "60"), "height: 60 m; a stone is 0.01 to 50 m high"),
+        (("--record", "rinaldi", "--solid", "--height", "60"), "height: 60 m; a stone is 0.01 to 50 m high"),
         (("--record", "rinaldi", "--azimuth", "1", "--scene", "gone"), "scene gone: no file"),
         (
             ("--record", "rinaldi", "--azimuth", "1", "--scene", "boulder", "--damping", "3"),

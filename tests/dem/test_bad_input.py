@@ -37,6 +37,8 @@ GRID: dict[str, Any] = {"azimuth_deg": [0.0], "height": [0.6], "b_over_h": [0.3]
         ({"b_over_h": [-0.2]}, ["b_over_h", "-0.2", "above 0"]),
         ({"height": [0.0]}, ["height", "above 0"]),
         ({"height": [np.inf]}, ["height", "inf"]),
+        ({"height": [0.6, 60.0]}, ["height", "60 m", "0.01 to 50 m", "centimetres"]),
+        ({"height": [0.009]}, ["height", "0.009 m", "0.01 to 50 m"]),
         ({"friction": [-0.1]}, ["friction", "-0.1", "at least 0"]),
         ({"density": 0.0}, ["density", "above 0"]),
         ({"scheme": "euler"}, ["scheme", "euler", "centred"]),

@@ -74,7 +74,9 @@ def test_the_memory_of_an_ensemble_holds_the_answers_of_its_members() -> None:
     [
         ({"azimuth": {"step": 7}}, "azimuth: step 7° does not close the circle; take 6 or 8"),
         ({"azimuth": {"step": 1e-9}}, "azimuth: more than 36,000 azimuths"),
-        ({"height": [60]}, "60 m is no gravestone, at most 30 m are"),
+        ({"height": [60]}, "60 m; a stone is 0.01 to 50 m high; is that in centimetres"),
+        ({"height": [0.001]}, "0.001 m; a stone is 0.01 to 50 m high; heights are in m"),
+        ({"population": {"height": {"low": 0.6, "high": 90}}}, "90 m; a stone is 0.01 to 50 m high"),
         ({"records": {"use": "rinaldi"}}, 'records.use: "rinaldi" – a list is needed: [rinaldi]'),
         ({"name": "A b"}, 'name: "A b" – only small letters, digits and hyphens are allowed'),
         ({"corner": 1}, "corner: unknown key; known here: "),

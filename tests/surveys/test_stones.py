@@ -67,6 +67,7 @@ def test_byte_order_mark_and_crlf(tmp_path: Path) -> None:
         ("octant,count\nN,0\n", "count '0'"),
         ("octant,count\nN\n", "line 2: 1 cells, the header names 2"),
         ("octant,b_over_h\nN,-0.4\n", "b_over_h '-0.4'"),
+        ("octant,height_m\nN,60\n", "a stone is 0.01 to 50 m high; is that in centimetres"),
     ],
 )
 def test_refuses(tmp_path: Path, text: str, message: str) -> None:

@@ -11,6 +11,10 @@ from overturning.errors import ArgumentError
 MOST_CASES: Final = 50_000_000
 """Cases of one call; more would not fit into the memory of an ordinary machine."""
 
+LOWEST, HIGHEST = 0.01, 50.0
+"""Heights of a stone, m: those of the map of stability (docs/validation.md), which has no wrong answer in silence; beyond them a unit
+was probably mistaken."""
+
 BYTES_PER_CASE: Final = 300
 """Inputs, plan and results together."""
 
@@ -67,6 +71,7 @@ class Cases:
             if wrong.any():
                 bound = "" if signed else f" and {'above' if above else 'at least'} 0"
                 raise ArgumentError(f"{name}: {values[wrong][0]}; it must be finite{bound}")
+        check_heights(self.height)
         check_count(self.size)
         tilt = np.tan(np.minimum(np.abs(np.asarray(self.initial_tilt)), 1.57))
         if (tilt >= np.asarray(self.b_over_h)).any():
@@ -76,6 +81,20 @@ class Cases:
     def size(self) -> int:
         """Number of cases."""
         return int(np.asarray(self.azimuth_deg).size)
+
+
+def check_heights(height: ArrayLike) -> None:
+    """Refuse heights (m) that no stone has, by an `ArgumentError` that names value, bounds and unit."""
+    for value in np.unique(np.asarray(height, dtype=np.float64)):
+        if not LOWEST <= value <= HIGHEST:
+            unit = "; is that in centimetres or millimetres?" if value > HIGHEST else "; heights are in m"
+            raise ArgumentError(f"height: {value:g} m; a stone is {LOWEST:g} to {HIGHEST:g} m high{unit}")
+
+
+def checked_height(height: float) -> float:
+    """One height (m) of a model, checked."""
+    check_heights(height)
+    return height
 
 
 def check_count(count: int) -> None:

@@ -109,19 +109,9 @@ class Orientations(Model):
 
 IN_PLANES_ONLY: Final = {
     "scene": "a study has a scene in planes or a body in space; keep one",
+    "azimuth": "a body in space moves in all directions at once; give orientation, the azimuths that it faces",
     "published": "a body in space faces no single azimuth; compare in a study in planes",
     "surveys": "surveys are compared with a study in planes; leave them out here",
     "density": "nothing depends on it in space, where the contact is relative to the weight; leave it out",
 }
 """Keys that a study in space refuses, with the reason."""
-
-
-def check_heights(height: tuple[float, ...]) -> None:
-    """Refuse what is no stone by its size, by a ValueError: perhaps its unit was mistaken."""
-    from overturning.dem.solid.shapes import check_height
-
-    for value in height:
-        try:
-            check_height(value)
-        except ArgumentError as error:
-            raise ValueError(str(error)) from None

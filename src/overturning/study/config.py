@@ -13,11 +13,12 @@ from pydantic import (
     model_validator,
 )
 
+from overturning.dem.cases import HIGHEST, LOWEST, checked_height
 from overturning.dem.element import Model, Name
 from overturning.dem.polygon.geometry import native_size
 from overturning.dem.scene import Scene, gravestone
 from overturning.records.steps import Site, Step
-from overturning.study.body import IN_PLANES_ONLY, BodySettings, Orientations, check_heights
+from overturning.study.body import IN_PLANES_ONLY, BodySettings, Orientations
 from overturning.study.population import Population
 from overturning.study.quantity import Density, Metre
 from overturning.study.ranges import AzimuthRange, Values
@@ -43,20 +44,7 @@ def _none_or_settings(value: Any) -> str:
 
 
 Slenderness = Annotated[float, Field(gt=0, le=10)]
-
-
-def _of_a_stone(height: float) -> float:
-    if height > HIGHEST:
-        raise ValueError(
-            f"{height:g} m is no gravestone, at most {HIGHEST:g} m are; heights are in m, or with a unit: 60 cm"
-        )
-    return height
-
-
-HIGHEST = 30.0
-"""Height above which a number is rather one in another unit, m: the tallest obelisks are as high."""
-
-Height = Annotated[Metre, AfterValidator(_of_a_stone), Field(gt=0, le=HIGHEST)]
+Height = Annotated[Metre, AfterValidator(checked_height), Field(ge=LOWEST, le=HIGHEST)]
 Friction = Annotated[float, Field(ge=0, le=100)]
 Factor = Annotated[float, Field(gt=0, le=100)]
 
@@ -86,7 +74,7 @@ class Study(Model):
     orientation: Orientations = Field(default=Orientations(), description="directions that a body in space faces")
     azimuth: AzimuthRange = Field(
         default=AzimuthRange(),
-        description="azimuths of the motion, degrees clockwise from north; in space those of the intensity measures alone",
+        description="azimuths of the motion, degrees clockwise from north; a body in space has `orientation` instead",
     )
     b_over_h: Values[Slenderness] = Field(
         default=(0.2, 0.3, 0.4), description="slenderness B/H: a list, or start, stop, step"
@@ -170,7 +158,6 @@ class Study(Model):
         if self.population is not None and (self.body.plan != "rectangle" or 1.0 not in self.body.aspect):
             raise ValueError("population: its stones are of square plan; give body {plan: rectangle, aspect: [1]}")
         self.orientation.values(self.body)
-        check_heights(self.height)
         contacts = {"": self.contact} | {f"variants.{name}.": one.contact for name, one in self.variants.items()}
         for where, contact in contacts.items():
             if contact.stiffness != "auto" or contact.damping is not None:

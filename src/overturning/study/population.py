@@ -2,8 +2,9 @@
 
 from typing import Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
+from overturning.dem.cases import check_heights
 from overturning.dem.element import Model
 from overturning.study.quantity import Degree, Metre
 
@@ -40,3 +41,9 @@ class Population(Model):
     )
     stones: int = Field(default=256, ge=16, le=65536, description="stones drawn, the same under every record")
     seed: int = Field(default=1, ge=0, description="seed of the draw")
+
+    @field_validator("height")
+    @classmethod
+    def _of_stones(cls, height: Spread) -> Spread:
+        check_heights([height.low, height.high])
+        return height

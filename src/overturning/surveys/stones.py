@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import BaseModel, BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, model_validator
 
+from overturning.dem.cases import checked_height
 from overturning.errors import RecordError
 from overturning.tables import read_rows
 
@@ -83,7 +84,7 @@ class SurveyRow(BaseModel):
     b_over_h_side: _Slenderness = math.nan
     face_azimuth_deg: _Degrees = math.nan
     magnetic_declination_deg: Annotated[float, Field(ge=-180, le=180)] = 0.0
-    height_m: Annotated[float, Field(gt=0, le=100)] = math.nan
+    height_m: Annotated[float, AfterValidator(checked_height)] = math.nan
     round: Annotated[bool, BeforeValidator(_yes_or_no)] = False
 
     @model_validator(mode="after")

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
-from overturning.dem.cases import check_count
-from overturning.dem.solid.shapes import Shape, check_height
+from overturning.dem.cases import check_count, check_heights
+from overturning.dem.solid.shapes import Shape
 from overturning.errors import ArgumentError
 
 
@@ -58,8 +58,7 @@ class SpaceCases:
             if wrong.any():
                 bound = "" if signed else f" and {'above' if above else 'at least'} 0"
                 raise ArgumentError(f"{name}: {values[wrong][0]}; it must be finite{bound}")
-        for height in np.unique(np.asarray(self.height)):
-            check_height(float(height))
+        check_heights(self.height)
         check_count(self.size)
 
     @property

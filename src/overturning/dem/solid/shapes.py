@@ -8,12 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
+from overturning.dem.cases import check_heights
 from overturning.dem.solid.body import RIM, Body
 from overturning.dem.solid.polyhedron import body_of, outline_of
 from overturning.errors import ArgumentError
-
-SMALLEST, LARGEST = 0.01, 20.0
-"""Heights of a stone, m; beyond them a unit was probably mistaken."""
 
 MOST_SIDES: Final = 96
 """Of a regular prism; a body with more is a cylinder."""
@@ -156,7 +154,7 @@ class Polyhedron:
     def own(self) -> Body:
         """The body at its own size."""
         made = body_of(np.asarray(self.vertices))
-        check_height(self.height)
+        check_heights(self.height)
         return made
 
     def body(self, height: float, b_over_h: float, aspect: float) -> Body:  # noqa: ARG002, it has its own
@@ -198,13 +196,6 @@ def _prism(ring: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
         [np.stack(pair, axis=1) for pair in ((lower, after), (lower + n, after + n), (lower, lower + n))]
     )
     return np.concatenate([ring, ring * [1.0, 1.0, -1.0]]), edges
-
-
-def check_height(height: float) -> None:
-    """Refuse what is no stone by its size."""
-    if not SMALLEST <= height <= LARGEST:
-        unit = "; are these millimetres?" if height > LARGEST else ""
-        raise ArgumentError(f"height: {height:g} m; a stone is {SMALLEST:g} to {LARGEST:g} m high{unit}")
 
 
 def orientation_grid(step_deg: float, shape: Shape, aspect: ArrayLike = 1.0) -> FloatArray:

@@ -32,21 +32,32 @@ def test_a_block_pressed_in_too_far_is_marked(peak: float, leave_out: bool) -> N
 
 @SHAKEN
 @ALL
-@pytest.mark.parametrize("plan", ["rectangle", "circle", 6])
-def test_a_body_in_space_pressed_in_too_far_is_marked(peak: float, leave_out: bool, plan: str | int) -> None:
-    """It sinks in by δ/B of its width; a tenth of the smaller side is too far: 0.1 B, or 0.1 H of a squat one."""
+@pytest.mark.parametrize(("plan", "times"), [("rectangle", 1), ("circle", 2), (6, 3)])
+def test_a_body_in_space_pressed_in_too_far_is_marked(
+    peak: float, leave_out: bool, plan: str | int, times: int
+) -> None:
+    """Too far is a tenth of the smaller side: 0.1 B, or 0.1 H of a squat one.
+
+    Its static penetration is that of a rectangle's vertices, or of two of the four points of a rim or the six vertices, all of
+    which carry it at rest.
+    """
     north = peak * np.sin(np.arange(200) * 0.1)
     motion = Motion(north, np.zeros(200), sampling_interval=0.01)
     size = {"orientation_deg": 0.0, "height": 0.6, "friction": 0.6}
     for ratio, deepest in ((0.3, 0.1), (2.0, 0.05)):
         soft, stiff = (
             simulate_in_space_arrays(
-                motion, b_over_h=ratio, body=plan, contact=VertexContact(share * deepest), leave_out=leave_out, **size
+                motion,
+                b_over_h=ratio,
+                body=plan,
+                contact=VertexContact(share * times * deepest),
+                leave_out=leave_out,
+                **size,
             )
             for share in (1.01, 0.01)
         )
         assert soft["status"].item() == Status.UNSTABLE
         assert soft["overturned"].item() == INT8_MISSING
         assert stiff["overturned"].item() != INT8_MISSING
-    path = trajectory_in_space(motion, b_over_h=2.0, body=plan, contact=VertexContact(0.06), **size)
+    path = trajectory_in_space(motion, b_over_h=2.0, body=plan, contact=VertexContact(0.06 * times), **size)
     assert (int(path.status), int(path.overturned), path.sizes["time"]) == (Status.UNSTABLE, INT8_MISSING, 200)

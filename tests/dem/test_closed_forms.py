@@ -5,8 +5,14 @@ import pytest
 
 from overturning.dem.cases import Cases
 from overturning.dem.contact import STATIC_PENETRATION, Contact
-from overturning.dem.run import run_cases
+from overturning.dem.numerics import Numerics
+from overturning.dem.run import run, run_cases
+from overturning.dem.scene import gravestone
+from overturning.dem.solid.cases import SpaceCases
+from overturning.dem.solid.run import run_in_space
+from overturning.dem.solid.shapes import shape_of
 from overturning.dem.trajectory import trajectory
+from overturning.motion.direction import direction_cosines
 from overturning.motion.motion import Motion
 from overturning.reference.closed_forms import (
     bounce,
@@ -17,6 +23,7 @@ from overturning.reference.closed_forms import (
 )
 from overturning.reference.sliding import slide
 from overturning.units import STANDARD_GRAVITY
+from tests.dem.near_field import near_field
 from tests.dem.paths import depths, stone
 
 QUIET = np.zeros(400)
@@ -164,3 +171,42 @@ def test_a_drop_follows_the_exact_bounce_of_a_damped_spring() -> None:
     expected = 0.3 - depth_at_release + rebound**2 / (2.0 * STANDARD_GRAVITY)
     rest = 0.3
     assert top - rest == pytest.approx(expected - rest, rel=5e-3)
+
+
+def pushed(interval: float, friction: float) -> np.ndarray:
+    """Acceleration of the base along s: 2.2 μg for 0.2 s, each end of it a sample long."""
+    time = np.arange(0.0, 3.0, interval) - 0.5
+    return np.where((time > -1e-9) & (time < 0.2 + 1e-9), 2.2 * friction * STANDARD_GRAVITY, 0.0)
+
+
+def slips(acceleration: np.ndarray, interval: float, heights: list[float], friction: float) -> dict[str, np.ndarray]:
+    """Largest slip of slabs of B/H 3 under a level motion, m, in the three kernels."""
+    motion = Motion(acceleration, 0.0 * acceleration, sampling_interval=interval)
+    cases = Cases(0.0, np.array(heights), 3.0, friction)
+    found = {
+        str(general): run(gravestone(), motion, cases, Numerics(general=general)).peak_slip.ravel()
+        for general in (False, True)
+    }
+    space = SpaceCases(0.0, np.array(heights), 3.0, 1.0, friction)
+    return found | {"space": run_in_space(shape_of("rectangle"), motion, space).peak_slip}
+
+
+@pytest.mark.parametrize("interval", [0.02, 0.01, 0.005])
+def test_a_slab_under_coarse_samples_slides_as_far_as_the_sliding_block(interval: float) -> None:
+    acceleration = pushed(interval, 0.3)
+    expected = slide(acceleration, interval, 0.3)[0]
+    for kernel, found in slips(acceleration, interval, [0.3, 1.0, 3.0], 0.3).items():
+        assert np.abs(found / expected - 1.0).max() <= 0.01, (kernel, found / expected)
+
+
+@pytest.mark.parametrize(("azimuth", "friction"), [(127, 0.35), (117, 0.35), (127, 0.3), (37, 0.35)])
+def test_a_slab_slides_as_far_under_a_record_and_its_interpolation(azimuth: int, friction: float) -> None:
+    """Cape Mendocino at 0.02 s: the sliding block's answer, and the same from points between."""
+    record = near_field(22, pulse=False)[0]
+    north, east = direction_cosines(azimuth)
+    along = record.north * north + record.east * east
+    expected = slide(along, record.sampling_interval, friction)[0]
+    between = np.interp(np.arange(2 * along.size - 1) * 0.5, np.arange(along.size), along)
+    for samples, interval in ((along, record.sampling_interval), (between, 0.5 * record.sampling_interval)):
+        for kernel, found in slips(samples, interval, [0.6], friction).items():
+            assert np.abs(found / expected - 1.0).max() <= 0.01, (kernel, found / expected)

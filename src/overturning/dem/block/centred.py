@@ -34,7 +34,7 @@ from overturning.dem.block.rows import (
     base_slip,
 )
 from overturning.dem.lanes import INLINE, OPTIONS
-from overturning.dem.mechanics import larger, turned, within
+from overturning.dem.mechanics import ONSET, TURN, larger, turned, within
 from overturning.dem.single_body import at_tick
 
 WHOLE, FORESEEN, MOST_TRIES = float(rows.TICKS), rows.FORESEEN, rows.MOST_TRIES
@@ -245,31 +245,37 @@ def meet(
         Corner(kept, place, depth, n), f, r.drop * f - r.arm * n if rough else -(r.arm * n),
         damping + sliding if rough else damping, (old.spring + kept) * (stretch - kept) if rough else 0.0, cut,
         fresh, sinking if fresh else 1.0, changed, abs(sinking) if changed > 0.0 else 0.0,
-        found, (found != taken) & (most > 0.0), (taken * ux < 0.0) & (most > 0.0),
+        found, (found != taken) & (most > 0.0), (taken * ux < 0.0) & (most > 0.0), (found * old.spring < 0.0) & (most > 0.0),
     )  # fmt: skip
 
 
 @njit(**INLINE)
 def next_attempt(
-    block: Block, attempt: Attempt, d: Change, left: Met, right: Met, tick: float, rough: bool
+    block: Block, attempt: Attempt, d: Change, left: Met, right: Met, tick: float, ticks: float, rough: bool
 ) -> tuple[bool, Attempt]:
-    """Whether the step, which would end at a tick, has to be done again, and how the next one is to be taken.
+    """Whether the step, which would end at a tick of a sample of `ticks`, has to be done again, and how the next one is to be taken.
 
     A step in which a contact changes is not taken, unless it is the finest, or short and gentle; one of half the length follows.
     After `dwell` steps of a length come those of twice the length, at a tick that is a multiple of it: so every step lies within
-    a sample, over which the shaking is linear. Only while the block stands on both corners are they longer than whole. A long step took each corner to slide or to stick. Where that proves wrong it is
-    done again as was found, at most `MOST_TRIES` times, then in shorter ones; so is one in which a sliding corner has turned
-    round, since friction changes its sign on the way.
+    a sample, over which the shaking is linear. Only while the block stands on both corners are they longer than whole, and above
+    `ONSET` of a sample only while a corner holds it. A long step took each corner to slide or to stick. Where that proves wrong
+    it is done again as was found, at most `MOST_TRIES` times, then in shorter ones. So is one in which a sliding corner has turned
+    round, and one above `TURN` of a sample in which friction has changed its sign.
     """
     length, late = attempt.length, attempt.length <= FORESEEN * block.finest
     changed = (left.changed if left.changed > right.changed else right.changed) > 0.0
     far = left.far if left.far > right.far else right.far
     gentle = (far <= block.gentle) & (length <= GENTLE_STEPS * block.finest)
     shorter = changed & (length > block.finest) & (not gentle)
-    retry, tries, slid_l, slid_r = False, 0.0, 0.0, 0.0
+    retry, slides, tries, slid_l, slid_r = False, False, 0.0, 0.0, 0.0
     if rough:
         wrong = (left.wrong | right.wrong) & (not (late | shorter))
-        halved = ((left.reversed | right.reversed) & (not shorter)) | (wrong & (attempt.tries >= MOST_TRIES))
+        slides = (left.found != 0.0) & (right.found != 0.0) & (left.corner.pressed + right.corner.pressed > 0.0)
+        onset = slides & (length > ONSET * ticks)
+        back = (left.back | right.back) & (length > TURN * ticks) & (not late)
+        halved = ((left.reversed | right.reversed | back) & (not shorter)) | (
+            wrong & (onset | (attempt.tries >= MOST_TRIES))
+        )
         retry = wrong & (not halved)
         shorter = shorter | halved
         taken_l, taken_r = (0.0 if late else d.slid_left), (0.0 if late else d.slid_right)
@@ -281,7 +287,7 @@ def next_attempt(
     above = 2.0 * length if length < WHOLE else block.standing
     times = tick / above
     fits = (times + NO_FRACTION) - NO_FRACTION == times
-    longer = (attempt.left <= 1.0) & (length < longest) & fits
+    longer = (attempt.left <= 1.0) & (length < longest) & fits & (not (slides & (above > ONSET * ticks)))
     settled = length >= SETTLED_STEPS * block.finest
     dwell = (block.settled if settled else block.dwell) if longer else attempt.left - 1.0
     dwell = block.dwell if changed else dwell
@@ -361,14 +367,14 @@ def loops(vertical: bool, rough: bool) -> Any:
             store_change(state, j, solution(block, s, attempt, load_foreseen(state, j), gravity))
 
     @njit(**OPTIONS)
-    def commit_all(state: Any, columns: int, gravity: float) -> None:
+    def commit_all(state: Any, columns: int, ticks: float, gravity: float) -> None:
         for j in range(columns):
             block, s, attempt = load_block(state, j), load_state(state, j), load_attempt(state, j)
             w, d, length = load_foreseen(state, j), load_change(state, j), attempt.length
             late = length <= FORESEEN * block.finest
             left = meet(block, w.left, s.left, d.slid_left, late, w.x, w.half, d, rough)
             right = meet(block, w.right, s.right, d.slid_right, late, w.x, w.half, d, rough)
-            again, attempt = next_attempt(block, attempt, d, left, right, s.tick + length, rough)
+            again, attempt = next_attempt(block, attempt, d, left, right, s.tick + length, ticks, rough)
             peaks, account = load_peaks(state, j), load_account(state, j)
             s, peaks, account = commit(
                 block, s, peaks, account, w, d, left, right, length, gravity, vertical, rough,
@@ -383,6 +389,6 @@ def loops(vertical: bool, rough: bool) -> Any:
         for _ in range(steps):
             foresee_all(state, columns, ticks)
             solve_all(state, columns, gravity)
-            commit_all(state, columns, gravity)
+            commit_all(state, columns, ticks, gravity)
 
     return advance

@@ -255,7 +255,9 @@ class Met(NamedTuple):
     wrong: bool
     """whether it was taken to do otherwise,"""
     reversed: bool
-    """and whether it slid the other way before."""
+    """whether it is taken to slide against its velocity,"""
+    back: bool
+    """and whether friction held it the other way before."""
 
 
 ROWS: Final = Rows(COLUMNS, Block, State, Attempt, Peaks, Account, Shaking, Course, Foreseen, Change)

@@ -200,7 +200,9 @@ class Solved(NamedTuple):
     wrong: bool
     """was taken to do otherwise,"""
     reversed: bool
-    """and slid the other way before."""
+    """slides against its velocity,"""
+    back: bool
+    """and was held the other way before."""
     slid: float
     """Slip that the solution adds, m."""
 
@@ -232,7 +234,7 @@ def solved(law: Law, old: Memory, end: End, taken: Taken, u: Relative, d: Relati
     loaded = most > 0.0
     return Solved(
         Force(n, within(t, most), spring), depth, inside, found, changed, (found != guessed) & loaded,
-        (guessed * slipping > 0.0) & loaded, half * more_slip,
+        (guessed * slipping > 0.0) & loaded, (found * old.tangent < 0.0) & loaded, half * more_slip,
     )  # fmt: skip
 
 
@@ -281,6 +283,8 @@ def meet(q: Any, a: Any, b: Any, own: Any) -> None:
         rows.store_found(own, j, Found(
             1.0 if s1.changed | s2.changed else old.changed, 1.0 if s1.wrong | s2.wrong else old.wrong,
             1.0 if s1.reversed | s2.reversed else old.reversed,
+            1.0 if (s1.found != 0.0) & (s2.found != 0.0) & (s1.force.n + s2.force.n > 0.0) else old.slides,
+            1.0 if s1.back | s2.back else old.back,
         ))  # fmt: skip
 
 

@@ -76,7 +76,7 @@ def start(
     )
     rows.store_case(state, j, Case(
         Shaking(none, none, 0.0), step, ticks / interval, lag * step, finest, dwell, Attempt(finest, dwell, 0.0),
-        Found(0.0, 0.0, 0.0), Verdict(0.0, Attempt(0.0, 0.0, 0.0)), case[t.P_AMPLITUDE], now, calm, after, 0.0,
+        Found(0.0, 0.0, 0.0, 0.0, 0.0), Verdict(0.0, Attempt(0.0, 0.0, 0.0)), case[t.P_AMPLITUDE], now, calm, after, 0.0,
     ))  # fmt: skip
     for i in range(elements):
         e = rows.of_element(state, i)

@@ -41,7 +41,11 @@ class Found(NamedTuple):
     wrong: float
     """an end sticks or slides otherwise than taken;"""
     reversed: float
-    """a sliding end has turned round."""
+    """a sliding end has turned round;"""
+    slides: float
+    """all of a pair's ends that press slide;"""
+    back: float
+    """one slides that friction held the other way before."""
 
 
 class Verdict(NamedTuple):

@@ -209,7 +209,7 @@ def trapezoidal_step(vertical: bool) -> Any:
                     rows.of_element(state, layout[p, 1]),
                     state,
                 )
-        judge(state)
+        judge(state, ticks)
         for i in range(size):
             if moves[i]:
                 arrive(rows.of_element(state, i), state, ticks, gravity)

@@ -11,7 +11,7 @@ from typing import Final, NamedTuple
 from numba import njit
 
 from overturning.dem.lanes import INLINE
-from overturning.dem.mechanics import larger, within_circle
+from overturning.dem.mechanics import ONSET, TURN, larger, within_circle
 from overturning.dem.single_body import at_tick
 from overturning.dem.solid.centred_rows import Attempt, Change, Foreseen, Sum, Touch
 from overturning.dem.solid.rows import (
@@ -178,7 +178,9 @@ def meet(body: Body, w: Foreseen, t: Touch, old: Memory, d: Change, late: bool, 
     mx, my, mz = ry * n - rz * fy, rz * fx - rx * n, rx * fy - ry * fx
     return Sum(
         fx, fy, n, mx, my, mz, more * fx, more * fy, more * n, more * mx, more * my, more * mz, power, let_go, changed,
-        1.0 if wrong & (not late) else 0.0, 1.0 if backwards & (not late) else 0.0, 0.0 if n > 0.0 else 1.0, depth,
+        1.0 if wrong & (not late) else 0.0, 1.0 if backwards & (not late) else 0.0,
+        1.0 if carries & (not slips) else 0.0, 1.0 if carries & slips & (fx * old.sx + fy * old.sy > 0.0) else 0.0,
+        0.0 if n > 0.0 else 1.0, depth,
     ), Memory(kx, ky, ux if round_ else (w.x + rx) + half * du, uy if round_ else (w.y + ry) + half * dv, depth, n, 1.0 if slips & carries else 0.0)  # fmt: skip
 
 
@@ -189,7 +191,8 @@ def both(a: Sum, b: Sum) -> Sum:
         a.fx + b.fx, a.fy + b.fy, a.fz + b.fz, a.mx + b.mx, a.my + b.my, a.mz + b.mz,
         a.px + b.px, a.py + b.py, a.pz + b.pz, a.qx + b.qx, a.qy + b.qy, a.qz + b.qz, a.loss + b.loss, a.let_go + b.let_go,
         a.changed if a.changed > b.changed else b.changed, a.wrong if a.wrong > b.wrong else b.wrong,
-        a.reversed if a.reversed > b.reversed else b.reversed, a.off if a.off > b.off else b.off,
+        a.reversed if a.reversed > b.reversed else b.reversed, a.holds if a.holds > b.holds else b.holds,
+        a.back if a.back > b.back else b.back, a.off if a.off > b.off else b.off,
         a.depth if a.depth > b.depth else b.depth,
     )  # fmt: skip
 
@@ -203,23 +206,26 @@ def turns_fast(s: State, w: Foreseen, t: Sum) -> bool:
 
 
 @njit(**INLINE)
-def next_attempt(body: Body, attempt: Attempt, t: Sum, tick: float, fast: bool) -> Attempt:
-    """Whether the step, which would end at a tick, has to be done again, and how the next one is to be taken.
+def next_attempt(body: Body, attempt: Attempt, t: Sum, tick: float, ticks: float, fast: bool) -> Attempt:
+    """Whether the step, which would end at a tick of a sample of `ticks`, has to be done again, and how the next one is to be taken.
 
     A step in which a contact changes is not taken unless it is the finest; one of half the length follows. After some steps of a
-    length come those of twice the length, at a tick that is a multiple of it, so that every step lies within a sample.
+    length come those of twice the length, at a tick that is a multiple of it, so that every step lies within a sample. Above
+    `ONSET` of a sample they are only while a point holds the body, above `TURN` only where friction does not change its sign.
     """
     length, late = attempt.length, is_late(body, attempt)
     changed = t.changed > 0.0
     shorter = (changed | fast) & (length > body.finest)
     wrong = (t.wrong > 0.0) & (not (late | shorter))
-    halved = ((t.reversed > 0.0) & (not (late | shorter))) | (wrong & (attempt.tries >= MOST_TRIES))
+    slides = (t.holds == 0.0) & (t.fz > 0.0)
+    onset, back = slides & (length > ONSET * ticks), (t.back > 0.0) & (length > TURN * ticks)
+    halved = (((t.reversed > 0.0) | back) & (not (late | shorter))) | (wrong & (onset | (attempt.tries >= MOST_TRIES)))
     retry = wrong & (not halved)
     shorter = shorter | halved
     above = 2.0 * length
     times_above = tick / above
     fits = (times_above + NO_FRACTION) - NO_FRACTION == times_above
-    longer = (attempt.left <= 1.0) & (length < WHOLE) & fits
+    longer = (attempt.left <= 1.0) & (length < WHOLE) & fits & (not (slides & (above > ONSET * ticks)))
     left = DWELL if longer else attempt.left - 1.0
     left = body.dwell if changed else left
     left = DWELL if shorter else left

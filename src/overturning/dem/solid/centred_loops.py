@@ -72,7 +72,29 @@ def foresee_all(state: Any, columns: int, ticks: float) -> None:
         store_sum(
             state,
             j,
-            Sum(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0),
+            Sum(
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                -1.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                -1.0,
+            ),
         )
 
 
@@ -139,12 +161,12 @@ def meet_all(state: Any, one: Any, other: Any, columns: int, round_: Any) -> Non
 
 
 @njit(**INNER)
-def commit_all(state: Any, columns: int, gravity: float, round_: Any) -> None:
+def commit_all(state: Any, columns: int, ticks: float, gravity: float, round_: Any) -> None:
     """The end of the step of all bodies, or its refusal."""
     for j in range(columns):
         body, s, attempt, t = load_body(state, j), load_state(state, j), load_attempt(state, j), load_sum(state, j)
         fast = turns_fast(s, load_foreseen(state, j), t) if round_ else False
-        following = next_attempt(body, attempt, t, s.tick + attempt.length, fast)
+        following = next_attempt(body, attempt, t, s.tick + attempt.length, ticks, fast)
         again = following.again > 0.0
         moved, peaks, account = commit(
             body,
@@ -203,7 +225,7 @@ def loops(round_: bool) -> Any:
             for pair in range(0, half, OF_A_VERTEX):
                 one, other = vertices[pair : pair + OF_A_VERTEX], vertices[half + pair : half + pair + OF_A_VERTEX]
                 meet_all(state, one, other, columns, round_)
-            commit_all(state, columns, gravity, round_)
+            commit_all(state, columns, WHOLE * steps, gravity, round_)
             for point in range(0, 2 * half, OF_A_VERTEX):
                 remember_all(state, vertices[point : point + OF_A_VERTEX], columns)
 

@@ -162,7 +162,11 @@ class Sum(NamedTuple):
     wrong: float
     """1 where a point was taken to do otherwise,"""
     reversed: float
-    """or slid the other way,"""
+    """or to slide against its velocity,"""
+    holds: float
+    """or holds,"""
+    back: float
+    """or slides where friction held it the other way before,"""
     off: float
     """or is in the air;"""
     depth: float

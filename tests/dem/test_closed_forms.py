@@ -21,6 +21,7 @@ from overturning.reference.closed_forms import (
     slip_acceleration,
     uplift_acceleration,
 )
+from overturning.reference.rocking import rocking_outcome
 from overturning.reference.sliding import slide
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.near_field import near_field
@@ -210,3 +211,17 @@ def test_a_slab_slides_as_far_under_a_record_and_its_interpolation(azimuth: int,
     for samples, interval in ((along, record.sampling_interval), (between, 0.5 * record.sampling_interval)):
         for kernel, found in slips(samples, interval, [0.6], friction).items():
             assert np.abs(found / expected - 1.0).max() <= 0.01, (kernel, found / expected)
+
+
+def test_a_squat_block_lands_and_stays() -> None:
+    """Of B/H 0.428 under Sepulveda it rocks as far as Housner's block, in all three kernels: what lands must not hop."""
+    record, height, b_over_h = near_field(23, pulse=False)[0], 1.597, 0.428
+    north, east = direction_cosines(41.24)
+    along = 1.4508 * (record.north * north + record.east * east)
+    expected = rocking_outcome(along, record.sampling_interval, height, b_over_h)[1]
+    motion = Motion(along, 0.0 * along, sampling_interval=record.sampling_interval)
+    for general in (False, True):
+        found = run(gravestone(), motion, Cases(0.0, height, b_over_h, 10.0), Numerics(general=general))
+        assert found.peak_rotation.ravel()[0] == pytest.approx(expected, abs=0.01)
+    space = run_in_space(shape_of("rectangle"), motion, SpaceCases(0.0, height, b_over_h, 1.0, 10.0))
+    assert np.radians(space.peak_tilt[0]) / np.arctan(b_over_h) == pytest.approx(expected, abs=0.01)

@@ -38,7 +38,7 @@ def one(
     height: Annotated[float | None, typer.Option(help="height H, m (default 0.6, or the scene's)")] = None,
     friction: Annotated[float, typer.Option(help="friction coefficient µ")] = 1.0,
     density: Annotated[float | None, typer.Option(help="density, kg/m³ (default 2650)")] = None,
-    damping_ratio: Annotated[float | None, typer.Option(help="damping ratio of the contact (default 1)")] = None,
+    damping_ratio: Annotated[float | None, typer.Option(help="damping ratio of the contact (default 3)")] = None,
     damping: Annotated[float | None, typer.Option(help="dashpot per corner instead of the ratio, N·s/m")] = None,
     stiffness: Annotated[
         float | None, typer.Option(help="normal stiffness per corner, N/m (default: automatic)")

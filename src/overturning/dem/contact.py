@@ -12,7 +12,10 @@ from overturning.errors import ArgumentError
 from overturning.units import STANDARD_GRAVITY
 
 STATIC_PENETRATION: Final = 1e-7
-"""δ/B of ``stiffness="auto"``: with it and ξ = 1 the block behaves as the rigid one (docs/method.md)."""
+"""δ/B of ``stiffness="auto"``: with it and `DAMPING_RATIO` the block behaves as the rigid one (docs/method.md)."""
+
+DAMPING_RATIO: Final = 3.0
+"""ξ where no damping is given: what lands stays, as Housner has it (docs/method.md)."""
 
 SCENE_STATIC_PENETRATION: Final = 2e-5
 """The same in a scene of more than one block, whose steps shrink with the stiffness."""
@@ -33,7 +36,7 @@ class Contact:
     stiffness_ratio : float
         K_s/K_n.
     damping_ratio : float, optional
-        ξ of heave on both corners, h = 2 ξ √(K_n m / 2); 1 where neither it nor `damping` is given.
+        ξ of heave on both corners, h = 2 ξ √(K_n m / 2); `DAMPING_RATIO` where neither it nor `damping` is given.
     damping : float, optional
         h itself, N·s/m.
     static_penetration : float
@@ -57,7 +60,7 @@ class Contact:
                 f"damping_ratio {self.damping_ratio:g} and damping {self.damping:g} N·s/m are both given; keep one"
             )
         if self.damping_ratio is None and self.damping is None:
-            object.__setattr__(self, "damping_ratio", 1.0)
+            object.__setattr__(self, "damping_ratio", DAMPING_RATIO)
         if self.stiffness != "auto":
             if isinstance(self.stiffness, str):
                 raise ArgumentError(f"stiffness: {self.stiffness!r}; give N/m or 'auto'")

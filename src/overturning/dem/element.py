@@ -5,7 +5,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from overturning.dem.contact import SCENE_STATIC_PENETRATION, STATIC_PENETRATION, Contact
+from overturning.dem.contact import DAMPING_RATIO, SCENE_STATIC_PENETRATION, STATIC_PENETRATION, Contact
 from overturning.units import GRANITE_DENSITY
 
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]*$")]
@@ -43,7 +43,9 @@ class ContactLaw(Model):
     )
     stiffness_ratio: float = Field(default=1.0, ge=0, description="K_s/K_n")
     damping_ratio: float | None = Field(
-        default=None, ge=0, description="damping ratio ξ of heave of what the contact carries; 1 where nothing is given"
+        default=None,
+        ge=0,
+        description=f"damping ratio ξ of heave of what the contact carries; {DAMPING_RATIO:g} where nothing is given",
     )
     damping: float | None = Field(default=None, ge=0, description="dashpot per vertex and metre of depth, N·s/m")
 

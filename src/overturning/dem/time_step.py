@@ -18,7 +18,7 @@ class Scheme(IntEnum):
     CENTRED = 1
 
 
-HEAVY_DAMPING: Final = 4.0
+HEAVY_DAMPING: Final = 2.0
 """Above this damping ratio of the highest mode the step in which the centred scheme lets a contact change shrinks in proportion
 to its inverse: it would stay stable, but which corners press and slip is guessed from a velocity that the dashpots change
 too much."""

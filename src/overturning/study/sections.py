@@ -4,6 +4,7 @@ from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
+from overturning.dem.contact import DAMPING_RATIO
 from overturning.dem.element import Model
 from overturning.dem.scene import Scene, load_scene
 from overturning.records.steps import Site
@@ -52,7 +53,7 @@ class ContactSettings(Model):
     damping_ratio: float | None = Field(
         default=None,
         ge=0,
-        description="damping ratio ξ of heave on both corners; 1 where neither it nor damping is given",
+        description=f"damping ratio ξ of heave on both corners; {DAMPING_RATIO:g} where neither it nor damping is given",
     )
     damping: Damping | None = Field(default=None, ge=0, description="dashpot h per corner instead of the ratio, N·s/m")
 

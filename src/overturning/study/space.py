@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
+from overturning.dem.contact import DAMPING_RATIO
 from overturning.dem.numerics import Numerics
 from overturning.dem.solid.cases import SpaceCases
 from overturning.dem.solid.contact import STATIC_PENETRATION, VertexContact
@@ -64,7 +65,7 @@ def variables_in_space(study: Study) -> tuple[Variable, ...]:
 
 def vertex_contact(settings: ContactSettings, stiffer: float = 1.0) -> VertexContact:
     """The contact of a study in space, perhaps with stiffer springs."""
-    ratio = 1.0 if settings.damping_ratio is None else settings.damping_ratio
+    ratio = DAMPING_RATIO if settings.damping_ratio is None else settings.damping_ratio
     return VertexContact(STATIC_PENETRATION / stiffer, settings.stiffness_ratio, ratio)
 
 

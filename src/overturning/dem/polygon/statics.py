@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from overturning.arrays import FloatArray
+from overturning.dem.contact import DAMPING_RATIO
 from overturning.dem.polygon.geometry import End, Placed, Touch, resting
 from overturning.dem.polygon.linear import highest_eigenvalue, solve
 from overturning.dem.scene import Scene
@@ -136,7 +137,7 @@ def contact_laws(scene: Scene, placed: list[Placed], pairs: list[tuple[int, int]
         if law.damping is not None:
             dashpot[index] = law.damping * depth
         else:
-            ratio = 1.0 if law.damping_ratio is None else law.damping_ratio
+            ratio = DAMPING_RATIO if law.damping_ratio is None else law.damping_ratio
             dashpot[index] = 2.0 * ratio * np.sqrt(0.5 * normal[index] * (weight / scene.gravity))
         friction[index] = -1.0 if law.friction is None else law.friction
     return Laws(normal, tangential, dashpot, friction, carried)

@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 
 from overturning.arrays import FloatArray
+from overturning.dem.contact import DAMPING_RATIO
 from overturning.dem.polygon.linear import highest_eigenvalue, solve
 from overturning.dem.solid.body import Body
 from overturning.errors import ArgumentError
@@ -39,7 +40,7 @@ class VertexContact:
 
     static_penetration: float = STATIC_PENETRATION
     stiffness_ratio: float = 1.0
-    damping_ratio: float = 1.0
+    damping_ratio: float = DAMPING_RATIO
 
     def __post_init__(self) -> None:
         for item in fields(self):

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.numerics import Numerics
 from overturning.dem.solid.rows import TICKS
-from overturning.dem.time_step import Scheme, steps_per_sample
+from overturning.dem.time_step import Scheme, contact_time, steps_per_sample
 
 WHOLE_STEP: Final = 0.004
 """Longest step of the centred scheme, in 1/p, p = √(3g/4R);"""
@@ -50,8 +50,9 @@ def pace_of(
     steps = steps_per_sample(Scheme.CUNDALL, wanted, (2.0 / whole) ** 2, np.zeros(whole.size), interval, period)
     tick = interval / steps / TICKS
     share = np.minimum(interval / steps / whole, 1.0)
-    ticks = np.clip(FINEST_STEP * share / np.sqrt(square) / tick, 1.0, TICKS)
+    contact = contact_time(square, rate)
+    ticks = np.clip(FINEST_STEP * share * contact / tick, 1.0, TICKS)
     finest = np.exp2(np.frexp(ticks)[1] - 1.0)
     # The ticks of a finer step are shorter.
-    dwell = np.ceil(SETTLING / np.sqrt(square) / (finest * tick)) * numerics.refinement
+    dwell = np.ceil(SETTLING * contact / (finest * tick)) * numerics.refinement
     return Pace(steps * numerics.refinement, finest, dwell)

@@ -1,4 +1,4 @@
-"""`python -m verification.cemetery`: the default study's fall rates beside published ones, the field's criteria, an invented ruin.
+"""`python -m verification.cemetery`: the default study's fall rates beside published ones, and the field's criteria.
 
 Needs `results/near-fault`, from `make run`; writes its parts of docs/surveys.md and docs/criteria.md.
 """
@@ -18,22 +18,16 @@ from overturning.figures.style import FALLS, INK, SERIES, caption, grid, labels,
 from overturning.records.store import read_motion
 from overturning.report.blocks import Paragraph, Report, Table, each_block
 from overturning.report.results import Results, open_results
-from overturning.report.sections.backwards import backwards_sentences, draw_posterior
 from overturning.report.sections.criteria import criteria
 from overturning.report.sections.population import population
 from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL, motion_of
 from overturning.study.sweep import scaled
-from overturning.surveys.inversion import Kind, Responses
-from overturning.surveys.inversion_file import Backwards
-from overturning.surveys.motions import pulse_motions
 from overturning.surveys.population import draw_stones
-from overturning.surveys.stones import read_survey
 from verification.tables import ROOT, lines_of, markdown, publish, wrapped
 
 STUDY: Final = ROOT / "results" / "near-fault"
 PUBLISHED: Final = ROOT / "surveys" / "published.csv"
-RUIN: Final = ROOT / "surveys" / "example-ruin.csv"
 
 
 def published(path: Path = PUBLISHED) -> pd.DataFrame:
@@ -152,19 +146,8 @@ def one_by_one(results: Results) -> str:
     )
 
 
-def ruin() -> str:
-    """What the invented ruin says of the motion, among pulses, as a list; draws its figure."""
-    stones = read_survey(RUIN)
-    motions = pulse_motions()
-    found = Responses(motions, [Kind.of(stone) for stone in stones], threads=2).posterior(stones)
-    result = Backwards.of(RUIN.name, stones, found, motions)
-    draw_posterior(result, ROOT / "docs" / "images" / "example-ruin.svg")
-    return "\n".join(wrapped(line, "- ") for line in backwards_sentences(result))
-
-
 def main() -> None:
     """Compare, draw, publish."""
-    publish({"example-ruin": ruin()})
     with open_results(STUDY, load_study(ROOT / "config" / "near-fault.yaml")) as results:
         found = results.populations[NOMINAL]
         publish({"population": f"{cemetery(results)}\n{wrapped(one_by_one(results), '- ')}"})

@@ -19,7 +19,7 @@ def test_published_values_are_compared_for_every_size_and_contact(tmp_path: Path
         tmp_path / "checkout", study + "surveys: [{stones: config/stones.csv}]\nfigures: {formats: [svg]}\n"
     )
     stones = checkout.folder / "config" / "stones.csv"
-    stones.write_text("octant,count\nNE,5\nHE,1\n", encoding="utf-8")
+    stones.write_text("octant,count,b_over_h,height_m,round\nNE,5,0.4,0.7,yes\nHE,1,0.4,0.7,yes\n", encoding="utf-8")
     # One cycle of a sine along N60E, strong enough to overturn B/H = 0.4, and nothing across.
     time = np.arange(0.0, 8.0, 0.01)
     pulse = np.where((time > 2) & (time < 3), 10.233 * np.sin(2 * np.pi * (time - 2)), 0.0)
@@ -41,7 +41,7 @@ def test_published_values_are_compared_for_every_size_and_contact(tmp_path: Path
     assert refused.returncode != 0
     assert "stones.csv line 3: column octant 'HE': use one of N NE E" in refused.stdout + refused.stderr
     assert not (checkout.folder / "results").exists()
-    stones.write_text("octant,count\nNE,5\nSW,1\n", encoding="utf-8")
+    stones.write_text("octant,count,b_over_h,height_m,round\nNE,5,0.4,0.7,yes\nSW,1,0.4,0.7,yes\n", encoding="utf-8")
     checkout.run()
     results = checkout.folder / "results" / "tottori"
     for name in ("cube.nc", "cube.paper-damping.nc"):

@@ -14,33 +14,48 @@ def backwards(
         Path, typer.Argument(help="the survey (CSV): azimuth_deg or octant, b_over_h, height_m, round, …")
     ],
     motion: Annotated[
-        list[Path] | None, typer.Option(help="motion of a study (NetCDF), once for each; synthetic pulses without any")
+        list[Path] | None,
+        typer.Option(help="motion of a study (NetCDF), once for each, beside the records and pulses that come along"),
     ] = None,
+    alone: Annotated[bool, typer.Option("--alone", help="ask among the named motions only")] = False,
     fixed: Annotated[float, typer.Option(min=0, max=0.99, help="share of stones fixed to their base")] = 0.0,
-    background: Annotated[float, typer.Option(min=0, max=0.99, help="share of stones that do anything")] = 0.05,
+    background: Annotated[float, typer.Option(min=0.001, max=0.99, help="share of stones that do anything")] = 0.05,
     figure: Annotated[Path | None, typer.Option(help="figure to draw: .svg or .png")] = None,
     output: Annotated[Path | None, typer.Option(help="the posterior as a file (NetCDF), for a report")] = None,
-    threads: Annotated[int, typer.Option(min=1, help="number of threads")] = 1,
+    threads: Annotated[int, typer.Option(min=1, help="number of threads")] = 2,
 ) -> None:
-    """Say how strong the motion was that made stones fall, from which side it came, and which motions could have been it."""
+    """Say how strong the motion was that made stones fall, along which axis, and which motions could have been it.
+
+    What stones of these sizes do under each motion is computed once, in some minutes, and kept in the user's cache folder.
+    """
+    import sys
+    import time
+
     from overturning.errors import ArgumentError
-    from overturning.motion.motion import Motion
     from overturning.records.store import read_motion
     from overturning.report.plain import plain_lines
     from overturning.report.sections.backwards import backwards_section, draw_posterior
-    from overturning.surveys.inversion import Kind, Responses
+    from overturning.surveys.inversion import Inversion
     from overturning.surveys.inversion_file import Backwards, write_backwards
-    from overturning.surveys.motions import pulse_motions
+    from overturning.surveys.library import candidates
+    from overturning.surveys.responses import Kind, Responses
     from overturning.surveys.stones import read_survey
 
     if figure is not None and figure.suffix.lower() not in {".svg", ".png"}:
         raise ArgumentError(f"{figure.name}: unknown kind of figure; end it in .svg or .png")
     rows = read_survey(stones)
-    records = [read_motion(path) for path in motion or ()]
-    motions = {record.record_id: Motion.of(record) for record in records} or pulse_motions()
-    responses = Responses(motions, [Kind.of(stone) for stone in rows], threads=threads)
-    found = responses.posterior(rows, background=background, fixed=fixed)
-    result = Backwards.of(stones.name, rows, found, motions, fixed)
+    library = candidates((read_motion(path) for path in motion or ()), alone=alone)
+    began = said = time.monotonic()
+
+    def progress(done: int, total: int) -> None:
+        nonlocal said
+        now = time.monotonic()
+        if 0 < done < total and now - said > 2:
+            said, left = now, (now - began) * (total - done) / done
+            print(f"{done} of {total} motions computed, about {left:.0f} s to go", file=sys.stderr, flush=True)
+
+    responses = Responses(library, [Kind.of(stone) for stone in rows], threads=threads, progress=progress)
+    result = Backwards.of(stones.name, rows, Inversion(responses, background, fixed))
     print(*plain_lines(backwards_section(result)), sep="\n")
     if output is not None:
         write_backwards(result, output)

@@ -1,56 +1,80 @@
-"""What a survey says of the motion: its azimuth, its strength, and which motions could have been it."""
+"""What a survey says of the motion: its axis, its strength, and which motions could have been it."""
 
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from overturning.arrays import FloatArray
 from overturning.figures.style import FALLS, INK, SERIES, compass, labels
 
+_BARS = 10
+"""Motions shown, the likeliest."""
+
 
 def posterior_figure(
     title: str,
-    turned: str,
-    azimuth: FloatArray,
-    of_azimuths: FloatArray,
+    of_axes: FloatArray,
+    arc: tuple[float, float],
     of_sources: Mapping[str, float],
-    strength: Mapping[str, tuple[FloatArray, FloatArray, FloatArray]],
+    strength: Mapping[str, tuple[FloatArray, FloatArray, FloatArray, tuple[float, float]]],
 ) -> Figure:
     """Figure of a posterior.
 
     Parameters
     ----------
-    title, turned : str
-        Of the figure, and what the azimuth is of.
-    azimuth, of_azimuths : ndarray, shape (r,)
-        Azimuths, degrees, and their probability.
+    title : str
+        Of the figure.
+    of_axes : ndarray, shape (n,)
+        Probability of the axes, evenly spaced from north over half a turn.
+    arc : (float, float)
+        Middle and width of the stated arc of axes, degrees.
     of_sources : mapping of str to float
-        Probability by motion; the twelve likeliest are shown.
-    strength : mapping of str to (ndarray, ndarray, ndarray)
-        By name of a measure with its unit: values, ascending, probability not exceeded, and the same of the prior.
+        Probability by motion.
+    strength : mapping of str to (ndarray, ndarray, ndarray, (float, float))
+        By name of a measure with its unit: values, ascending, probability not exceeded, the same of the prior, and the stated
+        interval, whose ends may be 0 or infinite.
     """
     import matplotlib.pyplot as plt
 
-    figure = plt.figure(figsize=(9.5, 3.6), layout="constrained")
-    width = np.radians(360 / azimuth.size)
-    polar: Any = figure.add_subplot(1, 2 + len(strength), 1, projection="polar")
+    figure = plt.figure(figsize=(9.5, 6.2), layout="constrained")
+    polar: Any = figure.add_subplot(2, 2, 1, projection="polar")
     compass(polar)
-    polar.bar(np.radians(azimuth), of_azimuths, width=width, color=FALLS, zorder=2)
+    both = np.tile(of_axes, 2)
+    polar.bar(2 * np.pi * np.arange(both.size) / both.size, both, width=2 * np.pi / both.size, color=FALLS, zorder=2)
+    middle, half = np.radians(arc[0]), np.radians(arc[1] / 2)
+    for end in (middle, middle + np.pi):
+        polar.plot(np.linspace(end - half, end + half, 60), np.full(60, 1.04 * both.max()), color=INK, linewidth=2)
     polar.set_yticks([])
-    polar.set_title(turned, fontsize=9)
-    bars = figure.add_subplot(1, 2 + len(strength), 2)
-    best = sorted(of_sources.items(), key=lambda item: -item[1])[:12][::-1]
+    polar.set_title("axis of the largest velocity", fontsize=9)
+    bars = figure.add_subplot(2, 2, 2)
+    best = sorted(of_sources.items(), key=lambda item: -item[1])[:_BARS][::-1]
     bars.barh([name for name, _ in best], [100 * share for _, share in best], color=SERIES[0])
+    bars.tick_params(axis="y", labelsize=8)
     labels(bars, "probability, %", "")
-    for place, (name, (values, below, before)) in enumerate(strength.items()):
-        axes = figure.add_subplot(1, 2 + len(strength), 3 + place)
-        axes.plot(values, before, color=INK, linewidth=1, linestyle=(0, (3, 1.5)), label="before the survey")
-        axes.plot(values, below, color=FALLS, linewidth=1.8, label="after it")
+    lines: list[Any] = []
+    for place, (name, (values, below, before, (low, high))) in enumerate(strength.items()):
+        axes = figure.add_subplot(2, 2, 3 + place)
+        lines = [
+            *axes.plot(values, before, color=INK, linewidth=1, linestyle=(0, (3, 1.5)), label="before the survey"),
+            *axes.plot(values, below, color=FALLS, linewidth=1.8, label="after it"),
+            axes.axvspan(
+                max(low, values[0]), min(high, values[-1]), color=FALLS, alpha=0.15, linewidth=0, label="90 %"
+            ),
+        ]
         axes.set_xscale("log")
+        axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.xaxis.set_minor_locator(NullLocator())
+        for open_end, at, toward in ((np.isinf(high), 0.985, 1), (low == 0, 0.015, -1)):
+            if open_end:
+                axes.annotate(
+                    "", (at, 0.06), (at - 0.12 * toward, 0.06), "axes fraction", arrowprops={"arrowstyle": "->", "color": INK}
+                )  # fmt: skip
         axes.grid(True)
-        axes.legend(fontsize=7)
         labels(axes, name, "probability not exceeded")
+    figure.legend(handles=lines, loc="outside lower center", ncols=3, fontsize=8)
     figure.suptitle(title, fontsize=10)
     return figure

@@ -1,40 +1,42 @@
-"""From a survey back to the motion: which record or pulse, how strong, from which side, made stones fall as they did."""
+"""From a survey back to the motion: how strong it was, along which axis, and which motions could have been it."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.stats import qmc
 
 from overturning.arrays import FloatArray
-from overturning.dem.cases import Cases
-from overturning.dem.run import run_cases
-from overturning.errors import ArgumentError
-from overturning.motion.motion import Motion
 from overturning.statistics.circular import sector
-from overturning.study.population import Population
 from overturning.surveys.prediction import BACKGROUND
+from overturning.surveys.responses import LEVELS, ORIENTATION_STEP_DEG, STOOD, WAY_DEG, WAYS, Kind, Responses, blind
 from overturning.surveys.stones import Stone
 
-STEP_DEG: Final = 10
-"""Distance of the planes, of the motion's azimuths and of the directions of falls, degrees."""
+TURN_DEG: Final = 10
+"""Step by which each motion is turned, degrees."""
 
-PLANES: Final = 180 // STEP_DEG
-WAYS: Final = 2 * PLANES
-STOOD: Final = WAYS
-"""Place of standing after the ways in which a stone can fall."""
+TURNS: Final = 360 // TURN_DEG
 
-DIRECTION_ERROR_DEG: Final = 10.0
-"""Standard deviation of a measured direction, degrees."""
+POWER: Final = 0.3
+"""Power of the likelihood of the directions. Those of one survey share what is wrong with a motion that is not the true one, so
+they count less than as many independent ones; how much less `verification/backwards_coverage.py` finds."""
 
-AMPLITUDES: Final = np.geomspace(0.1, 5.0, 18)
-"""Factors on a motion that are tried."""
+EVERY: Final = np.arange(WAYS + 1)
+"""All ways, and standing."""
 
-DRAWS: Final = 16
-"""Draws of what is not known of a stone."""
+_OCTANT: Final = np.append(sector(WAY_DEG * np.arange(WAYS), 8), 8)
+"""Compass octant of each way; standing comes after them."""
+
+LEVEL: Final = 0.9
+"""Probability inside a stated interval."""
+
+REPLICATES: Final = 200
+"""Surveys that are drawn to see whether the library fits."""
+
+NO_FIT: Final = 0.01
+"""p of that check below which a survey is said not to fit."""
 
 
 @dataclass(frozen=True)
@@ -45,241 +47,194 @@ class Posterior:
     ----------
     sources : tuple of str
         Names of the motions.
-    amplitude : ndarray, shape (a,)
-        Factors on them.
-    azimuth : ndarray, shape (r,)
-        Angles by which each motion is turned clockwise, degrees; of a pulse along north its azimuth.
-    probability : ndarray, shape (s, a, r)
-        Posterior probability; sums to 1.
-    prior : ndarray, shape (s, a, r)
-        Prior probability.
+    level : ndarray, shape (l,)
+        Peak velocities to which each is scaled, m/s; peaks are the largest over all azimuths.
+    turn : ndarray, shape (r,)
+        Angles by which each motion is turned clockwise, degrees.
+    probability, prior : ndarray, shape (s, l, r)
+        After and before the survey; each sums to 1.
+    pga : ndarray, shape (s,)
+        PGA of each motion where its peak velocity is 1 m/s, m/s².
+    axis : ndarray, shape (s,)
+        Azimuth of each motion's largest velocity where it is not turned, degrees.
     """
 
     sources: tuple[str, ...]
-    amplitude: FloatArray
-    azimuth: FloatArray
+    level: FloatArray
+    turn: FloatArray
     probability: FloatArray
     prior: FloatArray
+    pga: FloatArray
+    axis: FloatArray
 
-    def interval(self, values: ArrayLike, level: float = 0.9, *, prior: bool = False) -> tuple[float, float]:
-        """Equal-tailed credible interval of a positive quantity.
+    @property
+    def pgv(self) -> FloatArray:
+        """PGV, m/s, shape (s, l)."""
+        return np.broadcast_to(self.level, self.probability.shape[:2])
+
+    def edges(self) -> tuple[float, float]:
+        """Probability of the weakest and of the strongest level."""
+        weight = self.probability.sum(axis=(0, 2))
+        return float(weight[0]), float(weight[-1])
+
+    def interval(self, values: ArrayLike, *, prior: bool = False) -> tuple[float, float]:
+        """Equal-tailed credible interval of a quantity that grows with the level, of probability `LEVEL`.
 
         Parameters
         ----------
-        values : array_like, shape (s, a)
-            The quantity for each motion and factor, for instance its PGA.
-        level : float
-            Probability inside.
+        values : array_like, shape (s, l)
+            The quantity for each motion and level, positive.
         prior : bool
-            Of the prior instead.
+            Before the survey instead.
 
         Returns
         -------
         (float, float)
-            Between neighbouring values the distribution is interpolated over the logarithm.
+            Between neighbouring values the distribution is interpolated over the logarithm. Where more than a tail lies on the
+            weakest or strongest level, the library ends before the answer does: that end is 0 or infinite.
         """
         weight = (self.prior if prior else self.probability).sum(axis=2).ravel()
-        logs = np.log(np.broadcast_to(np.asarray(values, dtype=np.float64), self.probability.shape[:2])).ravel()
+        logs = np.log(np.asarray(values, dtype=np.float64)).ravel()
         distinct, place = np.unique(logs.round(12), return_inverse=True)
         mass = np.bincount(place.ravel(), weight)
-        if distinct.size == 1:
-            return float(np.exp(distinct[0])), float(np.exp(distinct[0]))
         # Each value stands for the cell half way to its neighbours.
         middle = (distinct[1:] + distinct[:-1]) / 2
         edges = np.concatenate([[2 * distinct[0] - middle[0]], middle, [2 * distinct[-1] - middle[-1]]])
-        below = np.concatenate([[0.0], np.cumsum(mass)])
-        tail = (1 - level) / 2
-        low, high = np.interp([tail, 1 - tail], below / below[-1], edges)
-        return float(np.exp(low)), float(np.exp(high))
+        below, tail = np.concatenate([[0.0], np.cumsum(mass)]), (1 - LEVEL) / 2
+        low, high = np.exp(np.interp([tail, 1 - tail], below / below[-1], edges))
+        weakest, strongest = (0.0, 0.0) if prior else self.edges()
+        return 0.0 if weakest > tail else float(low), math.inf if strongest > tail else float(high)
 
     def of_sources(self) -> FloatArray:
         """Probability of each motion, shape (s,)."""
         return np.asarray(self.probability.sum(axis=(1, 2)))
 
-    def of_azimuths(self) -> FloatArray:
-        """Probability of each azimuth, shape (r,)."""
-        return np.asarray(self.probability.sum(axis=(0, 1)))
+    def of_axes(self) -> FloatArray:
+        """Probability of each azimuth of the largest velocity, in steps of `TURN_DEG` from north, shape (180 / step,)."""
+        place, weight = (self.axis[:, None] + self.turn) / TURN_DEG, self.probability.sum(axis=1)
+        below, count = np.floor(place).astype(np.intp), 180 // TURN_DEG
+        # An axis between two steps is shared out to both.
+        parts = ((below, 1 - (place - below)), (below + 1, place - below))
+        shares = [np.bincount((at % count).ravel(), (part * weight).ravel(), count) for at, part in parts]
+        return np.asarray(shares[0] + shares[1])
+
+    def axis_arc(self) -> tuple[float, float]:
+        """Middle and width, degrees, of the shortest arc that holds `LEVEL` of the axis's probability, the middle in 0 to 180."""
+        share = self.of_axes()
+        total = np.concatenate([[0.0], np.cumsum(np.tile(share, 2))])
+        for bins in range(1, share.size + 1):
+            held = total[bins : bins + share.size] - total[: share.size]
+            if held.max() >= LEVEL * share.sum() - 1e-12:
+                middle = TURN_DEG * (int(held.argmax()) + (bins - 1) / 2)
+                return middle % 180, float(TURN_DEG * bins)
+        return math.nan, 180.0
 
 
 @dataclass(frozen=True)
-class Kind:
-    """What is known of a stone beforehand.
-
-    Attributes
-    ----------
-    height, b_over_h : float or None
-        m, and B/H of both its planes; None where it is not known.
-    round : bool
-        A column, which can fall in any plane.
-    """
-
-    height: float | None = None
-    b_over_h: float | None = None
-    round: bool = False
-
-    @classmethod
-    def of(cls, stone: Stone) -> "Kind":
-        """That of a stone."""
-        height, shape = (None if math.isnan(value) else value for value in (stone.height, stone.b_over_h))
-        return cls(height, shape, stone.round)
-
-
-class Responses:
-    """What stones of some kinds do under some motions, for every amplitude; computed once, used for many surveys.
+class Inversion:
+    """A survey asked about its motion.
 
     Parameters
     ----------
-    motions : mapping of str to Motion
-        By name.
-    kinds : sequence of Kind
-        The stones' kinds.
-    population : Population, optional
-        From which height, B/H and friction are drawn where they are not known.
-    amplitude : array_like, shape (a,)
-        Factors on the motions.
-    threads : int
-        Threads.
-
-    Raises
-    ------
-    ArgumentError
-        If there is no motion or no kind.
+    responses : Responses
+        Of all kinds of its stones.
+    background : float
+        Share of stones that do anything (pushed, badly founded).
+    fixed : float
+        Share of stones fixed to their base.
     """
 
-    def __init__(
-        self,
-        motions: Mapping[str, Motion],
-        kinds: Sequence[Kind],
-        population: Population | None = None,
-        *,
-        amplitude: ArrayLike = AMPLITUDES,
-        threads: int = 1,
-    ) -> None:
-        if not motions or not kinds:
-            raise ArgumentError(f"{len(motions)} motions, {len(kinds)} kinds of stones; at least one of each is needed")
-        self.sources = tuple(motions)
-        self.amplitude: FloatArray = np.asarray(amplitude, dtype=np.float64)
-        self._population = population or Population()
-        self._tables = {
-            kind: np.stack([self._table(motion, kind, threads) for motion in motions.values()])
-            for kind in dict.fromkeys(kinds)
-        }
+    responses: Responses
+    background: float = BACKGROUND
+    fixed: float = 0.0
 
-    def _table(self, motion: Motion, kind: Kind, threads: int) -> FloatArray:
-        """Probability of each way and of standing, shape (a, faces, ways + 1), faces and ways counted from the motion's north."""
-        plane, (height, shape, friction) = STEP_DEG * np.arange(PLANES), drawn(kind, self._population)
-        cells = (self.amplitude.size, DRAWS, PLANES)
-        columns = (plane, height[:, None], shape[:, None], friction[:, None], self.amplitude[:, None, None])
-        found = run_cases(motion, Cases(*(np.broadcast_to(one, cells).ravel() for one in columns)), threads=threads)
-        flag, time = found.overturned.reshape(cells), found.overturning_time.reshape(cells)
-        if kind.round:
-            ways = first_way(flag, time, np.arange(PLANES))
-            return np.repeat(_shares(ways)[:, None], PLANES, axis=1)
-        pairs = [np.array([face, (face + PLANES // 2) % PLANES]) for face in range(PLANES)]
-        return np.stack([_shares(first_way(flag[..., pair], time[..., pair], pair)) for pair in pairs], axis=1)
+    def chances(self, stone: Stone, ways: NDArray[np.intp] = EVERY) -> NDArray[np.float32]:
+        """Probability that a stone is found to have fallen each of some ways, or to stand, shape (s, l, r, ways)."""
+        table = self.responses.table(Kind.of(stone))
+        turn, face = TURN_DEG * np.arange(TURNS), stone.narrow_face_deg
+        place, apart = np.zeros(TURNS, np.intp), np.zeros(TURNS, np.float64)
+        if table.shape[2] > 1 and math.isnan(face):
+            table = table.mean(axis=2, keepdims=True)
+        elif table.shape[2] > 1:
+            place = np.round((face - turn) / ORIENTATION_STEP_DEG).astype(np.intp)
+            apart = np.asarray(face - turn - ORIENTATION_STEP_DEG * place, np.float64)
+        # A way counted from true north, as seen from the north of the motion and from the face that was computed.
+        back = np.round((turn + apart) / WAY_DEG).astype(np.intp)[:, None]
+        seen = table[:, :, (place % table.shape[2])[:, None], np.where(ways == STOOD, STOOD, (ways - back) % WAYS)]
+        free = (1 - self.background) * seen + self.background * blind()[ways].astype(np.float32)
+        return np.asarray((1 - self.fixed) * free + np.float32(self.fixed) * (ways == STOOD))
 
-    def likelihood(
-        self,
-        stone: Stone,
-        *,
-        background: float = BACKGROUND,
-        fixed: float = 0.0,
-        error_deg: float = DIRECTION_ERROR_DEG,
-    ) -> FloatArray:
-        """Likelihood of what one stone did, shape (s, a, r), by motion, amplitude and azimuth of the motion."""
-        table = self._tables[Kind.of(stone)]
-        turns = np.arange(WAYS)
-        if math.isnan(stone.face_azimuth_deg):
-            seen = np.repeat(table.mean(axis=2)[:, :, None], WAYS, axis=2)
-        else:
-            # The face as the motion sees it that is turned by each angle.
-            face = np.round(stone.face_azimuth_deg / STEP_DEG).astype(int) - turns
-            seen = table[:, :, face % PLANES]
-        if not stone.fell:
-            stands = (1 - background) * seen[..., STOOD] + background / 2
-            return np.asarray(fixed + (1 - fixed) * stands)
-        chance = np.zeros(seen.shape[:3])
-        for turn in turns:
-            chance[:, :, turn] = seen[:, :, turn, :WAYS] @ directions(stone, float(STEP_DEG * turn), error_deg)
-        width = 45.0 if stone.octant else float(STEP_DEG)
-        return np.asarray((1 - fixed) * ((1 - background) * chance + background / 2 * width / 360))
+    def log_likelihood(self, stones: Sequence[Stone]) -> FloatArray:
+        """Logarithms of the likelihood of a survey of independent stones, shape (2, s, l, r).
 
-    def posterior(
-        self,
-        stones: Sequence[Stone],
-        *,
-        prior: ArrayLike | None = None,
-        background: float = BACKGROUND,
-        fixed: float = 0.0,
-        error_deg: float = DIRECTION_ERROR_DEG,
-    ) -> Posterior:
+        The first is of which stones fell, the second of the directions of those that did.
+        """
+        total = np.zeros((2, len(self.responses.motions), LEVELS.size, TURNS))
+        for stone in stones:
+            chance = self.chances(stone, np.append(found(stone), STOOD))
+            stands, falls = chance[..., -1], 1 - chance[..., -1]
+            total[0] += stone.count * np.log(falls if stone.fell else stands)
+            if stone.fell:
+                total[1] += stone.count * np.log(chance[..., :-1].sum(axis=-1) / falls)
+        return total
+
+    def posterior(self, logs: FloatArray, *, prior: ArrayLike = 1.0, power: float = POWER) -> Posterior:
         """What a survey says of the motion.
 
         Parameters
         ----------
-        stones : sequence of Stone
-            The survey; stones are independent, given the motion. Without stones the posterior is the prior.
-        prior : array_like, shape (s, a, r), optional
-            Prior weights; the same for each motion, each factor of `amplitude` and each azimuth where not given.
-        background : float
-            Share of stones that do anything (pushed, badly founded).
-        fixed : float
-            Share of stones fixed to their base.
-        error_deg : float
-            Standard deviation of a measured direction, degrees.
+        logs : ndarray, shape (2, s, l, r)
+            Its `log_likelihood`.
+        prior : array_like
+            Prior weights that broadcast to (s, l, r); every motion, level and turn alike where not given.
+        power : float
+            Of the likelihood of the directions, see `POWER`.
         """
-        shape = (len(self.sources), self.amplitude.size, WAYS)
-        weight = np.ones(shape) if prior is None else np.broadcast_to(np.asarray(prior, dtype=np.float64), shape)
-        weight = weight / weight.sum()
-        with np.errstate(divide="ignore"):
-            logs = np.log(weight)
+        logs = logs[0] + power * logs[1]
+        weight = np.broadcast_to(np.asarray(prior, dtype=np.float64), logs.shape)
+        probability = weight * np.exp(logs - logs[weight > 0].max())
+        motions = self.responses.motions
+        return Posterior(
+            tuple(one.name for one in motions), LEVELS, np.arange(0.0, 360.0, TURN_DEG), probability / probability.sum(),
+            weight / weight.sum(), np.array([one.pga / one.pgv for one in motions]), np.array([one.axis for one in motions]),
+        )  # fmt: skip
+
+    def fit(self, stones: Sequence[Stone], posterior: Posterior, seed: int = 1) -> float:
+        """Posterior predictive p-value: how often a survey drawn from the answer fits its best motion no better than this one.
+
+        Replicates have the stones of the survey (Gelman, Meng & Stern 1996, Statistica Sinica 6, 733). How well one fits is the
+        largest, over the motions, levels and turns of the prior, of the log probability that each stone falls or stands as it did,
+        and of the density of its direction over the largest of any direction: a density by itself grows as directions are told
+        more finely.
+        """
+        generator = np.random.Generator(np.random.PCG64(seed))
+        possible = np.flatnonzero(posterior.prior.ravel() > 0)
+        share = posterior.probability.ravel()[possible]
+        drawn = generator.choice(possible.size, REPLICATES, p=share / share.sum())
+        totals = np.zeros((possible.size, 1 + REPLICATES), np.float32)
         for stone in stones:
-            found = self.likelihood(stone, background=background, fixed=fixed, error_deg=error_deg)
-            logs = logs + stone.count * np.log(found)
-        probability = np.exp(logs - logs.max())
-        azimuth = STEP_DEG * np.arange(WAYS, dtype=np.float64)
-        return Posterior(self.sources, self.amplitude, azimuth, probability / probability.sum(), weight)
+            chance = self.chances(stone).reshape(-1, WAYS + 1)[possible]
+            own = int(found(stone)[0])
+            if stone.octant:
+                chance = np.stack([chance[:, place == _OCTANT].sum(axis=1) for place in range(9)], axis=1)
+                own = int(sector(stone.azimuth_deg, 8))
+            below, falls = chance[drawn].cumsum(axis=1), chance[:, :-1]
+            good = np.log(
+                np.append(
+                    falls / falls.max(axis=1, keepdims=True) * falls.sum(axis=1, keepdims=True), chance[:, -1:], 1
+                )
+            )
+            for _ in range(stone.count):
+                lot = generator.random(REPLICATES)[:, None] * below[:, -1:]
+                totals += good[:, np.append(own, (lot >= below).sum(axis=1))]
+        best = totals.max(axis=0)
+        return float((1 + (best[1:] <= best[0] + 1e-4).sum()) / (1 + REPLICATES))
 
 
-def drawn(kind: Kind, population: Population, draws: int = DRAWS) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Heights, B/H and frictions of stones of a kind, each shape (draws,): what is not known from the population."""
-    unit = qmc.Sobol(3, scramble=True, rng=np.random.Generator(np.random.PCG64(population.seed))).random(draws).T
-    spreads = (population.height, population.width, population.friction)
-    height, width, friction = (one.low + (one.high - one.low) * u for one, u in zip(spreads, unit, strict=True))
-    if kind.height is not None:
-        height = np.full(draws, kind.height)
-    # A measured slenderness is known to some 3 %: edges are worn, and the stone rests on what touches.
-    shape = width / height if kind.b_over_h is None else kind.b_over_h * (1 + 0.06 * (unit[1] - 0.5))
-    return height, shape, friction
-
-
-def first_way(flag: NDArray[np.int8], time: NDArray[np.float32], planes: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Way in which a stone falls that could fall in some planes (the last dimension): over the edge it is first past.
-
-    Ways count the azimuths by `STEP_DEG` from the motion's north; `STOOD` where it falls in none, −1 where it is not known.
-    """
-    falls = np.abs(flag) == 1
-    first = np.argmin(np.where(falls, time, np.inf), axis=-1)
-    side = np.take_along_axis(flag, first[..., None], axis=-1)[..., 0]
-    way = (planes[first] + np.where(side > 0, 0, PLANES)) % WAYS
-    known = (np.abs(flag) <= 1).all(axis=-1)
-    return np.where(falls.any(axis=-1), way, np.where(known, STOOD, -1))
-
-
-def _shares(ways: NDArray[np.intp]) -> FloatArray:
-    """Shares of the draws (the last dimension) that end each way, half a draw spread over all ends."""
-    counts = np.stack([(ways == way).sum(axis=-1) for way in range(WAYS + 1)], axis=-1).astype(np.float64)
-    blind = np.append(np.full(WAYS, 0.25 / WAYS), 0.25)
-    return np.asarray((counts + blind) / (counts.sum(axis=-1, keepdims=True) + 0.5))
-
-
-def directions(stone: Stone, turn_deg: float, error_deg: float) -> FloatArray:
-    """Probability that a fall each way, turned by an angle, is measured as the stone's direction, shape (ways,)."""
-    way = STEP_DEG * np.arange(WAYS) + turn_deg
-    seen = STEP_DEG * np.arange(WAYS)
-    apart = (way[:, None] - seen[None, :] + 180.0) % 360 - 180
-    kernel = np.exp(-0.5 * (apart / max(error_deg, STEP_DEG / 4)) ** 2)
-    kernel /= kernel.sum(axis=1, keepdims=True)
+def found(stone: Stone) -> NDArray[np.intp]:
+    """The ways that are what a stone did: standing, the way of its direction, or those of its octant."""
+    if not stone.fell:
+        return np.array([STOOD])
     if stone.octant:
-        return np.asarray(kernel[:, sector(seen, 8) == sector(stone.azimuth_deg, 8)].sum(axis=1))
-    return np.asarray(kernel[:, round(stone.azimuth_deg / STEP_DEG) % WAYS])
+        return np.flatnonzero(_OCTANT[:STOOD] == sector(stone.azimuth_deg, 8))
+    return np.array([round(stone.azimuth_deg / WAY_DEG) % WAYS])

@@ -1,8 +1,9 @@
-"""A posterior of the motion as a file, with what a reader has to know of the survey and the motions."""
+"""A posterior of the motion as a file, with what a reader has to know of the survey."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 import xarray as xr
@@ -10,11 +11,14 @@ import xarray as xr
 from overturning.arrays import FloatArray
 from overturning.errors import ResultError
 from overturning.files import atomic_write
-from overturning.motion.motion import Motion
-from overturning.surveys.inversion import Posterior
-from overturning.surveys.motions import largest_peaks
+from overturning.surveys.inversion import Inversion, Posterior
 from overturning.surveys.stones import Stone
 from overturning.units import CM, STANDARD_GRAVITY
+
+_DIMENSIONS: Final = {
+    "level": "level", "turn": "turn", "probability": ("source", "level", "turn"), "prior": ("source", "level", "turn"),
+    "pga": "source", "axis": "source",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -29,61 +33,40 @@ class Backwards:
         Stones.
     fixed : float
         Share taken to be fixed.
+    fit : float
+        p-value of the check whether the library fits, see `Inversion.fit`.
     posterior : Posterior
-        Of motion, factor and azimuth.
-    pga, pgv : ndarray, shape (s,)
-        Largest of each motion over all azimuths, m/s² and m/s.
-    along_north : bool
-        Whether every motion goes along the north alone, so that the angle by which it is turned is its azimuth.
+        Of motion, level and turn.
     """
 
     name: str
     fell: int
     stood: int
     fixed: float
+    fit: float
     posterior: Posterior
-    pga: FloatArray
-    pgv: FloatArray
-    along_north: bool
 
     @classmethod
-    def of(
-        cls,
-        name: str,
-        stones: Sequence[Stone],
-        posterior: Posterior,
-        motions: Mapping[str, Motion],
-        fixed: float = 0.0,
-    ) -> "Backwards":
-        """From a survey, its posterior, and the motions that were tried."""
+    def of(cls, name: str, stones: Sequence[Stone], inversion: Inversion) -> "Backwards":
+        """Ask a survey about its motion."""
+        logs = inversion.log_likelihood(stones)
+        posterior = inversion.posterior(logs)
         fell, stood = (sum(one.count for one in stones if one.fell is kind) for kind in (True, False))
-        pga, pgv = np.array([largest_peaks(motions[source]) for source in posterior.sources]).T
-        along_north = not any(motion.east.any() for motion in motions.values())
-        return cls(name, fell, stood, fixed, posterior, pga, pgv, along_north)
+        return cls(name, fell, stood, inversion.fixed, inversion.fit(stones, posterior), posterior)
 
     @property
     def strengths(self) -> dict[str, FloatArray]:
-        """PGA in g and PGV in cm/s of each motion at each factor, shape (s, a)."""
-        factor = self.posterior.amplitude
-        return {
-            "PGA, g": self.pga[:, None] * factor / STANDARD_GRAVITY,
-            "PGV, cm/s": self.pgv[:, None] * factor / CM,
-        }
+        """PGV in cm/s and PGA in g, largest over all azimuths, of each motion at each level, shape (s, l)."""
+        pgv = self.posterior.pgv
+        return {"PGV, cm/s": pgv / CM, "PGA, g": self.posterior.pga[:, None] * pgv / STANDARD_GRAVITY}
 
 
 def write_backwards(found: Backwards, path: Path) -> None:
     """Write a posterior (NetCDF)."""
-    one, dims = found.posterior, ("source", "amplitude", "azimuth")
     table = xr.Dataset(
-        {
-            "probability": (dims, one.probability),
-            "prior": (dims, one.prior),
-            "pga": ("source", found.pga),
-            "pgv": ("source", found.pgv),
-        },
-        {"source": list(one.sources), "amplitude": one.amplitude, "azimuth": one.azimuth},
-        {"survey": found.name, "fell": found.fell, "stood": found.stood, "fixed": found.fixed}
-        | {"along_north": int(found.along_north)},
+        {name: (dims, getattr(found.posterior, name)) for name, dims in _DIMENSIONS.items()},
+        {"source": list(found.posterior.sources)},
+        {"survey": found.name, "fell": found.fell, "stood": found.stood, "fixed": found.fixed, "fit": found.fit},
     )
     with atomic_write(path) as part:
         table.to_netcdf(part, engine="netcdf4")
@@ -94,13 +77,9 @@ def read_backwards(path: Path) -> Backwards:
     try:
         with xr.open_dataset(path, engine="netcdf4") as stored:
             table = stored.load()
-        sources = tuple(str(name) for name in table["source"].to_numpy())
-        axes = (table[name].to_numpy() for name in ("amplitude", "azimuth", "probability", "prior"))
-        about = table.attrs
-        return Backwards(
-            str(about["survey"]), int(about["fell"]), int(about["stood"]), float(about["fixed"]),
-            Posterior(sources, *axes), table["pga"].to_numpy(), table["pgv"].to_numpy(),
-            bool(about["along_north"]),
-        )  # fmt: skip
+        sources, about = tuple(str(name) for name in table["source"].to_numpy()), table.attrs
+        posterior = Posterior(sources, **{name: np.asarray(table[name]) for name in _DIMENSIONS})
+        numbers = (int(about["fell"]), int(about["stood"]), float(about["fixed"]), float(about["fit"]))
+        return Backwards(str(about["survey"]), *numbers, posterior)
     except (OSError, ValueError, KeyError) as error:
         raise ResultError(f"{path}: cannot be read ({error}); run the study again") from None

@@ -100,9 +100,7 @@ class SitePrediction:
         ensemble's neighbourhood; where the stone would fall in both, `edge_chances` says over which edge. Rolling on a
         corner, which only a model in space shows (Contento, Zulli & Di Egidio 2013, doi 10.5772/54863), is left out.
         """
-        side = stone.b_over_h if math.isnan(stone.b_over_h_side) else stone.b_over_h_side
-        shapes = (stone.b_over_h, side, stone.b_over_h, side)
-        planes = [self._at(stone.face_azimuth_deg + 90.0 * i, shape) for i, shape in enumerate(shapes)]
+        planes = [self._at(stone.face_azimuth_deg + 90.0 * i, shape) for i, shape in enumerate(2 * stone.slenderness)]
         p = np.array([probability for probability, _ in planes])
         known = np.isfinite(p).all(axis=0)
         blind = np.concatenate([[0.5], np.full(4, 0.125)])

@@ -56,6 +56,18 @@ class Stone:
     height: float = math.nan
     round: bool = False
 
+    @property
+    def slenderness(self) -> tuple[float, float]:
+        """B/H in the plane of the face's normal and in that at right angles; where one is not given the plan is square."""
+        front, side = self.b_over_h, self.b_over_h_side
+        return (side if math.isnan(front) else front), (front if math.isnan(side) else side)
+
+    @property
+    def narrow_face_deg(self) -> float:
+        """Azimuth of the face across the smaller B/H, degrees; NaN where no face is given."""
+        front, side = self.slenderness
+        return self.face_azimuth_deg + (90.0 if side < front else 0.0)
+
 
 def _yes_or_no(text: str) -> bool:
     if text.lower() not in _YES | _NO:

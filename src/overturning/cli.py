@@ -22,7 +22,6 @@ COMMANDS = {
     "sweep": ("workflow", "Simulate every case of one record."),
     "members": ("workflow", "Draw the members of a study's ensemble."),
     "gather": ("workflow", "Gather the parts of a sweep into the cube."),
-    "timing": ("workflow", "Join the run times of a study's jobs into one table."),
     "figures": ("workflow", "Draw the figures of a study."),
     "verify-study": ("workflow", "Run a random part of a study again, with finer steps and with stiffer springs."),
     "surface": ("workflow", "Take the motions of all records through the soil of a variant."),

@@ -61,7 +61,7 @@ def test_the_wheel_is_whole(wheel: Path, tmp_path: Path) -> None:
 
 def test_a_project_of_ones_own(wheel: Path, tmp_path: Path) -> None:
     said = overturning(wheel, tmp_path, "init", "mine").stdout
-    assert "python workflow/scripts/run.py --cores 2" in said
+    assert "snakemake --cores 2" in said
     folder = tmp_path / "mine"
     assert "2 records × " in overturning(wheel, folder, "study", "check", "config/near-fault.yaml").stdout
     planned = run(wheel, folder, "workflow/scripts/run.py", "--cores", "1", "--dry-run", "--quiet", "host")

@@ -78,7 +78,7 @@ def parts(study: Study, tmp_path: Path) -> Callable[..., list[Path]]:
                 path = tmp_path / f"{name}-{pieces}-{piece}.nc"
                 part = Grid(grid.azimuth[places], grid.height, grid.b_over_h, grid.friction)
                 cells = {variable: values[places] for variable, values in full.items()}
-                write_part(path, part, cells, {"record_id": name, "variant": "nominal"})
+                write_part(path, part, cells, {"record_id": name, "variant": "nominal", "block_steps": places.size})
                 paths.append(path)
         return paths
 
@@ -90,6 +90,7 @@ def test_every_cell_is_in_its_place(
 ) -> None:
     gather(study, records, parts(), tmp_path / "cube.nc")
     with open_cube(tmp_path / "cube.nc") as cube:
+        assert cube.attrs["block_steps"] == 2 * grid_of(study).azimuth.size, "one a direction"
         for seed in range(2):
             for name, values in outcome(grid_of(study).shape, seed).items():
                 np.testing.assert_array_equal(cube[name].isel(record=seed), values)
@@ -189,7 +190,7 @@ def test_missing_outcomes_are_missing_and_never_a_flag(
     cells["overturned"][2, 0, 1, 1] = INT8_MISSING
     cells["overturning_time"][2, 0, 1, 1] = FLOAT32_MISSING
     cells["status"][2, 0, 1, 1] = Status.UNDECIDED
-    write_part(paths[0], grid, cells, {"record_id": "first", "variant": "nominal"})
+    write_part(paths[0], grid, cells, {"record_id": "first", "variant": "nominal", "block_steps": 5})
     gather(study, records, paths, tmp_path / "cube.nc")
     with open_cube(tmp_path / "cube.nc") as cube:
         assert int(cube["overturned"].isnull().sum()) == 1

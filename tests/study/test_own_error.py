@@ -312,9 +312,9 @@ def test_the_command_reads_a_scenes_cube_and_writes_what_the_report_reads(
 ) -> None:
     from overturning.commands.workflow import verify_study
     from overturning.records.store import read_motion, write_motion
+    from overturning.study.cube import open_cube
     from overturning.study.gather import gather
     from overturning.study.sweep import sweep_record
-    from overturning.study.timing import block_steps_of, timed
 
     data = {
         "name": "row", "records": {"use": ["a"]}, "azimuth": {"step": 30}, "scene": row_of_two, "friction": [0.4, 0.7],
@@ -324,16 +324,16 @@ def test_the_command_reads_a_scenes_cube_and_writes_what_the_report_reads(
     (tmp_path / "motion").mkdir()
     write_motion(record(short(7), "a"), tmp_path / "motion" / "a.nc")
     kept = read_motion(tmp_path / "motion" / "a.nc")
-    with timed(tmp_path / "a.1-of-1.csv") as row:
-        _, row["block_steps"] = sweep_record(settings, kept, tmp_path / "a.nc")
+    sweep_record(settings, kept, tmp_path / "a.nc")
     gather(settings, [kept], [tmp_path / "a.nc"], tmp_path / "cube.nc")
     verify_study(
-        json.dumps(data), tmp_path / "motion", tmp_path / "cube.nc", tmp_path, tmp_path / "verification.json",
-        tmp_path / "verification.csv", 1, tmp_path / "log",
-    )  # fmt: skip
+        json.dumps(data), tmp_path / "motion", tmp_path / "cube.nc", tmp_path / "verification.json", 1, tmp_path / "log"
+    )
     found = json.loads((tmp_path / "verification.json").read_text(encoding="utf-8"))
     assert 6 <= found["chosen"] < found["wanted"] == 24, "none of the scene's azimuths is mirrored"
-    assert block_steps_of(tmp_path / "verification.csv") <= 4 * block_steps_of(tmp_path / "a.1-of-1.csv")
+    spent = sum(found[kind].get("block_steps", 0) for kind in ("finer", "stiffer", "settling"))
+    with open_cube(tmp_path / "cube.nc", element=None) as cube:
+        assert 0 < spent <= 4 * found["study_block_steps"] == 4 * cube.attrs["block_steps"]
     assert "Each element of the scene is counted by itself" in paragraphs(reported(settings, found, tmp_path))[-1]
     # Few change with the step, so the answers read from the cube are those of the same cells.
     assert sum(outcome["fallen"] for outcome in found["finer"]["outcomes"]) > 0

@@ -57,8 +57,7 @@ def cube_file(settings: Study, tmp_path_factory: pytest.TempPathFactory) -> Path
     folder = tmp_path_factory.mktemp("space")
     write_motion(record(), folder / "motion" / "a.nc")
     kept = read_motion(folder / "motion" / "a.nc")
-    _, steps = sweep_record(settings, kept, folder / "a.nc")
-    assert steps > 0
+    sweep_record(settings, kept, folder / "a.nc")
     gather(settings, [kept], [folder / "a.nc"], folder / "cube.nc")
     return folder / "cube.nc"
 

@@ -11,6 +11,7 @@ from typing import Annotated, Final
 
 import typer
 
+from overturning.study.resume import DAMAGED
 from verification.faults.kinds import KINDS, Kind, mounts_undone
 from verification.faults.place import Place
 from verification.tables import markdown, publish
@@ -28,7 +29,7 @@ def objection(kind: Kind, place: Place, dice: random.Random, seconds: float, wan
         done = place.run()
         if done.returncode:
             return f"the command failed: {done.stderr[-2000:]}"
-        if damaged and f"damaged, is made again: {damaged}" not in done.stderr:
+        if damaged and f"{DAMAGED}{damaged}" not in done.stderr:
             return f"{damaged}: damage was not noticed: {done.stderr}"
         if place.cube.read_bytes() != wanted:
             return "another cube"

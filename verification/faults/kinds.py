@@ -15,7 +15,7 @@ from typing import Final
 
 import psutil
 
-from verification.faults.place import Place, jobs, snakemake_of
+from verification.faults.place import Place, jobs
 
 Fault = Callable[[Place, random.Random, float], Path | None]
 """Given a place, dice, and the seconds that an undisturbed run takes; returns the file that is damaged."""
@@ -46,11 +46,10 @@ def kill_job(place: Place, dice: random.Random, _seconds: float) -> None:
 def kill_snakemake(place: Place, dice: random.Random, _seconds: float) -> None:
     """SIGKILL of Snakemake alone while its job goes on."""
     run, chosen = place.begin(), dice.randrange(JOBS)
-    snakemake = snakemake_of(run)
     for number, _ in enumerate(jobs(run)):
         if number == chosen:
             time.sleep(dice.uniform(0.0, 0.7))
-            _kill(snakemake)
+            _kill(run)
             break
     run.wait()
 
@@ -106,11 +105,11 @@ def read_only(place: Place, _dice: random.Random, _seconds: float) -> None:
     _mount("-o", "remount,rw,bind", results)
 
 
-def two_at_once(place: Place, dice: random.Random, _seconds: float) -> None:
-    """A second run in the same folder, plain Snakemake's or ours."""
-    first = place.begin(plain=dice.random() < 0.5)
+def two_at_once(place: Place, _dice: random.Random, _seconds: float) -> None:
+    """A second run in the same folder."""
+    first = place.begin()
     next(jobs(first))
-    second = place.run(plain=dice.random() < 0.5)
+    second = place.run()
     assert second.returncode != 0
     assert "another run works in this folder" in second.stderr, second.stderr
     assert "Traceback" not in second.stderr

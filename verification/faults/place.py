@@ -11,7 +11,7 @@ from typing import Final
 
 import psutil
 
-from verification.tables import ROOT
+from verification.tables import copy_project
 
 STUDY: Final = """\
 name: faults
@@ -47,8 +47,7 @@ class Place:
             # A copy is as old as what it was made from; only then is nothing to be done in it.
             shutil.copytree(like.folder, folder, copy_function=shutil.copy2)
         else:
-            for name in ("workflow", "config"):
-                shutil.copytree(ROOT / name, folder / name)
+            copy_project(folder)
             (folder / "config" / "faults.yaml").write_text(STUDY, encoding="utf-8")
         path = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
         self.environment = os.environ | {"PATH": path}
@@ -65,24 +64,23 @@ class Place:
         """The cube that the command makes."""
         return self.results / "cube.nc"
 
-    def command(self, plain: bool = False) -> list[str]:
-        """The command; plain Snakemake's instead of `make run`'s."""
-        program = ["-m", "snakemake"] if plain else ["workflow/scripts/run.py"]
+    def command(self) -> list[str]:
+        """The command, that of `make run`."""
         ask = ["--cores", "1", "--set-scatter", "sweep=2", "--configfile", "config/faults.yaml"]
         ask += ["--", "results/faults/cube.nc"]
-        return [sys.executable, *program, *ask]
+        return [sys.executable, "-m", "snakemake", *ask]
 
-    def run(self, plain: bool = False) -> subprocess.CompletedProcess[str]:
+    def run(self) -> subprocess.CompletedProcess[str]:
         """Run the command to its end."""
         return subprocess.run(
-            self.command(plain), cwd=self.folder, env=self.environment, capture_output=True, text=True, timeout=_LONG
+            self.command(), cwd=self.folder, env=self.environment, capture_output=True, text=True, timeout=_LONG
         )
 
-    def begin(self, plain: bool = False) -> psutil.Popen:
+    def begin(self) -> psutil.Popen:
         """Let the command run, in a group of processes of its own."""
         quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
         where = {"cwd": self.folder, "env": self.environment, "start_new_session": True}
-        return psutil.Popen(self.command(plain), **where, **quiet)
+        return psutil.Popen(self.command(), **where, **quiet)
 
 
 def jobs(run: psutil.Popen) -> Iterator[psutil.Process]:
@@ -94,15 +92,6 @@ def jobs(run: psutil.Popen) -> Iterator[psutil.Process]:
             if process.pid not in seen and any(Path(word).name == "overturning" for word in words[:2]):
                 seen.add(process.pid)
                 yield process
-
-
-def snakemake_of(run: psutil.Popen) -> psutil.Process:
-    """Snakemake below the command."""
-    for _ in until(lambda: run.poll() is not None):
-        for process in _below(run):
-            if any(Path(word).name == "snakemake" for word in _words(process)[:2]):
-                return process
-    raise RuntimeError("the run ended before Snakemake began")
 
 
 def _below(run: psutil.Popen) -> list[psutil.Process]:

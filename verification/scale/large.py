@@ -53,7 +53,7 @@ def measure_chunk(folder: Path, chunks: int = 8) -> list[Figure]:
     part = folder / f"rinaldi.1-of-{chunks}.nc"
     took = taken(
         "sweep", "--study", folder / "study.json", "--motion", folder / "motion.nc", "--output", part,
-        "--timing", folder / "timing.csv", "--members", folder / "members.csv", "--chunk", f"1-of-{chunks}",
+        "--members", folder / "members.csv", "--chunk", f"1-of-{chunks}",
     )  # fmt: skip
     cases = study.cases / chunks
     return [

@@ -112,7 +112,7 @@ def write_made_parts(study: Study, folder: Path, chunks: int, variant: str = NOM
                 for variable in variables
             }
             paths.append(part_path(folder, name, chunk))
-            write_part(paths[-1], piece, values, {"record_id": name, "variant": variant}, variables)
+            write_part(paths[-1], piece, values, {"record_id": name, "variant": variant, "block_steps": 0}, variables)
     return paths
 
 

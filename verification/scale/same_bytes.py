@@ -2,7 +2,6 @@
 
 import hashlib
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -18,7 +17,7 @@ from overturning.study.gather import gather
 from overturning.study.parts import WHOLE, part_path
 from overturning.study.sweep import sweep_record
 from verification.one_node_slurm import OPTIONS, missing, one_node_slurm
-from verification.tables import ROOT
+from verification.tables import copy_project
 
 STUDY: Final = """\
 name: scale
@@ -41,7 +40,7 @@ SMALL: Final = (
 CUBE, REPORT = "cube.nc", "report.html"
 
 SLURM: Final = (
-    *("--workflow-profile", "workflow/profiles/slurm"),
+    *("--workflow-profile", "profiles/slurm"),
     *(*OPTIONS, "--slurm-init-seconds-before-status-checks", "2", "--seconds-between-status-checks", "2"),
     *("--latency-wait", "10"),
 )
@@ -65,8 +64,7 @@ class Folder:
 
     def __init__(self, folder: Path, study: str) -> None:
         self.folder = folder
-        for name in ("workflow", "config"):
-            shutil.copytree(ROOT / name, folder / name)
+        copy_project(folder)
         (folder / "study.yaml").write_text(study, encoding="utf-8")
 
     @property

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
+from snakemake.logging import logger
 
 from overturning.errors import OverturningError
 from overturning.files import atomic_write
@@ -13,23 +14,25 @@ from overturning.surveys.stones import read_survey
 from overturning.study.check import (
     check_files,
     check_records,
+    check_results,
     check_size,
     explorable,
     size_of,
 )
-from overturning.study.going_on import DAMAGED, hold, mend
 from overturning.study.load import check_study, load_study
+from overturning.study.resume import (
+    DAMAGED,
+    DRAWN,
+    keep_cubes,
+    lock,
+    put_cubes_back,
+    repair,
+)
 from overturning.study.sources import source_hash
 from overturning.study.own_error import is_verified
+from snakemake_logger_plugin_overturning import LOOKS
 
 DEFAULT_STUDY = Path("config/near-fault.yaml")
-# Requests that change nothing; all others hold the folder, so that there is never anything to unlock.
-LOOKS = set(
-    "-n --dry-run --dryrun --lint --report --unlock --summary -D --detailed-summary --list -l --list-rules --dag"
-    " --rulegraph --filegraph --list-changes -h --help".split()
-)
-
-
 # Bytes of a step's settings that go into its command; Linux allows a command of a shell 128 KiB.
 LONGEST_SETTINGS = 1 << 16
 
@@ -60,10 +63,13 @@ def load():
             read_survey(Path(survey.stones))
         if workflow.is_main_process:
             results = Path("results", study.name)
-            if not LOOKS & set(sys.argv):
-                hold(Path(".snakemake", "run.lock"))
-                for path in mend(results):
-                    print(f"{DAMAGED}{path}", file=sys.stderr)
+            # Requests that change nothing neither need the folder alone nor repair it.
+            if not (workflow.output_settings.dryrun or LOOKS & set(sys.argv)):
+                check_results(results)
+                lock(Path(".snakemake", "run.lock"))
+                put_cubes_back(results)  # which a run that was killed has kept
+                for path in repair(results):
+                    logger.warning(f"{DAMAGED}{path}")
             # What has been read before is not read again.
             motion = results / "motion"
             new = {
@@ -80,14 +86,12 @@ def load():
 STUDY, ENTRIES, FILES = load()
 SETTINGS = STUDY.model_dump(mode="json")
 RECORDS = list(ENTRIES)
-BESIDE = (
-    "population",
-    "surveys",
-    "figures",
-)  # the cube does not depend on them, nor says anything about them
+# The cube does not depend on them, nor says anything about them; the report takes them from the study.
+BESIDE = ("title", "question", "population", "surveys", "figures")
 VARIANTS = ["nominal", *STUDY.variants]
 RESULTS = f"results/{STUDY.name}"
 LOGS = f"{RESULTS}/logs"
+BENCHMARKS = f"{RESULTS}/benchmarks"  # time and memory of each job, beside its log
 REPORT = f"{RESULTS}/report.html"
 FIGURES = f"{RESULTS}/figures"
 EXPLORER = f"{RESULTS}/explore.html"
@@ -108,13 +112,25 @@ SURVEYS = list(range(1, len(STUDY.surveys) + 1))
 SIZE = size_of(STUDY, CHUNKS)
 SWEEP_MB = round(SIZE.memory_bytes / 1e6)
 READING_MB = round(SIZE.reading_bytes / 1e6)
-SWEEP_MINUTES = 10 + round(
-    SIZE.processor_s / 12 / len(RECORDS) / len(VARIANTS) / CHUNKS
+SWEEP_S = SIZE.processor_s / len(RECORDS) / len(VARIANTS) / CHUNKS
+SWEEP_MINUTES = 10 + round(SWEEP_S / 12)
+
+# Of a job of each rule, for the time to go: near-fault.yaml on two cores, of whose seconds most go with the records.
+EXPECTED_S = {
+    "read": 0.5,
+    "rotate": 1.5 + 0.4 * len(RECORDS),
+    "sweep": SWEEP_S,
+    "gather": 1 + 0.05 * len(RECORDS),
+    "verification": 2 + 0.05 * SWEEP_S * CHUNKS * len(RECORDS),
+    "figures": 5 + 1.1 * len(RECORDS),
+    "report": 5 + 0.35 * len(RECORDS),
+}
+logger.info(
+    f"Expected seconds of a job: {EXPECTED_S}", extra={"expected_s": EXPECTED_S}
 )
 
 VERIFIED = is_verified(STUDY)
 VERIFICATION = f"{RESULTS}/verification.json"
-VERIFICATION_TIMING = f"{RESULTS}/verification.csv"
 
 
 wildcard_constraints:

@@ -44,8 +44,11 @@ rule figures:
         ),
         telling=directory(f"{FIGURES}/telling"),
         maps=directory(f"{FIGURES}/maps"),  # empty where no record has coordinates
+        drawn=f"{FIGURES}/{DRAWN}",
     log:
         f"{LOGS}/figures.log",
+    benchmark:
+        f"{BENCHMARKS}/figures.tsv"
     threads: 2
     resources:
         mem_mb=lambda wildcards, attempt: attempt * READING_MB,

@@ -1,4 +1,4 @@
-# Parts to one cube per contact setting. Run times go into timing.csv and nowhere else: the cube is the same each time.
+# Parts to one cube per contact setting, the same each time: run times go into benchmarks/ and nowhere else.
 
 
 rule gather:
@@ -11,6 +11,8 @@ rule gather:
         f"{RESULTS}/cube{{suffix}}.nc",
     log:
         f"{LOGS}/gather{{suffix}}.log",
+    benchmark:
+        f"{BENCHMARKS}/gather{{suffix}}.tsv"
     wildcard_constraints:
         suffix=rf"(?:\.(?:{'|'.join(map(re.escape, STUDY.variants)) or '(?!)'}))?",  # (?!): never
     resources:
@@ -25,29 +27,3 @@ rule gather:
     shell:
         "overturning gather --study {params.study:q} --variant {params.variant} --motions {params.motions}"
         " --parts {params.parts} --chunks {params.chunks} --output {output} 2> {log}"
-
-
-rule timing:
-    input:
-        sweep=gather.sweep(
-            f"{RESULTS}/sweep/{{variant}}/{{record}}.{{scatteritem}}.csv",
-            variant=VARIANTS,
-            record=RECORDS,
-        ),
-        verification=[VERIFICATION_TIMING] if VERIFIED else [],
-    output:
-        f"{RESULTS}/timing.csv",
-    log:
-        f"{LOGS}/timing.log",
-    localrule: True
-    params:
-        study=settings("scene", "body", "orientation", "variants"),
-        sweep=lambda wildcards, input: Path(input.sweep[0]).parents[1],
-        chunks=CHUNKS,
-        verification=lambda wildcards, input: " ".join(
-            f"--verification {each}" for each in input.verification
-        ),
-        sources=sources("workflow:timing"),
-    shell:
-        "overturning timing --study {params.study:q} --sweep {params.sweep} --chunks {params.chunks}"
-        " {params.verification} --output {output} 2> {log}"

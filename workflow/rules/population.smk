@@ -11,6 +11,8 @@ rule fragility:
         f"{RESULTS}/fragility/fragility-pgv.xml",
     log:
         f"{LOGS}/fragility.log",
+    benchmark:
+        f"{BENCHMARKS}/fragility.tsv"
     resources:
         mem_mb=800,
     params:

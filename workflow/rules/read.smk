@@ -8,6 +8,8 @@ rule read:
         f"{RESULTS}/motion/{{record}}.nc",
     log:
         f"{LOGS}/read/{{record}}.log",
+    benchmark:
+        f"{BENCHMARKS}/read/{{record}}.tsv"
     resources:
         mem_mb=500,
     params:
@@ -26,6 +28,8 @@ rule surface:
         expand(f"{RESULTS}/motion/{{{{variant}}}}/{{record}}.nc", record=RECORDS),
     log:
         f"{LOGS}/surface/{{variant}}.log",
+    benchmark:
+        f"{BENCHMARKS}/surface/{{variant}}.tsv"
     resources:
         mem_mb=800,
     params:

@@ -8,6 +8,8 @@ rule explore:
         EXPLORER,
     log:
         f"{LOGS}/explore.log",
+    benchmark:
+        f"{BENCHMARKS}/explore.tsv"
     resources:
         mem_mb=1000,
     params:
@@ -34,6 +36,8 @@ rule report:
         ),
     log:
         f"{LOGS}/report.log",
+    benchmark:
+        f"{BENCHMARKS}/report.tsv"
     resources:
         mem_mb=lambda wildcards, attempt: attempt * READING_MB,
     params:

@@ -8,6 +8,8 @@ rule rotate:
         f"{RESULTS}/intensity.nc",
     log:
         f"{LOGS}/rotate.log",
+    benchmark:
+        f"{BENCHMARKS}/rotate.tsv"
     resources:
         mem_mb=800,
     params:

@@ -14,6 +14,8 @@ rule survey:
         ),
     log:
         f"{LOGS}/survey/{{number}}.log",
+    benchmark:
+        f"{BENCHMARKS}/survey/{{number}}.tsv"
     wildcard_constraints:
         number=r"\d+",
     resources:
@@ -35,6 +37,8 @@ rule backwards:
         f"{RESULTS}/survey/{{number}}.motion.nc",
     log:
         f"{LOGS}/survey/{{number}}.motion.log",
+    benchmark:
+        f"{BENCHMARKS}/survey/{{number}}.motion.tsv"
     wildcard_constraints:
         number=r"\d+",
     threads: 2

@@ -1,6 +1,5 @@
 # Motion to the outcome of every case, one job per record, contact setting and chunk: into how many chunks the cases of a
-# record are cut is said by the profile (set-scatter) and shows in no result. How far the whole sweep is stands on the
-# terminal; the log has a line now and then.
+# record are cut is said by the profile (set-scatter) and shows in no result. The log has per cents.
 
 
 rule members:
@@ -8,6 +7,8 @@ rule members:
         MEMBERS,
     log:
         f"{LOGS}/members.log",
+    benchmark:
+        f"{BENCHMARKS}/members.tsv"
     params:
         study=settings("ensemble"),
         sources=sources("workflow:members"),
@@ -21,16 +22,15 @@ rule sweep:
         members=[MEMBERS] if STUDY.ensemble.members else [],
     output:
         # Needed until the cube is there; a profile with `notemp` keeps them.
-        part=temp(f"{RESULTS}/sweep/{{variant}}/{{record}}.{{scatteritem}}.nc"),
-        timing=f"{RESULTS}/sweep/{{variant}}/{{record}}.{{scatteritem}}.csv",
+        temp(f"{RESULTS}/sweep/{{variant}}/{{record}}.{{scatteritem}}.nc"),
     log:
         f"{LOGS}/sweep/{{variant}}/{{record}}.{{scatteritem}}.log",
+    benchmark:
+        f"{BENCHMARKS}/sweep/{{variant}}/{{record}}.{{scatteritem}}.tsv"
     threads: 1
     resources:
         mem_mb=lambda wildcards, attempt: attempt * SWEEP_MB,
         runtime=lambda wildcards, attempt: attempt * SWEEP_MINUTES,
-        # Only for the progress line; unlike a parameter it does not make a sweep run again when a record is added.
-        records=len(RECORDS),
     params:
         study=lambda wildcards: settings(
             *(
@@ -53,5 +53,4 @@ rule sweep:
         ),
     shell:
         "overturning sweep --study {params.study:q} --variant {wildcards.variant} --chunk {wildcards.scatteritem}"
-        " --motion {input.motion} --output {output.part} --timing {output.timing} --threads {threads} --records {resources.records}"
-        " {params.members} --log {log}"
+        " --motion {input.motion} --output {output} --threads {threads} {params.members} --log {log}"

@@ -5,14 +5,12 @@ rule verification:
     input:
         motions=expand(f"{RESULTS}/motion/{{record}}.nc", record=RECORDS),
         cube=f"{RESULTS}/cube.nc",
-        timing=gather.sweep(
-            f"{RESULTS}/sweep/nominal/{{record}}.{{scatteritem}}.csv", record=RECORDS
-        ),
     output:
-        outcome=VERIFICATION,
-        timing=VERIFICATION_TIMING,
+        VERIFICATION,
     log:
         f"{LOGS}/verification.log",
+    benchmark:
+        f"{BENCHMARKS}/verification.tsv"
     threads: 2
     resources:
         mem_mb=800,
@@ -31,10 +29,7 @@ rule verification:
             *("contact", "simulation", "verification"),
         ),
         motions=lambda wildcards, input: Path(input.motions[0]).parent,
-        sweep=lambda wildcards, input: Path(input.timing[0]).parent,
-        chunks=CHUNKS,
         sources=sources("workflow:verify_study"),
     shell:
         "overturning verify-study --study {params.study:q} --motions {params.motions} --cube {input.cube}"
-        " --sweep {params.sweep} --chunks {params.chunks} --output {output.outcome} --timing {output.timing}"
-        " --threads {threads} --log {log}"
+        " --output {output} --threads {threads} --log {log}"

@@ -7,7 +7,15 @@ import typer
 
 app = typer.Typer(rich_markup_mode=None)
 
-PARTS = ("workflow", "config/records.tsv", "config/scenes", "config/schema.json", "config/README.md")
+PARTS = (
+    "Snakefile",
+    "profiles",
+    "workflow",
+    "config/records.tsv",
+    "config/scenes",
+    "config/schema.json",
+    "config/README.md",
+)
 
 
 @app.command()
@@ -21,7 +29,7 @@ def init(folder: Annotated[Path, typer.Argument(help="folder to make")]) -> None
 
     if folder.exists() and any(folder.iterdir() if folder.is_dir() else [folder]):
         raise ArgumentError(f"{folder}: is there already and not empty; name a folder to make")
-    project = next(root for root in project_folders() if (root / PARTS[0] / "Snakefile").is_file())
+    project = next(root for root in project_folders() if (root / PARTS[0]).is_file())
     for part in PARTS:
         source, target = project / part, folder / part
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -34,5 +42,5 @@ def init(folder: Annotated[Path, typer.Argument(help="folder to make")]) -> None
         text.write_text(study_template("near-fault", ["rinaldi", "petrolia"]), encoding="utf-8")
     print(
         f"{folder}: study config/near-fault.yaml, record table, scenes, workflow. Go on with\n"
-        f"  cd {folder}\n  overturning study check config/near-fault.yaml\n  python workflow/scripts/run.py --cores 2"
+        f"  cd {folder}\n  overturning study check config/near-fault.yaml\n  snakemake --cores 2"
     )

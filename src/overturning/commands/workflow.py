@@ -21,7 +21,6 @@ Beside = Annotated[
 Motions = Annotated[Path, typer.Option(help="folder of the motions")]
 Variant = Annotated[str, typer.Option(help="name of the contact setting")]
 Threads = Annotated[int, typer.Option(min=1, help="number of threads or processes")]
-Timing = Annotated[Path, typer.Option(help="table of run times to make (CSV)")]
 Chunks = Annotated[int, typer.Option(min=1, help="number of chunks into which each record's cases are shared out")]
 Log = Annotated[Path | None, typer.Option(help="file for progress lines and errors")]
 Cube = Annotated[Path, typer.Option(help="the study's cube (NetCDF)")]
@@ -95,12 +94,8 @@ def sweep(
     study: Study,
     motion: Annotated[Path, typer.Option(help="processed motion (NetCDF)")],
     output: NetCDF,
-    timing: Timing,
     variant: Variant = "nominal",
     chunk: Annotated[str, typer.Option(help="which of how many chunks of the cases: 3-of-8")] = "1-of-1",
-    records: Annotated[
-        int, typer.Option(min=1, help="number of records of the whole study, for the progress line")
-    ] = 1,
     members: Annotated[Path | None, typer.Option(help="members of the ensemble (CSV)")] = None,
     threads: Threads = 1,
     log: Log = None,
@@ -110,23 +105,13 @@ def sweep(
     from overturning.study.load import study_from
     from overturning.study.members import read_members
     from overturning.study.parts import Chunk
-    from overturning.study.progress import Progress, logged_to
+    from overturning.study.progress import logged_to, percents
     from overturning.study.sweep import sweep_record
-    from overturning.study.timing import timed
 
     with logged_to(log) as say:
         settings, part = study_from(study), Chunk.parse(chunk)
-        record = read_motion(motion)
-        name = record.record_id if part.of == 1 else f"{record.record_id} {part}"
-        with (
-            Progress(output.parent, name, records * part.of, say) as progress,
-            timed(timing) as row,
-        ):
-            row.update(record=record.record_id, variant=variant)
-            drawn = read_members(members) if members else None
-            row["cases"], row["block_steps"] = sweep_record(
-                settings, record, output, variant, threads, progress, drawn, part
-            )
+        record, drawn = read_motion(motion), read_members(members) if members else None
+        sweep_record(settings, record, output, variant, threads, percents(say), drawn, part)
 
 
 @app.command()
@@ -144,25 +129,6 @@ def gather(
 
     settings, records = _with_records(study, motions)
     gather_parts(settings, records, parts_of(parts, settings.records.use, chunks), output, variant)
-
-
-@app.command()
-def timing(
-    study: Study,
-    sweep: Annotated[Path, typer.Option(help="folder with a folder of parts for each contact setting")],
-    output: Timing,
-    chunks: Chunks = 1,
-    verification: Annotated[Path | None, typer.Option(help="run time of the verification (CSV)")] = None,
-) -> None:
-    """Join the run times of a study's jobs into one table."""
-    from overturning.study.load import study_from
-    from overturning.study.parts import parts_of
-    from overturning.study.timing import join_timings
-
-    settings = study_from(study)
-    folders = [sweep / variant for variant in ("nominal", *settings.variants)]
-    tables = [path for folder in folders for path in parts_of(folder, settings.records.use, chunks, ".csv")]
-    join_timings([*tables, *([verification] if verification else [])], output)
 
 
 @app.command()
@@ -197,36 +163,26 @@ def verify_study(
     study: Study,
     motions: Motions,
     cube: Cube,
-    sweep: Annotated[Path, typer.Option(help="folder of the sweep's tables (CSV)")],
     output: Annotated[Path, typer.Option(help="outcome to make (JSON)")],
-    timing: Timing,
     threads: Threads = 1,
     log: Log = None,
-    chunks: Chunks = 1,
 ) -> None:
     """Run a part of a study again, with finer steps and with stiffer springs."""
     from overturning.errors import ConfigError
     from overturning.study.choice import read_sample
+    from overturning.study.netcdf import open_raw
     from overturning.study.own_error import repeat_sample
     from overturning.study.own_error_file import write_verification
-    from overturning.study.parts import parts_of
-    from overturning.study.progress import logged_to
-    from overturning.study.timing import block_steps_of, timed
+    from overturning.study.progress import logged_to, percents
 
-    with logged_to(log) as say, timed(timing) as row:
+    with logged_to(log) as say:
         settings, records = _with_records(study, motions)
         if isinstance(settings.verification, str):
             raise ConfigError(f"{settings.name}: verification: none; leave the key out to verify the study")
         sample = read_sample(cube, settings.verification)
-        done = sum(map(block_steps_of, parts_of(sweep, settings.records.use, chunks, ".csv")))
-
-        def tell(part: int, most: int) -> None:
-            say(f"verification: {part} of at most {most} cases")
-
-        found = repeat_sample(settings, records, sample, done, threads, tell)
-        row.update(record="all", variant="verification", cases=2 * found["chosen"])
-        row["block_steps"] = sum(found[kind].get("block_steps", 0) for kind in ("finer", "stiffer", "settling"))
-        write_verification(found, output)
+        with open_raw(cube, "opened", "run the study again") as file:
+            done = int(file.block_steps)
+        write_verification(repeat_sample(settings, records, sample, done, threads, percents(say)), output)
 
 
 @app.command()

@@ -20,17 +20,22 @@ from overturning.figures.rose import rose_figure
 from overturning.figures.site_map import site_map_figure, sites_by_earthquake
 from overturning.figures.space import earthquake_roses_figure, follow_figure, space_map_figure, space_rose_figure
 from overturning.figures.style import save, style
+from overturning.files import atomic_write
 from overturning.records.store import read_motion, read_unprocessed
 from overturning.statistics.direction import in_space
 from overturning.statistics.earthquakes import axes_by_group, summarise_axes
 from overturning.statistics.logistic import overturning_fit
 from overturning.statistics.space import followed_by_slenderness
 from overturning.study.cube import open_cube, study_of
+from overturning.study.resume import DRAWN
 from overturning.study.scenes import scene_of
 from overturning.study.sections import Figures
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+COUNTED = ("telling", "maps")
+"""Folders of which only the drawing knows how many files there will be."""
 
 
 def draw_study(
@@ -53,7 +58,8 @@ def draw_study(
         Receives ``polar/ID`` and ``intensity/ID`` for each record (the polar map shows probabilities where the cube has an
         ensemble, flags otherwise, in space falls over orientations), ``rose``, ``axes`` and ``plane``, in space ``follow`` and
         ``earthquakes`` in its place, each in all formats; ``history/ID.svg`` (time histories,
-        not part of the report's page but beside it); and ``telling/`` and ``maps/`` (empty where no record has coordinates).
+        not part of the report's page but beside it); ``telling/`` and ``maps/`` (empty where no record has coordinates); and
+        ``drawn.txt``, the names of the files in these two.
     threads : int
         Number of processes that draw: Matplotlib draws one figure at a time. The files are the same for any number.
     settings : Figures, optional
@@ -68,10 +74,13 @@ def draw_study(
     if threads == 1:
         for task in tasks:
             task()
-        return
-    with ProcessPoolExecutor(threads) as pool:
-        for drawn in [pool.submit(task) for task in tasks]:
-            drawn.result()
+    else:
+        with ProcessPoolExecutor(threads) as pool:
+            for drawn in [pool.submit(task) for task in tasks]:
+                drawn.result()
+    names = sorted(path.relative_to(folder).as_posix() for name in COUNTED for path in (folder / name).iterdir())
+    with atomic_write(folder / DRAWN) as part:
+        part.write_text("".join(f"{name}\n" for name in names), encoding="utf-8")
 
 
 Write = Callable[["Figure", Path], None]

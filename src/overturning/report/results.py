@@ -174,7 +174,8 @@ def _reference_cube(study: Study, variant: str, cube: "xr.Dataset") -> "xr.Datas
 def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]:
     """Open a study's folder of results: cubes, intensities, figures, surveys, verification; `ResultError` without one.
 
-    Surveys, population and settings of the figures are those of `beside`, or of the cube's study where it is not given.
+    Title, question, surveys, population and settings of the figures are those of `beside`, or of the cube's study where it
+    is not given.
     """
 
     def cube_of(name: str) -> xr.Dataset:
@@ -192,9 +193,8 @@ def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]
         study = study_of(nominal)
         if beside is not None:
             named = (survey.model_copy(update={"stones": without_folders(survey.stones)}) for survey in beside.surveys)
-            study = study.model_copy(
-                update={"surveys": tuple(named), "figures": beside.figures, "population": beside.population}
-            )
+            own = {name: getattr(beside, name) for name in ("title", "question", "figures", "population")}
+            study = study.model_copy(update=own | {"surveys": tuple(named)})
         whole = {NOMINAL: nominal} | {name: cube_of(name) for name in study.variants}
         cubes = {name: recorded(cube) for name, cube in whole.items()}
         stones = study.population

@@ -95,6 +95,15 @@ def check_size(study: Study, where: str, results: Path = Path("results"), chunks
     return size
 
 
+def check_results(results: Path) -> None:
+    """Refuse a folder of results that cannot be written to; a `ConfigError` says which."""
+    there = next(folder for folder in (results, *results.absolute().parents) if folder.is_dir())
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise ConfigError(
+            f"the folder {there.resolve()} cannot be written to; run as its owner, or give it write permission"
+        )
+
+
 def check_files(study: Study, where: str) -> tuple[dict[str, RecordEntry], dict[str, list[Path]]]:
     """Rows of the record table that a study uses, and the files of each record that the user has put there.
 

@@ -53,6 +53,7 @@ def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path:
     of_records = _paths_of_records(parts, records, variant)
     with atomic_write(path) as unfinished, Dataset(unfinished, "w", format="NETCDF4") as cube:
         describe_cube(cube, study, records, variant)
+        cube.block_steps = 0
         whole = [_copy_record(paths, cube, at, grid, variables) for at, (_, paths) in enumerate(of_records)]
         if not all(whole):
             missing = [record.record_id for (record, _), found in zip(of_records, whole, strict=True) if not found]
@@ -101,7 +102,7 @@ def _paths_of_records(
 
 
 def _copy_record(paths: Sequence[Path], cube: Any, index: int, grid: Axes, variables: Sequence[Variable]) -> bool:
-    """Copy a record's parts, a variable of it in memory at a time; whether they hold all of its cells."""
+    """Copy a record's parts, a variable of it in memory at a time, and add up their block steps; whether they hold all of its cells."""
     with ExitStack() as stack:
         parts = [stack.enter_context(opened_part(path, grid, variables)) for path in paths]
         filled = np.zeros(grid.shape, dtype=bool)
@@ -109,6 +110,7 @@ def _copy_record(paths: Sequence[Path], cube: Any, index: int, grid: Axes, varia
             filled[np.ix_(*part.places)] = True
         if not filled.all():
             return False
+        cube.block_steps += sum(int(part.file.block_steps) for part in parts)
         for variable in variables:
             cells = np.full(grid.shape_of(variable), variable.fill_value, variable.dtype)
             for part in parts:

@@ -44,15 +44,15 @@ WHOLE: Final = Chunk()
 _REMEDY: Final = "run again, which makes it anew"
 
 
-def part_path(folder: Path, record_id: str, chunk: Chunk, suffix: str = ".nc") -> Path:
-    """File of a part in a folder, ``rinaldi.3-of-8.nc``, or of its run time (``.csv``)."""
-    return folder / f"{record_id}.{chunk}{suffix}"
+def part_path(folder: Path, record_id: str, chunk: Chunk) -> Path:
+    """File of a part in a folder, ``rinaldi.3-of-8.nc``."""
+    return folder / f"{record_id}.{chunk}.nc"
 
 
-def parts_of(folder: Path, records: Iterable[str], chunks: int, suffix: str = ".nc") -> list[Path]:
+def parts_of(folder: Path, records: Iterable[str], chunks: int) -> list[Path]:
     """Files of all parts of some records."""
     all_chunks = [Chunk(number, chunks) for number in range(1, chunks + 1)]
-    return [part_path(folder, record, chunk, suffix) for record in records for chunk in all_chunks]
+    return [part_path(folder, record, chunk) for record in records for chunk in all_chunks]
 
 
 def piece_of(study: Study, grid: Axes, chunk: Chunk) -> Axes:
@@ -76,7 +76,7 @@ def write_part(
     path: Path,
     grid: Axes,
     outcome: dict[str, NDArray[Any]],
-    attributes: dict[str, str],
+    attributes: dict[str, str | int],
     variables: tuple[Variable, ...] = VARIABLES,
 ) -> None:
     """Write the outcome on a grid, or on a piece of one, as a part of the cube; a piece without cells has none of it."""

@@ -93,17 +93,17 @@ def sweep_record(
     members: Members | None = None,
     chunk: Chunk = WHOLE,
     client: Any = None,
-) -> tuple[int, int]:
+) -> None:
     """Simulate every case of one processed record, or a chunk of them, and write them as a part of the cube (NetCDF).
 
-    Returns the numbers of cases and of block steps computed. `members` of the ensemble are drawn from the study where not
+    The part states how many block steps were computed, which do not depend on chunks or threads. `members` of the ensemble are drawn from the study where not
     given; `client` is that of a dask cluster which computes the cases.
     """
     grid, motion = piece_of(study, grid_of(study, variant), chunk), motion_of(study, record)
     attributes = {"record_id": record.record_id, "variant": variant}
     if not grid.size:
-        write_part(path, grid, {}, attributes)
-        return 0, 0
+        write_part(path, grid, {}, attributes | {"block_steps": 0})
+        return
     with_ensemble = study.ensemble.members > 0
     others = [factor for factor in grid.amplitude if factor != 1.0]
     whole = (NOMINAL_SHARE if with_ensemble else 1.0) * (1 + len(others)) + (1 - NOMINAL_SHARE) * with_ensemble
@@ -133,8 +133,7 @@ def sweep_record(
             answers[factor] = simulate_variant(study, variant, scaled(motion, factor), grid, numerics)
             block_steps += int(np.sum(answers[factor]["block_steps"]))
         outcome = _stacked([answers[factor] for factor in grid.amplitude], variables_of(study), outcome)
-    write_part(path, grid, outcome, attributes, variables_of(study))
-    return grid.size, block_steps
+    write_part(path, grid, outcome, attributes | {"block_steps": block_steps}, variables_of(study))
 
 
 def scaled(motion: Motion, factor: float) -> Motion:

@@ -1,4 +1,9 @@
-"""Going on after an earlier run: alone in the folder, with results that are whole and no older than they are."""
+"""Resuming after an earlier run: alone in the folder, with results that are intact and no older than they are.
+
+What Snakemake has for this does less, as `verification.faults` shows: its lock stays behind when it is killed; it does not notice
+that a result which it finished was damaged later (``ensure`` looks at a result once, when it is made); and with ``update`` a
+failed step gives the earlier cube back as new, so that a further run takes it for up to date.
+"""
 
 import fcntl
 import os
@@ -13,43 +18,38 @@ from overturning.errors import ResultError
 from overturning.files import whole
 from overturning.study.members import read_members
 from overturning.study.own_error_file import read_verification
-from overturning.study.timing import block_steps_of
 
-DAMAGED: Final = "damaged, is made again: "
-"""What a line begins with that names a file taken away by `mend`."""
+DAMAGED: Final = "damaged or gone, is made again: "
+"""What a line begins with that names a file of `repair`."""
 
-_HELD: Final = "OVERTURNING_HOLDS"
+DRAWN: Final = "drawn.txt"
+"""Beside the figures, the names of those of which Snakemake does not know how many there are."""
+
 _TABLES: Final[dict[str, Callable[[Path], Any]]] = {
     "members.csv": read_members,
     "verification.json": read_verification,
-    "sweep/**/*.csv": block_steps_of,
 }
 _AHEAD: Final = 2.0  # s by which the clocks of a file system and of the processor may differ
 
 
-def hold(lock: Path) -> int | None:
-    """Hold a folder by a lock file as long as this process lives, and wait for steps that outlived an earlier run.
+def lock(file: Path) -> int | None:
+    """Lock a folder by a file as long as this process lives, and wait for steps that outlived an earlier run.
 
-    The lock is the kernel's: it goes with the last process that has the file open, however that ends, so that there is
-    never anything to unlock. A process that was started by one that holds the folder is part of the same run.
+    The lock is the kernel's: it goes with the process that has the file open, however that ends, so that there is never
+    anything to unlock.
 
     Returns
     -------
     int or None
-        The descriptor of the file, for a child to inherit; None where an earlier process of this run holds the folder,
-        or the file system has no locks.
+        The descriptor of the file, which must stay open; None where the file system has no locks.
 
     Raises
     ------
     ResultError
-        If another run holds the folder; one sentence with its process.
+        If another run has locked the folder; one sentence with its process.
     """
-    folder = str(lock.resolve().parent)
-    if os.environ.get(_HELD) == folder:
-        lock.write_text(str(os.getpid()), encoding="utf-8")  # whom to stop, should the other be killed
-        return None
-    lock.parent.mkdir(parents=True, exist_ok=True)
-    descriptor = os.open(lock, os.O_RDWR | os.O_CREAT, 0o666)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    descriptor = os.open(file, os.O_RDWR | os.O_CREAT, 0o666)
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
@@ -63,7 +63,6 @@ def hold(lock: Path) -> int | None:
         return None
     os.ftruncate(descriptor, 0)
     os.pwrite(descriptor, str(os.getpid()).encode(), 0)
-    os.environ[_HELD] = folder
     _wait_for_steps(Path.cwd())
     return descriptor
 
@@ -89,8 +88,8 @@ def _wait_for_steps(folder: Path) -> None:
         time.sleep(0.2)
 
 
-def mend(results: Path) -> list[Path]:
-    """Take away what is damaged or half-written among the results of a study, so that it is made again.
+def repair(results: Path) -> list[Path]:
+    """Take away what is damaged or half-written among the results of a study, so that it is made again; figures that have gone, too.
 
     Times that lie ahead, because the clock was set back, are put just before now, in their order: what is made from such
     a file is then newer than it.
@@ -98,7 +97,7 @@ def mend(results: Path) -> list[Path]:
     Returns
     -------
     list of Path
-        The damaged files.
+        The files that were damaged, or had gone.
     """
     for left in results.rglob(".*.part"):
         left.unlink(missing_ok=True)
@@ -111,6 +110,12 @@ def mend(results: Path) -> list[Path]:
                 damaged.append(path)
     for path in damaged:
         path.unlink(missing_ok=True)
+    # Snakemake notices that one of its outputs has gone, not that a file of a folder has.
+    for drawn in results.glob(f"figures/{DRAWN}"):
+        names = drawn.read_text(encoding="utf-8", errors="replace").splitlines()
+        if gone := [path for name in names if not (path := drawn.parent / name).is_file()]:
+            drawn.unlink()
+            damaged += gone
     _back_from_ahead(results)
     return damaged
 
@@ -122,3 +127,27 @@ def _back_from_ahead(results: Path) -> None:
     for rank, path in enumerate(ahead):
         moment = now - 1e-3 * (len(ahead) - rank)
         os.utime(path, (moment, moment))
+
+
+def keep_cubes(results: Path) -> None:
+    """Keep the cubes of a study under other names: Snakemake takes a result away before it makes it again."""
+    for path in results.glob("cube*.nc"):
+        kept = _kept(path)
+        kept.unlink(missing_ok=True)
+        with suppress(OSError):  # a file system without hard links
+            os.link(path, kept)
+
+
+def put_cubes_back(results: Path) -> None:
+    """Put cubes back that a run has taken away and not made anew, as old as can be: the next run makes them in any case."""
+    for kept in results.glob(".cube*.nc.kept"):
+        path = kept.with_name(kept.name.removeprefix(".").removesuffix(".kept"))
+        if path.exists():
+            kept.unlink()
+        else:
+            kept.rename(path)
+            os.utime(path, (0, 0))
+
+
+def _kept(path: Path) -> Path:
+    return path.with_name(f".{path.name}.kept")

@@ -14,9 +14,8 @@ from overturning.files import atomic_write, whole
 from overturning.records.record import Record
 from overturning.records.store import read_motion, write_motion
 from overturning.study.config import Ensemble
-from overturning.study.going_on import hold, mend
 from overturning.study.members import draw_members, read_members, write_members
-from overturning.study.timing import timed
+from overturning.study.resume import keep_cubes, lock, put_cubes_back, repair
 
 
 def motion(path: Path) -> Path:
@@ -54,23 +53,46 @@ def test_members_are_checked_too(tmp_path: Path) -> None:
 
 def test_only_what_is_damaged_or_half_written_is_taken_away(tmp_path: Path) -> None:
     kept = [motion(tmp_path / "motion" / "a.nc"), motion(tmp_path / "cube.nc")]
-    with timed(tmp_path / "sweep" / "nominal" / "a.csv") as row:
-        row["block_steps"] = 4
-    with timed(tmp_path / "sweep" / "nominal" / "b.csv") as row:
-        row["block_steps"] = 4
     cut, emptied = motion(tmp_path / "sweep" / "nominal" / "a.nc"), motion(tmp_path / "motion" / "b.nc")
-    table = tmp_path / "sweep" / "nominal" / "b.csv"
     cut.write_bytes(cut.read_bytes()[:-200])
     emptied.write_bytes(b"")
-    table.write_text("record\n", encoding="utf-8")
     (tmp_path / ".a.nc.x.part").write_bytes(b"half")
     (tmp_path / "verification.json").write_text("{", encoding="utf-8")
-    assert set(mend(tmp_path)) == {cut, emptied, table, tmp_path / "verification.json"}
+    assert set(repair(tmp_path)) == {cut, emptied, tmp_path / "verification.json"}
     left = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.is_file()}
-    assert left == {"motion/a.nc", "cube.nc", "sweep/nominal/a.csv"}
+    assert left == {"motion/a.nc", "cube.nc"}
     assert all(map(whole, kept))
-    assert mend(tmp_path) == []
-    assert mend(tmp_path / "none") == []
+    assert repair(tmp_path) == []
+    assert repair(tmp_path / "none") == []
+
+
+def test_a_figure_that_has_gone_makes_the_figures_again(tmp_path: Path) -> None:
+    figures = tmp_path / "figures"
+    (figures / "telling").mkdir(parents=True)
+    for name in ("1-response.svg", "telling.json"):
+        (figures / "telling" / name).touch()
+    (figures / "drawn.txt").write_text("telling/1-response.svg\ntelling/telling.json\n", encoding="utf-8")
+    assert repair(tmp_path) == []
+    (figures / "telling" / "1-response.svg").unlink()
+    assert repair(tmp_path) == [figures / "telling" / "1-response.svg"]
+    assert not (figures / "drawn.txt").exists(), "an output of the rule, which is made again then"
+
+
+def test_a_failed_run_does_not_cost_the_cube(tmp_path: Path) -> None:
+    cubes = [tmp_path / name for name in ("cube.nc", "cube.other.nc", "cube.third.nc")]
+    for cube in cubes:
+        cube.write_text("earlier", encoding="utf-8")
+    keep_cubes(tmp_path)
+    cubes[0].unlink()  # as Snakemake does before the step that fails
+    cubes[1].unlink()
+    cubes[1].write_text("new", encoding="utf-8")
+    put_cubes_back(tmp_path)
+    assert [cube.read_text(encoding="utf-8") for cube in cubes] == ["earlier", "new", "earlier"]
+    assert cubes[0].stat().st_mtime == 0, "the next run makes it again"
+    assert min(cube.stat().st_mtime for cube in cubes[1:]) > 0
+    keep_cubes(tmp_path)
+    put_cubes_back(tmp_path)
+    assert sorted(tmp_path.iterdir()) == cubes
 
 
 def test_times_ahead_keep_their_order_and_lie_ahead_no_more(tmp_path: Path) -> None:
@@ -78,38 +100,35 @@ def test_times_ahead_keep_their_order_and_lie_ahead_no_more(tmp_path: Path) -> N
     paths = [motion(tmp_path / f"{name}.nc") for name in "abcd"]
     for path, moment in zip(paths, (now - 100, now + 7200, now + 3600, now + 3601), strict=True):
         os.utime(path, (moment, moment))
-    assert mend(tmp_path) == []
+    assert repair(tmp_path) == []
     after = [path.stat().st_mtime for path in paths]
     assert after[0] == pytest.approx(now - 100, abs=1e-3)
     assert after[0] < after[2] < after[3] < after[1] <= time.time()
 
 
 def test_the_lock_goes_with_its_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("OVERTURNING_HOLDS", "")
     monkeypatch.chdir(tmp_path)
-    lock = tmp_path / "hidden" / "run.lock"
+    file = tmp_path / "hidden" / "run.lock"
     code = (
-        "import sys, time\nfrom pathlib import Path\nfrom overturning.study.going_on import hold\n"
-        "hold(Path(sys.argv[1]))\nprint('holds', flush=True)\ntime.sleep(60)\n"
+        "import sys, time\nfrom pathlib import Path\nfrom overturning.study.resume import lock\n"
+        "lock(Path(sys.argv[1]))\nprint('holds', flush=True)\ntime.sleep(60)\n"
     )
-    other = subprocess.Popen([sys.executable, "-c", code, str(lock)], stdout=subprocess.PIPE, text=True, cwd=tmp_path)
+    other = subprocess.Popen([sys.executable, "-c", code, str(file)], stdout=subprocess.PIPE, text=True, cwd=tmp_path)
     assert other.stdout is not None
     assert other.stdout.readline() == "holds\n"
     with pytest.raises(ResultError, match=rf"another run works in this folder \(process {other.pid}\)"):
-        hold(lock)
+        lock(file)
     other.kill()
     other.communicate()
-    descriptor = hold(lock)
+    descriptor = lock(file)
     assert descriptor is not None
-    assert lock.read_text(encoding="utf-8") == str(os.getpid())
-    assert hold(lock) is None, "the same run"
+    assert file.read_text(encoding="utf-8") == str(os.getpid())
     os.close(descriptor)
 
 
 def test_a_step_of_a_killed_run_is_waited_for(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setenv("OVERTURNING_HOLDS", "")
     monkeypatch.chdir(tmp_path)
     (tmp_path / "overturning").write_text("import time\ntime.sleep(1)\n", encoding="utf-8")
     step = subprocess.Popen(
@@ -117,7 +136,7 @@ def test_a_step_of_a_killed_run_is_waited_for(
     )
     while Path(f"/proc/{step.pid}/cmdline").read_bytes().split(b"\0")[0] != sys.executable.encode():
         time.sleep(0.01)
-    descriptor = hold(tmp_path / "run.lock")
+    descriptor = lock(tmp_path / "run.lock")
     assert descriptor is not None
     os.close(descriptor)
     assert step.poll() is not None or step.wait(1) == 0

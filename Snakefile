@@ -1,0 +1,60 @@
+# A study of overturning gravestones, from record files to a report.
+#
+#   snakemake --cores 2                                       the default study, config/near-fault.yaml
+#   snakemake --cores 2 --configfile config/mine.yaml         another one
+#   snakemake --report provenance.html                        how each figure came about
+
+from snakemake.utils import min_version
+
+min_version("9.27")
+
+
+# Used only with --software-deployment-method apptainer; `make setup` in the image gives what the lock pins.
+container: "docker://python:3.12"
+
+
+include: "workflow/rules/common.smk"
+include: "workflow/rules/read.smk"
+include: "workflow/rules/rotate.smk"
+include: "workflow/rules/sweep.smk"
+include: "workflow/rules/gather.smk"
+include: "workflow/rules/verify.smk"
+include: "workflow/rules/figures.smk"
+include: "workflow/rules/survey.smk"
+include: "workflow/rules/population.smk"
+include: "workflow/rules/report.smk"
+
+
+report: "workflow/report/workflow.rst"
+
+
+rule all:
+    default_target: True
+    input:
+        CUBES,
+        EXPLORERS,
+        FRAGILITY,
+        rules.figures.output,
+        rules.report.output,
+    localrule: True
+
+
+onstart:
+    keep_cubes(Path(RESULTS))
+
+
+onerror:
+    put_cubes_back(Path(RESULTS))
+
+
+onsuccess:
+    put_cubes_back(Path(RESULTS))
+    made = "".join(
+        f"\n  {path}"
+        for path in (*CUBES, REPORT, *EXPLORERS)
+        if Path(path).exists()
+    )
+    logger.info(
+        f"Cube and report of the study {STUDY.name!r}:{made}",
+        extra={"result": True},
+    )

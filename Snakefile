@@ -31,10 +31,10 @@ report: "workflow/report/workflow.rst"
 rule all:
     default_target: True
     input:
-        CUBES,
         EXPLORERS,
         FRAGILITY,
-        rules.figures.output,
+        expand(rules.survey.output, number=SURVEYS),
+        rules.report.input,
         rules.report.output,
     localrule: True
 
@@ -49,12 +49,8 @@ onerror:
 
 onsuccess:
     put_cubes_back(Path(RESULTS))
-    made = "".join(
-        f"\n  {path}"
-        for path in (*CUBES, REPORT, *EXPLORERS)
-        if Path(path).exists()
-    )
+    made = [path for path in (*CUBES, REPORT, *EXPLORERS) if Path(path).exists()]
     logger.info(
-        f"Cube and report of the study {STUDY.name!r}:{made}",
+        "\n  ".join([f"Cube and report of the study {STUDY.name!r}:", *made]),
         extra={"result": True},
     )

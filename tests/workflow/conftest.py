@@ -1,10 +1,13 @@
-"""Whole small studies, each in a checkout of its own."""
+"""Small studies, each in a checkout of its own; questions about plans are asked of Snakemake in this process."""
 
+import logging
 import os
 import shutil
 import subprocess
 import sys
+from contextlib import chdir
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -21,33 +24,34 @@ figures: {formats: [svg]}
 """
 
 
+class Planned(logging.Handler):
+    """Takes from Snakemake's events which rules it would carry out."""
+
+    rules: frozenset[str] = frozenset()
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.rules |= set(getattr(record, "stats", ())) - {"total"}
+
+
 class Checkout:
     """A copy of the project's workflow in a folder of its own."""
 
-    def __init__(self, folder: Path, config: str = SMALL, own_sources: bool = False) -> None:
+    def __init__(self, folder: Path, config: str = SMALL) -> None:
         self.folder = folder
-        for name in ("workflow", "config"):
+        for name in ("profiles", "workflow", "config"):
             shutil.copytree(ROOT / name, folder / name)  # makes the folder too
+        shutil.copy2(ROOT / "Snakefile", folder)
         (folder / "config" / "mine.yaml").write_text(config, encoding="utf-8")
         self.environment = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
-        if own_sources:
-            shutil.copytree(ROOT / "src", folder / "src", ignore=shutil.ignore_patterns("__pycache__"))
-            self.environment["PYTHONPATH"] = str(folder / "src")
 
     @property
     def results(self) -> Path:
         return self.folder / "results" / "small"
 
     def command(self, *arguments: str, cores: int = 2) -> list[str]:
-        return [
-            sys.executable,
-            "workflow/scripts/run.py",
-            "--cores",
-            str(cores),
-            "--configfile",
-            "config/mine.yaml",
-            *arguments,
-        ]
+        """That of `make run`."""
+        words = ["-m", "snakemake", "--cores", str(cores), "--configfile", "config/mine.yaml"]
+        return [sys.executable, *words, *arguments]
 
     def run(self, *arguments: str, cores: int = 2, check: bool = True) -> subprocess.CompletedProcess[str]:
         done = subprocess.run(
@@ -59,14 +63,30 @@ class Checkout:
             timeout=1200,  # so that nothing hangs, however busy the machine
             check=False,
         )
+        head, _, done.stderr = done.stderr.partition("\n")
+        assert head.startswith("Using workflow specific profile profiles/default"), head
         if check:
             assert done.returncode == 0, done.stdout + done.stderr
         return done
 
-    def planned(self, *arguments: str) -> set[str]:
-        """Rules that a run would carry out."""
-        text = self.run("--dry-run", "--quiet", "host", *arguments).stdout
-        return {line.split()[1].rstrip(":") for line in text.splitlines() if line.startswith(("rule ", "localrule "))}
+    def planned(self, **config: Any) -> frozenset[str]:
+        """Rules that a run would carry out with some keys of the study changed; raises what would stop it."""
+        from snakemake.api import SnakemakeApi
+        from snakemake.logging import logger
+        from snakemake.settings import types
+
+        found = Planned()
+        with chdir(self.folder), SnakemakeApi(types.OutputSettings(dryrun=True, quiet=set(types.Quietness))) as api:
+            logger.handlers = [found]
+            workflow = api.workflow(
+                types.ResourceSettings(cores=1),
+                types.ConfigSettings(configfiles=[Path("config/mine.yaml")], config=config),
+                types.StorageSettings(notemp=True),
+                snakefile=Path("Snakefile"),
+            )
+            plan = workflow.dag(types.DAGSettings(force_incomplete=True))
+            plan.execute_workflow(executor="dryrun", execution_settings=types.ExecutionSettings(lock=False))
+        return found.rules
 
 
 @pytest.fixture(scope="session")

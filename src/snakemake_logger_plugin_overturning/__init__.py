@@ -29,7 +29,12 @@ LOOKS: Final = frozenset({
 
 _REDRAWN = 0.5  # s, between two looks at how far the run is
 _WORD = 60.0  # s, between two lines of progress where there is no terminal
-_UNSAID = ("At least one job did not complete successfully", "Exiting because a job execution failed")
+# A step that fails says why in its log.
+_UNSAID = (
+    "CalledProcessError",
+    "At least one job did not complete successfully",
+    "Exiting because a job execution failed",
+)
 _STOPPED = "Terminating processes on user request"
 _GOES_ON = "finished results are kept, and the same command goes on from here"
 

@@ -1,5 +1,6 @@
 """How far a run is and how long it has to go, from what its jobs were expected to take and what they have taken."""
 
+import math
 import re
 import time
 from contextlib import suppress
@@ -12,6 +13,9 @@ UNKNOWN: Final = 2.0
 
 _TRUSTED: Final = 0.2
 """How much of the plan counts as if it had been run, and had taken what was expected: keeps the first jobs from deciding."""
+
+_SMOOTHED: Final = 0.1
+"""Time over which the end that is said follows the one that is expected, over that of the plan."""
 
 _ALMOST: Final = 0.95
 """Share of a job that is done at most as long as it runs."""
@@ -78,6 +82,8 @@ class Expected:
     began: float = 0.0
     _counts: dict[str, int] = field(default_factory=dict)
     _running: dict[int, Job] = field(default_factory=dict)
+    _ends: float | None = None  # when the run ends, as last said
+    _looked: float = 0.0
 
     @property
     def begun(self) -> bool:
@@ -109,7 +115,12 @@ class Expected:
         pace = (taken + trusted) / (done + trusted) if done else 1.0
         done += sum(job.weight * job.share(now, pace) for job in list(self._running.values()))
         pace = (taken + trusted) / (done + trusted)
-        return (done / self.total if self.total else 0.0), max(self.total - done, 0.0) * pace
+        ends = now + max(self.total - done, 0.0) * pace
+        # Drawn towards what is known now, not set to it.
+        drawn = 1.0 if self._ends is None else -math.expm1((self._looked - now) / max(_SMOOTHED * self.total, 1e-9))
+        self._ends = ends if self._ends is None else self._ends + drawn * (ends - self._ends)
+        self._looked = now
+        return (done / self.total if self.total else 0.0), max(self._ends - now, 0.0)
 
     def line(self, now: float | None = None) -> str:
         """One line: steps, share of the work, time to go, and what runs."""

@@ -1,68 +1,124 @@
-"""What `make run` says: in the words of the steps, without Snakemake's talk."""
+"""What a run says: in the words of the steps, by the logger plugin that the default profile chooses."""
 
 import fcntl
-import subprocess
+import logging
 import sys
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
+from snakemake_interface_common.exceptions import WorkflowError
+from snakemake_interface_logger_plugins.common import LogEvent
+from snakemake_interface_logger_plugins.tests import TestLogHandlerBase
 
+from snakemake_logger_plugin_overturning import LogHandler
 from tests.workflow.conftest import ROOT, SMALL, Checkout
-
-sys.path.insert(0, str(ROOT / "workflow" / "scripts"))
-from run import cubes_kept
-from talk import failures, made, steps
 
 pytestmark = pytest.mark.workflow
 
-TALK = """\
-Building DAG of jobs...
-[Sat Nov 21 23:00:00 2026]
-Error in rule sweep:
-    message: None
-    jobid: 3
-    input: results/small/motion/a.nc
-    log: {log} (check log file(s) for error details)
-    shell:
-        overturning sweep --study '{{"name": "small", "azimuth": {{"step": 30}}}}'
-        (command exited with non-zero exit code)
-3 of 12 steps (25%) done
-Error in rule read:
-    jobid: 4
-    log: {gone} (check log file(s) for error details)
-    shell:
-        overturning read
 
-4 of 12 steps (33%) done
-"""
+class TestInterface(TestLogHandlerBase):
+    """What Snakemake asks of any logger plugin."""
+
+    __test__ = True
+
+    def get_log_handler_cls(self) -> type[LogHandler]:
+        return LogHandler
+
+    def get_log_handler_settings(self) -> Any:
+        return None
 
 
-def test_errors_in_the_words_of_the_steps(tmp_path: Path) -> None:
+@pytest.fixture
+def handler(monkeypatch: pytest.MonkeyPatch) -> LogHandler:
+    monkeypatch.setattr(sys, "argv", ["snakemake", "--cores", "2"])
+    quiet = {"verbose": False, "dryrun": False, "stdout": False, "nocolor": True, "quiet": (), "debug_dag": False}
+    return LogHandler(SimpleNamespace(**quiet, show_failed_logs=False, printshellcmds=False), None)
+
+
+def event(handler: LogHandler, text: str = "", level: int = logging.INFO, **about: Any) -> None:
+    record = logging.LogRecord("snakemake", level, "", 1, text, (), None)
+    vars(record).update(about)
+    handler.emit(record)
+
+
+def test_errors_in_the_words_of_the_steps(
+    handler: LogHandler, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    event(handler, event=LogEvent.RUN_INFO, stats={"sweep": 2, "read": 1, "total": 3})
     log = tmp_path / "sweep.log"
-    log.write_text("a: begins\nerror: mine.yaml: key: wrong\n       another line\n", encoding="utf-8")
-    talk = TALK.format(log=log, gone=tmp_path / "gone.log")
-    found = list(failures(talk))
-    assert found[0] == "error: mine.yaml: key: wrong\n       another line"
-    assert found[1].startswith("error: the step read failed without a word")
-    assert not any("{" in line for line in found)
-    assert steps(talk) == (4, 12)
+    about = {"event": LogEvent.JOB_ERROR, "level": logging.ERROR, "jobid": 3, "shellcmd": "overturning sweep {json}"}
+    log.write_text("12%\nerror: mine.yaml: key: wrong\n       another line\nmore\n", encoding="utf-8")
+    for _ in range(2):  # each once
+        event(handler, "Error in rule sweep", rule_name="sweep", log=[str(log)], **about)
+    first = "error: mine.yaml: key: wrong\n       another line\n"
+    assert capsys.readouterr().err == first
     log.write_text("Traceback (most recent call last):\n  File\nValueError: that\n", encoding="utf-8")
-    assert next(failures(talk)) == f"error: ValueError: that (see {log})"
+    event(handler, rule_name="sweep", log=[str(log)], **about)
+    second = f"error: ValueError: that (see {log})\n"
+    assert capsys.readouterr().err == second
+    event(handler, rule_name="read", log=["gone.log"], **about)
+    third = "error: the step read failed without a word; see gone.log\n"
+    assert capsys.readouterr().err == third
+    event(handler, "WorkflowError:\nAt least one job did not complete successfully.", logging.ERROR, event="error")
+    handler.close()
+    said = capsys.readouterr().err.splitlines(keepends=True)
+    assert said[0].startswith("The run failed; all that Snakemake says is in .snakemake/log; ")
+    assert "".join(said[1:]) == first + second + third, "last, where it is seen"
 
 
-def test_what_stops_a_run_before_it_begins() -> None:
-    talk = 'WorkflowError in file "/a/common.smk", line 36:\nrecord p1: x is not there;\n       nor y\n  File "/a/common.smk", line 3\n'
-    assert list(failures(talk)) == ["error: record p1: x is not there;\n       nor y"]
-    assert steps("") is None
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            'WorkflowError in file "/a/common.smk", line 36:\nrecord p1: x is not there;\n       nor y\n  File "/a/c.smk", line 3',
+            "error: record p1: x is not there;\n       nor y\n",
+        ),
+        ("WorkflowError:\nNo rule makes that.", "error: No rule makes that.\n"),
+        ("Traceback (most recent call last):\n  File x\nOSError: that\n", "error: that\n"),
+        ("FileNotFoundError: [Errno 2] No such file: 'x.csv'", "error: [Errno 2] No such file: 'x.csv'\n"),
+    ],
+)
+def test_what_stops_a_run_before_it_begins(
+    handler: LogHandler, text: str, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    event(handler, text, logging.ERROR, event=LogEvent.ERROR)
+    handler.close()
+    assert capsys.readouterr().err == said
 
 
-def test_what_was_made() -> None:
-    assert made(
-        "…\nCube and report of the study 'a':\n  results/a/cube.nc\n  results/a/report.html\nComplete log(s): x\n"
-    ) == ("Cube and report of the study 'a':\n  results/a/cube.nc\n  results/a/report.html")
-    assert made("x\nNothing to be done (all requested files are present and up to date).\n").startswith(
-        "Nothing to be done"
+def test_a_study_that_is_not_there(
+    handler: LogHandler, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "config").mkdir()
+    (tmp_path / "config" / "mine.yaml").touch()
+    text = (
+        "Traceback (most recent call last):\nFileNotFoundError: [Errno 2] No such file or directory: 'config/gone.yaml'"
     )
+    event(handler, text, logging.ERROR, event=LogEvent.ERROR)
+    assert capsys.readouterr().err == "error: no study config/gone.yaml; there are config/mine.yaml\n"
+
+
+def test_of_what_goes_well_only_the_results_are_named(handler: LogHandler, capsys: pytest.CaptureFixture[str]) -> None:
+    for text in ("Building DAG of jobs...", "Select jobs to execute...", "Complete log(s): x"):
+        event(handler, text)
+    event(handler, "sweep 7", event=LogEvent.JOB_FINISHED, job_id=7)
+    event(handler, "a\n  b", result=True)
+    event(handler, "Nothing to be done (all requested files are present and up to date).")
+    event(handler, "damaged: x", logging.WARNING)
+    out, err = capsys.readouterr()
+    assert out == "a\n  b\nNothing to be done (all requested files are present and up to date).\n"
+    assert err == "damaged: x\n"
+
+
+def test_who_stops_a_run_is_not_told_of_failures(handler: LogHandler, capsys: pytest.CaptureFixture[str]) -> None:
+    event(handler, event=LogEvent.RUN_INFO, stats={"sweep": 2, "total": 2})
+    event(handler, "Terminating processes on user request, this might take some time.")
+    event(handler, event=LogEvent.JOB_ERROR, rule_name="sweep", log=[], jobid=3)
+    handler.close()
+    assert capsys.readouterr().err == ("Stopped; finished results are kept, and the same command goes on from here.\n")
 
 
 @pytest.fixture(scope="module")
@@ -78,57 +134,50 @@ def test_a_second_run_is_refused_at_once(checkout: Checkout) -> None:
         held.flush()
         fcntl.flock(held, fcntl.LOCK_EX)
         done = checkout.run(check=False)
+        assert "sweep" in checkout.planned(), "who only looks is not in the way"
     assert done.returncode == 1
-    assert done.stderr.strip() == (
-        "error: another run works in this folder (process 4711); wait for it, or stop it and run again"
+    assert done.stdout == ""
+    assert done.stderr == (
+        "error: another run works in this folder (process 4711); wait for it, or stop it and run again\n"
     )
 
 
-def test_a_study_that_is_not_there(checkout: Checkout) -> None:
-    done = checkout.run("--configfile", "config/gone.yaml", check=False)
-    assert done.returncode == 1
-    assert "error: no study config/gone.yaml; there are " in done.stderr
-    assert "config/mine.yaml" in done.stderr
-    assert "Traceback" not in done.stderr
-
-
-def test_a_missing_file_is_named_before_the_run(checkout: Checkout) -> None:
-    table = checkout.folder / "config" / "records.tsv"
-    with table.open("a", encoding="utf-8") as rows:
+def test_a_missing_file_is_named_before_the_run(tmp_path: Path) -> None:
+    checkout = Checkout(tmp_path / "checkout", SMALL.replace("rinaldi,", "mine,"))
+    with (checkout.folder / "config" / "records.tsv").open("a", encoding="utf-8") as rows:
         rows.write("mine\tauto\tmine.V2A\n")
-    (checkout.folder / "config" / "mine.yaml").write_text(SMALL.replace("rinaldi,", "mine,"), encoding="utf-8")
-    done = checkout.run(check=False)
-    assert done.returncode == 1
-    lines = done.stderr.strip().splitlines()
-    assert lines[0] == lines[-1]
-    assert lines[0].startswith("error: record mine: mine.V2A is not in resources/records; ")
-    assert done.stdout == ""
+    with pytest.raises(WorkflowError, match=r"record mine: mine\.V2A is not in resources/records; "):
+        checkout.planned()
     folder = checkout.folder / "resources" / "records"
     folder.mkdir(parents=True)
     (folder / "mine.V2A").write_text("no record\n")
-    done = checkout.run(check=False)
-    assert done.stderr.count("mine.V2A: ") == 2
-    assert not (checkout.results / "motion").exists()
+    with pytest.raises(WorkflowError, match=r"mine\.V2A: "):
+        checkout.planned()
+    assert not checkout.results.exists(), "it is known before anything is computed"
+
+
+def test_missing_files_of_a_user_are_named_with_where_they_are(tmp_path: Path) -> None:
+    checkout = Checkout(tmp_path / "checkout", (ROOT / "config" / "tottori.yaml").read_text(encoding="utf-8"))
+    with pytest.raises(WorkflowError, match=r"(?s)TTRH020010061330\.NS2.*resources/records.*NIED"):
+        checkout.planned()
+
+
+def test_a_wrong_key_is_named(checkout: Checkout) -> None:
+    with pytest.raises(WorkflowError, match=r"mine\.yaml: frictoin: unknown key; did you mean friction\?"):
+        checkout.planned(frictoin=[1.0])
 
 
 def test_another_workflow_uses_it_as_a_module(tmp_path: Path) -> None:
     """As snakedeploy has it: a Snakefile of one's own, a whole study in its config."""
     checkout = Checkout(tmp_path / "module", SMALL.replace("name: small", "name: deployed"))
     (checkout.folder / "config" / "near-fault.yaml").unlink()
-    used = checkout.folder / "workflow"
-    used.rename(checkout.folder / "used")
-    used.mkdir()
-    (used / "Snakefile").write_text(
-        'configfile: "config/mine.yaml"\n\nmodule overturning:\n    snakefile: "../used/Snakefile"\n    config: config\n\n'
+    (checkout.folder / "Snakefile").rename(checkout.folder / "used.smk")
+    (checkout.folder / "Snakefile").write_text(
+        'configfile: "config/mine.yaml"\n\nmodule overturning:\n    snakefile: "used.smk"\n    config: config\n\n'
         "use rule * from overturning\n",
         encoding="utf-8",
     )
-    command = [sys.executable, "-m", "snakemake", "--dry-run", "--cores", "1", "--quiet", "host"]
-    done = subprocess.run(
-        command, cwd=checkout.folder, env=checkout.environment, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "results/deployed/report.html" in done.stdout + done.stderr
+    assert {"sweep", "report"} <= checkout.planned()
 
 
 def test_a_step_that_fails_is_told_first_and_last_without_its_command(tmp_path: Path) -> None:
@@ -142,32 +191,12 @@ def test_a_step_that_fails_is_told_first_and_last_without_its_command(tmp_path: 
     checkout.environment["PATH"] = f"{programs}:{checkout.environment['PATH']}"
     done = checkout.run(check=False)
     assert done.returncode == 1
-    lines = done.stderr.strip().splitlines()
+    assert done.stdout == ""
+    lines = done.stderr.splitlines()
     assert lines[0] == lines[-1] == "error: motion.nc: broken; mend it"
-    assert "run.log" in lines[1]
-    assert len(done.stdout + done.stderr) < 500
-    assert "Error in rule read" in (checkout.folder / ".snakemake" / "run.log").read_text(encoding="utf-8")
-    plain = [sys.executable, "-m", "snakemake", "--cores", "1", "--configfile", "config/mine.yaml"]
-    done = subprocess.run(
-        plain, cwd=checkout.folder, env=checkout.environment, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 1
-    assert "error: motion.nc: broken; mend it" in done.stderr.strip().splitlines()[-6:]
-
-
-def test_a_failed_run_does_not_cost_the_cube(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    cubes = [tmp_path / "results" / "mine" / name for name in ("cube.nc", "cube.other.nc")]
-    cubes[0].parent.mkdir(parents=True)
-    for cube in cubes:
-        cube.write_text("earlier", encoding="utf-8")
-    with cubes_kept():
-        cubes[0].unlink()  # as Snakemake does before the step that fails
-        cubes[1].unlink()
-        cubes[1].write_text("new", encoding="utf-8")
-    assert [cube.read_text(encoding="utf-8") for cube in cubes] == ["earlier", "new"]
-    assert cubes[0].stat().st_mtime == 0, "the next run makes it again"
-    assert cubes[1].stat().st_mtime > 0
-    with cubes_kept():
-        pass
-    assert sorted(path.name for path in cubes[0].parent.iterdir()) == ["cube.nc", "cube.other.nc"]
+    assert ".snakemake/log" in lines[1]
+    assert len(lines) == 3
+    (log,) = (checkout.folder / ".snakemake" / "log").iterdir()
+    assert "Error in rule read" in log.read_text(encoding="utf-8")
+    loud = checkout.run("--verbose", check=False)
+    assert "Error in rule read" in loud.stderr, "Snakemake speaks for itself"

@@ -43,17 +43,20 @@ def overturning(wheel: Path, folder: Path, *words: str, check: bool = True) -> s
 
 
 def test_the_wheel_is_whole(wheel: Path, tmp_path: Path) -> None:
-    where = run(wheel, tmp_path, "-c", "import overturning; print(overturning.__file__)").stdout.strip()
-    assert where.startswith(str(wheel))
+    for package in ("overturning", "snakemake_logger_plugin_overturning"):
+        where = run(wheel, tmp_path, "-c", f"import {package}; print({package}.__file__)").stdout.strip()
+        assert where.startswith(str(wheel))
     done = overturning(wheel, tmp_path, "one", "--record", "rinaldi", "--azimuth", "32", "--animate", "fall.html")
     assert "falls towards S32°W" in done.stdout
     assert (tmp_path / "fall.html").stat().st_size > 10_000
     project = wheel / "overturning" / "project"
     for part in (
-        "workflow/Snakefile",
+        "Snakefile",
+        "profiles/default/config.yaml",
+        "workflow/rules/sweep.smk",
         "config/records.tsv",
         "config/scenes/three-tier.yaml",
-        "workflow/scripts/run.py",
+        "workflow/schemas/config.schema.yaml",
     ):
         assert (project / part).read_bytes() == (ROOT / part).read_bytes(), part
     assert not list(project.rglob("__pycache__"))
@@ -64,8 +67,9 @@ def test_a_project_of_ones_own(wheel: Path, tmp_path: Path) -> None:
     assert "snakemake --cores 2" in said
     folder = tmp_path / "mine"
     assert "2 records × " in overturning(wheel, folder, "study", "check", "config/near-fault.yaml").stdout
-    planned = run(wheel, folder, "workflow/scripts/run.py", "--cores", "1", "--dry-run", "--quiet", "host")
-    assert "rule report:" in planned.stdout + planned.stderr
+    planned = run(wheel, folder, "-m", "snakemake", "--cores", "1", "--dry-run", "--quiet", "host")
+    assert "rule report:" in planned.stdout
+    assert "profiles/default" in planned.stderr, "which asks for the logger plugin"
     again = overturning(wheel, tmp_path, "init", "mine", check=False)
     assert again.returncode == 1
     assert "is there already and not empty" in again.stderr

@@ -24,13 +24,18 @@ figures: {formats: [svg]}
 """
 
 
-class Planned(logging.Handler):
-    """Takes from Snakemake's events which rules it would carry out."""
+class Plan(logging.Handler):
+    """Takes from Snakemake's events which rules it would carry out, and by which commands."""
 
-    rules: frozenset[str] = frozenset()
+    def __init__(self) -> None:
+        super().__init__()
+        self.rules: frozenset[str] = frozenset()
+        self.commands: list[str] = []
 
     def emit(self, record: logging.LogRecord) -> None:
         self.rules |= set(getattr(record, "stats", ())) - {"total"}
+        if command := getattr(record, "shellcmd", None):
+            self.commands.append(command)
 
 
 class Checkout:
@@ -71,11 +76,15 @@ class Checkout:
 
     def planned(self, **config: Any) -> frozenset[str]:
         """Rules that a run would carry out with some keys of the study changed; raises what would stop it."""
+        return self.plan(**config).rules
+
+    def plan(self, **config: Any) -> Plan:
+        """What a run would do with some keys of the study changed; raises what would stop it."""
         from snakemake.api import SnakemakeApi
         from snakemake.logging import logger
         from snakemake.settings import types
 
-        found = Planned()
+        found = Plan()
         with chdir(self.folder), SnakemakeApi(types.OutputSettings(dryrun=True, quiet=set(types.Quietness))) as api:
             logger.handlers = [found]
             workflow = api.workflow(
@@ -86,7 +95,7 @@ class Checkout:
             )
             plan = workflow.dag(types.DAGSettings(force_incomplete=True))
             plan.execute_workflow(executor="dryrun", execution_settings=types.ExecutionSettings(lock=False))
-        return found.rules
+        return found
 
 
 @pytest.fixture(scope="session")

@@ -35,6 +35,7 @@ _UNSAID = (
     "At least one job did not complete successfully",
     "Exiting because a job execution failed",
 )
+_LITTLE = 1_000_000  # bytes; on a disk with less a step cannot even write why it failed
 _STOPPED = "Terminating processes on user request"
 _GOES_ON = "finished results are kept, and the same command goes on from here"
 
@@ -175,6 +176,10 @@ def _words_of_step(rule: str, logs: list[str]) -> str:
             return "\n".join([lines[begins[-1]], *after[:ends]])
         if lines:
             return f"error: {lines[-1].strip()} (see {log})"
+        if Path(log).is_file() and shutil.disk_usage(log).free < _LITTLE:
+            return (
+                f"error: {log}: no space left on device; free some space and run again; nothing half-written was kept"
+            )
     return f"error: the step {rule} failed without a word" + "".join(f"; see {log}" for log in logs[:1])
 
 

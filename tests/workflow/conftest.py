@@ -2,6 +2,8 @@
 
 import logging
 import os
+import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -10,6 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
+from overturning.cli import main
 
 ROOT = Path(__file__).parents[2]
 SMALL = """\
@@ -96,6 +100,17 @@ class Checkout:
             plan = workflow.dag(types.DAGSettings(force_incomplete=True))
             plan.execute_workflow(executor="dryrun", execution_settings=types.ExecutionSettings(lock=False))
         return found
+
+    def run_here(self) -> None:
+        """Carry out the steps of the plan in this process, where Snakemake itself is not the question."""
+        commands = self.plan().commands
+        with chdir(self.folder):
+            for command in commands:
+                program, *words = shlex.split(re.sub(r" 2?> .*", "", command))
+                assert program == "overturning"
+                with pytest.raises(SystemExit) as end:
+                    main(words)
+                assert end.value.code == 0, command
 
 
 @pytest.fixture(scope="session")

@@ -44,7 +44,7 @@ def event(handler: LogHandler, text: str = "", level: int = logging.INFO, **abou
 
 
 def test_errors_in_the_words_of_the_steps(
-    handler: LogHandler, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    handler: LogHandler, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     event(handler, event=LogEvent.RUN_INFO, stats={"sweep": 2, "read": 1, "total": 3})
     log = tmp_path / "sweep.log"
@@ -61,11 +61,17 @@ def test_errors_in_the_words_of_the_steps(
     event(handler, rule_name="read", log=["gone.log"], **about)
     third = "error: the step read failed without a word; see gone.log\n"
     assert capsys.readouterr().err == third
+    empty = tmp_path / "empty.log"
+    empty.touch()
+    monkeypatch.setattr("shutil.disk_usage", lambda _: SimpleNamespace(free=44_000))
+    event(handler, rule_name="gather", log=[str(empty)], **about)
+    fourth = capsys.readouterr().err
+    assert fourth.startswith(f"error: {empty}: no space left on device; free some space")
     event(handler, "WorkflowError:\nAt least one job did not complete successfully.", logging.ERROR, event="error")
     handler.close()
     said = capsys.readouterr().err.splitlines(keepends=True)
     assert said[0].startswith("The run failed; all that Snakemake says is in .snakemake/log; ")
-    assert "".join(said[1:]) == first + second + third, "last, where it is seen"
+    assert "".join(said[1:]) == first + second + third + fourth, "last, where it is seen"
 
 
 @pytest.mark.parametrize(

@@ -43,7 +43,7 @@ def test_published_values_are_compared_for_every_size_and_contact(tmp_path: Path
         checkout.planned()
     assert not (checkout.folder / "results").exists()
     stones.write_text("octant,count,b_over_h,height_m,round\nNE,5,0.4,0.7,yes\nSW,1,0.4,0.7,yes\n", encoding="utf-8")
-    checkout.run()
+    checkout.run_here()
     results = checkout.folder / "results" / "tottori"
     for name in ("cube.nc", "cube.paper-damping.nc"):
         with open_cube(results / name) as cube:

@@ -93,7 +93,9 @@ class LogHandler(LogHandlerBase):
         about: dict[str, Any] = vars(record)
         event, text = about.get("event"), str(record.msg or "")
         self._take_note(event, about)
-        if event == LogEvent.JOB_ERROR and not self._stopped:
+        if self._stopped:  # jobs that were stopped have failed, for Snakemake
+            return
+        if event == LogEvent.JOB_ERROR:
             self._say_failure(_words_of_step(about["rule_name"], about["log"]))
         elif event == LogEvent.GROUP_ERROR:
             for job in about["job_error_info"]:

@@ -122,7 +122,7 @@ def test_of_what_goes_well_only_the_results_are_named(handler: LogHandler, capsy
 def test_who_stops_a_run_is_not_told_of_failures(handler: LogHandler, capsys: pytest.CaptureFixture[str]) -> None:
     event(handler, event=LogEvent.RUN_INFO, stats={"sweep": 2, "total": 2})
     event(handler, "Terminating processes on user request, this might take some time.")
-    event(handler, event=LogEvent.JOB_ERROR, rule_name="sweep", log=[], jobid=3)
+    event(handler, "Error in rule sweep", logging.ERROR, event=LogEvent.JOB_ERROR, rule_name="sweep", log=[], jobid=3)
     handler.close()
     assert capsys.readouterr().err == ("Stopped; finished results are kept, and the same command goes on from here.\n")
 

@@ -118,12 +118,12 @@ SWEEP_MINUTES = 10 + round(SWEEP_S / 12)
 # Of a job of each rule, for the time to go: near-fault.yaml on two cores, of whose seconds most go with the records.
 EXPECTED_S = {
     "read": 0.5,
-    "rotate": 1.5 + 0.4 * len(RECORDS),
-    "sweep": SWEEP_S,
-    "gather": 1 + 0.05 * len(RECORDS),
-    "verification": 2 + 0.05 * SWEEP_S * CHUNKS * len(RECORDS),
-    "figures": 5 + 1.1 * len(RECORDS),
-    "report": 5 + 0.35 * len(RECORDS),
+    "rotate": round(1.5 + 0.4 * len(RECORDS), 1),
+    "sweep": round(SWEEP_S, 1),
+    "gather": round(1 + 0.05 * len(RECORDS), 1),
+    "verification": round(2 + 0.05 * SWEEP_S * CHUNKS * len(RECORDS), 1),
+    "figures": round(5 + 1.1 * len(RECORDS), 1),
+    "report": round(5 + 0.35 * len(RECORDS), 1),
 }
 logger.info(
     f"Expected seconds of a job: {EXPECTED_S}", extra={"expected_s": EXPECTED_S}

@@ -1,4 +1,7 @@
-"""Which source files a job depends on, as one hash: a change of them makes the workflow run the job again."""
+"""Which source files a job depends on, as one hash: a change of them makes the workflow run the job again.
+
+Snakemake's own trigger looks at the command of a rule, not at the package that the command calls.
+"""
 
 import ast
 import hashlib

@@ -1,7 +1,6 @@
 """Everything measured goes through here: NetCDF and CSV files, Markdown tables, and the marks in the docs where they belong."""
 
 import re
-import shutil
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -15,18 +14,6 @@ from overturning.files import atomic_write
 ROOT: Final = Path(__file__).parents[1]
 RESULTS: Final = ROOT / "verification" / "results"
 """Tables kept in the repository; the pages of the docs link to them."""
-
-
-PROJECT: Final = ("Snakefile", "profiles", "workflow", "config")
-"""What the workflow needs of the repository."""
-
-
-def copy_project(folder: Path) -> None:
-    """Make a folder with all that the workflow needs."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for name in PROJECT:
-        copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy2
-        copy(ROOT / name, folder / name)
 
 
 class Figure(NamedTuple):

@@ -2,6 +2,7 @@
 
 import csv
 import resource
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -9,7 +10,8 @@ import time
 from pathlib import Path
 from typing import Final
 
-from verification.tables import Figure, copy_project
+from overturning.commands.init import WORKFLOW
+from verification.tables import ROOT, Figure
 
 CORES: Final = 2
 LONG: Final = 10.0
@@ -38,6 +40,14 @@ def whole_run() -> list[Figure]:
             if seconds >= LONG
         ),
     ]
+
+
+def copy_project(folder: Path) -> None:
+    """Make a folder with all that the workflow needs."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in (*WORKFLOW, "config"):
+        copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy2
+        copy(ROOT / name, folder / name)
 
 
 def job_times(benchmarks: Path) -> dict[str, tuple[int, float]]:

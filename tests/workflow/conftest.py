@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 from overturning.cli import main
+from overturning.commands.init import WORKFLOW
 
 ROOT = Path(__file__).parents[2]
 SMALL = """\
@@ -47,9 +48,10 @@ class Checkout:
 
     def __init__(self, folder: Path, config: str = SMALL) -> None:
         self.folder = folder
-        for name in ("profiles", "workflow", "config"):
-            shutil.copytree(ROOT / name, folder / name)  # makes the folder too
-        shutil.copy2(ROOT / "Snakefile", folder)
+        folder.mkdir(parents=True)
+        for name in (*WORKFLOW, "config"):
+            copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy2
+            copy(ROOT / name, folder / name)
         (folder / "config" / "mine.yaml").write_text(config, encoding="utf-8")
         self.environment = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
 

@@ -11,7 +11,7 @@ from typing import Final
 
 import psutil
 
-from verification.tables import copy_project
+from verification.whole_run import copy_project
 
 STUDY: Final = """\
 name: faults

@@ -17,7 +17,7 @@ from overturning.study.gather import gather
 from overturning.study.parts import WHOLE, part_path
 from overturning.study.sweep import sweep_record
 from verification.one_node_slurm import OPTIONS, missing, one_node_slurm
-from verification.tables import copy_project
+from verification.whole_run import copy_project
 
 STUDY: Final = """\
 name: scale

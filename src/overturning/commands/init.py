@@ -7,15 +7,10 @@ import typer
 
 app = typer.Typer(rich_markup_mode=None)
 
-PARTS = (
-    "Snakefile",
-    "profiles",
-    "workflow",
-    "config/records.tsv",
-    "config/scenes",
-    "config/schema.json",
-    "config/README.md",
-)
+WORKFLOW = ("Snakefile", "profiles", "workflow")
+"""What Snakemake needs beside a study, at the top of the repository and of any project."""
+
+PARTS = (*WORKFLOW, "config/records.tsv", "config/scenes", "config/schema.json", "config/README.md")
 
 
 @app.command()

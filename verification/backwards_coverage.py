@@ -201,7 +201,7 @@ def main(
     """Simulate surveys, ask them, publish."""
     publish({"example-ruin": ruin(threads)})
     rows = measured(surveys, threads)
-    write_csv(rows.round(4), RESULTS / "backwards-coverage.csv")
+    write_csv(reported(rows), RESULTS / "backwards-coverage.csv")
     publish(bodies(rows))
     print(
         f"powers chosen on the other half: {chosen(rows[rows['half'] == 1])}, {chosen(rows[rows['half'] == 0])}; shipped {POWER}"

@@ -114,10 +114,10 @@ def in_space(cases: Cases, motion: Motion, ratio: float) -> tuple[NDArray[Any], 
         chosen = np.asarray(cases.azimuth_deg) == azimuth
         north, east = direction_cosines(float(azimuth))
         along = motion.north * north + motion.east * east
-        each = (np.asarray(values)[chosen] for values in (cases.height, cases.b_over_h))
+        each = [np.asarray(values)[chosen] for values in (cases.height, cases.b_over_h)]
         found = run_in_space(
             shape_of("rectangle"), Motion(along, 0.0 * along, sampling_interval=motion.sampling_interval),
-            SpaceCases(0.0, *each, 1.0, NO_SLIP), contact=VertexContact(damping_ratio=ratio),
+            SpaceCases(0.0, each[0], each[1], 1.0, NO_SLIP), contact=VertexContact(damping_ratio=ratio),
         )  # fmt: skip
         ahead = np.where(np.cos(np.radians(found.fall_azimuth)) > 0, 1, -1)
         parts.append((np.where(found.overturned == 1, ahead, found.overturned), found.peak_tilt, found.block_steps))
@@ -128,26 +128,25 @@ def in_space(cases: Cases, motion: Motion, ratio: float) -> tuple[NDArray[Any], 
 def damping_ratios(motions: dict[str, Motion]) -> str:
     """Table of what each damping ratio leaves of Housner's answers, in the three kernels."""
     axes = np.meshgrid(np.arange(1.24, 180.0, 15.0), HEIGHTS, RATIOS, indexing="ij")
-    cases = Cases(*(axis.ravel() for axis in axes), NO_SLIP)
-    azimuths = np.asarray(cases.azimuth_deg)
+    azimuth, height, ratio = (axis.ravel() for axis in axes)
+    cases = Cases(azimuth, height, ratio, NO_SLIP)
     exact = np.concatenate([
-        housner(cases, motion, float(azimuth), azimuths == azimuth)
-        for motion in motions.values() for azimuth in np.unique(azimuths)
+        housner(cases, motion, float(one), azimuth == one) for motion in motions.values() for one in np.unique(azimuth)
     ])  # fmt: skip
     firm, peak = (exact[:, :, 0] == exact[:, 1:2, 0]).all(axis=1), exact[:, 1, 1]
     rocks = firm & (exact[:, 1, 0] == 0) & (peak > ROCKS)
     squat = np.tile(np.asarray(cases.b_over_h) > SQUAT, len(motions))
     lines = []
-    for ratio in DAMPING_RATIOS:
-        cells = [f"{ratio:g}"]
+    for damping in DAMPING_RATIOS:
+        cells = [f"{damping:g}"]
         for kernel in ("block", "general", "space"):
-            answers = []
+            answers: list[tuple[NDArray[Any], NDArray[Any], NDArray[Any]]] = []
             for motion in motions.values():
                 if kernel == "space":
-                    answers.append(in_space(cases, motion, ratio))
+                    answers.append(in_space(cases, motion, damping))
                 else:
                     numerics = Numerics(general=kernel == "general")
-                    found = run(gravestone(Contact(damping_ratio=ratio)), motion, cases, numerics)
+                    found = run(gravestone(Contact(damping_ratio=damping)), motion, cases, numerics)
                     answers.append((found.overturned.ravel(), found.peak_rotation.ravel(), found.block_steps))
             side, turned, steps = (np.concatenate(part) for part in zip(*answers, strict=True))
             stands, away = rocks & (side == 0), np.abs(turned - peak)

@@ -21,8 +21,8 @@ from tests.dem.near_field import near_field
 from tests.dem.scalar_kernel import outcomes
 
 FINE = "0.03 stable"
-SOFT = Contact(static_penetration=2e-5)
-"""The contact of both unless a test has another: the second opinion's steps shrink with the stiffness."""
+SOFT = Contact(static_penetration=2e-5, damping_ratio=1.0)
+"""The contact of both unless a test has another: the second opinion's steps shrink with stiffness and damping."""
 CELLS = list(product([0.0, 45.0, 90.0, 135.0], [0.6, 1.2], [0.15, 0.25, 0.35, 0.45], [0.33, 1.0]))
 
 

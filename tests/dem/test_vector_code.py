@@ -80,7 +80,7 @@ LOOPS: dict[str, Compile] = {
         ("centred", space_centred, "share_all", (POINT, POINT.copy(), space.COLUMNS)),
         ("centred", space_centred, "solve_all", (space.COLUMNS, 9.80665)),
         ("centred", space_centred, "meet_all", (POINT, POINT.copy(), space.COLUMNS, False)),
-        ("centred", space_centred, "commit_all", (space.COLUMNS, 9.80665, False)),
+        ("centred", space_centred, "commit_all", (space.COLUMNS, 1.0, 9.80665, False)),
     )
 }  # fmt: skip
 

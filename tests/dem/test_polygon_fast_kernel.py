@@ -71,11 +71,10 @@ def test_same_motion_until_the_second_impact() -> None:
         }
         one = Cases(**{name: [value] for name, value in given.items()})
         how = plan_polygons(made, motion, one, Numerics(scheme="cundall", leave_out=False))
-        path = np.zeros((motion.samples, 14))
-        _, noted = how.compute(np.zeros(1, np.int64), np.zeros(1, np.int64), path)
+        _, path = how.compute(np.zeros(1, np.int64), np.zeros(1, np.int64), np.zeros((motion.samples, 14)))
         exact = trajectory(motion, scheme="cundall", leave_out=False, contact=SOFT, **given)
         stone = exact.sel(element="stone")
-        count = min(noted, exact.sizes["time"])
+        count = min(len(path), exact.sizes["time"])
         angle = stone["rotation"].to_numpy()[:count]
         tilted = np.where(np.abs(angle) < 1e-3, 0.0, np.sign(angle))
         sides = np.flatnonzero((tilted[1:] != 0) & (np.abs(np.diff(tilted)) > 0))

@@ -17,7 +17,7 @@ FINEST_STEP: Final = 0.125
 """and its step where a contact changes, in 1/ω of the highest mode, rounded down to a power of two of ticks."""
 
 SETTLING: Final = 6.0
-"""Time for which steps stay so fine after a change, in 1/ω."""
+"""Time for which steps stay so fine after a change, in 1/ω; both shorter where ξ_max is above `HEAVY_DAMPING`."""
 
 
 class Pace(NamedTuple):

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from overturning.dem.status import Status
+from overturning.dem.kernel.status import Status
 from overturning.dem.variables import VARIABLES
 from overturning.study.face_planes import PLANE_VARIABLES
 from overturning.study.space import OUTCOME

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.results import Results
-from overturning.dem.status import Status
+from overturning.dem.kernel.status import Status
 from overturning.study.comparison import Counts, compare
 
 Peaks = NDArray[np.floating[Any]]

@@ -12,12 +12,16 @@ from overturning.dem.numerics import BODY_STEP, ELEMENT_STEP, Numerics
 from overturning.dem.run import plan, run, run_cases
 from overturning.dem.scene import check_scene
 from overturning.dem.simulate import simulate_arrays
+<<<<<<< HEAD
 from overturning.dem.solid.cases import SpaceCases
 from overturning.dem.solid.contact import VertexContact
 from overturning.dem.solid.plan import plan_in_space
 from overturning.dem.solid.run import run_in_space
 from overturning.dem.solid.shapes import Rectangle
-from overturning.dem.status import Status
+from overturning.dem.kernel.status import Status
+=======
+from overturning.dem.kernel.status import Status
+>>>>>>> w-kernel
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import shipped

@@ -7,7 +7,7 @@ import numba
 import numpy as np
 import pytest
 
-from overturning.dem.cache import cache_directory, keep_compiled
+from overturning.dem.kernel.cache import cache_directory, keep_compiled
 from overturning.dem.simulate import simulate_arrays
 from overturning.motion.motion import Motion
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from overturning.dem.cache import cache_directory, sources_digest
+from overturning.dem.kernel.cache import cache_directory, sources_digest
 from overturning.dem.cases import Cases
 from overturning.dem.run import run_cases
 from overturning.motion.motion import Motion

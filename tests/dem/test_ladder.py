@@ -15,7 +15,7 @@ from overturning.dem.run import plan, run_cases
 from overturning.dem.scene import gravestone
 from overturning.dem.solid import centred, centred_rows
 from overturning.dem.solid import rows as solid
-from overturning.dem.status import Status
+from overturning.dem.kernel.status import Status
 from overturning.dem.time_step import contact_time, highest_eigenvalue
 from overturning.dem.trajectory import trajectory
 from overturning.dem.variables import INT8_MISSING

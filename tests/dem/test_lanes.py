@@ -7,7 +7,7 @@ import pytest
 from numba import njit
 
 from overturning.dem import mechanics
-from overturning.dem.lanes import OPTIONS, Access, Rows, aligned
+from overturning.dem.kernel.lanes import OPTIONS, Access, Rows, aligned
 
 
 class Memory(NamedTuple):

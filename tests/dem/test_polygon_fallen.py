@@ -12,7 +12,7 @@ from overturning.dem.polygon.prepare import prepare
 from overturning.dem.results import Results
 from overturning.dem.run import run
 from overturning.dem.scene import Scene
-from overturning.dem.status import Status
+from overturning.dem.kernel.status import Status
 from overturning.dem.trajectory import trajectory
 from overturning.figures.film_of_trajectory import outcome
 from overturning.motion.motion import Motion

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import overturning.dem
-from overturning.dem.cache import cache_directory
+from overturning.dem.kernel.cache import cache_directory
 from overturning.dem.cases import Cases
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon import queue

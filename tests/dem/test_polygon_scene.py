@@ -14,7 +14,7 @@ from overturning.dem.polygon.prepare import prepare
 from overturning.dem.polygon.tables import P_AFTER
 from overturning.dem.run import run
 from overturning.dem.scene import Scene, check_scene, load_scene
-from overturning.dem.status import Status
+from overturning.dem.kernel.status import Status
 from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ConfigError
 from tests.dem.polygon_scenes import GROUND, SHIPPED, block, one_case, scene, shaken, shipped, still

@@ -9,7 +9,7 @@ from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.geometry import native_size
 from overturning.dem.run import run
 from overturning.dem.scene import Scene
-from overturning.dem.status import Status
+from overturning.dem.kernel.status import Status
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import block, scene, shaken, shipped
 

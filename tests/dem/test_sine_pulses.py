@@ -5,7 +5,7 @@ import pytest
 
 from overturning.dem.cases import Cases
 from overturning.dem.run import run_cases
-from overturning.dem.status import Status
+from overturning.dem.kernel.status import Status
 from overturning.motion.motion import Motion
 from overturning.reference.rocking import rocking_outcome
 from overturning.units import STANDARD_GRAVITY

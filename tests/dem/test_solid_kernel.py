@@ -17,7 +17,7 @@ from overturning.dem.solid.results import SPACE_VARIABLES
 from overturning.dem.solid.shapes import Circle, Rectangle, Regular
 from overturning.dem.solid.simulate import simulate_in_space_arrays
 from overturning.dem.solid.trajectory import trajectory_in_space
-from overturning.dem.status import Status
+from overturning.dem.kernel.status import Status
 from overturning.dem.time_step import Scheme, stable_step
 from overturning.dem.variables import INT8_MISSING
 from overturning.motion.motion import Motion

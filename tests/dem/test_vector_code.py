@@ -13,7 +13,7 @@ from numba import typeof
 
 from overturning.dem.block.queue import SCHEMES
 from overturning.dem.block.rows import COLUMNS, ROWS, TICKS
-from overturning.dem.lanes import aligned
+from overturning.dem.kernel.lanes import aligned
 from overturning.dem.polygon import centred, cundall, equations, rows
 from overturning.dem.polygon.step import advance_on, motion_on
 from overturning.dem.polygon.verdict import note_standing

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from overturning.dem.grid import Grid
-from overturning.dem.status import Status
+from overturning.dem.kernel.status import Status
 from overturning.dem.variables import FLOAT32_MISSING, INT8_MISSING, VARIABLES
 from overturning.errors import ResultError
 from overturning.records.record import Record

@@ -16,7 +16,7 @@ from overturning.dem.polygon.geometry import Placed, native_size
 from overturning.dem.polygon.prepare import Prepared, prepare
 from overturning.dem.results import Results
 from overturning.dem.run import run
-from overturning.dem.status import Status
+from overturning.dem.kernel.status import Status
 from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion

@@ -1,20 +1,19 @@
 """What a kernel has to know of each case before it runs, and what its path holds: common to both kernels."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar, Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.cases import Cases
+from overturning.dem.kernel.status import Status
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.geometry import Placed
-from overturning.dem.results import ENERGY_BOUND, Answers, Results
+from overturning.dem.results import Answers, Results
 from overturning.dem.scene import Scene
-from overturning.dem.status import Status
 from overturning.dem.time_step import Scheme
 from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ArgumentError
@@ -25,13 +24,6 @@ DEEPEST: Final = 0.2
 
 AFTERMATH: Final = 20.0
 """Time after the record, in 1/p, at which a block that may still fall is undecided."""
-
-FINER: Final = 4
-"""A case whose energy does not balance is computed again with steps so many times shorter, all of them,"""
-
-MOST_AGAIN: Final = 2
-"""and so often, before it is marked."""
-
 
 MOST_PATH: Final = 100_000_000
 """Numbers that a path may hold: 0.8 GB."""
@@ -46,24 +38,9 @@ def check_path(numbers: int) -> None:
         )
 
 
-def until_balanced(run: Callable[[NDArray[np.int64], int], None], out: FloatArray, status: int, error: int) -> None:
-    """Run cases, again with finer steps those in which work and energy do not balance, and mark those in which they never do.
-
-    Parameters
-    ----------
-    run : callable
-        ``run(rows, finer)`` fills these rows of `out` with steps so many times finer than planned.
-    out : ndarray, shape (n, …)
-        The kernel's results, zeros before; `status` and `error` are the columns of `Status` and of the energy error. A kernel
-        counts on from the steps that it finds there, so that the budget of a case is that of all its runs.
-    """
-    rows = np.arange(len(out))
-    for again in range(1 + MOST_AGAIN):
-        run(rows, FINER**again)
-        rows = rows[(out[rows, status] == Status.SIMULATED) & ~(out[rows, error] <= ENERGY_BOUND)]
-        if not rows.size:
-            return
-    out[rows, status] = Status.UNSTABLE
+def most_rows(row: np.dtype[np.void]) -> int:
+    """Rows of a structured type that a path may have."""
+    return MOST_PATH * 8 // row.itemsize
 
 
 def sinks_too_far(sunk: FloatArray, size: FloatArray | float) -> NDArray[np.bool_]:
@@ -125,12 +102,12 @@ class Plan(ABC):
 
     @abstractmethod
     def compute(
-        self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: FloatArray
-    ) -> tuple[Answers, FloatArray]:
+        self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: NDArray[Any] | None = None
+    ) -> tuple[Answers, NDArray[Any]]:
         """Answers to chosen cases of one group from the kernel, and the rows of the first case's path.
 
-        `counter`, shape (1,), grows by the block steps done, for progress. `path` has room for the rows, where there may be more
-        than the plan can tell for the first ones; it has no rows where they are left out.
+        `counter`, shape (1,), grows by the steps done, for progress. `path` has room for the rows, where there may be more than
+        the plan can tell for the first ones; none is kept where it is not given.
         """
 
     @abstractmethod

@@ -1,17 +1,14 @@
 """What came of cases, in the order in which they were given."""
 
 from dataclasses import dataclass
-from typing import Final, NamedTuple, Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.status import Status
+from overturning.dem.kernel.status import Status
 from overturning.dem.variables import INT8_MISSING, VARIABLES
-
-ENERGY_BOUND: Final = 1e-2
-"""Largest `energy_error` of a simulated case; beyond it work and energy do not balance and the flag is missing."""
 
 
 class Answers(NamedTuple):

@@ -73,14 +73,14 @@ def run(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics | None = 
 
 def run_planned(planned: "Plan | SpacePlan", store: Callable[[NDArray[np.int64], Any], None]) -> None:
     """Compute what of a plan has to be, and store the answers to chosen cases as they come: ``store(chosen, answers)``."""
-    counter, nothing = np.zeros(1, np.int64), np.zeros((0, 0))
+    counter = np.zeros(1, np.int64)
     moving = np.flatnonzero(~planned.never & ~planned.hopeless)
     length = planned.steps[moving] * np.maximum(planned.motion.samples - planned.first[moving], 1)
     # The longest of a group first, so that the columns empty together.
     order = moving[np.lexsort((-length, planned.group[moving]))]
 
     def compute(chosen: NDArray[np.int64]) -> None:
-        store(chosen, planned.compute(chosen, counter, nothing)[0])
+        store(chosen, planned.compute(chosen, counter)[0])
 
     queues = shared_out(order, planned.group, planned.halved)
     run_queues(compute, queues, planned.numerics, counter, int(length.sum()) * planned.free)

@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.status import Status
+from overturning.dem.kernel.status import Status
 
 INT8_MISSING: Final = -128
 """Fill value of int8 variables."""

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from overturning.arrays import FloatArray
-from overturning.dem.status import Status
+from overturning.dem.kernel.status import Status
 from overturning.figures.film import FRAME_INTERVAL, Film, SpacePanel, about_the_peak, frame_times
 from overturning.figures.film_of_trajectory import compass_name
 from overturning.figures.hodograph import draw_hodograph

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.dem.status import Status
+from overturning.dem.kernel.status import Status
 from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ArgumentError
 from overturning.figures.film import FRAME_INTERVAL, Body, Film, Panel, about_the_peak, frame_times

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike
 
-from overturning.dem.cache import keep_compiled
+from overturning.dem.kernel.cache import keep_compiled
 from overturning.units import STANDARD_GRAVITY
 
 TOLERANCE: Final = 1e-10

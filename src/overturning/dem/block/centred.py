@@ -14,11 +14,10 @@ from typing import Any, Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.block import rows
-from overturning.dem.block.rows import (
+from overturning.dem.block.state import (
+    GENTLE_STEPS,
     ROWS,
     Account,
-    Attempt,
     Block,
     Change,
     Corner,
@@ -30,18 +29,17 @@ from overturning.dem.block.rows import (
     Share,
     Sliding,
     State,
+    Taken,
     arm_of,
     base_slip,
 )
-from overturning.dem.lanes import INLINE, OPTIONS
-from overturning.dem.mechanics import ONSET, TURN, larger, turned, within
-from overturning.dem.single_body import at_tick
+from overturning.dem.kernel.clock import BLOCK, Attempt, Clock, Found, next_attempt
+from overturning.dem.kernel.ground import at_tick
+from overturning.dem.kernel.lanes import INLINE, OPTIONS
+from overturning.dem.kernel.mechanics import larger, turned, within
+from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-WHOLE, FORESEEN, MOST_TRIES = float(rows.TICKS), rows.FORESEEN, rows.MOST_TRIES
-GENTLE_STEPS, SETTLED_STEPS = rows.GENTLE_STEPS, rows.SETTLED_STEPS
-
-NO_FRACTION: Final = 2.0**52
-"""A number that is added to this one and taken off again has lost its fraction."""
+PREDICTED: Final = BLOCK.predicted
 
 LEAST_FREEDOM: Final = 0.25
 """A sliding corner jams where less than this share of a normal force's effect on a free particle is left."""
@@ -146,25 +144,24 @@ def share(
 
 
 @njit(**INLINE)
-def solve(block: Block, s: State, attempt: Attempt, w: Foreseen, gravity: float) -> Change:
+def solve(block: Block, s: State, taken: Taken, late: bool, w: Foreseen) -> Change:
     """Velocities at the end of the step, with springs and dashpots of the corners that press and stick taken there.
 
     The three equations are solved by elimination without a pivot: the matrix is 1 plus something that only adds, but for sliding
     corners, which jam before they take too much away.
     """
     half, inertia, left, right = w.half, block.inertia, w.left, w.right
-    late = attempt.length <= FORESEEN * block.finest
     nl, on_l = presses(block, left, s.left, late)
     nr, on_r = presses(block, right, s.right, late)
     # A corner in the air carries nothing, so whether it slid is not known from the last step.
-    guess_l = guess(block, left, nl, attempt.slid_left, late | (s.left.pressed == 0.0))
-    guess_r = guess(block, right, nr, attempt.slid_right, late | (s.right.pressed == 0.0))
+    guess_l = guess(block, left, nl, taken.left, late | (s.left.pressed == 0.0))
+    guess_r = guess(block, right, nr, taken.right, late | (s.right.pressed == 0.0))
     slid_l, slides_l = jam(guess_l, guess_r, on_r)
     slid_r, slides_r = jam(guess_r, guess_l, on_l)
     p = share(block, left, half, nl, on_l, guess_l.f, slides_l, slid_l)
     q = share(block, right, half, nr, on_r, guess_r.f, slides_r, slid_r)
     hx = w.vx + half * (w.push - (p.f + q.f))
-    hz = w.vz + half * ((p.n + q.n) - (gravity + w.lift))
+    hz = w.vz + half * ((p.n + q.n) - (GRAVITY + w.lift))
     hw = w.vw + half * (inertia * ((left.drop * p.f - left.arm * p.n) + (right.drop * q.f - right.arm * q.n)))
     wl, wr = p.press * left.arm, q.press * right.arm
     el, er = p.slide * left.drop - wl, q.slide * right.drop - wr
@@ -185,16 +182,15 @@ def solve(block: Block, s: State, attempt: Attempt, w: Foreseen, gravity: float)
 
 
 @njit(**INLINE)
-def solve_smooth(block: Block, s: State, attempt: Attempt, w: Foreseen, gravity: float) -> Change:
+def solve_smooth(block: Block, s: State, taken: Taken, late: bool, w: Foreseen) -> Change:  # noqa: ARG001
     """The same without friction, where heave and rotation stand alone."""
     half, inertia, left, right = w.half, block.inertia, w.left, w.right
-    late = attempt.length <= FORESEEN * block.finest
     nl, on_l = presses(block, left, s.left, late)
     nr, on_r = presses(block, right, s.right, late)
     nl, press_l = normal_share(block, left, half, nl, on_l)
     nr, press_r = normal_share(block, right, half, nr, on_r)
     ex = w.vx + half * w.push
-    hz = w.vz + half * ((nl + nr) - (gravity + w.lift))
+    hz = w.vz + half * ((nl + nr) - (GRAVITY + w.lift))
     hw = w.vw - half * (inertia * (left.arm * nl + right.arm * nr))
     wl, wr = press_l * left.arm, press_r * right.arm
     a22, a23 = 1.0 + (press_l + press_r), -(wl + wr)
@@ -250,53 +246,26 @@ def meet(
 
 
 @njit(**INLINE)
-def next_attempt(
-    block: Block, attempt: Attempt, d: Change, left: Met, right: Met, tick: float, ticks: float, rough: bool
-) -> tuple[bool, Attempt]:
-    """Whether the step, which would end at a tick of a sample of `ticks`, has to be done again, and how the next one is to be taken.
-
-    A step in which a contact changes is not taken, unless it is the finest, or short and gentle; one of half the length follows.
-    After `dwell` steps of a length come those of twice the length, at a tick that is a multiple of it: so every step lies within
-    a sample, over which the shaking is linear. Only while the block stands on both corners are they longer than whole, and above
-    `ONSET` of a sample only while a corner holds it. A long step took each corner to slide or to stick. Where that proves wrong
-    it is done again as was found, at most `MOST_TRIES` times, then in shorter ones. So is one in which a sliding corner has turned
-    round, and one above `TURN` of a sample in which friction has changed its sign.
-    """
-    length, late = attempt.length, attempt.length <= FORESEEN * block.finest
+def found_of(block: Block, clock: Clock, length: float, late: bool, left: Met, right: Met, rough: bool) -> Found:
+    """What an attempt at a step has found, for the clock."""
     changed = (left.changed if left.changed > right.changed else right.changed) > 0.0
     far = left.far if left.far > right.far else right.far
-    gentle = (far <= block.gentle) & (length <= GENTLE_STEPS * block.finest)
-    shorter = changed & (length > block.finest) & (not gentle)
-    retry, slides, tries, slid_l, slid_r = False, False, 0.0, 0.0, 0.0
-    if rough:
-        wrong = (left.wrong | right.wrong) & (not (late | shorter))
-        slides = (left.found != 0.0) & (right.found != 0.0) & (left.corner.pressed + right.corner.pressed > 0.0)
-        onset = slides & (length > ONSET * ticks)
-        back = (left.back | right.back) & (length > TURN * ticks) & (not late)
-        halved = ((left.reversed | right.reversed | back) & (not shorter)) | (
-            wrong & (onset | (attempt.tries >= MOST_TRIES))
-        )
-        retry = wrong & (not halved)
-        shorter = shorter | halved
-        taken_l, taken_r = (0.0 if late else d.slid_left), (0.0 if late else d.slid_right)
-        slid_l = taken_l if retry & (not left.wrong) else left.found
-        slid_r = taken_r if retry & (not right.wrong) else right.found
-        tries = attempt.tries + 1.0 if retry else 0.0
+    gentle = (far <= block.gentle) & (length <= GENTLE_STEPS * clock.finest)
     stands = (left.corner.pressed > 0.0) & (right.corner.pressed > 0.0)
-    longest = block.standing if stands else WHOLE
-    above = 2.0 * length if length < WHOLE else block.standing
-    times = tick / above
-    fits = (times + NO_FRACTION) - NO_FRACTION == times
-    longer = (attempt.left <= 1.0) & (length < longest) & fits & (not (slides & (above > ONSET * ticks)))
-    settled = length >= SETTLED_STEPS * block.finest
-    dwell = (block.settled if settled else block.dwell) if longer else attempt.left - 1.0
-    dwell = block.dwell if changed else dwell
-    dwell = block.settled if shorter else dwell
-    dwell = attempt.left if retry else dwell
-    then = above if longer & (not (changed | retry)) else length
-    then = 0.5 * length if shorter else then
-    then = WHOLE if (length > WHOLE) & (shorter | (not stands)) else then
-    return shorter | retry, Attempt(then, dwell, tries, slid_l, slid_r)
+    if not rough:
+        return Found(changed, False, gentle, False, False, False, False, stands)
+    wrong, back = (left.wrong | right.wrong) & (not late), (left.back | right.back) & (not late)
+    slides = (left.found != 0.0) & (right.found != 0.0) & (left.corner.pressed + right.corner.pressed > 0.0)
+    return Found(changed, False, gentle, wrong, left.reversed | right.reversed, back, slides, stands)
+
+
+@njit(**INLINE)
+def taken_next(taken: Taken, late: bool, left: Met, right: Met, retry: bool) -> Taken:
+    """What the corners are taken to do in the next attempt: as found; one that was right keeps what it was taken to do in a retry."""
+    of_left, of_right = (0.0 if late else taken.left), (0.0 if late else taken.right)
+    return Taken(
+        of_left if retry & (not left.wrong) else left.found, of_right if retry & (not right.wrong) else right.found
+    )
 
 
 @njit(**INLINE)
@@ -310,14 +279,14 @@ def acting(half: float, one: Met, other: Met) -> float:
 @njit(**INLINE)
 def commit(
     block: Block, s: State, peaks: Peaks, account: Account, w: Foreseen, d: Change, left: Met, right: Met, length: float,
-    gravity: float, vertical: bool, rough: bool,
+    vertical: bool, rough: bool,
 ) -> tuple[State, Peaks, Account]:  # fmt: skip
     """Forces at the end of the step, within their limits, what they do, and the energy account."""
     half, turn, tick = w.half, w.half * d.vw, s.tick + length
     x, z, angle = w.x + half * d.vx, w.z + half * d.vz, w.angle + turn
     c, sn = w.cos - w.sin * turn, w.sin + w.cos * turn
     nl, nr = left.corner.pressed, right.corner.pressed
-    ax, az = w.push - (left.f + right.f) if rough else w.push, (nl + nr) - (gravity + w.lift)
+    ax, az = w.push - (left.f + right.f) if rough else w.push, (nl + nr) - (GRAVITY + w.lift)
     aw = block.inertia * (left.moment + right.moment)
     vx, vz, vw = w.vx + half * ax, w.vz + half * az, w.vw + half * aw
     pl, pr = acting(half, left, right), acting(half, right, left)
@@ -342,53 +311,65 @@ def commit(
 
 @cache
 def loops(vertical: bool, rough: bool) -> Any:
-    """The step over the lanes, for bases that move up and down or do not, and blocks with friction or without."""
-    springs = [] if rough else ["spring", "place", "stretch", "ux", "slid_left", "slid_right", "tries"]
+    """The step over the lanes, for bases that move up and down or do not, and blocks with friction or without.
+
+    The loops take `kind`, of a type that says so too, as a part of their compiled names: without it the loops of variants that
+    different processes have compiled would be called in each other's place once one process has loaded both.
+    """
+    springs = [] if rough else ["spring", "place", "stretch", "ux", "slid_left", "slid_right"]
     unused = springs if vertical else [*springs, "lift"]
     solution = solve if rough else solve_smooth
-    load_block, load_shaking = ROWS.access(Block).load, ROWS.access(Shaking).load
+    load_block, load_shaking, load_clock = ROWS.access(Block).load, ROWS.access(Shaking).load, ROWS.access(Clock).load
     load_state, _, store_state = ROWS.access(State, without=unused)
-    load_attempt, store_attempt, _ = ROWS.access(Attempt, without=unused)
+    load_attempt, store_attempt, _ = ROWS.access(Attempt, without=[] if rough else ["tries"])
+    load_taken, store_taken, _ = ROWS.access(Taken, without=[] if rough else ["left", "right"])
     load_peaks, _, store_peaks = ROWS.access(Peaks)
     load_account, _, store_account = ROWS.access(Account)
     load_foreseen, store_foreseen, _ = ROWS.access(Foreseen, without=unused)
     load_change, store_change, _ = ROWS.access(Change, without=unused)
 
     @njit(**OPTIONS)
-    def foresee_all(state: Any, columns: int, ticks: float) -> None:
+    def foresee_all(kind: Any, state: Any, columns: int, ticks: float) -> None:  # noqa: ARG001
         for j in range(columns):
             block, s, length = load_block(state, j), load_state(state, j), load_attempt(state, j).length
             store_foreseen(state, j, foresee(block, s, length, load_shaking(state, j), ticks))
 
     @njit(**OPTIONS)
-    def solve_all(state: Any, columns: int, gravity: float) -> None:
+    def solve_all(kind: Any, state: Any, columns: int) -> None:  # noqa: ARG001
         for j in range(columns):
-            block, s, attempt = load_block(state, j), load_state(state, j), load_attempt(state, j)
-            store_change(state, j, solution(block, s, attempt, load_foreseen(state, j), gravity))
+            late = load_attempt(state, j).length <= PREDICTED * load_clock(state, j).finest
+            block, s, taken = load_block(state, j), load_state(state, j), load_taken(state, j)
+            store_change(state, j, solution(block, s, taken, late, load_foreseen(state, j)))
 
     @njit(**OPTIONS)
-    def commit_all(state: Any, columns: int, ticks: float, gravity: float) -> None:
+    def commit_all(kind: Any, state: Any, columns: int, ticks: float) -> None:  # noqa: ARG001
         for j in range(columns):
-            block, s, attempt = load_block(state, j), load_state(state, j), load_attempt(state, j)
+            block, s, attempt, clock = (
+                load_block(state, j),
+                load_state(state, j),
+                load_attempt(state, j),
+                load_clock(state, j),
+            )
             w, d, length = load_foreseen(state, j), load_change(state, j), attempt.length
-            late = length <= FORESEEN * block.finest
+            late = length <= PREDICTED * clock.finest
             left = meet(block, w.left, s.left, d.slid_left, late, w.x, w.half, d, rough)
             right = meet(block, w.right, s.right, d.slid_right, late, w.x, w.half, d, rough)
-            again, attempt = next_attempt(block, attempt, d, left, right, s.tick + length, ticks, rough)
+            found = found_of(block, clock, length, late, left, right, rough)
+            again, retry, attempt = next_attempt(clock, attempt, found, s.tick + length, ticks)
+            taken = taken_next(Taken(d.slid_left, d.slid_right), late, left, right, retry)
             peaks, account = load_peaks(state, j), load_account(state, j)
-            s, peaks, account = commit(
-                block, s, peaks, account, w, d, left, right, length, gravity, vertical, rough,
-            )  # fmt: skip
+            s, peaks, account = commit(block, s, peaks, account, w, d, left, right, length, vertical, rough)
             store_attempt(state, j, attempt)
+            store_taken(state, j, taken)
             store_state(state, j, again, s)
             store_peaks(state, j, again, peaks)
             store_account(state, j, again, account)
 
     @njit(**OPTIONS)
-    def advance(state: Any, columns: int, steps: int, ticks: float, gravity: float) -> None:
+    def advance(kind: Any, state: Any, columns: int, steps: int, ticks: float) -> None:
         for _ in range(steps):
-            foresee_all(state, columns, ticks)
-            solve_all(state, columns, gravity)
-            commit_all(state, columns, ticks, gravity)
+            foresee_all(kind, state, columns, ticks)
+            solve_all(kind, state, columns)
+            commit_all(kind, state, columns, ticks)
 
     return advance

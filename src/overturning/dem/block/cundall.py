@@ -5,7 +5,7 @@ from typing import Any, Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.block.rows import (
+from overturning.dem.block.state import (
     ROWS,
     TICKS,
     Account,
@@ -17,9 +17,10 @@ from overturning.dem.block.rows import (
     arm_of,
     base_slip,
 )
-from overturning.dem.lanes import INLINE, OPTIONS
-from overturning.dem.mechanics import larger, turned, within
-from overturning.dem.single_body import within_sample
+from overturning.dem.kernel.ground import within_sample
+from overturning.dem.kernel.lanes import INLINE, OPTIONS
+from overturning.dem.kernel.mechanics import larger, turned, within
+from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 WHOLE: Final = float(TICKS)
 
@@ -87,7 +88,7 @@ def lost_at(corner: Force, vx: float, vz: float, vw: float) -> float:
 
 @njit(**INLINE)
 def step(
-    block: Block, s: State, peaks: Peaks, account: Account, shaking: Shaking, gravity: float, vertical: bool
+    block: Block, s: State, peaks: Peaks, account: Account, shaking: Shaking, vertical: bool
 ) -> tuple[State, Peaks, Account]:
     """One step of one block."""
     dt = block.step * WHOLE
@@ -95,7 +96,7 @@ def step(
     rate = block.dashpot / dt
     left, right = act(-1.0, block, s, s.left, rate), act(1.0, block, s, s.right, rate)
     # Accelerations in the frame of the base; left and right corner as one pair.
-    ax, az = (left.f + right.f) + push, (left.n + right.n) - (gravity + lift if vertical else gravity)
+    ax, az = (left.f + right.f) + push, (left.n + right.n) - (GRAVITY + lift if vertical else GRAVITY)
     aw = block.inertia * ((-left.drop * left.f - left.arm * left.n) + (-right.drop * right.f - right.arm * right.n))
     # The energy account takes the velocities at the whole step.
     half = 0.5 * dt
@@ -129,12 +130,12 @@ def loops(vertical: bool, rough: bool) -> Any:  # noqa: ARG001, springs without 
     load_account, store_account, _ = ROWS.access(Account, without=["power", "loss"])
 
     @njit(**OPTIONS)
-    def advance(state: Any, columns: int, steps: int, ticks: float, gravity: float) -> None:  # noqa: ARG001
+    def advance(kind: Any, state: Any, columns: int, steps: int, ticks: float) -> None:  # noqa: ARG001
         for _ in range(steps):
             for j in range(columns):
                 s, peaks, account = step(
                     load_block(state, j), load_state(state, j), load_peaks(state, j), load_account(state, j),
-                    load_shaking(state, j), gravity, vertical,
+                    load_shaking(state, j), vertical,
                 )  # fmt: skip
                 store_state(state, j, s)
                 store_peaks(state, j, peaks)

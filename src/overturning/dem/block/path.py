@@ -1,9 +1,9 @@
 """The path of a single block as that of a scene, with the forces at its lower corners, which follow from its motion."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.block import tables as k
 from overturning.dem.cases import Cases
 from overturning.dem.plan import Path
 from overturning.dem.polygon.geometry import place
@@ -12,17 +12,17 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
 
-def block_path(scene: Scene, motion: Motion, cases: Cases, rows: FloatArray, critical: float) -> Path:
+def block_path(scene: Scene, motion: Motion, cases: Cases, rows: NDArray[np.void], critical: float) -> Path:
     """The path of a case's block, of critical angle α, and of its ground, from the kernel's rows with the rest before."""
     azimuth, height, ratio, amplitude = (
         float(getattr(cases, name)[0]) for name in ("azimuth_deg", "height", "b_over_h", "amplitude")
     )
     placed = place(scene, height, ratio)
     ground, block = placed
-    time = rows[:, k.T_TIME]
+    time = rows["time"]
     poses = np.zeros((len(rows), 2, 6))
     poses[:, 0, :2] = ground.x, ground.z
-    poses[:, 1] = rows[:, [k.T_X, k.T_Z, k.T_ANGLE, k.T_VX, k.T_VZ, k.T_VW]]
+    poses[:, 1] = np.stack([rows[name] for name in ("x", "z", "angle", "vx", "vz", "vw")], axis=1)
     along, lift = (
         _mean_between(time, amplitude * values, motion.sampling_interval)
         for values in (motion.along(azimuth), np.zeros(1) if motion.up is None else motion.up)
@@ -36,7 +36,7 @@ def block_path(scene: Scene, motion: Motion, cases: Cases, rows: FloatArray, cri
         placed=placed,
         critical=np.array([np.nan, critical]),
         time=time,
-        ground=rows[:, k.T_GROUND],
+        ground=rows["ground"],
         poses=poses,
         force=force * block.mass,
         place=point + origin,

@@ -1,18 +1,20 @@
 """How the block's kernel is to compute each case: its contact, its steps, and the time that can be left out."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.arrays import FloatArray
-from overturning.dem.block import tables as k
 from overturning.dem.block.path import block_path
-from overturning.dem.block.queue import SCHEMES, Limits, run_queue
-from overturning.dem.block.rows import DWELL, FINEST, GENTLE, MOST_HALVINGS, RIGID, SETTLED_DWELL, TICKS
-from overturning.dem.block.verdict import GOES_ON
+from overturning.dem.block.rules import CASE, RESULT, ROW, SCHEMES, BlockRules
+from overturning.dem.block.state import GENTLE, RIGID, TICKS
 from overturning.dem.cases import Cases
 from overturning.dem.contact import check_precision
+from overturning.dem.kernel.balance import until_balanced
+from overturning.dem.kernel.clock import BLOCK
+from overturning.dem.kernel.ground import Ground
+from overturning.dem.kernel.queue import run_queue
 from overturning.dem.numerics import Numerics
 from overturning.dem.plan import (
     AFTERMATH,
@@ -20,15 +22,14 @@ from overturning.dem.plan import (
     Path,
     Plan,
     check_path,
+    most_rows,
     rounded,
     shaking,
     sinks_too_far,
-    until_balanced,
 )
 from overturning.dem.quiet import quiet_windows
 from overturning.dem.results import Answers
 from overturning.dem.scene import Scene
-from overturning.dem.single_body import Ground
 from overturning.dem.time_step import (
     Scheme,
     contact_time,
@@ -49,63 +50,71 @@ class BlockPlan(Plan):
 
     Attributes
     ----------
-    table : ndarray, shape (n, PARAMETERS)
-        The kernel's case table.
-    friction : ndarray, shape (n,)
-        μ.
+    table : structured ndarray, shape (n,)
+        The kernel's table of cases, of `overturning.dem.block.rules.CASE`.
     """
 
-    table: FloatArray
-    friction: FloatArray
+    table: NDArray[np.void]
 
     @property
     def group(self) -> NDArray[np.int64]:
         """Cases with equal steps, standing and not, all with friction or all without, share a queue."""
-        of_all = np.stack([self.steps, self.table[:, k.P_STANDING], self.friction == 0])
+        of_all = np.stack([self.steps, self.table["standing"], self.table["friction"] == 0])
         return np.asarray(np.unique(of_all, axis=1, return_inverse=True)[1]).ravel()
 
     def compute(
-        self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: FloatArray
-    ) -> tuple[Answers, FloatArray]:
+        self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: NDArray[Any] | None = None
+    ) -> tuple[Answers, NDArray[Any]]:
         """Run cases with the same steps per sample, all with friction or all without; finer those that do not balance."""
-        motion, out = self.motion, np.zeros((chosen.size, k.RESULTS))
+        motion, out, table = self.motion, np.zeros(chosen.size, RESULT), self.table[chosen]
         upward = None if motion.up is None else np.concatenate([motion.up, np.zeros(3)])
-        ground = Ground(self.ground, upward, motion.samples, motion.sampling_interval)
-        limits = Limits(STANDARD_GRAVITY, DEEPEST, self.numerics.budget)
-        friction = self.friction[chosen] if self.friction[chosen[0]] > 0 else None
-        noted = path
+        scheme, steps = SCHEMES[self.scheme][0], int(self.steps[chosen[0]])
+        # Many steps between two looks at the lanes, but none beyond the next sample, as far as the shaking is loaded.
+        standing = float(table["standing"][0])
+        kept = np.zeros(0, ROW)
 
         def run(rows: NDArray[np.int64], finer: int) -> None:
-            nonlocal noted
-            table = self.table[chosen]
+            nonlocal kept
+            cases = table.copy()
             # The shortest step is in ticks, which shrink with the whole one.
-            table[:, [k.P_DWELL, k.P_SETTLED]] *= finer
-            table[:, k.P_GENTLE] /= finer
-            noted = run_queue(
-                SCHEMES[self.scheme][0], rows, table, self.row[chosen], friction, ground, int(self.steps[chosen[0]]) * finer,
-                limits, counter, path, out,
-            )  # fmt: skip
+            cases["dwell"] *= finer
+            cases["settled"] *= finer
+            cases["gentle"] /= finer
+            rules = BlockRules(
+                scheme=scheme,
+                rough=0 if table["friction"][0] > 0 else None,
+                cases=cases,
+                row=self.row[chosen],
+                results=out,
+                ground=Ground(self.ground, upward, motion.samples, motion.sampling_interval),
+                steps=steps * finer,
+                at_once=int(TICKS * steps * finer / standing) + scheme.ahead,
+                budget=self.numerics.budget,
+                deepest=DEEPEST,
+                most_rows=most_rows(ROW),
+            )
+            kept, noted = run_queue(rules, rows, counter, np.zeros(0, ROW) if path is None else path)
+            if noted < 0:  # there was no room
+                check_path(2 * kept.nbytes // 8)
+            kept = kept[:noted]
 
-        until_balanced(run, out, k.R_STATUS, k.R_ENERGY)
-        if out[0, k.R_STATUS] == GOES_ON:  # its path is full
-            check_path(2 * noted.size)
-        of_all = (out[:, column] for column in (k.R_STATUS, k.R_DEPTH, k.R_ENERGY, k.R_STEPS))
-        each = (out[:, [column]] for column in (k.R_SIDE, k.R_TIME, k.R_ANGLE, k.R_SLIP, k.R_RESIDUAL))
-        return Answers(*of_all, *each), noted
+        until_balanced(run, out["status"], out["energy"])
+        of_all = (out[name] for name in ("status", "depth", "energy", "steps"))
+        each = (out[name][:, None] for name in ("side", "time", "angle", "slip", "residual"))
+        return Answers(*of_all, *each), kept
 
     def trace(self) -> tuple[Answers | None, Path]:
         """Answers and path of a plan's only case."""
-        answers, path = None, np.zeros((0, k.TRAJECTORY))
+        answers, path, case = None, np.zeros(0, ROW), self.table[0]
         if not (self.never[0] or self.hopeless[0]):
-            room = np.zeros((self.motion.samples, k.TRAJECTORY))
+            room = np.zeros(self.motion.samples, ROW)
             answers, path = self.compute(np.zeros(1, np.int64), np.zeros(1, np.int64), room)
-        rest = np.zeros((self.motion.samples if answers is None else int(self.first[0]), k.TRAJECTORY))
-        rest[:, k.T_TIME] = np.arange(len(rest)) * self.motion.sampling_interval
-        depth = 0.5 * STANDARD_GRAVITY / self.table[0, k.P_STIFFNESS]
-        rest[:, k.T_Z] = 0.5 * self.table[0, k.P_HEIGHT] - depth
-        rest[:, k.T_GROUND] = self.ground[0, : len(rest)] * self.table[0, k.P_AMPLITUDE]
+        rest = np.zeros(self.motion.samples if answers is None else int(self.first[0]), ROW)
+        rest["time"] = np.arange(rest.size) * self.motion.sampling_interval
+        rest["z"] = 0.5 * case["height"] - 0.5 * STANDARD_GRAVITY / case["stiffness"]
+        rest["ground"] = self.ground[0, : rest.size] * case["amplitude"]
         return answers, block_path(
-            self.scene, self.motion, self.cases, np.concatenate([rest, path]), self.table[0, k.P_ALPHA]
+            self.scene, self.motion, self.cases, np.concatenate([rest, path]), float(case["alpha"])
         )
 
 
@@ -147,42 +156,46 @@ def plan_block(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics) -
         standing = np.where(np.sqrt(square) * interval >= RIGID, np.gcd(usual, steps), 1)
     # A step that is wanted shorter has a shorter finest one, too.
     shorter = shortening(scheme, numerics.time_step, stable_step(scheme, square, rate, period)) / numerics.refinement
-    finest = FINEST * shorter * contact_time(square, rate)
+    finest = BLOCK.finest * shorter * contact_time(square, rate)
     halvings = np.frexp(interval / steps / finest)[1].astype(np.int64)
     if scheme == Scheme.CENTRED:
         # Where that many halvings are not to be had, the whole step is shorter.
-        steps = steps << np.maximum(halvings - MOST_HALVINGS, 0)
+        steps = steps << np.maximum(halvings - BLOCK.halvings, 0)
     first, calm, never = np.zeros(cases.size, np.int64), np.full(cases.size, np.inf), np.zeros(cases.size, np.bool_)
     if numerics.leave_out:
         first, quiet, never = quiet_windows(motion, row, amplitude, ground[:, :samples], np.minimum(ratio, friction))
         first[tilt != 0], never[tilt != 0] = 0, False
         calm = quiet.astype(np.float64)
+    table = np.zeros(cases.size, CASE)
     columns = {
-        k.P_WIDTH: width,
-        k.P_HEIGHT: height,
-        k.P_STIFFNESS: normal,
-        k.P_TANGENTIAL: tangential,
-        k.P_DASHPOT: dashpot,
-        k.P_ALPHA: rounded(np.arctan, ratio),
-        k.P_AMPLITUDE: amplitude,
-        k.P_TILT: tilt,
-        k.P_TILT_COS: rounded(np.cos, tilt),
-        k.P_TILT_SIN: rounded(np.sin, tilt),
-        k.P_FIRST: first,
-        k.P_CALM: calm,
-        k.P_AFTER: samples + np.ceil(AFTERMATH * period / interval),
-        k.P_FINEST: np.ldexp(1.0, MOST_HALVINGS - np.clip(halvings, 0, MOST_HALVINGS)),
+        "width": width,
+        "height": height,
+        "stiffness": normal,
+        "tangential": tangential,
+        "dashpot": dashpot,
+        "friction": friction,
+        "alpha": rounded(np.arctan, ratio),
+        "amplitude": amplitude,
+        "tilt": tilt,
+        "tilt_cos": rounded(np.cos, tilt),
+        "tilt_sin": rounded(np.sin, tilt),
+        "first": first,
+        "calm": calm,
+        "after": samples + np.ceil(AFTERMATH * period / interval),
+        "gentle": GENTLE * finest * width * rounded(np.arctan, ratio) / period,
+        "whole": TICKS,
+        "finest": np.ldexp(1.0, BLOCK.halvings - np.clip(halvings, 0, BLOCK.halvings)),
+        "standing": TICKS * standing,
         # A lightly damped contact rings for longer.
-        k.P_DWELL: np.round(DWELL * np.clip(np.sqrt(square) / np.maximum(rate, 1e-300), 1.0, 8.0) / shorter),
-        k.P_SETTLED: np.round(SETTLED_DWELL / shorter),
-        k.P_STANDING: TICKS * standing,
-        k.P_GENTLE: GENTLE * finest * width * rounded(np.arctan, ratio) / period,
+        "dwell": np.round(BLOCK.dwell * np.clip(np.sqrt(square) / np.maximum(rate, 1e-300), 1.0, 8.0) / shorter),
+        "settled": np.round(BLOCK.settled / shorter),
+        "tries": BLOCK.tries,
     }
-    table = np.zeros((cases.size, k.PARAMETERS))
-    for column, values in columns.items():
-        table[:, column] = values
+    for name, values in columns.items():
+        table[name] = values
+    table["settled_from"] = BLOCK.settled_above * table["finest"]
     return BlockPlan(
         scene=scene, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground, steps=steps,
-        first=first, never=never, table=table, friction=friction,
+        first=first, never=never, table=table,
         hopeless=sinks_too_far(0.5 * STANDARD_GRAVITY / normal, np.minimum(width, height)),
     )  # fmt: skip

@@ -130,20 +130,18 @@ def _energies(prepared: Prepared, n: int) -> tuple[float, float]:
     return (barrier, barrier) if barrier > 1e-6 * whole else (-np.inf, whole)
 
 
-def kernel_rules(prepared: Prepared) -> tuple[FloatArray, FloatArray]:
-    """When elements have fallen, shape (elements, RULES), and when a case has failed or rests, shape (LIMITS,)."""
-    rules = np.zeros((len(prepared.placed), t.RULES))
+def kernel_rules(prepared: Prepared) -> tuple[NDArray[np.void], NDArray[np.void]]:
+    """When elements have fallen, of `tables.ELEMENT`, shape (elements,), and when a case has failed or rests, of `tables.LIMITS`."""
+    rules, limits = np.zeros(len(prepared.placed), t.ELEMENT), np.zeros((), t.LIMITS)
     free = [item for item in prepared.placed if not item.fixed]
     for index, item in enumerate(prepared.placed):
-        rules[index, t.IS_FREE] = 0.0 if item.fixed else 1.0
-        rules[index, t.FALL_ANGLE] = fallen_angle(item)
-        rules[index, [t.TIPS_BACK, t.TIPS_ON]] = prepared.tips[index]
-        rules[index, t.SUPPORT] = prepared.support[index]
-        rules[index, t.BARRIER] = prepared.barrier[index]
+        back, on = prepared.tips[index]
+        rules[index] = (
+            0.0 if item.fixed else 1.0, fallen_angle(item), back, on, prepared.support[index], prepared.barrier[index]
+        )  # fmt: skip
     lightest = min(free, key=lambda item: item.mass)
-    limits = np.zeros(t.LIMITS)
-    limits[t.DEEPEST_ALLOWED] = DEEPEST * 0.5 * smallest(prepared.placed)
-    limits[t.REST_ENERGY] = CALM_KINETIC * lightest.mass * prepared.scene.gravity * 0.5 * lightest.size
     barriers, scales = zip(*(_energies(prepared, n) for n in prepared.free), strict=True)
-    limits[t.LEAST_BARRIER], limits[t.LEAST_SCALE] = min(barriers), min(scales)
+    limits["deepest"] = DEEPEST * 0.5 * smallest(prepared.placed)
+    limits["rest_energy"] = CALM_KINETIC * lightest.mass * prepared.scene.gravity * 0.5 * lightest.size
+    limits["least_barrier"], limits["least_scale"] = min(barriers), min(scales)
     return rules, limits

@@ -1,7 +1,7 @@
 """The centred scheme: the trapezoidal rule with springs and dashpots taken at the end of the step (docs/scenes.md).
 
 What a pair of elements does in a step: `couple` finds its part in the equations, `meet` its forces at their solution.
-`overturning.dem.polygon.equations` solves them, `overturning.dem.polygon.ladder` says how long the next step is.
+`overturning.dem.polygon.equations` solves them, `overturning.dem.kernel.clock` says how long the next step is.
 
 Signs: an end's penetration u and opening velocity v give n = K u − h v, its stretch s and slip velocity w give t = −(K_s s + h w).
 """
@@ -11,19 +11,19 @@ from typing import Any, Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.lanes import INLINE, OPTIONS
-from overturning.dem.mechanics import larger, within
+from overturning.dem.kernel.clock import SCENE
+from overturning.dem.kernel.lanes import INLINE, OPTIONS
+from overturning.dem.kernel.mechanics import larger, within
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.contact import Force, action_of, stretched
 from overturning.dem.polygon.faces import common_stretch
-from overturning.dem.polygon.ladder import FORESEEN, TICKS
 from overturning.dem.polygon.state import (
     Body,
     Case,
     Couple,
     End,
-    Found,
     Law,
+    Marks,
     Memory,
     Met,
     Outer,
@@ -34,6 +34,8 @@ from overturning.dem.polygon.state import (
     Vertices,
 )
 
+PREDICTED: Final = SCENE.predicted
+
 LEAST_FREEDOM: Final = 0.25
 """A sliding end jams where less than this share of a normal force's effect on free particles is left."""
 
@@ -43,7 +45,7 @@ class Centred(NamedTuple):
 
     lag: float = 0.0
     """Steps by which velocities lag behind poses;"""
-    ticks: float = float(TICKS)
+    ticks: float = float(SCENE.ticks)
     """ticks of a whole step."""
 
 
@@ -161,7 +163,7 @@ def share(law: Law, half: float, end: End, one: Guess, other: Guess) -> tuple[Ou
 @njit(**INLINE)
 def is_late(case: Case) -> bool:
     """Whether a step is so fine that the foreseen forces tell what an end does."""
-    return case.attempt.length <= FORESEEN * case.finest
+    return case.attempt.length <= PREDICTED * case.clock.finest
 
 
 @njit(**OPTIONS)
@@ -280,7 +282,7 @@ def meet(q: Any, a: Any, b: Any, own: Any) -> None:
         rows.store_met(q, j, met)
         q[rows.SLID_ONE + j], q[rows.SLID_TWO + j] = s1.found, s2.found
         old = case.found
-        rows.store_found(own, j, Found(
+        rows.store_marks(own, j, Marks(
             1.0 if s1.changed | s2.changed else old.changed, 1.0 if s1.wrong | s2.wrong else old.wrong,
             1.0 if s1.reversed | s2.reversed else old.reversed,
             1.0 if (s1.found != 0.0) & (s2.found != 0.0) & (s1.force.n + s2.force.n > 0.0) else old.slides,

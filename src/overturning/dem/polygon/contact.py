@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 from numba import njit
 
-from overturning.dem.lanes import INLINE
-from overturning.dem.mechanics import larger
+from overturning.dem.kernel.lanes import INLINE
+from overturning.dem.kernel.mechanics import larger
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.state import Action, Element, End, Memory, Pair, Plane, Stretch
 

@@ -4,8 +4,8 @@ from typing import Any, NamedTuple
 
 from numba import njit
 
-from overturning.dem.lanes import INLINE, OPTIONS
-from overturning.dem.mechanics import within
+from overturning.dem.kernel.lanes import INLINE, OPTIONS
+from overturning.dem.kernel.mechanics import within
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.contact import Force, act, stretched
 from overturning.dem.polygon.faces import common_stretch

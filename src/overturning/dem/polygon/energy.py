@@ -4,7 +4,7 @@ from typing import Any
 
 from numba import njit
 
-from overturning.dem.lanes import OPTIONS
+from overturning.dem.kernel.lanes import OPTIONS
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import carried, seen_before
 from overturning.dem.polygon.state import Element, Pair

@@ -10,7 +10,7 @@ from typing import Any, Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.lanes import INLINE, OPTIONS, Rows
+from overturning.dem.kernel.lanes import INLINE, OPTIONS, Rows
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.state import Body, Outer, Plane
 

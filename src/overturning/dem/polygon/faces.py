@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 from numba import njit
 
-from overturning.dem.lanes import INLINE, OPTIONS
-from overturning.dem.mechanics import turned
+from overturning.dem.kernel.lanes import INLINE, OPTIONS
+from overturning.dem.kernel.mechanics import turned
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.state import Element, End, Face, Levers, Memory, Pair, Pose, Seen, Stretch, Vertices
 

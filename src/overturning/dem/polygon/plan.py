@@ -1,7 +1,7 @@
 """How the general kernel is to compute each case of a scene: its variants, their steps, and what can be left out."""
 
 from dataclasses import dataclass
-from typing import ClassVar, Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,17 +9,20 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.cases import Cases
 from overturning.dem.contact import check_precision
+from overturning.dem.kernel.balance import until_balanced
+from overturning.dem.kernel.clock import SCENE
+from overturning.dem.kernel.ground import Ground
+from overturning.dem.kernel.queue import run_queue
+from overturning.dem.kernel.status import Status
 from overturning.dem.numerics import ELEMENT_STEP, Numerics
-from overturning.dem.plan import AFTERMATH, Path, Plan, check_path, shaking, until_balanced
+from overturning.dem.plan import AFTERMATH, Path, Plan, check_path, shaking
 from overturning.dem.polygon import tables as t
 from overturning.dem.polygon.arrays import kernel_column, kernel_layout, kernel_rules, kernel_shapes
-from overturning.dem.polygon.ladder import DWELL, FINEST, LONGEST_ROCKING, MOST_HALVINGS, TICKS
 from overturning.dem.polygon.prepare import Prepared, prepare
-from overturning.dem.polygon.queue import SCHEMES, run_queue
+from overturning.dem.polygon.rules import SCHEMES, SceneRules
 from overturning.dem.quiet import SAFE_SHARE, quiet_windows
 from overturning.dem.results import Answers
 from overturning.dem.scene import Scene
-from overturning.dem.status import Status
 from overturning.dem.time_step import HEAVY_DAMPING, Scheme, samples_divided, scheme_of, steps_per_sample
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
@@ -37,50 +40,69 @@ class PolygonPlan(Plan):
 
     variants: list[Prepared]  # the scene at each size
     variant: NDArray[np.int64]  # shape (n,): which of them each case is
-    table: FloatArray  # shape (n, PARAMETERS + parts): the kernel's case table; the others as `run_queue` takes them
+    table: NDArray[np.void]  # shape (n,): the kernel's cases, of `tables.CASE`; the others as of `SceneRules`
+    stands_from: FloatArray
     layout: NDArray[np.int64]
     parts: NDArray[np.int64]
     sizes: NDArray[np.int64]
     shapes: FloatArray
     initial: FloatArray
-    rules: FloatArray
-    limits: FloatArray
+    rules: NDArray[np.void]
+    limits: NDArray[np.void]
 
     def compute(
-        self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: FloatArray
-    ) -> tuple[Answers, FloatArray]:
+        self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: NDArray[Any] | None = None
+    ) -> tuple[Answers, NDArray[Any]]:
         """Run cases with the same number of steps per sample; finer those that do not balance."""
-        out = np.zeros((chosen.size, t.RESULTS))
-        every = np.zeros((chosen.size, self.rules.shape[1], t.ELEMENT_RESULTS))
-        upward = None if self.motion.up is None else np.concatenate([self.motion.up, np.zeros(3)])
-        noted = 0
+        motion, table = self.motion, self.table[chosen]
+        out, every = np.zeros(chosen.size, t.RESULT), np.zeros((chosen.size, self.rules.shape[1]), t.ELEMENT_RESULT)
+        upward = None if motion.up is None else np.concatenate([motion.up, np.zeros(3)])
+        kept = np.zeros((0, 0)) if path is None else path
 
         def run(rows: NDArray[np.int64], finer: int) -> None:
-            nonlocal noted
-            table = self.table[chosen]
+            nonlocal kept
+            cases = table.copy()
             # The shortest step is in ticks, which shrink with the whole one.
-            table[:, t.P_DWELL] *= finer
-            path[:] = 0.0
-            noted = run_queue(
-                SCHEMES[self.scheme][0], rows, table, self.row[chosen], self.variant[chosen],
-                self.initial, self.layout, self.parts, self.sizes, self.shapes, self.rules, self.limits, self.ground, upward,
-                self.motion.samples, self.motion.sampling_interval, int(self.steps[chosen[0]]) * finer, self.scene.gravity,
-                self.numerics.budget // ELEMENT_STEP, counter, path, out, every,
-            )  # fmt: skip
+            cases["dwell"] *= finer
+            rules = SceneRules(
+                scheme=SCHEMES[self.scheme][0],
+                cases=cases,
+                stands_from=self.stands_from[chosen],
+                row=self.row[chosen],
+                variant=self.variant[chosen],
+                initial=self.initial,
+                layout=self.layout,
+                parts=self.parts,
+                sizes=self.sizes,
+                shapes=self.shapes,
+                elements=self.rules,
+                limits=self.limits,
+                results=out,
+                each=every,
+                ground=Ground(self.ground, upward, motion.samples, motion.sampling_interval),
+                gravity=self.scene.gravity,
+                at_once=int(self.steps[chosen[0]]) * finer,
+                weight=self.free,
+                budget=self.numerics.budget // ELEMENT_STEP,
+            )
+            room = np.zeros((0, 0)) if path is None else path
+            room[:] = 0.0
+            kept, noted = run_queue(rules, rows, counter, room)
+            kept = kept[:noted]
 
-        until_balanced(run, out, t.R_STATUS, t.R_ENERGY)
+        until_balanced(run, out["status"], out["energy"])
         edge = np.array([item.edge for item in self.variants])[self.variant[chosen]]
-        out[(every[:, :, t.E_SLIP] >= edge).any(axis=1), t.R_STATUS] = Status.UNSTABLE
-        every[:, :, t.E_ANGLE] /= np.stack([item.unit for item in self.variants])[self.variant[chosen]]
-        of_all = (out[:, k] for k in (t.R_STATUS, t.R_DEPTH, t.R_ENERGY, t.R_STEPS))
-        each = (every[:, self.variants[0].free, k] for k in (t.E_SIDE, t.E_TIME, t.E_ANGLE, t.E_SLIP, t.E_RESIDUAL))
-        return Answers(*of_all, *each), path[: int(noted)]
+        out["status"][(every["slip"] >= edge).any(axis=1)] = Status.UNSTABLE
+        every["angle"] /= np.stack([item.unit for item in self.variants])[self.variant[chosen]]
+        of_all = (out[name] for name in ("status", "depth", "energy", "steps"))
+        each = (every[name][:, self.variants[0].free] for name in ("side", "time", "angle", "slip", "residual"))
+        return Answers(*of_all, *each), kept
 
     def trace(self) -> tuple[Answers | None, Path]:
         """Answers and path of a plan's only case."""
-        prepared, first = self.variants[0], int(self.first[0])
+        prepared, first, case = self.variants[0], int(self.first[0]), self.table[0]
         poses_end = 2 + 6 * len(prepared.placed)
-        rows = int(self.table[0, t.P_AFTER]) - first + 3
+        rows = int(case["after"]) - first + 3
         columns = poses_end + 2 * t.FORCE_COLUMNS * len(prepared.pairs)
         answers, path = None, np.zeros((0, columns))
         check_path(rows * columns)
@@ -90,7 +112,7 @@ class PolygonPlan(Plan):
         rest = np.zeros((self.motion.samples if answers is None else first, columns))
         rest[:, poses_end:] = np.nan
         rest[:, t.T_TIME] = np.arange(len(rest)) * self.motion.sampling_interval
-        rest[:, t.T_GROUND] = self.ground[0, : len(rest)] * self.table[0, t.P_AMPLITUDE]
+        rest[:, t.T_GROUND] = self.ground[0, : len(rest)] * case["amplitude"]
         for index, item in enumerate(prepared.placed):
             pose = np.array([item.x, item.z, 0.0]) + prepared.displacement[index]
             rest[:, 2 + 6 * index : 5 + 6 * index] = pose
@@ -112,16 +134,21 @@ def plan_polygons(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics
     rate = np.array([item.rate for item in variants]) * distinct[:, 2]
     period = np.array([item.period for item in variants])
     per_sample, finest, divided = steps_of(scheme, numerics.time_step, square, rate, motion.sampling_interval, period)
-    first, never, table = _case_table(scene, motion, cases, variants, variant, row, ground, numerics.leave_out)
-    table[:, t.P_FINEST] = finest[variant]
+    first, never, stands_from, table = _case_table(
+        scene, motion, cases, variants, variant, row, ground, numerics.leave_out
+    )
+    table["finest"] = finest[variant]
     # A lightly damped contact rings for longer. Where steps are wanted shorter, each is divided.
-    dwell = DWELL * np.clip(np.sqrt(square) / np.maximum(rate, 1e-300), 1.0, 8.0) * divided * numerics.refinement
-    table[:, t.P_DWELL] = np.round(dwell)[variant]
+    dwell = SCENE.dwell * np.clip(np.sqrt(square) / np.maximum(rate, 1e-300), 1.0, 8.0) * divided * numerics.refinement
+    table["dwell"] = np.round(dwell)[variant]
+    table["whole"] = table["standing"] = SCENE.ticks
+    table["settled"], table["settled_from"], table["tries"] = SCENE.settled, SCENE.settled_above, SCENE.tries
     shaped, ruled = [kernel_shapes(item) for item in variants], [kernel_rules(item) for item in variants]
     return PolygonPlan(
         scene=scene, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground,
         steps=per_sample[variant] * numerics.refinement,
-        first=first, never=never, hopeless=np.array([item.sinks for item in variants])[variant], variants=variants, variant=variant, table=table,
+        first=first, never=never, hopeless=np.array([item.sinks for item in variants])[variant], variants=variants, variant=variant,
+        table=table, stands_from=stands_from,
         layout=kernel_layout(variants[0]), parts=variants[0].parts,
         sizes=shaped[0][0],
         shapes=np.stack([shapes for _, shapes in shaped]),
@@ -163,12 +190,12 @@ def steps_of(
     if scheme != Scheme.CENTRED:
         return steps_per_sample(scheme, time_step, square, rate, interval), np.ones(square.size), np.ones(square.size)
     frequency = np.sqrt(square)
-    whole = np.minimum(LONGEST_ROCKING * period, interval)
+    whole = np.minimum(SCENE.longest * period, interval)
     heavy = np.maximum(0.5 * rate / frequency / HEAVY_DAMPING, 1.0)
     fewest, steps = (samples_divided(whole, whole, wanted, interval) for wanted in ("auto", time_step))
     # As often halved whatever the step: a finer one is finer throughout.
-    halvings = np.clip(np.frexp(interval / fewest * frequency * heavy / FINEST)[1], 0, MOST_HALVINGS)
-    return steps, np.ldexp(float(TICKS), -halvings), steps / fewest
+    halvings = np.clip(np.frexp(interval / fewest * frequency * heavy / SCENE.finest)[1], 0, SCENE.halvings)
+    return steps, np.ldexp(float(SCENE.ticks), -halvings), steps / fewest
 
 
 def _check_variants(scene: Scene, variants: list[Prepared]) -> None:
@@ -192,19 +219,17 @@ def _case_table(
     row: NDArray[np.int64],
     ground: FloatArray,
     leave_out: bool,
-) -> tuple[NDArray[np.int64], NDArray[np.bool_], FloatArray]:
-    """First sample to compute, whether a case never moves, and the kernel's case table."""
+) -> tuple[NDArray[np.int64], NDArray[np.bool_], FloatArray, NDArray[np.void]]:
+    """First sample to compute, whether a case never moves, from when on its parts stand for good, and the kernel's case table."""
     samples, amplitude = motion.samples, np.asarray(cases.amplitude)
     # 20/p with p = √(3g/4R).
     period = np.sqrt(np.array([item.radius for item in variants])[variant] / (0.75 * scene.gravity))
-    table = np.zeros((cases.size, t.PARAMETERS + len(variants[0].parts)))
-    table[:, t.PARAMETERS :] = np.inf
-    table[:, t.P_AMPLITUDE], table[:, t.P_FRICTION] = amplitude, cases.friction
-    table[:, t.P_DAMPING], table[:, t.P_CALM] = cases.damping_factor, np.inf
-    table[:, t.P_AFTER] = samples + np.ceil(AFTERMATH * period / motion.sampling_interval)
+    table, stands_from = np.zeros(cases.size, t.CASE), np.full((cases.size, len(variants[0].parts)), np.inf)
+    table["amplitude"], table["friction"], table["damping"] = amplitude, cases.friction, cases.damping_factor
+    table["calm"], table["after"] = np.inf, samples + np.ceil(AFTERMATH * period / motion.sampling_interval)
     first, never = np.zeros(cases.size, np.int64), np.zeros(cases.size, np.bool_)
     if not leave_out:
-        return first, never, table
+        return first, never, stands_from, table
     rocking = np.array([item.threshold for item in variants])[variant]
     friction = np.array([item.fixed_friction for item in variants])[variant]
     swept = np.array([item.swept_friction for item in variants])[variant]
@@ -212,10 +237,10 @@ def _case_table(
     first, calm, never = quiet_windows(motion, row, amplitude, ground[:, :samples], threshold)
     moving = threshold <= 0
     first[moving], never[moving] = 0, False
-    table[:, t.P_FIRST], table[:, t.P_CALM] = first, np.where(moving, np.inf, calm)
+    table["first"], table["calm"] = first, np.where(moving, np.inf, calm)
     alike = all(np.array_equal(item.parts, variants[0].parts) for item in variants)
     for part in range(len(variants[0].parts)):
         least = np.array([item.safe[part] if alike else 0.0 for item in variants])
         safe = least[variant] * (SAFE_UPLIFT / SAFE_SHARE)
-        table[:, t.PARAMETERS + part] = quiet_windows(motion, row, amplitude, ground[:, :samples], safe)[1]
-    return first, never, table
+        stands_from[:, part] = quiet_windows(motion, row, amplitude, ground[:, :samples], safe)[1]
+    return first, never, stands_from, table

@@ -13,8 +13,8 @@ from typing import Any, Final
 from numba import njit
 from numba.extending import intrinsic
 
-from overturning.dem.lanes import OPTIONS, Rows
-from overturning.dem.polygon.state import Case, Element, Pair, Step
+from overturning.dem.kernel.lanes import OPTIONS, Rows, arithmetic
+from overturning.dem.polygon.state import Case, Element, Marks, Pair, Step
 
 COLUMNS: Final = 16
 """Cases side by side: enough to hide the latency of one case's operations, few enough for the first cache."""
@@ -38,7 +38,8 @@ _, store_base, _ = CASE.access(Case, "shaking.base")
 _, store_up, _ = CASE.access(Case, "shaking.up")
 _, store_attempt, _ = CASE.access(Case, "attempt")
 _, store_then, _ = CASE.access(Case, "verdict.then")
-_, store_found, _ = CASE.access(Case, "found")
+_, store_marks, _ = CASE.access(Case, "found")
+no_marks = arithmetic(Marks).zero
 load_element, _, _ = ELEMENT.access(Element)
 load_pose, store_pose, _ = ELEMENT.access(Element, "pose")
 _, store_velocity, _ = ELEMENT.access(Element, "velocity")
@@ -88,6 +89,9 @@ USED: Final = PAIR.row(Pair, "nearest.used")
 AHEAD: Final = PAIR.row(Pair, "nearest.ahead")
 SLID_ONE: Final = PAIR.row(Pair, "slid_one")
 SLID_TWO: Final = PAIR.row(Pair, "slid_two")
+VARIANT: Final = CASE.row(Case, "variant")
+LOOKED: Final = CASE.row(Case, "looked")
+DUE: Final = CASE.row(Case, "due")
 LENGTH: Final = CASE.row(Case, "attempt.length")
 CHANGED: Final = CASE.row(Case, "found.changed")
 AGAIN: Final = CASE.row(Case, "verdict.again")

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
-from overturning.dem.lanes import OPTIONS
+from overturning.dem.kernel.lanes import OPTIONS
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import rotated, seen_before
 from overturning.dem.polygon.memory import forget, hand_on

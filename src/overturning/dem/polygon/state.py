@@ -2,13 +2,8 @@
 
 from typing import NamedTuple
 
-
-class Line(NamedTuple):
-    """A component of the base's acceleration over a sample, m/s²: value at its begin, slope per tick, change of slope at its end."""
-
-    value: float
-    slope: float
-    bend: float
+from overturning.dem.kernel.clock import Attempt, Clock
+from overturning.dem.kernel.ground import Line
 
 
 class Shaking(NamedTuple):
@@ -22,18 +17,7 @@ class Shaking(NamedTuple):
     """ticks since the sample."""
 
 
-class Attempt(NamedTuple):
-    """How the next step is to be tried (centred scheme)."""
-
-    length: float
-    """Its length in ticks,"""
-    left: float
-    """how many of this length are to come before longer ones,"""
-    tries: float
-    """how often it has been done again with other ends sliding."""
-
-
-class Found(NamedTuple):
+class Marks(NamedTuple):
     """What a step found, above 0 where it did."""
 
     changed: float
@@ -66,12 +50,9 @@ class Case(NamedTuple):
     rate: float
     lag: float
     """time by which velocities lag behind poses, s,"""
-    finest: float
-    """ticks of the shortest step,"""
-    dwell: float
-    """steps of one length after a change of contact, before those of twice the length,"""
+    clock: Clock
     attempt: Attempt
-    found: Found
+    found: Marks
     verdict: Verdict
     amplitude: float
     """factor on the record,"""
@@ -81,7 +62,13 @@ class Case(NamedTuple):
     """samples after which it can be at rest for good, and after which it is undecided,"""
     after: float
     energy: float
-    """energy at the start, J."""
+    """energy at the start, J;"""
+    variant: float
+    """which variant of the scene it is of;"""
+    looked: float
+    """part of the record in which it was last looked at,"""
+    due: float
+    """and 1 where it is to be looked at."""
 
 
 class Pose(NamedTuple):

@@ -9,14 +9,15 @@ from typing import Any
 
 from numba import njit
 
-from overturning.dem.lanes import INLINE, OPTIONS
-from overturning.dem.mechanics import larger, turned
+from overturning.dem.kernel.clock import Found, next_attempt
+from overturning.dem.kernel.ground import at_tick
+from overturning.dem.kernel.lanes import INLINE, OPTIONS
+from overturning.dem.kernel.mechanics import larger, turned
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.centred import couple, keep, meet
+from overturning.dem.polygon.centred import couple, is_late, keep, meet
 from overturning.dem.polygon.equations import add_pair, solve
-from overturning.dem.polygon.ladder import begin, go_on, judge
 from overturning.dem.polygon.search import changes, count_motion, search
-from overturning.dem.polygon.state import Body, Case, Course, Element, Line, Plane, Pose, Trial
+from overturning.dem.polygon.state import Body, Case, Course, Element, Plane, Pose, Trial
 
 
 @njit(**INLINE)
@@ -63,7 +64,7 @@ def advance_on(vertical: bool) -> Any:
     """The motion of an element over the columns, on a base that moves up and down or does not."""
 
     @njit(**OPTIONS)
-    def advance(e: Any, own: Any, gravity: float) -> None:
+    def advance(kind: Any, e: Any, own: Any, gravity: float) -> None:  # noqa: ARG001
         for j in range(rows.COLUMNS):
             item, case = rows.load_element(e, j), rows.load_case(own, j)
             dt, shaking, half = case.step, case.shaking, 0.5 * case.step
@@ -83,19 +84,13 @@ def advance_on(vertical: bool) -> Any:
 
 
 @njit(**INLINE)
-def at(line: Line, tick: float, past: float) -> float:
-    """A component of the shaking; `past` ticks of the next sample are over."""
-    return (line.value + line.slope * tick) + line.bend * past
-
-
-@njit(**INLINE)
 def shaken(case: Case, body: Body, ticks: float, vertical: bool) -> tuple[float, float]:
     """Acceleration of the base under an element at the end of the step, along and up."""
     tick = case.shaking.tick + case.attempt.length
     past = tick - ticks
     past = past if past > 0.0 else 0.0
-    up = at(case.shaking.up, tick, past) * body.frame if vertical else 0.0
-    return at(case.shaking.base, tick, past) * body.frame, up
+    up = at_tick(case.shaking.up, tick, past) * body.frame if vertical else 0.0
+    return at_tick(case.shaking.base, tick, past) * body.frame, up
 
 
 @cache
@@ -103,7 +98,7 @@ def motion_on(vertical: bool) -> tuple[Any, Any]:
     """The motion of an element over the columns by the trapezoidal rule: as foreseen, and at the solution."""
 
     @njit(**OPTIONS)
-    def foresee(e: Any, own: Any, ticks: float, gravity: float) -> None:
+    def foresee(kind: Any, e: Any, own: Any, ticks: float, gravity: float) -> None:  # noqa: ARG001
         for j in range(rows.COLUMNS):
             item, case = rows.load_element(e, j), rows.load_case(own, j)
             dt, body, a = case.step * case.attempt.length, item.body, item.acceleration
@@ -118,7 +113,7 @@ def motion_on(vertical: bool) -> tuple[Any, Any]:
             rows.store_force(e, j, Plane(0.0, 0.0, 0.0))
 
     @njit(**OPTIONS)
-    def arrive(e: Any, own: Any, ticks: float, gravity: float) -> None:
+    def arrive(kind: Any, e: Any, own: Any, ticks: float, gravity: float) -> None:  # noqa: ARG001
         for j in range(rows.COLUMNS):
             item, case = rows.load_element(e, j), rows.load_case(own, j)
             dt, trial, old, again = case.step * case.attempt.length, item.trial, item.course, case.verdict.again > 0.0
@@ -143,6 +138,44 @@ def motion_on(vertical: bool) -> tuple[Any, Any]:
     return foresee, arrive
 
 
+@njit(**OPTIONS)
+def clear_marks(own: Any) -> None:
+    """Nothing has been found yet."""
+    for j in range(rows.COLUMNS):
+        rows.store_marks(own, j, rows.no_marks())
+
+
+@njit(**INLINE)
+def found_of(case: Case) -> Found:
+    """What an attempt at a step has found, for the clock; fine steps go by the predicted forces."""
+    found, late = case.found, is_late(case)
+    return Found(
+        found.changed > 0.0, False, False, (found.wrong > 0.0) & (not late), (found.reversed > 0.0) & (not late),
+        (found.back > 0.0) & (not late), found.slides > 0.0, False,
+    )  # fmt: skip
+
+
+@njit(**OPTIONS)
+def accept_or_reject(own: Any, ticks: float) -> None:
+    """Accept the step of each lane or not, and say how the next one is to be tried."""
+    for j in range(rows.COLUMNS):
+        case = rows.load_case(own, j)
+        tick = case.shaking.tick + case.attempt.length
+        again, _, attempt = next_attempt(case.clock, case.attempt, found_of(case), tick, ticks)
+        rows.store_then(own, j, attempt)
+        own[rows.AGAIN + j] = 1.0 if again else 0.0
+
+
+@njit(**OPTIONS)
+def advance_clock(own: Any) -> None:
+    """Let the clock of each lane advance where its step is accepted."""
+    for j in range(rows.COLUMNS):
+        case = rows.load_case(own, j)
+        tick = case.shaking.tick
+        own[rows.TICK + j] = tick if case.verdict.again > 0.0 else tick + case.attempt.length
+        rows.store_attempt(own, j, case.verdict.then)
+
+
 @cache
 def step_of(contact: Any, vertical: bool) -> Any:
     """One step of all columns by Cundall's scheme, whose `contact` computes the forces of a pair."""
@@ -150,6 +183,7 @@ def step_of(contact: Any, vertical: bool) -> Any:
 
     @njit(**OPTIONS)
     def step(
+        kind: Any,
         state: Any,
         matrix: Any,  # noqa: ARG001, of the equations that the other scheme solves
         used: Any,  # noqa: ARG001
@@ -157,12 +191,11 @@ def step_of(contact: Any, vertical: bool) -> Any:
         layout: Any,
         sizes: Any,
         shapes: Any,
-        variant: Any,
         ticks: float,  # noqa: ARG001
         gravity: float,
     ) -> None:
         for p in range(layout.shape[0]):
-            if in_reach(state, moves.size, layout, sizes, shapes, variant, p):
+            if in_reach(state, moves.size, layout, sizes, shapes, p):
                 contact(
                     rows.of_pair(state, moves.size, p),
                     rows.of_element(state, layout[p, 0]),
@@ -172,7 +205,7 @@ def step_of(contact: Any, vertical: bool) -> Any:
         for i in range(moves.size):
             # Free or held; a driven one rests in the frame of the base.
             if moves[i]:
-                advance(rows.of_element(state, i), state, gravity)
+                advance(kind, rows.of_element(state, i), state, gravity)
         for j in range(rows.COLUMNS):
             state[rows.TICK + j] = state[rows.TICK + j] + 1.0
 
@@ -186,15 +219,15 @@ def trapezoidal_step(vertical: bool) -> Any:
 
     @njit(**OPTIONS)
     def step(
-        state: Any, matrix: Any, used: Any, moves: Any, layout: Any, sizes: Any, shapes: Any, variant: Any, ticks: float, gravity: float
+        kind: Any, state: Any, matrix: Any, used: Any, moves: Any, layout: Any, sizes: Any, shapes: Any, ticks: float, gravity: float
     ) -> None:  # fmt: skip
-        begin(state)
+        clear_marks(state)
         size = moves.size
         used[:] = False
         for i in range(size):
-            foresee(rows.of_element(state, i), state, ticks, gravity)
+            foresee(kind, rows.of_element(state, i), state, ticks, gravity)
         for p in range(layout.shape[0]):
-            near = in_reach(state, size, layout, sizes, shapes, variant, p)
+            near = in_reach(state, size, layout, sizes, shapes, p)
             used[size, p] = near
             if near:
                 q, i, k = rows.of_pair(state, size, p), layout[p, 0], layout[p, 1]
@@ -209,20 +242,20 @@ def trapezoidal_step(vertical: bool) -> Any:
                     rows.of_element(state, layout[p, 1]),
                     state,
                 )
-        judge(state, ticks)
+        accept_or_reject(state, ticks)
         for i in range(size):
             if moves[i]:
-                arrive(rows.of_element(state, i), state, ticks, gravity)
+                arrive(kind, rows.of_element(state, i), state, ticks, gravity)
         for p in range(layout.shape[0]):
             if used[size, p]:
                 keep(rows.of_pair(state, size, p), state)
-        go_on(state)
+        advance_clock(state)
 
     return step
 
 
 @njit(**OPTIONS)
-def in_reach(state: Any, elements: int, layout: Any, sizes: Any, shapes: Any, variant: Any, p: int) -> bool:
+def in_reach(state: Any, elements: int, layout: Any, sizes: Any, shapes: Any, p: int) -> bool:
     """Whether a pair could touch in any column in this step; its nearest faces are searched where they may change."""
     m, n = layout[p, 2], layout[p, 3]
     q = rows.of_pair(state, elements, p)
@@ -232,7 +265,7 @@ def in_reach(state: Any, elements: int, layout: Any, sizes: Any, shapes: Any, va
         near = 0
         for j in range(rows.COLUMNS):
             if q[rows.AHEAD + j] >= q[rows.LIMIT + j]:
-                scene, dt = variant[j], 2.0 * rows.load_case(state, j).lag
+                scene, dt = int(state[rows.VARIANT + j]), 2.0 * rows.load_case(state, j).lag
                 shape_a, shape_b = shapes[scene, m, : sizes[m]], shapes[scene, n, : sizes[n]]
                 search(q, a, b, j, dt, shape_a, shape_b)
                 if dt == 0.0 and changes(q, a, b, j, shape_a, shape_b):

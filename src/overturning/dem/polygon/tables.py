@@ -1,23 +1,32 @@
-"""What goes into the general kernel and what comes out of it: the columns of its tables."""
+"""What goes into the general kernel and what comes out of it: named columns."""
 
 from typing import Final
 
-# Columns of an element's rules: whether it is free, angle at which it has fallen for good, angles from which it cannot come
-# back towards −x and +x, what it stands on, and the energy that its overturning takes.
-(IS_FREE, FALL_ANGLE, TIPS_BACK, TIPS_ON, SUPPORT, BARRIER) = range(6)
-RULES: Final = 6
-# Columns of a scene's limits: deepest penetration, kinetic energy at rest, least barrier, and the least energy that an error
-# is a share of.
-DEEPEST_ALLOWED, REST_ENERGY, LEAST_BARRIER, LEAST_SCALE = range(4)
-LIMITS: Final = 4
-# Columns of the case table.
-(P_AMPLITUDE, P_FRICTION, P_DAMPING, P_FIRST, P_CALM, P_AFTER, P_FINEST, P_DWELL) = range(8)
-PARAMETERS: Final = 8  # and of each part that can move as one, from which sample on it stands for good
-# Results of a case, and of each element.
-(R_STATUS, R_DEPTH, R_ENERGY, R_STEPS) = range(4)
-RESULTS: Final = 4
-(E_SIDE, E_TIME, E_ANGLE, E_SLIP, E_RESIDUAL) = range(5)
-ELEMENT_RESULTS: Final = 5
+import numpy as np
+
+from overturning.dem.kernel.clock import Clock
+
+CASE: Final = np.dtype([(name, "f8") for name in (
+    "amplitude", "friction", "damping", "first", "calm", "after", *Clock._fields,
+)])  # fmt: skip
+"""What a case is computed with: factor on the motion, swept friction, factor on the dashpots, samples from which it is computed, at
+which it can rest for good, and at which it is undecided; the clock."""
+
+ELEMENT: Final = np.dtype([(name, "f8") for name in (
+    "is_free", "fall_angle", "tips_back", "tips_on", "support", "barrier",
+)])  # fmt: skip
+"""Of an element whether it is free, angle at which it has fallen for good, angles from which it cannot come back towards −x and +x
+(rad), what it stands on, and the energy that its overturning takes (J)."""
+
+LIMITS: Final = np.dtype([(name, "f8") for name in ("deepest", "rest_energy", "least_barrier", "least_scale")])
+"""Of a scene its deepest penetration (m), kinetic energy at rest, least barrier, and least energy that an error is a share of (J)."""
+
+RESULT: Final = np.dtype([(name, "f8") for name in ("status", "depth", "energy", "steps")])
+"""Result of a case; `steps` are those of its free elements together."""
+
+ELEMENT_RESULT: Final = np.dtype([(name, "f8") for name in ("side", "time", "angle", "slip", "residual")])
+"""Result of an element."""
+
 # A trajectory's columns: time and ground acceleration, then six for each element,
 (T_TIME, T_GROUND) = range(2)
 (T_X, T_Z, T_ANGLE, T_VX, T_VZ, T_VW) = range(6)

@@ -5,14 +5,14 @@ from typing import Any, Final
 import numpy as np
 from numba import njit
 
-from overturning.dem.lanes import INLINE, OPTIONS
-from overturning.dem.mechanics import larger
+from overturning.dem.kernel.ending import GOES_ON
+from overturning.dem.kernel.lanes import INLINE, OPTIONS
+from overturning.dem.kernel.mechanics import larger
+from overturning.dem.kernel.status import Status
 from overturning.dem.polygon import rows
-from overturning.dem.polygon import tables as t
 from overturning.dem.polygon.energy import closing_work, energy, kinetic, moving_energy
 from overturning.dem.polygon.faces import rotated, stretch_of
 from overturning.dem.polygon.state import Element, Pose
-from overturning.dem.status import Status
 
 SAFE_TILT: Final = 0.1
 SAFE_SLIP: Final = 1.0
@@ -23,52 +23,53 @@ the rest of the record cannot lift is taken to stand for good."""
 ON_IT: Final = 0.1
 """An element is on what carried it where the gap is no wider than this share of the deepest penetration that is allowed."""
 
-GOES_ON: Final = -1
-"""Instead of a `Status`: the case has not ended."""
-
 
 @njit(**OPTIONS)
 def verdict(
-    state: Any, j: int, given: Any, layout: Any, parts: Any, elements: int, rules: Any, limits: Any, end: float, gravity: float
+    state: Any, j: int, stands_from: Any, layout: Any, parts: Any, rules: Any, limits: Any, end: float, gravity: float
 ) -> int:  # fmt: skip
-    """`Status` of a column at the end of a sample, or `GOES_ON`; `given` is its row of the case table."""
+    """`Status` of a column at the end of a sample, or `GOES_ON`.
+
+    `stands_from` are the samples from which on its parts stand for good; `rules` and `limits` are of its variant.
+    """
+    elements = rules.size
     case = rows.load_case(state, j)
     check, moving, standing, fallen, safe, slid = 0.0, 0.0, 0, 0, 0, False
     for i in range(elements):
         e = rows.of_element(state, i)
         item = rows.load_element(e, j)
         check += item.pose.x + item.pose.z + item.velocity.x + item.velocity.z + item.velocity.w + item.pose.cos
-        if rules[i, t.IS_FREE] == 0.0:
+        if rules[i].is_free == 0.0:
             continue
         moving += kinetic(item)
         slid = slid or abs(item.standing.slip) > 0.1 * abs(item.standing.base_z)
-        if item.standing.side == 0.0 and item.course.peak_angle >= rules[i, t.FALL_ANGLE]:
+        if item.standing.side == 0.0 and item.course.peak_angle >= rules[i].fall_angle:
             e[rows.SIDE + j] = side_of(item)
         stands = e[rows.SIDE + j] == 0.0
         standing, fallen = standing + int(stands), fallen + int(not stands)
-        safe += int(stands and is_safe(item, rules[i, t.BARRIER]))
-    if not np.isfinite(check) or deepest_of(state, j, layout, elements) > limits[t.DEEPEST_ALLOWED]:
+        safe += int(stands and is_safe(item, rules[i].barrier))
+    if not np.isfinite(check) or deepest_of(state, j, layout, elements) > limits.deepest:
         return Status.UNSTABLE
-    if standing == 0 or (fallen > 0 and safe == standing and is_weak(state, j, given, parts, case.sample)):
+    if standing == 0 or (fallen > 0 and safe == standing and is_weak(state, j, stands_from, parts, case.sample)):
         return Status.SIMULATED
     if case.sample < end and case.sample < case.calm:
         return GOES_ON
     # A scene at rest after the last instant at which it could start stays as it is: nothing moves, and every standing
     # element has at least two loaded ends.
-    if moving < limits[t.REST_ENERGY] and grip(state, j, layout, elements, rules) >= 2 * standing:
+    if moving < limits.rest_energy and grip(state, j, layout, elements, rules) >= 2 * standing:
         return Status.SIMULATED
     if case.sample < end:
         return GOES_ON
-    gap = ON_IT * limits[t.DEEPEST_ALLOWED]
+    gap = ON_IT * limits.deepest
     if fallen == 0 and not slid and all_in_place(state, j, layout, elements, rules, gap):
         spare = energy(state, j, layout, elements, gravity) - case.energy
-        bound = spare < 0.5 * limits[t.LEAST_BARRIER]
+        bound = spare < 0.5 * limits.least_barrier
         # Nothing can fall then; the largest rotations are known once what is left cannot reach them again.
         if bound and not may_rise(state, j, elements, rules, spare):
             return Status.SIMULATED
     if case.sample < case.after:
         return GOES_ON
-    still = moving < 1e-4 * limits[t.LEAST_SCALE]
+    still = moving < 1e-4 * limits.least_scale
     return Status.SIMULATED if still or not may_fall(state, j, elements, rules, gravity) else Status.UNDECIDED
 
 
@@ -80,11 +81,11 @@ def may_fall(state: Any, j: int, elements: int, rules: Any, gravity: float) -> b
     """
     for i in range(elements):
         item = rows.load_element(rows.of_element(state, i), j)
-        if rules[i, t.IS_FREE] == 0.0 or item.standing.side != 0.0 or has_left(item, rules[i]):
+        if rules[i].is_free == 0.0 or item.standing.side != 0.0 or has_left(item, rules[i]):
             continue
-        own, weight = rules[i, t.TIPS_ON] < np.inf, item.body.mass * gravity
+        own, weight = rules[i].tips_on < np.inf, item.body.mass * gravity
         lift = weight * max(item.pose.z - item.standing.home_z, 0.0) if own else 0.0
-        needed = rules[i, t.BARRIER] if own else 0.01 * weight * (item.standing.home_z - item.standing.lowest)
+        needed = rules[i].barrier if own else 0.01 * weight * (item.standing.home_z - item.standing.lowest)
         if kinetic(item) + lift > needed:
             return True
     return False
@@ -94,7 +95,7 @@ def may_fall(state: Any, j: int, elements: int, rules: Any, gravity: float) -> b
 def has_left(e: Element, rules: Any) -> bool:
     """Whether an element has turned past the angle from which it could come back, or is too low."""
     angle = e.pose.angle
-    return bool(angle > rules[t.TIPS_ON] or -angle > rules[t.TIPS_BACK] or e.pose.z < e.standing.lowest)
+    return bool(angle > rules.tips_on or -angle > rules.tips_back or e.pose.z < e.standing.lowest)
 
 
 @njit(**OPTIONS)
@@ -126,7 +127,7 @@ def support_until(state: Any, j: int, layout: Any, elements: int, i: int, gap: f
 def all_in_place(state: Any, j: int, layout: Any, elements: int, rules: Any, gap: float) -> bool:
     """Whether every free element of a column stands where it stood."""
     for i in range(elements):
-        if rules[i, t.IS_FREE] > 0.0 and (
+        if rules[i].is_free > 0.0 and (
             has_left(rows.load_element(rows.of_element(state, i), j), rules[i])
             or support_until(state, j, layout, elements, i, gap) < np.inf
         ):
@@ -145,7 +146,7 @@ def judge_falls(state: Any, j: int, layout: Any, elements: int, rules: Any, gap:
         found = False
         for i in range(elements):
             e = rows.of_element(state, i)
-            if rules[i, t.IS_FREE] == 0.0 or e[rows.SIDE + j] != 0.0:
+            if rules[i].is_free == 0.0 or e[rows.SIDE + j] != 0.0:
                 continue
             item = rows.load_element(e, j)
             until = support_until(state, j, layout, elements, i, gap)
@@ -174,7 +175,7 @@ def grip(state: Any, j: int, layout: Any, elements: int, rules: Any) -> int:
         pair = rows.load_pair(rows.of_pair(state, elements, p), j)
         touching = (1 if pair.one.carrier != rows.OPEN else 0) + (1 if pair.two.carrier != rows.OPEN else 0)
         for i in (layout[p, 0], layout[p, 1]):
-            if rules[i, t.IS_FREE] > 0.0 and rows.of_element(state, i)[rows.SIDE + j] == 0.0:
+            if rules[i].is_free > 0.0 and rows.of_element(state, i)[rows.SIDE + j] == 0.0:
                 total += touching
     return total
 
@@ -187,11 +188,11 @@ def side_of(item: Element) -> float:
 
 
 @njit(**OPTIONS)
-def is_weak(state: Any, j: int, given: Any, parts: Any, sample: float) -> bool:
+def is_weak(state: Any, j: int, stands_from: Any, parts: Any, sample: float) -> bool:
     """Whether the shaking to come is too weak for all that stands and can move as one."""
     for p in range(parts.shape[0]):
         lowest, last = rows.of_element(state, parts[p, 0]), rows.of_element(state, parts[p, 1])
-        if lowest[rows.SIDE + j] == 0.0 and last[rows.SIDE + j] == 0.0 and sample < given[t.PARAMETERS + p]:
+        if lowest[rows.SIDE + j] == 0.0 and last[rows.SIDE + j] == 0.0 and sample < stands_from[p]:
             return False
     return True
 
@@ -212,9 +213,9 @@ def may_rise(state: Any, j: int, elements: int, rules: Any, spare: float) -> boo
     for e in range(elements):
         item = rows.load_element(rows.of_element(state, e), j)
         reached = item.course.peak_angle / item.body.critical
-        if rules[e, t.IS_FREE] == 0.0 or reached < 1e-3:
+        if rules[e].is_free == 0.0 or reached < 1e-3:
             continue
-        share = min(max(spare / rules[e, t.BARRIER], 0.0), 1.0)
+        share = min(max(spare / rules[e].barrier, 0.0), 1.0)
         if 1.0 - np.sqrt(1.0 - share) > reached:
             return True
     return False
@@ -255,21 +256,12 @@ def note_carried(q: Any, a: Any, b: Any, own: Any, scale: float, interval: float
 
 
 @njit(**OPTIONS)
-def finish(
-    state: Any,
-    j: int,
-    layout: Any,
-    elements: int,
-    rules: Any,
-    limits: Any,
-    status: int,
-    steps: int,
-    gravity: float,
-    out: Any,
-    each: Any,
-) -> None:
+def finish_case(
+    state: Any, j: int, layout: Any, rules: Any, limits: Any, gravity: float, out: Any, each: Any
+) -> None:  # fmt: skip
     """Judge which elements of a column have fallen, and write its results."""
-    judge_falls(state, j, layout, elements, rules, ON_IT * limits[t.DEEPEST_ALLOWED])
+    elements = rules.size
+    judge_falls(state, j, layout, elements, rules, ON_IT * limits.deepest)
     work, taken = 0.0, closing_work(state, j, layout, elements)
     for p in range(layout.shape[0]):
         taken += rows.load_pair(rows.of_pair(state, elements, p), j).taken
@@ -277,10 +269,10 @@ def finish(
         item = rows.load_element(rows.of_element(state, e), j)
         course, standing = item.course, item.standing
         work += course.work
-        each[e, t.E_SIDE] = standing.side
-        each[e, t.E_TIME] = standing.upright_until if standing.side != 0.0 else np.nan
-        each[e, t.E_ANGLE] = min(course.peak_angle, 0.5 * np.pi)
-        each[e, t.E_SLIP], each[e, t.E_RESIDUAL] = standing.peak_slip, standing.slip
+        each[e].side = standing.side
+        each[e].time = standing.upright_until if standing.side != 0.0 else np.nan
+        each[e].angle = min(course.peak_angle, 0.5 * np.pi)
+        each[e].slip, each[e].residual = standing.peak_slip, standing.slip
     balance = (moving_energy(state, j, elements, gravity) - rows.load_case(state, j).energy) - work + taken
-    out[t.R_STATUS], out[t.R_DEPTH], out[t.R_STEPS] = status, deepest_of(state, j, layout, elements), steps
-    out[t.R_ENERGY] = abs(balance) / max(work, limits[t.LEAST_SCALE], taken)
+    out.depth = deepest_of(state, j, layout, elements)
+    out.energy = abs(balance) / max(work, limits.least_scale, taken)

@@ -10,11 +10,12 @@ from typing import Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.lanes import INLINE
-from overturning.dem.mechanics import ONSET, TURN, larger, within_circle
-from overturning.dem.single_body import at_tick
-from overturning.dem.solid.centred_rows import Attempt, Change, Foreseen, Sum, Touch
-from overturning.dem.solid.rows import (
+from overturning.dem.kernel.clock import BODY, Attempt, Clock, Found
+from overturning.dem.kernel.ground import at_tick
+from overturning.dem.kernel.lanes import INLINE
+from overturning.dem.kernel.mechanics import larger, within_circle
+from overturning.dem.solid.centred_rows import Change, Foreseen, Largest, Sum, Touch
+from overturning.dem.solid.state import (
     TICKS,
     Account,
     Body,
@@ -29,16 +30,10 @@ from overturning.dem.solid.rows import (
     lean_of,
     rotated,
 )
+from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 WHOLE: Final = float(TICKS)
-FORESEEN: Final = 2.0
-"""Steps up to so many of the finest tell by the foreseen forces what presses and slides; longer ones take it as last found."""
-MOST_TRIES: Final = 3.0
-"""A long step is done again so often with other points taken to slide; then it is done in shorter ones."""
-DWELL: Final = 4.0
-"""Steps of each further length before they are doubled again."""
-NO_FRACTION: Final = 1.5 * 2.0**52
-"""Added to a number and taken away again it leaves the nearest whole one."""
+PREDICTED: Final = BODY.predicted
 FAST_TURN: Final = 0.1
 """Tangent of the angle by which the deepest point of a rim may run round it in a step that is not the finest."""
 LEAST_FREEDOM: Final = 0.25
@@ -91,9 +86,9 @@ def rim_point(body: Body, f: Frame, ahead: float, aside: float) -> Vector:
 
 
 @njit(**INLINE)
-def is_late(body: Body, attempt: Attempt) -> bool:
+def is_late(clock: Clock, attempt: Attempt) -> bool:
     """Whether a step is fine enough for the foreseen forces to tell."""
-    return attempt.length <= FORESEEN * body.finest
+    return attempt.length <= PREDICTED * clock.finest
 
 
 @njit(**INLINE)
@@ -137,7 +132,9 @@ def touch(body: Body, w: Foreseen, f: Frame, r: Vector, old: Memory, late: bool,
 
 
 @njit(**INLINE)
-def meet(body: Body, w: Foreseen, t: Touch, old: Memory, d: Change, late: bool, round_: bool) -> tuple[Sum, Memory]:
+def meet(
+    body: Body, w: Foreseen, t: Touch, old: Memory, d: Change, late: bool, round_: bool
+) -> tuple[Sum, Largest, Memory]:
     """Forces of a point at the solution, within their limits."""
     half = w.half
     du = d.vx + (d.wy * t.rz - d.wz * t.ry)
@@ -177,28 +174,16 @@ def meet(body: Body, w: Foreseen, t: Touch, old: Memory, d: Change, late: bool, 
     ry, rz, rx = t.ry, t.rz, t.rx
     mx, my, mz = ry * n - rz * fy, rz * fx - rx * n, rx * fy - ry * fx
     return Sum(
-        fx, fy, n, mx, my, mz, more * fx, more * fy, more * n, more * mx, more * my, more * mz, power, let_go, changed,
-        1.0 if wrong & (not late) else 0.0, 1.0 if backwards & (not late) else 0.0,
-        1.0 if carries & (not slips) else 0.0, 1.0 if carries & slips & (fx * old.sx + fy * old.sy > 0.0) else 0.0,
-        0.0 if n > 0.0 else 1.0, depth,
+        fx, fy, n, mx, my, mz, more * fx, more * fy, more * n, more * mx, more * my, more * mz, power, let_go,
+    ), Largest(
+        changed, 1.0 if wrong & (not late) else 0.0, 1.0 if backwards & (not late) else 0.0,
+        1.0 if carries & (not slips) else 0.0,
+        1.0 if carries & slips & (fx * old.sx + fy * old.sy > 0.0) & (not late) else 0.0, 0.0 if n > 0.0 else 1.0, depth,
     ), Memory(kx, ky, ux if round_ else (w.x + rx) + half * du, uy if round_ else (w.y + ry) + half * dv, depth, n, 1.0 if slips & carries else 0.0)  # fmt: skip
 
 
 @njit(**INLINE)
-def both(a: Sum, b: Sum) -> Sum:
-    """What two points do."""
-    return Sum(
-        a.fx + b.fx, a.fy + b.fy, a.fz + b.fz, a.mx + b.mx, a.my + b.my, a.mz + b.mz,
-        a.px + b.px, a.py + b.py, a.pz + b.pz, a.qx + b.qx, a.qy + b.qy, a.qz + b.qz, a.loss + b.loss, a.let_go + b.let_go,
-        a.changed if a.changed > b.changed else b.changed, a.wrong if a.wrong > b.wrong else b.wrong,
-        a.reversed if a.reversed > b.reversed else b.reversed, a.holds if a.holds > b.holds else b.holds,
-        a.back if a.back > b.back else b.back, a.off if a.off > b.off else b.off,
-        a.depth if a.depth > b.depth else b.depth,
-    )  # fmt: skip
-
-
-@njit(**INLINE)
-def turns_fast(s: State, w: Foreseen, t: Sum) -> bool:
+def turns_fast(s: State, w: Foreseen, t: Largest) -> bool:
     """Whether the deepest point of a rim that does not lie flat runs round it by more than a tenth of a radian in the step."""
     a, b = frame_of(s.qw, s.qx, s.qy, s.qz), frame_of(w.qw, w.qx, w.qy, w.qz)
     across, along = a.xz * b.yz - a.yz * b.xz, a.xz * b.xz + a.yz * b.yz
@@ -206,42 +191,19 @@ def turns_fast(s: State, w: Foreseen, t: Sum) -> bool:
 
 
 @njit(**INLINE)
-def next_attempt(body: Body, attempt: Attempt, t: Sum, tick: float, ticks: float, fast: bool) -> Attempt:
-    """Whether the step, which would end at a tick of a sample of `ticks`, has to be done again, and how the next one is to be taken.
-
-    A step in which a contact changes is not taken unless it is the finest; one of half the length follows. After some steps of a
-    length come those of twice the length, at a tick that is a multiple of it, so that every step lies within a sample. Above
-    `ONSET` of a sample they are only while a point holds the body, above `TURN` only where friction does not change its sign.
-    """
-    length, late = attempt.length, is_late(body, attempt)
-    changed = t.changed > 0.0
-    shorter = (changed | fast) & (length > body.finest)
-    wrong = (t.wrong > 0.0) & (not (late | shorter))
-    slides = (t.holds == 0.0) & (t.fz > 0.0)
-    onset, back = slides & (length > ONSET * ticks), (t.back > 0.0) & (length > TURN * ticks)
-    halved = (((t.reversed > 0.0) | back) & (not (late | shorter))) | (wrong & (onset | (attempt.tries >= MOST_TRIES)))
-    retry = wrong & (not halved)
-    shorter = shorter | halved
-    above = 2.0 * length
-    times_above = tick / above
-    fits = (times_above + NO_FRACTION) - NO_FRACTION == times_above
-    longer = (attempt.left <= 1.0) & (length < WHOLE) & fits & (not (slides & (above > ONSET * ticks)))
-    left = DWELL if longer else attempt.left - 1.0
-    left = body.dwell if changed else left
-    left = DWELL if shorter else left
-    left = attempt.left if retry else left
-    then = above if longer & (not (changed | retry)) else length
-    then = 0.5 * length if shorter else then
-    return Attempt(then, left, attempt.tries + 1.0 if retry else 0.0, 1.0 if shorter | retry else 0.0)
+def found_of(t: Largest, weight: float, fast: bool) -> Found:
+    """What an attempt at a step has found, for the clock; a rim that runs round too fast asks for a shorter step."""
+    slides = (t.holds == 0.0) & (weight > 0.0)
+    return Found(t.changed > 0.0, fast, False, t.wrong > 0.0, t.reversed > 0.0, t.back > 0.0, slides, False)
 
 
 @njit(**INLINE)
 def commit(
-    body: Body, s: State, peaks: Peaks, account: Account, w: Foreseen, d: Change, t: Sum, length: float, gravity: float
+    body: Body, s: State, peaks: Peaks, account: Account, w: Foreseen, d: Change, t: Sum, depth: float, length: float
 ) -> tuple[State, Peaks, Account]:
     """Forces at the end of the step, what they do, and the accounts."""
     half, tick = w.half, s.tick + length
-    ax, ay, az = t.fx + w.push_x, t.fy + w.push_y, t.fz - (gravity + w.lift)
+    ax, ay, az = t.fx + w.push_x, t.fy + w.push_y, t.fz - (GRAVITY + w.lift)
     vx, vy, vz = w.vx + half * ax + t.px, w.vy + half * ay + t.py, w.vz + half * az + t.pz
     lx, ly, lz = w.lx + half * t.mx + t.qx, w.ly + half * t.my + t.qy, w.lz + half * t.mz + t.qz
     x, y, z = w.x + half * d.vx, w.y + half * d.vy, w.z + half * d.vz
@@ -255,7 +217,7 @@ def commit(
     )  # fmt: skip
     lean, bx, by = lean_of(f), x - body.foot * f.xz, y - body.foot * f.yz
     peaks = Peaks(
-        larger(peaks.lean, lean), larger(peaks.slip, bx * bx + by * by), larger(peaks.depth, t.depth),
+        larger(peaks.lean, lean), larger(peaks.slip, bx * bx + by * by), larger(peaks.depth, depth),
         tick if lean < body.critical else peaks.last_upright,
     )  # fmt: skip
     moved = State(

@@ -29,17 +29,10 @@ class Touch(NamedTuple):
     """1 where it does not carry before the ends of the base rest."""
 
 
-class Attempt(NamedTuple):
-    """How the centred scheme goes about the next step."""
+class Refused(NamedTuple):
+    """Whether the last step was not accepted: 1 or 0."""
 
-    length: float
-    """Its length in ticks,"""
-    left: float
-    """steps of that length until they may be longer,"""
-    tries: float
-    """how often this one was done again;"""
     again: float
-    """1 where the last one was not taken."""
 
 
 class Foreseen(NamedTuple):
@@ -156,9 +149,14 @@ class Sum(NamedTuple):
     loss: float
     """power of dashpots and sliders,"""
     let_go: float
-    """energy that springs let go;"""
+    """energy that springs let go."""
+
+
+class Largest(NamedTuple):
+    """The largest of what is found at any point of contact, 0 or less where it is found at none."""
+
     changed: float
-    """above 0 where a contact opened or closed,"""
+    """Above 0 where a contact opened or closed,"""
     wrong: float
     """1 where a point was taken to do otherwise,"""
     reversed: float

@@ -11,11 +11,11 @@ from typing import Any, Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.lanes import INLINE, INNER
-from overturning.dem.mechanics import larger, within_circle
-from overturning.dem.single_body import within_sample
+from overturning.dem.kernel.ground import within_sample
+from overturning.dem.kernel.lanes import INLINE, INNER
+from overturning.dem.kernel.mechanics import larger, within_circle
 from overturning.dem.solid.lying import lie_all, lies, waits
-from overturning.dem.solid.rows import (
+from overturning.dem.solid.state import (
     ROWS,
     TICKS,
     VERTEX,
@@ -37,6 +37,7 @@ from overturning.dem.solid.rows import (
     lean_of,
     rotated,
 )
+from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 WHOLE: Final = float(TICKS)
 
@@ -137,7 +138,7 @@ def lost(t: Wrench, vx: float, vy: float, vz: float, w: Vector) -> float:
 
 @njit(**INLINE)
 def step(
-    body: Body, s: State, f: Frame, t: Wrench, peaks: Peaks, account: Account, shaking: Shaking, gravity: float
+    body: Body, s: State, f: Frame, t: Wrench, peaks: Peaks, account: Account, shaking: Shaking
 ) -> tuple[State, Peaks, Account]:
     """One step of one body on which the base acts with the wrench t."""
     dt = body.step * WHOLE
@@ -147,7 +148,7 @@ def step(
         within_sample(shaking.push_y, s.tick),
         within_sample(shaking.lift, s.tick),
     )
-    ax, ay, az = t.fx + push_x, t.fy + push_y, t.fz - (gravity + lift)
+    ax, ay, az = t.fx + push_x, t.fy + push_y, t.fz - (GRAVITY + lift)
     # The accounts take the velocities at the whole step.
     cx, cy, cz = s.vx + half * ax, s.vy + half * ay, s.vz + half * az
     w = angular_velocity(body, f, s.lx + half * t.mx, s.ly + half * t.my, s.lz + half * t.mz)
@@ -231,12 +232,12 @@ def roll_all(state: Any, one: Any, other: Any, columns: int, ahead: float, aside
 
 
 @njit(**INNER)
-def move_all(state: Any, columns: int, gravity: float) -> None:
+def move_all(state: Any, columns: int) -> None:
     """The step of all bodies."""
     for j in range(columns):
         s, peaks, account = step(
             load_body(state, j), load_state(state, j), load_frame(state, j), load_wrench(state, j),
-            load_peaks(state, j), load_account(state, j), load_shaking(state, j), gravity,
+            load_peaks(state, j), load_account(state, j), load_shaking(state, j),
         )  # fmt: skip
         store_state(state, j, s)
         store_peaks(state, j, peaks)
@@ -260,7 +261,6 @@ def loops(round_: bool) -> Any:
         base: int,
         columns: int,
         steps: int,
-        gravity: float,
     ) -> None:
         half = count // 2 * OF_A_VERTEX
         for _ in range(steps):
@@ -276,6 +276,6 @@ def loops(round_: bool) -> Any:
                     roll_all(state, one, other, columns, ahead, 1.0 - ahead)
                 else:
                     touch_all(state, one, other, columns)
-            move_all(state, columns, gravity)
+            move_all(state, columns)
 
     return advance

@@ -4,9 +4,10 @@ import math
 
 from numba import njit
 
-from overturning.dem.lanes import INLINE
+from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.solid.centred_rows import Change, Equations, Foreseen, Touch
-from overturning.dem.solid.rows import Body, Frame, Memory, State, frame_of, in_space
+from overturning.dem.solid.state import Body, Frame, Memory, State, frame_of, in_space
+from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 
 @njit(**INLINE)
@@ -57,22 +58,6 @@ def share(body: Body, half: float, t: Touch, old: Memory, late: bool) -> Equatio
 
 
 @njit(**INLINE)
-def together(a: Equations, b: Equations) -> Equations:
-    """Parts of two points."""
-    return Equations(
-        a.fx + b.fx, a.fy + b.fy, a.fz + b.fz, a.mx + b.mx, a.my + b.my, a.mz + b.mz,
-        a.a11 + b.a11, a.a12 + b.a12, a.a13 + b.a13, a.a21 + b.a21, a.a22 + b.a22, a.a23 + b.a23,
-        a.a31 + b.a31, a.a32 + b.a32, a.a33 + b.a33,
-        a.b11 + b.b11, a.b12 + b.b12, a.b13 + b.b13, a.b21 + b.b21, a.b22 + b.b22, a.b23 + b.b23,
-        a.b31 + b.b31, a.b32 + b.b32, a.b33 + b.b33,
-        a.c11 + b.c11, a.c12 + b.c12, a.c13 + b.c13, a.c21 + b.c21, a.c22 + b.c22, a.c23 + b.c23,
-        a.c31 + b.c31, a.c32 + b.c32, a.c33 + b.c33,
-        a.d11 + b.d11, a.d12 + b.d12, a.d13 + b.d13, a.d21 + b.d21, a.d22 + b.d22, a.d23 + b.d23,
-        a.d31 + b.d31, a.d32 + b.d32, a.d33 + b.d33,
-    )  # fmt: skip
-
-
-@njit(**INLINE)
 def inverse(m: Frame) -> Frame:
     """Inverse of a matrix by cofactors, arranged so that x and y may change places."""
     zx, zy, zz = m.xy * m.yz - m.xz * m.yy, m.xz * m.yx - m.xx * m.yz, m.xx * m.yy - m.xy * m.yx
@@ -92,12 +77,12 @@ def times(a: Frame, b: Frame) -> Frame:
 
 
 @njit(**INLINE)
-def solve(body: Body, s: State, w: Foreseen, q: Equations, gravity: float) -> Change:
+def solve(body: Body, s: State, w: Foreseen, q: Equations) -> Change:
     """Velocities at the end of the step, with springs and dashpots taken there, by blocks."""
     half = w.half
     ux = half * ((q.fx + w.push_x) - s.ax)
     uy = half * ((q.fy + w.push_y) - s.ay)
-    uz = half * ((q.fz - (gravity + w.lift)) - s.az)
+    uz = half * ((q.fz - (GRAVITY + w.lift)) - s.az)
     tx, ty, tz = half * (q.mx - s.mx), half * (q.my - s.my), half * (q.mz - s.mz)
     f = frame_of(w.qw, w.qx, w.qy, w.qz)
     turned = times(f, Frame(body.axx, body.axy, body.axz, body.axy, body.ayy, body.ayz, body.axz, body.ayz, body.azz))

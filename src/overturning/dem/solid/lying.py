@@ -8,9 +8,9 @@ from typing import Any, Final
 
 from numba import njit
 
-from overturning.dem.lanes import INLINE, INNER
+from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.dem.solid.body import CORNERS
-from overturning.dem.solid.rows import ROWS, VERTEX, Body, Frame, Lying, Memory, Point, Vertex, in_space
+from overturning.dem.solid.state import ROWS, VERTEX, Body, Frame, Lying, Memory, Point, Vertex, in_space
 
 LEVEL: Final = 1.0 - 1e-6
 """Vertices that are as deep below the centre as this share of the foot are of the base."""

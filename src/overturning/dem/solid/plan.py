@@ -8,20 +8,21 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.contact import check_precision
+from overturning.dem.kernel.balance import until_balanced
+from overturning.dem.kernel.clock import BODY as PACE
+from overturning.dem.kernel.ground import Ground
+from overturning.dem.kernel.queue import run_queue
+from overturning.dem.kernel.status import Status
 from overturning.dem.numerics import BODY_STEP, Numerics
-from overturning.dem.plan import AFTERMATH, DEEPEST, check_path, sinks_too_far, until_balanced
+from overturning.dem.plan import AFTERMATH, DEEPEST, check_path, most_rows, sinks_too_far
 from overturning.dem.quiet import quiet_windows
-from overturning.dem.single_body import Ground
-from overturning.dem.solid import tables as k
 from overturning.dem.solid.body import Body
 from overturning.dem.solid.cases import SpaceCases
 from overturning.dem.solid.contact import VertexContact, highest_mode, rest
-from overturning.dem.solid.queue import SCHEMES, Bodies, Limits, Rim, Vertices, run_queue
 from overturning.dem.solid.results import SpaceResults
+from overturning.dem.solid.rules import BODY, CASE, RESULT, ROW, SCHEMES, START, BodyRules, Rim, Vertices
 from overturning.dem.solid.shapes import Shape
 from overturning.dem.solid.steps import pace_of
-from overturning.dem.solid.verdict import GOES_ON
-from overturning.dem.status import Status
 from overturning.dem.time_step import Scheme, scheme_of
 from overturning.dem.variables import INT8_MISSING
 from overturning.motion.direction import direction_cosines
@@ -64,7 +65,8 @@ class SpacePlan:
     scheme: Scheme
     shape: Shape
     made: list[Body]
-    bodies: Bodies
+    bodies: NDArray[np.void]  # table of bodies, of `overturning.dem.solid.rules.BODY`
+    points: FloatArray  # shape (bodies, vertices, 3): from the centre, m
     orientation: FloatArray  # shape (n,), degrees
     cosines: FloatArray  # shape (n, 2): of the orientation, north and east
     row: NDArray[np.int64]  # shape (n,): row of `along`
@@ -73,7 +75,7 @@ class SpacePlan:
     first: NDArray[np.int64]  # shape (n,): sample from which it is computed
     never: NDArray[np.bool_]  # shape (n,): below the thresholds of rocking and sliding for the whole record
     hopeless: NDArray[np.bool_]  # shape (n,): the weight alone `sinks_too_far`; no answer, and not computed
-    table: FloatArray  # shape (n, PARAMETERS): the kernel's case table
+    table: NDArray[np.void]  # shape (n,): the kernel's cases, of `overturning.dem.solid.rules.CASE`
 
     @property
     def group(self) -> NDArray[np.int64]:
@@ -87,34 +89,45 @@ class SpacePlan:
         return results
 
     def compute(
-        self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
+        self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: NDArray[np.void] | None = None
+    ) -> tuple[NDArray[np.void], NDArray[np.void]]:
         """Results of chosen cases with the same steps per sample, finer of those that do not balance; rows of the first one's path."""
-        motion, out = self.motion, np.zeros((chosen.size, k.RESULTS))
+        motion, out, table = self.motion, np.zeros(chosen.size, RESULT), self.table[chosen]
         up = np.zeros(motion.samples + 3)
         if motion.up is not None:
             up[: motion.samples] = motion.up
-        ground, noted = Ground(self.along, up, motion.samples, motion.sampling_interval), path
+        kept = np.zeros(0, ROW)
 
         def run(rows: NDArray[np.int64], finer: int) -> None:
-            nonlocal noted
-            table = self.table[chosen]
+            nonlocal kept
+            cases = table.copy()
             # The shortest step is in ticks, which shrink with the whole one.
-            table[:, k.P_DWELL] *= finer
-            noted = run_queue(
-                SCHEMES[self.scheme][0], Rim() if self.bodies.round else Vertices(), rows, table, self.row[chosen], self.bodies, ground,
-                int(self.steps[chosen[0]]) * finer, Limits(STANDARD_GRAVITY, self.numerics.budget // BODY_STEP), counter, path, out,
-            )  # fmt: skip
+            cases["dwell"] *= finer
+            rules = BodyRules(
+                scheme=SCHEMES[self.scheme][0],
+                kind=Rim() if self.made[0].radius > 0 else Vertices(),
+                cases=cases,
+                row=self.row[chosen],
+                bodies=self.bodies,
+                points=self.points,
+                base=self.made[0].base,
+                results=out,
+                ground=Ground(self.along, up, motion.samples, motion.sampling_interval),
+                at_once=int(self.steps[chosen[0]]) * finer,
+                budget=self.numerics.budget // BODY_STEP,
+                most_rows=most_rows(ROW),
+            )
+            kept, noted = run_queue(rules, rows, counter, np.zeros(0, ROW) if path is None else path)
+            if noted < 0:  # there was no room
+                check_path(2 * kept.nbytes // 8)
+            kept = kept[:noted]
 
-        until_balanced(run, out, k.R_STATUS, k.R_ENERGY)
-        if out[0, k.R_STATUS] == GOES_ON:  # its path is full
-            check_path(2 * noted.size)
-        return out, noted
+        until_balanced(run, out["status"], out["energy"])
+        return out, kept
 
-    def store(self, results: SpaceResults, chosen: NDArray[np.int64], out: FloatArray) -> None:
+    def store(self, results: SpaceResults, chosen: NDArray[np.int64], out: NDArray[np.void]) -> None:
         """Put what the kernel found into the results."""
-        body = self.table[chosen, k.P_BODY].astype(np.int64)
-        faces = [self.made[index].faces for index in body]
+        faces = [self.made[index].faces for index in self.table["body"][chosen]]
         results.store(chosen, out, self.orientation[chosen], self.cosines[chosen], faces)
 
 
@@ -149,31 +162,36 @@ def plan_in_space(
         threshold = np.minimum((reach / foot)[which], friction)
         first, quiet, never = quiet_windows(motion, np.zeros(cases.size, np.int64), amplitude, strongest, threshold)
         calm = quiet.astype(np.float64)
-    table = np.zeros((cases.size, k.PARAMETERS))
+    table = np.zeros(cases.size, CASE)
     columns = {
-        k.P_BODY: which,
-        k.P_STIFFNESS: laws[which, 0],
-        k.P_TANGENTIAL: laws[which, 1],
-        k.P_DASHPOT: dashpot,
-        k.P_FRICTION: friction,
-        k.P_AMPLITUDE: amplitude,
-        k.P_FIRST: first,
-        k.P_CALM: calm,
-        k.P_FINEST: pace.finest,
-        k.P_DWELL: pace.dwell,
-        k.P_AFTER: samples + np.ceil(AFTERMATH * period[which] / interval),
+        "body": which,
+        "stiffness": laws[which, 0],
+        "tangential": laws[which, 1],
+        "dashpot": dashpot,
+        "friction": friction,
+        "amplitude": amplitude,
+        "first": first,
+        "calm": calm,
+        "after": samples + np.ceil(AFTERMATH * period[which] / interval),
+        "whole": PACE.ticks,
+        "finest": pace.finest,
+        "standing": PACE.ticks,
+        "dwell": pace.dwell,
+        "settled": PACE.settled,
+        "settled_from": PACE.settled_above,
+        "tries": PACE.tries,
     }
-    for column, values in columns.items():
-        table[:, column] = values
+    for name, values in columns.items():
+        table[name] = values
     poses = [rest(body, float(law[0])) for body, law in zip(made, laws, strict=True)]
     sunk = np.array([_deepest(body, pose) for body, pose in zip(made, poses, strict=True)])
-    table[:, k.P_START :] = (
-        np.array([_at_rest(pose) for pose in poses])[which]
-        if start is None
-        else [*start.place, *start.quaternion, *start.velocity, *start.angular_velocity]
-    )
+    if start is None:
+        table["start"] = np.array([_at_rest(pose) for pose in poses])[which]
+    else:
+        table["start"] = (*start.place, *start.quaternion, *start.velocity, *start.angular_velocity)
+    bodies, points = _bodies(made)
     return SpacePlan(
-        motion=motion, numerics=numerics, scheme=scheme, shape=shape, made=made, bodies=_bodies(made), cosines=cosines,
+        motion=motion, numerics=numerics, scheme=scheme, shape=shape, made=made, bodies=bodies, points=points, cosines=cosines,
         orientation=np.asarray(cases.orientation_deg), row=row, along=along, steps=pace.steps, first=first, never=never, table=table,
         hopeless=sinks_too_far(sunk, 2.0 * np.minimum(foot, reach))[which],
     )  # fmt: skip
@@ -196,27 +214,30 @@ def _deepest(body: Body, pose: FloatArray) -> float:
     return float(np.max(body.foot - pose[2] - (pose[3] * y - pose[4] * x)))
 
 
-def _at_rest(pose: FloatArray) -> FloatArray:
-    """Place, quaternion and velocities of a body at rest on its springs, from its `rest`."""
-    begin = np.zeros(k.START)
+def _at_rest(pose: FloatArray) -> NDArray[np.void]:
+    """Place, rotation and velocities of a body at rest on its springs, of `START`, from its `rest`."""
     half = 0.5 * pose[3:]
-    begin[:3] = pose[:3]
-    begin[3:7] = np.array([1.0, *half]) / np.sqrt(1.0 + np.sum(half * half))
+    begin = np.zeros((), START)
+    begin["x"], begin["y"], begin["z"] = pose[:3]
+    begin["qw"], begin["qx"], begin["qy"], begin["qz"] = np.array([1.0, *half]) / np.sqrt(1.0 + np.sum(half * half))
     return begin
 
 
-def _bodies(made: list[Body]) -> Bodies:
-    """The kernel's table of bodies; the vertices are made even in number by one at the centre, which never touches."""
+def _bodies(made: list[Body]) -> tuple[NDArray[np.void], FloatArray]:
+    """The kernel's table of bodies and their vertices, which are made even in number by one at the centre that never touches."""
     count = len(made[0].points)
-    points = np.zeros((len(made), count + count % 2, 3))
-    table = np.zeros((len(made), k.BODY))
+    points, table = np.zeros((len(made), count + count % 2, 3)), np.zeros(len(made), BODY)
+    pairs = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
     for index, body in enumerate(made):
         points[index, :count] = body.points
-        inverse, critical = body.inverse_inertia, body.reach**2 / (body.reach**2 + body.foot**2)
-        smallest = min(body.reach, body.foot)
-        table[index] = [
-            inverse[0, 0], inverse[1, 1], inverse[2, 2], inverse[0, 1], inverse[0, 2], inverse[1, 2], body.foot, body.radius,
-            body.reach, critical, np.round(np.cos(body.fallen), 12), DEEPEST * smallest, body.ends,
-            body.inertia[0, 0], body.inertia[1, 1], body.inertia[2, 2], body.inertia[0, 1], body.inertia[0, 2], body.inertia[1, 2],
-        ]  # fmt: skip
-    return Bodies(table, points, made[0].base, made[0].radius > 0)
+        for name, at in pairs.items():
+            table[index][f"i{name}"], table[index][f"a{name}"] = body.inverse_inertia[at], body.inertia[at]
+        foot, reach = body.foot, body.reach
+        values = {
+            "foot": foot, "radius": body.radius, "reach": reach, "critical": reach**2 / (reach**2 + foot**2),
+            "fallen": np.round(np.cos(body.fallen), 12), "deepest": DEEPEST * min(reach, foot),
+            "ends": body.ends,
+        }  # fmt: skip
+        for name, value in values.items():
+            table[index][name] = value
+    return table, points

@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.solid import tables
-from overturning.dem.status import Status
+from overturning.dem.kernel.status import Status
 from overturning.dem.variables import INT8_MISSING, VARIABLES, Variable
 
 _AS_IN_PLANES: Final = {item.name: item for item in VARIABLES}
@@ -79,25 +78,25 @@ class SpaceResults:
         return type(self)(**{name: values[rows] for name, values in vars(self).items()})
 
     def store(
-        self, chosen: NDArray[np.int64], out: FloatArray, orientation: FloatArray, cosines: FloatArray, faces: list[FloatArray]
+        self, chosen: NDArray[np.int64], out: NDArray[np.void], orientation: FloatArray, cosines: FloatArray, faces: list[FloatArray]
     ) -> None:  # fmt: skip
         """Put in what the kernel found for the chosen cases.
 
         `orientation` (degrees), its `cosines` (north, east) and the normals of the `faces` are those of each chosen case.
         """
-        status = out[:, tables.R_STATUS].astype(np.int8)
-        w, x, y, z = (out[:, tables.R_QUATERNION + part] for part in range(4))
+        status = out["status"].astype(np.int8)
+        w, x, y, z = (out[name] for name in ("qw", "qx", "qy", "qz"))
         top_x, top_y = 2.0 * (x * z + w * y), 2.0 * (y * z - w * x)
         with np.errstate(invalid="ignore", over="ignore"):
             answered = status == Status.SIMULATED
-            fell = answered & (out[:, tables.R_FALLEN] > 0)
+            fell = answered & (out["fallen"] > 0)
             # x points to the orientation, y 90° anticlockwise of it.
             azimuth = np.mod(orientation - _degrees(np.arctan2(top_y, top_x)), 360.0)
-            lean = np.clip(out[:, tables.R_LEAN], 0.0, 2.0)
+            lean = np.clip(out["lean"], 0.0, 2.0)
             sine = np.sqrt(np.minimum(lean, 2.0 - lean))
             tilt = np.where(lean <= 1.0, np.arcsin(sine), np.pi - np.arcsin(sine))
             twist = np.mod(_degrees(-2.0 * np.arctan2(z, w)) + 180.0, 360.0) - 180.0
-            slip_x, slip_y = out[:, tables.R_SLIP_X], out[:, tables.R_SLIP_Y]
+            slip_x, slip_y = out["slip_x"], out["slip_y"]
             values = {
                 "overturned": np.where(answered, fell, INT8_MISSING),
                 "status": status,
@@ -107,15 +106,15 @@ class SpaceResults:
                     for side, one, is_down in zip(faces, np.stack([w, x, y, z], axis=1), fell, strict=True)
                 ],
                 "peak_tilt": _degrees(tilt),
-                "overturning_time": np.where(fell, out[:, tables.R_TIME], np.nan),
-                "peak_slip": out[:, tables.R_SLIP],
+                "overturning_time": np.where(fell, out["time"], np.nan),
+                "peak_slip": out["slip"],
                 "residual_slip_north": slip_x * cosines[:, 0] + slip_y * cosines[:, 1],
                 "residual_slip_east": slip_x * cosines[:, 1] - slip_y * cosines[:, 0],
                 "residual_twist": np.where(fell, np.nan, twist),
-                "peak_penetration": out[:, tables.R_DEPTH],
-                "energy_error": out[:, tables.R_ENERGY],
-                "angular_momentum_error": out[:, tables.R_SPIN],
-                "block_steps": out[:, tables.R_STEPS],
+                "peak_penetration": out["depth"],
+                "energy_error": out["energy"],
+                "angular_momentum_error": out["spin"],
+                "block_steps": out["steps"],
             }
             for name, column in values.items():
                 getattr(self, name)[chosen] = column

@@ -6,18 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
+from overturning.dem.kernel.clock import BODY
 from overturning.dem.numerics import Numerics
-from overturning.dem.solid.rows import TICKS
 from overturning.dem.time_step import Scheme, contact_time, steps_per_sample
 
-WHOLE_STEP: Final = 0.004
-"""Longest step of the centred scheme, in 1/p, p = √(3g/4R);"""
-
-FINEST_STEP: Final = 0.125
-"""and its step where a contact changes, in 1/ω of the highest mode, rounded down to a power of two of ticks."""
-
-SETTLING: Final = 6.0
-"""Time for which steps stay so fine after a change, in 1/ω; both shorter where ξ_max is above `HEAVY_DAMPING`."""
+TICKS: Final = BODY.ticks
 
 
 class Pace(NamedTuple):
@@ -45,14 +38,14 @@ def pace_of(
         steps = steps_per_sample(scheme, numerics.time_step, square, rate, interval, period) * numerics.refinement
         return Pace(steps, np.ones(steps.size), np.ones(steps.size))
     # Stable with any step: the limit is what it resolves, given as the one of an oscillator without damping.
-    whole = WHOLE_STEP * period
+    whole = BODY.longest * period
     wanted = "1 stable" if numerics.time_step == "auto" else numerics.time_step
     steps = steps_per_sample(Scheme.CUNDALL, wanted, (2.0 / whole) ** 2, np.zeros(whole.size), interval, period)
     tick = interval / steps / TICKS
     share = np.minimum(interval / steps / whole, 1.0)
     contact = contact_time(square, rate)
-    ticks = np.clip(FINEST_STEP * share * contact / tick, 1.0, TICKS)
+    ticks = np.clip(BODY.finest * share * contact / tick, 1.0, TICKS)
     finest = np.exp2(np.frexp(ticks)[1] - 1.0)
     # The ticks of a finer step are shorter.
-    dwell = np.ceil(SETTLING * contact / (finest * tick)) * numerics.refinement
+    dwell = np.ceil(BODY.dwell * contact / (finest * tick)) * numerics.refinement
     return Pace(steps * numerics.refinement, finest, dwell)

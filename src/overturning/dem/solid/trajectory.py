@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.numerics import Numerics
-from overturning.dem.solid import tables as k
 from overturning.dem.solid.cases import SpaceCases, sizes_of
 from overturning.dem.solid.contact import VertexContact
 from overturning.dem.solid.plan import SPACE_SCHEMES, SpacePlan, Start, plan_in_space
 from overturning.dem.solid.results import SPACE_VARIABLES, SpaceResults
+from overturning.dem.solid.rules import ROW, START
 from overturning.dem.solid.shapes import Shape, shape_of
 from overturning.motion.direction import direction_cosines
 from overturning.motion.motion import Motion
@@ -75,26 +75,30 @@ def trajectory_in_space(
     return _dataset(path, results, attributes, corners, edges)
 
 
-def _trace(planned: SpacePlan) -> tuple[SpaceResults, FloatArray]:
+def _trace(planned: SpacePlan) -> tuple[SpaceResults, NDArray[np.void]]:
     """Results and path of a plan's only case."""
     results, only = planned.uncomputed(), np.zeros(1, np.int64)
-    samples, interval = planned.motion.samples, planned.motion.sampling_interval
-    still, path = bool(planned.never[0] or planned.hopeless[0]), np.zeros((0, k.TRAJECTORY))
+    motion, case, path = planned.motion, planned.table[0], np.zeros(0, ROW)
+    still = bool(planned.never[0] or planned.hopeless[0])
     if not still:
-        out, path = planned.compute(only, np.zeros(1, np.int64), np.zeros((samples, k.TRAJECTORY)))
+        out, path = planned.compute(only, np.zeros(1, np.int64), np.zeros(motion.samples, ROW))
         planned.store(results, only, out)
-    rest = np.zeros((samples if still else int(planned.first[0]), k.TRAJECTORY))
-    rest[:, k.T_TIME] = np.arange(len(rest)) * interval
-    rest[:, k.T_X : k.T_X + k.START] = planned.table[0, k.P_START :]
-    ground = planned.along[0, :, : len(rest)] * planned.table[0, k.P_AMPLITUDE]
-    rest[:, k.T_GROUND : k.T_GROUND + 2] = ground.T
-    if planned.motion.up is not None:
-        rest[:, k.T_GROUND + 2] = planned.motion.up[: len(rest)] * planned.table[0, k.P_AMPLITUDE]
+    rest = np.zeros(motion.samples if still else int(planned.first[0]), ROW)
+    rest["time"] = np.arange(rest.size) * motion.sampling_interval
+    for name in START.names or ():
+        rest[name] = case["start"][name]
+    rest["ground_x"], rest["ground_y"] = planned.along[0, :, : rest.size] * case["amplitude"]
+    if motion.up is not None:
+        rest["ground_z"] = motion.up[: rest.size] * case["amplitude"]
     return results, np.concatenate([rest, path])
 
 
 def _dataset(
-    path: FloatArray, results: SpaceResults, attributes: dict[str, Any], corners: FloatArray, edges: NDArray[np.int64]
+    path: NDArray[np.void],
+    results: SpaceResults,
+    attributes: dict[str, Any],
+    corners: FloatArray,
+    edges: NDArray[np.int64],
 ) -> "xr.Dataset":
     import xarray as xr
 
@@ -108,32 +112,33 @@ def _dataset(
     def described(dimensions: str, values: Any, units: str, long_name: str) -> tuple[Any, ...]:
         return dimensions.split(), values, {"units": units, "long_name": long_name}
 
-    quaternion = path[:, k.T_QUATERNION : k.T_QUATERNION + 4]
+    def of(*names: str) -> FloatArray:
+        return np.stack([path[name] for name in names], axis=-1)
+
+    quaternion = of("qw", "qx", "qy", "qz")
     w, x, y, z = quaternion.T
     axis = enu(np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1))
     variables = {
-        "place": described("time enu", enu(path[:, k.T_X : k.T_X + 3]), "m", "centre, in the frame of the base"),
+        "place": described("time enu", enu(of("x", "y", "z")), "m", "centre, in the frame of the base"),
         "quaternion": described(
             "time wxyz",
             np.concatenate([quaternion[:, :1], enu(quaternion[:, 1:])], axis=1),
             "1",
             "rotation from the pose at rest",
         ),
-        "velocity": described(
-            "time enu", enu(path[:, k.T_V : k.T_V + 3]), "m s-1", "of the centre, relative to the base"
-        ),
-        "angular_velocity": described("time enu", enu(path[:, k.T_W : k.T_W + 3]), "rad s-1", "angular velocity"),
+        "velocity": described("time enu", enu(of("vx", "vy", "vz")), "m s-1", "of the centre, relative to the base"),
+        "angular_velocity": described("time enu", enu(of("wx", "wy", "wz")), "rad s-1", "angular velocity"),
         "tilt_north": described("time", axis[:, 1], "1", "northward component of the body's axis"),
         "tilt_east": described("time", axis[:, 0], "1", "eastward component of the body's axis"),
         "ground_acceleration": described(
-            "time enu", enu(path[:, k.T_GROUND : k.T_GROUND + 3]), "m s-2", "acceleration of the base"
+            "time enu", enu(of("ground_x", "ground_y", "ground_z")), "m s-2", "acceleration of the base"
         ),
         "outline": described("corner enu", enu(corners), "m", "corners at rest, from the centre"),
         "edges": (("edge", "end"), edges),
     }
     variables |= {item.name: ((), getattr(results, item.name)[0], item.all_attributes) for item in SPACE_VARIABLES}
     coordinates = {
-        "time": described("time", path[:, k.T_TIME], "s", "time after the record's start"),
+        "time": described("time", path["time"], "s", "time after the record's start"),
         "enu": ("enu", ["east", "north", "up"]),
     }
     return xr.Dataset(variables, coordinates, attributes)

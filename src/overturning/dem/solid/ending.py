@@ -5,11 +5,10 @@ from typing import Any, Final
 import numpy as np
 from numba import njit
 
-from overturning.dem.block.verdict import GOES_ON, REST_ENERGY, STILL_TO_SLIDE
-from overturning.dem.lanes import INLINE, INNER
-from overturning.dem.single_body import Course
-from overturning.dem.solid import tables
-from overturning.dem.solid.rows import (
+from overturning.dem.kernel.ending import GOES_ON, REST_ENERGY, STILL_TO_SLIDE, Course
+from overturning.dem.kernel.lanes import INLINE, INNER
+from overturning.dem.kernel.status import Status
+from overturning.dem.solid.state import (
     ROWS,
     TICKS,
     VERTEX,
@@ -24,7 +23,7 @@ from overturning.dem.solid.rows import (
     angular_velocity,
     frame_of,
 )
-from overturning.dem.status import Status
+from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 load_body, load_state, load_peaks = (ROWS.access(of).load for of in (Body, State, Peaks))
 load_account, load_course, load_stance = (ROWS.access(of).load for of in (Account, Course, Stance))
@@ -43,7 +42,7 @@ def whole_step(body: Body, s: State, lag: float) -> tuple[Vector, Vector, Vector
 
 
 @njit(**INNER)
-def energy(body: Body, s: State, vertices: Any, count: int, j: int, lag: float, gravity: float) -> float:
+def energy(body: Body, s: State, vertices: Any, count: int, j: int, lag: float) -> float:
     """Kinetic, gravitational and spring energy per mass."""
     v, spin, w = whole_step(body, s, lag)
     motion = (v.x * v.x + v.y * v.y + v.z * v.z) + (spin.x * w.x + spin.y * w.y + spin.z * w.z)
@@ -52,7 +51,7 @@ def energy(body: Body, s: State, vertices: Any, count: int, j: int, lag: float, 
         one = load_memory(vertices[i * OF_A_VERTEX : (i + 1) * OF_A_VERTEX], j)
         depth = max(one.depth, 0.0)
         springs += body.stiffness * depth * depth + body.tangential * (one.sx * one.sx + one.sy * one.sy)
-    return 0.5 * (motion + springs) + gravity * (s.z - body.foot)
+    return 0.5 * (motion + springs) + GRAVITY * (s.z - body.foot)
 
 
 @njit(**INLINE)
@@ -71,10 +70,10 @@ def inside(vertices: Any, count: int, j: int) -> int:
 
 
 @njit(**INLINE)
-def rise(body: Body, reach: float, lean: float, gravity: float) -> float:
+def rise(body: Body, reach: float, lean: float) -> float:
     """Energy that takes a body at rest over the nearest edge of its base to its largest tilt so far, or over, per mass."""
     square = min(lean, body.critical)
-    return float(gravity * (reach * np.sqrt(square) - body.foot * square / (1.0 + np.sqrt(1.0 - square))))
+    return float(GRAVITY * (reach * np.sqrt(square) - body.foot * square / (1.0 + np.sqrt(1.0 - square))))
 
 
 @njit(**INLINE)
@@ -85,7 +84,7 @@ def upright(body: Body, s: State) -> bool:
 
 
 @njit(**INLINE)
-def is_sliding(body: Body, s: State, reach: float, lag: float, gravity: float) -> bool:
+def is_sliding(body: Body, s: State, reach: float, lag: float) -> bool:
     """Whether a body has way left to slide or to turn on the spot that is worth waiting for; without friction none stops."""
     v, _, w = whole_step(body, s, lag)
     f = frame_of(s.qw, s.qx, s.qy, s.qz)
@@ -93,19 +92,19 @@ def is_sliding(body: Body, s: State, reach: float, lag: float, gravity: float) -
     x, y = v.x + (w.y * az - w.z * ay), v.y + (w.z * ax - w.x * az)
     turn = w.z * reach
     square = (x * x + y * y) + turn * turn
-    return bool(body.friction > 0.0 and square >= 2.0 * STILL_TO_SLIDE * gravity * body.friction)
+    return bool(body.friction > 0.0 and square >= 2.0 * STILL_TO_SLIDE * GRAVITY * body.friction)
 
 
 @njit(**INNER)
-def verdict(
-    state: Any, vertices: Any, count: int, base: int, j: int, lag: float, ticks: float, end: float, gravity: float, deepest: float
+def has_ended(
+    state: Any, vertices: Any, count: int, base: int, j: int, lag: float, ticks: float, end: float
 ) -> int:  # fmt: skip
     """`Status` of a column at the end of a sample, or `GOES_ON`; `base` is the number of vertices that it rests on."""
     body, s, peaks = load_body(state, j), load_state(state, j), load_peaks(state, j)
     course, stance = load_course(state, j), load_stance(state, j)
     if not np.isfinite(s.vx + s.vy + s.vz + s.x + s.y + s.z + s.qw + s.qx + s.qy + s.qz):
         return Status.UNSTABLE
-    if peaks.depth > deepest:
+    if peaks.depth > stance.deepest:
         return Status.UNSTABLE
     if frame_of(s.qw, s.qx, s.qy, s.qz).zz <= stance.fallen:
         return Status.SIMULATED
@@ -114,16 +113,16 @@ def verdict(
         # A body that rests on its base after the last instant at which it could start stays there.
         _, spin, w = whole_step(body, s, lag)
         kinetic = 0.5 * (s.vx * s.vx + s.vy * s.vy + s.vz * s.vz + (spin.x * w.x + spin.y * w.y + spin.z * w.z))
-        if kinetic < REST_ENERGY * gravity * stance.reach:
+        if kinetic < REST_ENERGY * GRAVITY * stance.reach:
             return Status.SIMULATED
     if sample < end:
         return GOES_ON
-    now = energy(body, s, vertices, count, j, lag, gravity)
+    now = energy(body, s, vertices, count, j, lag)
     stands = now < course.barrier and upright(body, s)
     # It can no longer fall, but while its energy reaches higher than it has been, its largest tilt is to come. On one
     # vertex the weight has pressed the spring in, which lies g²/2k below the rigid body.
-    past = now + 0.5 * gravity * gravity / body.stiffness <= rise(body, stance.reach, peaks.lean, gravity)
-    if stands and past and not is_sliding(body, s, stance.reach, lag, gravity):
+    past = now + 0.5 * GRAVITY * GRAVITY / body.stiffness <= rise(body, stance.reach, peaks.lean)
+    if stands and past and not is_sliding(body, s, stance.reach, lag):
         return Status.SIMULATED
     if sample < course.after:
         return GOES_ON
@@ -131,29 +130,25 @@ def verdict(
 
 
 @njit(**INNER)
-def finish(
-    state: Any, vertices: Any, count: int, j: int, status: int, lag: float, steps: int, gravity: float, out: Any
-) -> None:
+def finish_body(state: Any, vertices: Any, count: int, j: int, status: int, lag: float, steps: int, out: Any) -> None:
     """Write the results of a column."""
     body, s, peaks = load_body(state, j), load_state(state, j), load_peaks(state, j)
     account, course, stance = load_account(state, j), load_course(state, j), load_stance(state, j)
     f = frame_of(s.qw, s.qx, s.qy, s.qz)
     fallen = status == Status.SIMULATED and f.zz <= stance.fallen
     lean = f.xz * f.xz + f.yz * f.yz
-    out[tables.R_STATUS], out[tables.R_FALLEN] = status, 1.0 if fallen else 0.0
-    out[tables.R_TIME] = course.upright_until if fallen else np.nan
-    out[tables.R_LEAN] = max(peaks.lean, lean if f.zz > 0.0 else 2.0 - lean)
-    out[tables.R_SLIP] = np.sqrt(peaks.slip)
-    out[tables.R_SLIP_X], out[tables.R_SLIP_Y] = s.x - body.foot * f.xz, s.y - body.foot * f.yz
-    out[tables.R_DEPTH] = peaks.depth
-    balance = (energy(body, s, vertices, count, j, lag, gravity) - course.energy) - account.work + account.lost
-    out[tables.R_ENERGY] = abs(balance) / max(account.work, course.barrier)
-    swing = np.sqrt(gravity * (body.foot * body.foot + stance.reach * stance.reach) ** 1.5)
-    out[tables.R_SPIN] = abs(spin_about_origin(s) - stance.spin - account.spin) / swing
-    out[tables.R_STEPS] = steps
-    quaternion = (s.qw, s.qx, s.qy, s.qz)
-    for part in range(4):
-        out[tables.R_QUATERNION + part] = quaternion[part]
+    out.status, out.fallen = status, 1.0 if fallen else 0.0
+    out.time = course.upright_until if fallen else np.nan
+    out.lean = max(peaks.lean, lean if f.zz > 0.0 else 2.0 - lean)
+    out.slip = np.sqrt(peaks.slip)
+    out.slip_x, out.slip_y = s.x - body.foot * f.xz, s.y - body.foot * f.yz
+    out.depth = peaks.depth
+    balance = (energy(body, s, vertices, count, j, lag) - course.energy) - account.work + account.lost
+    out.energy = abs(balance) / max(account.work, course.barrier)
+    swing = np.sqrt(GRAVITY * (body.foot * body.foot + stance.reach * stance.reach) ** 1.5)
+    out.spin = abs(spin_about_origin(s) - stance.spin - account.spin) / swing
+    out.steps = steps
+    out.qw, out.qx, out.qy, out.qz = s.qw, s.qx, s.qy, s.qz
 
 
 @njit(**INNER)
@@ -161,12 +156,9 @@ def note(state: Any, j: int, lag: float, interval: float, ticks: float, path: An
     """Write a column's state into a row of its trajectory."""
     body, s, shaking = load_body(state, j), load_state(state, j), load_shaking(state, j)
     v, _, w = whole_step(body, s, lag)
-    ground = (
-        -(shaking.push_x.value + shaking.push_x.slope * s.tick),
-        -(shaking.push_y.value + shaking.push_y.slope * s.tick),
-        shaking.lift.value + shaking.lift.slope * s.tick,
-    )
-    path[tables.T_TIME] = (load_course(state, j).sample + s.tick / ticks) * interval
-    values = (s.x, s.y, s.z, s.qw, s.qx, s.qy, s.qz, v.x, v.y, v.z, w.x, w.y, w.z, *ground)
-    for column in range(len(values)):
-        path[tables.T_X + column] = values[column]
+    path.time = (load_course(state, j).sample + s.tick / ticks) * interval
+    path.x, path.y, path.z, path.qw, path.qx, path.qy, path.qz = s.x, s.y, s.z, s.qw, s.qx, s.qy, s.qz
+    path.vx, path.vy, path.vz, path.wx, path.wy, path.wz = v.x, v.y, v.z, w.x, w.y, w.z
+    path.ground_x = -(shaking.push_x.value + shaking.push_x.slope * s.tick)
+    path.ground_y = -(shaking.push_y.value + shaking.push_y.slope * s.tick)
+    path.ground_z = shaking.lift.value + shaking.lift.slope * s.tick

@@ -14,12 +14,13 @@ condition (a masked store). `Access.store_unless` selects number by number inste
 """
 
 from collections.abc import Collection, Iterator
+from functools import cache
 from typing import Any, Final, NamedTuple, get_type_hints
 
 import numpy as np
 from numba import njit
 
-from overturning.dem.cache import prefer_full_width
+from overturning.dem.kernel.cache import prefer_full_width
 
 prefer_full_width()  # before anything is compiled
 
@@ -53,6 +54,35 @@ class Access(NamedTuple):
     """``store(array, j, value)`` puts it there;"""
     store_unless: Any
     """``store_unless(array, j, keep, value)`` does where not `keep`, and else leaves the lane as it is."""
+
+
+class Arithmetic(NamedTuple):
+    """Compiled functions that compute with all numbers of a tuple alike."""
+
+    zero: Any
+    """``zero()`` is a tuple of zeros;"""
+    plus: Any
+    """``plus(a, b)`` is the sum of two tuples,"""
+    minus: Any
+    """``minus(a, b)`` their difference,"""
+    largest: Any
+    """and ``largest(a, b)`` has the larger of each two numbers."""
+
+
+@cache
+def arithmetic(of: type) -> Arithmetic:
+    """Arithmetic of a named tuple of numbers or of further such tuples."""
+    forms = {
+        "zero()": "0.0",
+        "plus(a, b)": "a.{0} + b.{0}",
+        "minus(a, b)": "a.{0} - b.{0}",
+        "largest(a, b)": "a.{0} if a.{0} > b.{0} else b.{0}",
+    }
+    space: dict[str, Any] = {}
+    for head, form in forms.items():
+        value = _construction(of, {path: form.format(path) for path in _paths(of)}, space)
+        exec(f"def {head}:\n    return {value}", space)
+    return Arithmetic(*(njit(**INLINE)(space[name]) for name in Arithmetic._fields))
 
 
 class Rows:

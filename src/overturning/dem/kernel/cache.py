@@ -36,7 +36,7 @@ def sources_digest(folder: Path) -> str:
 
 _DIGEST = 32  # bytes
 
-_IMPORTED = {Path(__file__).parent: sources_digest(Path(__file__).parent)}
+_IMPORTED = {Path(__file__).parents[1]: sources_digest(Path(__file__).parents[1])}
 """Digest of this layer as it is imported: this module comes before all that is compiled."""
 
 
@@ -53,12 +53,12 @@ def cache_directory(sources: Path | None = None) -> Path:
         import platformdirs
 
         base = str(Path(platformdirs.user_cache_dir("overturning")) / "kernels")
-    return Path(base) / f"overturning-{sources_digest(sources or Path(__file__).parent)}"
+    return Path(base) / f"overturning-{sources_digest(sources or Path(__file__).parents[1])}"
 
 
 def layer_of(module: Path) -> Path:
     """Folder of the layer of the package that a module is in, with all that it may have been compiled with; else its own."""
-    package = Path(__file__).parents[1]
+    package = Path(__file__).parents[2]
     return package / module.relative_to(package).parts[0] if module.is_relative_to(package) else module.parent
 
 

@@ -1,8 +1,8 @@
 """What the kernel in space knows of a body: named tuples, and the rows of the arrays that hold them.
 
-Units are per unit of mass, as in the plane (`overturning.dem.block.rows`); an inertia is m². The frame moves with the base and is
+Units are per unit of mass, as in the plane (`overturning.dem.block.state`); an inertia is m². The frame moves with the base and is
 turned with the body's orientation: x points to its azimuth, y 90° anticlockwise of it, z up. The body's own axes coincide with these
-at rest. `overturning.dem.lanes` says how bodies lie side by side; the vertices of a body have an array of their own, a table
+at rest. `overturning.dem.kernel.lanes` says how bodies lie side by side; the vertices of a body have an array of their own, a table
 `VERTEX` after another.
 """
 
@@ -10,14 +10,16 @@ from typing import Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.lanes import INLINE, Rows
-from overturning.dem.single_body import Course, Line
-from overturning.dem.solid.centred_rows import Attempt, Change, Equations, Foreseen, Sum, Touch
+from overturning.dem.kernel.clock import BODY, Attempt, Clock
+from overturning.dem.kernel.ending import Course
+from overturning.dem.kernel.ground import Line
+from overturning.dem.kernel.lanes import INLINE, Rows
+from overturning.dem.solid.centred_rows import Change, Equations, Foreseen, Largest, Refused, Sum, Touch
 
 COLUMNS: Final = 48
 """Bodies side by side."""
 
-TICKS: Final = 512
+TICKS: Final = BODY.ticks
 """Ticks of a whole step."""
 
 
@@ -57,11 +59,7 @@ class Body(NamedTuple):
     ends: float
     """share of the rise from the lowest to the highest vertex of the base within which vertices belong to its ends;"""
     step: float
-    """length of a tick, s;"""
-    finest: float
-    """ticks of the finest step,"""
-    dwell: float
-    """and how many of these follow a change of contact (centred scheme)."""
+    """length of a tick, s."""
 
 
 class State(NamedTuple):
@@ -222,7 +220,9 @@ class Stance(NamedTuple):
     reach: float
     """least distance of an edge of the base from below the centre, m;"""
     fallen: float
-    """cosine of the tilt at which it has fallen."""
+    """cosine of the tilt at which it has fallen;"""
+    deepest: float
+    """penetration beyond which the case has failed, m."""
 
 
 class Vector(NamedTuple):
@@ -236,6 +236,7 @@ class Vector(NamedTuple):
 ROWS: Final = Rows(
     COLUMNS,
     Body,
+    Clock,
     State,
     Frame,
     Wrench,
@@ -246,10 +247,12 @@ ROWS: Final = Rows(
     Course,
     Stance,
     Attempt,
+    Refused,
     Foreseen,
     Equations,
     Change,
     Sum,
+    Largest,
 )
 VERTEX: Final = Rows(COLUMNS, Vertex, Point, Touch)
 

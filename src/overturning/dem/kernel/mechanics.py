@@ -4,17 +4,10 @@ Only ``+ - * /``, comparisons and selections: the bits of libm's functions diffe
 """
 
 import math
-from typing import Final
 
 from numba import njit
 
-from overturning.dem.lanes import INLINE
-
-ONSET: Final = 0.25
-"""Longest step of what slides as a whole, in samples: in a longer one that begins to slide, it would slide all through it."""
-
-TURN: Final = 0.03125
-"""Longest step in which friction changes its sign, in samples: half of it has the sign of before."""
+from overturning.dem.kernel.lanes import INLINE
 
 
 @njit(**INLINE)

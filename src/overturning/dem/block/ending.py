@@ -1,34 +1,15 @@
 """How a case ends: its energy, whether it may still fall, and what is written of it (docs/method.md, "When a case ends")."""
 
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from numba import njit
 
-from overturning.dem.block import tables
-from overturning.dem.block.rows import (
-    ROWS,
-    TICKS,
-    Account,
-    Block,
-    Peaks,
-    Shaking,
-    State,
-    arm_of,
-    base_slip,
-)
-from overturning.dem.lanes import INLINE, OPTIONS
-from overturning.dem.single_body import Course
-from overturning.dem.status import Status
-
-GOES_ON: Final = -1
-"""The verdict on a case that has not ended; any other one is a `Status`."""
-
-REST_ENERGY: Final = 1e-9
-"""Kinetic energy, as a fraction of g B/2, below which a block on both corners is at rest."""
-
-STILL_TO_SLIDE: Final = 1e-6
-"""Way that a block may have left to slide when it ends, m."""
+from overturning.dem.block.state import ROWS, TICKS, Account, Block, Peaks, Shaking, State, base_slip
+from overturning.dem.kernel.ending import GOES_ON, REST_ENERGY, STILL_TO_SLIDE, Course
+from overturning.dem.kernel.lanes import INLINE, OPTIONS
+from overturning.dem.kernel.status import Status
+from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 load_block, load_state, load_peaks = (ROWS.access(of).load for of in (Block, State, Peaks))
 load_account, load_course = ROWS.access(Account).load, ROWS.access(Course).load
@@ -43,42 +24,42 @@ def whole_step(block: Block, s: State, lag: float) -> tuple[float, float, float]
 
 
 @njit(**INLINE)
-def energy(block: Block, s: State, lag: float, gravity: float) -> float:
+def energy(block: Block, s: State, lag: float) -> float:
     """Kinetic, gravitational and spring energy per mass."""
     vx, vz, vw = whole_step(block, s, lag)
     motion = (vx * vx + vz * vz) + vw * vw / block.inertia
     ul, ur, tl, tr = max(s.left.depth, 0.0), max(s.right.depth, 0.0), s.left.spring, s.right.spring
     springs = block.stiffness * (ul * ul + ur * ur) + block.tangential * (tl * tl + tr * tr)
-    return float(0.5 * (motion + springs) + gravity * (s.z - block.half_height))
+    return float(0.5 * (motion + springs) + GRAVITY * (s.z - block.half_height))
 
 
 @njit(**INLINE)
-def rise(block: Block, peak: float, gravity: float) -> float:
+def rise(block: Block, peak: float) -> float:
     """Energy that takes a block at rest to its largest rotation so far, or over, per mass; by series, without libm."""
     angle = min(peak, block.alpha)
     square = angle * angle
     sine = angle * (1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0)))
     versine = square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0 * (1.0 - square / 56.0)))
-    return float(gravity * (block.half_width * sine - block.half_height * versine))
+    return float(GRAVITY * (block.half_width * sine - block.half_height * versine))
 
 
 @njit(**INLINE)
-def has_settled(block: Block, s: State, peak: float, barrier: float, lag: float, gravity: float) -> bool:
+def has_settled(block: Block, s: State, peak: float, barrier: float, lag: float) -> bool:
     """Whether a block on a base at rest stands for good, its largest rotation and nearly all of its slip behind it."""
-    now = energy(block, s, lag, gravity)
+    now = energy(block, s, lag)
     if not (now < barrier and abs(s.angle) < block.alpha):
         return False
     # It can no longer fall, but while its energy reaches higher than it has been, its largest rotation is to come. On one
     # corner the weight has pressed the spring in, which lies g²/2k below the rigid block.
-    if now + 0.5 * gravity * gravity / block.stiffness > rise(block, peak, gravity):
+    if now + 0.5 * GRAVITY * GRAVITY / block.stiffness > rise(block, peak):
         return False
     # Let it slide to the end (v²/2μg ahead) unless nothing would stop it.
     slide = s.vx - block.half_height * s.cos * s.vw
-    return bool(slide * slide < 2.0 * STILL_TO_SLIDE * gravity * block.friction or block.friction == 0.0)
+    return bool(slide * slide < 2.0 * STILL_TO_SLIDE * GRAVITY * block.friction or block.friction == 0.0)
 
 
 @njit(**OPTIONS)
-def verdict(state: Any, j: int, lag: float, ticks: float, end: float, gravity: float, deepest: float) -> int:
+def has_ended(state: Any, j: int, lag: float, ticks: float, end: float, deepest: float) -> int:
     """`Status` of a column at the end of a sample, or `GOES_ON`."""
     block, s, peaks, course = load_block(state, j), load_state(state, j), load_peaks(state, j), load_course(state, j)
     if not np.isfinite(s.vx + s.vz + s.vw + s.x + s.z + s.cos + s.sin):
@@ -91,44 +72,41 @@ def verdict(state: Any, j: int, lag: float, ticks: float, end: float, gravity: f
     if sample >= course.calm and s.left.depth > 0.0 and s.right.depth > 0.0:
         # A block that rests on both corners after the last instant at which it could start stays there.
         kinetic = 0.5 * (s.vx * s.vx + s.vz * s.vz + s.vw * s.vw / block.inertia)
-        if kinetic < REST_ENERGY * gravity * block.half_width:
+        if kinetic < REST_ENERGY * GRAVITY * block.half_width:
             return Status.SIMULATED
     if sample < end:
         return GOES_ON
-    if has_settled(block, s, peaks.angle, course.barrier, lag, gravity):
+    if has_settled(block, s, peaks.angle, course.barrier, lag):
         return Status.SIMULATED
     if sample < course.after:
         return GOES_ON
-    standing = energy(block, s, lag, gravity) < course.barrier and abs(s.angle) < block.alpha
+    standing = energy(block, s, lag) < course.barrier and abs(s.angle) < block.alpha
     return Status.SIMULATED if standing else Status.UNDECIDED
 
 
 @njit(**OPTIONS)
-def finish(state: Any, j: int, status: int, lag: float, steps: int, gravity: float, out: Any) -> None:
+def finish_block(state: Any, j: int, status: int, lag: float, steps: int, out: Any) -> None:
     """Write the results of a column."""
     block, s, peaks = load_block(state, j), load_state(state, j), load_peaks(state, j)
     account, course = load_account(state, j), load_course(state, j)
     fallen = status == Status.SIMULATED and s.cos <= 0.0
-    out[tables.R_STATUS] = status
-    out[tables.R_SIDE] = (1.0 if s.angle > 0.0 else -1.0) if fallen else 0.0
-    out[tables.R_TIME] = course.upright_until if fallen else np.nan
+    out.status = status
+    out.side = (1.0 if s.angle > 0.0 else -1.0) if fallen else 0.0
+    out.time = course.upright_until if fallen else np.nan
     # The angle is a sum of rotations, the cosine their product: in steps of a quarter radian they part by a thousandth.
-    out[tables.R_ANGLE] = (0.5 * np.pi if fallen else min(peaks.angle, 0.5 * np.pi)) / block.alpha
-    out[tables.R_SLIP], out[tables.R_RESIDUAL] = peaks.slip, base_slip(block, s.x, s.sin)
-    out[tables.R_DEPTH] = peaks.depth
-    balance = (energy(block, s, lag, gravity) - course.energy) - account.work + account.lost
-    out[tables.R_ENERGY] = abs(balance) / max(account.work, course.barrier)
-    out[tables.R_STEPS] = steps
+    out.angle = (0.5 * np.pi if fallen else min(peaks.angle, 0.5 * np.pi)) / block.alpha
+    out.slip, out.residual = peaks.slip, base_slip(block, s.x, s.sin)
+    out.depth = peaks.depth
+    balance = (energy(block, s, lag) - course.energy) - account.work + account.lost
+    out.energy = abs(balance) / max(account.work, course.barrier)
+    out.steps = steps
 
 
 @njit(**OPTIONS)
 def note(state: Any, j: int, lag: float, interval: float, ticks: float, path: Any) -> None:
     """Write a column's state into a row of its trajectory."""
     block, s, push = load_block(state, j), load_state(state, j), load_shaking(state, j).push
-    path[tables.T_TIME] = (load_course(state, j).sample + s.tick / ticks) * interval
-    path[tables.T_X], path[tables.T_Z], path[tables.T_ANGLE] = s.x, s.z, s.angle
-    path[tables.T_VX], path[tables.T_VZ], path[tables.T_VW] = whole_step(block, s, lag)
-    path[tables.T_BASE_SLIP] = base_slip(block, s.x, s.sin)
-    path[tables.T_DEPTH_L] = arm_of(-1.0, block, s.cos, s.sin)[1] - s.z
-    path[tables.T_DEPTH_R] = arm_of(1.0, block, s.cos, s.sin)[1] - s.z
-    path[tables.T_GROUND] = -(push.value + push.slope * s.tick)
+    path.time = (load_course(state, j).sample + s.tick / ticks) * interval
+    path.x, path.z, path.angle = s.x, s.z, s.angle
+    path.vx, path.vz, path.vw = whole_step(block, s, lag)
+    path.ground = -(push.value + push.slope * s.tick)

@@ -1,27 +1,23 @@
 """What the kernel of one block knows of it: named tuples, and the rows of the array that holds them.
 
 Units are per unit of mass: a stiffness is K/m (1/s²), a dashpot h/m (1/s), a force an acceleration. Coordinates and signs are
-those of docs/method.md, "The block and its base"; `overturning.dem.lanes` says how blocks lie side by side.
+those of docs/method.md, "The block and its base"; `overturning.dem.kernel.lanes` says how blocks lie side by side.
 """
 
 from typing import Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.lanes import INLINE, Rows
-from overturning.dem.single_body import Course, Line
+from overturning.dem.kernel.clock import BLOCK, Attempt, Clock
+from overturning.dem.kernel.ending import Course
+from overturning.dem.kernel.ground import Line
+from overturning.dem.kernel.lanes import INLINE, Rows
 
 COLUMNS: Final = 48
 """Blocks side by side: enough to hide the latency of one block's operations, few enough to stay in the first cache."""
 
-MOST_HALVINGS: Final = 24
-"""So often a whole step may be halved where a contact changes."""
-
-TICKS: Final = 2**MOST_HALVINGS
-"""Ticks of a whole step, the unit of a block's clock."""
-
-FINEST: Final = 0.08
-"""Longest step in which a contact may open or close, in 1/ω of the contact's highest mode: the finest step."""
+TICKS: Final = BLOCK.ticks
+"""Ticks of a whole step."""
 
 GENTLE: Final = 0.3
 """A step of up to `GENTLE_STEPS` finest ones may do where the corner that opens or closes moves by no more than this in it, in
@@ -30,23 +26,8 @@ the way it has in a finest step at B p α, about the speed of a corner of a bloc
 GENTLE_STEPS: Final = 8.0
 """Length of the longest of these steps, in finest ones."""
 
-DWELL: Final = 8.0
-"""Steps of one length after a change of contact, before those of twice the length; more where the contact rings."""
-
-SETTLED_STEPS: Final = 8.0
-"""Steps longer than so many finest ones no longer resolve what a change has set off:"""
-
-SETTLED_DWELL: Final = 2.0
-"""so many of each length do. Where steps are wanted shorter, both numbers grow in proportion: each step is divided."""
-
 RIGID: Final = 100.0
 """A block that stands on both corners takes whole samples as steps where 1/ω is so many times shorter than they are."""
-
-FORESEEN: Final = 4.0
-"""Up to so many finest steps the foreseen forces tell which corners press and slide."""
-
-MOST_TRIES: Final = 2.0
-"""A long step is done again so often with other corners taken to slide; then it is done in shorter ones."""
 
 
 class Block(NamedTuple):
@@ -69,16 +50,8 @@ class Block(NamedTuple):
     """arctan(B/H), rad;"""
     step: float
     """length of a tick, s;"""
-    finest: float
-    """ticks of its shortest step,"""
-    dwell: float
-    """how many steps of a length it takes before longer ones,"""
-    settled: float
-    """how many of lengths above `SETTLED_STEPS` of the shortest;"""
     gentle: float
-    """how far a corner may move in a longer step in which it opens or closes, m;"""
-    standing: float
-    """ticks of its step while it stands on both corners."""
+    """how far a corner may move in a step that is not the finest and in which it opens or closes, m."""
 
 
 class Corner(NamedTuple):
@@ -114,18 +87,11 @@ class State(NamedTuple):
     """Ticks since the sample began."""
 
 
-class Attempt(NamedTuple):
-    """How the centred scheme goes about the next step."""
+class Taken(NamedTuple):
+    """What the corners are taken to do in the next step (centred scheme): ±μ where one slides, 0 where it sticks."""
 
-    length: float
-    """Its length in ticks;"""
     left: float
-    """steps of this length until longer ones may be tried;"""
-    tries: float
-    """how often this step was done again;"""
-    slid_left: float
-    """±μ where the corner is taken to slide, 0 where it is taken to stick."""
-    slid_right: float
+    right: float
 
 
 class Peaks(NamedTuple):
@@ -260,7 +226,7 @@ class Met(NamedTuple):
     """and whether friction held it the other way before."""
 
 
-ROWS: Final = Rows(COLUMNS, Block, State, Attempt, Peaks, Account, Shaking, Course, Foreseen, Change)
+ROWS: Final = Rows(COLUMNS, Block, Clock, State, Attempt, Taken, Peaks, Account, Shaking, Course, Foreseen, Change)
 
 
 @njit(**INLINE)

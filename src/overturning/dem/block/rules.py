@@ -1,0 +1,261 @@
+"""What the queue asks of a block: its rules, how a case begins, how a sample goes, how a case ends.
+
+What matters for speed and for equal bits: the loops over the lanes have no branches, only selections, and no libm; left and right
+corner are summed as one pair, which makes the mirrored case exact. A scheme is one file with a named tuple and a function `loops`,
+and one row of `SCHEMES`.
+"""
+
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numba import njit, types
+from numba.extending import overload
+from numpy.typing import NDArray
+
+from overturning.dem.block import centred, cundall
+from overturning.dem.block.ending import energy, finish_block, has_ended, note
+from overturning.dem.block.state import COLUMNS, ROWS, TICKS, Block, Corner, Peaks, Shaking, State, Taken, arm_of
+from overturning.dem.kernel.clock import Attempt, Clock
+from overturning.dem.kernel.ending import Course
+from overturning.dem.kernel.ground import Ground, piece
+from overturning.dem.kernel.lanes import OPTIONS, aligned
+from overturning.dem.kernel.mechanics import renormalised
+from overturning.dem.kernel.queue import implement, with_room
+from overturning.dem.time_step import Scheme
+from overturning.units import STANDARD_GRAVITY as GRAVITY
+
+SCHEMES: Final[dict[Scheme, tuple[Any, Any]]] = {
+    Scheme.CUNDALL: (cundall.Cundall(), cundall.loops),
+    Scheme.CENTRED: (centred.Centred(), centred.loops),
+}
+"""Constants of each scheme, and the function that makes its loops; the type of the one picks the other."""
+
+CASE: Final = np.dtype([(name, "f8") for name in (
+    "width", "height", "stiffness", "tangential", "dashpot", "friction", "alpha", "amplitude", "tilt", "tilt_cos", "tilt_sin",
+    "first", "calm", "after", "gentle", *Clock._fields,
+)])  # fmt: skip
+"""What a case is computed with, in the units of `Block`, `Course` and `Clock`."""
+
+RESULT: Final = np.dtype([(name, "f8") for name in (
+    "status", "side", "time", "angle", "slip", "residual", "depth", "energy", "steps",
+)])  # fmt: skip
+"""What is found of a case; `angle` is the largest rotation over α, `energy` the error of the energy account."""
+
+ROW: Final = np.dtype([(name, "f8") for name in ("time", "x", "z", "angle", "vx", "vz", "vw", "ground")])
+"""A row of a trajectory."""
+
+
+class BlockRules(NamedTuple):
+    """Rules of cases of a single block, all with the same steps per sample, standing or not."""
+
+    scheme: Any
+    """Constants of the scheme, from `SCHEMES`;"""
+    rough: Any
+    """anything where there is friction; None where no case has any, which compiles a kernel without tangential springs;"""
+    cases: NDArray[np.void]
+    """table of cases, of `CASE`;"""
+    row: NDArray[np.int64]
+    """row of the ground motion that shakes each case;"""
+    results: NDArray[np.void]
+    """table to fill, of `RESULT`;"""
+    ground: Ground
+    steps: int
+    """whole steps per sample;"""
+    at_once: int
+    """steps between two looks at the lanes;"""
+    budget: int
+    """largest number of steps of a case;"""
+    deepest: float
+    """penetration, as a share of the smaller half side, beyond which a case has failed;"""
+    most_rows: int
+    """rows that a path may have."""
+    weight: int = 1
+    lanes: int = COLUMNS
+
+
+class Work(NamedTuple):
+    """What blocks are computed in."""
+
+    state: Any
+
+
+load_block, store_block, _ = ROWS.access(Block)
+load_state, store_state, _ = ROWS.access(State)
+load_peaks, store_peaks, _ = ROWS.access(Peaks)
+load_course, store_course, _ = ROWS.access(Course)
+store_attempt, store_taken, store_clock = (ROWS.access(of).store for of in (Attempt, Taken, Clock))
+store_push, store_lift = ROWS.access(Shaking, "push").store, ROWS.access(Shaking, "lift").store
+NUMBERS: Final = ROWS.count
+COS, SIN, TICK, LAST_UPRIGHT = (
+    ROWS.row(State, "cos"), ROWS.row(State, "sin"), ROWS.row(State, "tick"), ROWS.row(Peaks, "last_upright")
+)  # fmt: skip
+SAMPLE, UPRIGHT_UNTIL, DUE = (ROWS.row(Course, name) for name in ("sample", "upright_until", "due"))
+
+
+def loops_of(scheme: Any, upward: Any, rough: Any) -> Any:
+    """The loops of a scheme, without what takes no part where an argument is None; for compiled code, by its types."""
+    make = next(make for one, make in SCHEMES.values() if type(one) is scheme.instance_class)
+    return make(not isinstance(upward, types.NoneType), not isinstance(rough, types.NoneType))
+
+
+@overload(loops_of)
+def _loops_of(scheme: Any, upward: Any, rough: Any) -> Any:
+    loops = loops_of(scheme, upward, rough)
+
+    def chosen(scheme: Any, upward: Any, rough: Any) -> Any:  # noqa: ARG001, Numba wants the same arguments
+        return loops
+
+    return chosen
+
+
+def workspace(rules: Any) -> Any:  # noqa: ARG001, its type picks this function
+    """Rows of all lanes."""
+    return Work(aligned(NUMBERS * COLUMNS))
+
+
+def start(rules: Any, work: Any, lane: int, case: int) -> int:
+    """Put a case into a lane: at static equilibrium on both corners, or tilted on one."""
+    put(work.state, lane, rules.cases[case], rules.ground.interval, 1.0 * TICKS * rules.steps)
+    return int(rules.results[case].steps)
+
+
+@njit(**OPTIONS)
+def put(state: Any, j: int, case: Any, interval: float, ticks: float) -> None:
+    """Put a case into lane j; `ticks` is their number in a sample."""
+    for row in range(NUMBERS):
+        state[row * COLUMNS + j] = 0.0
+    b, h, c, s = 0.5 * case.width, 0.5 * case.height, case.tilt_cos, case.tilt_sin
+    k, ks = case.stiffness, case.tangential
+    inertia = 3.0 / (b * b + h * h)
+    block = Block(
+        b,
+        h,
+        inertia,
+        k,
+        ks,
+        1.0 / ks if ks > 0.0 else 0.0,
+        case.dashpot,
+        case.friction,
+        case.alpha,
+        interval / ticks,
+        case.gentle,
+    )
+    tilted = s != 0.0
+    z = (b * abs(s) + h * c) - (GRAVITY / k if tilted else 0.5 * GRAVITY / k)
+    x = b * ((1.0 - c) if s > 0.0 else (c - 1.0)) + h * s if tilted else 0.0
+    (arm_l, drop_l), (arm_r, drop_r) = arm_of(-1.0, block, c, s), arm_of(1.0, block, c, s)
+    left, right = Corner(0.0, x + arm_l, drop_l - z, 0.0), Corner(0.0, x + arm_r, drop_r - z, 0.0)
+    ul, ur = max(left.depth, 0.0), max(right.depth, 0.0)
+    az, aw = k * (ul + ur) - GRAVITY, inertia * k * (-arm_l * ul + -arm_r * ur)
+    at_rest = State(x, z, case.tilt, c, s, 0.0, 0.0, 0.0, 0.0, az, aw, left, right, 0.0)
+    store_block(state, j, block)
+    store_clock(state, j, Clock(
+        case.whole, case.finest, case.standing, case.dwell, case.settled, case.settled_from, case.tries
+    ))  # fmt: skip
+    store_state(state, j, at_rest)
+    store_attempt(state, j, Attempt(case.finest, case.dwell, 0.0))
+    store_taken(state, j, Taken(0.0, 0.0))
+    store_peaks(state, j, Peaks(abs(case.tilt), 0.0, 0.0, -1.0))
+    barrier = GRAVITY * (np.sqrt(b * b + h * h) - h)
+    store_course(state, j, Course(
+        case.amplitude, case.first, case.calm, case.after, case.first * interval, energy(block, at_rest, 0.0), barrier, 0.0
+    ))  # fmt: skip
+
+
+def load(rules: Any, work: Any, cases: Any, columns: int) -> None:
+    """Begin a sample."""
+    next_sample(
+        work.state,
+        columns,
+        rules.row,
+        cases,
+        rules.ground.along,
+        rules.ground.up,
+        1.0 * TICKS * rules.steps,
+        rules.ground.interval,
+    )
+
+
+@njit(**OPTIONS)
+def next_sample(
+    state: Any, columns: int, row: Any, cases: Any, along: Any, up: Any, ticks: float, interval: float
+) -> None:  # fmt: skip
+    """Bring the turning pair back to length 1 and load the ground motion of the sample that each lane is in."""
+    scale = 1.0 / ticks
+    for j in range(columns):
+        s, course, passed = load_state(state, j), load_course(state, j), state[LAST_UPRIGHT + j]
+        then = (course.sample + passed * scale) * interval
+        state[COS + j], state[SIN + j] = renormalised(s.cos, s.sin)
+        state[UPRIGHT_UNTIL + j] = then if passed >= 0.0 else course.upright_until
+        state[LAST_UPRIGHT + j] = -1.0
+        over = (1.0 if s.tick >= ticks else 0.0) + (1.0 if s.tick >= 2.0 * ticks else 0.0)
+        state[SAMPLE + j] = course.sample + over
+        state[TICK + j] = s.tick - over * ticks
+    last = along.shape[1] - 3
+    for j in range(columns):
+        course = load_course(state, j)
+        i = min(int(course.sample), last)
+        # A base that accelerates towards +s pushes the block towards −s.
+        store_push(state, j, piece(along[row[cases[j]]], i, -course.amplitude, scale))
+        if up is not None:
+            store_lift(state, j, piece(up, i, course.amplitude, scale))
+
+
+def advance(rules: Any, work: Any, columns: int, path: Any, noted: int) -> tuple[Any, int]:
+    """Compute the steps of a sample; the first lane is noted at its begin and wherever it ends before the others."""
+    step, ticks = loops_of(rules.scheme, rules.ground.up, rules.rough), 1.0 * TICKS * rules.steps
+    state, stride = work.state, rules.at_once if path.shape[0] == 0 else 1
+    if path.shape[0] > 0:
+        path = with_room(path, noted + rules.at_once, rules.most_rows)
+        if path.shape[0] < noted + rules.at_once:
+            return path, -1
+    for done in range(0, rules.at_once, stride):
+        if path.shape[0] > 0 and (done == 0 or state[TICK] == ticks):
+            note(state, 0, rules.scheme.lag, rules.ground.interval, ticks, path[noted])
+            noted += 1
+        step((rules.ground.up, rules.rough), state, columns, stride, ticks)
+    return path, noted
+
+
+def count_due(rules: Any, work: Any, active: int) -> int:
+    """Mark lanes of which there may be something to say; the others simply go on."""
+    ticks = 1.0 * TICKS * rules.steps
+    return mark_due(work.state, active, ticks, float(rules.ground.samples), rules.deepest)
+
+
+@njit(**OPTIONS)
+def mark_due(state: Any, active: int, ticks: float, end: float, deepest: float) -> int:
+    """Mark and count the lanes that have fallen, are past the samples in which something can start, or have failed."""
+    scale, count = 1.0 / ticks, 0.0
+    for j in range(active):
+        block, s, course = load_block(state, j), load_state(state, j), load_course(state, j)
+        b, h = block.half_width, block.half_height
+        total = (s.vx + s.vz + s.vw) + (s.x + s.z + s.cos)
+        sample, until = course.sample + s.tick * scale, course.calm if course.calm < end else end
+        most = deepest * (b if b < h else h)
+        # Not finite minus not finite is never 0.
+        finite = total - total == 0.0
+        goes_on = finite & (s.cos > 0.0) & (sample < until) & (load_peaks(state, j).depth <= most)
+        state[DUE + j] = 0.0 if goes_on else 1.0
+    for j in range(active):
+        count += state[DUE + j]
+    return int(count)
+
+
+def is_due(rules: Any, work: Any, lane: int) -> bool:  # noqa: ARG001
+    """Whether a lane is marked."""
+    return bool(work.state[DUE + lane] != 0.0)
+
+
+def ended(rules: Any, work: Any, lane: int, case: int) -> int:  # noqa: ARG001
+    """`Status` of a lane, or that it goes on."""
+    ticks, end = 1.0 * TICKS * rules.steps, float(rules.ground.samples)
+    return has_ended(work.state, lane, rules.scheme.lag, ticks, end, rules.deepest)
+
+
+def finish(rules: Any, work: Any, lane: int, case: int, status: int, steps: int) -> None:
+    """Write the results of a lane."""
+    finish_block(work.state, lane, status, rules.scheme.lag, steps, rules.results[case])
+
+
+implement(BlockRules, workspace, start, load, advance, count_due, is_due, ended, finish)

@@ -1,0 +1,1 @@
+"""What all kernels share: lanes, clock, queue, ground, endings, compiled code; it knows lanes, not stones."""

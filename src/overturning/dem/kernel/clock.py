@@ -1,0 +1,136 @@
+"""The clock of a case: how long its next step is, and whether the last one is accepted (docs/method.md, "The clock").
+
+A whole step is as long as the motion allows. A step in which a contact would open or close is rejected and halved until it is the
+finest one, which resolves the contact; after the change come some steps of each length before those of twice the length. Lengths are
+in ticks. A longer step begins only at a multiple of its length: so each lies within a sample, over which the shaking is linear.
+"""
+
+from typing import Final, NamedTuple
+
+from numba import njit
+
+from overturning.dem.kernel.lanes import INLINE
+
+
+class Pace(NamedTuple):
+    """Constants of a model's clock."""
+
+    longest: float
+    """Longest whole step, in 1/p, p = √(3g/4R) of what rocks fastest;"""
+    finest: float
+    """longest step in which a contact may open or close, in 1/ω of the highest mode of the contact;"""
+    halvings: int
+    """how often a whole step may be halved;"""
+    predicted: float
+    """up to so many finest steps the predicted forces tell what is in contact and slides, in longer ones what was last found;"""
+    tries: float
+    """how often a longer step is done again where that proves wrong, before it is done in shorter ones;"""
+    dwell: float
+    """steps of one length after a change of contact, before those of twice the length (more where the contact rings);"""
+    settled_above: float
+    """steps longer than so many finest ones no longer resolve what the change has set off:"""
+    settled: float
+    """so many of each of these lengths, and of the length to which a step is shortened."""
+
+    @property
+    def ticks(self) -> int:
+        """Ticks of a whole step."""
+        return int(2**self.halvings)
+
+
+# Where measured: the rigid limit and the default step, docs/measurements.md; scenes, `python -m verification.scene_steps`; in space,
+# `python -m verification.space`. A body in space takes shorter steps, since its deepest point runs round a rim.
+BLOCK: Final = Pace(0.006, 0.08, 24, 4.0, 2.0, 8.0, 8.0, 2.0)
+SCENE: Final = Pace(0.0125, 0.08, 20, 4.0, 2.0, 8.0, float("inf"), 2.0)
+BODY: Final = Pace(0.004, 0.125, 9, 2.0, 3.0, 6.0, 0.0, 4.0)
+"""`dwell` of a body in space is a time, in 1/ω; of the others it is a number of steps."""
+
+ONSET: Final = 0.25
+"""Longest step of what slides as a whole, in samples: in a longer one that begins to slide, it would slide all through it."""
+
+TURN: Final = 0.03125
+"""Longest step in which friction changes its sign, in samples: half of it has the sign of before."""
+
+NO_FRACTION: Final = 2.0**52
+"""A positive number below it that is added to this one and taken off again has lost its fraction."""
+
+
+class Clock(NamedTuple):
+    """What the clock of a case goes by; lengths in ticks."""
+
+    whole: float
+    """Whole step,"""
+    finest: float
+    """finest one,"""
+    standing: float
+    """and step of a body that stands, at least the whole one;"""
+    dwell: float
+    """steps of a length after a change of contact,"""
+    settled: float
+    """and of lengths that are at least"""
+    settled_from: float
+    """this one;"""
+    tries: float
+    """how often a step is done again with other points sliding."""
+
+
+class Attempt(NamedTuple):
+    """How the next step is to be tried."""
+
+    length: float
+    """Its length in ticks;"""
+    left: float
+    """steps of this length until longer ones may be tried;"""
+    tries: float
+    """how often this step was done again with other points sliding."""
+
+
+class Found(NamedTuple):
+    """What an attempt has found."""
+
+    changed: bool
+    """Whether a contact opens or closes;"""
+    fast: bool
+    """whether the motion asks for a shorter step;"""
+    gentle: bool
+    """whether the step may be accepted all the same;"""
+    wrong: bool
+    """whether a point sticks or slides otherwise than taken,"""
+    reversed: bool
+    """or slides against its velocity;"""
+    back: bool
+    """whether one slides that friction held the other way before, so that friction changes its sign within the step;"""
+    slides: bool
+    """whether all points that carry a body slide, so that nothing holds it;"""
+    stands: bool
+    """whether all contacts are closed at its end."""
+
+
+@njit(**INLINE)
+def next_attempt(clock: Clock, tried: Attempt, found: Found, tick: float, ticks: float) -> tuple[bool, bool, Attempt]:
+    """Whether an attempt that would end at a tick is rejected, whether only to be done again as found, and the next attempt.
+
+    A step of more than `ONSET` of a sample, which has so many `ticks`, is taken only while something holds the body, and one of
+    more than `TURN` only where friction keeps its sign.
+    """
+    length = tried.length
+    shorter = (found.changed | found.fast) & (length > clock.finest) & (not found.gentle)
+    wrong = found.wrong & (not shorter)
+    onset = found.slides & (length > ONSET * ticks)
+    back = found.back & (length > TURN * ticks)
+    halved = ((found.reversed | back) & (not shorter)) | (wrong & (onset | (tried.tries >= clock.tries)))
+    retry = wrong & (not halved)
+    shorter = shorter | halved
+    longest = clock.standing if found.stands else clock.whole
+    above = 2.0 * length if length < clock.whole else clock.standing
+    times = tick / above
+    fits = (times + NO_FRACTION) - NO_FRACTION == times
+    longer = (tried.left <= 1.0) & (length < longest) & fits & (not (found.slides & (above > ONSET * ticks)))
+    left = (clock.settled if length >= clock.settled_from else clock.dwell) if longer else tried.left - 1.0
+    left = clock.dwell if found.changed else left
+    left = clock.settled if shorter else left
+    left = tried.left if retry else left
+    then = above if longer & (not (found.changed | retry)) else length
+    then = 0.5 * length if shorter else then
+    then = clock.whole if (length > clock.whole) & (shorter | (not found.stands)) else then
+    return shorter | retry, retry, Attempt(then, left, tried.tries + 1.0 if retry else 0.0)

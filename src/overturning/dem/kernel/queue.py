@@ -1,0 +1,180 @@
+"""A queue of cases through the lanes of a kernel: a finished lane takes the next case.
+
+The queue knows lanes, not stones. A model has a named tuple of rules, which holds all that its cases need, and functions that are
+picked by the type of that tuple (`implement`): Numba keeps the machine code of what is picked by type, but not that of closures.
+No lane sees another one, so that what a case gets depends on the case alone.
+"""
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import numpy as np
+from numba import njit
+from numba.extending import overload
+
+from overturning.dem.kernel.cache import keep_compiled
+from overturning.dem.kernel.ending import GOES_ON
+from overturning.dem.kernel.ground import Ground
+from overturning.dem.kernel.lanes import OPTIONS
+from overturning.dem.kernel.status import Status
+
+
+class Rules(Protocol):
+    """What the queue has to know of the rules of a model."""
+
+    lanes: int
+    """Cases side by side;"""
+    ground: Ground
+    """motion of the base;"""
+    at_once: int
+    """attempts at a step between two looks at the lanes, none of them beyond the next sample;"""
+    weight: int
+    """what an attempt counts for in the budget and for progress;"""
+    budget: int
+    """count after which a case is over its budget."""
+
+
+class Work(Protocol):
+    """What a kernel computes in."""
+
+    state: Any
+    """Flat array with a row per quantity and a column per lane."""
+
+
+# What a model does; stubs, for which `implement` gives each model's own functions.
+
+
+def workspace(rules: Rules) -> Work:
+    """Arrays to compute in, a named tuple."""
+    raise NotImplementedError
+
+
+def start(rules: Rules, work: Work, lane: int, case: int) -> int:
+    """Put a case into a lane, before its first step; returns what earlier runs of it count for in the budget."""
+    raise NotImplementedError
+
+
+def load(rules: Rules, work: Work, cases: Any, columns: int) -> None:
+    """Begin a sample: load the motion of the base under the first lanes, whose cases are given."""
+    raise NotImplementedError
+
+
+def advance(rules: Rules, work: Work, columns: int, path: Any, noted: int) -> tuple[Any, int]:
+    """Compute the steps of a sample and note the way of the first lane; returns the path and how many of its rows are filled.
+
+    The path may be a longer copy of the one that was given; the number is −1 where there is no room.
+    """
+    raise NotImplementedError
+
+
+def count_due(rules: Rules, work: Work, active: int) -> int:
+    """Mark the lanes that may have ended, and count them; a quick test, for all lanes at once."""
+    raise NotImplementedError
+
+
+def is_due(rules: Rules, work: Work, lane: int) -> bool:
+    """Whether a lane is marked."""
+    raise NotImplementedError
+
+
+def ended(rules: Rules, work: Work, lane: int, case: int) -> int:
+    """`Status` of a lane whose case has ended, or `GOES_ON`."""
+    raise NotImplementedError
+
+
+def finish(rules: Rules, work: Work, lane: int, case: int, status: int, steps: int) -> None:
+    """Write the results of a lane's case, with what it counts for in the budget."""
+    raise NotImplementedError
+
+
+def implement(rules: type, *functions: Callable[..., Any]) -> None:
+    """Let functions with the names of the stubs above answer for models whose rules are of a type."""
+    for function in functions:
+
+        def choose(given: Any, *_: Any, function: Callable[..., Any] = function) -> Callable[..., Any] | None:
+            return function if given.instance_class is rules else None
+
+        overload(globals()[function.__name__], jit_options=OPTIONS, strict=False)(choose)  # type: ignore[arg-type]
+
+
+@njit(**OPTIONS)
+def copy_lane(state: Any, lanes: int, source: int, target: int) -> None:
+    """Copy all rows of a lane."""
+    for row in range(state.size // lanes):
+        state[row * lanes + target] = state[row * lanes + source]
+
+
+@njit(**OPTIONS)
+def with_room(path: Any, rows: int, most: int) -> Any:
+    """A structured path with room for some rows: at least twice as long where it had less; as it is where they are more than `most`."""
+    if rows <= path.shape[0] or rows > most:
+        return path
+    longer = np.zeros(max(rows, 2 * path.shape[0]), path.dtype)
+    longer[: path.shape[0]] = path
+    return longer
+
+
+@njit(nogil=True, **OPTIONS)
+def run_queue(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int]:
+    """Run cases, all with the same steps per sample.
+
+    Parameters
+    ----------
+    rules : NamedTuple
+        Those of the model, with its cases and their results; as of `Rules`.
+    order : ndarray of int64, shape (m,)
+        The cases to run, in this order.
+    counter : ndarray of int64, shape (1,)
+        Grows by the steps done; for progress.
+    path : ndarray, shape (rows, …)
+        Filled with the way of the first case; no rows to leave it out.
+
+    Returns
+    -------
+    path : ndarray
+        The path, in a longer copy where it was too short.
+    noted : int
+        How many of its rows were filled; −1 where there was no room, in which case the results are not complete.
+    """
+    lanes, steps = rules.lanes, rules.at_once * rules.weight
+    work = workspace(rules)
+    case, done = np.zeros(lanes, np.int64), np.zeros(lanes, np.int64)
+    # Not literals: the counters would have a type of their own, and all they are handed to be compiled twice.
+    none = int(np.int64(0))
+    active, head, noted, filled = none, none, none, none
+    while True:
+        while active < lanes and (head < order.size or filled < lanes):
+            # Lanes that no case takes hold the first one: nothing undefined is computed beside the others.
+            lane = active if head < order.size else filled
+            case[lane] = order[head if head < order.size else 0]
+            done[lane] = start(rules, work, lane, case[lane])
+            filled = max(filled, lane + 1)
+            if head < order.size:
+                active, head = active + 1, head + 1
+        if active == 0 or noted < 0:
+            return path, noted
+        columns = (active + 7) // 8 * 8
+        load(rules, work, case, columns)
+        path, noted = advance(rules, work, columns, path, noted)
+        counter[0] += active * steps
+        spent = none
+        for lane in range(active):
+            done[lane] += steps
+            spent += 1 if done[lane] >= rules.budget else 0
+        lane = none if count_due(rules, work, active) + spent > 0 else active
+        while lane < active:
+            status, over = GOES_ON, done[lane] >= rules.budget
+            if over or is_due(rules, work, lane):
+                status = ended(rules, work, lane, case[lane])
+                status = Status.OVER_BUDGET if over and status == GOES_ON else status
+            if status == GOES_ON:
+                lane += 1
+                continue
+            finish(rules, work, lane, case[lane], status, done[lane])
+            # The last lane moves into the free place.
+            active -= 1
+            case[lane], done[lane] = case[active], done[active]
+            copy_lane(work.state, lanes, active, lane)
+
+
+keep_compiled(run_queue)

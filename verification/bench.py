@@ -19,7 +19,7 @@ import typer
 from numba import njit
 
 from overturning.dem.block import centred, cundall
-from overturning.dem.block.rows import ROWS, TICKS
+from overturning.dem.block.state import ROWS, TICKS
 from overturning.dem.cases import Cases
 from overturning.dem.contact import SCENE_STATIC_PENETRATION, Contact
 from overturning.dem.run import run_cases
@@ -103,7 +103,7 @@ def throughput() -> list[Figure]:
     how: dict[str, Any] = {"contact": SOFT, "leave_out": False}
     for scheme, module in (("centred", centred), ("cundall", cundall)):
         advance = module.loops(vertical=False, rough=True)
-        advance(np.zeros(ROWS.size), 8, 1, float(TICKS), 9.8)
+        advance(None, np.zeros(ROWS.size), 8, 1, float(TICKS))
         wide = run_cases(motion, many, scheme=scheme, **how).block_steps.sum()
         plain_run, narrow = scalar_runs(motion, scheme == "centred")
         # Interleaved, so that both see the same neighbours on the machine.

@@ -7,9 +7,9 @@ from unittest import mock
 
 import numpy as np
 
-from overturning.dem.plan import FINER, until_balanced
-from overturning.dem.solid.simulate import simulate_in_space_arrays
+from overturning.dem.kernel.balance import FINER, until_balanced
 from overturning.dem.kernel.status import Status
+from overturning.dem.solid.simulate import simulate_in_space_arrays
 from overturning.study.grid import space_grid
 from overturning.study.load import load_study
 from verification.inputs import near_fault

@@ -5,23 +5,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from overturning.dem import plan as plan_module
 from overturning.dem.cases import Cases
 from overturning.dem.contact import Contact
+from overturning.dem.kernel import balance
+from overturning.dem.kernel.status import Status
 from overturning.dem.numerics import BODY_STEP, ELEMENT_STEP, Numerics
 from overturning.dem.run import plan, run, run_cases
 from overturning.dem.scene import check_scene
 from overturning.dem.simulate import simulate_arrays
-<<<<<<< HEAD
 from overturning.dem.solid.cases import SpaceCases
 from overturning.dem.solid.contact import VertexContact
 from overturning.dem.solid.plan import plan_in_space
 from overturning.dem.solid.run import run_in_space
 from overturning.dem.solid.shapes import Rectangle
-from overturning.dem.kernel.status import Status
-=======
-from overturning.dem.kernel.status import Status
->>>>>>> w-kernel
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import shipped
@@ -121,7 +117,7 @@ def test_a_case_over_its_budget_is_marked() -> None:
 
 def test_the_budget_of_a_case_is_that_of_all_its_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     """A case that never balances would be run three times, at 1, 4 and 16 times the steps."""
-    monkeypatch.setattr(plan_module, "ENERGY_BOUND", -1.0)
+    monkeypatch.setattr(balance, "ENERGY_BOUND", -1.0)
     once = run_cases(MOTION, Cases(0.0, 0.6, 0.3, 1.0)).block_steps.item() / 21
     found = run_cases(MOTION, Cases(0.0, 0.6, 0.3, 1.0), budget=round(8 * once))
     assert found.status.tolist() == [Status.OVER_BUDGET]

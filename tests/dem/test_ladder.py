@@ -3,26 +3,24 @@
 import numpy as np
 import pytest
 
-from overturning.dem import plan as plan_module
-from overturning.dem.block import rows, tables
-from overturning.dem.block.centred import Met, meet, next_attempt
-from overturning.dem.block.rows import Attempt, Block, Change, Corner, ForeseenCorner
+from overturning.dem.block.centred import Met, found_of, meet
+from overturning.dem.block.state import GENTLE_STEPS, Block, Change, Corner, ForeseenCorner
 from overturning.dem.cases import Cases
 from overturning.dem.contact import SCENE_STATIC_PENETRATION, STATIC_PENETRATION, Contact
+from overturning.dem.kernel import balance
+from overturning.dem.kernel.balance import ENERGY_BOUND, FINER
+from overturning.dem.kernel.clock import BLOCK, BODY, SCENE, Attempt, Clock, Found, Pace, next_attempt
+from overturning.dem.kernel.status import Status
 from overturning.dem.numerics import Numerics
-from overturning.dem.results import ENERGY_BOUND
 from overturning.dem.run import plan, run_cases
 from overturning.dem.scene import gravestone
-from overturning.dem.solid import centred, centred_rows
-from overturning.dem.solid import rows as solid
-from overturning.dem.kernel.status import Status
 from overturning.dem.time_step import contact_time, highest_eigenvalue
 from overturning.dem.trajectory import trajectory
 from overturning.dem.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import shipped
 
-WHOLE = float(rows.TICKS)
+WHOLE = float(BLOCK.ticks)
 NAMES = ("overturned", "peak_rotation", "peak_slip", "residual_slip", "peak_penetration", "energy_error")
 
 
@@ -59,95 +57,96 @@ def test_the_finest_step_resolves_the_contact_however_deep_the_halving(damping_r
         highest_eigenvalue(one, other, 0.5 * width, 0.5 * cases.height)
         for one, other in ((normal, tangential), (dashpot, dashpot))
     )
-    ticks = made.table[:, tables.P_FINEST]
+    ticks = made.table["finest"]
     assert (ticks >= 1).all()
     finest = 0.01 / made.steps / WHOLE * ticks * refinement
-    assert (finest <= rows.FINEST * contact_time(square, rate)).all()
-    assert (finest > 0.49 * rows.FINEST * contact_time(square, rate)).all()
+    assert (finest <= BLOCK.finest * contact_time(square, rate)).all()
+    assert (finest > 0.49 * BLOCK.finest * contact_time(square, rate)).all()
 
 
-def block_of(standing: float = WHOLE) -> Block:
-    """A block whose finest step is 64 ticks."""
-    numbers = dict.fromkeys(Block._fields, 1.0)
-    return Block(**numbers | {"finest": 64.0, "dwell": 8.0, "settled": 2.0, "gentle": 1e-6, "standing": standing})
+NOTHING = Found(False, False, False, False, False, False, False, False)
 
 
-def met(changed: bool, far: float = 1.0, pressed: float = 1.0) -> Met:
-    """A corner that sticks, and opens or closes or does not."""
-    nothing = Met(Corner(0.0, 0.0, 1.0, pressed), *[0.0] * 5, False, 1.0, -1.0, 0.0, 0.0, False, False, False)
-    return nothing._replace(changed=1.0, far=far) if changed else nothing
+def clock_of(pace: Pace, standing: float | None = None) -> Clock:
+    """A clock whose finest step is 64 ticks."""
+    whole = float(pace.ticks)
+    return Clock(whole, 64.0, standing or whole, 8.0, pace.settled, pace.settled_above * 64.0, pace.tries)
 
 
+@pytest.mark.parametrize("pace", [BLOCK, SCENE, BODY])
 @pytest.mark.parametrize("steps", [1, 3, 4])
-def test_every_step_of_the_ladder_lies_within_a_sample(steps: int) -> None:
-    sample, random = steps * WHOLE, np.random.default_rng(1)
-    block, d = block_of(sample), Change(0.0, 0.0, 0.0, 0.0, 0.0)
-    attempt, tick, change, stands = Attempt(block.finest, block.dwell, 0.0, 0.0, 0.0), 0.0, 0.6 * WHOLE, True
+def test_every_step_lies_within_a_sample(pace: Pace, steps: int) -> None:
+    whole, random = float(pace.ticks), np.random.default_rng(1)
+    sample = steps * whole
+    clock = clock_of(pace, sample)
+    attempt, tick, change, stands = Attempt(clock.finest, clock.dwell, 0.0), 0.0, 0.6 * whole, True
     lengths, changes = {True: set[float](), False: set[float]()}, 0
     while tick < 400 * sample:
         length, end = attempt.length, tick + attempt.length
         assert tick // sample == (end - 1.0) // sample, "a step crosses the end of a sample"
         changed = tick < change <= end
-        again, attempt = next_attempt.py_func(
-            block, attempt, d, met(changed), met(changed, pressed=1.0 if stands else 0.0), end, sample, True
+        again, _, attempt = next_attempt.py_func(
+            clock, attempt, NOTHING._replace(changed=changed, stands=stands), end, sample
         )
-        assert again == (changed and length > block.finest)
+        assert again == (changed and length > clock.finest)
         if not again:
             tick = end
             lengths[stands].add(attempt.length)
             if changed:
                 changes += 1
-                assert attempt.length == block.finest
+                assert attempt.length == clock.finest
                 change, stands = tick + random.exponential(3 * sample), not stands
     assert changes > 50
-    ladder = {2.0**power for power in range(6, rows.MOST_HALVINGS + 1)}
+    ladder = {2.0**power for power in range(6, pace.halvings + 1)}
     assert lengths == {True: ladder | {sample}, False: ladder}
 
 
+def met(before: float, after: float) -> Met:
+    """A corner of a block that sticks, and opens or closes or does not."""
+    there = ForeseenCorner(arm=1.0, drop=1.0, depth=after, stretch=0.0, ux=0.0, uz=0.0)
+    block = Block(**dict.fromkeys(Block._fields, 1.0))
+    nothing = Change(0.0, 0.0, 0.0, 0.0, 0.0)
+    return meet.py_func(block, there, Corner(0.0, 0.0, before, 1.0), 0.0, True, 0.0, 0.5, nothing, True)
+
+
+def rejected(steps: float, left: Met, right: Met, gentle: float = 1e-6) -> bool:
+    """Whether a step of so many finest ones is rejected, where corners may go so far in a gentle touch."""
+    clock, block = clock_of(BLOCK), Block(**dict.fromkeys(Block._fields, 1.0) | {"gentle": gentle})
+    length = steps * clock.finest
+    found = found_of.py_func(block, clock, length, False, left, right, False)
+    return bool(next_attempt.py_func(clock, Attempt(length, 8.0, 0.0), found, WHOLE, WHOLE)[0])
+
+
 def test_a_gentle_touch_needs_no_finest_step() -> None:
-    block, d = block_of(), Change(0.0, 0.0, 0.0, 0.0, 0.0)
-
-    def refused(steps: float, far: float) -> bool:
-        attempt = Attempt(steps * block.finest, 8.0, 0.0, 0.0, 0.0)
-        return bool(next_attempt.py_func(block, attempt, d, met(True, far), met(True, far), WHOLE, WHOLE, False)[0])
-
-    assert not refused(rows.GENTLE_STEPS, 1e-6)
-    assert refused(rows.GENTLE_STEPS, 1.1e-6)
-    assert refused(2 * rows.GENTLE_STEPS, 1e-9)
-    assert not refused(1.0, 1.0)
+    near, far = met(-0.5e-6, 0.4e-6), met(-0.5e-6, 0.6e-6)
+    assert not rejected(GENTLE_STEPS, near, near)
+    assert rejected(GENTLE_STEPS, far, far)
+    assert rejected(2 * GENTLE_STEPS, near, near)
+    assert not rejected(1.0, met(-1.0, 1.0), met(-1.0, 1.0))
 
 
 def test_only_a_corner_that_touches_or_leaves_makes_a_touch_less_gentle() -> None:
     """One corner goes down by 4e-7 m and touches; the other stays pressed, or in the air, and asks for no shorter step."""
-    block, nothing = block_of(), Change(0.0, 0.0, 0.0, 0.0, 0.0)
-
-    def corner(before: float, after: float) -> Met:
-        there = ForeseenCorner(arm=1.0, drop=1.0, depth=after, stretch=0.0, ux=0.0, uz=0.0)
-        return meet.py_func(block, there, Corner(0.0, 0.0, before, 1.0), 0.0, True, 0.0, 0.5, nothing, True)
-
-    touches = corner(-1e-7, 3e-7)
+    touches = met(-1e-7, 3e-7)
     assert touches.far == pytest.approx(4e-7)
-    attempt = Attempt(rows.GENTLE_STEPS * block.finest, 8.0, 0.0, 0.0, 0.0)
-    for other in (corner(5e-7, 6e-7), corner(-6e-7, -5e-7)):
-        assert not next_attempt.py_func(block, attempt, nothing, touches, other, WHOLE, WHOLE, False)[0]
-    assert next_attempt.py_func(block, attempt, nothing, touches, corner(1e-6, -1e-6), WHOLE, WHOLE, False)[0]
+    for other in (met(5e-7, 6e-7), met(-6e-7, -5e-7)):
+        assert not rejected(GENTLE_STEPS, touches, other)
+    assert rejected(GENTLE_STEPS, touches, met(1e-6, -1e-6))
 
 
-def test_in_space_every_long_step_has_as_many_tries_before_it_is_halved(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("pace", [BLOCK, SCENE, BODY])
+def test_every_long_step_has_as_many_tries_before_it_is_halved(pace: Pace) -> None:
     """With other points taken to slide, whatever became of the steps before it."""
-    monkeypatch.setattr(centred, "is_late", centred.is_late.py_func)
-    body = solid.Body(**dict.fromkeys(solid.Body._fields, 1.0) | {"finest": 64.0, "dwell": 8.0})
-    found = dict.fromkeys(centred_rows.Sum._fields, 0.0)
-    attempt, tries, lengths = centred_rows.Attempt(1024.0, 8.0, 0.0, 0.0), [], []
-    for wrong in (0.0, *[1.0] * 5, 0.0, 1.0):
-        one = centred_rows.Sum(**found | {"wrong": wrong})
-        attempt = centred.next_attempt.py_func(body, attempt, one, 1024.0, solid.TICKS, False)
+    clock, length = clock_of(pace), 0.5 * float(pace.ticks)
+    attempt, tries, lengths = Attempt(length, 8.0, 0.0), [], []
+    most = int(pace.tries)
+    for wrong in (False, *[True] * (most + 2), False, True):
+        again, _, attempt = next_attempt.py_func(clock, attempt, NOTHING._replace(wrong=wrong), length, WHOLE)
         tries.append(attempt.tries)
         lengths.append(attempt.length)
-        assert attempt.again == wrong
-    assert centred.MOST_TRIES == 3
-    assert tries == [0, 1, 2, 3, 0, 1, 0, 1]
-    assert lengths == [1024] * 4 + [512] * 4
+        assert again == wrong
+    assert tries == [*range(most + 1), 0, 1, 0, 1]
+    assert lengths == [length] * (most + 1) + [0.5 * length] * 4
 
 
 @pytest.mark.parametrize("step", ["auto", "0.5 stable", "0.125 stable", 2e-4])
@@ -155,8 +154,8 @@ def test_samples_are_steps_enough_for_a_standing_block_on_a_rigid_contact(step: 
     contacts = [Contact(static_penetration=delta) for delta in (2e-5, 1e-8)]
     soft, rigid = (plan(gravestone(one), pulse(), blocks(), Numerics(time_step=step)) for one in contacts)
     usual = plan(gravestone(contacts[1]), pulse(), blocks(), Numerics()).steps
-    assert (soft.table[:, tables.P_STANDING] == WHOLE).all()
-    standing = rigid.table[:, tables.P_STANDING] / WHOLE
+    assert (soft.table["standing"] == WHOLE).all()
+    standing = rigid.table["standing"] / WHOLE
     np.testing.assert_array_equal(rigid.steps % standing, 0.0)
     np.testing.assert_array_equal(standing, np.gcd(usual, rigid.steps))
 
@@ -166,11 +165,11 @@ def test_a_case_that_does_not_balance_is_computed_again_in_shorter_steps(
     general: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     cases, kernel = blocks(), {"general": general}
-    first, finer = (run_cases(pulse(), cases, refinement=times, **kernel) for times in (1, plan_module.FINER))
+    first, finer = (run_cases(pulse(), cases, refinement=times, **kernel) for times in (1, FINER))
     moved = first.status == Status.SIMULATED
     bound = float(np.median(first.energy_error[moved]))
-    monkeypatch.setattr(plan_module, "ENERGY_BOUND", bound)
-    monkeypatch.setattr(plan_module, "MOST_AGAIN", 1)
+    monkeypatch.setattr(balance, "ENERGY_BOUND", bound)
+    monkeypatch.setattr(balance, "MOST_AGAIN", 1)
     found = run_cases(pulse(), cases, **kernel)
     again = moved & (first.energy_error > bound)
     assert 0.2 < again.sum() / moved.sum() < 0.8
@@ -191,7 +190,7 @@ def test_a_case_that_does_not_balance_is_computed_again_in_shorter_steps(
 
 @pytest.mark.parametrize("general", [False, True])
 def test_an_impossible_balance_is_marked_after_all(general: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(plan_module, "ENERGY_BOUND", -1.0)
+    monkeypatch.setattr(balance, "ENERGY_BOUND", -1.0)
     found = run_cases(pulse(), Cases([0.0], [0.6], [0.3], [0.5]), general=general)
     assert found.status.tolist() == [Status.UNSTABLE]
     assert found.overturned.tolist() == [-128]

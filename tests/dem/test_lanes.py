@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from overturning.dem import mechanics
+from overturning.dem.kernel import mechanics
 from overturning.dem.kernel.lanes import OPTIONS, Access, Rows, aligned
 
 

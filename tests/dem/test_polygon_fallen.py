@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from overturning.dem.cases import Cases
+from overturning.dem.kernel.status import Status
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.geometry import native_size, place
 from overturning.dem.polygon.prepare import prepare
 from overturning.dem.results import Results
 from overturning.dem.run import run
 from overturning.dem.scene import Scene
-from overturning.dem.kernel.status import Status
 from overturning.dem.trajectory import trajectory
 from overturning.figures.film_of_trajectory import outcome
 from overturning.motion.motion import Motion

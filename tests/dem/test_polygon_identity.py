@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import overturning.dem
-from overturning.dem.kernel.cache import cache_directory
 from overturning.dem.cases import Cases
+from overturning.dem.kernel import queue
+from overturning.dem.kernel.cache import cache_directory
 from overturning.dem.numerics import Numerics
-from overturning.dem.polygon import queue
 from overturning.dem.polygon.geometry import native_size
 from overturning.dem.results import Results
 from overturning.dem.run import run
@@ -170,7 +170,9 @@ def test_what_is_compiled_comes_from_the_folder_that_names_the_cache() -> None:
         for line in path.read_text(encoding="utf-8").splitlines():
             if line.startswith("from overturning"):
                 # Types of arrays are for the reader and the type checker; nothing of them is compiled.
-                assert line.startswith(("from overturning.dem.", "from overturning.arrays import")), path.name
+                assert line.startswith(
+                    ("from overturning.dem.", "from overturning.arrays import", "from overturning.units import")
+                ), path.name
     assert queue.run_queue._cache._cache_path.endswith(cache_directory(folder).name)
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from overturning.dem.cases import Cases
 from overturning.dem.contact import Contact
+from overturning.dem.kernel.status import Status
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.arrays import rests_on_one_face
 from overturning.dem.polygon.geometry import nearest_faces, place, symmetric
@@ -14,7 +15,6 @@ from overturning.dem.polygon.prepare import prepare
 from overturning.dem.polygon.tables import P_AFTER
 from overturning.dem.run import run
 from overturning.dem.scene import Scene, check_scene, load_scene
-from overturning.dem.kernel.status import Status
 from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ConfigError
 from tests.dem.polygon_scenes import GROUND, SHIPPED, block, one_case, scene, shaken, shipped, still

@@ -6,17 +6,16 @@ import numpy as np
 import pytest
 
 from overturning.dem.block import plan as block_plan
-from overturning.dem.block import tables
 from overturning.dem.block.plan import BlockPlan
-from overturning.dem.block.verdict import GOES_ON
+from overturning.dem.block.rules import ROW
 from overturning.dem.cases import Cases
 from overturning.dem.contact import Contact
+from overturning.dem.kernel.queue import with_room
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.plan import PolygonPlan
 from overturning.dem.run import plan, run, run_cases
 from overturning.dem.scene import check_scene, gravestone
 from overturning.dem.simulate import simulate_arrays
-from overturning.dem.single_body import with_room
 from overturning.dem.solid import plan as space_plan
 from overturning.dem.solid.trajectory import trajectory_in_space
 from overturning.dem.trajectory import trajectory
@@ -105,9 +104,8 @@ def test_a_path_is_computed_once_however_many_rows_it_gets(kind: str, monkeypatc
 
 
 def test_a_path_too_long_to_be_kept_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(*arguments: Any) -> Any:
-        arguments[-1][0, tables.R_STATUS] = GOES_ON
-        return np.broadcast_to(np.zeros(tables.TRAJECTORY), (10_000_000, tables.TRAJECTORY))
+    def full(*_: Any) -> Any:
+        return np.broadcast_to(np.zeros((), ROW), 10_000_000), -1
 
     with monkeypatch.context() as patch, refused(ArgumentError, "trajectory", "GB", "at most 0.8 GB", "time_step"):
         patch.setattr(block_plan, "run_queue", full)
@@ -118,8 +116,10 @@ def test_a_path_too_long_to_be_kept_is_refused(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_a_path_grows_by_rows_that_keep_what_was_noted() -> None:
-    path = np.arange(12.0).reshape(4, 3)
-    assert with_room(path, 3) is path
-    longer = with_room(path, 4)
-    assert longer.shape == (8, 3)
+    path = np.arange(4.0).astype([("time", "f8")])
+    assert with_room.py_func(path, 4, 100) is path
+    longer = with_room(path, 5, 100)
+    assert longer.shape == (8,)
     np.testing.assert_array_equal(longer[:4], path)
+    assert with_room(path, 50, 100).shape == (50,)
+    assert with_room.py_func(path, 101, 100) is path

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from overturning.dem.cases import Cases
-from overturning.dem.run import run_cases
 from overturning.dem.kernel.status import Status
+from overturning.dem.run import run_cases
 from overturning.motion.motion import Motion
 from overturning.reference.rocking import rocking_outcome
 from overturning.units import STANDARD_GRAVITY

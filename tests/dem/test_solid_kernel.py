@@ -8,6 +8,7 @@ import pytest
 from overturning.dem import plan as plan_module
 from overturning.dem import run as run_module
 from overturning.dem.contact import Contact
+from overturning.dem.kernel.status import Status
 from overturning.dem.numerics import Numerics
 from overturning.dem.simulate import simulate_arrays
 from overturning.dem.solid.cases import SpaceCases
@@ -17,7 +18,6 @@ from overturning.dem.solid.results import SPACE_VARIABLES
 from overturning.dem.solid.shapes import Circle, Rectangle, Regular
 from overturning.dem.solid.simulate import simulate_in_space_arrays
 from overturning.dem.solid.trajectory import trajectory_in_space
-from overturning.dem.kernel.status import Status
 from overturning.dem.time_step import Scheme, stable_step
 from overturning.dem.variables import INT8_MISSING
 from overturning.motion.motion import Motion

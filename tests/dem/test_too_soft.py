@@ -5,15 +5,11 @@ import pytest
 
 from overturning.dem.cases import Cases
 from overturning.dem.contact import Contact
+from overturning.dem.kernel.status import Status
 from overturning.dem.run import run_cases
-<<<<<<< HEAD
 from overturning.dem.solid.contact import VertexContact
 from overturning.dem.solid.simulate import simulate_in_space_arrays
 from overturning.dem.solid.trajectory import trajectory_in_space
-from overturning.dem.kernel.status import Status
-=======
-from overturning.dem.kernel.status import Status
->>>>>>> w-kernel
 from overturning.dem.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 

@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 from numba import typeof
 
-from overturning.dem.block.queue import SCHEMES
-from overturning.dem.block.rows import COLUMNS, ROWS, TICKS
+from overturning.dem.block.rules import SCHEMES
+from overturning.dem.block.state import COLUMNS, ROWS, TICKS
 from overturning.dem.kernel.lanes import aligned
 from overturning.dem.polygon import centred, cundall, equations, rows
 from overturning.dem.polygon.step import advance_on, motion_on
 from overturning.dem.polygon.verdict import note_standing
 from overturning.dem.solid import centred_loops as space_centred
 from overturning.dem.solid import cundall as space_cundall
-from overturning.dem.solid import rows as space
+from overturning.dem.solid import state as space
 
 Compile = Callable[[], Iterator[str]]
 """Compiles a kernel's loops and gives the assembly of each."""
@@ -28,7 +28,7 @@ Compile = Callable[[], Iterator[str]]
 def block_loops(scheme: Any, vertical: bool, rough: bool) -> Compile:
     def assemblies() -> Iterator[str]:
         advance = SCHEMES[scheme][1](vertical, rough)
-        advance(aligned(ROWS.size), COLUMNS, 1, float(TICKS), 9.80665)
+        advance(None, aligned(ROWS.size), COLUMNS, 1, float(TICKS))
         inner = [cell.cell_contents for cell in advance.py_func.__closure__]
         named = [part for part in inner if getattr(part, "__name__", "").endswith("_all")]
         for loop in named or [advance]:
@@ -61,13 +61,13 @@ LOOPS: dict[str, Compile] = {
     "polygons, divide": compiled(equations.divide, BLOCK, BLOCK.copy()),
     "polygons, eliminate": compiled(equations.eliminate, BLOCK, BLOCK.copy(), BLOCK.copy()),
     "polygons, carry": compiled(equations.carry, ELEMENT, BLOCK, ELEMENT.copy()),
-    "polygons, foresee, vertical": compiled(motion_on(True)[0], ELEMENT, OWN, 128.0, 9.80665),
-    "polygons, foresee, level": compiled(motion_on(False)[0], ELEMENT, OWN, 128.0, 9.80665),
-    "polygons, arrive, vertical": compiled(motion_on(True)[1], ELEMENT, OWN, 128.0, 9.80665),
-    "polygons, arrive, level": compiled(motion_on(False)[1], ELEMENT, OWN, 128.0, 9.80665),
+    "polygons, foresee, vertical": compiled(motion_on(True)[0], None, ELEMENT, OWN, 128.0, 9.80665),
+    "polygons, foresee, level": compiled(motion_on(False)[0], None, ELEMENT, OWN, 128.0, 9.80665),
+    "polygons, arrive, vertical": compiled(motion_on(True)[1], None, ELEMENT, OWN, 128.0, 9.80665),
+    "polygons, arrive, level": compiled(motion_on(False)[1], None, ELEMENT, OWN, 128.0, 9.80665),
     "polygons, cundall contact": compiled(cundall.contact, PAIR, ELEMENT, ELEMENT.copy(), OWN),
-    "polygons, motion, vertical": compiled(advance_on(True), ELEMENT, OWN, 9.80665),
-    "polygons, motion, level": compiled(advance_on(False), ELEMENT, OWN, 9.80665),
+    "polygons, motion, vertical": compiled(advance_on(True), None, ELEMENT, OWN, 9.80665),
+    "polygons, motion, level": compiled(advance_on(False), None, ELEMENT, OWN, 9.80665),
     "polygons, slip": compiled(note_standing, ELEMENT, ELEMENT.copy(), OWN, 0.1, 0.01),
 } | {
     f"space, {name}, {loop}": compiled(getattr(scheme, loop), BODY, *more)

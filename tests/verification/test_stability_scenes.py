@@ -9,12 +9,12 @@ import pytest
 
 from overturning.dem.cases import Cases
 from overturning.dem.element import ContactLaw, Material
+from overturning.dem.kernel.status import Status
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.geometry import native_size
 from overturning.dem.polygon.prepare import prepare
 from overturning.dem.results import Results
 from overturning.dem.run import run, run_cases
-from overturning.dem.kernel.status import Status
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import shipped

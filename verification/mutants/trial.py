@@ -39,7 +39,7 @@ _PLUGIN: Final = '''\
 import hashlib
 from pathlib import Path
 
-from overturning.dem import cache
+from overturning.dem.kernel import cache
 from overturning.study.sources import sources_of
 
 _layers, _package = cache.sources_digest, Path(cache.__file__).parents[1]

@@ -11,10 +11,11 @@ import pandas as pd
 from overturning.arrays import FloatArray
 from overturning.dem.cases import Cases
 from overturning.dem.contact import Contact
-from overturning.dem.plan import DEEPEST
-from overturning.dem.results import ENERGY_BOUND, Results
-from overturning.dem.run import run_cases
+from overturning.dem.kernel.balance import ENERGY_BOUND
 from overturning.dem.kernel.status import Status
+from overturning.dem.plan import DEEPEST
+from overturning.dem.results import Results
+from overturning.dem.run import run_cases
 from overturning.dem.time_step import highest_eigenvalue, rocking_time, scheme_of, stable_step, steps_per_sample
 from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ArgumentError

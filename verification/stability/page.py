@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 
 from overturning.dem.contact import PRECISION_FLOOR
+from overturning.dem.kernel.balance import ENERGY_BOUND
 from overturning.dem.numerics import BUDGET
 from overturning.dem.plan import DEEPEST
-from overturning.dem.results import ENERGY_BOUND
 from verification.stability.blocks import Ending
 from verification.stability.cases import ADVERSARIAL
 from verification.stability.scene_cases import SCENES

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.block.rows import COLUMNS
+from overturning.dem.block.state import COLUMNS
 from overturning.dem.cases import Cases
 from overturning.dem.results import Results
 from overturning.dem.run import run_cases

@@ -25,9 +25,13 @@ def prefer_full_width() -> None:
             config.CPU_FEATURES = f"{features.flatten()},-prefer-256-bit"
 
 
+_UNITS = Path(__file__).parents[2] / "units.py"
+"""Its constants are compiled into the kernels."""
+
+
 def sources_digest(folder: Path) -> str:
-    """First 16 hex digits of the SHA-256 over the names and contents of all modules of a folder."""
-    digest = hashlib.sha256()
+    """First 16 hex digits of the SHA-256 over the names and contents of all modules of a folder, and over the units."""
+    digest = hashlib.sha256(_UNITS.read_bytes())
     for path in sorted(folder.rglob("*.py")):
         digest.update(path.relative_to(folder).as_posix().encode())
         digest.update(path.read_bytes())

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from overturning.dem import plan as plan_module
 from overturning.dem import run as run_module
 from overturning.dem.contact import Contact
+from overturning.dem.kernel import balance
 from overturning.dem.kernel.status import Status
 from overturning.dem.numerics import Numerics
 from overturning.dem.simulate import simulate_arrays
@@ -15,6 +15,7 @@ from overturning.dem.solid.cases import SpaceCases
 from overturning.dem.solid.contact import VertexContact, highest_mode
 from overturning.dem.solid.plan import Start, plan_in_space
 from overturning.dem.solid.results import SPACE_VARIABLES
+from overturning.dem.solid.rules import ROW
 from overturning.dem.solid.shapes import Circle, Rectangle, Regular
 from overturning.dem.solid.simulate import simulate_in_space_arrays
 from overturning.dem.solid.trajectory import trajectory_in_space
@@ -101,7 +102,7 @@ SHAPES = [(Rectangle(), 0.4, 1.0), (Rectangle(), 1.5, 2.0), (Regular(5), 0.3, 1.
 def test_the_stable_step_is_the_limit(
     shape: object, ratio: float, aspect: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(plan_module, "MOST_AGAIN", 0)  # a finer step would mend it
+    monkeypatch.setattr(balance, "MOST_AGAIN", 0)  # a finer step would mend it
     body = shape.body(0.6, ratio, aspect)
     normal, _, dashpot = SOFT.specific(body)
     mode = highest_mode(body)
@@ -116,9 +117,11 @@ def test_the_stable_step_is_the_limit(
         plan = plan_in_space(
             shape, motion, SpaceCases(0.0, 0.6, ratio, aspect, 10.0), Numerics(scheme="cundall", leave_out=False), SOFT, start
         )  # fmt: skip
-        path = np.zeros((400, 17))
-        replace(plan, steps=np.ones(1, np.int64)).compute(np.zeros(1, np.int64), np.zeros(1, np.int64), path)
-        moves = np.abs(path[:, 8:11]).max(axis=1) + np.abs(path[:, 11:14]).max(axis=1)
+        one, only = replace(plan, steps=np.ones(1, np.int64)), np.zeros(1, np.int64)
+        path = one.compute(only, np.zeros(1, np.int64), np.zeros(400, ROW))[1]
+        moves = sum(
+            np.max([np.abs(path[name]) for name in names], axis=0) for names in (("vx", "vy", "vz"), ("wx", "wy", "wz"))
+        )
         late, early = moves[300:380].max(), moves[1:20].max()
         assert (not late < 10.0 * early) == grows, (share, early, late)
 
@@ -138,10 +141,10 @@ def test_a_body_on_an_edge_or_a_vertex_is_slower() -> None:
 
 def test_a_case_that_does_not_balance_is_computed_again_in_shorter_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     grid = {"orientation_deg": np.arange(0.0, 90.0, 15.0), "height": [0.6], "b_over_h": [0.2, 0.35], "friction": [0.4]}
-    first, finer = (simulate_in_space_arrays(part(10), refinement=times, **grid) for times in (1, plan_module.FINER))
+    first, finer = (simulate_in_space_arrays(part(10), refinement=times, **grid) for times in (1, balance.FINER))
     bound = float(np.median(first["energy_error"]))
-    monkeypatch.setattr(plan_module, "ENERGY_BOUND", bound)
-    monkeypatch.setattr(plan_module, "MOST_AGAIN", 1)
+    monkeypatch.setattr(balance, "ENERGY_BOUND", bound)
+    monkeypatch.setattr(balance, "MOST_AGAIN", 1)
     found, again = simulate_in_space_arrays(part(10), **grid), first["energy_error"] > bound
     never = again & (finer["energy_error"] > bound)
     np.testing.assert_array_equal(found["status"] == Status.UNSTABLE, never)
@@ -153,7 +156,7 @@ def test_a_case_that_does_not_balance_is_computed_again_in_shorter_steps(monkeyp
     assert path.attrs["block_steps"] == found["block_steps"][1, 0, 0, 0, 0]
     assert (np.diff(path.time) > 0).all()
     # Where nothing helps the case is marked.
-    monkeypatch.setattr(plan_module, "ENERGY_BOUND", -1.0)
+    monkeypatch.setattr(balance, "ENERGY_BOUND", -1.0)
     marked = simulate_in_space_arrays(part(10), **{name: [value] for name, value in cell.items()})
     assert (marked["status"].item(), marked["overturned"].item()) == (Status.UNSTABLE, INT8_MISSING)
     assert np.isnan(marked["fall_azimuth"].item())

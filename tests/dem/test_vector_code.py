@@ -74,13 +74,13 @@ LOOPS: dict[str, Compile] = {
     for name, scheme, loop, more in (
         ("cundall", space_cundall, "touch_all", (POINT, POINT.copy(), space.COLUMNS)),
         ("cundall", space_cundall, "roll_all", (POINT, POINT.copy(), space.COLUMNS, 1.0, 0.0)),
-        ("cundall", space_cundall, "move_all", (space.COLUMNS, 9.80665)),
+        ("cundall", space_cundall, "move_all", (space.COLUMNS,)),
         ("centred", space_centred, "foresee_all", (space.COLUMNS, 128.0)),
         ("centred", space_centred, "touch_all", (POINT, POINT.copy(), space.COLUMNS)),
         ("centred", space_centred, "share_all", (POINT, POINT.copy(), space.COLUMNS)),
-        ("centred", space_centred, "solve_all", (space.COLUMNS, 9.80665)),
+        ("centred", space_centred, "solve_all", (space.COLUMNS,)),
         ("centred", space_centred, "meet_all", (POINT, POINT.copy(), space.COLUMNS, False)),
-        ("centred", space_centred, "commit_all", (space.COLUMNS, 1.0, 9.80665, False)),
+        ("centred", space_centred, "commit_all", (space.COLUMNS, 128.0, False)),
     )
 }  # fmt: skip
 

@@ -1,6 +1,9 @@
 """Compiled kernels are kept for the next process, and a torn file of theirs is a miss."""
 
+import os
 import runpy
+import subprocess
+import sys
 from pathlib import Path
 
 import numba
@@ -51,3 +54,27 @@ def test_the_kernel_is_kept_for_the_next_process() -> None:
     simulate_arrays(Motion(wave, 0 * wave, sampling_interval=0.01), **case)
     assert list(cache_directory().glob("*.nbi"))
     assert list(cache_directory().glob("*.nbc"))
+
+
+def test_variants_that_different_processes_have_compiled_do_not_answer_for_each_other(tmp_path: Path) -> None:
+    """Blocks with friction and without, each compiled by its own process; a third one loads both kernels."""
+    program = """if True:
+        import sys
+        import numpy as np
+        from overturning.dem.simulate import simulate_arrays
+        from overturning.motion.motion import Motion
+        wave = 4.0 * np.sin(9.0 * np.arange(200) * 0.01)
+        motion = Motion(wave, 0.5 * wave, sampling_interval=0.01)
+        for friction in map(float, sys.argv[1:]):
+            found = simulate_arrays(motion, azimuth_deg=[0.0, 40.0], height=[0.6], b_over_h=[0.2, 0.4], friction=[friction])
+            print(friction, found["status"].ravel(), found["peak_slip"].ravel(), found["block_steps"].sum())
+    """
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+
+    def run(*frictions: str) -> list[str]:
+        done = subprocess.run(
+            [sys.executable, "-c", program, *frictions], env=environment, capture_output=True, text=True, check=True
+        )
+        return done.stdout.splitlines()
+
+    assert run("0.5") + run("0") == run("0.5", "0")

@@ -15,7 +15,7 @@ from numba.extending import overload
 from overturning.dem.kernel.cache import keep_compiled
 from overturning.dem.kernel.ending import GOES_ON
 from overturning.dem.kernel.ground import Ground
-from overturning.dem.kernel.lanes import OPTIONS
+from overturning.dem.kernel.lanes import INLINE, OPTIONS
 from overturning.dem.kernel.status import Status
 
 
@@ -94,7 +94,7 @@ def implement(rules: type, *functions: Callable[..., Any]) -> None:
         def choose(given: Any, *_: Any, function: Callable[..., Any] = function) -> Callable[..., Any] | None:
             return function if given.instance_class is rules else None
 
-        overload(globals()[function.__name__], jit_options=OPTIONS, strict=False)(choose)  # type: ignore[arg-type]
+        overload(globals()[function.__name__], jit_options=INLINE, strict=False)(choose)  # type: ignore[arg-type]
 
 
 @njit(**OPTIONS)

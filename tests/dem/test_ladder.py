@@ -20,7 +20,7 @@ from overturning.dem.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import shipped
 
-WHOLE = float(BLOCK.ticks)
+WHOLE = BLOCK.whole
 NAMES = ("overturned", "peak_rotation", "peak_slip", "residual_slip", "peak_penetration", "energy_error")
 
 
@@ -69,14 +69,13 @@ NOTHING = Found(False, False, False, False, False, False, False, False)
 
 def clock_of(pace: Pace, standing: float | None = None) -> Clock:
     """A clock whose finest step is 64 ticks."""
-    whole = float(pace.ticks)
-    return Clock(whole, 64.0, standing or whole, 8.0, pace.settled, pace.settled_above * 64.0, pace.tries)
+    return Clock(64.0, standing or pace.whole, 8.0, pace.settled)
 
 
 @pytest.mark.parametrize("pace", [BLOCK, SCENE, BODY])
 @pytest.mark.parametrize("steps", [1, 3, 4])
 def test_every_step_lies_within_a_sample(pace: Pace, steps: int) -> None:
-    whole, random = float(pace.ticks), np.random.default_rng(1)
+    whole, random = pace.whole, np.random.default_rng(1)
     sample = steps * whole
     clock = clock_of(pace, sample)
     attempt, tick, change, stands = Attempt(clock.finest, clock.dwell, 0.0), 0.0, 0.6 * whole, True
@@ -86,7 +85,7 @@ def test_every_step_lies_within_a_sample(pace: Pace, steps: int) -> None:
         assert tick // sample == (end - 1.0) // sample, "a step crosses the end of a sample"
         changed = tick < change <= end
         again, _, attempt = next_attempt.py_func(
-            clock, attempt, NOTHING._replace(changed=changed, stands=stands), end, sample
+            pace, clock, attempt, NOTHING._replace(changed=changed, stands=stands), end, sample
         )
         assert again == (changed and length > clock.finest)
         if not again:
@@ -114,7 +113,7 @@ def rejected(steps: float, left: Met, right: Met, gentle: float = 1e-6) -> bool:
     clock, block = clock_of(BLOCK), Block(**dict.fromkeys(Block._fields, 1.0) | {"gentle": gentle})
     length = steps * clock.finest
     found = found_of.py_func(block, clock, length, False, left, right, False)
-    return bool(next_attempt.py_func(clock, Attempt(length, 8.0, 0.0), found, WHOLE, WHOLE)[0])
+    return bool(next_attempt.py_func(BLOCK, clock, Attempt(length, 8.0, 0.0), found, WHOLE, WHOLE)[0])
 
 
 def test_a_gentle_touch_needs_no_finest_step() -> None:
@@ -137,11 +136,11 @@ def test_only_a_corner_that_touches_or_leaves_makes_a_touch_less_gentle() -> Non
 @pytest.mark.parametrize("pace", [BLOCK, SCENE, BODY])
 def test_every_long_step_has_as_many_tries_before_it_is_halved(pace: Pace) -> None:
     """With other points taken to slide, whatever became of the steps before it."""
-    clock, length = clock_of(pace), 0.5 * float(pace.ticks)
+    clock, length = clock_of(pace), 0.5 * pace.whole
     attempt, tries, lengths = Attempt(length, 8.0, 0.0), [], []
     most = int(pace.tries)
     for wrong in (False, *[True] * (most + 2), False, True):
-        again, _, attempt = next_attempt.py_func(clock, attempt, NOTHING._replace(wrong=wrong), length, WHOLE)
+        again, _, attempt = next_attempt.py_func(pace, clock, attempt, NOTHING._replace(wrong=wrong), length, WHOLE)
         tries.append(attempt.tries)
         lengths.append(attempt.length)
         assert again == wrong

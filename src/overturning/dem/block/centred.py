@@ -355,7 +355,7 @@ def loops(vertical: bool, rough: bool) -> Any:
             left = meet(block, w.left, s.left, d.slid_left, late, w.x, w.half, d, rough)
             right = meet(block, w.right, s.right, d.slid_right, late, w.x, w.half, d, rough)
             found = found_of(block, clock, length, late, left, right, rough)
-            again, retry, attempt = next_attempt(clock, attempt, found, s.tick + length, ticks)
+            again, retry, attempt = next_attempt(BLOCK, clock, attempt, found, s.tick + length, ticks)
             taken = taken_next(Taken(d.slid_left, d.slid_right), late, left, right, retry)
             peaks, account = load_peaks(state, j), load_account(state, j)
             s, peaks, account = commit(block, s, peaks, account, w, d, left, right, length, vertical, rough)

@@ -22,7 +22,7 @@ from overturning.dem.kernel.lanes import INLINE, OPTIONS
 from overturning.dem.kernel.mechanics import larger, turned, within
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-WHOLE: Final = float(TICKS)
+WHOLE: Final = TICKS
 
 
 class Cundall(NamedTuple):

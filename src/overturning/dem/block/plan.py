@@ -183,17 +183,14 @@ def plan_block(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics) -
         "calm": calm,
         "after": samples + np.ceil(AFTERMATH * period / interval),
         "gentle": GENTLE * finest * width * rounded(np.arctan, ratio) / period,
-        "whole": TICKS,
         "finest": np.ldexp(1.0, BLOCK.halvings - np.clip(halvings, 0, BLOCK.halvings)),
         "standing": TICKS * standing,
         # A lightly damped contact rings for longer.
         "dwell": np.round(BLOCK.dwell * np.clip(np.sqrt(square) / np.maximum(rate, 1e-300), 1.0, 8.0) / shorter),
         "settled": np.round(BLOCK.settled / shorter),
-        "tries": BLOCK.tries,
     }
     for name, values in columns.items():
         table[name] = values
-    table["settled_from"] = BLOCK.settled_above * table["finest"]
     return BlockPlan(
         scene=scene, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground, steps=steps,
         first=first, never=never, table=table,

@@ -149,9 +149,7 @@ def put(state: Any, j: int, case: Any, interval: float, ticks: float) -> None:
     az, aw = k * (ul + ur) - GRAVITY, inertia * k * (-arm_l * ul + -arm_r * ur)
     at_rest = State(x, z, case.tilt, c, s, 0.0, 0.0, 0.0, 0.0, az, aw, left, right, 0.0)
     store_block(state, j, block)
-    store_clock(state, j, Clock(
-        case.whole, case.finest, case.standing, case.dwell, case.settled, case.settled_from, case.tries
-    ))  # fmt: skip
+    store_clock(state, j, Clock(case.finest, case.standing, case.dwell, case.settled))  # fmt: skip
     store_state(state, j, at_rest)
     store_attempt(state, j, Attempt(case.finest, case.dwell, 0.0))
     store_taken(state, j, Taken(0.0, 0.0))

@@ -16,7 +16,7 @@ from overturning.dem.kernel.lanes import INLINE, Rows
 COLUMNS: Final = 48
 """Blocks side by side: enough to hide the latency of one block's operations, few enough to stay in the first cache."""
 
-TICKS: Final = BLOCK.ticks
+TICKS: Final = BLOCK.whole
 """Ticks of a whole step."""
 
 GENTLE: Final = 0.3

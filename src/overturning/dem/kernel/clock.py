@@ -19,8 +19,8 @@ class Pace(NamedTuple):
     """Longest whole step, in 1/p, p = √(3g/4R) of what rocks fastest;"""
     finest: float
     """longest step in which a contact may open or close, in 1/ω of the highest mode of the contact;"""
-    halvings: int
-    """how often a whole step may be halved;"""
+    whole: float
+    """ticks of a whole step, a power of two: so often it may be halved;"""
     predicted: float
     """up to so many finest steps the predicted forces tell what is in contact and slides, in longer ones what was last found;"""
     tries: float
@@ -33,16 +33,16 @@ class Pace(NamedTuple):
     """so many of each of these lengths, and of the length to which a step is shortened."""
 
     @property
-    def ticks(self) -> int:
-        """Ticks of a whole step."""
-        return int(2**self.halvings)
+    def halvings(self) -> int:
+        """How often a whole step may be halved."""
+        return int(self.whole).bit_length() - 1
 
 
 # Where measured: the rigid limit and the default step, docs/measurements.md; scenes, `python -m verification.scene_steps`; in space,
 # `python -m verification.space`. A body in space takes shorter steps, since its deepest point runs round a rim.
-BLOCK: Final = Pace(0.006, 0.08, 24, 4.0, 2.0, 8.0, 8.0, 2.0)
-SCENE: Final = Pace(0.0125, 0.08, 20, 4.0, 2.0, 8.0, float("inf"), 2.0)
-BODY: Final = Pace(0.004, 0.125, 9, 2.0, 3.0, 6.0, 0.0, 4.0)
+BLOCK: Final = Pace(0.006, 0.08, 2.0**24, 4.0, 2.0, 8.0, 8.0, 2.0)
+SCENE: Final = Pace(0.0125, 0.08, 2.0**20, 4.0, 2.0, 8.0, float("inf"), 2.0)
+BODY: Final = Pace(0.004, 0.125, 2.0**9, 2.0, 3.0, 6.0, 0.0, 4.0)
 """`dwell` of a body in space is a time, in 1/ω; of the others it is a number of steps."""
 
 ONSET: Final = 0.25
@@ -56,22 +56,16 @@ NO_FRACTION: Final = 2.0**52
 
 
 class Clock(NamedTuple):
-    """What the clock of a case goes by; lengths in ticks."""
+    """What the clock of a case goes by beside the constants of its model; lengths in ticks."""
 
-    whole: float
-    """Whole step,"""
     finest: float
-    """finest one,"""
+    """Finest step,"""
     standing: float
     """and step of a body that stands, at least the whole one;"""
     dwell: float
     """steps of a length after a change of contact,"""
     settled: float
-    """and of lengths that are at least"""
-    settled_from: float
-    """this one;"""
-    tries: float
-    """how often a step is done again with other points sliding."""
+    """and of the longer ones of `Pace.settled_above`."""
 
 
 class Attempt(NamedTuple):
@@ -107,7 +101,9 @@ class Found(NamedTuple):
 
 
 @njit(**INLINE)
-def next_attempt(clock: Clock, tried: Attempt, found: Found, tick: float, ticks: float) -> tuple[bool, bool, Attempt]:
+def next_attempt(
+    pace: Pace, clock: Clock, tried: Attempt, found: Found, tick: float, ticks: float
+) -> tuple[bool, bool, Attempt]:
     """Whether an attempt that would end at a tick is rejected, whether only to be done again as found, and the next attempt.
 
     A step of more than `ONSET` of a sample, which has so many `ticks`, is taken only while something holds the body, and one of
@@ -118,19 +114,21 @@ def next_attempt(clock: Clock, tried: Attempt, found: Found, tick: float, ticks:
     wrong = found.wrong & (not shorter)
     onset = found.slides & (length > ONSET * ticks)
     back = found.back & (length > TURN * ticks)
-    halved = ((found.reversed | back) & (not shorter)) | (wrong & (onset | (tried.tries >= clock.tries)))
+    halved = ((found.reversed | back) & (not shorter)) | (wrong & (onset | (tried.tries >= pace.tries)))
     retry = wrong & (not halved)
     shorter = shorter | halved
-    longest = clock.standing if found.stands else clock.whole
-    above = 2.0 * length if length < clock.whole else clock.standing
+    longest = clock.standing if found.stands else pace.whole
+    above = 2.0 * length if length < pace.whole else clock.standing
     times = tick / above
     fits = (times + NO_FRACTION) - NO_FRACTION == times
     longer = (tried.left <= 1.0) & (length < longest) & fits & (not (found.slides & (above > ONSET * ticks)))
-    left = (clock.settled if length >= clock.settled_from else clock.dwell) if longer else tried.left - 1.0
+    left = (
+        (clock.settled if length >= pace.settled_above * clock.finest else clock.dwell) if longer else tried.left - 1.0
+    )
     left = clock.dwell if found.changed else left
     left = clock.settled if shorter else left
     left = tried.left if retry else left
     then = above if longer & (not (found.changed | retry)) else length
     then = 0.5 * length if shorter else then
-    then = clock.whole if (length > clock.whole) & (shorter | (not found.stands)) else then
+    then = pace.whole if (length > pace.whole) & (shorter | (not found.stands)) else then
     return shorter | retry, retry, Attempt(then, left, tried.tries + 1.0 if retry else 0.0)

@@ -45,7 +45,7 @@ class Centred(NamedTuple):
 
     lag: float = 0.0
     """Steps by which velocities lag behind poses;"""
-    ticks: float = float(SCENE.ticks)
+    ticks: float = SCENE.whole
     """ticks of a whole step."""
 
 

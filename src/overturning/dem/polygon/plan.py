@@ -141,8 +141,7 @@ def plan_polygons(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics
     # A lightly damped contact rings for longer. Where steps are wanted shorter, each is divided.
     dwell = SCENE.dwell * np.clip(np.sqrt(square) / np.maximum(rate, 1e-300), 1.0, 8.0) * divided * numerics.refinement
     table["dwell"] = np.round(dwell)[variant]
-    table["whole"] = table["standing"] = SCENE.ticks
-    table["settled"], table["settled_from"], table["tries"] = SCENE.settled, SCENE.settled_above, SCENE.tries
+    table["standing"], table["settled"] = SCENE.whole, SCENE.settled
     shaped, ruled = [kernel_shapes(item) for item in variants], [kernel_rules(item) for item in variants]
     return PolygonPlan(
         scene=scene, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground,
@@ -195,7 +194,7 @@ def steps_of(
     fewest, steps = (samples_divided(whole, whole, wanted, interval) for wanted in ("auto", time_step))
     # As often halved whatever the step: a finer one is finer throughout.
     halvings = np.clip(np.frexp(interval / fewest * frequency * heavy / SCENE.finest)[1], 0, SCENE.halvings)
-    return steps, np.ldexp(float(SCENE.ticks), -halvings), steps / fewest
+    return steps, np.ldexp(SCENE.whole, -halvings), steps / fewest
 
 
 def _check_variants(scene: Scene, variants: list[Prepared]) -> None:

@@ -151,7 +151,7 @@ def begin(
         state[row * rows.COLUMNS + j] = initial[row]
     step, none = interval / ticks, Line(0.0, 0.0, 0.0)
     first = Attempt(case.finest, case.dwell, 0.0)
-    clock = Clock(case.whole, case.finest, case.standing, case.dwell, case.settled, case.settled_from, case.tries)
+    clock = Clock(case.finest, case.standing, case.dwell, case.settled)
     rows.store_case(state, j, Case(
         Shaking(none, none, 0.0), step, ticks / interval, lag * step, clock, first, rows.no_marks(),
         Verdict(0.0, Attempt(0.0, 0.0, 0.0)), case.amplitude, case.first, case.calm, case.after, 0.0, variant, looked, 0.0,

@@ -9,7 +9,7 @@ from typing import Any
 
 from numba import njit
 
-from overturning.dem.kernel.clock import Found, next_attempt
+from overturning.dem.kernel.clock import SCENE, Found, next_attempt
 from overturning.dem.kernel.ground import at_tick
 from overturning.dem.kernel.lanes import INLINE, OPTIONS
 from overturning.dem.kernel.mechanics import larger, turned
@@ -161,7 +161,7 @@ def accept_or_reject(own: Any, ticks: float) -> None:
     for j in range(rows.COLUMNS):
         case = rows.load_case(own, j)
         tick = case.shaking.tick + case.attempt.length
-        again, _, attempt = next_attempt(case.clock, case.attempt, found_of(case), tick, ticks)
+        again, _, attempt = next_attempt(SCENE, case.clock, case.attempt, found_of(case), tick, ticks)
         rows.store_then(own, j, attempt)
         own[rows.AGAIN + j] = 1.0 if again else 0.0
 

@@ -32,7 +32,7 @@ from overturning.dem.solid.state import (
 )
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-WHOLE: Final = float(TICKS)
+WHOLE: Final = TICKS
 PREDICTED: Final = BODY.predicted
 FAST_TURN: Final = 0.1
 """Tangent of the angle by which the deepest point of a rim may run round it in a step that is not the finest."""

@@ -5,7 +5,7 @@ from typing import Any, Final
 
 from numba import njit
 
-from overturning.dem.kernel.clock import Attempt, Clock, next_attempt
+from overturning.dem.kernel.clock import BODY, Attempt, Clock, next_attempt
 from overturning.dem.kernel.lanes import INNER, arithmetic
 from overturning.dem.solid.centred import (
     WHOLE,
@@ -147,7 +147,7 @@ def commit_all(state: Any, columns: int, ticks: float, round_: Any) -> None:
         most = load_largest(state, j)
         fast = turns_fast(s, load_foreseen(state, j), most) if round_ else False
         again, _, following = next_attempt(
-            load_clock(state, j), attempt, found_of(most, t.fz, fast), s.tick + attempt.length, ticks
+            BODY, load_clock(state, j), attempt, found_of(most, t.fz, fast), s.tick + attempt.length, ticks
         )
         moved, peaks, account = commit(
             body,

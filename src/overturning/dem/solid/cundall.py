@@ -39,7 +39,7 @@ from overturning.dem.solid.state import (
 )
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-WHOLE: Final = float(TICKS)
+WHOLE: Final = TICKS
 
 
 class Cundall(NamedTuple):

@@ -173,13 +173,10 @@ def plan_in_space(
         "first": first,
         "calm": calm,
         "after": samples + np.ceil(AFTERMATH * period[which] / interval),
-        "whole": PACE.ticks,
         "finest": pace.finest,
-        "standing": PACE.ticks,
+        "standing": PACE.whole,
         "dwell": pace.dwell,
         "settled": PACE.settled,
-        "settled_from": PACE.settled_above,
-        "tries": PACE.tries,
     }
     for name, values in columns.items():
         table[name] = values

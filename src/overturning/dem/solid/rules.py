@@ -200,9 +200,7 @@ def put(
         at.wx, at.wy, at.wz, 0.0, 0.0, az, mx, my, 0.0, 0.0,
     )  # fmt: skip
     store_body(state, j, body)
-    store_clock(state, j, Clock(
-        case.whole, case.finest, case.standing, case.dwell, case.settled, case.settled_from, case.tries
-    ))  # fmt: skip
+    store_clock(state, j, Clock(case.finest, case.standing, case.dwell, case.settled))  # fmt: skip
     store_state(state, j, begin)
     store_attempt(state, j, Attempt(case.finest, case.dwell, 0.0))
     store_peaks(state, j, Peaks(lean_of(f), 0.0, 0.0, -1.0))

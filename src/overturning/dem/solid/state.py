@@ -19,7 +19,7 @@ from overturning.dem.solid.centred_rows import Change, Equations, Foreseen, Larg
 COLUMNS: Final = 48
 """Bodies side by side."""
 
-TICKS: Final = BODY.ticks
+TICKS: Final = BODY.whole
 """Ticks of a whole step."""
 
 

@@ -10,7 +10,7 @@ from overturning.dem.kernel.clock import BODY
 from overturning.dem.numerics import Numerics
 from overturning.dem.time_step import Scheme, contact_time, steps_per_sample
 
-TICKS: Final = BODY.ticks
+TICKS: Final = BODY.whole
 
 
 class Pace(NamedTuple):

@@ -1,0 +1,55 @@
+"""Changes from cube to cube, against counts by hand on cubes that are written out here."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from overturning.errors import ResultError
+from verification.compare_cubes import changes
+
+DIMENSIONS = ("azimuth", "b_over_h")
+
+
+def cube(flags: list[list[float]], rotation: float = 0.5, slip: float = 0.01) -> xr.Dataset:
+    """Four azimuths, the whole circle, and two B/H; what stands has turned and slid as much as given."""
+    overturned = np.array(flags)
+    stands = overturned == 0
+    values = {
+        "overturned": overturned,
+        "status": np.where(np.isnan(overturned), 2.0, 0.0),
+        "peak_rotation": np.where(stands, rotation, 1.0),
+        "peak_slip": np.where(stands, slip, 0.0),
+    }
+    coordinates = {"azimuth": [0, 90, 180, 270], "b_over_h": [0.2, 0.3]}
+    return xr.Dataset({name: (DIMENSIONS, array) for name, array in values.items()}, coordinates)
+
+
+OLD = cube([[1, 1], [1, 1], [1, 0], [1, 0]])
+
+
+def test_changes_are_counted() -> None:
+    new = cube([[-1, 1], [0, 1], [np.nan, 0], [1, 0]], rotation=0.6, slip=0.009)
+    found = changes(OLD, new)
+    assert found["cells"] == "8"
+    assert found["fall, before"] == "6 (75.00 %)"
+    assert found["fall, after"] == "4 (57.14 %)"
+    assert found["without an answer, before and after"] == "0, 1"
+    assert found["cells with another status"] == "1"
+    assert found["flags changed"] == "1"
+    assert found["sides changed, of what falls in both"] == "1 of 4"
+    # Of B/H 0.2 all azimuths fall, and of 0.3 the first two: their neighbours in B/H agree, and around the circle.
+    assert found["of them where the neighbours agree"] == "1"
+    assert found["of these where the neighbours agree"] == "1 of 1"
+    assert found["peak rotation of what rocks and stands: change in α, median and 95 %"] == "+0.1, 0.1"
+    assert found["peak slip of what stands: change in %, median and 95 %"] == "-10, 10"
+
+
+def test_what_is_firm_ends_at_another_flag_around_the_circle() -> None:
+    # The first azimuth of B/H 0.3 has the last one, which stands, beside it; its own fall is not firm, the second's neither.
+    found = changes(OLD, cube([[1, 0], [1, 1], [1, 0], [1, 0]]))
+    assert (found["flags changed"], found["of them where the neighbours agree"]) == ("1", "0")
+
+
+def test_cubes_of_different_studies_are_refused() -> None:
+    with pytest.raises(ResultError, match="of one study"):
+        changes(OLD, OLD.isel(azimuth=slice(2)))

@@ -1,0 +1,114 @@
+"""What changed from cube to cube of one study: ``python -m verification.compare_cubes OLD NEW``.
+
+Each cube is compared with the one before it, and the last with the first. For a change that must not change an answer, or whose
+changes must be counted: each state of the sources makes its cube of the same study, in a checkout of its own.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+import xarray as xr
+from numpy.typing import NDArray
+
+from overturning.arrays import FloatArray
+from overturning.dem.variables import INT8_MISSING
+from overturning.errors import ResultError
+from overturning.study.comparison import compare
+from overturning.study.cube import open_cube
+from verification.measures import ROCKS, percent
+from verification.tables import markdown, publish
+
+SLIDES = 1e-3
+"""Peak slip of a stone that slides, m."""
+
+
+def agree(flags: xr.DataArray) -> NDArray[np.bool_]:
+    """Cells whose neighbours in azimuth, or orientation, and B/H have the same flag; a full circle is closed."""
+    same = np.ones(flags.shape, bool)
+    for name in {"azimuth", "orientation", "b_over_h"} & set(flags.dims):
+        at, values = flags.get_axis_num(name), np.asarray(flags[name])
+        along, kept = np.moveaxis(flags.values, at, 0), np.moveaxis(same, at, 0)
+        equal = along[1:] == along[:-1]
+        kept[1:] &= equal
+        kept[:-1] &= equal
+        if name == "azimuth" and values.size > 1 and values[-1] + values[1] - values[0] == values[0] + 360:
+            kept[[0, -1]] &= along[0] == along[-1]
+    return same
+
+
+def rotation(cube: xr.Dataset) -> FloatArray:
+    """Peak rotation over α, of a body in space its peak tilt; NaN where an element has no α."""
+    if "peak_tilt" not in cube:
+        return np.asarray(cube.peak_rotation, dtype=np.float64)
+    tilt = np.radians(cube.peak_tilt) / np.arctan(cube.b_over_h)
+    return np.asarray(tilt.transpose(*cube.peak_tilt.dims), dtype=np.float64)
+
+
+def fallen(flags: NDArray[np.int8]) -> str:
+    """Cells that fall, and their share of those with an answer."""
+    known = flags != INT8_MISSING
+    down = int((known & (flags != 0)).sum())
+    return f"{down:,} ({percent(down, int(known.sum())):.2f} %)"
+
+
+def spread(changes: FloatArray) -> str:
+    """Median, with its sign, and what 95 % do not exceed in size."""
+    return f"{np.median(changes):+.2g}, {np.quantile(np.abs(changes), 0.95):.2g}" if changes.size else "–"
+
+
+def changes(old: xr.Dataset, new: xr.Dataset) -> dict[str, str]:
+    """What changed from one cube to the other, by what is counted."""
+    if dict(old.sizes) != dict(new.sizes):
+        raise ResultError(f"cubes of {dict(old.sizes)} and {dict(new.sizes)} cells; compare those of one study")
+    flags = old.overturned.fillna(INT8_MISSING).astype(np.int8)
+    before, after = flags.values, new.overturned.fillna(INT8_MISSING).astype(np.int8).values
+    firm = agree(flags)
+    azimuths = (old.fall_azimuth.values, new.fall_azimuth.values) if "fall_azimuth" in old else None
+    counts = compare(before, after, azimuths)
+    firmly = compare(before[firm], after[firm], azimuths and (azimuths[0][firm], azimuths[1][firm]))
+    turned, turned_too, stands = rotation(old), rotation(new), (before == 0) & (after == 0)
+    slid, slid_too = (np.asarray(cube.peak_slip, dtype=np.float64) for cube in (old, new))
+    rocks, slides = stands & (turned > ROCKS) & np.isfinite(turned_too), stands & (slid > SLIDES)
+    return {
+        "cells": f"{before.size:,}",
+        "fall, before": fallen(before),
+        "fall, after": fallen(after),
+        "without an answer, before and after": f"{(before == INT8_MISSING).sum():,}, {(after == INT8_MISSING).sum():,}",
+        "cells with another status": f"{(old.status.values != new.status.values).sum():,}",
+        "flags changed": f"{counts.flags:,}",
+        "of them where the neighbours agree": f"{firmly.flags:,}",
+        "sides changed, of what falls in both": f"{counts.sides:,} of {counts.fallen:,}",
+        "of these where the neighbours agree": f"{firmly.sides:,} of {firmly.fallen:,}",
+        "peak rotation of what rocks and stands: change in α, median and 95 %": spread((turned_too - turned)[rocks]),
+        "peak slip of what stands: change in %, median and 95 %": spread(100 * (slid_too[slides] / slid[slides] - 1)),
+    }
+
+
+def table(cubes: Sequence[Path]) -> str:
+    """Markdown: a column for each step from cube to cube, and one for all of them."""
+    opened = [open_cube(path, element=None, amplitude=None) for path in cubes]
+    steps = [(i, i + 1) for i in range(len(cubes) - 1)] + [(0, len(cubes) - 1)] * (len(cubes) > 2)
+    columns = [changes(opened[first], opened[last]) for first, last in steps]
+    names = [path.stem if len({one.stem for one in cubes}) == len(cubes) else str(path) for path in cubes]
+    head = [f"{names[first]} → {names[last]}" for first, last in steps]
+    return markdown(("", *head), [(name, *(column[name] for column in columns)) for name in columns[0]])
+
+
+def main(
+    old: Annotated[Path, typer.Argument(help="a cube")],
+    newer: Annotated[list[Path], typer.Argument(help="cubes of the same study after it, the latest last")],
+    mark: Annotated[str, typer.Option(help="also put the table between these marks of the docs")] = "",
+) -> None:
+    """Print the table."""
+    try:
+        print(found := table([old, *newer]))
+        publish({mark: found} if mark else {})
+    except ResultError as error:
+        raise SystemExit(str(error)) from None
+
+
+if __name__ == "__main__":
+    typer.run(main)

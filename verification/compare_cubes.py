@@ -1,6 +1,6 @@
 """What changed from cube to cube of one study: ``python -m verification.compare_cubes OLD NEW``.
 
-Each cube is compared with the one before it, and the last with the first. For a change that must not change an answer, or whose
+Each cube is compared with the one before it, and the last with the first, over the records that both have. For a change that must not change an answer, or whose
 changes must be counted: each state of the sources makes its cube of the same study, in a checkout of its own.
 """
 
@@ -61,7 +61,9 @@ def spread(changes: FloatArray) -> str:
 
 def changes(old: xr.Dataset, new: xr.Dataset) -> dict[str, str]:
     """What changed from one cube to the other, by what is counted."""
-    if dict(old.sizes) != dict(new.sizes):
+    both = [name for name in old.record_id.values if name in new.record_id.values]
+    old, new = (cube.isel(record=[list(cube.record_id.values).index(name) for name in both]) for cube in (old, new))
+    if not both or dict(old.sizes) != dict(new.sizes):
         raise ResultError(f"cubes of {dict(old.sizes)} and {dict(new.sizes)} cells; compare those of one study")
     flags = old.overturned.fillna(INT8_MISSING).astype(np.int8)
     before, after = flags.values, new.overturned.fillna(INT8_MISSING).astype(np.int8).values

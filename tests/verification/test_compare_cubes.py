@@ -7,12 +7,12 @@ import xarray as xr
 from overturning.errors import ResultError
 from verification.compare_cubes import changes
 
-DIMENSIONS = ("azimuth", "b_over_h")
+DIMENSIONS = ("record", "azimuth", "b_over_h")
 
 
-def cube(flags: list[list[float]], rotation: float = 0.5, slip: float = 0.01) -> xr.Dataset:
-    """Four azimuths, the whole circle, and two B/H; what stands has turned and slid as much as given."""
-    overturned = np.array(flags)
+def cube(flags: list[list[float]], rotation: float = 0.5, slip: float = 0.01, record: str = "a") -> xr.Dataset:
+    """One record, four azimuths, the whole circle, and two B/H; what stands has turned and slid as much as given."""
+    overturned = np.array([flags])
     stands = overturned == 0
     values = {
         "overturned": overturned,
@@ -20,7 +20,7 @@ def cube(flags: list[list[float]], rotation: float = 0.5, slip: float = 0.01) ->
         "peak_rotation": np.where(stands, rotation, 1.0),
         "peak_slip": np.where(stands, slip, 0.0),
     }
-    coordinates = {"azimuth": [0, 90, 180, 270], "b_over_h": [0.2, 0.3]}
+    coordinates = {"record_id": ("record", [record]), "azimuth": [0, 90, 180, 270], "b_over_h": [0.2, 0.3]}
     return xr.Dataset({name: (DIMENSIONS, array) for name, array in values.items()}, coordinates)
 
 
@@ -50,6 +50,13 @@ def test_what_is_firm_ends_at_another_flag_around_the_circle() -> None:
     assert (found["flags changed"], found["of them where the neighbours agree"]) == ("1", "0")
 
 
+def test_records_are_compared_that_both_have() -> None:
+    other = cube([[0, 0]] * 4, record="b")
+    assert changes(xr.concat([other, OLD], "record"), OLD) == changes(OLD, OLD)
+
+
 def test_cubes_of_different_studies_are_refused() -> None:
     with pytest.raises(ResultError, match="of one study"):
         changes(OLD, OLD.isel(azimuth=slice(2)))
+    with pytest.raises(ResultError, match="of one study"):
+        changes(OLD, cube([[1, 1]] * 4, record="b"))

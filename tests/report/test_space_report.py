@@ -28,7 +28,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         records,
         body={"aspect": [1, 1.5]},
         orientation={"step": 45},
-        azimuth={"step": 90},
     )
 
 

@@ -39,6 +39,8 @@ def make_results(folder: Path, records: list[Record], **study: Any) -> Path:
         "ensemble": {"members": 4},
         "verification": "none",
     }
+    if "body" in study:
+        del data["azimuth"]
     settings = check_study(data | study, "test")
     (folder / "motion").mkdir(parents=True, exist_ok=True)
     for record in records:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from overturning.dem.block.path import block_path
 from overturning.dem.block.rules import CASE, RESULT, ROW, SCHEMES, BlockRules
-from overturning.dem.block.state import GENTLE, RIGID, TICKS
+from overturning.dem.block.state import GENTLE, RIGID, ROUGH, TICKS
 from overturning.dem.cases import Cases
 from overturning.dem.contact import check_precision
 from overturning.dem.kernel.balance import until_balanced
@@ -173,7 +173,7 @@ def plan_block(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics) -
         "stiffness": normal,
         "tangential": tangential,
         "dashpot": dashpot,
-        "friction": friction,
+        "friction": np.minimum(friction, ROUGH),
         "alpha": rounded(np.arctan, ratio),
         "amplitude": amplitude,
         "tilt": tilt,

@@ -26,6 +26,10 @@ the way it has in a finest step at B p α, about the speed of a corner of a bloc
 GENTLE_STEPS: Final = 8.0
 """Length of the longest of these steps, in finest ones."""
 
+ROUGH: Final = 100.0
+"""Friction coefficient above which a block is computed with this one: its corners do not slide. With more, what a corner that
+touches down slides by in a step may outweigh its energy, the more so the more damped the contact is."""
+
 RIGID: Final = 100.0
 """A block that stands on both corners takes whole samples as steps where 1/ω is so many times shorter than they are."""
 

@@ -25,12 +25,12 @@ from overturning.dem.contact import SCENE_STATIC_PENETRATION, Contact
 from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.motion.motion import Motion
-from overturning.reference.rocking import rocking_outcome
 from overturning.units import GRANITE_DENSITY
 from verification import leave_out, scalar, summary
 from verification.engines import installed, side_of_block
 from verification.inputs import half_grid, near_fault
 from verification.measures import difference, percent, wrong_sides
+from verification.reference.rocking import rocking_outcome
 from verification.tables import RESULTS, Figure, figures_table, publish, write_figures
 from verification.timing import fastest
 from verification.whole_run import whole_run

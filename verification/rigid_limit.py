@@ -32,9 +32,9 @@ from overturning.dem.solid.run import run_in_space
 from overturning.dem.solid.shapes import shape_of
 from overturning.motion.direction import direction_cosines
 from overturning.motion.motion import Motion
-from overturning.reference.rocking import rocking_outcome
 from verification.inputs import half_grid, near_fault
 from verification.measures import ROCKS, Difference, difference, percent, wrong_sides
+from verification.reference.rocking import rocking_outcome
 from verification.tables import markdown, publish
 
 PENETRATIONS = (2e-5, 2e-6, 5e-7, STATIC_PENETRATION, 2e-8)

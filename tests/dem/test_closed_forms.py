@@ -14,18 +14,18 @@ from overturning.dem.solid.shapes import shape_of
 from overturning.dem.trajectory import trajectory
 from overturning.motion.direction import direction_cosines
 from overturning.motion.motion import Motion
-from overturning.reference.closed_forms import (
+from overturning.units import STANDARD_GRAVITY
+from tests.dem.near_field import near_field
+from tests.dem.paths import depths, stone
+from verification.reference.closed_forms import (
     bounce,
     next_amplitude,
     quarter_period,
     slip_acceleration,
     uplift_acceleration,
 )
-from overturning.reference.rocking import rocking_outcome
-from overturning.reference.sliding import slide
-from overturning.units import STANDARD_GRAVITY
-from tests.dem.near_field import near_field
-from tests.dem.paths import depths, stone
+from verification.reference.rocking import rocking_outcome
+from verification.reference.sliding import slide
 
 QUIET = np.zeros(400)
 STILL = Motion(QUIET, QUIET, sampling_interval=0.005)

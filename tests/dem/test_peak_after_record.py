@@ -6,8 +6,8 @@ import pytest
 from overturning.dem.cases import Cases
 from overturning.dem.run import run_cases
 from overturning.motion.motion import Motion
-from overturning.reference.rocking import rocking_outcome
 from overturning.units import STANDARD_GRAVITY
+from verification.reference.rocking import rocking_outcome
 
 
 @pytest.mark.parametrize("scheme", ["centred", "cundall"])

@@ -7,8 +7,8 @@ from overturning.dem.cases import Cases
 from overturning.dem.kernel.status import Status
 from overturning.dem.run import run_cases
 from overturning.motion.motion import Motion
-from overturning.reference.rocking import rocking_outcome
 from overturning.units import STANDARD_GRAVITY
+from verification.reference.rocking import rocking_outcome
 
 AMPLITUDES = np.linspace(0.8, 6.0, 40)
 WIDTHS = [0.1, 0.2, 0.3, 0.4, 0.5]

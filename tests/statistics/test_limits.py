@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from overturning.errors import ArgumentError
-from overturning.reference.rocking import rocking_outcome
 from overturning.statistics.limits import (
     CRITERIA,
     direct_pulse_acceleration,
@@ -19,6 +18,7 @@ from overturning.statistics.limits import (
     pulse_acceleration,
     west_acceleration,
 )
+from verification.reference.rocking import rocking_outcome
 
 
 def test_west() -> None:

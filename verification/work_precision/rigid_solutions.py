@@ -44,7 +44,7 @@ ENGINE_STEPS: Final = (1 / 120, 1 / 240, 1 / 480, 1 / 960)
 
 def rocking(group: Group) -> tuple[Flags, FloatArray]:
     """Housner's rocking block on each case of a group."""
-    from overturning.reference.rocking import rocking_outcome
+    from verification.reference.rocking import rocking_outcome
 
     found = []
     for index in range(group.cases.size):
@@ -99,7 +99,7 @@ def against_rigid_rocking(say: Say) -> list[dict[str, Any]]:
 
 def against_exact_sliding(say: Say) -> list[dict[str, Any]]:
     """Peak slip of squat blocks against the exact sliding block, over time steps."""
-    from overturning.reference.sliding import slide
+    from verification.reference.sliding import slide
 
     groups = slide_groups()
     exact = np.array([

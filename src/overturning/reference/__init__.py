@@ -1,1 +1,0 @@
-"""Independent answers: rocking, sliding, closed forms."""

@@ -1,67 +1,168 @@
-"""Options of the subcommands that read record files: what the files do not say themselves."""
+"""Options that belong together, each group declared once as a dataclass and spread over the subcommands that take it."""
 
-from typing import Annotated, Any, get_args
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import Annotated, Any, get_args, get_type_hints
 
 import typer
 
-Azimuths = Annotated[
-    str, typer.Option(help="azimuths of the two horizontal axes where the files do not state them: 0,90")
-]
-Columns = Annotated[str, typer.Option(help="read as columns: 'time:s north:gal east:gal up:gal'")]
-Form = Annotated[str, typer.Option("--format", help="the only format allowed; otherwise by content")]
-Interval = Annotated[float | None, typer.Option(help="sampling interval of columns without a time, s")]
-Processed = Annotated[
-    bool | None,
-    typer.Option(
-        "--processed/--raw", help="whether samples of columns or SAC are corrected already", show_default=False
-    ),
-]
-Sensor = Annotated[str, typer.Option(help="surface, or borehole, which must be declared")]
-TrustData = Annotated[
-    bool,
-    typer.Option("--trust-data", help="go on where header and data contradict each other, or the size is no motion's"),
-]
-Unit = Annotated[str, typer.Option(help="unit of the samples where the format leaves it open (SAC): m/s2, gal, g…")]
-VerticalSense = Annotated[
-    str,
-    typer.Option(help="up, down or none (leave out), for a vertical axis that does not say which way it points"),
-]
+
+def grouped(command: Callable[..., None]) -> Callable[..., None]:
+    """Spread each parameter of a command that is a dataclass into one option for each of its fields.
+
+    Typer makes options of a function's signature, one for each parameter. What is returned has the signature with the
+    fields in place of their group, and hands the command the groups, made of what was given.
+    """
+    hints = get_type_hints(command, include_extras=True)
+    groups: dict[str, Any] = {name: kind for name, kind in hints.items() if is_dataclass(kind)}
+    options: list[inspect.Parameter] = []
+    for name, parameter in inspect.signature(command).parameters.items():
+        group = groups.get(name)
+        types = get_type_hints(group, include_extras=True) if group else hints
+        several = inspect.signature(group).parameters.values() if group else [parameter]
+        options += [one.replace(kind=one.KEYWORD_ONLY, annotation=types[one.name]) for one in several]
+
+    def run(**given: Any) -> None:
+        made = {name: kind(**{one.name: given.pop(one.name) for one in fields(kind)}) for name, kind in groups.items()}
+        command(**made, **given)
+
+    run.__name__, run.__doc__ = command.__name__, command.__doc__
+    run.__annotations__ = {option.name: option.annotation for option in options}
+    run.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
+    return run
 
 
-def declared(
-    azimuths: str = "",
-    columns: str = "",
-    form: str = "",
-    interval: float | None = None,
-    processed: bool | None = None,
-    sensor: str = "",
-    trust_data: bool = False,
-    unit: str = "",
-    vertical_sense: str = "",
-) -> dict[str, Any]:
-    """The same as arguments of `read_path` and `check_paths`; an ArgumentError names a wrong one."""
-    from overturning.errors import ArgumentError
-    from overturning.records import assembly, component
-    from overturning.records.detect import FORMATS
-    from overturning.records.source import ReadOptions
-    from overturning.units import UNITS
+@dataclass(frozen=True)
+class Declared:
+    """What record files do not say themselves, of the subcommands that read them."""
 
-    for option, value, known in (
-        ("--vertical-sense", vertical_sense, get_args(assembly.VerticalSense)),
-        ("--sensor", sensor, get_args(component.Sensor)),
-        ("--unit", unit, tuple(UNITS)),
-        ("--format", form, tuple(each.name for each in FORMATS)),
-    ):
-        if value and value not in known:
-            raise ArgumentError(f"{option}: {value!r}; known are {', '.join(known)}")
-    try:
-        pair = [float(a) for a in azimuths.replace(",", " ").split()] or None
-    except ValueError:
-        raise ArgumentError(f"--azimuths: {azimuths!r}; two numbers of degrees, e.g. 0,90") from None
-    return {
-        "options": ReadOptions(unit or None, columns, interval, processed),
-        "form": form or None,
-        "azimuths_deg": pair,
-        "vertical_sense": vertical_sense or None,
-        "trust_data": trust_data,
-    } | ({"sensor": sensor} if sensor else {})
+    azimuths: Annotated[
+        str, typer.Option(help="azimuths of the two horizontal axes where the files do not state them: 0,90")
+    ] = ""
+    columns: Annotated[str, typer.Option(help="read as columns: 'time:s north:gal east:gal up:gal'")] = ""
+    form: Annotated[str, typer.Option("--format", help="the only format allowed; otherwise by content")] = ""
+    interval: Annotated[float | None, typer.Option(help="sampling interval of columns without a time, s")] = None
+    processed: Annotated[
+        bool | None,
+        typer.Option(
+            "--processed/--raw", help="whether samples of columns or SAC are corrected already", show_default=False
+        ),
+    ] = None
+    sensor: Annotated[str, typer.Option(help="surface, or borehole, which must be declared")] = ""
+    trust_data: Annotated[
+        bool,
+        typer.Option(
+            "--trust-data", help="go on where header and data contradict each other, or the size is no motion's"
+        ),
+    ] = False
+    unit: Annotated[
+        str, typer.Option(help="unit of the samples where the format leaves it open (SAC): m/s2, gal, g…")
+    ] = ""
+    vertical_sense: Annotated[
+        str,
+        typer.Option(help="up, down or none (leave out), for a vertical axis that does not say which way it points"),
+    ] = ""
+
+    def arguments(self) -> dict[str, Any]:
+        """The same as arguments of `read_path` and `check_paths`; an ArgumentError names a wrong one."""
+        from overturning.errors import ArgumentError
+        from overturning.records import assembly, component
+        from overturning.records.detect import FORMATS
+        from overturning.records.source import ReadOptions
+        from overturning.units import UNITS
+
+        for option, value, known in (
+            ("--vertical-sense", self.vertical_sense, get_args(assembly.VerticalSense)),
+            ("--sensor", self.sensor, get_args(component.Sensor)),
+            ("--unit", self.unit, tuple(UNITS)),
+            ("--format", self.form, tuple(each.name for each in FORMATS)),
+        ):
+            if value and value not in known:
+                raise ArgumentError(f"{option}: {value!r}; known are {', '.join(known)}")
+        try:
+            pair = [float(a) for a in self.azimuths.replace(",", " ").split()] or None
+        except ValueError:
+            raise ArgumentError(f"--azimuths: {self.azimuths!r}; two numbers of degrees, e.g. 0,90") from None
+        return {
+            "options": ReadOptions(self.unit or None, self.columns, self.interval, self.processed),
+            "form": self.form or None,
+            "azimuths_deg": pair,
+            "vertical_sense": self.vertical_sense or None,
+            "trust_data": self.trust_data,
+        } | ({"sensor": self.sensor} if self.sensor else {})
+
+
+@dataclass(frozen=True)
+class Shaking:
+    """The motion of `overturning one`."""
+
+    record: Annotated[
+        str, typer.Option(help="id in the record table, a record file, or a pulse: 'sine amplitude_gal=800 period_s=1'")
+    ]
+    amplitude: Annotated[float, typer.Option(help="factor on the motion")] = 1.0
+    vertical: Annotated[bool, typer.Option(help="apply the vertical motion where the record has one")] = True
+    table: Annotated[Path, typer.Option(help="record table")] = Path("config/records.tsv")
+    folder: Annotated[Path, typer.Option(help="folder of the record files")] = Path("resources/records")
+
+
+@dataclass(frozen=True)
+class Stone:
+    """Size, m, and contact of what stands on the ground in `overturning one`."""
+
+    b_over_h: Annotated[float | None, typer.Option(help="slenderness B/H (default 0.4, or the scene's)")] = None
+    height: Annotated[float | None, typer.Option(help="height H, m (default 0.6, or the scene's)")] = None
+    friction: Annotated[float, typer.Option(help="friction coefficient µ")] = 1.0
+    damping_ratio: Annotated[float | None, typer.Option(help="damping ratio of the contact (default 3)")] = None
+
+
+@dataclass(frozen=True)
+class InPlane:
+    """What only a block or scene in a vertical plane has in `overturning one`."""
+
+    azimuth: Annotated[
+        list[float] | None, typer.Option(help="degrees clockwise from north; may be given several times")
+    ] = None
+    scene: Annotated[
+        str | None,
+        typer.Option(help="scene of config/scenes, or a scene file; height and B/H are its reference element's"),
+    ] = None
+    density: Annotated[float | None, typer.Option(help="density, kg/m³ (default 2650)")] = None
+    damping: Annotated[float | None, typer.Option(help="dashpot per corner instead of the ratio, N·s/m")] = None
+    stiffness: Annotated[float | None, typer.Option(help="normal stiffness per corner, N/m (default: automatic)")] = (
+        None
+    )
+
+
+@dataclass(frozen=True)
+class InSpace:
+    """What only a free body in space has in `overturning one`."""
+
+    solid: Annotated[bool, typer.Option("--solid", help="a free body in space instead of a scene in a plane")] = False
+    orientation: Annotated[
+        list[float] | None,
+        typer.Option(help="of a solid: azimuth that it faces; may be given several times (default 0)"),
+    ] = None
+    plan: Annotated[
+        str, typer.Option(help="of a solid: rectangle, circle, number of sides, or a mesh's file (OBJ, PLY, STL)")
+    ] = "rectangle"
+    aspect: Annotated[float, typer.Option(help="of a solid rectangle: D/B, width across over that along")] = 1.0
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """Files that `overturning one` writes."""
+
+    animate: Annotated[
+        Path | None,
+        typer.Option(
+            help="film to write: .html (one self-contained page, with the contact forces on demand), .gif or .mp4"
+        ),
+    ] = None
+    response: Annotated[
+        Path | None,
+        typer.Option(
+            help="figure of rotation, slip and uplift against time, of a solid of its axis: .svg, .png or .pdf"
+        ),
+    ] = None

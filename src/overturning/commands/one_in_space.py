@@ -3,11 +3,13 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from overturning.commands.declared import InSpace, Outputs, Stone
+
 if TYPE_CHECKING:
     from overturning.motion.motion import Motion
 
 
-def body_named(plan: str) -> Any:
+def _body_named(plan: str) -> Any:
     """The body of a name, of a number of sides, or of a mesh's file."""
     from overturning.dem.solid.mesh import read_mesh
 
@@ -17,19 +19,7 @@ def body_named(plan: str) -> Any:
 
 
 def one_in_space(
-    motion: "Motion",
-    place: str,
-    orientations: list[float],
-    body: Any,
-    *,
-    height: float | None,
-    b_over_h: float | None,
-    aspect: float,
-    friction: float,
-    damping_ratio: float | None,
-    amplitude: float,
-    animate: Path | None,
-    response: Path | None,
+    motion: "Motion", place: str, amplitude: float, space: InSpace, stone: Stone, outputs: Outputs
 ) -> None:
     """Simulate a body at one orientation or several, print what it does, and make a film or a figure of it."""
     from overturning.dem.solid.contact import VertexContact
@@ -41,18 +31,20 @@ def one_in_space(
     from overturning.figures.film_page import write_film_page
     from overturning.figures.style import save, style
 
+    orientations, animate, response = space.orientation or [0.0], outputs.animate, outputs.response
+    height, b_over_h, friction, aspect = stone.height, stone.b_over_h, stone.friction, space.aspect
     if animate is not None and animate.suffix.lower() != ".html":
         raise ArgumentError(f"{animate.name}: a film in space is a page that can be turned; end it in .html")
     if response is not None and len(orientations) > 1:
         raise ArgumentError(f"{response.name}: one orientation at a time; give --orientation once")
-    shape = shape_of(body)
+    shape = shape_of(_body_named(space.plan))
     if shape.sized:
         height, b_over_h = 0.6 if height is None else height, 0.4 if b_over_h is None else b_over_h
-    contact = VertexContact() if damping_ratio is None else VertexContact(damping_ratio=damping_ratio)
+    contact = VertexContact() if stone.damping_ratio is None else VertexContact(damping_ratio=stone.damping_ratio)
     paths = [
         trajectory_in_space(
-            motion, orientation_deg=angle, height=height, b_over_h=b_over_h, friction=friction, aspect=aspect, body=shape,
-            contact=contact, amplitude=amplitude,
+            motion, orientation_deg=angle, height=height, b_over_h=b_over_h, friction=friction, aspect=aspect,
+            body=shape, contact=contact, amplitude=amplitude,
         )
         for angle in orientations
     ]  # fmt: skip

@@ -1,28 +1,22 @@
 """`overturning records`: say what record files are, and fetch new ones."""
 
+from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
-from overturning.commands import declared
 from overturning.commands.add import add
+from overturning.commands.declared import Declared, grouped
 
 app = typer.Typer(rich_markup_mode=None, no_args_is_help=True, help="Check record files, or fetch them.")
 
 
 @app.command()
+@grouped
 def check(
     paths: Annotated[list[Path], typer.Argument(help="files or folders")],
-    azimuths: declared.Azimuths = "",
-    columns: declared.Columns = "",
-    form: declared.Form = "",
-    interval: declared.Interval = None,
-    processed: declared.Processed = None,
-    sensor: declared.Sensor = "",
-    trust_data: declared.TrustData = False,
-    unit: declared.Unit = "",
-    vertical_sense: declared.VerticalSense = "",
+    given: Declared,
 ) -> None:
     """Read files of any known format and print what was found, or why they are refused.
 
@@ -31,8 +25,7 @@ def check(
     from overturning.records.check import check_paths, describe, passed_over
     from overturning.records.earthquakes import earthquakes_of
 
-    given = declared.declared(azimuths, columns, form, interval, processed, sensor, trust_data, unit, vertical_sense)
-    findings = check_paths(paths, **given)
+    findings = check_paths(paths, **given.arguments())
     for finding in findings:
         typer.echo(describe(finding))
     for said in earthquakes_of(f.record for f in findings if f.record is not None).said:
@@ -47,10 +40,12 @@ def check(
 
 
 @app.command()
+@grouped
 def plot(
     paths: Annotated[
         list[Path], typer.Argument(help="files, or folders; of one file the others of its record are found")
     ],
+    given: Declared,
     output: Annotated[
         Path,
         typer.Option(help="folder for the pages, each named as its file; or the page, .svg or .png, of one record"),
@@ -58,15 +53,6 @@ def plot(
     corner: Annotated[
         str, typer.Option(help="corner of the default high-pass filter, Hz; auto: by the noise before the onset")
     ] = "0.1",
-    azimuths: declared.Azimuths = "",
-    columns: declared.Columns = "",
-    form: declared.Form = "",
-    interval: declared.Interval = None,
-    processed: declared.Processed = None,
-    sensor: declared.Sensor = "",
-    trust_data: declared.TrustData = False,
-    unit: declared.Unit = "",
-    vertical_sense: declared.VerticalSense = "",
 ) -> None:
     """Draw time histories of records before and after the default processing, spectra, and what was taken away.
 
@@ -80,16 +66,16 @@ def plot(
     from overturning.records.read import read_path
     from overturning.records.record import summary
 
-    given = declared.declared(azimuths, columns, form, interval, processed, sensor, trust_data, unit, vertical_sense)
+    options = given.arguments()
     try:
         frequency: float | Literal["auto"] = "auto" if corner == "auto" else float(corner)
     except ValueError:
         raise ArgumentError(f"--corner: {corner!r}; a frequency in Hz, or auto") from None
     refused = []
     if len(paths) == 1 and paths[0].is_file():
-        records = {paths[0].name: read_path(paths, **given)}
+        records = {paths[0].name: read_path(paths, **options)}
     else:
-        findings = check_paths(paths, **given)
+        findings = check_paths(paths, **options)
         records = {finding.files[0]: finding.record for finding in findings if finding.record is not None}
         refused = [finding for finding in findings if finding.record is None]
     page = output.suffix in (".svg", ".png")
@@ -133,18 +119,26 @@ def url(
     typer.echo(fetch_url(address, sha256, folder, name=name or None, timeout=timeout))
 
 
+@dataclass(frozen=True)
+class Window:
+    """When the motion was recorded: a window of time, or one about an event."""
+
+    start: Annotated[str, typer.Option(help="start of the window, UTC: 2016-11-13T11:02:00")] = ""
+    end: Annotated[str, typer.Option(help="end of the window, UTC")] = ""
+    event: Annotated[str, typer.Option(help="event id of the server instead of a window")] = ""
+    before: Annotated[float, typer.Option(help="seconds before the event's origin")] = 30.0
+    after: Annotated[float, typer.Option(help="seconds after it")] = 270.0
+
+
 @fetch.command()
+@grouped
 def fdsn(
     server: Annotated[str, typer.Argument(help="address of FDSN services, or a name that obspy knows")],
     network: Annotated[str, typer.Option(help="network code")],
     station: Annotated[str, typer.Option(help="station code")],
+    window: Window,
     channel: Annotated[str, typer.Option(help="channel codes; HN? is an accelerometer's three")] = "HN?",
     location: Annotated[str, typer.Option(help="location code")] = "*",
-    start: Annotated[str, typer.Option(help="start of the window, UTC: 2016-11-13T11:02:00")] = "",
-    end: Annotated[str, typer.Option(help="end of the window, UTC")] = "",
-    event: Annotated[str, typer.Option(help="event id of the server instead of a window")] = "",
-    before: Annotated[float, typer.Option(help="seconds before the event's origin")] = 30.0,
-    after: Annotated[float, typer.Option(help="seconds after it")] = 270.0,
     folder: Folder = RESOURCES,
     timeout: Annotated[float, typer.Option(help="longest wait for an answer, s")] = 60.0,
 ) -> None:
@@ -152,6 +146,6 @@ def fdsn(
     from overturning.records.check import check_paths, describe
     from overturning.records.fdsn import Request, fetch_fdsn
 
-    request = Request(server, network, station, location, channel, start, end, event, before, after)
+    request = Request(server, network, station, location, channel, *astuple(window))
     for finding in check_paths(fetch_fdsn(request, folder, timeout=timeout)):
         typer.echo(describe(finding))

@@ -1,10 +1,11 @@
 """`python -m verification.backwards_coverage`: how often the stated intervals of `overturning backwards` hold the truth.
 
-Each survey is simulated under a record of an earthquake whose records are all taken out of the library, at a peak velocity
-between the levels, each stone by itself in the kernel, with a friction, scatter, lapses and restitution of the survey's own.
-The earthquakes are parted in two halves. On surveys of the one the power of the directions' likelihood is chosen: the largest of
-`POWERS` with which each of the three intervals covers at least `AIM`. What is reported, and the criterion `BOUNDS`, is of surveys of the
-other half, with that power. Then the halves change places. The shipped power is to be the smaller of the two.
+Each survey is simulated under a record of an earthquake whose records are all taken out of the library, at a peak
+velocity between the levels, each stone by itself in the kernel, with a friction, scatter, lapses and restitution of the
+survey's own. The earthquakes are parted in two halves. On surveys of the one the power of the directions' likelihood is
+chosen: the largest of `POWERS` with which each of the three intervals covers at least `AIM`. What is reported, and the
+criterion `BOUNDS`, is of surveys of the other half, with that power. Then the halves change places. The shipped power
+is to be the smaller of the two.
 """
 
 from dataclasses import dataclass
@@ -175,11 +176,12 @@ def bodies(rows: pd.DataFrame) -> dict[str, str]:
     met = all(BOUNDS[0] <= shown[each].mean() <= BOUNDS[1] for each in HOLDS)
     fits = shipped["fit"].dropna()
     said = (
-        f"The criterion, that each interval holds the truth in {100 * BOUNDS[0]:.0f} to {100 * BOUNDS[1]:.0f} % of the reported "
-        f"surveys, is {'met' if met else '**not met**'}. Widths are medians, of 90 % intervals, the end of the library standing "
-        f"for a missing bound; before a survey upper over lower end are {rows['pgv_before'].median():.3g} for PGV and "
-        f"{rows['pga_before'].median():.3g} for PGA, and the axis takes 162 of 180°. With the power that the package has, "
-        f"{POWER:g}, {100 * (fits < NO_FIT).mean():.1f} % of {fits.size} such surveys are said not to fit."
+        f"The criterion, that each interval holds the truth in {100 * BOUNDS[0]:.0f} to {100 * BOUNDS[1]:.0f} % of the "
+        f"reported surveys, is {'met' if met else '**not met**'}. Widths are medians, of 90 % intervals, the end of "
+        "the library standing for a missing bound; before a survey upper over lower end are "
+        f"{rows['pgv_before'].median():.3g} for PGV and {rows['pga_before'].median():.3g} for PGA, and the axis takes "
+        f"162 of 180°. With the power that the package has, {POWER:g}, {100 * (fits < NO_FIT).mean():.1f} % of "
+        f"{fits.size} such surveys are said not to fit."
     )
     return {"backwards-coverage": f"{wrapped(said)}\n\n{markdown(head, [line(*part) for part in parts.items()])}"}
 
@@ -204,7 +206,8 @@ def main(
     write_csv(reported(rows), RESULTS / "backwards-coverage.csv")
     publish(bodies(rows))
     print(
-        f"powers chosen on the other half: {chosen(rows[rows['half'] == 1])}, {chosen(rows[rows['half'] == 0])}; shipped {POWER}"
+        f"powers chosen on the other half: {chosen(rows[rows['half'] == 1])}, {chosen(rows[rows['half'] == 0])}; "
+        f"shipped {POWER}"
     )
 
 

@@ -74,7 +74,8 @@ def peak_operations() -> float:
 def operations_per_step(advance: Any) -> int:
     """Additions, multiplications, divisions, minima and maxima of one block step, counted in the machine code.
 
-    Each operation stands there once in vector form; what is left over of the columns is done in scalar form, not counted.
+    Each operation stands there once in vector form; what is left over of the columns is done in scalar form, not
+    counted.
     """
     assembly = next(iter(advance.inspect_asm().values()))
     return len(re.findall(r"\bv?(?:add|sub|mul|div|min|max)pd", assembly))

@@ -1,7 +1,7 @@
 """Whether the block's own kernel and the general one find the same for a gravestone: ``python -m verification.both_kernels``.
 
-A cell is chaotic where either kernel finds another flag with the motion a 10⁻⁹ stronger or weaker or with half the step:
-there no computation of this kind tells. The others have to agree.
+A cell is chaotic where either kernel finds another flag with the motion a 10⁻⁹ stronger or weaker or with half the
+step: there no computation of this kind tells. The others have to agree.
 """
 
 import time

@@ -75,9 +75,9 @@ def sentence(rates: FloatArray, found: xr.Dataset) -> str:
     events = len(set(found["event"].to_numpy().astype(str)))
     none, most = int((rates < 1).sum()), int((rates > 99).sum())
     return wrapped(
-        f"Computed for the {rates.size} near-field records of {events} earthquakes as recorded: median {middle:.0f} %, the middle "
-        f"half {low:.0f} to {high:.0f} %, all {rates.min():.0f} to {rates.max():.0f} %; under {none} records less than 1 % fall, "
-        f"under {most} more than 99 %."
+        f"Computed for the {rates.size} near-field records of {events} earthquakes as recorded: median {middle:.0f} %, "
+        f"the middle half {low:.0f} to {high:.0f} %, all {rates.min():.0f} to {rates.max():.0f} %; under {none} "
+        f"records less than 1 % fall, under {most} more than 99 %."
     )
 
 
@@ -140,9 +140,9 @@ def one_by_one(results: Results) -> str:
     computed = found["fall_rate"].to_numpy().ravel()
     apart = 100 * np.abs(np.array(rates) - computed)
     return (
-        f"The same stones, each run by itself under each of these motions ({apart.size} of them), fall at {100 * np.mean(rates):.1f} % "
-        f"in the mean, those taken from the cube at {100 * computed.mean():.1f} %; the rate of a motion differs by {apart.mean():.1f} "
-        f"percentage points in the mean, at most by {apart.max():.0f}."
+        f"The same stones, each run by itself under each of these motions ({apart.size} of them), fall at "
+        f"{100 * np.mean(rates):.1f} % in the mean, those taken from the cube at {100 * computed.mean():.1f} %; the "
+        f"rate of a motion differs by {apart.mean():.1f} percentage points in the mean, at most by {apart.max():.0f}."
     )
 
 

@@ -1,6 +1,7 @@
 """What the steps after a change of contact give: the centred scheme with one thing changed at a time, on real records.
 
-Run it with ``python -m verification.fine_steps``. Each variant is compiled in a process of its own, into an empty cache.
+Run it with ``python -m verification.fine_steps``. Each variant is compiled in a process of its own, into an empty
+cache.
 """
 
 import json

@@ -1,7 +1,7 @@
 """The kernel of this checkout against another one's, in alternating processes: ``python -m verification.paired FOLDER``.
 
-For a change that must not cost speed: FOLDER is a checkout of the state before it. Processor times of whole sweeps of three
-default records, per scheme; a machine's speed drifts, so only the ratios within a pair of runs count.
+For a change that must not cost speed: FOLDER is a checkout of the state before it. Processor times of whole sweeps of
+three default records, per scheme; a machine's speed drifts, so only the ratios within a pair of runs count.
 """
 
 import json
@@ -62,7 +62,8 @@ def main(
         rate = [[one[scheme][1] / one[scheme][0] / 1e6 for one in pair] for pair in runs]
         time = median(here[scheme][0] / there[scheme][0] for here, there in runs)
         print(
-            f"{scheme}: {median(r[0] for r in rate):.1f} against {median(r[1] for r in rate):.1f} million block steps/s,",
+            f"{scheme}: {median(r[0] for r in rate):.1f} against {median(r[1] for r in rate):.1f} million block "
+            "steps/s,",
             end=" ",
         )
         print(

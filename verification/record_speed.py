@@ -1,8 +1,8 @@
 """How long reading and measuring a record takes: a 300-s, 100-Hz, three-component KiK-net set, on one core.
 
-Run it with ``python -m verification.record_speed [--peers]``. Each figure is the least of three runs after a first one that loads the
-libraries. With --peers the RotD spectrum is also computed by pyrotd, in the same run, so that the ratio of the two does not
-depend on the machine.
+Run it with ``python -m verification.record_speed [--peers]``. Each figure is the least of three runs after a first one
+that loads the libraries. With --peers the RotD spectrum is also computed by pyrotd, in the same run, so that the ratio
+of the two does not depend on the machine.
 """
 
 import importlib.metadata

@@ -1,10 +1,10 @@
 """Error and cost over the contact's stiffness, damping and step: what the default contact and step were read from.
 
-Every fourth record of the default study, against the stiffest contact in an eighth of the longest step. Then what changes from
-one computation to another: with finer steps, with stiffer springs, and under a shaking changed in its ninth digit, which no
-computation settles. Then over the damping ratio in the three kernels, on blocks that do not slide, against Housner's rocking
-block. Run it with ``python -m verification.rigid_limit``; it takes about two and a half minutes. With the folder of
-another checkout its default gets a row, too.
+Every fourth record of the default study, against the stiffest contact in an eighth of the longest step. Then what
+changes from one computation to another: with finer steps, with stiffer springs, and under a shaking changed in its
+ninth digit, which no computation settles. Then over the damping ratio in the three kernels, on blocks that do not
+slide, against Housner's rocking block. Run it with ``python -m verification.rigid_limit``; it takes about two and a
+half minutes. With the folder of another checkout its default gets a row, too.
 """
 
 import os

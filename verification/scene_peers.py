@@ -1,8 +1,8 @@
 """How a stacked grave falls in other engines: answers that the tests compare the general kernel with.
 
-Run it with ``python -m verification.scene_peers``. It needs pymunk and Box2D (dependency group `peers`), which the tests do not;
-so their answers are kept in a table. Both run at 1/960 s and 30 iterations (at 1/240 s one in ten of their answers is
-another), for a sample of slendernesses, frictions and azimuths under five of the default records.
+Run it with ``python -m verification.scene_peers``. It needs pymunk and Box2D (dependency group `peers`), which the
+tests do not; so their answers are kept in a table. Both run at 1/960 s and 30 iterations (at 1/240 s one in ten of
+their answers is another), for a sample of slendernesses, frictions and azimuths under five of the default records.
 """
 
 from typing import Final

@@ -1,8 +1,9 @@
 """How fast and how exact scenes are: element steps per second, and a stacked grave against pymunk and Box2D.
 
-Run it with ``python -m verification.scene_speed``. All times are processor times of one core in one run, the kernel's the
-least of two after a warm-up. Right is what the general kernel finds with a tenth of the default step, on cases whose outcome
-it finds with twice that step and with Cundall's scheme as well. Peers are compared at 1/240 s and 30 iterations.
+Run it with ``python -m verification.scene_speed``. All times are processor times of one core in one run, the kernel's
+the least of two after a warm-up. Right is what the general kernel finds with a tenth of the default step, on cases
+whose outcome it finds with twice that step and with Cundall's scheme as well. Peers are compared at 1/240 s and 30
+iterations.
 """
 
 import time

@@ -1,8 +1,8 @@
 """Error against time of a stacked grave over the step, beside that of another checkout: what divided steps have brought.
 
-The 96 cases of the sweep in `verification.scene_speed`, nothing left out, each checkout in a process of its own, errors against a
-twentieth of its own default step. Run it with ``python -m verification.scene_steps CHECKOUT``, the folder of another state of
-the sources; without one only this state's rows are made.
+The 96 cases of the sweep in `verification.scene_speed`, nothing left out, each checkout in a process of its own, errors
+against a twentieth of its own default step. Run it with ``python -m verification.scene_steps CHECKOUT``, the folder of
+another state of the sources; without one only this state's rows are made.
 """
 
 import os

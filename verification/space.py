@@ -71,8 +71,8 @@ def throughput() -> Iterator[Figure]:
 def memory() -> Iterator[Figure]:
     """How the peak of memory grows with the number of cases, each size in a process of its own."""
     command = (
-        "import resource, sys, numpy as np, verification.space as s; s.simulate_in_space_arrays(s.shaken(100), orientation_deg=0, "
-        "height=1, b_over_h=np.linspace(0.4, 0.5, int(sys.argv[1])), leave_out=False);"
+        "import resource, sys, numpy as np, verification.space as s; s.simulate_in_space_arrays(s.shaken(100), "
+        "orientation_deg=0, height=1, b_over_h=np.linspace(0.4, 0.5, int(sys.argv[1])), leave_out=False);"
         "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
     )
     counts = (1000, 1000, 21000)

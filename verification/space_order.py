@@ -26,7 +26,8 @@ def pulse() -> Motion:
 def orders(scheme: str) -> dict[str, tuple[float, np.ndarray]]:
     """Order of convergence by quantity: slope of the median error over the step, and these errors by `STEPS`, rad.
 
-    Stones that stand tell the largest tilt, stones that fall the azimuth of it; the reference is `REFERENCE` times finer.
+    Stones that stand tell the largest tilt, stones that fall the azimuth of it; the reference is `REFERENCE` times
+    finer.
     """
     grid: dict[str, Any] = {
         "orientation_deg": np.arange(5.0, 90.0, 10.0), "height": [0.6], "b_over_h": [0.14, 0.2, 0.31, 0.32, 0.33, 0.34], "friction": [0.8],

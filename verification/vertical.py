@@ -42,8 +42,9 @@ def compared(study: Study, record: Record) -> list[str]:
     lines = [
         f"{record.record_id}: {known.sum()} cases, vertical peak {up:.2f} g",
         f"  overturn: {falls.mean():.1%} with the vertical component, {fell.mean():.1%} without",
-        f"  another flag: {(falls != fell).mean():.1%} of the cases ({((falls == 1) & (fell == 0)).sum()} fall only with, "
-        f"{((falls == 0) & (fell == 1)).sum()} only without); another side: {sides.mean():.1%} of those that fall in both",
+        f"  another flag: {(falls != fell).mean():.1%} of the cases ({((falls == 1) & (fell == 0)).sum()} fall only "
+        f"with, {((falls == 0) & (fell == 1)).sum()} only without); another side: {sides.mean():.1%} of those that "
+        "fall in both",
     ]
     for index, ratio in enumerate(study.b_over_h):
         shares = [np.abs(values[:, :, index]).mean() for values in (with_up, without)]

@@ -1,7 +1,7 @@
 """Which way gravestones fall in an earthquake, and how sure one can be.
 
-`read` a record, `simulate` blocks or scenes under it in every direction, look at one by `trajectory`, or run a small study by
-`run_study`:
+`read` a record, `simulate` blocks or scenes under it in every direction, look at one by `trajectory`, or run a small
+study by `run_study`:
 
 >>> import overturning
 >>> motion = overturning.Motion.sine(amplitude=6.0, period=0.8, azimuth_deg=60)

@@ -11,8 +11,9 @@ from typer.core import TyperGroup
 from overturning.errors import OverturningError
 from overturning.files import said_of
 
-# Subcommand: module in overturning.commands that holds a typer app named `app`, with that subcommand alone, with a command of
-# that name, or with commands of its own; and its line in --help. Only the module of the subcommand that runs is imported.
+# Subcommand: module in overturning.commands that holds a typer app named `app`, with that subcommand alone, with a
+# command of that name, or with commands of its own; and its line in --help. Only the module of the subcommand that runs
+# is imported.
 COMMANDS = {
     "init": ("init", "Make a folder for studies of one's own: study, record table, scenes, workflow."),
     "study": ("study", "Write a new study, or check one; write the schema and the key table."),

@@ -15,7 +15,8 @@ _CONTROL: Final = re.compile(r"[^\x20-\x7e\xa0-\u2027\u202f-\u2065\u2070-\ud7ff\
 class OverturningError(Exception):
     """Base of every error that a user can cause; the command line prints it in one or two lines, without a traceback.
 
-    What a message quotes of a stranger's file is cut where it is long, and signs that would steer a terminal are spelt out.
+    What a message quotes of a stranger's file is cut where it is long, and signs that would steer a terminal are spelt
+    out.
     """
 
     def __str__(self) -> str:

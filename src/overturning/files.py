@@ -26,8 +26,8 @@ def check_output(path: Path, argument: str) -> None:
 def atomic_write(path: Path) -> Iterator[Path]:
     """Yield another name in the same folder to write to; move the file to ``path``, complete, when the block is through.
 
-    The folder is made where it is missing. If the block raises, nothing stays behind and an earlier file keeps its content.
-    A NetCDF file is sealed (`seal`).
+    The folder is made where it is missing. If the block raises, nothing stays behind and an earlier file keeps its
+    content. A NetCDF file is sealed (`seal`).
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
@@ -40,8 +40,8 @@ def atomic_write(path: Path) -> Iterator[Path]:
         os.chmod(part, 0o666 & ~_umask())
         os.replace(part, path)
     except (OSError, RuntimeError) as error:
-        # A full disk reaches us without the file's name, and from NetCDF as an error that does not say so: one of its own,
-        # or that the part, which was ours a moment ago, must not be written.
+        # A full disk reaches us without the file's name, and from NetCDF as an error that does not say so: one of its
+        # own, or that the part, which was ours a moment ago, must not be written.
         odd = str(error).startswith("NetCDF: ") if isinstance(error, RuntimeError) else error.errno == errno.EACCES
         if (odd and _free(path) < _LITTLE) or (isinstance(error, OSError) and error.errno == errno.ENOSPC):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path)) from None

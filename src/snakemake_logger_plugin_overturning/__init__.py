@@ -1,8 +1,8 @@
 """What a run of the workflow says: one line of progress, failures in the words of the steps, and what was made.
 
-A logger plugin of Snakemake, which finds it by the name of this package; the default profile chooses it. With ``--verbose``
-and for requests that compute nothing (`LOOKS`) Snakemake speaks for itself. All that it says is in ``.snakemake/log`` in any
-case.
+A logger plugin of Snakemake, which finds it by the name of this package; the default profile chooses it. With
+``--verbose`` and for requests that compute nothing (`LOOKS`) Snakemake speaks for itself. All that it says is in
+``.snakemake/log`` in any case.
 """
 
 import re

@@ -61,9 +61,10 @@ class Job:
 class Expected:
     """What a run is expected to take, and what it has taken.
 
-    Jobs of one rule run beside each other, `at_once` of them at most; rules follow one another. So a job adds its expected
-    time, divided by the number that run at once, to that of the run. The pace is the time taken over that expected for what
-    is done; a part of the plan counts as done at the pace expected, so that it does not jump with the first jobs.
+    Jobs of one rule run beside each other, `at_once` of them at most; rules follow one another. So a job adds its
+    expected time, divided by the number that run at once, to that of the run. The pace is the time taken over that
+    expected for what is done; a part of the plan counts as done at the pace expected, so that it does not jump with the
+    first jobs.
 
     Attributes
     ----------

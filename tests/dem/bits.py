@@ -1,7 +1,7 @@
 """Prints hashes of every outcome of a small real grid; run in a process of its own for each target processor.
 
-One is over what the simulation returns in planes, one over what it returns in space, and one over the file that the workflow's
-sweep and gather make of a stored motion.
+One is over what the simulation returns in planes, one over what it returns in space, and one over the file that the
+workflow's sweep and gather make of a stored motion.
 """
 
 import hashlib

@@ -1,8 +1,8 @@
 """The second opinion: one block by the equations of docs/method.md, in small steps of fixed length.
 
-It shares nothing with the package's kernels: no code, no constants, no rules about steps. Angles go through sin and cos, contacts
-through ifs, every force is explicit and every step is so short that nothing has to be solved: 1/25 of the fastest time of
-the contact. `inertial` shakes the base instead of the frame.
+It shares nothing with the package's kernels: no code, no constants, no rules about steps. Angles go through sin and
+cos, contacts through ifs, every force is explicit and every step is so short that nothing has to be solved: 1/25 of the
+fastest time of the contact. `inertial` shakes the base instead of the frame.
 """
 
 import math
@@ -21,8 +21,8 @@ FRACTION = 0.04
 def run(along, up, interval, b, h, k, ks, dash, mu, tilt, fraction, inertial):
     """Side to which the block falls, largest |θ|/α, largest slip of the base's midpoint (m), and steps taken.
 
-    Acceleration of the base along the azimuth and upwards, m/s², every `interval`; half width and height, m; springs and dashpot
-    of a corner over the mass.
+    Acceleration of the base along the azimuth and upwards, m/s², every `interval`; half width and height, m; springs
+    and dashpot of a corner over the mass.
     """
     inertia, alpha, radius = 3.0 / (b * b + h * h), math.atan(b / h), math.sqrt(b * b + h * h)
     # A corner feels at least a quarter of the mass.
@@ -98,7 +98,8 @@ def outcomes(
 ) -> np.ndarray:
     """Side, peak rotation over α, peak slip and steps of each case: azimuth (degrees), height (m), B/H, friction.
 
-    The contact by δ/B (or K_n, N/m, of a block of 2650 kg/m³), ξ and K_s/K_n, from which K_n/m = g/2δ and h/m = 2 ξ √(K_n/2m).
+    The contact by δ/B (or K_n, N/m, of a block of 2650 kg/m³), ξ and K_s/K_n, from which K_n/m = g/2δ and h/m = 2 ξ
+    √(K_n/2m).
     """
     out = np.zeros((len(cases), 4))
     up = np.zeros(0) if motion.up is None else motion.up

@@ -1,7 +1,8 @@
 """What changes nothing in mechanics changes nothing in an answer: similarity, rotation, mirror, quiet samples, interpolation.
 
-On real records, and in each kernel. A rocking body amplifies what it is given, so the cells that are compared are the robust ones:
-their fall, its direction and the peak stay what they are when the whole motion is made 1 % stronger or weaker.
+On real records, and in each kernel. A rocking body amplifies what it is given, so the cells that are compared are the
+robust ones: their fall, its direction and the peak stay what they are when the whole motion is made 1 % stronger or
+weaker.
 """
 
 from collections.abc import Callable
@@ -172,8 +173,9 @@ def test_unchanged(number: int, change: str, model: str) -> None:
     stands = robust & found.stands
     differs = np.abs(other.peak - found.peak)
     assert (differs <= allowed(found))[stands].all()
-    # What is not the same to the last digit is so by rounding, which rocking amplifies, by other whole steps where samples are
-    # shorter, and by the creep on springs of 2 s that do not scale: all far less than what 1 % of amplitude does in most cells.
+    # What is not the same to the last digit is so by rounding, which rocking amplifies, by other whole steps where
+    # samples are shorter, and by the creep on springs of 2 s that do not scale: all far less than what 1 % of amplitude
+    # does in most cells.
     assert np.median(differs[stands] / (found.peak[stands] + 1e-2)) < 2e-3
     assert np.median(np.abs(other.slip / scale - found.slip)[stands]) < 1e-4
 

@@ -132,7 +132,8 @@ def test_a_gate_that_lies_on_its_own_rubble_has_fallen(motion: Motion | None, az
     assert (np.abs(turned[1:3]) > 45.0).all(), "it comes down"
     assert sunk[3] > 0.8
     assert (path["overturned"][1:] == np.sign(path["x"][-1] - path["x"][0])[1:]).all()
-    # A pillar could come back until it last passed its 7.8°; the lintel until it was last as high as a tenth of its height below.
+    # A pillar could come back until it last passed its 7.8°; the lintel until it was last as high as a tenth of its
+    # height below.
     angle, level, time = np.abs(path["rotation"]), path["z"].sel(element="lintel"), path["time"].to_numpy()
     for name in ("left", "right"):
         last = time[angle.sel(element=name) < np.arctan(0.3 / 2.2)].max()

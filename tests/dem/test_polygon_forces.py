@@ -43,8 +43,8 @@ def on_element(path: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
 def test_forces_change_the_momentum_of_each_element(path: xr.Dataset) -> None:
     """M Δv = ∫ (Σ f − m (g + a)) dt and I Δω = ∫ Σ r × f dt from the start to any sample.
 
-    But for the few in whose middle an impact lasts: a velocity at a sample is known to half a step. The places are means
-    that know nothing of the forces' change within a sample, so the moment is less exact.
+    But for the few in whose middle an impact lasts: a velocity at a sample is known to half a step. The places are
+    means that know nothing of the forces' change within a sample, so the moment is less exact.
     """
     time, ground = path["time"].to_numpy(), path["ground_acceleration"].to_numpy()
     known = np.flatnonzero(np.isfinite(path["contact_force"].to_numpy()).all(axis=(1, 2)))

@@ -1,8 +1,8 @@
 """The block's kernel against a plain loop written from the equations, which shares nothing with it.
 
-Both are taken in steps so short that what they still differ by is their own error. How large that is was read from the second
-opinion alone: in steps twice as long its peak rotations over α change by 6e-6 or less in the median of a record and by up to 2e-3
-where a block nearly falls, its slips by 3e-8 m in the median; the bounds below are of that size.
+Both are taken in steps so short that what they still differ by is their own error. How large that is was read from the
+second opinion alone: in steps twice as long its peak rotations over α change by 6e-6 or less in the median of a record
+and by up to 2e-3 where a block nearly falls, its slips by 3e-8 m in the median; the bounds below are of that size.
 """
 
 from dataclasses import replace

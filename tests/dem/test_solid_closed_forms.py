@@ -22,7 +22,8 @@ def tilt_and_azimuth(path: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     return np.arcsin(np.hypot(path.tilt_north.values, path.tilt_east.values)), azimuth
 
 
-# Statics ---------------------------------------------------------------------------------------------------------------
+# Statics
+# ---------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("aspect", [1.0, 2.0])
@@ -63,7 +64,8 @@ def test_barriers_over_an_edge_and_over_a_corner() -> None:
             assert int(path.overturned) == falls, (arm, share)
 
 
-# A cylinder on its rim ---------------------------------------------------------------------------------------------------
+# A cylinder on its rim
+# ---------------------------------------------------------------------------------------------------
 
 
 @BOTH
@@ -112,13 +114,15 @@ def test_the_contact_turns_by_an_angle_of_its_own_in_a_near_face_down_pass(
     assert max(turn, 2 * np.pi - turn) == pytest.approx(expected, rel=1e-2)
 
 
-# A flat landing ----------------------------------------------------------------------------------------------------------
+# A flat landing
+# ----------------------------------------------------------------------------------------------------------
 
 
 def in_plane(body: int | str, over: str, ratio: float, half: float = 0.5) -> tuple[np.ndarray, float, float]:
     """Arms of the vertices of a base along the line of lean (of a rim 720 points), moment of inertia per mass, turn of that line.
 
-    Of a prism on a regular polygon whose sides are half·ratio from the middle, 2·half high, or of a cylinder; m, m², rad.
+    Of a prism on a regular polygon whose sides are half·ratio from the middle, 2·half high, or of a cylinder; m, m²,
+    rad.
     """
     apothem, rim = half * ratio, body == "circle"
     n = 720 if rim else int(body)
@@ -132,8 +136,9 @@ def in_plane(body: int | str, over: str, ratio: float, half: float = 0.5) -> tup
 def plastic_landing(x: np.ndarray, inertia: float, height: float) -> float:
     """Share of the angular velocity that a flat landing leaves, by the complementarity of velocities and impulses.
 
-    The base does not slip, so a body turning with w about a horizontal axis has the centre's velocity w · height along it, and
-    (inertia + height²) w takes the moments of the vertical impulses p at the arms x: 0 ≤ p ⟂ velocity upwards ≥ 0. Gauss-Seidel.
+    The base does not slip, so a body turning with w about a horizontal axis has the centre's velocity w · height along
+    it, and (inertia + height²) w takes the moments of the vertical impulses p at the arms x: 0 ≤ p ⟂ velocity upwards ≥
+    0. Gauss-Seidel.
     """
     distinct = np.unique(np.round(x, 12))
     turning = inertia + height**2
@@ -198,7 +203,8 @@ def test_a_flat_landing_is_plastic_by_both_schemes(body: int | str) -> None:
     assert landed(body, "edge", 0.35, soft, "cundall") == pytest.approx(share, abs=1e-3)
 
 
-# Sliding and flying ------------------------------------------------------------------------------------------------------
+# Sliding and flying
+# ------------------------------------------------------------------------------------------------------
 
 
 def particle(motion: Motion, friction: float) -> np.ndarray:

@@ -38,8 +38,8 @@ def test_a_body_in_space_pressed_in_too_far_is_marked(
 ) -> None:
     """Too far is a tenth of the smaller side: 0.1 B, or 0.1 H of a squat one.
 
-    Its static penetration is that of a rectangle's vertices, or of two of the four points of a rim or the six vertices, all of
-    which carry it at rest.
+    Its static penetration is that of a rectangle's vertices, or of two of the four points of a rim or the six vertices,
+    all of which carry it at rest.
     """
     north = peak * np.sin(np.arange(200) * 0.1)
     motion = Motion(north, np.zeros(200), sampling_interval=0.01)

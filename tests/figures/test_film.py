@@ -138,10 +138,9 @@ def test_the_canvas_shows_the_fall(tmp_path: Path) -> None:
     """The block's colour leaves its first place and comes to the right of it."""
     write_film_page(two_panels(forces=False), tmp_path / "film.html")
     count = (
-        "(() => { const c = document.querySelector('canvas'), d = c.getContext('2d').getImageData(0, 0, c.width, c.height)"
-        ".data; let left = 0, right = 0; for (let i = 0; i < d.length; i += 4)"
-        " if (d[i] === 0xc9 && d[i + 1] === 0xc4) { if ((i / 4) % c.width < c.width * 0.4) left++; else right++; }"
-        " return [left, right]; })()"
+        "(() => { const c = document.querySelector('canvas'), d = c.getContext('2d').getImageData(0, 0, c.width, "
+        "c.height).data; let left = 0, right = 0; for (let i = 0; i < d.length; i += 4) if (d[i] === 0xc9 && d[i + 1] "
+        "=== 0xc4) { if ((i / 4) % c.width < c.width * 0.4) left++; else right++; } return [left, right]; })()"
     )
     with browser(tmp_path / "profile") as page:
         page.open(tmp_path / "film.html")

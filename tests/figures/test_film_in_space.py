@@ -88,7 +88,8 @@ def test_dragging_turns_it(paths: list, motion: Motion, tmp_path: Path) -> None:
         picture = "document.querySelector('canvas').toDataURL()"
         before = page.evaluate(picture)
         x, y = page.evaluate(
-            "(() => { const b = document.querySelector('canvas').getBoundingClientRect(); return [b.x + 90, b.y + 90]; })()"
+            "(() => { const b = document.querySelector('canvas').getBoundingClientRect(); return [b.x + 90, b.y + 90]; "
+            "})()"
         )
         for kind, across in (("mousePressed", 0), ("mouseMoved", 60), ("mouseReleased", 60)):
             page.call("Input.dispatchMouseEvent", type=kind, x=x + across, y=y, button="left", clickCount=1)

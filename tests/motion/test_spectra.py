@@ -168,7 +168,8 @@ def test_measures_agree_with_eqsig(rinaldi):
         np.testing.assert_allclose(mine["acceleration"][:, 0], theirs[2], rtol=0.005)
 
 
-# pyshindo 0.3.2 (Python 3.12 or newer) for Rinaldi's north and east and, as the vertical, half of east turned round in time.
+# pyshindo 0.3.2 (Python 3.12 or newer) for Rinaldi's north and east and, as the vertical, half of east turned round in
+# time.
 PYSHINDO = {"intensity": 6.378077963459177, "si20": (148.24809147, 82.41052249), "si05": (204.06229183, 115.5137774)}
 
 

@@ -10,8 +10,8 @@ from world_writers import bhrc_text, counts_text, cwa_text, nsmn_text, renadic_t
 random = np.random.default_rng(5)
 A, B = (np.round(random.normal(0, 50, 203), 1) for _ in range(2))
 COUNTS = [random.integers(-400_000, 400_000, 200) for _ in range(2)]
-# Per format: names and contents of the files of one record (the first is the one that is spoilt), and the number of header
-# lines before the samples of the first component.
+# Per format: names and contents of the files of one record (the first is the one that is spoilt), and the number of
+# header lines before the samples of the first component.
 WHOLE: dict[str, tuple[dict[str, str], int]] = {
     "knet": ({"T.NS": knet_text(COUNTS[0]), "T.EW": knet_text(COUNTS[1], direction="E-W")}, 17),
     "geonet": ({"x.V2A": geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02)}, 26),

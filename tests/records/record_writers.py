@@ -220,7 +220,8 @@ def cosmos_text(channels: dict, interval: float, *, unit: int = 4, kind: str = "
             "Rcrd start time:06/16/2005, 20:53:04.400 UTC (Q=2) RcrdId: 23075-L1889-05167.06",
             f"Sta Cha:  {number}: {axis} (Rcrdr Chan  {number}) Location: free field",
             "Raw record length = 70.000  sec, Uncor max =   -.167 g  at   27.850 sec",
-            f"Processed: 06/17/2005, 12:01:00 PDT      Max = {samples[np.abs(samples).argmax()]:.3f} {word}  at  27.850 sec",
+            f"Processed: 06/17/2005, 12:01:00 PDT      Max = {samples[np.abs(samples).argmax()]:.3f} {word}  at  "
+            "27.850 sec",
             "Record filtered below 0.30  Hz (periods over  14.5 secs), and above 40.0 Hz",
             "Values used when parameter or data value is unknown/unspecified:   -999, -999.0",
             " 100 Integer-header values follow on  10 lines, Format= (10I8)",

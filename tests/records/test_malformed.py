@@ -1,7 +1,7 @@
 """A corpus of malformed files, made from well-formed ones of every format.
 
-Each is either refused with an error that names the file and what to do, or read to the very samples of the well-formed file.
-Nothing else: no other exception, and never other numbers.
+Each is either refused with an error that names the file and what to do, or read to the very samples of the well-formed
+file. Nothing else: no other exception, and never other numbers.
 """
 
 import random as dice

@@ -85,7 +85,8 @@ def velocity(pulse, time):
 @pytest.mark.parametrize(("gamma", "phase"), [(1.5, 0), (2.2, 90), (3.0, 217)])
 def test_mavroeidis_papageorgiou_acceleration_is_the_derivative_of_its_velocity(gamma, phase):
     time, a, pulse = along(
-        f"mavroeidis-papageorgiou amplitude_gal=100 period_s=1.3 gamma={gamma} phase_deg={phase} sampling_interval_s=0.0005"
+        f"mavroeidis-papageorgiou amplitude_gal=100 period_s=1.3 gamma={gamma} phase_deg={phase} "
+        "sampling_interval_s=0.0005"
     )
     inside = (time > 0.01) & (time < pulse.length - 0.01)
     moment = time[inside]

@@ -76,7 +76,8 @@ def bhrc_text(components: dict, rate: float = 200.0, azimuths: tuple[int, int] =
             axis,
             "",
             f"COMP {axis}{number}",
-            f"Test Shir                 Station   37.485 N 45.891 E   Altitude 1333m   Azimuth L {azimuths[0]}   T {azimuths[1]} ",
+            f"Test Shir                 Station   37.485 N 45.891 E   Altitude 1333m   Azimuth L {azimuths[0]}   T "
+            f"{azimuths[1]} ",
             "Epicenter 38.520 N 46.860 E   FD 12 Km mb      Ms      Mw6.1   M        ML   (BHRC   )",
             "INSTR PERIOD =  .019 SEC   DAMPING =  .640",
             f"NO. OF POINTS ={samples.size:7d}      DURATION ={samples.size / rate:8.3f}",

@@ -47,7 +47,8 @@ def test_sections_of_a_study_of_a_block(report: Report, opened: Results) -> None
         ),
         *("Record by record", "How this was made"),
     ]
-    # No soft ground, scene, survey (forwards, backwards), published values, population, nothing in space (three), not run again.
+    # No soft ground, scene, survey (forwards, backwards), published values, population, nothing in space (three), not
+    # run again.
     assert len(SECTIONS) == len(titles(report)) + 10
     assert report.title == BAD
     peaks, processing, directions = tables(section(report, "Records"))

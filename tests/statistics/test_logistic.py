@@ -7,7 +7,8 @@ import xarray as xr
 from overturning.errors import ArgumentError
 from overturning.statistics.logistic import PREDICTORS, describe, logistic_fit, overturning_fit, overturning_rows
 
-# Dalal, Fowlkes & Hoadley (1989), JASA 84: joint temperature (°F) and thermal distress of 23 launches before Challenger.
+# Dalal, Fowlkes & Hoadley (1989), JASA 84: joint temperature (°F) and thermal distress of 23 launches before
+# Challenger.
 TEMPERATURE = [66, 70, 69, 68, 67, 72, 73, 70, 57, 63, 70, 78, 67, 53, 67, 75, 70, 81, 76, 79, 75, 76, 58]
 DISTRESS = [0, 1, 0, 0, 0, 0, 0, 0, 1, 1, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 1]
 

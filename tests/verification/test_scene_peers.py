@@ -1,7 +1,7 @@
 """A stacked grave against pymunk and Box2D: the general kernel is no farther from them than they are from each other.
 
-The engines' answers are kept in three-tier-peers.csv, made by `python -m verification.scene_peers`, since the tests' environment
-does not have them; where they are installed, some are found again.
+The engines' answers are kept in three-tier-peers.csv, made by `python -m verification.scene_peers`, since the tests'
+environment does not have them; where they are installed, some are found again.
 """
 
 import os

@@ -125,8 +125,8 @@ def _compiles(mutant: Mutant) -> bool:
 def draw(count: int, seed: int) -> list[Mutant]:
     """Mutants of the layers in turn, each of a layer equally likely; the first of a longer draw are a shorter one.
 
-    In turn, since more than half of all tokens are those of the kernels. The order is that of a hash of seed and mutant:
-    an edit of the sources leaves the draw what it was, but for the lines edited.
+    In turn, since more than half of all tokens are those of the kernels. The order is that of a hash of seed and
+    mutant: an edit of the sources leaves the draw what it was, but for the lines edited.
     """
 
     def lot(mutant: Mutant) -> bytes:

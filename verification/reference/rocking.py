@@ -123,8 +123,8 @@ def rocking_outcome(
 ) -> tuple[int, float]:
     """Which way a block that rocks without sliding falls, +1 towards +s, −1 towards −s, 0 standing, and its largest abs(θ)/α.
 
-    The acceleration of the base, m/s² towards +s, is linear between the samples and zero after them; the block is H metres high,
-    and followed for ``aftermath``/p after the record.
+    The acceleration of the base, m/s² towards +s, is linear between the samples and zero after them; the block is H
+    metres high, and followed for ``aftermath``/p after the record.
     """
     samples = np.asarray(acceleration, dtype=np.float64) / STANDARD_GRAVITY
     ratio = b_over_h**2 / (1.0 + b_over_h**2)

@@ -17,9 +17,9 @@ from overturning.units import STANDARD_GRAVITY
 def slide(acceleration: ArrayLike, sampling_interval: float, friction: float) -> tuple[float, float]:
     """Slip of a rigid mass on a base that shakes horizontally.
 
-    The acceleration of the base, m/s² towards +s, is linear between the samples; after them the base moves steadily. Returns
-    the largest magnitude of the displacement relative to the base, and the last displacement, positive towards +s, m. A
-    ValueError where μ is not above 0: without friction the block never stops.
+    The acceleration of the base, m/s² towards +s, is linear between the samples; after them the base moves steadily.
+    Returns the largest magnitude of the displacement relative to the base, and the last displacement, positive towards
+    +s, m. A ValueError where μ is not above 0: without friction the block never stops.
     """
     if not friction > 0:
         raise ValueError(f"friction: {friction}; it must be above 0")

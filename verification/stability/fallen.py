@@ -1,9 +1,9 @@
 """From which rotation an element of a scene has fallen, worked out from its shape and springs, not by the kernel's rule.
 
-An element has fallen for good where it can rest on another face, a rectangle at 90°. An overdamped stone that falls on its side
-creeps towards that angle and need not reach it. One that ends past its tipping angle, that has dropped or that has lost its
-support has fallen too. So there are two angles, between which both answers are right: what has turned farther than
-`lies_from` has fallen, what has turned less than `falls_from` has not.
+An element has fallen for good where it can rest on another face, a rectangle at 90°. An overdamped stone that falls on
+its side creeps towards that angle and need not reach it. One that ends past its tipping angle, that has dropped or that
+has lost its support has fallen too. So there are two angles, between which both answers are right: what has turned
+farther than `lies_from` has fallen, what has turned less than `falls_from` has not.
 """
 
 from itertools import combinations

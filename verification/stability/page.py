@@ -88,9 +88,10 @@ def _scenes(rows: pd.DataFrame) -> str:
         kinds |= {f"{scene}, space-filling": mine & ~adversarial, f"{scene}, adversarial motions": mine & adversarial}
     compared = rows["as_block"][rows["as_block"] >= 0]
     said = (
-        f"{len(rows)} cases in all, at most {rows.attrs['budget']:.3g} steps each, {rows.attrs['adversarial_budget']:.3g} under "
-        f"adversarial motions. {_summary(rows)} Of {len(compared)} gravestones that stay on the ground and are answered by the "
-        f"block's own kernel too, {(compared == 0).sum()} have another flag there."
+        f"{len(rows)} cases in all, at most {rows.attrs['budget']:.3g} steps each, "
+        f"{rows.attrs['adversarial_budget']:.3g} under adversarial motions. {_summary(rows)} Of {len(compared)} "
+        f"gravestones that stay on the ground and are answered by the block's own kernel too, {(compared == 0).sum()} "
+        "have another flag there."
     )
     return f"{_counted('scene', kinds, rows)}\n\n{wrapped(said)}"
 
@@ -105,22 +106,25 @@ def _reach(blocks: pd.DataFrame, scenes: pd.DataFrame) -> str:
     over, undecided = ending == Ending.OVER_BUDGET, ending == Ending.UNDECIDED
     in_scenes = (scenes["ending"] == Ending.UNSTABLE) & (scenes["penetration_ratio"] < 1e-2)
     lines = [
-        f"δ/B above about 0.1, or δ above a tenth of the smaller side: the block's own weight presses its corners in so far that the "
-        f"contact law means nothing. Marked `unstable`: {_percent(ending[soft] == Ending.UNSTABLE)} of the {int(soft.sum())} blocks "
-        "with δ/B above 0.1.",
-        f"δ below {PRECISION_FLOOR * np.finfo(float).eps:.1g} H: double precision does not hold the penetration of a block at rest. "
-        "Refused, naming `stiffness`; a scene likewise, by its height.",
-        f"Strong shaking on lightly damped contacts: corners are thrown up and come down fast. Of the {int(unstable.sum())} unstable "
-        f"blocks with δ/B below 10⁻² {_percent(blocks['damping'][unstable] < 0.1)} have ξ below 0.1; half of them have a peak above "
-        f"{np.median(blocks['acceleration_ratio'][unstable]):.0f} g·B/H. {_percent(sunk[unstable])} sink in too deep; of the others work "
-        f"and energy do not balance to 10⁻². Of the {int(in_scenes.sum())} such cases of scenes "
-        f"{_percent(scenes['damping'][in_scenes] < 0.1)} have ξ below 0.1, and half a peak above "
-        f"{np.median(scenes['acceleration_ratio'][in_scenes]):.0f} times the threshold of rocking.",
-        f"Small blocks under long records, the more with Cundall's scheme and stiff springs: their steps are so short that the budget "
-        f"of block steps runs out (`over_budget`). Of {int(over.sum())} such blocks half are lower than {np.median(blocks['height'][over]):.2g} m. The map's "
-        f"budget, {blocks.attrs['budget']:.2g}, is far below a study's, {BUDGET:.0e}.",
-        f"Blocks on little friction that still slide 20/p seconds after the record, with energy enough to fall if they tripped: "
-        f"`undecided`. Of {int(undecided.sum())} such blocks {_percent(blocks['friction'][undecided] < 0.02)} have µ below 0.02.",
+        "δ/B above about 0.1, or δ above a tenth of the smaller side: the block's own weight presses its corners in "
+        f"so far that the contact law means nothing. Marked `unstable`: {_percent(ending[soft] == Ending.UNSTABLE)} of "
+        f"the {int(soft.sum())} blocks with δ/B above 0.1.",
+        f"δ below {PRECISION_FLOOR * np.finfo(float).eps:.1g} H: double precision does not hold the penetration of a "
+        "block at rest. Refused, naming `stiffness`; a scene likewise, by its height.",
+        "Strong shaking on lightly damped contacts: corners are thrown up and come down fast. Of the "
+        f"{int(unstable.sum())} unstable blocks with δ/B below 10⁻² {_percent(blocks['damping'][unstable] < 0.1)} have "
+        f"ξ below 0.1; half of them have a peak above {np.median(blocks['acceleration_ratio'][unstable]):.0f} g·B/H. "
+        f"{_percent(sunk[unstable])} sink in too deep; of the others work and energy do not balance to 10⁻². Of the "
+        f"{int(in_scenes.sum())} such cases of scenes {_percent(scenes['damping'][in_scenes] < 0.1)} have ξ below 0.1, "
+        f"and half a peak above {np.median(scenes['acceleration_ratio'][in_scenes]):.0f} times the threshold of "
+        "rocking.",
+        "Small blocks under long records, the more with Cundall's scheme and stiff springs: their steps are so short "
+        f"that the budget of block steps runs out (`over_budget`). Of {int(over.sum())} such blocks half are lower "
+        f"than {np.median(blocks['height'][over]):.2g} m. The map's budget, {blocks.attrs['budget']:.2g}, is far below "
+        f"a study's, {BUDGET:.0e}.",
+        "Blocks on little friction that still slide 20/p seconds after the record, with energy enough to fall if they "
+        f"tripped: `undecided`. Of {int(undecided.sum())} such blocks {_percent(blocks['friction'][undecided] < 0.02)} "
+        "have µ below 0.02.",
     ]
     return "\n".join(wrapped(line, "- ") for line in lines)
 

@@ -108,7 +108,8 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> Rows
 def contradiction(prepared: Prepared, friction: float, motion: Motion, found: Results, row: int = 0) -> str:
     """The first check that the answer of a case does not hold; empty where all hold.
 
-    The checks are those of the block's map, for each free element; what can move at all is worked out here from the shapes.
+    The checks are those of the block's map, for each free element; what can move at all is worked out here from the
+    shapes.
 
     Parameters
     ----------

@@ -26,7 +26,8 @@ def backwards(
 ) -> None:
     """Say how strong the motion was that made stones fall, along which axis, and which motions could have been it.
 
-    What stones of these sizes do under each motion is computed once, in some minutes, and kept in the user's cache folder.
+    What stones of these sizes do under each motion is computed once, in some minutes, and kept in the user's cache
+    folder.
     """
     import sys
     import time

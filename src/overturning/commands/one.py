@@ -32,7 +32,8 @@ def one(shaking: Shaking, space: InSpace, plane: InPlane, stone: Stone, outputs:
     if space.solid:
         if plane != InPlane():
             raise ArgumentError(
-                "--solid: takes --orientation and --damping-ratio; leave out azimuth, scene, density, damping, stiffness"
+                "--solid: takes --orientation and --damping-ratio; leave out azimuth, scene, density, damping, "
+                "stiffness"
             )
         from overturning.commands.one_in_space import one_in_space
 

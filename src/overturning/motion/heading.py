@@ -33,10 +33,10 @@ def _azimuth(north: float, east: float) -> float:
 def pulse_axis(motion: Motion) -> tuple[float, float]:
     """Axis (degrees, 0 to 180) and period (s) of the strongest pulse in the velocity of a motion; NaN without motion.
 
-    The wavelet coefficient that is largest over times, periods and horizontal directions, as Shahi and Baker (2014, Bulletin of
-    the Seismological Society of America 104) choose theirs; the wavelet is a complex Gabor one of unit energy, so that the phase
-    of the pulse does not matter. In the direction at φ the coefficient is that of north times cos φ plus that of east times
-    sin φ; the axis maximises its magnitude.
+    The wavelet coefficient that is largest over times, periods and horizontal directions, as Shahi and Baker (2014,
+    Bulletin of the Seismological Society of America 104) choose theirs; the wavelet is a complex Gabor one of unit
+    energy, so that the phase of the pulse does not matter. In the direction at φ the coefficient is that of north times
+    cos φ plus that of east times sin φ; the axis maximises its magnitude.
     """
     velocity = integrate(motion.horizontal, motion.sampling_interval)
     if not np.abs(velocity).max() > 0:

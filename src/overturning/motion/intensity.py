@@ -39,8 +39,8 @@ PREDOMINANT_PERIODS = np.geomspace(0.04, 4.0, 81)
 def peaks_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> dict[str, FloatArray]:
     """PGA in m/s², PGV in m/s and PGD in m along azimuths, shape (m,), without xarray.
 
-    Velocity and displacement come from the trapezoidal rule, starting from rest; integration and rotation commute, so each
-    component is integrated once.
+    Velocity and displacement come from the trapezoidal rule, starting from rest; integration and rotation commute, so
+    each component is integrated once.
     """
     cosines = cosines_of(azimuth_deg)
     acceleration = motion.horizontal
@@ -89,8 +89,9 @@ def record_measures(motion: Motion, processing: Sequence[Mapping[str, Any]]) -> 
     Returns
     -------
     dict
-        ``jma_intensity`` (None without a vertical component) and ``jma_intensity_horizontal`` of north and east alone; ``pga_unprocessed`` … and ``pga_processed`` … (largest of north
-        and east, SI): the peaks before the first and after the last step, None for a record left alone.
+        ``jma_intensity`` (None without a vertical component) and ``jma_intensity_horizontal`` of north and east alone;
+        ``pga_unprocessed`` … and ``pga_processed`` … (largest of north and east, SI): the peaks before the first and
+        after the last step, None for a record left alone.
     """
     from overturning.motion.jma_intensity import DURATION, instrumental_intensity
 

@@ -40,8 +40,9 @@ def instrumental_intensity(motion: Motion, *, horizontal: bool = False) -> float
     With `horizontal` it is that of north and east alone, which is never more: a vertical motion half as strong at every
     moment would add log₁₀ 1.25 = 0.1.
 
-    a₀ is the largest level that the vector sum of the filtered components reaches or exceeds for 0.3 s in all; −inf for no
-    motion at all. An ArgumentError says so where there is no vertical component, or the motion is shorter than 0.3 s.
+    a₀ is the largest level that the vector sum of the filtered components reaches or exceeds for 0.3 s in all; −inf for
+    no motion at all. An ArgumentError says so where there is no vertical component, or the motion is shorter than 0.3
+    s.
     """
     if motion.up is None and not horizontal:
         raise ArgumentError("motion: no vertical component; the JMA intensity needs three components")

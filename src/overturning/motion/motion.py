@@ -37,8 +37,8 @@ def _no_acceleration(trace: Any, code: str, unit: str | None) -> str:
     # SEED's instrument codes: H and L seismometers of high and low gain, P geophones; N and G accelerometers.
     velocity = removed[-1] != "ACC" if removed else len(code) == 3 and code[1] in "HLP" and code[2] in "NEZ"
     return (
-        f"{f'its response was removed to {removed[-1]}' if removed else 'a velocity sensor by its code'}; remove the response "
-        "with output='ACC', or say unit='m/s2' if these are accelerations"
+        f"{f'its response was removed to {removed[-1]}' if removed else 'a velocity sensor by its code'}; remove the "
+        "response with output='ACC', or say unit='m/s2' if these are accelerations"
         if velocity
         else ""
     )
@@ -88,8 +88,8 @@ class Motion:
     Raises
     ------
     ArgumentError
-        If a component is empty or not finite, lengths differ, the sampling interval is not positive, or the motion is not
-        the size of one: above 5 g or 1000 cm/s, or below 0.0001 g without being rest.
+        If a component is empty or not finite, lengths differ, the sampling interval is not positive, or the motion is
+        not the size of one: above 5 g or 1000 cm/s, or below 0.0001 g without being rest.
     """
 
     def __init__(
@@ -147,16 +147,16 @@ class Motion:
         stream : obspy.Stream
             Accelerations, without gaps.
         unit : str, optional
-            That of samples times ``calib``, a key of `overturning.units.UNITS`; not given: m/s², and then a channel whose code
-            is that of a velocity sensor (HHN, EHZ) must have had its response removed with ``output="ACC"``.
+            That of samples times ``calib``, a key of `overturning.units.UNITS`; not given: m/s², and then a channel
+            whose code is that of a velocity sensor (HHN, EHZ) must have had its response removed with ``output="ACC"``.
         sensor : {"surface", "borehole"}
             Which sensor the traces are of: KiK-net's NS1, EW1 and UD1 are of the borehole.
 
         Raises
         ------
         ArgumentError
-            If north or east is missing or doubled, a trace has gaps (is masked), is a velocity or of the other sensor, or
-            the traces differ in start, length or sampling interval.
+            If north or east is missing or doubled, a trace has gaps (is masked), is a velocity or of the other sensor,
+            or the traces differ in start, length or sampling interval.
         """
         if unit is not None and unit not in UNITS:
             raise ArgumentError(f"unit: {unit!r}; known are {', '.join(UNITS)}")
@@ -169,8 +169,8 @@ class Motion:
             name = {"NS": "north", "EW": "east", "UD": "up"}.get(code[:2], ends.get(code[-1:]))
             if name is None or name in traces:
                 raise ArgumentError(
-                    f"stream: channel {trace.stats.channel!r} {'stands twice' if name else 'is neither N, E nor Z'}; rotate it "
-                    "to ZNE, merge it, and select one sensor first"
+                    f"stream: channel {trace.stats.channel!r} {'stands twice' if name else 'is neither N, E nor Z'}; "
+                    "rotate it to ZNE, merge it, and select one sensor first"
                 )
             traces[name] = trace
         missing = [name for name in ("north", "east") if name not in traces]
@@ -186,7 +186,8 @@ class Motion:
                 first.delta,
             ):
                 raise ArgumentError(
-                    f"stream: {name} and north differ in start, length or sampling interval; cut and resample them alike first"
+                    f"stream: {name} and north differ in start, length or sampling interval; cut and resample them "
+                    "alike first"
                 )
         scale = 1.0 if unit is None else UNITS[unit]
         values: dict[str, Any] = {

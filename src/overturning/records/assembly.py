@@ -46,8 +46,8 @@ def _to_north_east(
     determinant = round(c1 * s2 - c2 * s1, 12)
     if abs(determinant) < MINIMUM_SINE:
         raise RecordError(
-            f"{name}: horizontal axes at {first_azimuth_deg:g} and {second_azimuth_deg:g} degrees; they must be near a right "
-            "angle: give two components of one sensor"
+            f"{name}: horizontal axes at {first_azimuth_deg:g} and {second_azimuth_deg:g} degrees; they must be near a "
+            "right angle: give two components of one sensor"
         )
     # +0.0 turns a negative zero into zero, so that the stored bytes do not depend on the axes' order.
     north = (first * s2 - second * s1) / determinant + 0.0
@@ -58,16 +58,16 @@ def _to_north_east(
 def _common_window(components: Sequence[Component], *, trust_data: bool = False) -> list[Component]:
     """Cut components to the samples that all of them have.
 
-    Starts are rounded to whole samples relative to the latest; less than half a sample of shift remains. A RecordError says
-    so where the rates differ, or starts by more than 0.5 s. So may lengths, where the components are of one file, whose
-    recorder stopped its channels one after the other; those of several files only where ``trust_data`` is set.
+    Starts are rounded to whole samples relative to the latest; less than half a sample of shift remains. A RecordError
+    says so where the rates differ, or starts by more than 0.5 s. So may lengths, where the components are of one file,
+    whose recorder stopped its channels one after the other; those of several files only where ``trust_data`` is set.
     """
     interval = components[0].sampling_interval
     for other in components[1:]:
         if not math.isclose(other.sampling_interval, interval, rel_tol=1e-6):
             raise RecordError(
-                f"{other.file}: sampling interval {other.sampling_interval:g} s along {other.axis}, {components[0].file} has "
-                f"{interval:g} s; components of one record must share it"
+                f"{other.file}: sampling interval {other.sampling_interval:g} s along {other.axis}, "
+                f"{components[0].file} has {interval:g} s; components of one record must share it"
             )
     starts = [c.start for c in components if c.start is not None]
     offsets = [0] * len(components)
@@ -86,7 +86,8 @@ def _common_window(components: Sequence[Component], *, trust_data: bool = False)
     if spread > MAXIMUM_SPREAD + 0.5 * interval and not (one_file or trust_data):
         raise RecordError(
             f"{components[0].file}: components have {' and '.join(map(str, sizes))} samples, "
-            f"{spread:.2f} s apart (at most {MAXIMUM_SPREAD} s); get the file again, or say --trust-data to keep the common part"
+            f"{spread:.2f} s apart (at most {MAXIMUM_SPREAD} s); get the file again, or say --trust-data to keep the "
+            "common part"
         )
     length = min(size - offset for size, offset in zip(sizes, offsets, strict=True))
     if length < 2:
@@ -261,8 +262,9 @@ def _with_sense(components: Sequence[Component], sense: VerticalSense | None) ->
         )
         if unknown and sense is None:
             raise RecordError(
-                f"{component.file}: axis {component.axis!r} is vertical, but the file does not say whether up or down; declare it "
-                "(vertical_sense in the record table, --vertical-sense here: up, down, or none to leave it out)"
+                f"{component.file}: axis {component.axis!r} is vertical, but the file does not say whether up or down; "
+                "declare it (vertical_sense in the record table, --vertical-sense here: up, down, or none to leave it "
+                "out)"
             )
         if unknown and sense == "none":
             continue

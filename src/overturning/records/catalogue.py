@@ -252,7 +252,7 @@ def _which(entry: RecordEntry) -> str:
 def _remedy(entry: RecordEntry) -> str:
     if entry.format == "kik-net":
         return (
-            "download them from NIED's K-NET and KiK-net (www.kyoshin.bosai.go.jp, free account) and put them into that folder: "
-            "they may not be redistributed"
+            "download them from NIED's K-NET and KiK-net (www.kyoshin.bosai.go.jp, free account) and put them into "
+            "that folder: they may not be redistributed"
         )
     return "put the file there, or name the folder in the config"

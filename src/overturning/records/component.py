@@ -31,8 +31,8 @@ _NAMED = {word: direction for direction, words in _WORDS.items() for word in wor
 def parse_axis(text: str) -> Direction:
     """Azimuth (0 ≤ azimuth < 360 degrees clockwise from north) and vertical sense (+1 up, −1 down, 0 otherwise) of an axis name.
 
-    Names are ``N28W`` (28° from north towards west), ``S90E``, ``270``, ``360 Deg``, ``N``, ``Up``, ``Down``… None and 0: nothing
-    is known (``H1``, ``RAD``, ``--L``, and a bare ``VERT``, whose sense nobody states).
+    Names are ``N28W`` (28° from north towards west), ``S90E``, ``270``, ``360 Deg``, ``N``, ``Up``, ``Down``… None and
+    0: nothing is known (``H1``, ``RAD``, ``--L``, and a bare ``VERT``, whose sense nobody states).
     """
     word = re.sub(r"\s*(DEG(REES?)?|°)\.?$", "", text.strip().upper()).strip()
     if word in _NAMED:
@@ -140,8 +140,8 @@ class Component:
             raise RecordError(f"{self.file}: {self.samples.size} samples along {self.axis}; a record needs at least 2")
         if not (np.isfinite(self.sampling_interval) and 1e-5 <= self.sampling_interval <= 1.0):
             raise RecordError(
-                f"{self.file}: sampling interval {self.sampling_interval:g} s; 0.00001 to 1 s is what accelerographs have: "
-                "correct the header"
+                f"{self.file}: sampling interval {self.sampling_interval:g} s; 0.00001 to 1 s is what accelerographs "
+                "have: correct the header"
             )
 
 
@@ -167,8 +167,8 @@ def check_peak(component: Component) -> float | None:
     if difference > max(PEAK_TOLERANCE * abs(stated.value), 0.51 * stated.resolution):
         line = f" line {stated.line}" if stated.line else ""
         raise RecordError(
-            f"{component.file}{line}: the header states a peak of {stated.value * 100:.6g} Gal along {component.axis}, the data "
-            f"has {peak * 100:.6g} Gal (0.5 % allowed); the file is cut or its units are not what they seem: "
+            f"{component.file}{line}: the header states a peak of {stated.value * 100:.6g} Gal along {component.axis}, "
+            f"the data has {peak * 100:.6g} Gal (0.5 % allowed); the file is cut or its units are not what they seem: "
             "get it again, or say --trust-data"
         )
     return difference / stated.value if stated.value else 0.0

@@ -73,6 +73,6 @@ def detect_format(source: SourceFile) -> Format:
             f"{source.name}: a web page or XML, not a record; sign in where you downloaded it, and get it again"
         )
     raise RecordError(
-        f"{source.name}: the format is not recognised; known are {', '.join(f.name for f in FORMATS)} (docs/formats.md); "
-        "declare columns to read it as csv, or get it again"
+        f"{source.name}: the format is not recognised; known are {', '.join(f.name for f in FORMATS)} "
+        "(docs/formats.md); declare columns to read it as csv, or get it again"
     )

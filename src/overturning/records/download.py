@@ -45,8 +45,8 @@ def fetch_url(
 ) -> Path:
     """Get a file, or find it in the folder already.
 
-    What has come of a broken download stays beside the target as ``.NAME.part`` and is continued; the target itself appears
-    only whole and with the right hash.
+    What has come of a broken download stays beside the target as ``.NAME.part`` and is continued; the target itself
+    appears only whole and with the right hash.
 
     Parameters
     ----------
@@ -94,8 +94,8 @@ def fetch_url(
         if isinstance(problem, RecordError | ArgumentError):
             raise
         raise RecordError(
-            f"{target}: the file from {urlsplit(url).hostname} has another SHA-256 than {sha256[:12]}…; nothing was kept: check address and "
-            "hash"
+            f"{target}: the file from {urlsplit(url).hostname} has another SHA-256 than {sha256[:12]}…; nothing was "
+            "kept: check address and hash"
         ) from None
     return Path(path)
 
@@ -139,7 +139,8 @@ def _continued(url: str, part: Path, tries: int, timeout: float, wait: float) ->
         except requests.RequestException as problem:
             last = type(problem).__name__  # its text may hold the address with a query
     raise RecordError(
-        f"{shown(url)}: not to be had in {tries} tries ({last}); what has come is kept and continued next time: try again later"
+        f"{shown(url)}: not to be had in {tries} tries ({last}); what has come is kept and continued next time: try "
+        "again later"
     )
 
 

@@ -149,10 +149,10 @@ class Earthquakes:
 def earthquakes_of(records: Iterable[Record | RecordEntry]) -> Earthquakes:
     """Decide which earthquake each record belongs to.
 
-    An ``event_id`` of the record table decides where both records have one. Else origin times within 60 s of each other,
-    with epicentres within 100 km where both are known, make one earthquake, and origins further apart make two, whatever
-    the names. Where one origin is not known, the same name does, in capitals or not. Records that say nothing of their
-    earthquake count as one, so that no interval becomes too narrow.
+    An ``event_id`` of the record table decides where both records have one. Else origin times within 60 s of each
+    other, with epicentres within 100 km where both are known, make one earthquake, and origins further apart make two,
+    whatever the names. Where one origin is not known, the same name does, in capitals or not. Records that say nothing
+    of their earthquake count as one, so that no interval becomes too narrow.
 
     Parameters
     ----------
@@ -162,9 +162,9 @@ def earthquakes_of(records: Iterable[Record | RecordEntry]) -> Earthquakes:
     Returns
     -------
     Earthquakes
-        Labels in the order of the records, names that were merged, and doubts: names that resemble each other on no other
-        date, records of two names that start together, one name with several origins, and records of one name that start
-        more than an hour apart.
+        Labels in the order of the records, names that were merged, and doubts: names that resemble each other on no
+        other date, records of two names that start together, one name with several origins, and records of one name
+        that start more than an hour apart.
     """
     known = [_known(record) for record in records]
     found: list[_Earthquake] = []
@@ -233,7 +233,8 @@ def _split(found: list[_Earthquake]) -> Iterable[str]:
         if len(several) > 1:
             origins = ", ".join(f"{one.more} {one.first.record_id}" for one in several)
             yield (
-                f"{several[0].name!r} names {len(several)} earthquakes by their origins ({origins}); give event_id if it is one"
+                f"{several[0].name!r} names {len(several)} earthquakes by their origins ({origins}); give event_id if "
+                "it is one"
             )
 
 
@@ -254,8 +255,8 @@ def _between(found: list[_Earthquake]) -> Iterable[str]:
         if together or _resemble(said, other):
             why = "have records that start together" if together else "resemble each other"
             yield (
-                f"{first.name!r} ({first.first.record_id}) and {second.name!r} ({second.first.record_id}) {why} and count "
-                "as two earthquakes; give both one event_id, or each its own"
+                f"{first.name!r} ({first.first.record_id}) and {second.name!r} ({second.first.record_id}) {why} and "
+                "count as two earthquakes; give both one event_id, or each its own"
             )
 
 

@@ -44,8 +44,8 @@ def fetch_fdsn(
 ) -> list[Path]:
     """Get a MiniSEED and its StationXML file, or find them in the folder, which is made if missing.
 
-    Both files are read before they are moved into place, so a cut or foreign answer never becomes one. ``tries``, ``timeout``
-    and ``wait`` are as in `fetch_url`, per file.
+    Both files are read before they are moved into place, so a cut or foreign answer never becomes one. ``tries``,
+    ``timeout`` and ``wait`` are as in `fetch_url`, per file.
 
     Raises
     ------

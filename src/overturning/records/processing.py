@@ -68,8 +68,8 @@ def process(record: Record, steps: Sequence[Step] | None, site: Site | None = No
     Raises
     ------
     RecordError
-        If a step does not fit the record (corner above the Nyquist frequency, cut beyond its end…), or what comes out is
-        not the size of a ground motion.
+        If a step does not fit the record (corner above the Nyquist frequency, cut beyond its end…), or what comes out
+        is not the size of a ground motion.
     """
     steps = default_steps(record) if steps is None else steps
     for step in (*steps, *([] if site is None else [site])):
@@ -199,8 +199,8 @@ def _butterworth(samples: FloatArray, step: Filter, record: Record) -> FloatArra
     sections = butter(step.order, corner, btype=step.step, fs=1.0 / record.sampling_interval, output="sos")
     pad = _pad(step, record.sampling_interval)
     filtered = sosfiltfilt(sections, np.pad(samples, pad), padtype=None)
-    # A zero-phase high-pass filter acts before the first sample too. Stripped of its pads its output would integrate to a
-    # velocity that drifts (Boore, Sisi & Akkar 2012, BSSA 102, 751-760), so they stay.
+    # A zero-phase high-pass filter acts before the first sample too. Stripped of its pads its output would integrate to
+    # a velocity that drifts (Boore, Sisi & Akkar 2012, BSSA 102, 751-760), so they stay.
     kept = filtered if isinstance(step, Highpass) else filtered[pad : pad + samples.size]
     return np.ascontiguousarray(kept, dtype=np.float64)
 
@@ -252,8 +252,8 @@ def _resample(samples: FloatArray, step: Resample, record: Record) -> FloatArray
 def choose_corner(record: Record) -> tuple[float, str]:
     """Corner frequency, Hz, and the reason for it.
 
-    It is the lowest frequency from which on, up to that of the largest ratio, the signal of both horizontal components is
-    three times the noise before the onset; without such noise the default.
+    It is the lowest frequency from which on, up to that of the largest ratio, the signal of both horizontal components
+    is three times the noise before the onset; without such noise the default.
     """
     found = noise_ratio([record.north, record.east], record.sampling_interval)
     if found is None:

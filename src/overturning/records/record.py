@@ -40,13 +40,14 @@ class Record:
                 raise TypeError(f"{name} must be a one-dimensional float64 array")
             if samples.size != self.north.size:
                 raise RecordError(
-                    f"record {self.record_id}: component {name} has {samples.size} samples, north has {self.north.size}; "
-                    "cut both to their common window"
+                    f"record {self.record_id}: component {name} has {samples.size} samples, north has "
+                    f"{self.north.size}; cut both to their common window"
                 )
             if not np.isfinite(samples).all():
                 first = int(np.flatnonzero(~np.isfinite(samples))[0])
                 raise RecordError(
-                    f"record {self.record_id}: component {name} is not a number at sample {first}; repair or leave out the record"
+                    f"record {self.record_id}: component {name} is not a number at sample {first}; repair or leave out "
+                    "the record"
                 )
         if self.north.size < 2:
             raise RecordError(f"record {self.record_id}: {self.north.size} samples; a record needs at least 2")

@@ -98,8 +98,8 @@ def open_archive(source: SourceFile, *, _depth: int = 0, _budget: list[int] | No
     """Yield the members of a .tar, .tar.gz or .zip file, nested archives (as NIED delivers them) included.
 
     Nothing is written to the disk, so a member's folder cannot lead out of anything; names that try are refused all the
-    same, as are links, devices, damage, more than two levels, and more than 200 MB. Member sizes are counted while they are
-    unpacked, not believed.
+    same, as are links, devices, damage, more than two levels, and more than 200 MB. Member sizes are counted while they
+    are unpacked, not believed.
     """
     budget = _budget if _budget is not None else [MAXIMUM_BYTES, MAXIMUM_MEMBERS]
     if _depth > 2:

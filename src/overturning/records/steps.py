@@ -48,9 +48,9 @@ class Filter(_Step):
 class Highpass(Filter):
     """Butterworth high-pass filter, forward and backward (zero phase).
 
-    Zeros are put before and behind the record, 1.5 n/f_c seconds each, and stay: the filter acts there too, and without them
-    the velocity would drift. The record's start moves accordingly. With the corner ``auto`` it is where the signal rises
-    above the noise before the onset (`overturning.records.processing`).
+    Zeros are put before and behind the record, 1.5 n/f_c seconds each, and stay: the filter acts there too, and without
+    them the velocity would drift. The record's start moves accordingly. With the corner ``auto`` it is where the signal
+    rises above the noise before the onset (`overturning.records.processing`).
     """
 
     step: Literal["highpass"] = "highpass"
@@ -66,9 +66,10 @@ class Lowpass(Filter):
 class Baseline(_Step):
     """Baseline correction by the named published scheme.
 
-    ``boore-2001``: Boore (2001, BSSA 91, 1199-1211) after Iwan et al. (1985): a line v = v0 + a_f t is fitted to the end of the
-    velocity; a_f is subtracted after t2, and the mean offset that leads to that line between t1 and t2. Without t2 it is
-    the time at which the fitted line is zero, and one step is subtracted from there on (Boore's v0 correction).
+    ``boore-2001``: Boore (2001, BSSA 91, 1199-1211) after Iwan et al. (1985): a line v = v0 + a_f t is fitted to the
+    end of the velocity; a_f is subtracted after t2, and the mean offset that leads to that line between t1 and t2.
+    Without t2 it is the time at which the fitted line is zero, and one step is subtracted from there on (Boore's v0
+    correction).
     """
 
     step: Literal["baseline"] = "baseline"
@@ -137,8 +138,8 @@ class Layer(_Step):
 class Site(_Step):
     """The ground of a study: takes the horizontal motion from rock through soil layers to the surface, after all steps.
 
-    Needs pystrata (group `soil`). Linear, or equivalent-linear where a layer has a curve. The vertical motion is left as it
-    is (`overturning.motion.soil`).
+    Needs pystrata (group `soil`). Linear, or equivalent-linear where a layer has a curve. The vertical motion is left
+    as it is (`overturning.motion.soil`).
     """
 
     step: ClassVar[str] = "site"  # in the account of what was done to a record

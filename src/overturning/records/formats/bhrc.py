@@ -1,8 +1,8 @@
 """BHRC, Iran (Building and Housing Research Center's ISMN), volume 1: components one after the other in one file, g/10.
 
 The format: per component 13 lines of text, 7 of integers (5 columns each), 7 of reals (13 columns each), of which the
-sixth is the rate, ten samples per line (10E13.6), and a line ``/&``. The azimuths of L and T stand in the station's line;
-whether V is up is said nowhere. The header states no peak, and no time of the first sample.
+sixth is the rate, ten samples per line (10E13.6), and a line ``/&``. The azimuths of L and T stand in the station's
+line; whether V is up is said nowhere. The header states no peak, and no time of the first sample.
 """
 
 import re

@@ -1,9 +1,9 @@
 """COSMOS volumes 0, 1 and 2 (format 1.20): one or more channels per file, in counts, g or cm/s².
 
-The format: COSMOS Strong Motion Data Format, version 1.20 (2001). Per channel 13 lines of text after the first, integers,
-reals and comments, each set introduced by a line that says how many follow and in which FORTRAN format; then the samples,
-introduced the same way; a line that ends the channel. Counts of volume 0 become g by the reals 22 (µV per count), 42
-(sensitivity of the sensor, V/g) and 47 (gain).
+The format: COSMOS Strong Motion Data Format, version 1.20 (2001). Per channel 13 lines of text after the first,
+integers, reals and comments, each set introduced by a line that says how many follow and in which FORTRAN format; then
+the samples, introduced the same way; a line that ends the channel. Counts of volume 0 become g by the reals 22 (µV per
+count), 42 (sensitivity of the sensor, V/g) and 47 (gain).
 """
 
 import re
@@ -167,8 +167,8 @@ def _axis(lines: Lines, at: int, everything: Sequence[str], code: int) -> tuple[
     elif coded != UNKNOWN and coded != direction:
         raise lines.error(
             at + 8,
-            f"axis {word!r} in the text, code {code} in the integers; components may be swapped: find out which, and give "
-            "azimuths_deg",
+            f"axis {word!r} in the text, code {code} in the integers; components may be swapped: find out which, and "
+            "give azimuths_deg",
         )
     if direction == UNKNOWN and code in (0, -999):
         channel = _word(everything, r"<SCNL>\s*[^.\s]+\.([A-Z0-9]{3})\.")

@@ -1,10 +1,10 @@
 """CSMIP / CGS volume 1 and volume 2, and RAW, which has volume 1's layout: all channels in one file.
 
-The format: Shakal & Huang (1985), CSMIP report OSMS 85-03. Per channel 13 lines of text (25 in volume 2), 100 integers (16I5),
-50 or 100 reals (8F10), a line that says how many samples follow, at which rate, in which unit and format; the samples; in
-volume 2 velocity and displacement, which are not read; a line that ends the channel. Old volume-1 files hold pairs of time
-and acceleration instead (10F7, g/10), and so do those of RENADIC (Universidad de Chile), whose L, T and V say nothing about
-north and up.
+The format: Shakal & Huang (1985), CSMIP report OSMS 85-03. Per channel 13 lines of text (25 in volume 2), 100 integers
+(16I5), 50 or 100 reals (8F10), a line that says how many samples follow, at which rate, in which unit and format; the
+samples; in volume 2 velocity and displacement, which are not read; a line that ends the channel. Old volume-1 files
+hold pairs of time and acceleration instead (10F7, g/10), and so do those of RENADIC (Universidad de Chile), whose L, T
+and V say nothing about north and up.
 """
 
 import re
@@ -83,8 +83,8 @@ def _channel(source: SourceFile, block: Lines, volume: int) -> Component:
     if azimuth is not None and 0 < whole[26] <= 360 and abs((whole[26] - azimuth + 180) % 360 - 180) > 1:
         raise block.error(
             channel_line,
-            f"axis {axis} in the text, {whole[26]:g} in the numbers below; components may be swapped: find out which, and give "
-            "azimuths_deg",
+            f"axis {axis} in the text, {whole[26]:g} in the numbers below; components may be swapped: find out which, "
+            "and give azimuths_deg",
         )
     below = range(text_lines + 7, len(block.lines))
     data_at = next((index for index in below if _DATA_LINE.match(block.lines[index])), None)

@@ -17,15 +17,16 @@ SECONDS: Final = {"s": 1.0, "ms": 1e-3}
 def read(source: SourceFile, options: ReadOptions) -> list[Component]:
     """Read all declared columns.
 
-    ``columns`` names every column in order: ``time:s`` or ``time:ms``, ``skip``, or an axis with its unit: ``north:gal``,
-    ``N28W:g``, ``270:m/s2``, ``up:gal``, ``down:gal``. Lines that begin with ``#`` and one line of headings are passed over.
+    ``columns`` names every column in order: ``time:s`` or ``time:ms``, ``skip``, or an axis with its unit:
+    ``north:gal``, ``N28W:g``, ``270:m/s2``, ``up:gal``, ``down:gal``. Lines that begin with ``#`` and one line of
+    headings are passed over.
     """
     name = source.name
     columns = _declared(options.columns, name)
     if options.processed is None:
         raise RecordError(
-            f"{name}: columns do not say whether the samples are raw or have been corrected; declare it (processed in the record "
-            "table: true or false; --processed or --raw here)"
+            f"{name}: columns do not say whether the samples are raw or have been corrected; declare it (processed in "
+            "the record table: true or false; --processed or --raw here)"
         )
     rows, first_line = _rows(source, len(columns))
     interval = options.sampling_interval_s
@@ -63,8 +64,8 @@ def _declared(text: str, name: str) -> list[tuple[str, str]]:
             raise RecordError(f"{name}: columns {text!r}; set them off by blanks, not by commas or semicolons")
         else:
             raise RecordError(
-                f"{name}: column {word!r}; declare time:s, skip, or axis:unit with an axis such as north, N28W, 270, up and a unit of "
-                f"{', '.join(UNITS)}"
+                f"{name}: column {word!r}; declare time:s, skip, or axis:unit with an axis such as north, N28W, 270, "
+                f"up and a unit of {', '.join(UNITS)}"
             )
     return columns
 

@@ -1,8 +1,8 @@
 """CWA (Central Weather Administration, Taiwan; CWB before 2023): three components in one file, Gal, offset removed.
 
-The format, as its files describe themselves: lines ``#Key: text``, of which ``#DataSequence`` names the columns with their
-signs, ``#AmplitudeMAX`` the largest and smallest sample, and ``#Data`` the FORTRAN format; then a time and three samples
-per line. Times are those of Taiwan.
+The format, as its files describe themselves: lines ``#Key: text``, of which ``#DataSequence`` names the columns with
+their signs, ``#AmplitudeMAX`` the largest and smallest sample, and ``#Data`` the FORTRAN format; then a time and three
+samples per line. Times are those of Taiwan.
 """
 
 import re

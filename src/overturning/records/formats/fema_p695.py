@@ -43,7 +43,8 @@ def axis_azimuth(component_name: str) -> float | None:
 def read(source: str) -> list[Component]:
     """Read components a and b of a record ``set:id``, with a set of ``SETS`` and an id as in the package.
 
-    A RecordError says so where there is no such record or it is damaged, a MissingDataError where the package is missing.
+    A RecordError says so where there is no such record or it is damaged, a MissingDataError where the package is
+    missing.
     """
     import h5py
     import hdf5plugin  # noqa: F401  registers the Blosc filter

@@ -1,8 +1,8 @@
 """GeoNet (GNS Science, New Zealand) V1A and V2A: three components in one file, mm/s².
 
-The format: Cousins (2008), "GNS accelerogram data files, standard format". Per component 16 lines of text, 4 lines of ten
-integers (10I8), 6 lines of ten reals (10F8), then ten samples per line of eight columns each; corrected files go on with
-velocity and displacement, which are not read.
+The format: Cousins (2008), "GNS accelerogram data files, standard format". Per component 16 lines of text, 4 lines of
+ten integers (10I8), 6 lines of ten reals (10F8), then ten samples per line of eight columns each; corrected files go on
+with velocity and displacement, which are not read.
 """
 
 import re

@@ -1,8 +1,8 @@
 """K-NET and KiK-net ASCII of NIED, one component per file.
 
-The format: seventeen header lines (key in columns 1 to 18, value after them), then counts, eight to a line; acceleration in
-Gal is count times scale factor. obspy reads the file; because it takes a cut header, ``99.5Hz`` or a fractional scale factor
-without a word, the header is read strictly here first and obspy gets it in canonical form.
+The format: seventeen header lines (key in columns 1 to 18, value after them), then counts, eight to a line;
+acceleration in Gal is count times scale factor. obspy reads the file; because it takes a cut header, ``99.5Hz`` or a
+fractional scale factor without a word, the header is read strictly here first and obspy gets it in canonical form.
 """
 
 import io
@@ -73,16 +73,16 @@ def read(source: SourceFile) -> list[Component]:
     if source.suffix.upper() != extension and source.suffix.upper() in [known for known, *_ in AXES.values()]:
         raise header.error(
             "Dir.",
-            f"direction {direction!r} in a file named .{source.suffix.upper()}; components are swapped: give the file its right "
-            "name",
+            f"direction {direction!r} in a file named .{source.suffix.upper()}; components are swapped: give the file "
+            "its right name",
         )
     recorded = _time(header, "Record Time")
     counts = _counts(source)
     expected = round(header.number("Duration Time(s)") * rate)
     if counts.size != expected:
         raise RecordError(
-            f"{source.name}: {counts.size} samples, header promises {expected} ({header['Duration Time(s)']} s at {rate:g} Hz); "
-            "the file is cut or holds more than one record: get it again"
+            f"{source.name}: {counts.size} samples, header promises {expected} ({header['Duration Time(s)']} s at "
+            f"{rate:g} Hz); the file is cut or holds more than one record: get it again"
         )
     trace = _through_obspy(source, header, counts)
     return [

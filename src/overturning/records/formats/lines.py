@@ -190,7 +190,8 @@ class Lines:
     def fixed_columns(self, first: int, *, width: int, per_line: int, count: int) -> FloatArray:
         """Numbers in columns of fixed width, which may touch (FORTRAN ``8F10.3``), ``count`` of them from the line ``first`` on.
 
-        Lines after those that hold the numbers are left. A RecordError where lines are missing, or a column holds no number.
+        Lines after those that hold the numbers are left. A RecordError where lines are missing, or a column holds no
+        number.
         """
         needed = -(-count // per_line)
         there = max(len(self.lines) - first, 0)

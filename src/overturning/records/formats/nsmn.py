@@ -1,8 +1,8 @@
 """NSMN, Türkiye (AFAD's National Strong-Motion Network): three components in one file, Gal.
 
-The format: eighteen lines, of which the first is the title, those in between are ``KEY: text`` in a fixed order, and the
-last names the columns, N-S, E-W and U-D; then three samples per line. The files are in the code page of the place, so names
-may hold any letters.
+The format: eighteen lines, of which the first is the title, those in between are ``KEY: text`` in a fixed order, and
+the last names the columns, N-S, E-W and U-D; then three samples per line. The files are in the code page of the place,
+so names may hold any letters.
 """
 
 import re

@@ -1,7 +1,7 @@
 """PEER AT2: one component per file, in g, with the old and the new header.
 
-Four lines of text (database; earthquake, date, station, component; unit; count and interval), then samples in free format.
-The header states no peak; the earthquake's date has no time.
+Four lines of text (database; earthquake, date, station, component; unit; count and interval), then samples in free
+format. The header states no peak; the earthquake's date has no time.
 """
 
 import re

@@ -41,8 +41,8 @@ def read(source: SourceFile, options: ReadOptions) -> list[Component]:
         return components_of(stream, inventory, source, options.unit)
     if options.unit is None:
         raise RecordError(
-            f"{source.name}: SAC does not say its unit; declare it (unit in the record table, --unit here: {', '.join(UNITS)}) "
-            "or give StationXML"
+            f"{source.name}: SAC does not say its unit; declare it (unit in the record table, --unit here: "
+            f"{', '.join(UNITS)}) or give StationXML"
         )
     return [_component(stream[0], source, options.unit, options)]
 
@@ -56,7 +56,8 @@ def _component(trace: Any, source: SourceFile, unit: str, options: ReadOptions) 
 
     if (kind := known("idep")) in NOT_ACCELERATION:
         raise RecordError(
-            f"{source.name}: {NOT_ACCELERATION[kind]} by its header (IDEP {kind:g}); only acceleration is read: get that file"
+            f"{source.name}: {NOT_ACCELERATION[kind]} by its header (IDEP {kind:g}); only acceleration is read: get "
+            "that file"
         )
     peaks = [abs(v) for key in ("depmin", "depmax") if (v := known(key)) is not None and np.isfinite(v)]
     moment, late = trace.stats.starttime, known("o")

@@ -1,7 +1,7 @@
 """USGS SMC: one component per file, cm/s².
 
-The format: Seekins et al. (1992), USGS DDS-7; per file 11 lines of text, 48 integers (8I10), 50 reals (5E15.7), comment lines
-that begin with ``|``, then eight samples per line of ten columns each, which touch.
+The format: Seekins et al. (1992), USGS DDS-7; per file 11 lines of text, 48 integers (8I10), 50 reals (5E15.7), comment
+lines that begin with ``|``, then eight samples per line of ten columns each, which touch.
 """
 
 import re

@@ -54,8 +54,8 @@ def read_inventory(files: Sequence[SourceFile]) -> Any:
 def components_of(stream: Any, inventory: Any, source: SourceFile, unit: str | None) -> list[Component]:
     """Counts to m/s² with the inventory's gain (accelerometers) or response (velocity sensors).
 
-    A RecordError says so where a trace has a gap or is not in the inventory, and where its code is that of a velocity sensor
-    but the inventory says acceleration, unless a ``unit`` is declared.
+    A RecordError says so where a trace has a gap or is not in the inventory, and where its code is that of a velocity
+    sensor but the inventory says acceleration, unless a ``unit`` is declared.
     """
     return [_component(trace, inventory, source, unit) for trace in _without_gaps(stream, source)]
 
@@ -99,13 +99,14 @@ def _component(trace: Any, inventory: Any, source: SourceFile, declared: str | N
     if unit in _ACCELERATION:
         if trace.stats.channel[1:2] == "H" and declared is None:
             raise RecordError(
-                f"{name}: channel {trace.id} is of a velocity sensor by its code (H), but in {unit} in the StationXML; correct it, or "
-                "declare the unit (unit m/s2 in the record table, --unit m/s2) if it is an acceleration"
+                f"{name}: channel {trace.id} is of a velocity sensor by its code (H), but in {unit} in the StationXML; "
+                "correct it, or declare the unit (unit m/s2 in the record table, --unit m/s2) if it is an acceleration"
             )
         samples, removed = counts / gain * _ACCELERATION[unit], "gain"
     elif unit not in _VELOCITY:
         raise RecordError(
-            f"{name}: channel {trace.id} is in {unit or 'no unit'} in the StationXML; acceleration or velocity is needed"
+            f"{name}: channel {trace.id} is in {unit or 'no unit'} in the StationXML; acceleration or velocity is "
+            "needed"
         )
     else:
         samples, removed = _deconvolved(trace, inventory, name), "response"

@@ -1,7 +1,7 @@
 """Draw the diagrams of these pages: docs/images/block.svg, clock.svg, data.svg and nearest-faces.svg.
 
-Usage: python docs/draw.py [FOLDER]. One pen for all of them; the files are the same bytes each time (a test compares them).
-The nearest faces are those that the package itself finds.
+Usage: python docs/draw.py [FOLDER]. One pen for all of them; the files are the same bytes each time (a test compares
+them). The nearest faces are those that the package itself finds.
 """
 
 import math
@@ -202,14 +202,16 @@ def data() -> Pen:
     pen = Pen(960, 216, "From record files to motion.nc, the parts of the sweep, cube.nc and the report")
     top, low, half = 40, 138, 58
     boxes = {
-        (72, top): "record files", (270, top): "motion.nc", (468, top): "parts", (666, top): "cube.nc", (886, top): "report",
+        (72, top): "record files", (270, top): "motion.nc", (468, top): "parts", (666, top): "cube.nc",
+        (886, top): "report",
         (270, low): "intensity.nc", (468, low): "study YAML", (666, low): "survey CSV",
     }  # fmt: skip
     for (x, y), words in boxes.items():
         pen.shape([(x - half, y - 17), (x + half, y - 17), (x + half, y + 17), (x - half, y + 17)], fill=STONE)
         pen.text((x, y + 5), words)
     for start, end, words, room in (
-        (72, 270, "read", "records/"), (270, 468, "sweep", "dem/"), (468, 666, "gather", "study/"), (666, 886, "draw, say", "statistics/"),
+        (72, 270, "read", "records/"), (270, 468, "sweep", "dem/"), (468, 666, "gather", "study/"),
+        (666, 886, "draw, say", "statistics/"),
     ):  # fmt: skip
         pen.arrow((start + half, top), (end - half, top))
         pen.text(((start + end) / 2, top - 9), words, size=12)

@@ -88,7 +88,7 @@ TABLES = {"commands": commands, "keys": keys, "columns": columns, "variables": v
 
 
 def run_notebook(path: Path) -> list[tuple[str, str, str]]:
-    """Run the cells of a notebook in order: kind, source, and what each shows as Markdown; errors are those of the code."""
+    """Run the cells of a notebook in order: kind, source, and what each shows as Markdown."""
     space: dict[str, Any] = {"__name__": "__main__"}
     shown = []
     for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:

@@ -15,7 +15,8 @@ class Pen:
 
     def __init__(self, width: float, height: float, title: str) -> None:
         self.parts = [
-            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:g} {height:g}" width="{width:g}" height="{height:g}" '
+            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:g} {height:g}" '
+            f'width="{width:g}" height="{height:g}" '
             'font-family="DejaVu Sans, Verdana, sans-serif" font-size="13" stroke-linejoin="round">',
             f"<title>{escape(title)}</title>",
             f'<rect width="{width:g}" height="{height:g}" fill="white"/>',
@@ -49,7 +50,8 @@ class Pen:
     def dot(self, at: Point, radius: float = 3, fill: str = INK, stroke: str = INK) -> None:
         """A dot or, filled with paper, a ring."""
         self.parts.append(
-            f'<circle cx="{at[0]:.1f}" cy="{at[1]:.1f}" r="{radius:g}" fill="{fill}" stroke="{stroke}" stroke-width="1.5"/>'
+            f'<circle cx="{at[0]:.1f}" cy="{at[1]:.1f}" r="{radius:g}" fill="{fill}" '
+            f'stroke="{stroke}" stroke-width="1.5"/>'
         )
 
     def head(self, tip: Point, angle: float, colour: str = INK, size: float = 8) -> None:
@@ -79,7 +81,7 @@ class Pen:
         dash: str = "",
         flat: float = 1.0,
     ) -> None:
-        """An arc between two azimuths, degrees clockwise from up, with a head at its end; `flat` squeezes its height."""
+        """An arc between two azimuths, degrees clockwise from up, with a head at its end, `flat` times as high."""
         steps = max(8, int(abs(end - start) / 4))
         angles = [math.radians(start + (end - start) * i / steps) for i in range(steps + 1)]
         points = [(centre[0] + radius * math.sin(a), centre[1] - flat * radius * math.cos(a)) for a in angles]
@@ -94,7 +96,8 @@ class Pen:
         """Words; a letter or ``{letters}`` after ``_`` is lowered."""
         weight = ' font-weight="bold"' if bold else ""
         self.parts.append(
-            f'<text x="{at[0]:.1f}" y="{at[1]:.1f}" text-anchor="{anchor}" fill="{colour}" font-size="{size:g}"{weight}>{_lowered(words)}</text>'
+            f'<text x="{at[0]:.1f}" y="{at[1]:.1f}" text-anchor="{anchor}" fill="{colour}" '
+            f'font-size="{size:g}"{weight}>{_lowered(words)}</text>'
         )
 
 

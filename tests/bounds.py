@@ -9,7 +9,7 @@ from pathlib import Path
 
 @contextmanager
 def bounded(seconds: float = 10.0) -> Iterator[None]:
-    """Not more than 10 s of processor time or 1 GB: a timer and a limit on the address space stand guard where they exist."""
+    """Not more than 10 s of processor time or 1 GB: by a timer and a limit on the address space where they exist."""
     if not hasattr(signal, "setitimer") or not Path("/proc/self/statm").exists():
         yield
         return

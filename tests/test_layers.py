@@ -1,4 +1,4 @@
-"""Imports run one way only: down the package's layers, from the checks and tests into the package, and never in a circle."""
+"""Imports run one way: down the package's layers, from checks and tests into the package, never in a circle."""
 
 import ast
 from functools import cache

@@ -1,4 +1,4 @@
-"""`python -m verification.backwards_coverage`: how often the stated intervals of `overturning backwards` hold the truth.
+"""`python -m verification.backwards_coverage`: how often intervals of `overturning backwards` hold the truth.
 
 Each survey is simulated under a record of an earthquake whose records are all taken out of the library, at a peak
 velocity between the levels, each stone by itself in the kernel, with a friction, scatter, lapses and restitution of the
@@ -127,7 +127,8 @@ def measured(surveys: int, threads: int) -> pd.DataFrame:
             checked = power == POWER and number % CHECKED == 0
             about = {
                 "half": events.index(truth.motion.event) % 2, "power": power, "record": truth.motion.name,
-                "stones": len(truth.stones), "fell": np.mean([stone.fell for stone in truth.stones]), "round": truth.stones[0].round,
+                "stones": len(truth.stones), "fell": np.mean([stone.fell for stone in truth.stones]),
+                "round": truth.stones[0].round,
                 "fit": inversion.fit(truth.stones, one) if checked else np.nan,
             }  # fmt: skip
             rows.append(about | judged(one, truth))
@@ -135,7 +136,7 @@ def measured(surveys: int, threads: int) -> pd.DataFrame:
 
 
 def chosen(rows: pd.DataFrame) -> float:
-    """The largest power with which each interval covers at least `AIM` of these surveys; the smallest where none does."""
+    """The largest power with which each interval covers `AIM` of these surveys; the smallest where none does."""
     covered = rows.groupby("power")[HOLDS].mean().min(axis=1)
     good = covered.index[covered >= AIM]
     return float(good.max()) if good.size else POWERS[0]

@@ -1,4 +1,4 @@
-"""`make bench`: how fast the kernel is, as ratios measured in one run; writes a CSV per machine and the figures in the docs.
+"""`make bench`: how fast the kernel is, as ratios of one run; writes a CSV per machine and the figures in the docs.
 
 Every time is the smallest of several runs after a warm-up, in the process itself.
 """
@@ -97,7 +97,7 @@ def scalar_runs(motion: Motion, centred: bool, blocks: int = 8, steps: int = 128
 
 
 def throughput() -> list[Figure]:
-    """Block steps per second and core, those done again included, nothing left out; against a scalar loop and the limit."""
+    """Block steps per second and core, those done again included; against a scalar loop and the limit."""
     rows: list[Figure] = []
     motion, peak = standing_motion(), peak_operations()
     many = Cases(0.0, 0.6, 0.4, np.linspace(0.3, 1.0, 512))

@@ -1,4 +1,4 @@
-"""Whether the block's own kernel and the general one find the same for a gravestone: ``python -m verification.both_kernels``.
+"""`python -m verification.both_kernels`: whether the block's kernel and the general one agree on a gravestone.
 
 A cell is chaotic where either kernel finds another flag with the motion a 10⁻⁹ stronger or weaker or with half the
 step: there no computation of this kind tells. The others have to agree.
@@ -79,7 +79,8 @@ def figures() -> list[Figure]:
             "a gravestone in both kernels: peak rotation apart, median",
             float(np.median(np.abs(turned[stands] / np.maximum(rocked[stands], 1e-12) - 1))),
         ),
-        Figure("a gravestone in both kernels: time in the general one over that in its own", seconds[True] / seconds[False], "x"),
+        Figure("a gravestone in both kernels: time in the general one over that in its own",
+        seconds[True] / seconds[False], "x"),
     ]  # fmt: skip
 
 

@@ -56,7 +56,7 @@ def shift(coarse: Flags, fine: Flags, ratios: FloatArray) -> FloatArray:
 
 
 def equal_error(rows: pd.DataFrame) -> str:
-    """What the default costs over what Cundall's scheme costs at the same error, by log-log interpolation, as a table."""
+    """What the default costs over what Cundall's scheme does at the same error, by log-log interpolation."""
     default = rows[(rows["scheme"] == DEFAULT[0]) & (rows["fraction_of_stable_step"] == DEFAULT[1])].iloc[0]
     yardstick = rows[rows["scheme"] == "cundall"]
     lines = []

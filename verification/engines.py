@@ -29,7 +29,7 @@ AFTER_SCENE: Final = 3.0
 
 
 class Stone(NamedTuple):
-    """A free body: place of its centre (m), corners about it (m), mass per metre of depth (kg/m) and moment of inertia."""
+    """A free body: place of its centre (m), corners about it (m), mass per metre of depth (kg/m), moment of inertia."""
 
     x: float
     z: float

@@ -35,7 +35,7 @@ REFERENCE = "0.125 stable"
 
 
 def measure(changes: dict[str, float], reference: Path, azimuths: int = 6, every_record: int = 4) -> list[str]:
-    """Run a variant in this process, before the kernel is imported; the first run of all leaves the reference in a file."""
+    """Run a variant in this process, before the kernel is imported; the first run leaves the reference in a file."""
     from overturning.dem.kernel import clock
 
     pace: dict[str, Any] = {name: value for name, value in changes.items() if name in clock.Pace._fields}

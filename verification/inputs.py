@@ -54,7 +54,7 @@ def half_grid(azimuths: int = 36) -> Cases:
 
 
 def near_field(number: int) -> Motion:
-    """Twenty seconds of a near-field record with a pulse that throws shafts down, rounded to 1e-9 m/s² as a study's are."""
+    """Twenty seconds of a near-field record with a pulse that throws shafts down, rounded to 1e-9 m/s²."""
     motion = motion_of(f"nearfield_pulse:{number}")
     north, east = (np.round(part, 9) for part in (motion.north, motion.east))
     return strong_part(Motion(north, east, sampling_interval=motion.sampling_interval))

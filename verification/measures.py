@@ -1,4 +1,4 @@
-"""How far two answers to the same cases differ, wherever that is measured: flags, sides, and errors that are continuous."""
+"""How far two answers to the same cases differ: flags, sides, and errors that are continuous."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""A SLURM cluster of one node on the loopback address, started without systemd and ended with the block that asked for it.
+"""A SLURM cluster of one node on the loopback address, started without systemd and ended with the block.
 
 Its configuration must lie at /etc/slurm/slurm.conf: a job step drops SLURM_CONF from its environment. An earlier file
 there is put back. It has no accounting: Snakemake needs `--slurm-no-account --slurm-status-command squeue` to notice

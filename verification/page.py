@@ -1,4 +1,4 @@
-"""`python -m verification.page --results FOLDER --output ORDERS.json`: draw the diagrams and put the measured figures into the docs."""
+"""`python -m verification.page`: draw the diagrams and put the measured figures into the docs."""
 
 import json
 from pathlib import Path

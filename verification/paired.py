@@ -1,4 +1,4 @@
-"""The kernel of this checkout against another one's, in alternating processes: ``python -m verification.paired FOLDER``.
+"""`python -m verification.paired FOLDER`: this checkout's kernel against another's, in alternating processes.
 
 For a change that must not cost speed: FOLDER is a checkout of the state before it. Processor times of whole sweeps of
 three default records, per scheme; a machine's speed drifts, so only the ratios within a pair of runs count.
@@ -27,7 +27,10 @@ import numpy as np
 import overturning
 stored = np.load(sys.argv[1])
 cases = overturning.Cases(*stored["cases"])
-motions = [overturning.Motion(*stored[f"motion{i}"], sampling_interval=float(stored[f"interval{i}"])) for i in range(int(sys.argv[2]))]
+motions = [
+    overturning.Motion(*stored[f"motion{i}"], sampling_interval=float(stored[f"interval{i}"]))
+    for i in range(int(sys.argv[2]))
+]
 speed = {}
 for scheme in ("centred", "cundall"):
     overturning.run_cases(motions[0], cases, scheme=scheme)

@@ -10,7 +10,7 @@ import sys
 import tempfile
 import types
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated, Any, Final
 
 import numpy as np
 import typer
@@ -58,8 +58,8 @@ def write_set(folder: Path) -> list[Path]:
 
 def peer(motion: Motion) -> None:
     """The same spectrum by pyrotd."""
-    stub = types.ModuleType("pkg_resources")  # pyrotd asks it for its version; newer setuptools no longer bring it
-    stub.get_distribution = lambda name: types.SimpleNamespace(version=importlib.metadata.version(name))  # type: ignore[attr-defined]
+    stub: Any = types.ModuleType("pkg_resources")  # pyrotd asks it for its version; newer setuptools bring none
+    stub.get_distribution = lambda name: types.SimpleNamespace(version=importlib.metadata.version(name))
     sys.modules.setdefault("pkg_resources", stub)
     import pyrotd
 

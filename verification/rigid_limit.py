@@ -43,27 +43,31 @@ REFERENCE = (2e-8, "0.125 stable")
 AZIMUTHS, EVERY_RECORD = 18, 4
 NUDGE = 1e-9
 HEAD = (
-    "δ/B", "million block steps", "processor time, s", "wrong flags, %", "wrong sides, %", "median error of peak rotation",
+    "δ/B", "million block steps", "processor time, s", "wrong flags, %", "wrong sides, %",
+    "median error of peak rotation",
     "marked",
 )  # fmt: skip
 Found = dict[str, Results]
 DAMPING_RATIOS = (0.5, 1.0, 2.0, DAMPING_RATIO, 4.0, 6.0, 10.0)
 HEIGHTS, RATIOS, NO_SLIP = np.array([0.6, 1.6]), np.arange(0.1, 0.51, 0.05), 10.0
 FIRM, OFF, SQUAT = 0.01, 0.01, 0.39
-"""A flag is firm that stands a motion 1 % weaker and stronger; a peak is off by more than 0.01 α; squat is B/H from 0.4."""
+"""A flag is firm that a motion 1 % weaker or stronger keeps; a peak is off by 0.01 α; squat is B/H from 0.4."""
 ELSEWHERE = """
 import sys, time
 import numpy as np
 from overturning import Cases, Motion, run_cases
 stored = np.load(sys.argv[1])
 cases = Cases(*stored["cases"])
-motions = [Motion(*stored[f"motion{i}"], sampling_interval=float(stored[f"interval{i}"])) for i in range(int(sys.argv[2]))]
+motions = [
+    Motion(*stored[f"motion{i}"], sampling_interval=float(stored[f"interval{i}"])) for i in range(int(sys.argv[2]))
+]
 run_cases(motions[0], cases)
 begin = time.process_time()
 found = [run_cases(motion, cases) for motion in motions]
 seconds = time.process_time() - begin
 names = [name for name in sys.argv[4:] if hasattr(found[0], name)]
-np.savez(sys.argv[3], seconds=seconds, **{f"{name}{i}": getattr(one, name) for i, one in enumerate(found) for name in names})
+outcomes = {f"{name}{i}": getattr(one, name) for i, one in enumerate(found) for name in names}
+np.savez(sys.argv[3], seconds=seconds, **outcomes)
 """
 """What another checkout runs; the overturned flags and the rest as the names after the output file."""
 
@@ -97,7 +101,7 @@ def elsewhere(checkout: Path, cases: Cases, motions: dict[str, Motion]) -> tuple
 
 
 def housner(cases: Cases, motion: Motion, azimuth: float, chosen: NDArray[np.bool_]) -> FloatArray:
-    """Side and peak rotation over α of the chosen cases under the motion 1 % weaker, as it is and stronger, shape (n, 3, 2)."""
+    """Side and peak rotation over α of cases under the motion 1 % weaker, as it is, stronger, shape (n, 3, 2)."""
     north, east = direction_cosines(azimuth)
     along = motion.north * north + motion.east * east
     sizes = zip(np.asarray(cases.height)[chosen], np.asarray(cases.b_over_h)[chosen], strict=True)
@@ -155,7 +159,8 @@ def damping_ratios(motions: dict[str, Motion]) -> str:
             cells.append(" / ".join([wrong, *off, f"{np.median(away[stands]):.2g}", f"{steps.sum() / 1e6:.1f}"]))
         lines.append(tuple(cells))
         print(lines[-1], flush=True)
-    about = f"{firm.sum()} firm cells of {firm.size}, {rocks.sum()} of which rock and stand, {(rocks & squat).sum()} of them squat."
+    standing = f"{rocks.sum()} of which rock and stand, {(rocks & squat).sum()} of them squat."
+    about = f"{firm.sum()} firm cells of {firm.size}, {standing}"
     return markdown(("ξ", "block", "general kernel", "body in space"), lines) + f"\n\n{about}"
 
 

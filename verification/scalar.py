@@ -15,7 +15,9 @@ G = STANDARD_GRAVITY
 
 
 @njit
-def _implicit(matrix, right, rx, rz, depth, stretch, guess, pull, mid, half, stiff, dashpot, mu, inertia):  # type: ignore[no-untyped-def]
+def _implicit(  # type: ignore[no-untyped-def]
+    matrix, right, rx, rz, depth, stretch, guess, pull, mid, half, stiff, dashpot, mu, inertia
+):
     """Velocities at the end of a centred step: three linear equations, springs and dashpots taken at its end."""
     for p in range(3):
         matrix[p, 0] = matrix[p, 1] = matrix[p, 2] = 0.0

@@ -8,6 +8,7 @@ iterations.
 
 import time
 from collections.abc import Iterator
+from functools import partial
 from typing import Annotated, Any, Final
 
 import numpy as np
@@ -50,7 +51,7 @@ def throughput() -> Iterator[Figure]:
         height, ratio = native_size(scene)
         cases = Cases(0.0, height, ratio, np.linspace(0.5, 1.0, 192))
         steps = run(scene, motion, cases, Numerics(leave_out=False)).block_steps.sum()
-        seconds = fastest(lambda s=scene, c=cases: run(s, motion, c, Numerics(leave_out=False)), 2)  # type: ignore[misc]
+        seconds = fastest(partial(run, scene, motion, cases, Numerics(leave_out=False)), 2)
         yield Figure(f"element steps per second and core, {name}", steps / seconds / 1e6, "million/s", bound)
 
 
@@ -91,8 +92,8 @@ def against_peers(count: int) -> Iterator[Figure]:
         stones = with_law(scene, penetration, damping)
         options: dict[str, Any] = {"scheme": scheme, "time_step": step}
         coarse = run(stones, motion, cases, Numerics(leave_out=False, **options))
-        whole = fastest(lambda s=stones, o=options: run(s, motion, cases, Numerics(leave_out=False, **o)), 2)  # type: ignore[misc]
-        left = fastest(lambda s=stones, o=options: simulate_arrays(motion, scene=s, **o, **grid), 2)  # type: ignore[misc]
+        whole = fastest(partial(run, stones, motion, cases, Numerics(leave_out=False, **options)), 2)
+        left = fastest(partial(simulate_arrays, motion, scene=stones, **options, **grid), 2)
         whole, left = whole / cases.size, left / cases.size
         same = coarse.overturned[:, SHAFT] == right
         stands = firm & same & (right == 0)

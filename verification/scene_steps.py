@@ -1,4 +1,4 @@
-"""Error against time of a stacked grave over the step, beside that of another checkout: what divided steps have brought.
+"""Error against time of a stacked grave over the step, beside that of another checkout.
 
 The 96 cases of the sweep in `verification.scene_speed`, nothing left out, each checkout in a process of its own, errors
 against a twentieth of its own default step. Run it with ``python -m verification.scene_steps CHECKOUT``, the folder of
@@ -55,7 +55,7 @@ np.savez(sys.argv[2], **found)
 
 
 def rows_of(state: str, checkout: Path, steps: Sequence[str]) -> list[tuple[str, str, str, str]]:
-    """Time per case and errors of a checkout's steps: state and step, ms, over all elements that stand, over the shaft."""
+    """Time per case and errors of a checkout's steps: state and step, ms, over standing elements, over the shaft."""
     motion = near_field(7)
     with tempfile.TemporaryDirectory() as scratch:
         given, made = f"{scratch}/inputs.npz", f"{scratch}/found.npz"

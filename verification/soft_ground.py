@@ -1,4 +1,4 @@
-"""`python -m verification.soft_ground`: what soft ground changes, from the study config/soft-ground.yaml, into docs/soft-ground.md.
+"""`python -m verification.soft_ground`: what soft ground changes, by config/soft-ground.yaml, into docs.
 
 Needs `results/soft-ground`, from `make soil run STUDY=config/soft-ground.yaml`.
 """

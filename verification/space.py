@@ -27,7 +27,7 @@ from verification.timing import measured
 GRID: Final[dict[str, Any]] = {"height": [0.6], "b_over_h": [0.2, 0.3, 0.4], "friction": [0.58]}
 TURNED: Final = np.arange(0.0, 90.0, 15.0)
 PEER_STEP: Final = 2e-4
-"""Step of the other engines, s: small enough that a smaller one no longer changes their flags by more than they differ."""
+"""Step of the other engines, s: a smaller one changes their flags by no more than they differ."""
 
 
 def shaken(samples: int = 2000) -> Motion:
@@ -60,7 +60,10 @@ def throughput() -> Iterator[Figure]:
         rate = found["block_steps"].sum() / seconds / 1e6
         yield Figure(f"space: block steps per second and core, {name}", rate, "million", target)
     with tempfile.TemporaryDirectory() as folder:
-        command = "import verification.space as s; s.simulate_in_space_arrays(s.shaken(), orientation_deg=0, height=1, b_over_h=0.4, leave_out=False)"
+        command = (
+            "import verification.space as s; "
+            "s.simulate_in_space_arrays(s.shaken(), orientation_deg=0, height=1, b_over_h=0.4, leave_out=False)"
+        )
         begin = resource.getrusage(resource.RUSAGE_CHILDREN)
         subprocess.run([sys.executable, "-c", command], check=True, env=os.environ | {"NUMBA_CACHE_DIR": folder})
         end = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -107,7 +110,8 @@ def exactness(chosen: list[Motion]) -> Iterator[Figure]:
     yield Figure("space: largest energy error", float(nominal["energy_error"].max()), "", "≤ 0.01")
     yield Figure("space: largest angular-momentum error", float(nominal["angular_momentum_error"].max()))
     others = [run_all(chosen, factor) for factor in (0.99, 1.01)]
-    firm = np.all([(one["overturned"] == nominal["overturned"]) & (~fell | (apart(one["fall_azimuth"], nominal["fall_azimuth"]) < 15.0))
+    firm = np.all([(one["overturned"] == nominal["overturned"]) & (~fell | (apart(one["fall_azimuth"],
+    nominal["fall_azimuth"]) < 15.0))
                    for one in others], axis=0)  # fmt: skip
     keep = np.all([one["overturned"] == nominal["overturned"] for one in others], axis=0)
     yield Figure("space: cases that keep the flag under ±1 % of amplitude", 100.0 * keep.mean(), "%")
@@ -124,7 +128,7 @@ def exactness(chosen: list[Motion]) -> Iterator[Figure]:
         ("δ/B 2e-5", {"contact": VertexContact(2e-5)}),
         ("δ/B 2e-7", {"contact": VertexContact(2e-7)}),
     ):
-        other, seconds = measured(lambda options=options: run_all(chosen, **options), 1, lambda: None)  # type: ignore[misc]
+        other, seconds = measured(partial(run_all, chosen, **options), 1, lambda: None)
         same = other["overturned"] == nominal["overturned"]
         moved = apart(other["fall_azimuth"], nominal["fall_azimuth"])[firm & fell & same]
         yield Figure(f"space, {name}: other flags, of firm cases", 100.0 * (~same)[firm].mean(), "%")
@@ -153,7 +157,8 @@ def against_peers(chosen: list[Motion], count: int) -> Iterator[Figure]:
     for name, engine in installed().items():
         begin = time.process_time()
         azimuths[name] = np.array([
-            fall_azimuth(engine, chosen[m], TURNED[o], Prism(0.3 * GRID["b_over_h"][b], 0.3 * GRID["b_over_h"][b], 0.3, 0.58), PEER_STEP)
+            fall_azimuth(engine, chosen[m], TURNED[o], Prism(0.3 * GRID["b_over_h"][b], 0.3 * GRID["b_over_h"][b], 0.3,
+            0.58), PEER_STEP)
             for m, o, _, b, _, _ in cells.tolist()
         ])  # fmt: skip
         theirs = (time.process_time() - begin) / len(cells)

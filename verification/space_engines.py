@@ -29,7 +29,7 @@ class Prism(NamedTuple):
 
 
 def seen_from(motion: Motion, orientation_deg: float, step: float) -> np.ndarray:
-    """Gravity in the frame of the base, x to the orientation and y 90° anticlockwise of it, at the middle of each step."""
+    """Gravity in the frame of the base, x to the orientation, y 90° anticlockwise of it, at the middle of each step."""
     along = [motion.along(orientation_deg), motion.along(orientation_deg - 90.0)]
     up = np.zeros(motion.samples) if motion.up is None else motion.up
     times = (np.arange(int((motion.duration + AFTER) / step)) + 0.5) * step
@@ -76,8 +76,10 @@ def bullet(prism: Prism, gravity: np.ndarray, step: float) -> tuple[float, float
         body = engine.createMultiBody(1.0, shape, basePosition=[0, 0, prism.h], physicsClientId=client)
         for one, friction in ((ground, 1.0), (body, prism.friction)):
             engine.changeDynamics(
-                one, -1, lateralFriction=friction, rollingFriction=0, spinningFriction=0, restitution=0, linearDamping=0,
-                angularDamping=0, collisionMargin=0.0, activationState=engine.ACTIVATION_STATE_DISABLE_SLEEPING, physicsClientId=client,
+                one, -1, lateralFriction=friction, rollingFriction=0, spinningFriction=0, restitution=0,
+                linearDamping=0,
+                angularDamping=0, collisionMargin=0.0, activationState=engine.ACTIVATION_STATE_DISABLE_SLEEPING,
+                physicsClientId=client,
             )  # fmt: skip
         for pull in gravity.tolist():
             engine.setGravity(*pull, physicsClientId=client)

@@ -1,4 +1,4 @@
-"""The order of convergence in space: how the largest tilt and the azimuth of the fall of single cases change with the step."""
+"""The order of convergence in space: how largest tilt and azimuth of the fall of single cases change with the step."""
 
 from typing import Any, Final
 
@@ -30,7 +30,8 @@ def orders(scheme: str) -> dict[str, tuple[float, np.ndarray]]:
     finer.
     """
     grid: dict[str, Any] = {
-        "orientation_deg": np.arange(5.0, 90.0, 10.0), "height": [0.6], "b_over_h": [0.14, 0.2, 0.31, 0.32, 0.33, 0.34], "friction": [0.8],
+        "orientation_deg": np.arange(5.0, 90.0, 10.0), "height": [0.6], "b_over_h": [0.14, 0.2, 0.31, 0.32, 0.33, 0.34],
+        "friction": [0.8],
     }  # fmt: skip
     found = {
         step: simulate_in_space_arrays(pulse(), scheme=scheme, refinement=step, **grid) for step in (*STEPS, REFERENCE)

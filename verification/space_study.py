@@ -1,4 +1,4 @@
-"""The cases of config/in-space.yaml, all 28 records without the ensemble: how long they take, and whether their energy balances."""
+"""The cases of config/in-space.yaml without the ensemble: how long they take, whether their energy balances."""
 
 import time
 from collections.abc import Callable, Iterator

@@ -1,4 +1,4 @@
-"""`python -m verification.summary`: the summary table of the docs, of every measured figure that has a target, or is asked for."""
+"""`python -m verification.summary`: the summary table of the docs, of measured figures with a target."""
 
 from pathlib import Path
 from typing import Final

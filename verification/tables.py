@@ -1,4 +1,4 @@
-"""Everything measured goes through here: NetCDF and CSV files, Markdown tables, and the marks in the docs where they belong."""
+"""Everything measured goes through here: NetCDF and CSV files, Markdown tables, and their marks in the docs."""
 
 import re
 import textwrap
@@ -74,7 +74,7 @@ def read_figures(path: Path) -> list[Figure]:
 
 
 def publish(bodies: Mapping[str, str], root: Path = ROOT) -> None:
-    """Put every body between the lines ``<!-- mark:begin -->`` and ``<!-- mark:end -->`` of the pages that have its mark.
+    """Put every body between ``<!-- mark:begin -->`` and ``<!-- mark:end -->`` of the pages that have its mark.
 
     Parameters
     ----------
@@ -96,8 +96,8 @@ def publish(bodies: Mapping[str, str], root: Path = ROOT) -> None:
                 begin, end = f"<!-- {mark}:begin -->", f"<!-- {mark}:end -->"
                 if begin in text and end in text:
                     missing.discard(mark)
-                    new = f"{begin}\n\n{body}\n\n{end}"
-                    text = re.sub(f"{begin}.*?{end}", lambda _, new=new: new, text, flags=re.DOTALL)  # type: ignore[misc]
+                    new = f"{begin}\n\n{body}\n\n{end}".replace("\\", r"\\")  # no group of the pattern's
+                    text = re.sub(f"{begin}.*?{end}", new, text, flags=re.DOTALL)
             if text != old:
                 with atomic_write(page) as part:
                     part.write_text(text, encoding="utf-8")

@@ -1,4 +1,4 @@
-"""`python -m verification.vertical`: what the vertical component of a study's records changes; the figures of the tutorial.
+"""`python -m verification.vertical`: what the vertical component changes; the figures of the tutorial.
 
 The grid of a study is computed with and without the vertical component of its processed records, without ensemble.
 """

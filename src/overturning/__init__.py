@@ -5,7 +5,7 @@ study by `run_study`:
 
 >>> import overturning
 >>> motion = overturning.Motion.sine(amplitude=6.0, period=0.8, azimuth_deg=60)
->>> outcome = overturning.simulate(motion, azimuth_deg=range(0, 360, 30), height=[0.6], b_over_h=[0.2, 0.4], friction=[0.6])
+>>> outcome = overturning.simulate(motion, azimuth_deg=range(0, 360, 30), height=[0.6], b_over_h=[0.3])
 >>> outcome.overturned.dims
 ('azimuth', 'height', 'b_over_h', 'friction')
 

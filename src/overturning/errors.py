@@ -39,7 +39,7 @@ class ConfigError(OverturningError, ValueError):
 
 
 class RecordError(OverturningError, ValueError):
-    """A record file cannot be read or contradicts itself. The message names file, line where there is one, and remedy."""
+    """A record file cannot be read or contradicts itself. The message names file, line and remedy."""
 
 
 class MissingDataError(OverturningError, FileNotFoundError):

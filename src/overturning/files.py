@@ -24,7 +24,7 @@ def check_output(path: Path, argument: str) -> None:
 
 @contextmanager
 def atomic_write(path: Path) -> Iterator[Path]:
-    """Yield another name in the same folder to write to; move the file to ``path``, complete, when the block is through.
+    """Yield another name in the folder to write to; move the complete file to ``path`` when the block is through.
 
     The folder is made where it is missing. If the block raises, nothing stays behind and an earlier file keeps its
     content. A NetCDF file is sealed (`seal`).
@@ -102,7 +102,7 @@ def whole(path: Path) -> bool | None:
 
 
 def shipped(path: Path) -> Path:
-    """A file of the project's, ``config/records.tsv`` or a scene: the one in the working folder, or else that of the package.
+    """A file of the project's, such as ``config/records.tsv``: that in the working folder, else that of the package.
 
     In a checkout the package is surrounded by its project; a wheel carries it inside.
     """

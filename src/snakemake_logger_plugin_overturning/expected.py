@@ -12,7 +12,7 @@ UNKNOWN: Final = 2.0
 """Seconds that a job is expected to take of which nothing is known."""
 
 _TRUSTED: Final = 0.2
-"""How much of the plan counts as if it had been run, and had taken what was expected: keeps the first jobs from deciding."""
+"""How much of the plan counts as run in the time that was expected, lest the first jobs decide alone."""
 
 _SMOOTHED: Final = 0.1
 """Time over which the end that is said follows the one that is expected, over that of the plan."""

@@ -107,7 +107,7 @@ def test_a_wrong_solid_is_named(given: tuple[str, ...], expected: str, capsys: p
 
 
 def test_of_a_gate_that_comes_down_everything_is_counted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Both pillars of 0.3 m x 2.2 m lie, the lintel is on them; in a breath of motion an arch turns by no multiple of α."""
+    """Both pillars of 0.3 m x 2.2 m lie, the lintel on them."""
     scene = tmp_path / "gate.yaml"
     scene.write_text(
         """name: gate

@@ -50,7 +50,8 @@ def space_hash(stored: Path, threads: int) -> str:
     motion = np.load(stored)
     found = simulate_in_space_arrays(
         Motion(motion["north"], motion["east"], 0.5 * motion["east"], sampling_interval=float(motion["interval"])),
-        orientation_deg=np.arange(0.0, 90.0, 10.0), height=[0.6], b_over_h=[0.15, 0.3, 0.45], friction=[0.33, 1.0], threads=threads,
+        orientation_deg=np.arange(0.0, 90.0, 10.0), height=[0.6], b_over_h=[0.15, 0.3, 0.45], friction=[0.33, 1.0],
+        threads=threads,
     )  # fmt: skip
     assert len(np.unique(found["overturned"])) == 2, "some fall and some stand"
     return hashlib.sha256(b"".join(np.ascontiguousarray(found[name]).tobytes() for name in sorted(found))).hexdigest()

@@ -65,6 +65,9 @@ def test_the_cache_folder_is_named_after_the_kernels_sources(tmp_path: Path) -> 
 
 
 def test_a_sweep_imports_nothing_expensive() -> None:
-    program = "import sys; import overturning.dem.simulate, overturning.dem.block.rules; print([m for m in ('xarray', 'pandas', 'scipy.signal', 'scipy.optimize', 'matplotlib') if m in sys.modules])"
+    program = (
+        "import sys; import overturning.dem.simulate, overturning.dem.block.rules; print([m for m in "
+        "('xarray', 'pandas', 'scipy.signal', 'scipy.optimize', 'matplotlib') if m in sys.modules])"
+    )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

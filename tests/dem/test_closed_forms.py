@@ -214,7 +214,7 @@ def test_a_slab_slides_as_far_under_a_record_and_its_interpolation(azimuth: int,
 
 
 def test_a_squat_block_lands_and_stays() -> None:
-    """Of B/H 0.428 under Sepulveda it rocks as far as Housner's block, in all three kernels: what lands must not hop."""
+    """Of B/H 0.428 under Sepulveda it rocks as far as Housner's block: what lands must not hop."""
     record, height, b_over_h = near_field(23, pulse=False)[0], 1.597, 0.428
     north, east = direction_cosines(41.24)
     along = 1.4508 * (record.north * north + record.east * east)

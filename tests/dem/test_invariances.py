@@ -1,4 +1,4 @@
-"""What changes nothing in mechanics changes nothing in an answer: similarity, rotation, mirror, quiet samples, interpolation.
+"""What changes nothing in mechanics changes no answer: similarity, rotation, mirror, quiet samples, interpolation.
 
 On real records, and in each kernel. A rocking body amplifies what it is given, so the cells that are compared are the
 robust ones: their fall, its direction and the peak stay what they are when the whole motion is made 1 % stronger or
@@ -200,7 +200,8 @@ def test_mirror_images_in_space_are_exact(body: int | str, scheme: str) -> None:
     # Of more vertices the pairs of opposite ones are summed in an order that a mirror turns round.
     motion = strong_part(10).times(0.6)
     grid = {
-        "height": [0.6], "b_over_h": [0.2, 0.4], "aspect": [1.0, 1.5] if body == "rectangle" else [1.0], "friction": [0.4, 0.8],
+        "height": [0.6], "b_over_h": [0.2, 0.4], "aspect": [1.0, 1.5] if body == "rectangle" else [1.0],
+        "friction": [0.4, 0.8],
         "body": body, "scheme": scheme, "contact": VertexContact(2e-5), "leave_out": False,
     }  # fmt: skip
     found = simulate_in_space_arrays(motion, orientation_deg=[0.0], **grid)

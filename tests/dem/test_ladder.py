@@ -38,7 +38,8 @@ def blocks() -> Cases:
 @pytest.mark.parametrize("step", ["auto", "0.1 stable", 1e-4])
 def test_whole_steps_do_not_depend_on_the_contact(step: float | str) -> None:
     made = [
-        plan(gravestone(Contact(static_penetration=delta, damping_ratio=ratio)), pulse(), blocks(), Numerics(time_step=step)).steps
+        plan(gravestone(Contact(static_penetration=delta, damping_ratio=ratio)), pulse(), blocks(),
+        Numerics(time_step=step)).steps
         for delta in (2e-3, 2e-5, 1e-9) for ratio in (0.02, 1.0, 8.0)
     ]  # fmt: skip
     for steps in made[1:]:
@@ -125,7 +126,7 @@ def test_a_gentle_touch_needs_no_finest_step() -> None:
 
 
 def test_only_a_corner_that_touches_or_leaves_makes_a_touch_less_gentle() -> None:
-    """One corner goes down by 4e-7 m and touches; the other stays pressed, or in the air, and asks for no shorter step."""
+    """One corner goes down by 4e-7 m and touches; the other stays pressed, or in the air."""
     touches = met(-1e-7, 3e-7)
     assert touches.far == pytest.approx(4e-7)
     for other in (met(5e-7, 6e-7), met(-6e-7, -5e-7)):

@@ -24,7 +24,7 @@ ALL_SHIPPED = sorted(path.stem for path in (ROOT / "config" / "scenes").glob("*.
 
 
 def valleys(vertices: np.ndarray) -> np.ndarray:
-    """Rotations, rad, at which the centre of a body that rolls over a level is lower than just before and just after."""
+    """Rotations, rad, at which the centre of a body that rolls over a level is lowest."""
     angles = np.arange(-np.pi, np.pi, STEP)
     height = (np.outer(np.sin(angles), vertices[:, 0]) - np.outer(np.cos(angles), vertices[:, 1])).max(axis=1)
     lowest = (height < np.roll(height, 1)) & (height < np.roll(height, -1))
@@ -174,7 +174,7 @@ def test_a_lintel_whose_pillars_part_has_fallen() -> None:
 
 
 def slipping(height: float) -> Scene:
-    """A block on a slippery plate on a shelf in space, and a hammer that goes with the ground and can knock out the plate."""
+    """A block on a slippery plate on a shelf, and a hammer that goes with the ground and can knock out the plate."""
     hammer = {"name": "hammer", "kind": "driven", "width": 0.2, "height": 0.8 * height, "at": [-0.35, 0.1 * height]}
     return scene(
         held("shelf", 40.0, 1.0, 0.0, -1.0) | {"material": "floor"},
@@ -188,7 +188,7 @@ def slipping(height: float) -> Scene:
 
 @pytest.mark.parametrize("height", [0.05, 0.03])
 def test_the_top_of_a_stack_whose_middle_slips_out_has_fallen(height: float) -> None:
-    """It comes down by less than a tenth of its own height; from the lower plate it stands upright, from the other it leans."""
+    """It comes down by less than a tenth of its height: upright from the lower plate, leaning from the other."""
     path = trajectory(moved_by(0.65, 0.3), scene=slipping(height), azimuth_deg=0.0)
     top = path.sel(element="top")
     assert 0.5 * height < top["z"][0] - top["z"][-1] < 0.04
@@ -209,7 +209,7 @@ def test_a_shaft_that_leans_on_a_wall_for_ever_has_fallen() -> None:
 
 
 def tilted(peak: float) -> tuple[Scene, Motion]:
-    """A wall of 0.3 m x 2.2 m whose foot is on the ground and that leans, at 80°, on the corner of a neighbour 0.2 m high."""
+    """A wall of 0.3 m x 2.2 m, foot on the ground, leaning at 80° on the corner of a neighbour 0.2 m high."""
     c, s = np.cos(np.radians(80.0)), np.sin(np.radians(80.0))
     corner = 0.15 * c + 0.2 * s / c
     made = scene(GROUND, block("neighbour", 0.4, 0.2, x=corner + 0.2), block("wall", 0.3, 2.2, rotation_deg=80.0))
@@ -272,7 +272,7 @@ def trapezoid(time: np.ndarray, level: float, start: float, end: float, ramp: fl
 
 
 def test_a_case_goes_on_while_two_stones_may_tip_as_one() -> None:
-    """After the finial has fallen 0.56 g lifts neither 0.40 x 0.40 nor 0.36 x 0.40 alone; both as one tip from 0.5 g on."""
+    """Without the finial 0.56 g lifts neither 0.40 x 0.40 nor 0.36 x 0.40 alone; both as one tip from 0.5 g on."""
     made = scene(
         GROUND, block("lower", 0.40, 0.40), block("upper", 0.36, 0.40, "lower"), block("finial", 0.06, 0.40, "upper")
     )

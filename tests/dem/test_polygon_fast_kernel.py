@@ -57,7 +57,7 @@ def test_same_flags_and_peaks_as_the_fast_kernel(number: int) -> None:
 
 
 def test_same_motion_until_the_second_impact() -> None:
-    """500 cases, to 1e-9 m and rad; an impact is where the rotation changes sign, a fall counts to the critical angle."""
+    """500 cases, to 1e-9 m and rad; an impact is a change of sign, a fall counts to the critical angle."""
     whole, cases = _motion(7), _cases(17)
     upto = round(6.5 / whole.sampling_interval)  # the last second impact of all is at 4.8 s
     motion = Motion(whole.north[:upto], whole.east[:upto], sampling_interval=whole.sampling_interval)

@@ -93,7 +93,7 @@ def test_mass_centre_and_inertia_are_those_of_the_pieces_together() -> None:
 
 
 def test_an_l_shape_tips_at_arm_over_height_to_either_side() -> None:
-    """Centre at (0.275, 0.425) over a base from 0 to 0.8: towards its stem at 0.275/0.425 g, the other way at 0.525/0.425 g."""
+    """Centre at (0.275, 0.425) over a base from 0 to 0.8: tips at 0.275/0.425 g, the other way at 0.525/0.425 g."""
     made = scene(stone(vertices=L_SHAPE))
     prepared = prepare(made)
     assert prepared.threshold == pytest.approx(0.275 / 0.425, rel=1e-12)
@@ -176,10 +176,12 @@ def test_energy_is_kept_and_mirror_images_fall_the_other_way(vertices: list[list
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"pieces": [FOOT, [[0.2, 0.2], [0.3, 0.2], [0.3, 1.1], [0.2, 1.1]]]}, "element stone: the pieces .* overlap by 0.1"),
+        ({"pieces": [FOOT, [[0.2, 0.2], [0.3, 0.2], [0.3, 1.1], [0.2, 1.1]]]},
+        "element stone: the pieces .* overlap by 0.1"),
         ({"pieces": [FOOT, [[0.9, 0], [1, 0], [1, 1]]]}, "element stone: its pieces do not join into one outline"),
         ({"pieces": [FOOT, [[0.8, 0.3], [1, 0.3], [1, 1]]]}, "element stone: its pieces do not join into one outline"),
-        ({"pieces": [L_SHAPE]}, "element stone: piece 1 is not convex; split it, or give the outline of all as vertices"),
+        ({"pieces": [L_SHAPE]},
+        "element stone: piece 1 is not convex; split it, or give the outline of all as vertices"),
         ({"pieces": [FOOT, STEM[::-1]]}, "element stone, piece 2: the polygon runs clockwise"),
         ({"pieces": [FOOT], "width": 1}, "element stone: give either width and height, or vertices, or pieces"),
         ({"vertices": [[0, 0], [1, 0], [0.2, 1], [0.8, 1.2]]}, "element stone: the polygon crosses itself"),

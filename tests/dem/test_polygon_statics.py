@@ -186,7 +186,7 @@ def test_a_blow_between_two_free_blocks_is_what_shakes_fastest() -> None:
 
 
 def test_a_block_that_rocks_too_little_to_fall_is_not_followed_to_its_rest() -> None:
-    """E/E_max = 1 − (1 − θ/α)² (Housner 1963): below it at the end of the record, and past the largest rotation, no fall is left."""
+    """E/E_max = 1 − (1 − θ/α)² (Housner 1963): below it after the record and the largest rotation no fall is left."""
     time, alpha = np.arange(0, 0.605, 0.01), np.arctan(0.2)
     made = scene(block("block", 0.12, 0.6))
     for peak, share, ended in ((2.6, 0.37, True), (3.0, 0.67, False)):

@@ -16,7 +16,7 @@ LOUD = slice(400, 700)
 def test_a_block_at_rest_is_computed_from_well_before_it_can_move_until_after_the_last_time(
     vertical: bool, share: float
 ) -> None:
-    """Rocking starts at |a| = (g + a_up) B/H: a level just below the safe share of it never counts, one just above does."""
+    """Rocking starts at |a| = (g + a_up) B/H: just below the safe share of it never counts, just above does."""
     slenderness, amplitude = 0.3, 2.0
     level = np.zeros(1000)
     level[LOUD] = share * SAFE_SHARE * slenderness * STANDARD_GRAVITY / amplitude

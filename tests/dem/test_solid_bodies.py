@@ -1,4 +1,4 @@
-"""Bodies in space: mass properties, which vertices can touch, when they have fallen, how they rest; and what is refused."""
+"""Bodies in space: mass properties, which vertices can touch, when they have fallen, how they rest, refusals."""
 
 from pathlib import Path
 
@@ -133,7 +133,8 @@ def test_meshes_are_read_in_three_formats(tmp_path: Path) -> None:
     (tmp_path / "box.obj").write_text(
         "# a box\n" + "".join(f"v {line}\n" for line in corners.splitlines()) + "f 1 2 3\n"
     )
-    head = f"element vertex {len(BOX)}\nproperty double x\nproperty double y\nproperty double z\nelement face 0\nend_header\n"
+    properties = "".join(f"property double {axis}\n" for axis in "xyz")
+    head = f"element vertex {len(BOX)}\n{properties}element face 0\nend_header\n"
     (tmp_path / "box.ply").write_text(f"ply\nformat ascii 1.0\n{head}{corners}\n")
     (tmp_path / "binary.ply").write_bytes(
         f"ply\nformat binary_little_endian 1.0\n{head}".encode() + BOX.astype("<f8").tobytes()

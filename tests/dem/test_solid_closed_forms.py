@@ -77,7 +77,8 @@ def test_a_cylinder_rolls_on_its_rim_with_steady_precession(precession: float, a
     contact = VertexContact()
     start = leaning(tilt, R * down - H * up, turning, sunk=4 * contact.static_penetration * 2 * R)
     path = trajectory_in_space(
-        level(3 * 2 * np.pi / precession), orientation_deg=90.0, height=2 * H, b_over_h=R / H, friction=10.0, body="circle",
+        level(3 * 2 * np.pi / precession), orientation_deg=90.0, height=2 * H, b_over_h=R / H, friction=10.0,
+        body="circle",
         contact=contact, start=start, leave_out=False, scheme=scheme,
     )  # fmt: skip
     turns = path.time.values < 3 * 2 * np.pi / precession
@@ -99,7 +100,8 @@ def test_the_contact_turns_by_an_angle_of_its_own_in_a_near_face_down_pass(
     up, down = axes(tilt)
     start = leaning(tilt, R * down - H * up, turning * down, sunk=4 * contact.static_penetration * 2 * R, rolls=rolls)
     path = trajectory_in_space(
-        level(0.5, 0.001), orientation_deg=0.0, height=2 * H, b_over_h=R / H, friction=10.0 if rolls else 0.0, body="circle",
+        level(0.5, 0.001), orientation_deg=0.0, height=2 * H, b_over_h=R / H, friction=10.0 if rolls else 0.0,
+        body="circle",
         contact=contact, start=start, leave_out=False, scheme=scheme,
     )  # fmt: skip
     found, azimuth = tilt_and_azimuth(path)
@@ -119,7 +121,7 @@ def test_the_contact_turns_by_an_angle_of_its_own_in_a_near_face_down_pass(
 
 
 def in_plane(body: int | str, over: str, ratio: float, half: float = 0.5) -> tuple[np.ndarray, float, float]:
-    """Arms of the vertices of a base along the line of lean (of a rim 720 points), moment of inertia per mass, turn of that line.
+    """Arms of a base's vertices along the line of lean (of a rim 720), moment of inertia per mass, turn of that line.
 
     Of a prism on a regular polygon whose sides are half·ratio from the middle, 2·half high, or of a cylinder; m, m²,
     rad.
@@ -165,7 +167,8 @@ def landed(body: int | str, over: str, ratio: float, contact: VertexContact, sch
         (np.cos(tilt / 2), -sine * np.sin(tilt / 2), cosine * np.sin(tilt / 2), 0.0),
     )
     path = trajectory_in_space(
-        level(0.6, 0.002), orientation_deg=0.0, height=2 * half, b_over_h=ratio, friction=10.0, body=body, contact=contact,
+        level(0.6, 0.002), orientation_deg=0.0, height=2 * half, b_over_h=ratio, friction=10.0, body=body,
+        contact=contact,
         start=start, leave_out=False, scheme=scheme,
     )  # fmt: skip
     lean = np.arcsin(path.tilt_north.values * cosine - path.tilt_east.values * sine)
@@ -238,7 +241,10 @@ def spun(path: xr.Dataset, inertia: np.ndarray) -> np.ndarray:
     """Angular momentum in space over time, shape (time, 3), from the rotation and the angular velocity."""
     w, *v = path.quaternion.values.T
     v = np.stack(v, axis=1)
-    turn = lambda vectors, sign: vectors + 2.0 * np.cross(sign * v, np.cross(sign * v, vectors) + w[:, None] * vectors)  # noqa: E731
+
+    def turn(vectors: np.ndarray, sign: int) -> np.ndarray:
+        return vectors + 2.0 * np.cross(sign * v, np.cross(sign * v, vectors) + w[:, None] * vectors)
+
     return turn(turn(path.angular_velocity.values, -1.0) * np.diag(inertia), 1.0)
 
 

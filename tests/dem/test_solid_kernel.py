@@ -115,7 +115,8 @@ def test_the_stable_step_is_the_limit(
         turning = tuple(slow / body.foot * np.array([1.0, 0.7, 0.3]))
         start = Start((0.0, 0.0, body.foot - sunk), (1.0, 0.0, 0.0, 0.0), (slow, 0.5 * slow, 0.2 * slow), turning)
         plan = plan_in_space(
-            shape, motion, SpaceCases(0.0, 0.6, ratio, aspect, 10.0), Numerics(scheme="cundall", leave_out=False), SOFT, start
+            shape, motion, SpaceCases(0.0, 0.6, ratio, aspect, 10.0), Numerics(scheme="cundall", leave_out=False), SOFT,
+            start
         )  # fmt: skip
         one, only = replace(plan, steps=np.ones(1, np.int64)), np.zeros(1, np.int64)
         path = one.compute(only, np.zeros(1, np.int64), np.zeros(400, ROW))[1]
@@ -166,7 +167,8 @@ def test_a_case_that_does_not_balance_is_computed_again_in_shorter_steps(monkeyp
 def test_energy_and_angular_momentum_balance_on_real_records(scheme: str) -> None:
     for number in (2, 10):
         found = simulate_in_space_arrays(
-            part(number), orientation_deg=np.arange(0.0, 90.0, 18.0), height=[0.6], b_over_h=[0.15, 0.3, 0.45], friction=[0.3, 0.6], scheme=scheme,
+            part(number), orientation_deg=np.arange(0.0, 90.0, 18.0), height=[0.6], b_over_h=[0.15, 0.3, 0.45],
+            friction=[0.3, 0.6], scheme=scheme,
         )  # fmt: skip
         assert found["energy_error"].max() < 1e-2
         assert found["angular_momentum_error"].max() < (1e-9 if scheme == "cundall" else 1e-3)

@@ -1,4 +1,4 @@
-"""The innermost loops are vector code of the processor's full width, and nothing is contracted to a fused multiply–add."""
+"""The innermost loops are vector code of full width, and nothing is contracted to a fused multiply–add."""
 
 import os
 import platform
@@ -48,7 +48,9 @@ def compiled(loop: Any, *arguments: Any) -> Compile:
 BODY, POINT = np.zeros(space.ROWS.size), np.zeros(space.VERTEX.size)
 PAIR, ELEMENT, OWN, BLOCK = (np.zeros(table.size) for table in (rows.PAIR, rows.ELEMENT, rows.CASE, equations.BLOCK))
 LOOPS: dict[str, Compile] = {
-    f"block, {scheme.name.lower()}, {'vertical' if vertical else 'level'}, {'rough' if rough else 'smooth'}": block_loops(
+    ", ".join(
+        ("block", scheme.name.lower(), "vertical" if vertical else "level", "rough" if rough else "smooth")
+    ): block_loops(
         scheme, vertical, rough
     )
     for scheme in SCHEMES

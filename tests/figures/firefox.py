@@ -50,7 +50,7 @@ class _Handler(BaseHTTPRequestHandler):
 
 
 def answers(pages: dict[Path, str], profile: Path) -> list[Any]:
-    """What async scripts return, each inside its page; the test is skipped, and says so, where no Firefox is installed."""
+    """What async scripts return, each inside its page; the test is skipped where no Firefox is installed."""
     program = next((found for name in PROGRAMS if (found := shutil.which(name))), None)
     if program is None:
         lacking(f"needs one of {', '.join(PROGRAMS)}")

@@ -131,7 +131,7 @@ def test_forces_keep_to_contact_law_and_slider(real: xr.Dataset) -> None:
 
 
 def test_forces_change_the_momentum_as_the_kernel_did(real: xr.Dataset) -> None:
-    """M Δv = ∫ (Σ f + weight) dt from the start to any sample, and I Δω = ∫ Σ r × f dt, which no force was fitted to."""
+    """M Δv = ∫ (Σ f + weight) dt from the start to any sample, and I Δω = ∫ Σ r × f dt."""
     force, one = in_weights(real)[:-1], stone(real)
     time, g = real["time"].to_numpy(), 9.80665
     centre = np.stack([one["x"], one["z"]], axis=1)

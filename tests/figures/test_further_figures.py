@@ -1,4 +1,4 @@
-"""The further figures: the same bytes each time, nothing cut at three sizes, curves closed, sense of direction right."""
+"""Further figures: the same bytes each time, nothing cut at three sizes, curves closed, sense of direction right."""
 
 from collections.abc import Callable
 from functools import cache

@@ -1,4 +1,4 @@
-"""The page of a record's time histories: the same each time, with what it is to show, and no heavier than it must be."""
+"""The page of a record's time histories: the same each time, with what it is to show, and light."""
 
 import re
 

@@ -20,7 +20,8 @@ def drawn(path: Path, small: bool) -> str:
     with style():
         figure, axes = plt.subplots(1, 2)
         axes[0].loglog([1, 10, 1e4], [1e-3, 1, 1e3], marker="o", label="a < b & c")
-        axes[1].scatter(*random.random((2, 50)), c=["#ff0000", "#00ff00"] * 25, linewidths=0, antialiaseds=False, rasterized=True)  # fmt: skip
+        axes[1].scatter(*random.random((2, 50)), c=["#ff0000", "#00ff00"] * 25, linewidths=0, antialiaseds=False,
+        rasterized=True)  # fmt: skip
         axes[1].set_title("µ · H/B")
         axes[0].legend()
         if small:
@@ -59,6 +60,7 @@ def test_neighbouring_ticks_are_one_path_at_their_places() -> None:
     use = '<g><use xlink:href="#m" x="{}.1234567" y="2" style="stroke: #222"/></g>'
     made = compact(
         '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"><g id="axes">'
-        f'<defs><path id="m" d="M 0 0 \nL 0 3.5 \n" style="fill: none"/></defs>{use.format(10)}{use.format(20)}</g></svg>'
+        '<defs><path id="m" d="M 0 0 \nL 0 3.5 \n" style="fill: none"/></defs>'
+        f"{use.format(10)}{use.format(20)}</g></svg>"
     )
     assert '<path style="stroke: #222; fill: none" d="M 10.12 2 L 10.12 5.5 M 20.12 2 L 20.12 5.5" />' in made

@@ -16,7 +16,8 @@ from overturning.figures.film_page import write_film_page
 from overturning.motion.motion import Motion
 
 WAIT = """
-const until = async (holds) => { for (let i = 0; i < 400 && !holds(); i++) await new Promise((done) => setTimeout(done, 50));
+const until = async (holds) => {
+  for (let i = 0; i < 400 && !holds(); i++) await new Promise((done) => setTimeout(done, 50));
   if (!holds()) throw new Error(`did not come true: ${holds}`); };
 """
 PRESS = (
@@ -33,7 +34,8 @@ press('s'); film.querySelector('.film-play').click();
 await until(() => film.dataset.state === 'ended');
 look();
 const words = [...document.querySelectorAll('.film-outcome')].map((outcome) => outcome.textContent);
-const canvas = document.querySelector('canvas'), pixels = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+const canvas = document.querySelector('canvas');
+const pixels = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
 const inked = pixels.data.filter((value, index) => index % 4 === 0 && value === 0xc9).length > 500;
 return {{seen, words, inked, wide: document.documentElement.scrollWidth <= innerWidth}};
 """

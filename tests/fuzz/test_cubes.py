@@ -46,7 +46,7 @@ def cube(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 
 
 def look_at(path: Path) -> None:
-    """Look around in a cube that comes from elsewhere, by the command; its page has two scripts, its data and its own."""
+    """Look around in a cube from elsewhere, by the command; its page has two scripts, its data and its own."""
     assert write_explorer  # imported, so that a child need not
     page = path.with_suffix(".html")
     page.unlink(missing_ok=True)

@@ -14,7 +14,7 @@ TIME = np.arange(0, 60, DT)
 
 
 def made(ahead: float, noise: float, seed: int = 3, drift: float = 0.0) -> np.ndarray:
-    """White noise of a standard deviation, and from ``ahead`` s on a signal a hundred times as strong that dies away."""
+    """White noise of a standard deviation; from ``ahead`` s on a signal a hundred times as strong that dies away."""
     random = np.random.default_rng(seed)
     envelope = np.where(ahead <= TIME, np.exp(-(TIME - ahead) / 10), 0.0)
     return noise * random.normal(size=TIME.size) + envelope * random.normal(size=TIME.size) + drift * TIME

@@ -37,8 +37,8 @@ def peer(name: str) -> Any:
     """A package that the tests compare with; its absence is a failure where skipping is forbidden."""
     if name == "pyrotd":
         # It asks pkg_resources for its own version, which newer setuptools no longer bring.
-        stub = types.ModuleType("pkg_resources")
-        stub.get_distribution = lambda n: types.SimpleNamespace(version=importlib.metadata.version(n))  # type: ignore[attr-defined]
+        stub: Any = types.ModuleType("pkg_resources")
+        stub.get_distribution = lambda name: types.SimpleNamespace(version=importlib.metadata.version(name))
         sys.modules.setdefault("pkg_resources", stub)
     if "OVERTURNING_NO_SKIP" in os.environ:
         return importlib.import_module(name)
@@ -198,7 +198,7 @@ if sys.version_info >= (3, 12):
 
 
 def test_jma_intensity_of_a_steady_sine():
-    """1 Gal at f on one axis for a minute: a₀ is the amplitude at which |sin| is exceeded for 0.3 s, nearly the peak."""
+    """1 Gal at f on one axis for a minute: a₀ is the amplitude that |sin| exceeds for 0.3 s, nearly the peak."""
     time = np.arange(0, 60, 0.01)
     for frequency in (0.5, 1.0, 5.0):
         wave = 0.01 * np.sin(2 * np.pi * frequency * time)
@@ -245,7 +245,7 @@ def test_jma_intensity_needs_three_components_and_0_3_seconds():
 
 
 def test_cumulative_measures_of_a_sine():
-    """Whole cycles of A sin: Arias πA²T/(4g), CAV 2AT/π; a constant envelope has 90 % of its energy in 90 % of its time."""
+    """Whole cycles of A sin: Arias πA²T/(4g), CAV 2AT/π; 90 % of the energy comes in 90 % of the time."""
     time = np.arange(0, 10.0005, 0.001)
     motion = Motion(3 * np.sin(2 * np.pi * 2 * time), 0 * time, sampling_interval=0.001)
     azimuths = [0, 60, 90]
@@ -328,7 +328,7 @@ def test_senseless_periods_are_refused(periods):
 
 
 def test_no_rotated_motion_is_held():
-    """360 rotated motions of 300 s would be 86 MB each of acceleration, velocity and displacement; the work needs a fraction of one."""
+    """Acceleration, velocity, displacement of 360 rotated motions of 300 s would be 86 MB each; a part is used."""
     import tracemalloc
 
     motion = Motion(*np.random.default_rng(2).normal(size=(2, 30_000)), sampling_interval=0.01)

@@ -27,10 +27,11 @@ WADL = (
     '<application xmlns="http://wadl.dev.java.net/2009/02"><resources base="{}"><resource path="query">'
     '<method name="GET" id="query"><request>{}</request></method></resource></resources></application>'
 )
+BOX = "minlatitude maxlatitude minlongitude maxlongitude"
 PARAMETERS = {
     "dataselect": "network station location channel starttime endtime",
-    "station": "network station location channel starttime endtime level minlatitude maxlatitude minlongitude maxlongitude",
-    "event": "eventid starttime endtime minlatitude maxlatitude minlongitude maxlongitude mindepth maxdepth minmagnitude maxmagnitude orderby",
+    "station": f"network station location channel starttime endtime level {BOX}",
+    "event": f"eventid starttime endtime {BOX} mindepth maxdepth minmagnitude maxmagnitude orderby",
 }
 
 

@@ -5,6 +5,7 @@ import subprocess
 import sys
 import tarfile
 import zipfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +21,7 @@ COUNTS = np.arange(-100, 100) * 1000
 NS, EW = knet_text(COUNTS).encode(), knet_text(COUNTS[::-1], direction="E-W").encode()
 
 
-def tar_of(members: dict[str, bytes], extra: list[tarfile.TarInfo] = (), mode: str = "w:gz") -> bytes:  # type: ignore[assignment]
+def tar_of(members: dict[str, bytes], extra: Sequence[tarfile.TarInfo] = (), mode: str = "w:gz") -> bytes:
     buffer = io.BytesIO()
     with tarfile.open(fileobj=buffer, mode=mode) as archive:
         for name, data in members.items():

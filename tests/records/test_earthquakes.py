@@ -64,7 +64,7 @@ def test_an_origin_time_that_is_none_is_refused(tmp_path: Path, text: str) -> No
 
 
 def test_one_name_with_two_origins_is_two_earthquakes() -> None:
-    """Foreshock and mainshock of Kumamoto, 28 h apart; a third record without an origin counts as the first and is told."""
+    """Foreshock and mainshock of Kumamoto, 28 h apart; a record without an origin counts as the first and is named."""
     found = told_apart(
         entry("fore", "Kumamoto 2016", origin_time="2016-04-14T12:26:36Z"),
         entry("main", "Kumamoto 2016", origin_time="2016-04-15T16:25:06Z"),

@@ -27,7 +27,7 @@ A, B, C = (np.round(random.normal(0, 50, 210), 1) for _ in range(3))
 
 
 def turned(first, first_deg, second, second_deg):
-    """North and east by projecting onto each axis's own direction (right angles only): independent of the package's solver."""
+    """North and east by projecting onto each axis's own direction (right angles only), not by the package's solver."""
     north = first * math.cos(math.radians(first_deg)) + second * math.cos(math.radians(second_deg))
     east = first * math.sin(math.radians(first_deg)) + second * math.sin(math.radians(second_deg))
     return north, east

@@ -243,7 +243,7 @@ def test_the_last_line_is_whole_where_it_ends_or_is_flush(count, end):
 
 
 def test_a_real_file_agrees_with_its_own_header():
-    """Obspy brings one K-NET file for its own tests; it is read from there, for NIED's files may not be redistributed."""
+    """Obspy brings one K-NET file for its own tests; NIED's files may not be redistributed."""
     import obspy
 
     path = Path(obspy.__file__).parent / "io" / "nied" / "tests" / "data" / "test.knet"

@@ -48,7 +48,7 @@ def write(folder: Path, form: str) -> list[Path]:
 
 
 def objection(paths: list[Path], good: Record, newlines: int = 1) -> str:
-    """What is wrong with how files are met, or nothing: they are refused by name, or read to the numbers of the whole file."""
+    """What is wrong with how files are met, or nothing: refused by name, or read to the numbers of the whole file."""
     try:
         with bounded():
             record = read_path(paths, options=OPTIONS)

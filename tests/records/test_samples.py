@@ -78,7 +78,7 @@ PAPER = [p for folder in (SAMPLES, ROOT / "resources" / "records") for p in fold
 if PAPER:
 
     def test_the_published_spectrum_intensity_of_ttrh02():
-        """KiK-net TTRH02, 2000-10-06, surface, NS: SI (h = 0.2) 113 cm/s. NIED's files are the user's own; none is here."""
+        """KiK-net TTRH02, 2000-10-06, surface, NS: SI (h = 0.2) 113 cm/s. NIED's files are not here."""
         entry = RecordEntry(id="ttrh02", format="kik-net", source="TTRH020010061330")
         record = process(read_record(entry, PAPER[0].parent), [RemoveMean()])
         assert spectrum_intensity(Motion.of(record), [0])[0] * 100 == pytest.approx(113, abs=1)

@@ -27,7 +27,8 @@ def test_recheck_without_motions(hostile: Path, tmp_path: Path, capsys: pytest.C
 def test_survey(hostile: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     stones, figure = tmp_path / "stones.csv", tmp_path / "survey.svg"
     stones.write_text(
-        "fell,azimuth_deg,octant,count,b_over_h,face_azimuth_deg\nyes,60,,2,,\nyes,,SW,3,,\nno,,,1,0.4,60\nyes,240,,1,0.2,60\n"
+        "fell,azimuth_deg,octant,count,b_over_h,face_azimuth_deg\n"
+        "yes,60,,2,,\nyes,,SW,3,,\nno,,,1,0.4,60\nyes,240,,1,0.2,60\n"
     )
     assert (
         run("survey", str(stones), "--cube", str(hostile / "cube.nc"), "--record", "one", "--figure", str(figure)) == 0

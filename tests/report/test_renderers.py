@@ -74,7 +74,8 @@ def everything(tmp_path: Path) -> Report:
     figure.path.write_text(SQUARE, encoding="utf-8")
     table = Table((HARM, HARM, HARM, HARM), ((HARM, HARM, HARM, HARM), ("b", "–", "one", "f" * 64)), "tnlc", HARM, True)
     blocks: tuple[Block, ...] = (
-        Answer((HARM, HARM)), Link(HARM, "beside.html"), Paragraph(HARM), Note(HARM), Caution(HARM), Bullets((HARM, HARM)), Code(HARM), figure, table,
+        Answer((HARM, HARM)), Link(HARM, "beside.html"), Paragraph(HARM), Note(HARM), Caution(HARM),
+        Bullets((HARM, HARM)), Code(HARM), figure, table,
         Table(("", ""), ((HARM, HARM),)), Film({"title": HARM}, HARM), Row((figure, table), (1.0, 2.0)),
         Disclosure(HARM, (Row((figure,)),)), Section(HARM, (Section(HARM, (Paragraph(HARM),)),), HARM, together=True),
     )  # fmt: skip

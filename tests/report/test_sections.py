@@ -271,7 +271,8 @@ def test_a_mean_is_not_given_where_falls_go_every_way() -> None:
     uniform = xr.Dataset(
         {"overturned": (dims, side[None, :, None, :, None])},
         coords={
-            "azimuth": azimuth, "height": [0.6], "b_over_h": [0.2, 0.3], "friction": [1.0], "fault_normal": ("record", [30.0]),
+            "azimuth": azimuth, "height": [0.6], "b_over_h": [0.2, 0.3], "friction": [1.0],
+            "fault_normal": ("record", [30.0]),
         },
     )  # fmt: skip
     (cells,) = record_directions(uniform)

@@ -13,7 +13,10 @@ from tiny_studies import pulse_record
 
 TOWARDS = "octant,count\nNE,14\n"
 ANY_WAY = "azimuth_deg\n" + "\n".join(str(angle) for angle in range(5, 360, 18)) + "\n"
-FACES = "azimuth_deg,b_over_h,b_over_h_side,face_azimuth_deg,fell,count\n,0.2,0.9,60,no,1\n240,0.2,0.9,60,yes,2\n60,0.2,0.9,60,yes,6\n"
+FACES = (
+    "azimuth_deg,b_over_h,b_over_h_side,face_azimuth_deg,fell,count\n"
+    ",0.2,0.9,60,no,1\n240,0.2,0.9,60,yes,2\n60,0.2,0.9,60,yes,6\n"
+)
 
 
 @pytest.fixture(scope="module")

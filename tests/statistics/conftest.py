@@ -44,7 +44,7 @@ def build_cube(
 
 
 def sector_rule(axis: float, half_width: float, largest: float = 1.0, side: int = 1) -> Rule:
-    """Falls where the plane is within ``half_width`` of ``axis`` and B/H ≤ ``largest``, towards ``axis`` if side is 1."""
+    """Falls where the plane is within ``half_width`` of ``axis`` and B/H ≤ ``largest``; to ``axis`` if side is 1."""
 
     def rule(azimuth: np.ndarray, height: np.ndarray, slender: np.ndarray, friction: np.ndarray) -> np.ndarray:
         offset = (azimuth - axis + 180) % 360 - 180

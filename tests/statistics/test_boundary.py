@@ -15,7 +15,7 @@ def test_all_crossings_are_found() -> None:
 
 
 def test_every_crossing_has_its_interval() -> None:
-    """Falls, stands, falls, stands: each crossing with the nearest of either scramble at which falling likewise ends."""
+    """Falls, stands, falls, stands: each crossing with the nearest likewise of either scramble."""
     grid = [0.1, 0.2, 0.3, 0.4, 0.5]
     whole, one, two = [1, 0, 1, 1, 0], [1, 0.25, 1, 1, 0], [1, 0, 0.25, 1, 0]
     assert crossing_values(whole, grid, 3) == pytest.approx([0.15, 0.25, 0.45])

@@ -41,7 +41,7 @@ def test_blocks_near_the_boundary_fall_in_some_planes_and_in_at_most_half() -> N
 
 
 def test_something_falls_where_any_element_does() -> None:
-    """Of five cases one has no outcome; in the others none, the lintel, a pillar before the lintel, and the pillar fall."""
+    """Of five cases one has no outcome; in the others none, the lintel, a pillar before it, and the pillar fall."""
     flags = np.array([[[0, 0], [0, 1], [-1, 1], [1, 0], [np.nan, np.nan]]])
     times = np.array([[[np.nan, np.nan], [np.nan, 3.0], [1.0, 2.0], [5.0, np.nan], [np.nan, np.nan]]])
     dims = ("record", "azimuth", "element")

@@ -1,4 +1,4 @@
-"""A cube of half of the azimuths says the same as the whole one: φ and φ + 180° are one plane, seen from either side."""
+"""A cube of half of the azimuths says the same as the whole one: φ and φ + 180° are one plane."""
 
 from collections.abc import Callable
 from types import SimpleNamespace
@@ -42,7 +42,8 @@ def whole() -> xr.Dataset:
         "scramble_difference_towards": gaps, "scramble_difference_away": gaps[::-1],
     }  # fmt: skip
     coordinates: dict[str, Any] = {
-        "azimuth": AZIMUTH.astype(np.int16), "height": [0.6, 0.9], "b_over_h": [0.3, 0.4, 0.5, 0.6], "friction": [0.5, 0.9],
+        "azimuth": AZIMUTH.astype(np.int16), "height": [0.6, 0.9], "b_over_h": [0.3, 0.4, 0.5, 0.6],
+        "friction": [0.5, 0.9],
         "record_id": ("record", ["a", "b"]), "event": ("record", ["A", "B"]), "station": ("record", ["s", "t"]),
         "fault_normal": ("record", [60.0, 215.0]), "pulse": ("record", [1, 1]),
     }  # fmt: skip
@@ -62,7 +63,7 @@ def test_populations_and_fall_rates(half: np.ndarray) -> None:
 
 
 def test_a_stone_that_faces_250_is_answered_by_the_mirrored_plane_70() -> None:
-    """Every plane falls towards its azimuth but 70 and 250, which stand, and 160 and 340: a face of 250 stands, others fall."""
+    """Every plane falls towards its azimuth but 70 and 250, which stand; of 160 and 340 a face of 250 stands."""
     cube = whole().isel(azimuth=FIRST)
     stands = cube["azimuth"].isin([70, 160])
     cube["overturned"] = xr.where(stands, 0.0, 1.0).broadcast_like(cube["overturned"]).transpose(*DIMENSIONS)

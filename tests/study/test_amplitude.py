@@ -19,7 +19,8 @@ from overturning.study.sections import Verification
 from overturning.study.sweep import sweep_record
 
 SMALL = {
-    "name": "small", "records": {"use": ["a"]}, "azimuth": {"step": 45}, "b_over_h": [0.15, 0.25, 0.4], "friction": [0.7],
+    "name": "small", "records": {"use": ["a"]}, "azimuth": {"step": 45}, "b_over_h": [0.15, 0.25, 0.4],
+    "friction": [0.7],
     "ensemble": {"members": 8},
 }  # fmt: skip
 PULSE = 4.0 * np.sin(2 * np.pi * np.arange(101) / 100)

@@ -141,7 +141,7 @@ def test_spread_is_that_of_the_members_run_one_by_one(motion: Motion, nominal: d
 def test_directions_are_run_in_pieces_that_hold_no_more_than_they_may(
     motion: Motion, monkeypatch: pytest.MonkeyPatch, name: str, most: int
 ) -> None:
-    """Eight members under 400 samples in each of six directions of ten cells: two directions at a time are as many as may be."""
+    """Eight members under 400 samples in each of six directions of ten cells: two directions at a time may be."""
     grid = Grid(AZIMUTH, np.array([0.6, 1.2]), GRID.b_over_h, np.array([1.0]))
     members = draw_members(Ensemble(members=8))
     nothing = {name: np.zeros(grid.shape, np.int8) for name in ("overturned", "mirrored")}

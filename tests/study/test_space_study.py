@@ -134,7 +134,8 @@ def test_ensemble_is_its_members_one_by_one(cube: xr.Dataset, settings: Study, m
     for i in range(members.size):
         scaled = Motion(motion.north * members.amplitude[i], motion.east * members.amplitude[i], sampling_interval=0.01)
         one = simulate_in_space_arrays(
-            scaled, orientation_deg=[45.0 + members.azimuth_deg[i]], height=[0.6], b_over_h=[0.25 * members.b_over_h[i]],
+            scaled, orientation_deg=[45.0 + members.azimuth_deg[i]], height=[0.6],
+            b_over_h=[0.25 * members.b_over_h[i]],
             friction=[0.7 * members.friction[i]],
         )  # fmt: skip
         falls.append(int(one["overturned"].item()))

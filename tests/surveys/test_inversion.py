@@ -33,7 +33,7 @@ def candidate(period: float, event: str = "", east: float = 0.0) -> Candidate:
 
 
 def ruled(one: Candidate, aspect: float, nodes: list[tuple[int, int]], threads: int) -> np.ndarray:
-    """A stone falls where PGV exceeds 3 m/s times B/H times √(H/m), to the north or, under a second motion, the south."""
+    """A stone falls where PGV exceeds 3 m/s · B/H · √(H/m), to the north or, under a second motion, the south."""
     height, shape = (grid[np.array(nodes)[:, i]] for i, grid in enumerate((HEIGHTS, SHAPES)))
     falls = 3 * (shape * np.sqrt(height))[:, None] < LEVELS
     way = np.where(falls, 0 if one.name == "0.5 s" else WAYS // 2, STOOD)

@@ -97,7 +97,7 @@ def test_places_between_two_of_the_grid_are_linear_in_the_mean() -> None:
 
 
 def test_a_stone_that_rocks_takes_no_friction_at_which_its_cell_slides() -> None:
-    """µ of 0.5 lies between 0.33 and 0.58: above B/H = 0.4 it rocks as at 0.58, below B/H = 0.55 it slides as at 0.33."""
+    """µ = 0.5 is between 0.33 and 0.58: above B/H = 0.4 it rocks as at 0.58, below 0.55 it slides as at 0.33."""
     count = 200
     stones = Stones(
         *(np.full(count, value) for value in (0.6, 0.4, 0.5, 0.0)), np.tile((np.arange(count) + 0.5) / count, (3, 1))
@@ -127,8 +127,9 @@ def test_a_stone_of_which_one_plane_is_unknown_is_unknown() -> None:
 
 
 def test_rotated_in_space_by_hand() -> None:
-    """Of four square stones one falls, one is shifted, one rotated, one both; a turn of the face by 90° changes nothing."""
-    values = {"overturned": [1, 0, 0, 0], "fall_azimuth": [40, np.nan, np.nan, np.nan], "residual_twist": [np.nan, 2, -30, 30],
+    """Of four square stones one falls, one is shifted, one rotated, one both; turned by 90° they are the same."""
+    values = {"overturned": [1, 0, 0, 0], "fall_azimuth": [40, np.nan, np.nan, np.nan], "residual_twist": [np.nan, 2,
+    -30, 30],
               "residual_slip_north": [9, 0.03, 0, 0.03], "residual_slip_east": [9, 0.04, 0, 0.04]}  # fmt: skip
     grid = {"orientation": [0, 30, 45, 60], "height": [0.7], "b_over_h": [0.5], "aspect": [1.0], "friction": [0.7]}
     site = xr.Dataset({name: (tuple(grid), np.reshape(v, (4, 1, 1, 1, 1))) for name, v in values.items()}, grid)

@@ -1,4 +1,4 @@
-"""Statistics of a cube hold a part of it at a time: a record more enlarges them by a share of what it has in the cube."""
+"""Statistics of a cube hold a part of it at a time: a record more enlarges them by a share of it."""
 
 import tracemalloc
 from collections.abc import Callable, Iterator

@@ -1,4 +1,4 @@
-"""No case of a shipped scene is silent, on a small sample; what is out of reach is marked or refused; the checks find what is wrong."""
+"""No case of a shipped scene is silent, on a small sample; what is out of reach is marked or refused."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -109,15 +109,18 @@ def test_a_scene_that_its_weight_presses_in_too_far_is_marked(name: str) -> None
 # sides: number, height, B/H, μ, peak (m/s²), upward over horizontal peak, sampling interval (s), density, contact,
 # step.
 DIFFER = (
-    (53, 0.02617, 0.4, 0.1355, 77.16, 0.419, 0.02622, 8414.0, {"static_penetration": 9.638e-8, "damping_ratio": 1.174}, "auto"),
-    (115, 0.3435, 0.3954, 0.5694, -40.97, 0.0, 0.03813, 8441.0, {"static_penetration": 2.751e-4, "damping": 3500.0}, "0.2061 stable"),
-    (122, 1.248, 0.4, 2.55, 132.7, 0.7847, 0.005461, 11520.0, {"static_penetration": 3.014e-7, "damping_ratio": 2.393e-3}, "0.5228 stable"),
+    (53, 0.02617, 0.4, 0.1355, 77.16, 0.419, 0.02622, 8414.0, {"static_penetration": 9.638e-8, "damping_ratio": 1.174},
+    "auto"),
+    (115, 0.3435, 0.3954, 0.5694, -40.97, 0.0, 0.03813, 8441.0, {"static_penetration": 2.751e-4, "damping": 3500.0},
+    "0.2061 stable"),
+    (122, 1.248, 0.4, 2.55, 132.7, 0.7847, 0.005461, 11520.0, {"static_penetration": 3.014e-7,
+    "damping_ratio": 2.393e-3}, "0.5228 stable"),
 )  # fmt: skip
 
 
 @pytest.mark.parametrize("stone", DIFFER, ids=lambda stone: str(stone[0]))
 def test_where_the_kernels_have_other_flags_they_go_to_one_limit(stone: tuple[Any, ...]) -> None:
-    """With Cundall's scheme they compute the same motion; with their centred ones the same side once the step is fine."""
+    """With Cundall's scheme they compute one motion; with their centred ones the same side once the step is fine."""
     number, height, ratio, friction, peak, vertical, interval, density, law, step = stone
     generator = np.random.Generator(np.random.PCG64([7, number]))
     north = generator.uniform(-abs(peak), abs(peak), 256) * np.sign(peak)

@@ -78,7 +78,8 @@ def test_errors_in_the_words_of_the_steps(
     ("text", "said"),
     [
         (
-            'WorkflowError in file "/a/common.smk", line 36:\nrecord p1: x is not there;\n       nor y\n  File "/a/c.smk", line 3',
+            'WorkflowError in file "/a/common.smk", line 36:\nrecord p1: x is not there;\n       nor y\n'
+            '  File "/a/c.smk", line 3',
             "error: record p1: x is not there;\n       nor y\n",
         ),
         ("WorkflowError:\nNo rule makes that.", "error: No rule makes that.\n"),

@@ -41,7 +41,7 @@ def objection(kind: Kind, place: Place, dice: random.Random, seconds: float, wan
 def put(
     kinds: Sequence[tuple[Kind, int]], folder: Path, seed: int = SEED, brief: bool = False
 ) -> dict[str, tuple[int, int]]:
-    """Put faults of each kind to a study; how many of how many of a kind it outlived, and a line of each on the terminal.
+    """Put faults of each kind to a study; print a line of each; return how many of how many of a kind it outlived.
 
     A brief look uses the kernels that are there and does not ask whether a further run has nothing to do.
     """

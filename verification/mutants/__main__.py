@@ -1,4 +1,4 @@
-"""`python -m verification.mutants`: put mutants to the tests, keep what became of each, and list those that no test noticed."""
+"""`python -m verification.mutants`: put mutants to the tests, and list those that no test noticed."""
 
 import csv
 import time

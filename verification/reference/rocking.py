@@ -121,7 +121,7 @@ keep_compiled(rock)
 def rocking_outcome(
     acceleration: ArrayLike, sampling_interval: float, height: float, b_over_h: float, *, aftermath: float = 20.0
 ) -> tuple[int, float]:
-    """Which way a block that rocks without sliding falls, +1 towards +s, −1 towards −s, 0 standing, and its largest abs(θ)/α.
+    """Side to which a block that rocks without sliding falls, +1, −1 or 0 for standing, and its largest abs(θ)/α.
 
     The acceleration of the base, m/s² towards +s, is linear between the samples and zero after them; the block is H
     metres high, and followed for ``aftermath``/p after the record.

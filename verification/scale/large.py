@@ -1,4 +1,4 @@
-"""What large studies take, measured in processes of their own: a chunk of a sweep, gathering, statistics and figures."""
+"""What large studies take, each in a process of its own: a chunk of a sweep, gathering, statistics and figures."""
 
 import os
 import shutil
@@ -91,7 +91,7 @@ def measure_gather(
 def measure_lazily(
     folder: Path, records: int = 100, grid: dict[str, object] | None = None, cube: str = "made cube"
 ) -> list[Figure]:
-    """All statistics, figures and the report of a made cube larger than memory may be; in the figures it has that name."""
+    """All statistics, figures and the report of a made cube larger than memory; in the figures it has that name."""
     study = made_study(records, grid)
     write_study(study, folder / "study.json")
     write_made_motions(study, folder / "motion")

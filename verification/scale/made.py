@@ -128,7 +128,7 @@ def write_study(study: Study, path: Path) -> None:
 
 
 def write_made_cube(study: Study, path: Path, different: int, variant: str = NOMINAL) -> None:
-    """A cube whose first records are gathered from made parts, and the others their copies, chunk of the file by chunk."""
+    """A cube whose first records are gathered from made parts, the others their copies, chunk by chunk of the file."""
     import h5py
     from netCDF4 import Dataset
 

@@ -66,7 +66,7 @@ def planned(records: int) -> Planned:
 
 
 def measure_planning(few: int = 20, many: int = 220) -> list[Figure]:
-    """Time and memory that a record more takes Snakemake to plan, from two studies; the longest command of the larger."""
+    """Time and memory that a record more takes Snakemake to plan, from two studies; the larger's longest command."""
     less, more = planned(few), planned(many)
     per_record = {
         "time": ((more.seconds - less.seconds) / (many - few), "s"),

@@ -73,7 +73,7 @@ class Folder:
         return self.folder / "results" / "scale" / "cube.nc"
 
     def run(self, way: str, *options: str, file: str = CUBE) -> Run:
-        """Run the study up to a file of its results, by Snakemake; a RuntimeError with what it says where that fails."""
+        """Run the study up to a file of its results; a RuntimeError with what Snakemake says where that fails."""
         search = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
         command = ["timeout", "-s", "KILL", str(_PATIENCE), "snakemake", "--configfile", "study.yaml", *options]
         begin, made = time.perf_counter(), self.cube.with_name(file)
@@ -102,7 +102,7 @@ def local(study: str, cores: int, chunks: int, file: str = CUBE) -> Run:
 
 
 def on_slurm(study: str = STUDY, chunks: int = 3, files: tuple[str, ...] = (CUBE,)) -> list[Run]:
-    """By the profile for SLURM on a cluster of one node, one file of the results after another; none where there is none."""
+    """By the profile for SLURM on a cluster of one node, one result after another; none where there is none."""
     if missing():
         return []
     words = f"SLURM, one node of two cores, {chunks} chunks of each record"

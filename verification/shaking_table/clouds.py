@@ -54,7 +54,8 @@ def _rectangles_fell(motion: Motion, rows: Rows, threads: int) -> NDArray[np.boo
 
 def _prisms_fell(motion: Motion, rows: Rows, threads: int) -> NDArray[np.bool_]:
     cases = SpaceCases(
-        rows["orientation"], rows["height"], rows["b_over_h"], ASPECT, rows["friction"], rows["amplitude"], rows["damping"]
+        rows["orientation"], rows["height"], rows["b_over_h"], ASPECT, rows["friction"], rows["amplitude"],
+        rows["damping"]
     )  # fmt: skip
     numerics = Numerics(scheme=SPACE_SCHEMES[0], threads=threads)
     return np.asarray(run_in_space(Rectangle(), motion, cases, numerics).overturned == 1)

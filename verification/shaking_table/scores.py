@@ -48,7 +48,7 @@ def interval(values: FloatArray) -> tuple[float, float]:
 
 
 def reliability(p: FloatArray, fell: NDArray[np.bool_], motion: NDArray[np.str_], draws: int = DRAWS) -> list[Bin]:
-    """Share that fell in bins of probability, with intervals by motion; bins with fewer than five tests are left out."""
+    """Share that fell in bins of probability, with intervals by motion; bins of fewer than five tests are left out."""
     edges = np.array([0, 0.05, 0.2, 0.4, 0.6, 0.8, 0.95, 1.0 + 1e-9])
     place = np.searchsorted(edges, p, side="right") - 1
     samples = drawn_motions(motion, draws)

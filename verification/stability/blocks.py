@@ -162,7 +162,7 @@ def demand_of(motion: Motion) -> float:
 def step_ratio(
     case: StabilityCase, square: FloatArray, rate: FloatArray, interval: float, period: FloatArray | None = None
 ) -> float:
-    """Δt/Δt_stable of a case, from the highest eigenvalues of springs and dashpots; what was asked for where it is refused."""
+    """Δt/Δt_stable of a case, from the highest eigenvalues of springs and dashpots; what was asked for if refused."""
     scheme = scheme_of(case.scheme)
     try:
         per_sample = float(steps_per_sample(scheme, case.time_step, square, rate, interval, period)[0])

@@ -26,7 +26,7 @@ SHARE_WITH_VERTICAL: Final = 1 / 3
 
 @dataclass(frozen=True)
 class StabilityCase:
-    """One case of the map: block, contact and motion, in SI; `verification.stability.blocks.MEANINGS` says what each is."""
+    """One case of the map: block, contact and motion, in SI; `blocks.MEANINGS` says what each is."""
 
     stiffness: float
     damping_ratio: float

@@ -1,4 +1,4 @@
-"""From which rotation an element of a scene has fallen, worked out from its shape and springs, not by the kernel's rule.
+"""From which rotation an element of a scene has fallen, by its shape and springs, not by the kernel's rule.
 
 An element has fallen for good where it can rest on another face, a rectangle at 90°. An overdamped stone that falls on
 its side creeps towards that angle and need not reach it. One that ends past its tipping angle, that has dropped or that
@@ -93,7 +93,7 @@ def _asked(prepared: Prepared) -> FloatArray:
 
 
 def rests_at(item: Placed) -> float:
-    """Least rotation, rad, at which an element can rest on a level but as it stands: its centre is lower than on either side."""
+    """Least rotation, rad, at which an element can rest on a level but as it stands: its centre is lowest there."""
     tilts = [angle for angle, _ in _faces(item)]
     stable = np.array(
         [angle for angle in tilts if _height(item, angle) < min(_height(item, angle + d) for d in (-1e-6, 1e-6))]
@@ -108,7 +108,7 @@ def coming_down(item: Placed, rotation: float) -> float:
 
 
 def _faces(item: Placed) -> list[tuple[float, float]]:
-    """Rotation that brings each face down, rad, and the distance of its ends, m: of any two vertices that are the lowest then."""
+    """Rotation that brings each face down, rad, and the distance of its ends, m: two vertices that are lowest then."""
     found = []
     for first, second in combinations(item.shape.vertices, 2):
         x, z = second - first

@@ -57,7 +57,7 @@ def draw_map(rows: pd.DataFrame, path: Path) -> None:
 
 
 def draw_scenes(rows: pd.DataFrame, path: Path) -> None:
-    """Draw every case of each shipped scene over acceleration and three more groups; the threshold of rocking is the scene's."""
+    """Draw every case of each scene over acceleration, by the scene's threshold of rocking, and three groups."""
     import matplotlib.pyplot as plt
 
     labels = _LABELS | {"acceleration_ratio": "a / (g · threshold)", "friction_ratio": "µ / threshold"}

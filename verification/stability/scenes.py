@@ -1,4 +1,4 @@
-"""The scene axis of the stability map: how each case of a scene ends, checked without the general kernel's own rules."""
+"""The scene axis of the stability map: how each case ends, checked without the general kernel's own rules."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -156,7 +156,7 @@ def deepest_at_rest(prepared: Prepared) -> float:
 
 
 def rocking_bound(placed: Sequence[Placed]) -> float:
-    """Least |a|/(g + a_up) at which the rigid scene can start to rock: of each element with all above it, arm over height.
+    """Least |a|/(g + a_up) at which the rigid scene can start to rock: arm over height of each with all above it.
 
     Worked out from the shapes alone, for scenes in which each element stands in the middle of one other.
     """

@@ -22,7 +22,7 @@ HALVINGS: Final = 15
 """Of the bracket of an overturning boundary: it is then known to 3e-7 of B/H."""
 
 AT_ONCE: Final = 3
-"""Halvings, at most, whose middles are run together to fill the kernel's columns; the answer is that of one after another."""
+"""Halvings, at most, whose middles are run together to fill the kernel's columns; the answer is the same."""
 
 BRACKET: Final = 0.005
 """Half the bracket's width, as a share of B/H, in which a method's boundary is looked for."""

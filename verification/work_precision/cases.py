@@ -1,4 +1,4 @@
-"""The cases on which error is set against run time: real records with and without sliding, sine pulses, sliding blocks."""
+"""The cases on which error is set against run time: records with and without sliding, sine pulses, sliding blocks."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Error against run time on six real records: schemes over time steps, springs over stiffness, and the energy balance."""
+"""Error against run time on six records: schemes over time steps, springs over stiffness, the energy balance."""
 
 from typing import Any, Final
 
@@ -76,7 +76,7 @@ def against_finer_steps(kind: str, say: Say) -> list[dict[str, Any]]:
 
 
 def over_stiffness(kind: str, say: Say) -> list[dict[str, Any]]:
-    """Springs over stiffness at the default contact's share of the stable step, against finer steps at the same and at the largest stiffness.
+    """Springs over stiffness at the default share of the stable step, against finer steps at the same and the largest.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Error against run time as tables of the docs; the rows that are not shown stand in verification/results/work-precision.csv."""
+"""Error against run time as tables of the docs; all rows stand in verification/results/work-precision.csv."""
 
 from collections.abc import Mapping
 from typing import Any, Final
@@ -131,7 +131,8 @@ def _stiffness(rows: pd.DataFrame) -> str:
     several = ratio.notna() & ~np.isclose(ratio, STATIC_PENETRATION) & (rows["against"] == "finer step")
     names = {"finer step": "the same, finer steps", "stiffest springs": "stiffest, finer steps"}
     lines = [
-        (at.cases_of, _marked(at, f"{at.penetration_ratio:.0e}"), f"{at.seconds_per_case:.2g}", names[at.against], *_errors(at))
+        (at.cases_of, _marked(at, f"{at.penetration_ratio:.0e}"), f"{at.seconds_per_case:.2g}", names[at.against],
+        *_errors(at))
         for at in lines_of(rows[several | (rows["against"] == "stiffest springs")])
     ]  # fmt: skip
     return markdown(("cases", "δ/B", "s per case", "against", *_ERRORS), lines)

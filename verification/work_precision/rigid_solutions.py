@@ -1,4 +1,4 @@
-"""Error against run time, against rigid solutions: Housner's rocking block, the exact sliding block; other engines beside."""
+"""Error and run time against rigid solutions: Housner's rocking block, the exact sliding block; other engines."""
 
 import itertools
 from collections.abc import Sequence

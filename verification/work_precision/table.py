@@ -28,7 +28,7 @@ PENETRATIONS: Final = (2e-3, 2e-4, 2e-5, 2e-6, STATIC_PENETRATION, 2e-8)
 
 SCHEMES: Final = ("centred", "cundall")
 LEAST_EXPLICIT: Final = 0.1
-"""Cundall's scheme is not run in finer steps: its longest is set by the springs, at the default contact a fiftieth of the other's."""
+"""Cundall's scheme is not run in finer steps: the springs set its longest, a fiftieth of the other's by default."""
 
 PARTS: Final = ("rocking", "sliding", "stiffness", "rigid", "energy", "peers")
 """Parts that can be computed beside one another, each a table."""

@@ -1,4 +1,4 @@
-"""Options that belong together, each group declared once as a dataclass and spread over the subcommands that take it."""
+"""Options that belong together, each group declared once and spread over the subcommands that take it."""
 
 import inspect
 from collections.abc import Callable

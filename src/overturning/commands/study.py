@@ -12,7 +12,7 @@ app = typer.Typer(
 
 @app.command()
 def check(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> None:
-    """Find what a run would find: wrong keys, missing and damaged files, too many cases. Says what a run takes, about."""
+    """Find what a run would find: wrong keys, missing and damaged files, too many cases; and about what it takes."""
     from overturning.study.check import check_files, check_records, check_size
     from overturning.study.load import load_study
     from overturning.surveys.stones import read_survey

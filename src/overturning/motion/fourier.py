@@ -8,7 +8,7 @@ from overturning.errors import ArgumentError
 
 
 def amplitude_spectrum(acceleration: ArrayLike, sampling_interval: float) -> tuple[FloatArray, FloatArray]:
-    """Fourier amplitude |∫ a exp(−2πift) dt| of one component, and the frequencies of the record, Hz; shape (n // 2 + 1,)."""
+    """Fourier amplitude |∫ a exp(−2πift) dt| of one component, and the frequencies, Hz; shape (n // 2 + 1,)."""
     samples = np.asarray(acceleration, dtype=np.float64)
     if samples.ndim != 1 or samples.size < 2:
         raise ArgumentError(f"acceleration: shape {samples.shape}; a component is one row of at least 2 samples")
@@ -19,7 +19,7 @@ def amplitude_spectrum(acceleration: ArrayLike, sampling_interval: float) -> tup
 
 
 def band_amplitude(acceleration: FloatArray, sampling_interval: float, centres: FloatArray) -> FloatArray:
-    """Root mean square of the Fourier amplitude of one component in bands about evenly spaced centres, Hz, on a log scale.
+    """Root mean square of the Fourier amplitude of one component in bands about logarithmically spaced centres, Hz.
 
     Zeros are put behind a short component until its own frequencies are so dense that every band holds some.
     """

@@ -71,7 +71,7 @@ def measures_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> dict[str, Flo
 
 
 def intensity_by_azimuth(motion: Motion, azimuth_deg: ArrayLike) -> "xarray.Dataset":
-    """The measures of ``MEASURES``, with their units, along azimuths φ, degrees clockwise from north (dimension ``azimuth``)."""
+    """The measures of ``MEASURES`` along azimuths, degrees clockwise from north (dimension ``azimuth``)."""
     import xarray as xr
 
     azimuths = checked_azimuths(azimuth_deg)

@@ -26,7 +26,7 @@ FINEST = 16
 
 
 def checked_periods(period_s: ArrayLike) -> FloatArray:
-    """Periods as a one-dimensional array, s; an ArgumentError where there are none, or one is not positive and finite."""
+    """Periods as a one-dimensional array, s; an ArgumentError without any, or where one is not positive and finite."""
     periods = np.atleast_1d(np.asarray(period_s, dtype=np.float64))
     if periods.ndim != 1 or periods.size == 0 or not (np.isfinite(periods) & (periods > 0)).all():
         raise ArgumentError("period_s: give one or more positive numbers of seconds, in one row")
@@ -36,7 +36,7 @@ def checked_periods(period_s: ArrayLike) -> FloatArray:
 def coefficients(
     period_s: float, damping: float, sampling_interval: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Filter coefficients from ground acceleration to relative displacement and velocity: two numerators, one denominator.
+    """Filter from ground acceleration to relative displacement and velocity: two numerators, one denominator.
 
     The state (d, v) of d̈ + 2hωḋ + ω²d = −a advances by one sample as A (d, v) + B₀ a_k + B₁ a_(k+1), with the matrix
     exponential A of the linear system; its z-transform gives one denominator and two numerators, shape (3,).

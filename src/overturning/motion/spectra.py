@@ -82,7 +82,7 @@ def rotd(
 
 
 def spectrum_intensity(motion: Motion, azimuth_deg: ArrayLike, *, damping: float = 0.20) -> FloatArray:
-    """Housner's spectrum intensity as it is used in Japan: the mean of the velocity spectrum from 0.1 to 2.5 s; m/s, shape (m,).
+    """Housner's spectrum intensity as Japan uses it: mean velocity spectrum from 0.1 to 2.5 s; m/s, shape (m,).
 
     SI = 1/2.4 ∫ S_v(T, h) dT, S_v the largest velocity relative to the ground (Housner 1952; h = 0.20 after Katayama et
     al. 1988; 0.05 is the other variant in use), by the trapezoidal rule over 121 periods.

@@ -118,7 +118,8 @@ class RecordEntry(BaseModel):
     )
     processed: bool | None = Field(
         default=None,
-        description="Whether the samples of a CSV or SAC file have been corrected already (`true`) or are raw (`false`).",
+        description="Whether the samples of a CSV or SAC file have been corrected already (`true`) or are raw "
+        "(`false`).",
     )
     vertical_sense: Literal["up", "down", "none"] | None = Field(
         default=None,
@@ -129,7 +130,8 @@ class RecordEntry(BaseModel):
     )
     trust_data: bool = Field(
         default=False,
-        description="Go on where header and data contradict each other, or the motion's size is none of a ground motion.",
+        description="Go on where header and data contradict each other, or the motion's size is none of a ground "
+        "motion.",
     )
     sha256: str = Field(
         default="",
@@ -149,7 +151,7 @@ class RecordEntry(BaseModel):
 
     @property
     def metadata(self) -> dict[str, Any]:
-        """What the table says of the record for the statistics, by the names of `METADATA`; without what it leaves empty."""
+        """What the table says of the record, by the names of `METADATA`, less what it leaves empty."""
         stated = {name: getattr(self, column) for name, (column, _, _) in METADATA.items()}
         return {name: value for name, value in stated.items() if value not in (None, "")}
 
@@ -201,7 +203,7 @@ def find_files(entry: RecordEntry, data_dir: Path) -> list[SourceFile]:
 
 
 def _located(entry: RecordEntry, data_dir: Path) -> list[tuple[str, Path]]:
-    """Each word of an entry's source with the files, or the archive, that it stands for; a MissingDataError without any."""
+    """Each word of an entry's source with the files or archive that it stands for; a MissingDataError without any."""
     archives = [path for path in _files(data_dir, "*") if _archive_name(path)]
     located: list[tuple[str, Path]] = []
     for word in entry.source.split():

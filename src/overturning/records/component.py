@@ -1,4 +1,4 @@
-"""What a file reader returns: one sensor axis with all that the file says about it; axis names as networks write them."""
+"""What a file reader returns: one sensor axis with what the file says about it; axis names as networks write them."""
 
 import re
 from collections.abc import Mapping
@@ -29,7 +29,7 @@ _NAMED = {word: direction for direction, words in _WORDS.items() for word in wor
 
 
 def parse_axis(text: str) -> Direction:
-    """Azimuth (0 ≤ azimuth < 360 degrees clockwise from north) and vertical sense (+1 up, −1 down, 0 otherwise) of an axis name.
+    """Azimuth, 0 ≤ azimuth < 360 degrees clockwise from north, and vertical sense (+1 up, −1 down, else 0) of an axis.
 
     Names are ``N28W`` (28° from north towards west), ``S90E``, ``270``, ``360 Deg``, ``N``, ``Up``, ``Down``… None and
     0: nothing is known (``H1``, ``RAD``, ``--L``, and a bare ``VERT``, whose sense nobody states).
@@ -49,13 +49,13 @@ def parse_axis(text: str) -> Direction:
 
 
 def is_vertical_of_unknown_sense(text: str) -> bool:
-    """Whether an axis is vertical but nobody says which way up it is: ``V``, ``+V``, ``VER``, ``Vert``, COSMOS code 402."""
+    """Whether an axis is vertical, up or down not being said: ``V``, ``+V``, ``VER``, ``Vert``, COSMOS code 402."""
     word = text.strip().upper().rpartition(":")[2].strip().rstrip(".")
     return word in {"V", "+V", "-V", "VER", "VRT", "VERT", "VERTICAL", "402"}
 
 
 def channel_axis(code: str) -> Direction:
-    """Azimuth and vertical sense of a SEED channel code by its last letter: Z up, N and E within 5° of north and east."""
+    """Azimuth and vertical sense of a SEED channel by its last letter: Z up, N and E within 5° of north and east."""
     return {"Z": (None, 1), "N": (0.0, 0), "E": (90.0, 0)}.get(code[-1:].upper(), UNKNOWN)
 
 
@@ -80,7 +80,7 @@ DEEPEST_VAULT = 3.0
 
 
 def sensor_at(depth_m: float | None = None, text: str = "") -> Sensor:
-    """Which sensor it is whose depth below the surface, or whose place in words, a file states; that of the surface if neither."""
+    """Which sensor it is, by its depth below the surface or its place in words; that of the surface if neither."""
     said = re.search(r"(\d+(?:\.\d+)?)\s*(m|ft|feet)\b\.?\s*(?:deep|depth|below)", text, re.IGNORECASE)
     if said or (said := re.search(r"depth\D{0,5}(\d+(?:\.\d+)?)\s*(m|ft|feet)\b", text, re.IGNORECASE)):
         depth_m = float(said[1]) * (1.0 if said[2].lower() == "m" else 0.3048)

@@ -277,7 +277,7 @@ def _name_and_date(one: _Earthquake) -> tuple[str, str, tuple[int, ...]]:
 
 
 def _resemble(first: tuple[str, str, tuple[int, ...]], second: tuple[str, str, tuple[int, ...]]) -> bool:
-    """Whether two names of one year may be one: no other day or number, and words that are alike or among the other's."""
+    """Whether two names of one year may be one: no other day or number, and words alike or among the other's."""
     (words, _, day), (others, _, other_day) = first, second
     if day and other_day and day != other_day:
         return False

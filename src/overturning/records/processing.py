@@ -57,7 +57,7 @@ def default_steps(record: Record, corner_hz: float | Literal["auto"] = DEFAULT_H
 
 
 def process(record: Record, steps: Sequence[Step] | None, site: Site | None = None) -> Record:
-    """Apply steps in order, :func:`default_steps` of the record where they are None; then take it through the soil of a site.
+    """Apply steps in order, :func:`default_steps` of the record where None; then take it through the soil of a site.
 
     Returns
     -------

@@ -70,7 +70,7 @@ class Cosine(_Wave):
 
 
 class Ricker(_Pulse):
-    """a = A (1 − 2x²) exp(−x²), x = π (t − t₀)/T, the second derivative of a Gaussian (Ricker 1943); cut at |t − t₀| = 1.6 T."""
+    """a = A (1 − 2x²) exp(−x²), x = π (t − t₀)/T, as Ricker (1943); cut at |t − t₀| = 1.6 T."""
 
     shape: Literal["ricker"] = "ricker"
     period_s: float = Field(gt=0, le=1000, description="Inverse of the frequency with the largest amplitude, s.")

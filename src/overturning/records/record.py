@@ -63,7 +63,7 @@ class Record:
 
     @property
     def trusted(self) -> bool:
-        """Whether the user has said to go on where the data contradicts its header or is not the size of a ground motion."""
+        """Whether the user goes on where data contradict the header or are not of the size of a ground motion."""
         return bool(self.extra.get("trusted_data", False))
 
     @property

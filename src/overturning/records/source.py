@@ -1,4 +1,4 @@
-"""What a reader gets: bytes of files, with bounds, or of an archive without unpacking it; what the files do not say themselves."""
+"""What a reader gets: bytes of files or of an archive's members, with bounds; what files do not say themselves."""
 
 import hashlib
 import io

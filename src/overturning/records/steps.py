@@ -40,7 +40,8 @@ class Filter(_Step):
 
     step: Literal["highpass", "lowpass"]  # here for its place among the keys
     corner_hz: Positive | Literal["auto"] = Field(
-        description="Corner frequency; the amplitude there is halved by the two passes. A high-pass filter takes `auto` too."
+        description="Corner frequency; the amplitude there is halved by the two passes. "
+        "A high-pass filter takes `auto` too."
     )
     order: int = Field(default=2, ge=1, le=8, description="Order of each of the two passes.")
 

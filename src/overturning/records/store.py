@@ -26,7 +26,7 @@ def rounded(record: Record) -> Record:
 
 
 def write_motion(record: Record, path: Path | str, unprocessed: Record | None = None) -> None:
-    """Write a record as NetCDF (CF-1.11), under another name first and then moved into place; its folder is made if missing.
+    """Write a record as NetCDF (CF-1.11), under another name first and then moved into place; the folder is made.
 
     What it was before its processing may be written beside it, for those who look at what that did.
     """

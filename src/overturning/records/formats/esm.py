@@ -28,7 +28,7 @@ def detect(source: SourceFile) -> bool:
 
 
 def read(source: SourceFile) -> list[Component]:
-    """Read one component; a RecordError says so where a key is missing, the count is wrong, or it is no acceleration in cm/s²."""
+    """Read one component; a RecordError where a key is missing, the count is wrong, or the unit is not cm/s²."""
     lines = Lines.of(source)
     header: dict[str, tuple[int, str]] = {}
     first = 0

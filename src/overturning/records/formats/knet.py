@@ -60,7 +60,7 @@ def detect(source: SourceFile) -> bool:
 
 
 def read(source: SourceFile) -> list[Component]:
-    """Read one component: counts times gain in m/s², offset still in; a RecordError names the header's line that is wrong."""
+    """Read one component: counts times gain in m/s², offset still in; a RecordError names a wrong header line."""
     header = _header(source)
     rate = header.number("Sampling Freq(Hz)", header["Sampling Freq(Hz)"].removesuffix("Hz"))
     if not 1.0 <= rate <= 100_000.0:

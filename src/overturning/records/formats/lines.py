@@ -1,4 +1,4 @@
-"""Lines of a text file, read strictly: what is not the number that it should be is an error that names file and line."""
+"""Lines of a text file, read strictly: what is not the number that it should be is an error with file and line."""
 
 import re
 from collections.abc import Sequence
@@ -35,7 +35,7 @@ class Header:
 
     @classmethod
     def of(cls, lines: "Lines", stop: int, strip: str = "") -> "Header":
-        """Header of the lines before ``stop``, less the characters ``strip`` ahead of them; the first of a key counts."""
+        """Header of the lines before ``stop``, less the characters ``strip`` before each; the first of a key counts."""
         texts: dict[str, tuple[int, str]] = {}
         for index, line in enumerate(lines.lines[:stop]):
             key, colon, text = line.lstrip(strip).partition(":")
@@ -97,7 +97,7 @@ class Lines:
         return RecordError(f"{self.file} line {self.before + index + 1}: {why}")
 
     def number(self, text: str, index: int, what: str) -> float:
-        """A finite number that fills a text taken from a line; not blank, ``nan``, ``******``, nor two numbers that touch."""
+        """A finite number that fills a text of a line; not blank, ``nan``, ``******``, nor two numbers that touch."""
         match = _NUMBER.fullmatch(text)
         if match is None:
             raise self.error(index, f"{what} is {text.strip()!r}, not a number; correct it or get the file again")
@@ -116,7 +116,7 @@ class Lines:
         return None
 
     def earthquake(self) -> tuple[datetime | None, dict[str, float]]:
-        """Origin time, UTC, and epicentre, degrees, as headers of COSMOS and CSMIP state them; None and empty without."""
+        """Origin time, UTC, and epicentre, degrees, as COSMOS and CSMIP headers state them; None and empty without."""
         origin, places = None, {}
         if found := self.find(r"\bORIGIN:\s*(\d+/\s*\d+/\s*\d+),?\s+(\d+:\s*\d+:\s*\d+)[\d.]*\s*(?:UTC|GMT)"):
             said = re.sub(r"\s", "", f"{found[0][1]}-{found[0][2]}")
@@ -188,7 +188,7 @@ class Lines:
                 raise self.error(len(self.lines) - 1, f"the last number, {words[1]!r}, is cut; get the file again")
 
     def fixed_columns(self, first: int, *, width: int, per_line: int, count: int) -> FloatArray:
-        """Numbers in columns of fixed width, which may touch (FORTRAN ``8F10.3``), ``count`` of them from the line ``first`` on.
+        """Read ``count`` numbers in columns of fixed width that may touch (FORTRAN ``8F10.3``), from line ``first`` on.
 
         Lines after those that hold the numbers are left. A RecordError where lines are missing, or a column holds no
         number.
@@ -227,7 +227,7 @@ class Lines:
         return cells
 
     def fixed_integers(self, first: int, *, width: int, per_line: int, count: int) -> NDArray[np.int64]:
-        """Whole numbers of at most nine digits in columns of fixed width (FORTRAN ``10I8``); see :meth:`fixed_columns`."""
+        """Whole numbers of up to nine digits in fixed columns (FORTRAN ``10I8``); see :meth:`fixed_columns`."""
         values = self.fixed_columns(first, width=width, per_line=per_line, count=count)
         wrong = np.flatnonzero((np.abs(values) >= 1e9) | (values != np.round(values)))
         if wrong.size:

@@ -25,7 +25,7 @@ def detect(source: SourceFile) -> bool:
 
 
 def read(source: SourceFile) -> list[Component]:
-    """Read one component; a RecordError says so where it is no acceleration in g, or the header promises other samples."""
+    """Read one component; a RecordError where it is no acceleration in g, or the header promises other samples."""
     lines = source.lines
     text = Lines.of(source)
     if len(lines) < 5:

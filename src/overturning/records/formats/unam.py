@@ -124,7 +124,7 @@ def _place(header: Header, key: str) -> tuple[float, float]:
 
 
 def _moments(header: Header, keys: dict[str, str]) -> tuple[datetime, datetime]:
-    """Origin time and that of the first sample: its clock on the day of the earthquake, or on the next one where nearer."""
+    """Origin time and that of the first sample: its clock on the day of the earthquake, or the next where nearer."""
     day = header.text(keys["day"])
     moments = []
     for key in (keys["origin"], keys["first"]):

@@ -31,7 +31,7 @@ def _cases(made: Scene) -> Cases:
 
 
 def test_both_schemes_converge_to_one_motion() -> None:
-    """A stack that rocks without falling: the centred scheme's error falls with its step, and what is left is what Cundall's finds."""
+    """A stack that rocks without falling: the centred scheme's error falls with its step, the rest is Cundall's."""
     made = shipped("three-tier")
     height, _ = native_size(made)
     time = np.arange(0, 2, 0.01)

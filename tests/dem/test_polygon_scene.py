@@ -12,7 +12,6 @@ from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.arrays import rests_on_one_face
 from overturning.dem.polygon.geometry import nearest_faces, place, symmetric
 from overturning.dem.polygon.prepare import prepare
-from overturning.dem.polygon.tables import P_AFTER
 from overturning.dem.run import run
 from overturning.dem.scene import Scene, check_scene, load_scene
 from overturning.dem.variables import INT8_MISSING
@@ -94,7 +93,7 @@ def test_a_case_has_twenty_over_p_after_the_record_to_come_to_an_answer(height: 
     motion = still(1.0)
     how = one_case(scene(block("block", 0.4 * height, height)), motion)
     p = np.sqrt(0.75 * 9.80665 / (0.5 * np.hypot(0.4 * height, height)))
-    assert (how.table[0, P_AFTER] - motion.samples) * 0.01 == pytest.approx(20 / p, abs=0.011)
+    assert (how.table["after"][0] - motion.samples) * 0.01 == pytest.approx(20 / p, abs=0.011)
 
 
 @pytest.mark.parametrize(

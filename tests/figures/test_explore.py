@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from chromium import browser
 
 from overturning.errors import ArgumentError
 from overturning.figures import explore
 from overturning.figures.explore import explorer_data, explorer_page, write_explorer
+from tests.figures.chromium import browser
 
 DIMENSIONS = ("record", "azimuth", "height", "b_over_h", "friction")
 BAD = "</script><script>window.hurt = 1</script>"

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from chromium import browser
-from films import BASE, block, two_panels
 
 from overturning.errors import ArgumentError
 from overturning.figures.film import Film, Panel, corners, film_data, view
 from overturning.figures.film_page import film_page, write_film_page
+from tests.figures.chromium import browser
+from tests.figures.films import BASE, block, two_panels
 
 
 def unpack(packed: dict) -> np.ndarray:

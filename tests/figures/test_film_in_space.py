@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from chromium import browser
 
 from overturning.dem.solid.trajectory import trajectory_in_space
 from overturning.errors import ArgumentError
@@ -14,6 +13,7 @@ from overturning.figures.film_movie import write_film_movie
 from overturning.figures.film_page import write_film_page
 from overturning.figures.style import style
 from overturning.motion.motion import Motion
+from tests.figures.chromium import browser
 
 
 @pytest.fixture(scope="module")

@@ -5,11 +5,11 @@ import shutil
 from pathlib import Path
 
 import pytest
-from films import two_panels
 from PIL import Image
 
 from overturning.errors import ArgumentError, MissingDataError
 from overturning.figures.film_movie import write_film_movie
+from tests.figures.films import two_panels
 
 
 def test_gif(tmp_path: Path) -> None:

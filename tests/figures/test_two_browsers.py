@@ -4,16 +4,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from chromium import browser
-from films import two_panels
-from firefox import answers
-from test_explore import cube
 
 from overturning.dem.solid.trajectory import trajectory_in_space
 from overturning.figures.explore import explorer_data, explorer_page
 from overturning.figures.film_in_space import film_in_space
 from overturning.figures.film_page import write_film_page
 from overturning.motion.motion import Motion
+from tests.figures.chromium import browser
+from tests.figures.films import two_panels
+from tests.figures.firefox import answers
+from tests.figures.test_explore import cube
 
 WAIT = """
 const until = async (holds) => {

@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 import yaml
 from hypothesis import strategies as st
-from malformed_corpus import COUNTS, WHOLE
-from seed_writers import write_inventory, write_mseed, write_sac
 
 from overturning.dem.scene import load_scene
 from overturning.dem.solid.mesh import read_mesh
@@ -20,6 +18,8 @@ from overturning.study.check import check_files, check_size
 from overturning.study.load import load_study
 from overturning.surveys.stones import read_survey
 from tests.fuzz.spoiling import edited, fuzz, met, spoilt, wrong_tree
+from tests.records.malformed_corpus import COUNTS, WHOLE
+from tests.records.seed_writers import write_inventory, write_mseed, write_sac
 
 ROOT = Path(__file__).parents[2]
 BOMB = "a: &a [x,x,x,x,x,x,x,x,x]\n" + "".join(

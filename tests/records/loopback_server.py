@@ -9,7 +9,8 @@ from urllib.parse import parse_qs, urlsplit
 
 import numpy as np
 import obspy
-from seed_writers import START, trace, write_inventory
+
+from tests.records.seed_writers import START, trace, write_inventory
 
 BODY = bytes(range(256)) * 2000
 HASH = hashlib.sha256(BODY).hexdigest()

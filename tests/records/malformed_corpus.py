@@ -4,8 +4,9 @@ import re
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from record_writers import cosmos_text, csmip_text, esm_text, geonet_text, knet_text, peer_text, smc_text
-from world_writers import bhrc_text, counts_text, cwa_text, nsmn_text, renadic_text, unam_text
+
+from tests.records.record_writers import cosmos_text, csmip_text, esm_text, geonet_text, knet_text, peer_text, smc_text
+from tests.records.world_writers import bhrc_text, counts_text, cwa_text, nsmn_text, renadic_text, unam_text
 
 random = np.random.default_rng(5)
 A, B = (np.round(random.normal(0, 50, 203), 1) for _ in range(2))

@@ -10,12 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from record_writers import knet_text
 
 from overturning.errors import RecordError
 from overturning.records.read import read_path
 from overturning.records.source import SourceFile, open_archive
 from tests.expect import lacking
+from tests.records.record_writers import knet_text
 
 COUNTS = np.arange(-100, 100) * 1000
 NS, EW = knet_text(COUNTS).encode(), knet_text(COUNTS[::-1], direction="E-W").encode()

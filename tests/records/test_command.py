@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from record_writers import csmip_text, geonet_text, peer_text
 
 from overturning.cli import main
+from tests.records.record_writers import csmip_text, geonet_text, peer_text
 
 A, B = (np.round(np.random.default_rng(k).normal(0, 50, 200), 1) for k in (1, 2))
 

@@ -6,9 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from record_writers import cosmos_text, esm_text, geonet_text, write_knet_set
 from typer.testing import CliRunner
-from world_writers import cwa_text, nsmn_text
 
 from overturning.cli import app
 from overturning.errors import ConfigError
@@ -17,6 +15,8 @@ from overturning.records.earthquakes import Earthquakes, earthquakes_of
 from overturning.records.formats import fema_p695
 from overturning.records.read import read_path, read_record
 from overturning.records.record import Record
+from tests.records.record_writers import cosmos_text, esm_text, geonet_text, write_knet_set
+from tests.records.world_writers import cwa_text, nsmn_text
 
 TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
 

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from loopback_server import BODY, COUNTS, HASH, Server
-from seed_writers import START
 
 from overturning.errors import ArgumentError, MissingDataError, RecordError
 from overturning.records import download
 from overturning.records.download import fetch_url
 from overturning.records.fdsn import Request, fetch_fdsn
 from overturning.records.read import read_path
+from tests.records.loopback_server import BODY, COUNTS, HASH, Server
+from tests.records.seed_writers import START
 
 
 @pytest.fixture

@@ -5,7 +5,12 @@ import re
 
 import numpy as np
 import pytest
-from record_writers import (
+
+from overturning.errors import RecordError
+from overturning.records.catalogue import RecordEntry
+from overturning.records.component import channel_axis, parse_axis
+from overturning.records.read import read_path, read_record
+from tests.records.record_writers import (
     cosmos_text,
     csmip_pairs_text,
     csmip_text,
@@ -14,11 +19,6 @@ from record_writers import (
     peer_text,
     smc_text,
 )
-
-from overturning.errors import RecordError
-from overturning.records.catalogue import RecordEntry
-from overturning.records.component import channel_axis, parse_axis
-from overturning.records.read import read_path, read_record
 
 G = 9.80665
 MG = G / 1000

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from record_writers import knet_text, write_knet_set
 from typer.testing import CliRunner
 
 import overturning
@@ -21,6 +20,7 @@ from overturning.records.read import read_path, read_record
 from overturning.records.record import account
 from overturning.records.source import SourceFile, read_source
 from tests.expect import lacking, refused
+from tests.records.record_writers import knet_text, write_knet_set
 
 GAIN = 2000 / 8388608 * 0.01
 random = np.random.default_rng(20001006)

@@ -10,8 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from malformed_corpus import COUNTS, SPECIAL, WHOLE, generic
-from seed_writers import write_inventory, write_mseed, write_sac
 
 from overturning.errors import OverturningError, RecordError
 from overturning.records.assembly import assemble
@@ -19,6 +17,8 @@ from overturning.records.read import read_files, read_path
 from overturning.records.record import Record
 from overturning.records.source import ReadOptions, SourceFile
 from tests.bounds import bounded
+from tests.records.malformed_corpus import COUNTS, SPECIAL, WHOLE, generic
+from tests.records.seed_writers import write_inventory, write_mseed, write_sac
 
 OPTIONS = ReadOptions(unit="gal")
 

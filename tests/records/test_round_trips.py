@@ -5,13 +5,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from record_writers import cosmos_text, csmip_text, esm_text, geonet_text, knet_text, peer_text, smc_text
-from seed_writers import write_inventory, write_mseed, write_sac
 
 from overturning.motion.motion import Motion
 from overturning.records.assembly import assemble
 from overturning.records.formats import cosmos, csmip, csv_columns, esm, geonet, knet, miniseed, peer, sac, smc
 from overturning.records.source import ReadOptions, SourceFile
+from tests.records.record_writers import cosmos_text, csmip_text, esm_text, geonet_text, knet_text, peer_text, smc_text
+from tests.records.seed_writers import write_inventory, write_mseed, write_sac
 
 G = 9.80665
 quick = settings(max_examples=30, deadline=None, suppress_health_check=list(HealthCheck))

@@ -3,7 +3,6 @@ import struct
 import numpy as np
 import obspy
 import pytest
-from seed_writers import START, trace, write_inventory, write_mseed, write_sac
 
 from overturning.errors import RecordError
 from overturning.records.catalogue import RecordEntry
@@ -13,6 +12,7 @@ from overturning.records.read import read, read_path, read_record
 from overturning.records.record import state_of
 from overturning.records.source import ReadOptions, SourceFile
 from tests.expect import refused
+from tests.records.seed_writers import START, trace, write_inventory, write_mseed, write_sac
 
 random = np.random.default_rng(11)
 N, E, Z = (random.integers(-400_000, 400_000, 500) for _ in range(3))

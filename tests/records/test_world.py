@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from record_writers import cosmos_text, esm_text, smc_text
-from seed_writers import write_inventory, write_sac
-from world_writers import bhrc_text, counts_text, cwa_text, nsmn_text, renadic_text, unam_text
 
 from overturning.errors import RecordError
 from overturning.records.read import read_path
 from tests.expect import refused
+from tests.records.record_writers import cosmos_text, esm_text, smc_text
+from tests.records.seed_writers import write_inventory, write_sac
+from tests.records.world_writers import bhrc_text, counts_text, cwa_text, nsmn_text, renadic_text, unam_text
 
 G = 9.80665
 random = np.random.default_rng(17)

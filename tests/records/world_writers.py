@@ -1,7 +1,8 @@
 """Small files in the formats of further networks, written from numbers; see record_writers."""
 
 import numpy as np
-from record_writers import cosmos_text, fixed
+
+from tests.records.record_writers import cosmos_text, fixed
 
 
 def cwa_text(north, east, up, rate: int = 100, sequence: str = "Time U(+); N(+); E(+)") -> str:

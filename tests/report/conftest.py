@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 import xarray as xr
-from reading import BAD, report_of
-from tiny_studies import make_results, pulse_record
 
 from overturning.report.blocks import Report
 from overturning.report.build import build_report
 from overturning.report.results import Results, open_results
+from tests.report.reading import BAD, report_of
+from tests.report.tiny_studies import make_results, pulse_record
 
 """A name from a file that means harm to the page; the earthquake's below means harm to the paper."""
 

@@ -3,10 +3,9 @@
 from types import SimpleNamespace
 from typing import Any
 
-from reading import column, tables, text_of
-
 from overturning.report.blocks import Caution, Note, Section
 from overturning.report.sections.own_error import dependence, own_error
+from tests.report.reading import column, tables, text_of
 
 COUNTS = {"element": "", "cases": 200, "flags": 2, "flags_undivided": 2, "fallen": 50, "sides": 0, "unanswered": 0}
 FOUND = {

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from reading import tables, text_of
 
 from overturning.motion.jma_intensity import SURVEY_RULE
 from overturning.records.steps import Layer, Rock, Site
@@ -18,6 +17,7 @@ from overturning.report.sections.population import population
 from overturning.study.population import Population
 from overturning.study.sections import Variant
 from overturning.surveys.population_rates import jma_intensities, population_rates
+from tests.report.reading import tables, text_of
 
 Make = Callable[..., Results]
 

@@ -6,13 +6,13 @@ import sys
 from pathlib import Path
 
 import pytest
-from reading import report_of
 
 from overturning.report.blocks import Film, Report, each_block
 from overturning.study.recheck import recheck
+from tests.report.reading import report_of
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "figures"))
-from chromium import browser
+from tests.figures.chromium import browser
 
 
 def test_the_same_bytes(hostile: Path, rendered: tuple[str, bytes]) -> None:

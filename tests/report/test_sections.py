@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from reading import BAD, column, tables, text_of
 
 from overturning.report.blocks import Figure, Report, Section, each_block
 from overturning.report.build import SECTIONS, build_report
@@ -20,6 +19,7 @@ from overturning.report.sections.published import published
 from overturning.report.sections.records import record_directions, records
 from overturning.statistics.logistic import LogisticFit
 from overturning.study.sections import Published
+from tests.report.reading import BAD, column, tables, text_of
 
 Make = Callable[..., Results]
 

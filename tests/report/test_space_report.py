@@ -3,8 +3,6 @@
 from pathlib import Path
 
 import pytest
-from reading import text_of
-from tiny_studies import make_results, pulse_record
 
 from overturning.commands.explore import explore
 from overturning.errors import ArgumentError
@@ -15,6 +13,8 @@ from overturning.report.pdf import render_pdf
 from overturning.report.results import open_results
 from overturning.report.sections.space import follow_sentences
 from overturning.statistics.bootstrap import Mean
+from tests.report.reading import text_of
+from tests.report.tiny_studies import make_results, pulse_record
 
 
 @pytest.fixture(scope="module")

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
-from reading import report_of
-from test_commands_on_results import run
-from tiny_studies import pulse_record
+from tests.report.reading import report_of
+from tests.report.test_commands_on_results import run
+from tests.report.tiny_studies import pulse_record
 
 TOWARDS = "octant,count\nNE,14\n"
 ANY_WAY = "azimuth_deg\n" + "\n".join(str(angle) for angle in range(5, 360, 18)) + "\n"
@@ -21,7 +21,7 @@ FACES = (
 
 @pytest.fixture(scope="module")
 def surveyed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    from tiny_studies import make_results
+    from tests.report.tiny_studies import make_results
 
     folder = tmp_path_factory.mktemp("surveyed")
     surveys = []

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from record_writers import write_knet_set
 from snakemake_interface_common.exceptions import WorkflowError
 
 from overturning.study.cube import open_cube
+from tests.records.record_writers import write_knet_set
 from tests.workflow.conftest import ROOT, Checkout
 
 pytestmark = pytest.mark.workflow

@@ -1,7 +1,7 @@
 """What many tests expect: a refusal that names what is wrong, and tools that are there."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import NoReturn
 
@@ -22,3 +22,11 @@ def lacking(reason: str) -> NoReturn:
     """Skip a test that lacks something of its surroundings; fail it where nothing may skip."""
     (pytest.fail if "OVERTURNING_NO_SKIP" in os.environ else pytest.skip)(reason)
     raise AssertionError
+
+
+def every_or_first(targets: Sequence[str]) -> Sequence[str]:
+    """The instruction sets to compile for beside the machine's own: one, since each takes a cold compile of its own.
+
+    All of them where ``OVERTURNING_EVERY_TARGET`` is set, as by ``make verify``.
+    """
+    return targets if "OVERTURNING_EVERY_TARGET" in os.environ else targets[:1]

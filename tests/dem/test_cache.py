@@ -66,7 +66,8 @@ def test_variants_that_different_processes_have_compiled_do_not_answer_for_each_
         wave = 4.0 * np.sin(9.0 * np.arange(200) * 0.01)
         motion = Motion(wave, 0.5 * wave, sampling_interval=0.01)
         for friction in map(float, sys.argv[1:]):
-            found = simulate_arrays(motion, azimuth_deg=[0.0, 40.0], height=[0.6], b_over_h=[0.2, 0.4], friction=[friction])
+            case = {"azimuth_deg": [0.0, 40.0], "height": [0.6], "b_over_h": [0.2, 0.4], "friction": [friction]}
+            found = simulate_arrays(motion, **case)
             print(friction, found["status"].ravel(), found["peak_slip"].ravel(), found["block_steps"].sum())
     """
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}

@@ -6,14 +6,7 @@ from typing import Any
 from overturning.report.blocks import Caution, Note, Section
 from overturning.report.sections.own_error import dependence, own_error
 from tests.report.reading import column, tables, text_of
-
-COUNTS = {"element": "", "cases": 200, "flags": 2, "flags_undivided": 2, "fallen": 50, "sides": 0, "unanswered": 0}
-FOUND = {
-    "seed": 1, "wanted": 200, "chosen": 200, "at_rest": 0, "cells": 9000, "study_block_steps": 1000, "cost": 1.0,
-    "finer_by": 8, "stiffer_by": 4.0, "finer": {"block_steps": 500, "outcomes": [COUNTS]},
-    "stiffer": {"refused": "too stiff"},
-    "settling": {"changed": 0, "looked_at": 0, "settled": 0, "chaotic": 0, "block_steps": 0},
-}  # fmt: skip
+from tests.study.test_own_error_file import COUNTS, FOUND
 
 
 def study(members: int = 0, variants: tuple[str, ...] = ()) -> Any:

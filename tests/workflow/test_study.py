@@ -88,7 +88,7 @@ def sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
     [
         ("", set()),
         ("figures/rose.py", {"figures", "report", "all"}),
-        ("dem/block/queue.py", {"sweep"} | AFTER_SWEEP),
+        ("dem/kernel/queue.py", {"sweep"} | AFTER_SWEEP),
         ("report/html.py", {"report", "all"}),
     ],
 )

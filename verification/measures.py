@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.status import Status
 from overturning.dem.results import Results
-from overturning.study.comparison import Counts, compare
+from overturning.study.convergence import Counts, compare
 
 Peaks = NDArray[np.floating[Any]]
 Flags = NDArray[np.int8]
@@ -99,7 +99,8 @@ def difference(found: Mapping[str, Results], exact: Mapping[str, Results], shape
     shape : sequence of int, optional
         Of the grid (azimuth, height, b_over_h, friction).
     """
-    counts = firm = moving = Counts()
+    nothing = np.zeros(0, np.int8)
+    counts = firm = moving = compare(nothing, nothing)
     rotation = []
     for name, right in exact.items():
         one = found[name]

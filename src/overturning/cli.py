@@ -24,7 +24,7 @@ COMMANDS = {
     "members": ("workflow", "Draw the members of a study's ensemble."),
     "gather": ("workflow", "Gather the parts of a sweep into the cube."),
     "figures": ("workflow", "Draw the figures of a study."),
-    "verify-study": ("workflow", "Run a random part of a study again, with finer steps and with stiffer springs."),
+    "check-convergence": ("workflow", "Compute a random part of a study again, with finer steps and stiffer springs."),
     "surface": ("workflow", "Take the motions of all records through the soil of a variant."),
     "fragility": ("workflow", "Fragility curves of a population, as CSV and for OpenQuake."),
     "report": ("workflow", "Write the report of a study."),

@@ -1,4 +1,4 @@
-"""A small study whose own error is looked at."""
+"""A small study with a convergence check."""
 
 from overturning.study.config import Study
 from overturning.study.load import check_study

@@ -10,7 +10,7 @@ from overturning.errors import ConfigError, ResultError
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import rounded, write_motion
-from overturning.study.choice import read_sample
+from overturning.study.convergence import read_sample
 from overturning.study.cube import open_cube
 from overturning.study.gather import gather
 from overturning.study.load import check_study
@@ -78,7 +78,7 @@ def test_a_recheck_finds_every_factor_the_same_and_a_sample_is_as_recorded(folde
     found = recheck(folder / "three.nc", cells=72)
     assert (found.of, found.cells, found.same) == (72, 72, True)
     samples = [read_sample(folder / f"{name}.nc", Verification(at_least=12)) for name in ("one", "three")]
-    np.testing.assert_array_equal(samples[0].overturned, samples[1].overturned)
+    np.testing.assert_array_equal(*(sample.answers["overturned"] for sample in samples))
 
 
 def test_the_record_itself_and_a_known_factor_are_needed(folder: Path) -> None:

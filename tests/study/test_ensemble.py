@@ -20,9 +20,8 @@ from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import write_motion
 from overturning.study import ensemble
-from overturning.study.comparison import wilson
 from overturning.study.cube import open_cube
-from overturning.study.ensemble import BATCH, ENSEMBLE_VARIABLES, cells_to_run, run_ensemble, settled
+from overturning.study.ensemble import BATCH, ENSEMBLE_VARIABLES, cells_to_run, run_ensemble, settled, wilson
 from overturning.study.gather import gather
 from overturning.study.load import check_study
 from overturning.study.members import Members, draw_members, read_members, write_members

@@ -57,8 +57,8 @@ def test_only_what_is_damaged_or_half_written_is_taken_away(tmp_path: Path) -> N
     cut.write_bytes(cut.read_bytes()[:-200])
     emptied.write_bytes(b"")
     (tmp_path / ".a.nc.x.part").write_bytes(b"half")
-    (tmp_path / "verification.json").write_text("{", encoding="utf-8")
-    assert set(repair(tmp_path)) == {cut, emptied, tmp_path / "verification.json"}
+    (tmp_path / "convergence.json").write_text("{", encoding="utf-8")
+    assert set(repair(tmp_path)) == {cut, emptied, tmp_path / "convergence.json"}
     left = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.is_file()}
     assert left == {"motion/a.nc", "cube.nc"}
     assert all(map(whole, kept))

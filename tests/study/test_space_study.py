@@ -1,5 +1,6 @@
 """A study of a free body in space: its keys, and its way through sweep, ensemble, gathering, recheck and repetition."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,14 +14,12 @@ from overturning.errors import ConfigError, ResultError
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import read_motion, write_motion
-from overturning.study.choice import read_sample
-from overturning.study.comparison import Counts, compare, differ
 from overturning.study.config import Study
+from overturning.study.convergence import check_convergence, compare, differ, elsewhere, read_sample, unanswered
 from overturning.study.cube import open_cube, study_of
 from overturning.study.gather import gather
 from overturning.study.load import check_study, load_study, study_from
 from overturning.study.members import draw_members
-from overturning.study.own_error import repeat_sample
 from overturning.study.recheck import recheck
 from overturning.study.sections import Verification
 from overturning.study.space import body_of
@@ -163,21 +162,21 @@ def test_recheck_finds_the_same_bits(cube_file: Path) -> None:
 def test_a_part_of_it_is_run_again_more_exactly(cube_file: Path, settings: Study) -> None:
     assert isinstance(settings.verification, Verification)
     sample = read_sample(cube_file, settings.verification)
-    assert sample.azimuth is not None
     assert sample.index.shape == (6, 5)
-    found = repeat_sample(settings, [read_motion(cube_file.parent / "motion" / "a.nc")], sample, 10_000_000)
-    for kind in ("finer", "stiffer"):
-        assert found[kind]["block_steps"] > 0
-        (outcome,) = found[kind]["outcomes"]
-        assert outcome["cases"] == found["chosen"] == 6
+    done = replace(sample, block_steps=10_000_000)
+    found = check_convergence(settings, [read_motion(cube_file.parent / "motion" / "a.nc")], done)
+    for part in (found.finer, found.stiffer):
+        assert part.block_steps > 0
+        assert part.outcomes[0].cases == found.chosen == 6
 
 
 def test_azimuths_fifteen_degrees_apart_are_another_direction() -> None:
-    flags, azimuths = np.array([1, 1, 1, 0], np.int8), np.array([359.0, 10.0, 100.0, np.nan], np.float32)
-    found = compare(flags, flags, (azimuths, np.array([13.0, 26.0, 110.0, np.nan], np.float32)))
-    assert found == Counts(cases=4, fallen=3, sides=1)
-    changed = differ(flags[:, None], flags[:, None], (azimuths, np.array([13.0, 26.0, 110.0, np.nan], np.float32)))
-    assert changed.tolist() == [False, True, False, False]
+    first, second = unanswered(4, 1), unanswered(4, 1)
+    first["overturned"][:, 0] = second["overturned"][:, 0] = flags = np.array([1, 1, 1, 0], np.int8)
+    first["azimuth"], second["azimuth"] = [359.0, 10.0, 100.0, np.nan], [13.0, 26.0, 110.0, np.nan]
+    found = compare(flags, flags, elsewhere(first, second))
+    assert (found.cases, found.flags, found.fallen, found.sides) == (4, 0, 3, 1)
+    assert differ(first, second).tolist() == [False, True, False, False]
 
 
 def test_gathering_refuses_a_part_in_planes(cube_file: Path, settings: Study, tmp_path: Path) -> None:

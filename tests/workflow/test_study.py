@@ -40,14 +40,14 @@ def test_report_and_cube_name_no_clock_no_host_no_path(finished: Checkout) -> No
 def test_time_and_memory_of_each_job_are_kept(finished: Checkout) -> None:
     benchmarks = finished.results / "benchmarks"
     names = {path.relative_to(benchmarks).as_posix() for path in benchmarks.rglob("*.tsv")}
-    jobs = {"members", "rotate", "gather", "verification", "figures", "explore", "report"}
+    jobs = {"members", "rotate", "gather", "convergence", "figures", "explore", "report"}
     of_records = {f"{job}/{record}" for job in ("read", "sweep/nominal") for record in ("rinaldi", "petrolia")}
     assert {name.partition(".")[0] for name in names} == jobs | of_records
     head, row = (benchmarks / "report.tsv").read_text(encoding="utf-8").splitlines()
     assert float(dict(zip(head.split("\t"), row.split("\t"), strict=True))["s"]) > 0
 
 
-AFTER_SWEEP = {"gather", "verification", "figures", "explore", "report", "all"}
+AFTER_SWEEP = {"gather", "convergence", "figures", "explore", "report", "all"}
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,7 @@ AFTER_SWEEP = {"gather", "verification", "figures", "explore", "report", "all"}
         ),
         ({"title": "Other", "question": "Where?"}, {"report", "all"}),
         ({"processing": [{"step": "remove_mean"}]}, {"read", "rotate", "sweep"} | AFTER_SWEEP),
-        ({"verification": "none"}, AFTER_SWEEP - {"verification"}),
+        ({"verification": "none"}, AFTER_SWEEP - {"convergence"}),
         ({"surveys": [{"stones": "config/stones.csv", "record": "rinaldi"}]}, {"survey", "backwards", "report", "all"}),
         ({"population": {"stones": 16}}, {"fragility", "report", "all"}),
         ({"figures": {"dpi": 100, "formats": ["svg"]}}, {"figures", "report", "all"}),
@@ -114,7 +114,7 @@ def test_change_of_a_source_runs_what_depends_on_it(
         ("figures/history/rinaldi.svg", {"figures", "report", "all"}),
         ("report.pdf", {"report", "all"}),
         ("intensity.nc", {"rotate", "figures", "report", "all"}),
-        ("verification.json", {"verification", "report", "all"}),
+        ("convergence.json", {"convergence", "report", "all"}),
     ],
 )
 def test_a_result_that_was_deleted_is_made_again(

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from overturning.dem.contact import STATIC_PENETRATION
-from overturning.study.comparison import wilson
+from overturning.study.ensemble import wilson
 from verification.measures import order
 from verification.tables import Figure, lines_of, markdown
 from verification.work_precision.boundaries import RESOLUTION

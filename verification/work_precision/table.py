@@ -1,7 +1,6 @@
 """Error against run time: settings, measuring, and rows of the table, for all parts alike."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
@@ -12,7 +11,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.contact import STATIC_PENETRATION, Contact
 from overturning.dem.run import run_cases
 from overturning.dem.time_step import AUTO_FRACTION, DEFAULT_SCHEME, scheme_of
-from overturning.study.comparison import compare
+from overturning.study.convergence import compare
 from verification.measures import Flags, rotation_error
 from verification.tables import read_table
 from verification.timing import measured
@@ -95,7 +94,7 @@ def errors(flags: Flags, peaks: FloatArray, right: tuple[Flags, FloatArray]) -> 
 
 def counted(flags: Flags, right: Flags) -> dict[str, float]:
     """Counts as columns of the table."""
-    found = asdict(compare(right, flags))
+    found = compare(right, flags).model_dump()
     return {"wrong_flags": found.pop("flags"), "wrong_sides": found.pop("sides"), **found}
 
 

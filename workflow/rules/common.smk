@@ -29,7 +29,6 @@ from overturning.study.resume import (
     repair,
 )
 from overturning.study.sources import source_hash
-from overturning.study.own_error import is_verified
 from snakemake_logger_plugin_overturning import LOOKS
 
 DEFAULT_STUDY = Path("config/near-fault.yaml")
@@ -121,7 +120,7 @@ EXPECTED_S = {
     "rotate": round(1.5 + 0.4 * len(RECORDS), 1),
     "sweep": round(SWEEP_S, 1),
     "gather": round(1 + 0.05 * len(RECORDS), 1),
-    "verification": round(2 + 0.05 * SWEEP_S * CHUNKS * len(RECORDS), 1),
+    "convergence": round(2 + 0.05 * SWEEP_S * CHUNKS * len(RECORDS), 1),
     "figures": round(5 + 1.1 * len(RECORDS), 1),
     "report": round(5 + 0.35 * len(RECORDS), 1),
 }
@@ -129,8 +128,7 @@ logger.info(
     f"Expected seconds of a job: {EXPECTED_S}", extra={"expected_s": EXPECTED_S}
 )
 
-VERIFIED = is_verified(STUDY)
-VERIFICATION = f"{RESULTS}/verification.json"
+CONVERGENCE = [f"{RESULTS}/convergence.json"] if STUDY.verification != "none" else []
 
 
 wildcard_constraints:

@@ -23,7 +23,7 @@ rule report:
         cubes=CUBES,
         intensity=f"{RESULTS}/intensity.nc",
         figures=rules.figures.output,
-        verification=[VERIFICATION] if VERIFIED else [],
+        convergence=CONVERGENCE,
         backwards=expand(f"{RESULTS}/survey/{{number}}.motion.nc", number=SURVEYS),
         surveys=expand(f"{RESULTS}/survey/{{number}}.json", number=SURVEYS),
     output:

@@ -159,7 +159,7 @@ def fragility(
 
 
 @app.command()
-def verify_study(
+def check_convergence(
     study: Study,
     motions: Motions,
     cube: Cube,
@@ -167,22 +167,18 @@ def verify_study(
     threads: Threads = 1,
     log: Log = None,
 ) -> None:
-    """Run a part of a study again, with finer steps and with stiffer springs."""
+    """Compute a part of a study again, with finer steps and with stiffer springs."""
     from overturning.errors import ConfigError
-    from overturning.study.choice import read_sample
-    from overturning.study.netcdf import open_raw
-    from overturning.study.own_error import repeat_sample
-    from overturning.study.own_error_file import write_verification
+    from overturning.study.convergence import check_convergence as compute_again
+    from overturning.study.convergence import read_sample
     from overturning.study.progress import logged_to, percents
 
     with logged_to(log) as say:
         settings, records = _with_records(study, motions)
         if isinstance(settings.verification, str):
-            raise ConfigError(f"{settings.name}: verification: none; leave the key out to verify the study")
+            raise ConfigError(f"{settings.name}: verification: none; leave the key out for a convergence check")
         sample = read_sample(cube, settings.verification)
-        with open_raw(cube, "opened", "run the study again") as file:
-            done = int(file.block_steps)
-        write_verification(repeat_sample(settings, records, sample, done, threads, percents(say)), output)
+        compute_again(settings, records, sample, threads, percents(say)).write(output)
 
 
 @app.command()

@@ -13,13 +13,13 @@ from overturning.report.sections import (
     answer,
     backwards,
     cause,
+    convergence,
     criteria,
     ensemble,
     falls,
     ground,
     maps,
     method,
-    own_error,
     population,
     published,
     records,
@@ -48,7 +48,7 @@ SECTIONS: Final[tuple[Callable[[Results], Section | None], ...]] = (
     ensemble.ensemble,
     records.records,
     records.record_by_record,
-    own_error.own_error,
+    convergence.convergence,
     method.method,
 )
 

@@ -19,9 +19,8 @@ from overturning.statistics.elements import ElementFalls, falls_by_element
 from overturning.statistics.falls import overturns
 from overturning.statistics.planes import plane_index
 from overturning.study.config import Study
+from overturning.study.convergence import Convergence
 from overturning.study.cube import open_cube, study_of
-from overturning.study.own_error import is_verified
-from overturning.study.own_error_file import read_verification
 from overturning.study.scenes import NOMINAL, scene_of
 from overturning.surveys.inversion_file import Backwards, read_backwards
 from overturning.surveys.population_rates import population_rates
@@ -65,8 +64,8 @@ class Results:
         Folder of the study's figures, and one for those that the report draws itself.
     telling : list of dict
         Title, block, outcomes, rule and film of each case to watch.
-    verification : dict or None
-        What repeating a part of it found; None where the study leaves that out.
+    convergence : Convergence or None
+        What its convergence check found; None where the study leaves that out.
     surveys : tuple of SurveyResult
         Surveys of stones beside its predictions.
     populations : dict of xarray.Dataset
@@ -82,7 +81,7 @@ class Results:
     figures: Path
     drawings: Path
     telling: list[dict[str, Any]]
-    verification: dict[str, Any] | None
+    convergence: Convergence | None
     surveys: tuple[SurveyResult, ...]
     populations: dict[str, xr.Dataset] = field(default_factory=dict)
     backwards: tuple[Backwards, ...] = ()
@@ -172,7 +171,7 @@ def _reference_cube(study: Study, variant: str, cube: "xr.Dataset") -> "xr.Datas
 
 @contextmanager
 def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]:
-    """Open a study's folder of results: cubes, intensities, figures, surveys, verification; `ResultError` without one.
+    """Open a study's folder of results: cubes, intensities, figures, surveys, convergence; `ResultError` without one.
 
     Title, question, surveys, population and settings of the figures are those of `beside`, or of the cube's study where it
     is not given.
@@ -206,7 +205,7 @@ def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]
             folder / "figures",
             Path(stack.enter_context(tempfile.TemporaryDirectory())),
             json.loads((folder / "figures" / "telling" / "telling.json").read_text(encoding="utf-8")),
-            read_verification(folder / "verification.json") if is_verified(study) else None,
+            Convergence.read(folder / "convergence.json") if study.verification != "none" else None,
             tuple(read_survey_result(folder / "survey" / f"{n}.json") for n, _ in enumerate(study.surveys, 1)),
             {name: population_rates(cube, stones) for name, cube in whole.items()} if stones else {},
             tuple(read_backwards(folder / "survey" / f"{n}.motion.nc") for n, _ in enumerate(study.surveys, 1)),

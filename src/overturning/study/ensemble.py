@@ -5,10 +5,11 @@ how probable the neighbourhood is.
 """
 
 from collections.abc import Callable, Mapping
+from statistics import NormalDist
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.cases import Cases
@@ -16,8 +17,10 @@ from overturning.dem.grid import Axes
 from overturning.dem.numerics import Progress
 from overturning.dem.variables import INT8_MISSING, Variable
 from overturning.motion.motion import Motion
-from overturning.study.comparison import wilson
 from overturning.study.members import Members
+
+Z_95: Final = NormalDist().inv_cdf(0.975)
+"""Two-sided 95 % point of the normal distribution."""
 
 REACH = 2
 """Cells on either side of a change of flag along B/H that `where: boundary` runs."""
@@ -105,6 +108,29 @@ def cells_to_run(overturned: NDArray[np.int8], everywhere: bool, dimensions: int
         low, high = max(0, -step), min(count - 1, count - step)
         chosen[:, :, low + step : high + step] |= change[:, :, low:high]
     return chosen
+
+
+def wilson(count: ArrayLike, total: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """95 % interval of a share (Wilson 1927, Journal of the American Statistical Association 22).
+
+    Written out here because scipy's takes one share at a time, and a sweep should not wait for it; a test holds it to scipy's.
+
+    Parameters
+    ----------
+    count, total : array_like
+        Cases counted, of so many.
+
+    Returns
+    -------
+    (low, high) : ndarray, of the shape of both
+        0 and 1 without cases.
+    """
+    n, k = np.asarray(total, np.float64), np.asarray(count, np.float64)
+    known = np.maximum(n, 1.0)
+    share, square = k / known, Z_95 * Z_95 / known
+    middle = (share + 0.5 * square) / (1.0 + square)
+    half = Z_95 / (1.0 + square) * np.sqrt(share * (1.0 - share) / known + 0.25 * square / known)
+    return np.where(k == 0, 0.0, middle - half), np.where(k == n, 1.0, middle + half)
 
 
 def settled(flags: NDArray[np.int8], widest: float) -> NDArray[np.bool_]:

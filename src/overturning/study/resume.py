@@ -16,8 +16,8 @@ from typing import Any, Final
 
 from overturning.errors import ResultError
 from overturning.files import whole
+from overturning.study.convergence import Convergence
 from overturning.study.members import read_members
-from overturning.study.own_error_file import read_verification
 
 DAMAGED: Final = "damaged or gone, is made again: "
 """What a line begins with that names a file of `repair`."""
@@ -27,7 +27,7 @@ DRAWN: Final = "drawn.txt"
 
 _TABLES: Final[dict[str, Callable[[Path], Any]]] = {
     "members.csv": read_members,
-    "verification.json": read_verification,
+    "convergence.json": Convergence.read,
 }
 _AHEAD: Final = 2.0  # s by which the clocks of a file system and of the processor may differ
 

@@ -1,6 +1,5 @@
 """A study of a free body in space: its grid, its cases and their members, and what it keeps beside planes."""
 
-from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -96,19 +95,16 @@ def simulate_space(
 
 
 def run_space(
-    study: Study, settings: ContactSettings, motion: Motion, cases: SpaceCases, numerics: Numerics
+    study: Study,
+    settings: ContactSettings,
+    motion: Motion,
+    cases: SpaceCases,
+    numerics: Numerics,
+    stiffer: float = 1.0,
 ) -> SpaceResults:
-    """Run cases of a study's body."""
+    """Run cases of a study's body, perhaps with stiffer springs."""
     options = space_numerics(numerics, study.simulation.scheme)
-    return run_in_space(body_of(study).shape(), motion, cases, Numerics(**options), vertex_contact(settings))
-
-
-def space_repetition(study: Study, stiffer: float, numerics: Numerics) -> Any:
-    """What runs cases of a study in space again, with stiffer springs and as the numerics say."""
-    options = Numerics(**space_numerics(numerics, study.simulation.scheme))
-    return partial(
-        run_in_space, body_of(study).shape(), numerics=options, contact=vertex_contact(study.contact, stiffer)
-    )
+    return run_in_space(body_of(study).shape(), motion, cases, Numerics(**options), vertex_contact(settings, stiffer))
 
 
 def _cases(grid: SpaceGrid, cells: NDArray[np.int64], members: Members) -> SpaceCases:

@@ -13,7 +13,7 @@ from overturning.model.edges import first_edge
 from overturning.model.symmetry import nearest, nearest_planes
 from overturning.statistics.circular import resultant, sector
 from overturning.statistics.direction import in_space
-from overturning.study.comparison import wilson
+from overturning.study.ensemble import wilson
 from overturning.study.population import Population, Spread
 from overturning.surveys.stones import OCTANTS
 

@@ -8,7 +8,7 @@ import xarray as xr
 
 from overturning.report.blocks import Answer, Block, Figure, Note, Paragraph, Section
 from overturning.report.results import Results
-from overturning.report.sections.own_error import dependence
+from overturning.report.sections.convergence import dependence
 from overturning.report.sections.records import record_directions
 from overturning.report.text import counted, degrees, interval, number, percent
 from overturning.statistics.bootstrap import mean_over_earthquakes

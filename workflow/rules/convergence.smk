@@ -1,16 +1,16 @@
 # Part of the study again, with finer steps and stiffer springs: how far its answers hang on the computation.
 
 
-rule verification:
+rule convergence:
     input:
         motions=expand(f"{RESULTS}/motion/{{record}}.nc", record=RECORDS),
         cube=f"{RESULTS}/cube.nc",
     output:
-        VERIFICATION,
+        f"{RESULTS}/convergence.json",
     log:
-        f"{LOGS}/verification.log",
+        f"{LOGS}/convergence.log",
     benchmark:
-        f"{BENCHMARKS}/verification.tsv"
+        f"{BENCHMARKS}/convergence.tsv"
     threads: 2
     resources:
         mem_mb=800,
@@ -29,7 +29,7 @@ rule verification:
             *("contact", "simulation", "verification"),
         ),
         motions=lambda wildcards, input: Path(input.motions[0]).parent,
-        sources=sources("workflow:verify_study"),
+        sources=sources("workflow:check_convergence"),
     shell:
-        "overturning verify-study --study {params.study:q} --motions {params.motions} --cube {input.cube}"
+        "overturning check-convergence --study {params.study:q} --motions {params.motions} --cube {input.cube}"
         " --output {output} --threads {threads} --log {log}"

@@ -18,18 +18,27 @@ from overturning.dem.polygon.prepare import prepare
 from overturning.dem.run import plan, run, run_cases
 from overturning.dem.scene import gravestone
 from overturning.dem.simulate import simulate_arrays
+from overturning.errors import ResultError
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.report.blocks import Paragraph, Table
-from overturning.report.sections.own_error import own_error
-from overturning.study.choice import Sample, choose, read_sample
-from overturning.study.comparison import Counts, compare, wilson
+from overturning.report.sections.convergence import convergence
 from overturning.study.config import Study
+from overturning.study.convergence import (
+    Convergence,
+    Counts,
+    Sample,
+    check_convergence,
+    choose,
+    compare,
+    computations,
+    read_sample,
+    stiffer_scene,
+    unanswered,
+)
+from overturning.study.ensemble import wilson
 from overturning.study.grid import grid_of
 from overturning.study.load import check_study
-from overturning.study.own_error import KINDS, is_verified, repeat_sample
-from overturning.study.own_error_file import read_verification, write_verification
-from overturning.study.repetition import repetitions, stiffer_scene
 from overturning.study.sections import Verification
 from tests.dem.near_field import near_field
 from tests.study.small_study import study
@@ -51,7 +60,7 @@ def test_comparison_counts_each_kind_of_change_once() -> None:
     second = np.array([0, 1, 0, -1, -1, 1, 0, -128, -128], np.int8)
     found = compare(first, second)
     assert found == Counts(cases=6, flags=2, fallen=3, sides=2, unanswered=3)
-    assert found + Counts(flags=1) == Counts(cases=6, flags=3, fallen=3, sides=2, unanswered=3)
+    assert found + found == Counts(cases=12, flags=4, fallen=6, sides=4, unanswered=6)
 
 
 def test_choice_has_the_wanted_size_no_mirrored_cell_and_none_twice() -> None:
@@ -75,11 +84,11 @@ def record(motion: Motion, name: str) -> Record:
     )
 
 
-def reported(settings: Study, found: dict[str, Any], folder: Path) -> tuple[Any, ...]:
+def reported(settings: Study, found: Convergence, folder: Path) -> tuple[Any, ...]:
     """What the report says of an outcome, by way of its file."""
-    write_verification(found, folder / "verification.json")
-    read: Any = SimpleNamespace(study=settings, verification=read_verification(folder / "verification.json"))
-    section = own_error(read)
+    found.write(folder / "convergence.json")
+    read: Any = SimpleNamespace(study=settings, convergence=Convergence.read(folder / "convergence.json"))
+    section = convergence(read)
     assert section is not None
     return section.blocks
 
@@ -103,7 +112,12 @@ class Swept:
 
     records: list[Record]
     sample: Sample
-    block_steps: int
+
+    def saying(self, overturned: Any, divided: Any = None) -> Sample:
+        """The sample with other flags in the study's answers."""
+        answers = self.sample.answers.copy()
+        answers["overturned"] = overturned
+        return replace(self.sample, answers=answers, divided=self.sample.divided if divided is None else divided)
 
 
 def swept(settings: Study, motions: list[Motion]) -> Swept:
@@ -121,20 +135,20 @@ def swept(settings: Study, motions: list[Motion]) -> Swept:
     assert mirrored is not None
     chosen, index = choose(settings.verification, len(motions), mirrored == 0)
     where = (chosen, *index.T)
-    own = np.stack(flags)[where]
-    computed = len(motions) * int((mirrored == 0).sum())
-    sample = Sample(chosen, index, own, np.stack(status)[where], computed, np.zeros(own.shape, np.bool_))
-    records = [record(motion, name) for motion, name in zip(motions, "abcd", strict=False)]
-    return Swept(records, sample, work)
+    answers = unanswered(len(chosen), flags[0].shape[-1])
+    answers["overturned"] = np.stack(flags)[where]
+    computed, at_rest = len(motions) * int((mirrored == 0).sum()), np.stack(status)[where] == 1
+    sample = Sample(chosen, index, answers, at_rest, answers["overturned"] == 2, computed, work)
+    return Swept([record(motion, name) for motion, name in zip(motions, "abcd", strict=False)], sample)
 
 
 def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threads() -> None:
     settings = study(verification={"at_least": 10, "cost": 20})
     done = swept(settings, [short(7), short(8)])
-    found = repeat_sample(settings, done.records, done.sample, done.block_steps)
-    assert found["chosen"] == found["wanted"] == 10
-    (finer,), (stiffer,) = found["finer"]["outcomes"], found["stiffer"]["outcomes"]
-    assert finer["cases"] + finer["unanswered"] == 10
+    found = check_convergence(settings, done.records, done.sample)
+    assert found.chosen == found.wanted == 10
+    (finer,), (stiffer,) = found.finer.outcomes, found.stiffer.outcomes
+    assert finer.cases + finer.unanswered == 10
 
     def steps(**changed: Any) -> int:
         chosen = (cases_of(settings, done.sample.index[done.sample.record == number]) for number in (0, 1))
@@ -151,25 +165,25 @@ def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threa
     np.testing.assert_array_equal(whole(refinement=8), 8 * whole())
     # Whole steps follow the motion, whatever the contact.
     np.testing.assert_array_equal(whole(**stiff), whole())
-    assert found["finer"]["block_steps"] == steps(refinement=8)
-    assert found["stiffer"]["block_steps"] == steps(**stiff)
-    opposite = np.where(done.sample.overturned == 0, 1, 0).astype(np.int8)
-    wrong = repeat_sample(settings, done.records, replace(done.sample, overturned=opposite), done.block_steps)
-    assert wrong["finer"]["outcomes"][0]["flags"] == 10 - finer["flags"]
-    assert wrong["stiffer"]["outcomes"][0]["flags"] == 10 - stiffer["flags"]
+    assert found.finer.block_steps == steps(refinement=8)
+    assert found.stiffer.block_steps == steps(**stiff)
+    opposite = np.where(done.sample.answers["overturned"] == 0, 1, 0).astype(np.int8)
+    wrong = check_convergence(settings, done.records, done.saying(opposite))
+    assert wrong.finer.outcomes[0].flags == 10 - finer.flags
+    assert wrong.stiffer.outcomes[0].flags == 10 - stiffer.flags
     # Where the ensemble is divided anyway a changed flag is counted, but not among those that matter.
-    assert wrong["finer"]["outcomes"][0]["flags_undivided"] == wrong["finer"]["outcomes"][0]["flags"]
-    unsure = replace(done.sample, overturned=opposite, divided=np.ones(opposite.shape, np.bool_))
-    (all_divided,) = repeat_sample(settings, done.records, unsure, done.block_steps)["finer"]["outcomes"]
-    assert all_divided == wrong["finer"]["outcomes"][0] | {"flags_undivided": 0}
-    again = repeat_sample(settings, done.records, done.sample, done.block_steps, threads=2)
-    assert json.dumps(again) == json.dumps(found)
+    assert wrong.finer.outcomes[0].flags_undivided == wrong.finer.outcomes[0].flags
+    unsure = done.saying(opposite, divided=np.ones(opposite.shape, np.bool_))
+    (all_divided,) = check_convergence(settings, done.records, unsure).finer.outcomes
+    assert all_divided == wrong.finer.outcomes[0].model_copy(update={"flags_undivided": 0})
+    again = check_convergence(settings, done.records, done.sample, threads=2)
+    assert again == found
 
 
 def test_what_changes_is_settled_by_finer_steps_or_chaotic(monkeypatch: pytest.MonkeyPatch) -> None:
     settings = study(verification={"at_least": 10, "cost": 30})
     done = swept(settings, [short(7)])
-    own = done.sample.overturned[:, 0]
+    own = done.sample.answers["overturned"][:, 0]
     other = np.where(own == 0, 1, 0).astype(np.int8)
     position = {tuple(cell): row for row, cell in enumerate(done.sample.index.tolist())}
     grid = grid_of(settings)
@@ -193,15 +207,21 @@ def test_what_changes_is_settled_by_finer_steps_or_chaotic(monkeypatch: pytest.M
         return again
 
     fakes = {kind: made(kind) for kind in ("finer", "finest", "stiffer")}
-    monkeypatch.setattr("overturning.study.own_error.repetitions", lambda _: fakes)
-    found = repeat_sample(settings, done.records, done.sample, 1000)
-    assert found["settling"] == {"changed": 4, "looked_at": 4, "settled": 2, "chaotic": 1, "block_steps": 7200}
+    monkeypatch.setattr("overturning.study.convergence.computations", lambda _: fakes)
+    found = check_convergence(settings, done.records, replace(done.sample, block_steps=1000))
+    assert found.settling.model_dump() == {
+        "changed": 4,
+        "looked_at": 4,
+        "settled": 2,
+        "chaotic": 1,
+        "block_steps": 7200,
+    }
     # What is left of the allowance pays for three times a finer case each, as far as it goes.
     looked_at = set()
     for steps in range(300, 500, 10):
-        found = repeat_sample(settings, done.records, done.sample, steps)
-        assert sum(found[kind]["block_steps"] for kind in (*KINDS, "settling")) <= 30 * steps
-        looked_at.add(found["settling"]["looked_at"])
+        found = check_convergence(settings, done.records, replace(done.sample, block_steps=steps))
+        assert sum(part.block_steps for part in (found.finer, found.stiffer, found.settling)) <= 30 * steps
+        looked_at.add(found.settling.looked_at)
     assert len(looked_at) > 2
 
 
@@ -215,25 +235,25 @@ def cases_of(settings: Study, index: np.ndarray) -> Cases:
 def test_repetition_of_a_small_study_costs_no_more_than_the_study(step: int, least: int, tmp_path: Path) -> None:
     settings = study(azimuth={"step": step}, verification={})
     done = swept(settings, [short(7), short(8)])
-    found = repeat_sample(settings, done.records, done.sample, done.block_steps)
-    assert found["wanted"] == min(200, done.sample.computed)
-    spent = found["finer"]["block_steps"] + found["stiffer"]["block_steps"]
-    assert spent <= done.block_steps
-    assert least <= found["chosen"] < found["wanted"]
-    assert found["chosen"] < 4 or spent > 0.5 * done.block_steps, "the allowance is made use of"
+    found = check_convergence(settings, done.records, done.sample)
+    assert found.wanted == min(200, done.sample.computed)
+    spent = found.finer.block_steps + found.stiffer.block_steps
+    assert spent <= done.sample.block_steps
+    assert least <= found.chosen < found.wanted
+    assert found.chosen < 4 or spent > 0.5 * done.sample.block_steps, "the allowance is made use of"
     *_, text = paragraphs(reported(settings, found, tmp_path))  # after a warning where so few cases show a change
     assert "more block steps than the study itself" in text
-    assert str(found["chosen"] or "No case") in text
+    assert str(found.chosen or "No case") in text
 
 
 def test_repetition_goes_on_with_finer_steps_where_stiffer_springs_are_refused() -> None:
     settings = study(contact={"stiffness": 3e13}, verification={"at_least": 4, "cost": 50})
-    flags = np.zeros((2, 1), np.int8)
-    sample = Sample(np.zeros(2, np.int64), np.zeros((2, 4), np.int64), flags, flags[:, 0], 36, flags > 0)
+    none = np.zeros(2, np.bool_)
+    sample = Sample(np.zeros(2, np.int64), np.zeros((2, 4), np.int64), unanswered(2, 1), none, none[:, None], 36, 0)
     quiet = Motion(np.zeros(50), np.zeros(50), sampling_interval=0.01)
-    found = repeat_sample(settings, [record(quiet, "a")], sample, 0)
-    assert "stiffness" in found["stiffer"]["refused"]
-    assert found["finer"]["outcomes"][0]["cases"] == found["chosen"] == 2
+    found = check_convergence(settings, [record(quiet, "a")], sample)
+    assert "stiffness" in found.stiffer.refused
+    assert found.finer.outcomes[0].cases == found.chosen == 2
 
 
 @pytest.fixture(scope="module")
@@ -249,7 +269,7 @@ def row_of_two() -> dict[str, object]:
     }
 
 
-def test_scenes_are_verified_element_by_element(row_of_two: dict[str, object], tmp_path: Path) -> None:
+def test_convergence_of_scenes_is_checked_element_by_element(row_of_two: dict[str, object], tmp_path: Path) -> None:
     settings = check_study(
         {
             "name": "row", "records": {"use": ["a"]}, "azimuth": {"step": 60}, "scene": row_of_two, "friction": [0.7],
@@ -257,20 +277,18 @@ def test_scenes_are_verified_element_by_element(row_of_two: dict[str, object], t
         },
         "row",
     )  # fmt: skip
-    assert is_verified(settings)
     done = swept(settings, [short(7)])
-    found = repeat_sample(settings, done.records, done.sample, done.block_steps)
-    assert [one["element"] for one in found["finer"]["outcomes"]] == ["slender", "squat"]
-    for kind in KINDS:
-        for outcome in found[kind]["outcomes"]:
-            assert outcome["cases"] + outcome["unanswered"] == found["chosen"] == 4
+    found = check_convergence(settings, done.records, done.sample)
+    assert [one.element for one in found.finer.outcomes] == ["slender", "squat"]
+    for outcome in (*found.finer.outcomes, *found.stiffer.outcomes):
+        assert outcome.cases + outcome.unanswered == found.chosen == 4
     # The slender one alone is said to have stood where it fell.
-    wrong = done.sample.overturned.copy()
+    wrong = done.sample.answers["overturned"].copy()
     fell = int((wrong[:, 0] != 0).sum())
     assert fell > 0
     wrong[:, 0] = 0
-    found = repeat_sample(settings, done.records, replace(done.sample, overturned=wrong), done.block_steps)
-    assert [one["flags"] for one in found["finer"]["outcomes"]] == [fell, 0]
+    found = check_convergence(settings, done.records, done.saying(wrong))
+    assert [one.flags for one in found.finer.outcomes] == [fell, 0]
     warning, _ = paragraphs(reported(settings, found, tmp_path))
     assert "with steps 8 times finer and with springs 4 times stiffer" in warning
     (table,) = (block for block in reported(settings, found, tmp_path) if isinstance(block, Table))
@@ -287,7 +305,7 @@ def test_scene_repetitions_are_finer_and_stiffer(row_of_two: dict[str, object]) 
     own = run(settings.scene, motion, cases)
     steps = {
         name: again(motion, cases).block_steps.sum() / own.block_steps.sum()
-        for name, again in repetitions(settings).items()
+        for name, again in computations(settings).items()
     }
     assert steps["finer"] == pytest.approx(8, rel=0.1)
     # Whole steps follow the motion; the contact halves only the finest ones.
@@ -297,12 +315,12 @@ def test_scene_repetitions_are_finer_and_stiffer(row_of_two: dict[str, object]) 
     np.testing.assert_allclose(stiff.dashpot, 2 * soft.dashpot, err_msg="the damping ratio stays")
 
 
-def test_the_gravestone_scene_is_verified_with_the_fast_kernel() -> None:
+def test_the_gravestone_scene_is_checked_with_the_fast_kernel() -> None:
     scene = study(scene="gravestone", ensemble={"members": 0}, b_over_h=[0.2], height=[0.6])
     block = study(ensemble={"members": 0}, b_over_h=[0.2])
     cases = Cases([0.0, 60.0], 0.6, 0.2, 0.58)
-    for kind, again in repetitions(scene).items():
-        found, expected = again(short(7), cases), repetitions(block)[kind](short(7), cases)
+    for kind, again in computations(scene).items():
+        found, expected = again(short(7), cases), computations(block)[kind](short(7), cases)
         np.testing.assert_array_equal(found.overturned, expected.overturned)
         np.testing.assert_array_equal(found.block_steps, expected.block_steps)
 
@@ -310,7 +328,7 @@ def test_the_gravestone_scene_is_verified_with_the_fast_kernel() -> None:
 def test_the_command_reads_a_scenes_cube_and_writes_what_the_report_reads(
     row_of_two: dict[str, object], tmp_path: Path
 ) -> None:
-    from overturning.commands.workflow import verify_study
+    from overturning.commands import workflow
     from overturning.records.store import read_motion, write_motion
     from overturning.study.cube import open_cube
     from overturning.study.gather import gather
@@ -326,18 +344,17 @@ def test_the_command_reads_a_scenes_cube_and_writes_what_the_report_reads(
     kept = read_motion(tmp_path / "motion" / "a.nc")
     sweep_record(settings, kept, tmp_path / "a.nc")
     gather(settings, [kept], [tmp_path / "a.nc"], tmp_path / "cube.nc")
-    verify_study(
-        json.dumps(data), tmp_path / "motion", tmp_path / "cube.nc", tmp_path / "verification.json", 1, tmp_path / "log"
-    )
-    found = json.loads((tmp_path / "verification.json").read_text(encoding="utf-8"))
-    assert 6 <= found["chosen"] < found["wanted"] == 24, "none of the scene's azimuths is mirrored"
-    spent = sum(found[kind].get("block_steps", 0) for kind in ("finer", "stiffer", "settling"))
+    output = tmp_path / "convergence.json"
+    workflow.check_convergence(json.dumps(data), tmp_path / "motion", tmp_path / "cube.nc", output, 1, tmp_path / "log")
+    found = Convergence.read(output)
+    assert 6 <= found.chosen < found.wanted == 24, "none of the scene's azimuths is mirrored"
+    spent = sum(part.block_steps for part in (found.finer, found.stiffer, found.settling))
     with open_cube(tmp_path / "cube.nc", element=None) as cube:
-        assert 0 < spent <= 4 * found["study_block_steps"] == 4 * cube.attrs["block_steps"]
+        assert 0 < spent <= 4 * found.study_block_steps == 4 * cube.attrs["block_steps"]
     assert "Each element of the scene is counted by itself" in paragraphs(reported(settings, found, tmp_path))[-1]
     # Few change with the step, so the answers read from the cube are those of the same cells.
-    assert sum(outcome["fallen"] for outcome in found["finer"]["outcomes"]) > 0
-    assert all(outcome["flags"] <= 1 for outcome in found["finer"]["outcomes"])
+    assert sum(outcome.fallen for outcome in found.finer.outcomes) > 0
+    assert all(outcome.flags <= 1 for outcome in found.finer.outcomes)
 
 
 def test_a_case_is_divided_where_some_members_fall_and_others_stand(tmp_path: Path) -> None:
@@ -348,7 +365,36 @@ def test_a_case_is_divided_where_some_members_fall_and_others_stand(tmp_path: Pa
     dims = ("record", "azimuth", "height", "b_over_h", "friction")
     given = {"overturned": zeros, "status": zeros, "mirrored": zeros}
     given |= {"probability_towards": towards.reshape(shape), "probability_away": away.reshape(shape)}
-    xr.Dataset({name: (dims, values) for name, values in given.items()}).to_netcdf(tmp_path / "cube.nc")
+    table = xr.Dataset({name: (dims, values) for name, values in given.items()}, attrs={"block_steps": 1})
+    table.to_netcdf(tmp_path / "cube.nc")
     sample = read_sample(tmp_path / "cube.nc", Verification(at_least=5))
     divided = dict(zip(sample.index[:, 0].tolist(), sample.divided[:, 0].tolist(), strict=True))
     assert divided == {0: False, 1: True, 2: False, 3: False, 4: False}
+
+
+COUNTS = {"element": "", "cases": 200, "flags": 2, "flags_undivided": 2, "fallen": 50, "sides": 0, "unanswered": 0}
+FOUND = {
+    "seed": 1, "wanted": 200, "chosen": 200, "at_rest": 0, "cells": 9000, "study_block_steps": 1000, "cost": 1.0,
+    "finer_by": 8, "stiffer_by": 4.0, "finer": {"block_steps": 500, "outcomes": [COUNTS]},
+    "stiffer": {"block_steps": 0, "outcomes": [], "refused": "too stiff"},
+    "settling": {"changed": 0, "looked_at": 0, "settled": 0, "chaotic": 0, "block_steps": 0},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("written", "said"),
+    [
+        ({name: value for name, value in FOUND.items() if name != "seed"}, "seed is missing"),
+        (FOUND | {"finer": {"outcomes": [COUNTS]}}, "finer.block_steps is missing"),
+        (FOUND | {"finer": {"block_steps": 1, "outcomes": [{"element": ""}]}}, "finer.outcomes.0.cases is missing"),
+        (FOUND | {"chosen": "many"}, "chosen input should be a valid integer"),
+        (["old"], "input should be a valid dictionary"),
+    ],
+)
+def test_the_outcome_of_an_older_version_is_refused_by_file_and_key(tmp_path: Path, written: Any, said: str) -> None:
+    path = tmp_path / "convergence.json"
+    path.write_text(json.dumps(written), encoding="utf-8")
+    with pytest.raises(ResultError, match="run the study again, which makes") as error:
+        Convergence.read(path)
+    assert str(error.value).startswith(f"{path}: {said}")
+    assert "\n" not in str(error.value)

@@ -1,12 +1,20 @@
-"""What the report says of its own error."""
+"""What the report says of its convergence check."""
 
 from types import SimpleNamespace
 from typing import Any
 
 from overturning.report.blocks import Caution, Note, Section
-from overturning.report.sections.own_error import dependence, own_error
+from overturning.report.sections.convergence import convergence, dependence
+from overturning.study.convergence import Convergence
 from tests.report.reading import column, tables, text_of
-from tests.study.test_own_error_file import COUNTS, FOUND
+
+COUNTS = {"element": "", "cases": 200, "flags": 2, "flags_undivided": 2, "fallen": 50, "sides": 0, "unanswered": 0}
+FOUND = {
+    "seed": 1, "wanted": 200, "chosen": 200, "at_rest": 0, "cells": 9000, "study_block_steps": 1000, "cost": 1.0,
+    "finer_by": 8, "stiffer_by": 4.0, "finer": {"block_steps": 500, "outcomes": [COUNTS]},
+    "stiffer": {"block_steps": 0, "outcomes": [], "refused": "too stiff"},
+    "settling": {"changed": 0, "looked_at": 0, "settled": 0, "chaotic": 0, "block_steps": 0},
+}  # fmt: skip
 
 
 def study(members: int = 0, variants: tuple[str, ...] = ()) -> Any:
@@ -14,8 +22,10 @@ def study(members: int = 0, variants: tuple[str, ...] = ()) -> Any:
 
 
 def section(variants: tuple[str, ...] = (), members: int = 0, **found: Any) -> Section:
-    results: Any = SimpleNamespace(study=study(members, variants), verification=FOUND | found)
-    shown = own_error(results)
+    results: Any = SimpleNamespace(
+        study=study(members, variants), convergence=Convergence.model_validate(FOUND | found)
+    )
+    shown = convergence(results)
     assert shown is not None
     return shown
 
@@ -83,13 +93,13 @@ def test_each_element_is_counted_by_itself() -> None:
 
 
 def test_a_study_without_it_has_no_section() -> None:
-    results: Any = SimpleNamespace(study=None, verification=None)
-    assert own_error(results) is None
+    results: Any = SimpleNamespace(study=None, convergence=None)
+    assert convergence(results) is None
 
 
 def test_the_line_below_the_answer() -> None:
     def line(members: int = 0, **found: Any) -> Any:
-        results: Any = SimpleNamespace(study=study(members), verification=FOUND | found)
+        results: Any = SimpleNamespace(study=study(members), convergence=Convergence.model_validate(FOUND | found))
         return dependence(results)
 
     calm = line()
@@ -112,4 +122,4 @@ def test_the_line_below_the_answer() -> None:
     assert warnings(shown) == []
     (table,) = tables(shown)
     assert column(table, "changed")[:2] == ["5", "1"]
-    assert dependence(SimpleNamespace(study=None, verification=None)) is None  # type: ignore[arg-type]
+    assert dependence(SimpleNamespace(study=None, convergence=None)) is None  # type: ignore[arg-type]

@@ -1,0 +1,427 @@
+"""Convergence check: a random part of a study computed again with finer steps and with stiffer springs, and what changes.
+
+What changes with finer steps is computed in steps half as long as those, and in those under a motion changed by less than is
+known of it. An answer that stays both times is settled by a finer computation; one that changes with the motion none decides.
+"""
+
+import itertools
+import json
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ValidationError
+
+from overturning.dem.cases import Cases
+from overturning.dem.numerics import Progress
+from overturning.dem.scene import Scene
+from overturning.dem.variables import INT8_MISSING
+from overturning.errors import ArgumentError, ResultError
+from overturning.files import atomic_write
+from overturning.motion.motion import Motion
+from overturning.records.record import Record
+from overturning.study.config import Study
+from overturning.study.grid import grid_of
+from overturning.study.netcdf import open_raw
+from overturning.study.scenes import motion_of, numerics_of, scene_of
+from overturning.study.sections import Verification
+
+FINER: Final = 8
+"""Steps of the finer computation in each of the study's."""
+
+STIFFER: Final = 4.0
+"""Stiffness of the stiffer springs over the study's; the finest steps are half as long for it, the whole ones are not."""
+
+NUDGE: Final = 1e-9
+"""Share by which the motion is made stronger to see whether an answer hangs on less than is known of it."""
+
+WARN_ABOVE: Final = 0.01
+"""Share of changed flags above which the report warns; those are not counted where the ensemble is divided anyway."""
+
+ASIDE: Final = 15.0
+"""Degrees between two azimuths of a fall in space from which they are not the same."""
+
+PILOT: Final = 16
+"""Cases that tell what a case costs before more are computed."""
+
+FINER_OVER_STIFFER: Final = 9.0
+"""Block steps with finer steps over those with stiffer springs, at most: 8 over 1, and what is done once more."""
+
+_CHANCES: Final = (
+    "probability_towards",
+    "probability_away",
+    "probability_falls",
+)  # their sum: share of members that fall
+_ROUNDING: Final = 1e-6
+
+
+class Counts(BaseModel):
+    """How far the answers to the same cases differ."""
+
+    cases: int  # with an answer in both
+    flags: int  # of these, that fall in one answer and stand in the other
+    fallen: int  # that fall in both
+    sides: int  # of these, that fall to the other side, in space `ASIDE` or more away
+    unanswered: int  # without an answer in one or both
+
+    def __add__(self, other: "Counts") -> "Counts":
+        return Counts(**{name: getattr(self, name) + getattr(other, name) for name in Counts.model_fields})
+
+
+def compare(first: NDArray[np.int8], second: NDArray[np.int8], elsewhere: NDArray[np.bool_] | None = None) -> Counts:
+    """Count how far two arrays of `overturned` differ: +1, −1, 0, or −128 where there is no answer.
+
+    `elsewhere` says of each case in space whether its two falls go another way, which flags say in planes.
+    """
+    known = (first != INT8_MISSING) & (second != INT8_MISSING)
+    fell, fell_too = first != 0, second != 0
+    both = known & fell & fell_too
+    other = first != second if elsewhere is None else (first != second) | elsewhere
+    return Counts(
+        cases=int(known.sum()),
+        flags=int((known & (fell != fell_too)).sum()),
+        fallen=int(both.sum()),
+        sides=int((both & other).sum()),
+        unanswered=int((~known).sum()),
+    )
+
+
+Answers = NDArray[np.void]
+"""Answers to cases, of which `unanswered` makes room for `overturned`, `azimuth` and `block_steps`."""
+
+
+def unanswered(count: int, elements: int) -> Answers:
+    """Room for answers: a flag for each element, in space the azimuth of the fall in degrees, else NaN, and the work."""
+    answers = np.zeros(count, [("overturned", np.int8, (elements,)), ("azimuth", "f4"), ("block_steps", np.int64)])
+    answers["azimuth"] = np.nan
+    return answers
+
+
+def elsewhere(first: Answers, second: Answers) -> NDArray[np.bool_]:
+    """Which of the bodies in space that fall in both answers go `ASIDE` or more apart; in planes none."""
+    both = ((first["overturned"] == 1) & (second["overturned"] == 1)).all(axis=1)
+    turn = np.where(both, first["azimuth"], 0.0) - np.where(both, second["azimuth"], 0.0)
+    return np.asarray(np.abs((turn + 180.0) % 360.0 - 180.0) >= ASIDE)
+
+
+def differ(first: Answers, second: Answers) -> NDArray[np.bool_]:
+    """Which cases have another answer, of any element; shape (n,)."""
+    return (first["overturned"] != second["overturned"]).any(axis=1) | elsewhere(first, second)
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Cases in the random order in which they are computed again, with the study's answers."""
+
+    record: NDArray[np.int64]  # position of the record, shape (n,)
+    index: NDArray[np.int64]  # positions along the dimensions of the study, shape (n, 4), or (n, 5) in space
+    answers: Answers
+    at_rest: NDArray[np.bool_]  # those below the thresholds of rocking and sliding, shape (n,)
+    divided: NDArray[np.bool_]  # some members of the ensemble fall and others stand, shape (n, elements)
+    computed: int  # cases of the study that were not mirrored, nor repeated in space
+    block_steps: int  # of the whole study
+
+    @property
+    def size(self) -> int:
+        """Number of cases."""
+        return len(self.record)
+
+
+def choose(
+    settings: Verification, records: int, computed: NDArray[np.bool_]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Choose cells of a study at random, each at most once: of each its record, shape (n,), and its index.
+
+    Any first part of the choice is a random choice too. Cells that are not `computed`, an array like the grid, the same
+    for every record, are not chosen: they mirror others and would be the same computation again.
+    """
+    cells = np.argwhere(computed)
+    total = records * len(cells)
+    wanted = min(total, max(settings.at_least, round(settings.share * records * computed.size)))
+    generator = np.random.Generator(np.random.PCG64(settings.seed))
+    chosen = generator.permutation(total)[:wanted]
+    return chosen // len(cells), cells[chosen % len(cells)]
+
+
+def read_sample(cube: Path, settings: Verification) -> Sample:
+    """Choose cells of a cube and read the study's answers to them; a ResultError where the cube cannot be read."""
+    with open_raw(cube, "opened", "run the study again") as file:
+        records = file.dimensions["record"].size
+        # The answers as recorded, where a study has its motions at several amplitudes.
+        recorded = (int(np.flatnonzero(file["amplitude"][:] == 1.0)[0]),) if "amplitude" in file.dimensions else ()
+        computed = file["mirrored" if "mirrored" in file.variables else "repeated"][(0, *recorded)] == 0
+        record, index = choose(settings, records, computed)
+        elements = file.dimensions["element"].size if "element" in file.dimensions else 1
+        answers, at_rest = unanswered(record.size, elements), np.zeros(record.size, np.bool_)
+        divided = np.zeros((record.size, elements), np.bool_)
+        chances = [name for name in _CHANCES if name in file.variables]
+        for number in range(records):
+            rows = np.flatnonzero(record == number)
+            where = tuple(index[rows].T)
+
+            def cells(name: str, number: int = number, where: Any = where, count: int = rows.size) -> NDArray[Any]:
+                return np.asarray(file[name][(number, *recorded)][where]).reshape(count, -1)
+
+            answers["overturned"][rows] = cells("overturned")
+            at_rest[rows] = cells("status")[:, 0] == 1
+            if chances:
+                falls = sum(cells(name) for name in chances)
+                divided[rows] = (falls > 0) & (falls < 1 - _ROUNDING)
+            if "fall_azimuth" in file.variables:
+                answers["azimuth"][rows] = cells("fall_azimuth")[:, 0]
+        return Sample(record, index, answers, at_rest, divided, records * int(computed.sum()), int(file.block_steps))
+
+
+class Outcome(Counts):
+    """What changed of one element, whose name is empty for a block."""
+
+    element: str
+    flags_undivided: int  # of the changed flags, those of cases whose ensemble is not divided
+
+
+class Repetition(BaseModel):
+    """Cases computed again, or why they could not be."""
+
+    block_steps: int
+    outcomes: list[Outcome]
+    refused: str = ""
+
+
+class Settling(BaseModel):
+    """How many cases changed with finer steps; of these, how many were looked at, keep that answer, or lose it to a nudge."""
+
+    changed: int
+    looked_at: int
+    settled: int
+    chaotic: int
+    block_steps: int
+
+
+class Convergence(BaseModel):
+    """What a convergence check found, as it is kept in ``convergence.json``."""
+
+    seed: int
+    wanted: int
+    chosen: int
+    at_rest: int
+    cells: int
+    study_block_steps: int
+    cost: float
+    finer_by: int
+    stiffer_by: float
+    finer: Repetition
+    stiffer: Repetition
+    settling: Settling
+
+    def write(self, path: Path) -> None:
+        """Write it as JSON."""
+        with atomic_write(path) as part:
+            part.write_text(json.dumps(self.model_dump(), indent=1) + "\n", encoding="utf-8")
+
+    @classmethod
+    def read(cls, path: Path) -> "Convergence":
+        """Read what `write` wrote; a `ResultError` if it is missing or torn, or was written by a version that said less."""
+        remedy = "run the study again, which makes the convergence check anew"
+        try:
+            found = json.loads(path.read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            raise ResultError(f"{path}: no outcome of a convergence check; {remedy}") from None
+        try:
+            return cls.model_validate(found)
+        except ValidationError as error:
+            first = error.errors()[0]
+            key = ".".join(map(str, first["loc"]))
+            wrong = "is missing" if first["type"] == "missing" else first["msg"].lower()
+            raise ResultError(
+                f"{path}: {f'{key} ' if key else ''}{wrong}; written by another version: {remedy}"
+            ) from None
+
+
+def check_convergence(
+    study: Study, records: Sequence[Record], sample: Sample, threads: int = 1, progress: Progress | None = None
+) -> Convergence:
+    """Compute chosen cases again, with finer steps and with stiffer springs, as many as cost no more than is allowed.
+
+    The stiffer springs go first, in growing parts: their block steps tell what the finer steps will cost. These take the
+    first cases of the same random order, as many as the rest of the allowance pays for, and both are counted on these.
+
+    Parameters
+    ----------
+    study : Study
+        The study, whose `verification` are settings.
+    records : sequence of Record
+        Its processed records in its order.
+    sample : Sample
+        Cases of its cube.
+    threads : int
+        Number of threads; nothing that is found depends on it.
+    progress : callable, optional
+        Called with the cases done and all cases of both.
+    """
+    settings = study.verification
+    assert not isinstance(settings, str)  # the workflow does not ask for it
+    allowed = round(settings.cost * sample.block_steps)
+    runs = _Runs(study, records, sample, threads, progress)
+    # Springs four times stiffer may be beyond what numbers hold: the finer steps alone then.
+    if runs.run_affordable("stiffer", 1.0 + FINER_OVER_STIFFER, allowed):
+        spent = runs.answers["stiffer"]["block_steps"]
+        affordable = np.cumsum(FINER_OVER_STIFFER * spent)
+        runs.run("finer", int(np.searchsorted(affordable, allowed - int(spent.sum()), side="right")))
+    else:
+        runs.run_affordable("finer", 1.0, allowed)
+    count, done = len(runs.answers["finer"]), sum(int(one["block_steps"].sum()) for one in runs.answers.values())
+    grid = grid_of(study)
+    return Convergence(
+        seed=settings.seed,
+        wanted=sample.size,
+        chosen=count,
+        at_rest=int(sample.at_rest[:count].sum()),
+        cells=len(records) * grid.size,
+        study_block_steps=sample.block_steps,
+        cost=settings.cost,
+        finer_by=FINER,
+        stiffer_by=STIFFER,
+        finer=runs.outcome("finer", count, grid.element or ("",)),
+        stiffer=runs.outcome("stiffer", count, grid.element or ("",)),
+        settling=runs.settle(count, allowed - done),
+    )
+
+
+class _Runs:
+    """The first cases of a sample computed again; the answers grow."""
+
+    def __init__(
+        self, study: Study, records: Sequence[Record], sample: Sample, threads: int, progress: Progress | None
+    ) -> None:
+        self.sample, self.threads, self.progress = sample, threads, progress
+        self.motions = [motion_of(study, record) for record in records]
+        self.computations = computations(study)
+        self.axes = [axis.astype(np.float64) for axis in grid_of(study).coordinates().values()]
+        self.cases = cases_of(study)
+        self.answers = dict.fromkeys(("finer", "stiffer"), sample.answers[:0])
+        self.refused: dict[str, str] = {}
+
+    def run_affordable(self, kind: str, factor: float, allowed: int) -> bool:
+        """Compute the first cases, until all that they cost, `factor` times this, reaches what is allowed; False if refused."""
+        size = min(PILOT, self.sample.size, max(self.sample.computed // 12, 1))
+        while size > 0:
+            done = len(self.answers[kind]) + size
+            if not self.run(kind, done):
+                return False
+            mean = factor * float(self.answers[kind]["block_steps"].mean())
+            affordable = self.sample.size if mean == 0 else min(self.sample.size, int(0.95 * allowed / mean))
+            size = min(affordable - done, 3 * done)
+        return True
+
+    def run(self, kind: str, until: int) -> bool:
+        """Continue until so many cases have been computed again; False where they are refused."""
+        try:
+            more = self._compute(kind, np.arange(len(self.answers[kind]), until))
+        except ArgumentError as error:
+            self.refused[kind] = str(error)
+            return False
+        self.answers[kind] = np.concatenate([self.answers[kind], more])
+        if self.progress:
+            self.progress(sum(map(len, self.answers.values())), 2 * self.sample.size)
+        return True
+
+    def _compute(self, kind: str, rows: NDArray[np.int64], amplitude: float = 1.0) -> Answers:
+        """Answers to some cases under motions of an amplitude."""
+        answers = np.zeros(rows.size, self.sample.answers.dtype)
+
+        def one(number: int) -> None:
+            mine = self.sample.record[rows] == number
+            chosen = self.sample.index[rows[mine]]
+            columns = (axis[chosen[:, column]] for column, axis in enumerate(self.axes))
+            results = self.computations[kind](self.motions[number], self.cases(*columns, amplitude=amplitude))
+            answers["overturned"][mine] = results.overturned.reshape(len(chosen), -1)
+            answers["azimuth"][mine] = getattr(results, "fall_azimuth", np.nan)
+            answers["block_steps"][mine] = results.block_steps
+
+        with ThreadPoolExecutor(max_workers=self.threads) as pool:
+            list(pool.map(one, np.unique(self.sample.record[rows]).tolist()))
+        return answers
+
+    def outcome(self, kind: str, count: int, elements: Sequence[str]) -> Repetition:
+        """What changed in the first cases."""
+        if kind in self.refused:
+            return Repetition(block_steps=0, outcomes=[], refused=self.refused[kind])
+        own, again, outcomes = self.sample.answers[:count], self.answers[kind][:count], []
+        away = elsewhere(own, again)
+        for column, name in enumerate(elements):
+            before, after = own["overturned"][:, column], again["overturned"][:, column]
+            sure = ~self.sample.divided[:count, column]
+            counts, flags = compare(before, after, away), compare(before[sure], after[sure]).flags
+            outcomes.append(Outcome(element=name, flags_undivided=flags, **counts.model_dump()))
+        return Repetition(block_steps=int(self.answers[kind]["block_steps"].sum()), outcomes=outcomes)
+
+    def settle(self, count: int, allowed: int) -> Settling:
+        """What of the first cases changes with finer steps and, as far as allowed, keeps that answer or loses it."""
+        own, finer = self.sample.answers[:count], self.answers["finer"][:count]
+        known = ((finer["overturned"] != INT8_MISSING) & (own["overturned"] != INT8_MISSING)).all(axis=1)
+        changed = np.flatnonzero(known & differ(finer, own))
+        # Steps half as long, and those of the finer computation once more.
+        rows = changed[3 * np.cumsum(finer["block_steps"][changed]) <= allowed]
+        finest, nudged = self._compute("finest", rows), self._compute("finer", rows, 1.0 + NUDGE)
+        kept = ~differ(nudged, finer[rows])
+        return Settling(
+            changed=changed.size,
+            looked_at=rows.size,
+            settled=int((~differ(finest, finer[rows]) & kept).sum()),
+            chaotic=int((~kept).sum()),
+            block_steps=int(finest["block_steps"].sum() + nudged["block_steps"].sum()),
+        )
+
+
+def cases_of(study: Study) -> Callable[..., Any]:
+    """What makes cases of a study from a row of values per dimension."""
+    if study.body is None:
+        return Cases
+    from overturning.dem.solid.cases import SpaceCases
+
+    return SpaceCases
+
+
+def computations(study: Study) -> dict[str, Callable[[Motion, Any], Any]]:
+    """What computes a study's nominal cases again under a motion: with finer and finest steps, and with stiffer springs.
+
+    A step given in seconds shrinks with the period of the stiffer contact; an automatic one follows the stable one.
+    """
+    numerics = numerics_of(study)
+    step = numerics.time_step
+    finer, finest = (replace(numerics, refinement=times * FINER) for times in (1, 2))
+    shorter = replace(numerics, time_step=step if isinstance(step, str) else step / np.sqrt(STIFFER))
+    own: Callable[..., Any]
+    stiffer: Callable[..., Any]
+    if study.body is not None:
+        from overturning.study.space import run_space
+
+        own = partial(run_space, study, study.contact)
+        stiffer = partial(own, stiffer=STIFFER)
+    else:
+        from overturning.dem.run import run
+
+        own, stiffer = partial(run, scene_of(study)), partial(run, stiffer_scene(scene_of(study)))
+    return {
+        "finer": partial(own, numerics=finer),
+        "finest": partial(own, numerics=finest),
+        "stiffer": partial(stiffer, numerics=shorter),
+    }
+
+
+def stiffer_scene(scene: Scene) -> Scene:
+    """The scene with all springs `STIFFER` times as stiff, also those of the default contact law."""
+    laws = []
+    for pair in itertools.combinations_with_replacement(scene.materials, 2):
+        law = scene.law_between(*pair)
+        assert law.static_penetration is not None  # `law_between` gives it
+        changed: dict[str, float] = {"static_penetration": law.static_penetration / STIFFER}
+        if law.stiffness != "auto":
+            changed = {"stiffness": law.stiffness * STIFFER}
+        laws.append(law.model_copy(update=changed))
+    return scene.model_copy(update={"contacts": tuple(laws)})

@@ -12,10 +12,10 @@ from overturning.records.processing import process
 from overturning.records.read import read_record
 from overturning.records.record import Record
 from overturning.records.store import rounded
-from overturning.study.config import Study
 from overturning.study.grid import grid_of
 from overturning.study.load import entries_of, load_study
 from overturning.study.scenes import NOMINAL, motion_of, numerics_of
+from overturning.study.schema import Study
 from overturning.study.sweep import simulate_variant
 
 DEFAULT = Path("config/waiau.yaml")

@@ -14,8 +14,8 @@ from overturning.dem.solid.mesh import read_mesh
 from overturning.records.catalogue import read_catalogue
 from overturning.records.read import read_path
 from overturning.records.source import ReadOptions
-from overturning.study.check import check_files, check_size
 from overturning.study.load import load_study
+from overturning.study.preflight import check_files, check_size
 from overturning.surveys.stones import read_survey
 from tests.fuzz.spoiling import edited, fuzz, met, spoilt, wrong_tree
 from tests.records.malformed_corpus import COUNTS, WHOLE

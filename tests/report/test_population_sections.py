@@ -14,8 +14,7 @@ from overturning.records.steps import Layer, Rock, Site
 from overturning.report.results import Results
 from overturning.report.sections.ground import ground
 from overturning.report.sections.population import population
-from overturning.study.population import Population
-from overturning.study.sections import Variant
+from overturning.study.sections import Population, Variant
 from overturning.surveys.population_rates import jma_intensities, population_rates
 from tests.report.reading import tables, text_of
 

@@ -15,7 +15,7 @@ from overturning.report.sections.ensemble import ensemble
 from overturning.statistics.direction import fall_axis, fall_direction, fall_shares
 from overturning.statistics.earthquakes import axes_by_earthquake
 from overturning.statistics.falls import falls_towards, near_boundary
-from overturning.study.population import Population
+from overturning.study.sections import Population
 from overturning.surveys.population_rates import population_rates
 from overturning.surveys.prediction import SitePrediction
 from overturning.surveys.stones import Stone

@@ -1,7 +1,7 @@
 """A small study with a convergence check."""
 
-from overturning.study.config import Study
 from overturning.study.load import check_study
+from overturning.study.schema import Study
 
 
 def study(**more: object) -> Study:

@@ -6,7 +6,7 @@ from pydantic import ValidationError
 from overturning.errors import ConfigError
 from overturning.study.document import CATALOGUE, catalogue_schema_text, schema_text, with_tables
 from overturning.study.load import check_study, entries_of, load_study, study_from
-from overturning.study.ranges import AzimuthRange, Range
+from overturning.study.values import AzimuthRange, Range, parse_quantity
 
 CONFIG = Path(__file__).parents[2] / "config"
 SMALL = {"name": "small", "records": {"use": ["rinaldi"]}}
@@ -180,3 +180,27 @@ def test_what_yaml_or_python_stumbles_over_is_refused_in_a_line(tmp_path: Path) 
             load_study(path)
         assert max(map(len, str(problem.value).split("\n"))) < 700
         assert str(path) in str(problem.value)
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "expected"),
+    [
+        (0.6, "m", 0.6),
+        (1, "m", 1.0),
+        ("0.6", "m", 0.6),
+        ("60 cm", "m", 0.6),
+        ("600mm", "m", 0.6),
+        ("2.65 g/cm³", "kg/m³", 2650.0),
+        ("3.5 kN·s/m", "N·s/m", 3500.0),
+        ("1e9 N/m", "N/m", 1e9),
+        ("60°", "°", 60.0),
+    ],
+)
+def test_number_in_the_unit_of_the_key(value: object, unit: str, expected: float) -> None:
+    assert parse_quantity(value, unit) == expected
+
+
+@pytest.mark.parametrize("value", ["60 kg", "0.6 ft", "60 cm 3", "tall", None, True, [1.0]])
+def test_wrong_unit_or_no_number_is_refused(value: object) -> None:
+    with pytest.raises(ValueError, match="m"):
+        parse_quantity(value, "m")

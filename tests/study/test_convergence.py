@@ -23,7 +23,6 @@ from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.report.blocks import Paragraph, Table
 from overturning.report.sections.convergence import convergence
-from overturning.study.config import Study
 from overturning.study.convergence import (
     Convergence,
     Counts,
@@ -39,6 +38,7 @@ from overturning.study.convergence import (
 from overturning.study.ensemble import wilson
 from overturning.study.grid import grid_of
 from overturning.study.load import check_study
+from overturning.study.schema import Study
 from overturning.study.sections import Verification
 from tests.dem.near_field import near_field
 from tests.study.small_study import study

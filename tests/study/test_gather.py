@@ -14,12 +14,12 @@ from overturning.dem.kernel.status import Status
 from overturning.dem.variables import FLOAT32_MISSING, INT8_MISSING, VARIABLES
 from overturning.errors import ResultError
 from overturning.records.record import Record
-from overturning.study.config import Study
 from overturning.study.cube import earthquakes_said, open_cube, processing_of, study_of
 from overturning.study.gather import gather
 from overturning.study.grid import grid_of
 from overturning.study.load import check_study
 from overturning.study.parts import write_part
+from overturning.study.schema import Study
 
 NAMES = ("first", "second")
 Outcome = dict[str, np.ndarray]

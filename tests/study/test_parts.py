@@ -8,11 +8,11 @@ import pytest
 from overturning.errors import ArgumentError
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.study.config import Study
 from overturning.study.gather import gather
 from overturning.study.grid import grid_of
 from overturning.study.load import check_study
 from overturning.study.parts import Chunk, parts_of, piece_of
+from overturning.study.schema import Study
 from overturning.study.sweep import sweep_record
 
 PLANES = {"azimuth": {"step": 45, "also": [32]}, "b_over_h": [0.2, 0.3], "friction": [0.33, 1.0]}

@@ -13,9 +13,9 @@ from overturning.errors import ResultError
 from overturning.files import atomic_write, whole
 from overturning.records.record import Record
 from overturning.records.store import read_motion, write_motion
-from overturning.study.config import Ensemble
 from overturning.study.members import draw_members, read_members, write_members
 from overturning.study.resume import keep_cubes, lock, put_cubes_back, repair
+from overturning.study.schema import Ensemble
 
 
 def motion(path: Path) -> Path:

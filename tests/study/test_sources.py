@@ -10,7 +10,7 @@ def names(module: str) -> set[str]:
 
 
 def test_imports_inside_functions_count() -> None:
-    assert {"read", "store", "config"} <= names("overturning.commands.workflow:read")
+    assert {"read", "store", "schema"} <= names("overturning.commands.workflow:read")
 
 
 def test_reading_does_not_depend_on_figures_nor_on_the_kernel() -> None:

@@ -10,7 +10,7 @@ from overturning.dem.cases import Cases
 from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate
 from overturning.motion.motion import Motion
-from overturning.study.population import Population, Spread
+from overturning.study.sections import Population, Spread
 from overturning.surveys.population import Stones, draw_stones, grid_places, rates, stone_outcomes
 from overturning.surveys.population_rates import population_rates
 

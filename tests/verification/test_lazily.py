@@ -18,8 +18,8 @@ from overturning.statistics.elements import compare_stones, falls_by_element
 from overturning.statistics.telling_in_space import telling_in_space
 from overturning.study.cube import open_cube
 from overturning.study.intensity import write_intensity
-from overturning.study.population import Population
 from overturning.study.scenes import NOMINAL, variant_names
+from overturning.study.sections import Population
 from overturning.surveys.population_rates import population_rates
 from verification.scale.made import made_records, made_study, write_made_cube
 

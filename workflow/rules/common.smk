@@ -11,7 +11,7 @@ from snakemake.logging import logger
 from overturning.errors import OverturningError
 from overturning.files import atomic_write
 from overturning.surveys.stones import read_survey
-from overturning.study.check import (
+from overturning.study.preflight import (
     check_files,
     check_records,
     check_results,

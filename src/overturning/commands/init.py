@@ -20,7 +20,7 @@ def init(folder: Annotated[Path, typer.Argument(help="folder to make")]) -> None
 
     from overturning.errors import ArgumentError
     from overturning.files import atomic_write, project_folders
-    from overturning.study.template import study_template
+    from overturning.study.document import study_template
 
     if folder.exists() and any(folder.iterdir() if folder.is_dir() else [folder]):
         raise ArgumentError(f"{folder}: is there already and not empty; name a folder to make")

@@ -13,8 +13,8 @@ app = typer.Typer(
 @app.command()
 def check(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> None:
     """Find what a run would find: wrong keys, missing and damaged files, too many cases; and about what it takes."""
-    from overturning.study.check import check_files, check_records, check_size
     from overturning.study.load import load_study
+    from overturning.study.preflight import check_files, check_records, check_size
     from overturning.surveys.stones import read_survey
 
     study = load_study(path)
@@ -38,8 +38,8 @@ def new(
     """Write a new study file, asking for what is not given."""
     from overturning.errors import ArgumentError
     from overturning.files import atomic_write, check_output
+    from overturning.study.document import study_template
     from overturning.study.load import entries_of, load_study
-    from overturning.study.template import study_template
 
     path = folder / f"{name}.yaml"
     if path.exists():

@@ -15,7 +15,7 @@ from overturning.figures.polar_panels import azimuth_edges, cell_edges, closed
 from overturning.figures.style import DARKEST, FALLS, FAULT, MISSING, OTHER_SIDE, STANDS
 from overturning.files import atomic_write
 from overturning.statistics.planes import fall_probability
-from overturning.study.check import MOST_CELLS
+from overturning.study.preflight import MOST_CELLS
 
 if TYPE_CHECKING:
     import xarray as xr

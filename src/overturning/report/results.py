@@ -18,10 +18,10 @@ from overturning.statistics.direction import in_space
 from overturning.statistics.elements import ElementFalls, falls_by_element
 from overturning.statistics.falls import overturns
 from overturning.statistics.planes import plane_index
-from overturning.study.config import Study
 from overturning.study.convergence import Convergence
 from overturning.study.cube import open_cube, study_of
 from overturning.study.scenes import NOMINAL, scene_of
+from overturning.study.schema import Study
 from overturning.surveys.inversion_file import Backwards, read_backwards
 from overturning.surveys.population_rates import population_rates
 from overturning.surveys.result import SurveyResult, read_survey_result

@@ -9,7 +9,7 @@ from overturning.report.build import build_report
 from overturning.report.html import pieces_of
 from overturning.report.pdf import render_pdf
 from overturning.report.results import open_results
-from overturning.study.config import Study
+from overturning.study.schema import Study
 
 
 def write_report(results: Path, path: Path, pdf: Path | None = None, beside: Study | None = None) -> None:

@@ -25,10 +25,10 @@ from overturning.errors import ArgumentError, ResultError
 from overturning.files import atomic_write
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.study.config import Study
 from overturning.study.grid import grid_of
 from overturning.study.netcdf import open_raw
 from overturning.study.scenes import motion_of, numerics_of, scene_of
+from overturning.study.schema import Study
 from overturning.study.sections import Verification
 
 FINER: Final = 8

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Final
 from overturning.dem.variables import VARIABLES
 from overturning.errors import ResultError
 from overturning.files import whole
-from overturning.study.config import Study
 from overturning.study.load import check_study
 from overturning.study.scenes import scene_of
+from overturning.study.schema import Study
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -1,11 +1,12 @@
-"""The JSON schema and the key table, both made from the configuration model."""
+"""What a study file looks like: the JSON schema and the table of keys, both made from the model, and the text of a new study."""
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from overturning.records.catalogue import RecordEntry
-from overturning.study.config import Study
+from overturning.study.schema import Study
 
 
 def schema_text() -> str:
@@ -89,3 +90,21 @@ def write_documentation(folder: Path) -> None:
         catalogue.write_text(catalogue_schema_text(), encoding="utf-8")
     readme = folder / "README.md"
     readme.write_text(with_tables(readme.read_text(encoding="utf-8")), encoding="utf-8")
+
+
+_TEXT = """\
+# Every key is explained in config/README.md.
+name: {name} # of the folder under results/
+title: {title}
+question: Which way do gravestones fall?
+records: {{use: [{records}]}} # ids of config/records.tsv
+azimuth: {{step: {step:g}}} # degrees; a divisor of 360
+b_over_h: {{start: 0.1, stop: 0.6, step: 0.1}} # width over height
+height: [0.6] # m
+friction: [0.58, 1.0]
+"""
+
+
+def study_template(name: str, records: Sequence[str], title: str = "", step: float = 15.0) -> str:
+    """A study file of these records, whose name may be any; it is checked when it is read."""
+    return _TEXT.format(name=name, title=title or name, records=", ".join(records), step=step)

@@ -17,11 +17,11 @@ from overturning.files import atomic_write, without_folders
 from overturning.records.catalogue import METADATA
 from overturning.records.earthquakes import earthquakes_of
 from overturning.records.record import Record, account
-from overturning.study.config import Study
 from overturning.study.grid import grid_of
 from overturning.study.netcdf import add_coordinate, add_grid, add_variable, content_hash
 from overturning.study.parts import opened_part, record_of
 from overturning.study.scenes import NOMINAL, scene_of
+from overturning.study.schema import Study
 from overturning.study.sweep import variables_of
 
 CONVENTIONS = "CF-1.11"

@@ -5,8 +5,8 @@ import numpy as np
 from overturning.dem.grid import Axes, Grid
 from overturning.dem.solid.grid import SpaceGrid, periods_of
 from overturning.model.symmetry import PLANE_PERIOD, Sources, representatives
-from overturning.study.config import Study
 from overturning.study.scenes import NOMINAL, scene_of
+from overturning.study.schema import Study
 
 
 def grid_of(study: Study, variant: str = NOMINAL) -> Axes:

@@ -14,8 +14,8 @@ from overturning.motion.intensity import PEAKS, intensity_by_azimuth, record_mea
 from overturning.motion.motion import Motion
 from overturning.motion.spectra import rotd
 from overturning.records.record import Record
-from overturning.study.config import Study
 from overturning.study.grid import plane_grid
+from overturning.study.schema import Study
 
 PERCENTILES = (0.0, 50.0, 100.0)
 SPECTRUM_PERIODS = np.geomspace(0.01, 10.0, 61)

@@ -12,7 +12,7 @@ from overturning.errors import ConfigError
 from overturning.files import read_mapping, shipped
 from overturning.records.catalogue import RecordEntry, read_catalogue
 from overturning.records.pulses import parse_pulse
-from overturning.study.config import Study
+from overturning.study.schema import Study
 from overturning.tables import said
 
 

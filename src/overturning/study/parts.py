@@ -14,9 +14,9 @@ from overturning.dem.grid import Axes
 from overturning.dem.variables import VARIABLES, Variable
 from overturning.errors import ArgumentError, ResultError
 from overturning.files import atomic_write
-from overturning.study.config import Study
 from overturning.study.grid import representatives_of
 from overturning.study.netcdf import add_grid, add_variable, open_raw
+from overturning.study.schema import Study
 
 
 @dataclass(frozen=True)

@@ -9,13 +9,13 @@ import numpy as np
 from overturning.errors import ArgumentError, ResultError
 from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
-from overturning.study.config import Study
 from overturning.study.cube import open_cube, study_of
 from overturning.study.ensemble import run_ensemble
 from overturning.study.grid import grid_of, representatives_of
 from overturning.study.members import draw_members
 from overturning.study.netcdf import content_hash, open_raw
 from overturning.study.scenes import motion_of, numerics_of, site_of
+from overturning.study.schema import Study
 from overturning.study.sweep import kind_of, member_runner, scaled, simulate_variant, variables_of
 
 

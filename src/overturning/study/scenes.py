@@ -15,7 +15,7 @@ from overturning.errors import ConfigError
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.steps import Site
-from overturning.study.config import Study
+from overturning.study.schema import Study
 from overturning.study.sections import ContactSettings
 
 NOMINAL = "nominal"

@@ -1,14 +1,20 @@
-"""The sections of a study file: records, contact, simulation, ensemble, and what a report compares with."""
+"""The sections of a study file: records, body, contact, simulation, ensemble, population, and what a report compares with."""
 
-from typing import Annotated, Any, Final, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
+import numpy as np
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
+from overturning.dem.cases import check_heights
 from overturning.dem.contact import DAMPING_RATIO
 from overturning.dem.element import Model
 from overturning.dem.scene import Scene, load_scene
+from overturning.errors import ArgumentError, OverturningError
 from overturning.records.steps import Site
-from overturning.study.quantity import Damping, Degree, Radian, Second, Stiffness
+from overturning.study.values import Damping, Degree, Metre, Radian, Second, Stiffness, Values
+
+if TYPE_CHECKING:
+    from overturning.dem.solid.shapes import Shape
 
 PulseName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
 
@@ -203,3 +209,137 @@ class Survey(Model):
         default=None, description="id of the site's record; not needed where the study has one record only"
     )
     background: float = Field(default=0.05, ge=0, lt=1, description="share of the stones taken to fall any way")
+
+
+Aspect = Annotated[float, Field(gt=0, le=10)]
+Sides = Annotated[int, Field(ge=3, le=96)]
+
+
+class BodySettings(Model):
+    """A free body in space."""
+
+    plan: Literal["rectangle", "circle"] | Sides = Field(
+        default="rectangle",
+        description="base of a right prism: `rectangle`, `circle`, or the number of sides of a regular one",
+    )
+    aspect: Values[Aspect] = Field(
+        default=(1.0,),
+        description="D/B of a rectangle, width across over that along the orientation: a list, or a range",
+    )
+    vertices: tuple[tuple[Metre, Metre, Metre], ...] | None = Field(
+        default=None,
+        description="instead of a prism: vertices of a convex body that stands on its lowest face (x, y, z up; m)",
+    )
+
+    mesh: str | None = Field(
+        default=None,
+        description="instead of vertices: mesh of such a body (OBJ, PLY or STL, m); path from the project's folder",
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read(cls, data: Any) -> Any:
+        # A mesh is read at once, so that a filled-in study holds the whole body.
+        if not isinstance(data, dict) or data.get("mesh") is None:
+            return data
+        from overturning.dem.solid.mesh import read_mesh
+
+        try:
+            read = read_mesh(str(data["mesh"]))
+        except OverturningError as error:
+            raise ValueError(f"mesh: {error}") from None
+        return {key: value for key, value in data.items() if key != "mesh"} | {
+            "vertices": np.asarray(read.vertices).tolist()
+        }
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        try:
+            shape = self.shape()
+        except ArgumentError as error:
+            raise ValueError(str(error).removeprefix("body: ")) from None
+        if not shape.oblong and self.aspect != (1.0,):
+            raise ValueError(f"aspect {list(self.aspect)}: only a rectangle has one; leave it out")
+        return self
+
+    def shape(self) -> "Shape":
+        """The kind of body; an `ArgumentError` where there is none."""
+        # Imported here: what a study in planes needs not is not waited for.
+        from overturning.dem.solid.shapes import Polyhedron, shape_of
+
+        return shape_of(self.plan if self.vertices is None else Polyhedron(self.vertices))
+
+
+class Orientations(Model):
+    """Directions that a body faces: from start by step, up to the turn after which it looks the same."""
+
+    start: Degree = Field(
+        default=0.0, ge=0, lt=360, description="first azimuth that the body faces, degrees clockwise from north"
+    )
+    step: Degree = Field(
+        default=5.0,
+        gt=0,
+        le=360,
+        description="distance between them, degrees; up to the turn after which the body looks the same (a square 90°, a "
+        "rectangle 180°), which it must divide",
+    )
+
+    def values(self, body: BodySettings) -> tuple[float, ...]:
+        """The orientations, ascending; one alone of a body that looks the same from everywhere.
+
+        A ValueError where the step does not divide the turn after which the body of an aspect looks the same, or the start does
+        not lie below the step.
+        """
+        from overturning.dem.solid.shapes import orientation_grid
+
+        shape = body.shape()
+        try:
+            # What symmetry repeats of one aspect must be in the grid of all.
+            for aspect in body.aspect:
+                orientation_grid(self.step, shape, aspect)
+            grid = orientation_grid(self.step, shape, body.aspect)
+        except ArgumentError as error:
+            raise ValueError(str(error)) from None
+        if self.start >= self.step:
+            raise ValueError(f"orientation.start: {self.start:g}°; it must lie below the step, {self.step:g}°")
+        return tuple(round(self.start + value, 10) for value in grid.tolist())
+
+
+class Spread(Model):
+    """Values spread evenly between two ends."""
+
+    low: float = Field(gt=0, description="lowest value")
+    high: float = Field(gt=0, description="highest value")
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if self.high < self.low:
+            raise ValueError(f"high {self.high:g} lies below low {self.low:g}; exchange them")
+        return self
+
+
+class Population(Model):
+    """A cemetery: the distribution of its stones, and how strongly each record is to shake it."""
+
+    width: Spread = Field(default=Spread(low=0.3, high=0.4), description="widths of the square shafts, m: low, high")
+    height: Spread = Field(default=Spread(low=0.6, high=0.9), description="heights of the shafts, m: low, high")
+    friction: Spread = Field(default=Spread(low=0.5, high=0.9), description="friction coefficients µ: low, high")
+    fixed: float = Field(default=0.0, ge=0, lt=1, description="share of stones fixed to their base, which do not fall")
+    face: Degree | None = Field(
+        default=None, description="azimuth that the faces look to, degrees; not given: stones look any way"
+    )
+    face_spread: Degree = Field(
+        default=10.0, ge=0, le=180, description="half-width of the faces' azimuths about `face`, degrees"
+    )
+    shifted: Metre = Field(default=0.01, gt=0, description="residual slip from which a standing stone is shifted, m")
+    rotated: Degree = Field(
+        default=5.0, gt=0, le=180, description="turn about the vertical from which a standing stone is rotated, degrees"
+    )
+    stones: int = Field(default=256, ge=16, le=65536, description="stones drawn, the same under every record")
+    seed: int = Field(default=1, ge=0, description="seed of the draw")
+
+    @field_validator("height")
+    @classmethod
+    def _of_stones(cls, height: Spread) -> Spread:
+        check_heights([height.low, height.high])
+        return height

@@ -17,13 +17,12 @@ from overturning.dem.solid.run import run_in_space
 from overturning.dem.solid.simulate import simulate_in_space_arrays
 from overturning.dem.variables import INT8_MISSING, Variable
 from overturning.motion.motion import Motion
-from overturning.study.body import BodySettings
-from overturning.study.config import Study
 from overturning.study.ensemble import Arrays, Kind, spread
 from overturning.study.face_planes import PLANE_VARIABLES, face_planes
 from overturning.study.grid import representatives_of
 from overturning.study.members import Members
-from overturning.study.sections import ContactSettings
+from overturning.study.schema import Study
+from overturning.study.sections import BodySettings, ContactSettings
 
 REPEATED: Final = Variable("repeated", "i1", "cell is the same case as one at a smaller orientation", attributes={
     "flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "computed repeated",

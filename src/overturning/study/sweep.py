@@ -14,12 +14,12 @@ from overturning.dem.simulate import simulate_grid
 from overturning.dem.variables import VARIABLES, Variable
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.study.config import Study
 from overturning.study.ensemble import PLANES, Kind, Runner, run_ensemble
 from overturning.study.grid import grid_of
 from overturning.study.members import Members, draw_members
 from overturning.study.parts import WHOLE, Chunk, piece_of, write_part
 from overturning.study.scenes import NOMINAL, Sizes, contact_of, motion_of, numerics_of, scene_of
+from overturning.study.schema import Study
 
 NOMINAL_SHARE = 0.15
 """Share of a sweep's work that the nominal run has beside a usual ensemble; only for the progress line."""

@@ -14,7 +14,7 @@ from overturning.model.symmetry import nearest, nearest_planes
 from overturning.statistics.circular import resultant, sector
 from overturning.statistics.direction import in_space
 from overturning.study.ensemble import wilson
-from overturning.study.population import Population, Spread
+from overturning.study.sections import Population, Spread
 from overturning.surveys.stones import OCTANTS
 
 SQUARE_PERIOD: Final = 90.0

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.statistics.by_record import one_record
 from overturning.statistics.fragility import Fragility, fragility
-from overturning.study.population import Population
+from overturning.study.sections import Population
 from overturning.surveys.population import (
     READ,
     Stones,

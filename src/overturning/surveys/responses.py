@@ -23,7 +23,7 @@ from overturning.dem.solid.run import run_in_space
 from overturning.dem.solid.shapes import Circle, Rectangle
 from overturning.errors import ArgumentError
 from overturning.files import atomic_write
-from overturning.study.population import Population
+from overturning.study.sections import Population
 from overturning.study.sources import source_hash
 from overturning.surveys.library import Candidate
 from overturning.surveys.stones import Stone

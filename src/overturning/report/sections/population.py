@@ -10,8 +10,8 @@ from overturning.report.blocks import Block, Disclosure, Figure, Note, Paragraph
 from overturning.report.results import Results
 from overturning.report.text import degrees, interval, number, percent
 from overturning.statistics.fragility import Fragility
-from overturning.study.population import Population
 from overturning.study.scenes import NOMINAL
+from overturning.study.sections import Population
 from overturning.surveys.population_rates import (
     fragility_curves,
     intensities,

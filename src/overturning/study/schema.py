@@ -1,6 +1,6 @@
 """The study configuration: the one source of defaults, of the JSON schema and of the key table in config/README.md."""
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import (
     AfterValidator,
@@ -18,14 +18,13 @@ from overturning.dem.element import Model, Name
 from overturning.dem.polygon.geometry import native_size
 from overturning.dem.scene import Scene, gravestone
 from overturning.records.steps import Site, Step
-from overturning.study.body import IN_PLANES_ONLY, BodySettings, Orientations
-from overturning.study.population import Population
-from overturning.study.quantity import Density, Metre
-from overturning.study.ranges import AzimuthRange, Values
 from overturning.study.sections import (
+    BodySettings,
     ContactSettings,
     Ensemble,
     Figures,
+    Orientations,
+    Population,
     Published,
     Records,
     SceneChoice,
@@ -35,6 +34,7 @@ from overturning.study.sections import (
     Verification,
     scene_of_choice,
 )
+from overturning.study.values import AzimuthRange, Density, Metre, Values
 from overturning.units import GRANITE_DENSITY
 
 
@@ -42,6 +42,15 @@ def _none_or_settings(value: Any) -> str:
     # Told apart beforehand, so that a wrong key is one message and not one per form.
     return "literal" if isinstance(value, str) else "settings of verification"
 
+
+_IN_PLANES_ONLY: Final = {
+    "scene": "a study has a scene in planes or a body in space; keep one",
+    "azimuth": "a body in space moves in all directions at once; give orientation, the azimuths that it faces",
+    "published": "a body in space faces no single azimuth; compare in a study in planes",
+    "surveys": "surveys are compared with a study in planes; leave them out here",
+    "density": "nothing depends on it in space, where the contact is relative to the weight; leave it out",
+}
+"""Keys that a study in space refuses, with the reason."""
 
 Slenderness = Annotated[float, Field(gt=0, le=10)]
 Height = Annotated[Metre, AfterValidator(checked_height), Field(ge=LOWEST, le=HIGHEST)]
@@ -145,21 +154,24 @@ class Study(Model):
             filled.setdefault("height", [round(getattr(shape, "height", 1.0), 10)])
         return filled
 
+    def _contacts(self) -> list[tuple[str, ContactSettings]]:
+        """Where contact settings stand, and what they are."""
+        return [("", self.contact), *((f"variants.{name}.", one.contact) for name, one in self.variants.items())]
+
     @model_validator(mode="after")
     def _body_fits(self) -> Self:
         if self.body is None:
             if self.orientation != Orientations():
                 raise ValueError("orientation: only a body in space has one; give `body`, or `azimuth` instead")
             return self
-        for key, reason in IN_PLANES_ONLY.items():
+        for key, reason in _IN_PLANES_ONLY.items():
             default = gravestone() if key == "scene" else Study.model_fields[key].default
             if getattr(self, key) != default:
                 raise ValueError(f"{key}: {reason}")
         if self.population is not None and (self.body.plan != "rectangle" or 1.0 not in self.body.aspect):
             raise ValueError("population: its stones are of square plan; give body {plan: rectangle, aspect: [1]}")
         self.orientation.values(self.body)
-        contacts = {"": self.contact} | {f"variants.{name}.": one.contact for name, one in self.variants.items()}
-        for where, contact in contacts.items():
+        for where, contact in self._contacts():
             if contact.stiffness != "auto" or contact.damping is not None:
                 raise ValueError(
                     f"{where}contact: in space stiffness is auto and the dashpot is given as damping_ratio"
@@ -178,10 +190,7 @@ class Study(Model):
             return self  # it takes the study's contact and density
         if self.population is not None:
             raise ValueError("population: its stones are single blocks; leave out scene, or population")
-        contacts = {"": self.contact} | {
-            f"variants.{name}.": variant.contact for name, variant in self.variants.items()
-        }
-        for where, contact in contacts.items():
+        for where, contact in self._contacts():
             if contact != ContactSettings():
                 raise ValueError(f"{where}contact: the scene has contact laws of its own; set them in the scene file")
         if self.density != GRANITE_DENSITY:

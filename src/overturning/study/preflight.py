@@ -1,4 +1,4 @@
-"""What a run would stumble over, found before it starts: missing and damaged files, studies too large."""
+"""Preflight: what would end a run, found before it starts: missing and damaged files, studies too large."""
 
 import os
 import shutil
@@ -10,9 +10,9 @@ import numpy as np
 
 from overturning.errors import ConfigError, MissingDataError, OverturningError
 from overturning.records.catalogue import RecordEntry, find_paths
-from overturning.study.config import Study
 from overturning.study.ensemble import BATCH, MOST_MEMBERS
 from overturning.study.load import entries_of
+from overturning.study.schema import Study
 
 # Of the default study on one core of a small machine, rounded up; they tell minutes from days and no more.
 _CASE_S: Final = 4e-5

@@ -1,4 +1,4 @@
-"""What a run would stumble over is found before it starts."""
+"""Preflight: what would end a run is found before it starts."""
 
 from pathlib import Path
 from typing import Any
@@ -7,8 +7,8 @@ import pytest
 
 from overturning.cli import main
 from overturning.errors import ConfigError, MissingDataError, OverturningError
-from overturning.study.check import check_files, check_records, check_size, size_of
 from overturning.study.load import check_study
+from overturning.study.preflight import check_files, check_records, check_size, size_of
 
 ROOT = Path(__file__).parents[2]
 TABLE = "id\tformat\tsource\tcolumns\n"

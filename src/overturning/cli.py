@@ -9,7 +9,7 @@ import typer
 from typer.core import TyperGroup
 
 from overturning.errors import OverturningError
-from overturning.files import said_of
+from overturning.files import describe
 
 # Subcommand: module in overturning.commands that holds a typer app named `app`, with that subcommand alone, with a
 # command of that name, or with commands of its own; and its line in --help. Only the module of the subcommand that runs
@@ -97,7 +97,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(1)
     except OSError as error:
-        if not (said := said_of(error)):
+        if not (said := describe(error)):
             raise
         print(f"error: {said}", file=sys.stderr)
         sys.exit(1)

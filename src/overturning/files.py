@@ -62,7 +62,7 @@ _REMEDIES = {
 }
 
 
-def said_of(error: OSError) -> str:
+def describe(error: OSError) -> str:
     """What is wrong with a file, and what to do; empty where nothing is known to do."""
     remedy = _REMEDIES.get(error.errno or 0)
     return f"{error.filename or 'a file'}: {str(error.strerror).lower()}; {remedy}" if remedy else ""
@@ -80,7 +80,7 @@ def seal(path: Path) -> None:
         file.write(_MARK + digest.hexdigest().encode() + b"\n")
 
 
-def whole(path: Path) -> bool | None:
+def checksum_matches(path: Path) -> bool | None:
     """Whether a file is as it was when it was sealed; None where it has no seal, or cannot be read."""
     digest = hashlib.sha256()
     try:

@@ -21,7 +21,7 @@ from overturning.records.record import Record
 from overturning.records.store import write_motion
 from overturning.study import ensemble
 from overturning.study.cube import open_cube
-from overturning.study.ensemble import BATCH, ENSEMBLE_VARIABLES, cells_to_run, run_ensemble, settled, wilson
+from overturning.study.ensemble import BATCH, ENSEMBLE_VARIABLES, PlaneEnsemble, cells_to_run, settled, wilson
 from overturning.study.gather import gather
 from overturning.study.load import check_study
 from overturning.study.members import Members, draw_members, read_members, write_members
@@ -51,7 +51,8 @@ def run(motion: Motion, nominal: dict[str, np.ndarray], members: Members, everyw
     def members_of(cases: Cases, progress: Progress | None) -> Results:
         return run_cases(motion, cases, progress=progress, threads=2)
 
-    return run_ensemble(motion, GRID, nominal, members, members_of, everywhere=everywhere, **more)[0]
+    progress = more.pop("progress", None)
+    return PlaneEnsemble(members, everywhere, **more).run(motion, GRID, nominal, members_of, progress)[0]
 
 
 def test_members_fill_their_neighbourhood_and_no_more() -> None:
@@ -151,7 +152,7 @@ def test_directions_are_run_in_pieces_that_hold_no_more_than_they_may(
         return SimpleNamespace(overturned=np.zeros(len(calls[-1]), np.int8), block_steps=np.ones(len(calls[-1])))
 
     monkeypatch.setattr(ensemble, name, most)
-    found = run_ensemble(motion, grid, nothing, members, all_stand, everywhere=True)[0]
+    found = PlaneEnsemble(members).run(motion, grid, nothing, all_stand)[0]
     held = [(np.unique(cases[:, 0]).size * motion.samples, len(cases)) for cases in calls]
     assert held == [(2 * 8 * 400, 2 * 8 * 10)] * 3
     assert len(np.unique(np.concatenate(calls), axis=0)) == 6 * 10 * 8, "each member of each cell once"
@@ -211,9 +212,8 @@ def test_a_cell_stops_where_its_own_members_say_so(motion: Motion, nominal: dict
             *(axis[[at]] for axis, at in zip((AZIMUTH, GRID.height, GRID.b_over_h, GRID.friction), place, strict=True))
         )
         own = {name: values[tuple(slice(at, at + 1) for at in place)] for name, values in nominal.items()}
-        alone = run_ensemble(
-            motion, one, own, members, lambda cases, _: run_cases(motion, cases), everywhere=True, widest=0.19
-        )[0]  # fmt: skip
+        few = PlaneEnsemble(members, widest=0.19)
+        alone = few.run(motion, one, own, lambda cases, _: run_cases(motion, cases))[0]
         for variable in ENSEMBLE_VARIABLES:
             assert alone[variable.name].item() == some[variable.name][place].item()
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from overturning.errors import ResultError
-from overturning.files import atomic_write, whole
+from overturning.files import atomic_write, checksum_matches
 from overturning.records.record import Record
 from overturning.records.store import read_motion, write_motion
 from overturning.study.members import draw_members, read_members, write_members
@@ -27,17 +27,17 @@ def motion(path: Path) -> Path:
 def test_every_byte_of_a_file_counts(tmp_path: Path) -> None:
     path = motion(tmp_path / "a.nc")
     content = path.read_bytes()
-    assert whole(path)
+    assert checksum_matches(path)
     assert read_motion(path).north.size == 50
     for place in range(0, len(content), len(content) // 97):
         path.write_bytes(content[:place] + bytes([content[place] ^ 1]) + content[place + 1 :])
-        assert not whole(path), place
+        assert not checksum_matches(path), place
         with pytest.raises(ResultError, match=r"a\.nc: damaged"):
             read_motion(path)
     for length in (0, 1, len(content) // 2, len(content) - 1):
         path.write_bytes(content[:length])
-        assert not whole(path)
-    assert whole(tmp_path / "none.nc") is None
+        assert not checksum_matches(path)
+    assert checksum_matches(tmp_path / "none.nc") is None
 
 
 def test_members_are_checked_too(tmp_path: Path) -> None:
@@ -61,7 +61,7 @@ def test_only_what_is_damaged_or_half_written_is_taken_away(tmp_path: Path) -> N
     assert set(repair(tmp_path)) == {cut, emptied, tmp_path / "convergence.json"}
     left = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.is_file()}
     assert left == {"motion/a.nc", "cube.nc"}
-    assert all(map(whole, kept))
+    assert all(map(checksum_matches, kept))
     assert repair(tmp_path) == []
     assert repair(tmp_path / "none") == []
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from overturning.errors import ResultError
-from overturning.files import atomic_write, whole
+from overturning.files import atomic_write, checksum_matches
 from overturning.records.record import Record
 
 DECIMALS = 9
@@ -93,7 +93,7 @@ def read_unprocessed(path: Path | str) -> Record | None:
 def _read(path: Path, suffix: str) -> Record:
     import netCDF4
 
-    if path.is_file() and not whole(path):
+    if path.is_file() and not checksum_matches(path):
         raise ResultError(f"{path}: damaged, or not a {SCHEMA!r} file; run the study again, which makes it anew")
     try:
         with netCDF4.Dataset(path) as file:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from overturning.dem.variables import VARIABLES
 from overturning.errors import ResultError
-from overturning.files import whole
+from overturning.files import checksum_matches
 from overturning.study.load import check_study
 from overturning.study.scenes import scene_of
 from overturning.study.schema import Study
@@ -75,7 +75,7 @@ def open_cube(
 
     if not path.is_file():
         raise ResultError(f"{path}: no such cube; run the study first")
-    if whole(path) is False:
+    if checksum_matches(path) is False:
         raise ResultError(f"{path}: damaged, its checksum does not fit; run the study again, which makes it anew")
     try:
         with _little_cache(read_once=chunks is not None):

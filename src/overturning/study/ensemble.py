@@ -5,8 +5,9 @@ how probable the neighbourhood is.
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from statistics import NormalDist
-from typing import Any, Final, NamedTuple
+from typing import Any, ClassVar, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +17,7 @@ from overturning.dem.cases import Cases
 from overturning.dem.grid import Axes
 from overturning.dem.numerics import Progress
 from overturning.dem.variables import INT8_MISSING, Variable
+from overturning.model.symmetry import PLANE_PERIOD, representatives
 from overturning.motion.motion import Motion
 from overturning.study.members import Members
 
@@ -59,24 +61,9 @@ ENSEMBLE_VARIABLES: Final = (
 )  # fmt: skip
 
 Runner = Callable[[Any, Progress | None], Any]
-"""What runs cases, as the `Kind` makes them, under the motion of the nominal ones."""
+"""What runs cases under the motion of the nominal ones."""
 
 Arrays = dict[str, NDArray[Any]]
-
-
-class Kind(NamedTuple):
-    """What the ensemble is told of planes, or of space."""
-
-    variables: tuple[Variable, ...]
-    """What it finds;"""
-    copied: str
-    """the nominal variable that marks cells for which others answer;"""
-    cases: Callable[[Any, NDArray[np.int64], Members], Any]
-    """every member of some cells of a grid, the members of a cell together;"""
-    tally: Callable[[Arrays, NDArray[np.int64], NDArray[np.int8], FloatArray, Members], None]
-    """puts flags and, in space, fall azimuths of these cells' members into the variables;"""
-    copy: Callable[[Any, Arrays, NDArray[Any]], None]
-    """fills the marked cells of a grid from those that answer for them."""
 
 
 def cells_to_run(overturned: NDArray[np.int8], everywhere: bool, dimensions: int = 4) -> NDArray[np.bool_]:
@@ -154,166 +141,165 @@ def settled(flags: NDArray[np.int8], widest: float) -> NDArray[np.bool_]:
     return np.asarray(np.logical_and(*narrow).reshape(len(flags), -1).all(axis=1))
 
 
-def run_ensemble(
-    motion: Motion,
-    grid: Axes,
-    nominal: Mapping[str, NDArray[Any]],
-    members: Members,
-    run: Runner,
-    *,
-    everywhere: bool,
-    widest: float = 0.0,
-    progress: Progress | None = None,
-    kind: Kind | None = None,
-) -> tuple[Arrays, int]:
-    """Run the ensemble beside a nominal outcome.
+@dataclass(frozen=True)
+class PlaneEnsemble:
+    """The ensemble of a study in planes; that of a study in space differs in what it finds.
 
-    Parameters
+    Attributes
     ----------
-    motion : Motion
-        The ground's.
-    grid : Axes
-        The cases.
-    nominal : mapping of str to ndarray
-        The nominal outcome: `overturned`, shape (a, h, b, …) or (a, h, b, …, elements), and what marks cells for which others
-        answer, (a, h, b, …). These are not run: they mirror their member's tilt with everything else.
     members : Members
         What each member changes.
-    run : callable
-        Runs the members' cases.
     everywhere : bool
         Run all cells, not only those near a change of flag.
     widest : float
         A cell gets no further members once it is `settled` to within this; 0 runs all members of every cell.
-    progress : callable, optional
-        Called now and then with the work done and the whole work.
-    kind : Kind, optional
-        That of the grid; `PLANES` where not given.
-
-    Returns
-    -------
-    arrays : dict of ndarray, shape (a, h, b, …)
-        The variables of the kind, missing floats as NaN; all but `members` with the dimension of elements where `overturned`
-        has it.
-    block_steps : int
-        Work done.
     """
-    kind = kind or PLANES
-    overturned, marked = nominal["overturned"], nominal[kind.copied]
-    chosen = cells_to_run(overturned, everywhere, len(grid.shape)) & (marked == 0)
-    arrays: Arrays = {
-        variable.name: np.zeros(grid.shape, variable.dtype)
-        if variable.dtype == "i2"
-        else np.full(overturned.shape if variable.per_element else grid.shape, np.nan, variable.dtype)
-        for variable in kind.variables
-    }
-    directions = np.flatnonzero(chosen.any(axis=tuple(range(1, chosen.ndim))))
-    together = max(1, min(BATCH, members.size))
-    cells_of_each = max(1, int(np.prod(chosen.shape[1:])))
-    group = max(1, min(MOST_GROUND_VALUES // (together * motion.samples), MOST_MEMBERS // (together * cells_of_each)))
-    work, done = max(1, int(chosen.sum())), 0
-    block_steps = 0
-    for start in range(0, directions.size, group):
-        some = np.zeros_like(chosen)
-        some[directions[start : start + group]] = True
-        cells = np.argwhere(chosen & some)
 
-        def step(share: float, before: int = done, count: int = len(cells)) -> None:
-            if progress:
-                progress(int(1000 * (before + count * share)), 1000 * work)
+    members: Members
+    everywhere: bool = True
+    widest: float = 0.0
 
-        flags = np.full((len(cells), members.size, *overturned.shape[len(grid.shape) :]), INT8_MISSING)
-        azimuth = np.full((len(cells), members.size), np.nan)
-        told = step if progress else None
-        block_steps += _run_batches(kind, grid, cells, members, run, flags, azimuth, widest, told)
-        kind.tally(arrays, cells, flags, azimuth, members)
-        done += len(cells)
-    kind.copy(grid, arrays, marked)
-    return arrays, block_steps
+    variables: ClassVar[tuple[Variable, ...]] = ENSEMBLE_VARIABLES
+    """What it finds."""
+    marked: ClassVar[str] = "mirrored"
+    """The nominal variable that marks cells for which others answer."""
+    case_type: ClassVar[Callable[..., Any]] = Cases
 
+    def run(
+        self,
+        motion: Motion,
+        grid: Axes,
+        nominal: Mapping[str, NDArray[Any]],
+        run: Runner,
+        progress: Progress | None = None,
+    ) -> tuple[Arrays, int]:
+        """Run the ensemble beside a nominal outcome.
 
-def spread(grid: Axes, cells: NDArray[np.int64], name: str, changed: FloatArray, add: bool = False) -> FloatArray:
-    """A coordinate of some cells, changed as each member says: multiplied, or added to."""
-    nominal = getattr(grid, name)[cells[:, grid.names.index(name)]].astype(np.float64)[:, None]
-    return np.asarray((nominal + changed if add else nominal * changed).ravel())
+        Parameters
+        ----------
+        motion : Motion
+            The ground's.
+        grid : Axes
+            The cases.
+        nominal : mapping of str to ndarray
+            The nominal outcome: `overturned`, shape (a, h, b, …) or (a, h, b, …, elements), and what marks cells for which
+            others answer, (a, h, b, …). These are not run: they mirror their member's tilt with everything else.
+        run : callable
+            Runs the members' cases.
+        progress : callable, optional
+            Called now and then with the work done and the whole work.
 
+        Returns
+        -------
+        arrays : dict of ndarray, shape (a, h, b, …)
+            The variables, missing floats as NaN; those of single elements with their dimension where `overturned` has it.
+        block_steps : int
+            Work done.
+        """
+        overturned, marked, members = nominal["overturned"], nominal[self.marked], self.members
+        chosen = cells_to_run(overturned, self.everywhere, len(grid.shape)) & (marked == 0)
+        arrays: Arrays = {
+            variable.name: np.zeros(grid.shape, variable.dtype)
+            if variable.dtype == "i2"
+            else np.full(overturned.shape if variable.per_element else grid.shape, np.nan, variable.dtype)
+            for variable in self.variables
+        }
+        directions = np.flatnonzero(chosen.any(axis=tuple(range(1, chosen.ndim))))
+        together = max(1, min(BATCH, members.size))
+        cells_of_each = max(1, int(np.prod(chosen.shape[1:])))
+        group = max(
+            1, min(MOST_GROUND_VALUES // (together * motion.samples), MOST_MEMBERS // (together * cells_of_each))
+        )
+        work, done, block_steps = max(1, int(chosen.sum())), 0, 0
+        for start in range(0, directions.size, group):
+            some = np.zeros_like(chosen)
+            some[directions[start : start + group]] = True
+            cells = np.argwhere(chosen & some)
 
-def _cases(grid: Axes, cells: NDArray[np.int64], members: Members) -> Cases:
-    """Every member of every cell, the members of a cell together."""
-    return Cases(
-        azimuth_deg=spread(grid, cells, "azimuth", members.azimuth_deg, add=True),
-        height=spread(grid, cells, "height", np.ones(members.size)),
-        b_over_h=spread(grid, cells, "b_over_h", members.b_over_h),
-        friction=spread(grid, cells, "friction", members.friction),
-        amplitude=np.tile(members.amplitude, len(cells)),
-        damping_factor=np.tile(members.damping, len(cells)),
-        initial_tilt=np.tile(members.initial_tilt, len(cells)),
-    )
+            def step(share: float, before: int = done, count: int = len(cells)) -> None:
+                if progress:
+                    progress(int(1000 * (before + count * share)), 1000 * work)
 
+            flags = np.full((len(cells), members.size, *overturned.shape[len(grid.shape) :]), INT8_MISSING)
+            azimuth = np.full((len(cells), members.size), np.nan)
+            block_steps += self._run_batches(grid, cells, run, flags, azimuth, step if progress else None)
+            self.count(arrays, cells, flags, azimuth)
+            done += len(cells)
+        self._copy(grid, arrays, marked)
+        return arrays, block_steps
 
-def _copy(grid: Any, arrays: Arrays, mirrored: NDArray[Any]) -> None:
-    source, behind = grid.sources(True).cell, np.flatnonzero(mirrored.any(axis=(1, 2, 3)))
-    seen = {variable.name: variable.from_behind(arrays, source[behind]) for variable in ENSEMBLE_VARIABLES}
-    for name, values in seen.items():
-        arrays[name][behind] = values
+    def _run_batches(
+        self,
+        grid: Axes,
+        cells: NDArray[np.int64],
+        run: Runner,
+        flags: NDArray[np.int8],
+        azimuth: FloatArray,
+        step: Callable[[float], None] | None,
+    ) -> int:
+        """Fill in flags and, in space, fall azimuths of some cells, batch by batch of those not settled; return block steps."""
+        batches, block_steps = self.members.batches(BATCH), 0
+        unsettled = np.arange(len(cells))
+        for index, batch in enumerate(batches):
 
+            def part_of_batch(part: int, whole: int, before: int = index) -> None:
+                if step:
+                    step((before + part / max(whole, 1)) / len(batches))
 
-def _run_batches(
-    kind: Kind,
-    grid: Axes,
-    cells: NDArray[np.int64],
-    members: Members,
-    run: Runner,
-    flags: NDArray[np.int8],
-    azimuth: FloatArray,
-    widest: float,
-    step: Callable[[float], None] | None,
-) -> int:
-    """Fill in flags and, in space, fall azimuths of some cells, batch by batch, each of all cells that are not settled; return the block steps."""
-    batches, block_steps = members.batches(BATCH), 0
-    unsettled = np.arange(len(cells))
-    for index, batch in enumerate(batches):
+            cases = self._cases(grid, cells[unsettled], self.members.some(batch))
+            results = run(cases, part_of_batch if step else None)
+            block_steps += int(results.block_steps.sum())
+            new = results.overturned.reshape(unsettled.size, batch.size, *flags.shape[2:])
+            flags[unsettled[:, None], batch] = new
+            if (towards := getattr(results, "fall_azimuth", None)) is not None:
+                azimuth[unsettled[:, None], batch] = towards.reshape(unsettled.size, batch.size)
+            unsettled = unsettled[~settled(flags[unsettled], self.widest)]
+            if unsettled.size == 0:
+                break
+        if step:
+            step(1.0)
+        return block_steps
 
-        def part_of_batch(part: int, whole: int, before: int = index) -> None:
-            if step:
-                step((before + part / max(whole, 1)) / len(batches))
+    def _cases(self, grid: Axes, cells: NDArray[np.int64], members: Members) -> Any:
+        """Every member of every cell, the members of a cell together."""
+        nominal = {name: getattr(grid, name)[cells[:, at]].astype(np.float64) for at, name in enumerate(grid.names)}
+        # In the frame of a sensor that is turned the other way a plane, or a body, faces as much further clockwise.
+        direction = (nominal.pop(grid.names[0])[:, None] + members.azimuth_deg).ravel()
+        same = np.ones(members.size)
+        columns = {name: (at[:, None] * getattr(members, name, same)).ravel() for name, at in nominal.items()}
+        tilt = {"initial_tilt": np.tile(members.initial_tilt, len(cells))} if self.case_type is Cases else {}
+        amplitude, damping = np.tile(members.amplitude, len(cells)), np.tile(members.damping, len(cells))
+        return self.case_type(direction, **columns, amplitude=amplitude, damping_factor=damping, **tilt)
 
-        cases = kind.cases(grid, cells[unsettled], members.some(batch))
-        results = run(cases, part_of_batch if step else None)
-        block_steps += int(results.block_steps.sum())
-        new = results.overturned.reshape(unsettled.size, batch.size, *flags.shape[2:])
-        flags[unsettled[:, None], batch] = new
-        if (towards := getattr(results, "fall_azimuth", None)) is not None:
-            azimuth[unsettled[:, None], batch] = towards.reshape(unsettled.size, batch.size)
-        unsettled = unsettled[~settled(flags[unsettled], widest)]
-        if unsettled.size == 0:
-            break
-    if step:
-        step(1.0)
-    return block_steps
+    def period(self, grid: Any) -> Any:  # noqa: ARG002, of planes the same for all
+        """Turn of the direction after which a case is the same, degrees."""
+        return PLANE_PERIOD
 
+    def _copy(self, grid: Axes, arrays: Arrays, marked: NDArray[Any]) -> None:
+        """Fill the marked cells from those that answer for them."""
+        source = representatives(getattr(grid, grid.names[0]), self.period(grid)).cell
+        for column in range(source.shape[1]):
+            # In space the period depends on the aspect, the dimension before friction.
+            rest = (slice(None), slice(None), column) if source.shape[1] > 1 else ()
+            alike = marked[(slice(None), *rest)]
+            behind = np.flatnonzero(alike.any(axis=tuple(range(1, alike.ndim))))
+            where = (source[behind, column], *rest)
+            seen = {variable.name: variable.from_behind(arrays, where) for variable in self.variables}
+            for name, values in seen.items():
+                arrays[name][(behind, *rest)] = values
 
-def _tally(
-    arrays: Arrays,
-    cells: NDArray[np.int64],
-    flags: NDArray[np.int8],
-    azimuth: FloatArray,  # noqa: ARG001, a plane has none
-    members: Members,
-) -> None:
-    where = tuple(cells.T)
-    known = flags != INT8_MISSING
-    counted = known.sum(axis=1)
-    arrays["members"][where] = counted if counted.ndim == 1 else counted.min(axis=1)
-    for name, side in (("towards", 1), ("away", -1)):
-        fell = flags == side
-        shares = []
-        for chosen in (np.ones(members.size, dtype=bool), members.scramble == 0, members.scramble == 1):
-            count = known[:, chosen].sum(axis=1)
-            with np.errstate(invalid="ignore"):
-                shares.append(np.where(count > 0, fell[:, chosen].sum(axis=1) / np.maximum(count, 1), np.nan))
-        arrays[f"probability_{name}"][where] = shares[0]
-        arrays[f"scramble_difference_{name}"][where] = shares[1] - shares[2]
-
-
-PLANES: Final = Kind(ENSEMBLE_VARIABLES, "mirrored", _cases, _tally, _copy)
-"""What the ensemble is told of vertical planes."""
+    def count(self, arrays: Arrays, cells: NDArray[np.int64], flags: NDArray[np.int8], azimuth: FloatArray) -> None:  # noqa: ARG002, a plane has none
+        """Put what the flags and, in space, the fall azimuths of these cells' members say into the variables."""
+        where, members = tuple(cells.T), self.members
+        known = flags != INT8_MISSING
+        counted = known.sum(axis=1)
+        arrays["members"][where] = counted if counted.ndim == 1 else counted.min(axis=1)
+        for name, side in (("towards", 1), ("away", -1)):
+            fell = flags == side
+            shares = []
+            for chosen in (np.ones(members.size, dtype=bool), members.scramble == 0, members.scramble == 1):
+                count = known[:, chosen].sum(axis=1)
+                with np.errstate(invalid="ignore"):
+                    shares.append(np.where(count > 0, fell[:, chosen].sum(axis=1) / np.maximum(count, 1), np.nan))
+            arrays[f"probability_{name}"][where] = shares[0]
+            arrays[f"scramble_difference_{name}"][where] = shares[1] - shares[2]

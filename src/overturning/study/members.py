@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ResultError
-from overturning.files import atomic_write, seal, whole
+from overturning.files import atomic_write, checksum_matches, seal
 from overturning.study.sections import Ensemble
 
 SCRAMBLES = 2
@@ -121,7 +121,7 @@ def read_members(path: Path) -> Members:
     try:
         with path.open(encoding="utf-8", newline="") as file:
             header, *rows = list(csv.reader(line for line in file if line.strip() and not line.startswith("#")))
-        if tuple(header) != COLUMNS or not whole(path):
+        if tuple(header) != COLUMNS or not checksum_matches(path):
             raise ValueError(header)
         table = np.array(rows, dtype=np.float64).reshape(-1, len(COLUMNS))
     except (OSError, ValueError):

@@ -11,7 +11,7 @@ import numpy as np
 from overturning.dem.grid import Axes
 from overturning.dem.variables import Variable
 from overturning.errors import ResultError
-from overturning.files import whole
+from overturning.files import checksum_matches
 
 COORDINATES: Final[dict[str, dict[str, Any]]] = {
     "azimuth": {"long_name": "azimuth of the vertical plane of motion, clockwise from north", "units": "degree"},
@@ -34,7 +34,7 @@ def open_raw(path: Path, what: str, remedy: str, sealed: bool = False) -> Any:
     """
     from netCDF4 import Dataset
 
-    found = whole(path)
+    found = checksum_matches(path)
     if found is False or (sealed and path.is_file() and not found):
         raise ResultError(f"{path}: damaged, its checksum does not fit; {remedy}")
     try:

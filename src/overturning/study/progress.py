@@ -7,7 +7,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from overturning.errors import OverturningError
-from overturning.files import said_of
+from overturning.files import describe
 
 _INTERVAL = 1.0  # s, between two lines
 
@@ -24,7 +24,7 @@ def logged_to(path: Path | None) -> Iterator[Callable[[str], None]]:
             yield lambda line: print(line, file=log)
         except (OverturningError, OSError) as error:
             with suppress(OSError):  # the disk is full
-                print(f"error: {(isinstance(error, OSError) and said_of(error)) or error}", file=log)
+                print(f"error: {(isinstance(error, OSError) and describe(error)) or error}", file=log)
             raise
 
 

@@ -10,13 +10,11 @@ from overturning.errors import ArgumentError, ResultError
 from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
 from overturning.study.cube import open_cube, study_of
-from overturning.study.ensemble import run_ensemble
 from overturning.study.grid import grid_of, representatives_of
-from overturning.study.members import draw_members
 from overturning.study.netcdf import content_hash, open_raw
 from overturning.study.scenes import motion_of, numerics_of, site_of
 from overturning.study.schema import Study
-from overturning.study.sweep import kind_of, member_runner, scaled, simulate_variant, variables_of
+from overturning.study.sweep import ensemble_of, member_runner, scaled, simulate_variant, variables_of
 
 
 @dataclass
@@ -96,8 +94,7 @@ def _again(
     few = replace(few, **{grid.names[0]: getattr(grid, grid.names[0])[directions]})
     arrays = simulate_variant(study, variant, motion, few, numerics_of(study))
     if with_ensemble:
-        run, kind = member_runner(study, variant, motion, numerics_of(study)), kind_of(study)
-        members, widest = draw_members(study.ensemble), study.ensemble.half_width
-        arrays |= run_ensemble(motion, few, arrays, members, run, everywhere=True, widest=widest, kind=kind)[0]
+        run = member_runner(study, variant, motion, numerics_of(study))
+        arrays |= ensemble_of(study, everywhere=True).run(motion, few, arrays, run)[0]
     cell = (-1, *(0,) * (len(place) - 1))
     return {name: values[cell] for name, values in arrays.items() if name != "block_steps"}

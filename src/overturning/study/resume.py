@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from overturning.errors import ResultError
-from overturning.files import whole
+from overturning.files import checksum_matches
 from overturning.study.convergence import Convergence
 from overturning.study.members import read_members
 
@@ -101,7 +101,7 @@ def repair(results: Path) -> list[Path]:
     """
     for left in results.rglob(".*.part"):
         left.unlink(missing_ok=True)
-    damaged = [path for path in sorted(results.rglob("*.nc")) if path.name[0] != "." and not whole(path)]
+    damaged = [path for path in sorted(results.rglob("*.nc")) if path.name[0] != "." and not checksum_matches(path)]
     for pattern, read in _TABLES.items():
         for path in sorted(results.glob(pattern)):
             try:

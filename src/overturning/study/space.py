@@ -1,5 +1,6 @@
 """A study of a free body in space: its grid, its cases and their members, and what it keeps beside planes."""
 
+from dataclasses import dataclass, field
 from typing import Any, Final
 
 import numpy as np
@@ -10,17 +11,17 @@ from overturning.dem.contact import DAMPING_RATIO
 from overturning.dem.numerics import Numerics
 from overturning.dem.solid.cases import SpaceCases
 from overturning.dem.solid.contact import STATIC_PENETRATION, VertexContact
-from overturning.dem.solid.grid import SpaceGrid
+from overturning.dem.solid.grid import SpaceGrid, periods_of
 from overturning.dem.solid.plan import SPACE_SCHEMES
 from overturning.dem.solid.results import SPACE_VARIABLES, SpaceResults
 from overturning.dem.solid.run import run_in_space
+from overturning.dem.solid.shapes import Shape
 from overturning.dem.solid.simulate import simulate_in_space_arrays
 from overturning.dem.variables import INT8_MISSING, Variable
 from overturning.motion.motion import Motion
-from overturning.study.ensemble import Arrays, Kind, spread
+from overturning.study.ensemble import Arrays, PlaneEnsemble
 from overturning.study.face_planes import PLANE_VARIABLES, face_planes
 from overturning.study.grid import representatives_of
-from overturning.study.members import Members
 from overturning.study.schema import Study
 from overturning.study.sections import BodySettings, ContactSettings
 
@@ -106,51 +107,36 @@ def run_space(
     return run_in_space(body_of(study).shape(), motion, cases, Numerics(**options), vertex_contact(settings, stiffer))
 
 
-def _cases(grid: SpaceGrid, cells: NDArray[np.int64], members: Members) -> SpaceCases:
-    same = np.ones(members.size)
-    return SpaceCases(
-        # In the frame of a sensor that is turned the other way the body faces as much further clockwise.
-        orientation_deg=spread(grid, cells, "orientation", members.azimuth_deg, add=True),
-        height=spread(grid, cells, "height", same),
-        b_over_h=spread(grid, cells, "b_over_h", members.b_over_h),
-        aspect=spread(grid, cells, "aspect", same),
-        friction=spread(grid, cells, "friction", members.friction),
-        amplitude=np.tile(members.amplitude, len(cells)),
-        damping_factor=np.tile(members.damping, len(cells)),
-    )
+@dataclass(frozen=True)
+class SpaceEnsemble(PlaneEnsemble):
+    """The ensemble of a study of a body in space."""
 
+    shape: Shape = field(kw_only=True)
 
-def _tally(
-    arrays: Arrays, cells: NDArray[np.int64], flags: NDArray[np.int8], towards: FloatArray, members: Members
-) -> None:
-    where = tuple(cells.T)
-    known, fell = flags != INT8_MISSING, flags == 1
-    azimuth = np.radians(towards - members.azimuth_deg)
-    arrays["members"][where] = known.sum(axis=1)
+    variables = SPACE_ENSEMBLE_VARIABLES
+    marked = "repeated"
+    case_type = SpaceCases
 
-    def mean(values: Any, chosen: Any = True) -> Any:
-        count = (known & chosen).sum(axis=1)
-        # Rounded: cosines differ in the last digit between processors.
-        total = np.round(np.where(fell & chosen, values, 0.0), 9).sum(axis=1)
-        return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+    def period(self, grid: SpaceGrid) -> FloatArray:
+        """Turn after which the body of each aspect looks the same, degrees."""
+        return periods_of(self.shape, grid.aspect)
 
-    arrays["probability_falls"][where] = mean(1.0)
-    arrays["fall_north"][where], arrays["fall_east"][where] = mean(np.cos(azimuth)), mean(np.sin(azimuth))
-    arrays["fall_axis_cosine"][where], arrays["fall_axis_sine"][where] = (
-        mean(np.cos(2 * azimuth)),
-        mean(np.sin(2 * azimuth)),
-    )
-    arrays["scramble_difference"][where] = mean(1.0, members.scramble == 0) - mean(1.0, members.scramble == 1)
+    def count(self, arrays: Arrays, cells: NDArray[np.int64], flags: NDArray[np.int8], azimuth: FloatArray) -> None:
+        """Put means over these cells' members into the variables."""
+        where, members = tuple(cells.T), self.members
+        known, fell = flags != INT8_MISSING, flags == 1
+        angle = np.radians(azimuth - members.azimuth_deg)
+        arrays["members"][where] = known.sum(axis=1)
 
+        def mean(values: Any, chosen: Any = True) -> Any:
+            count = (known & chosen).sum(axis=1)
+            # Rounded: cosines differ in the last digit between processors.
+            total = np.round(np.where(fell & chosen, values, 0.0), 9).sum(axis=1)
+            return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
-def space_kind(study: Study) -> Kind:
-    """What the ensemble is told of a study in space."""
-
-    def copy(grid: SpaceGrid, arrays: Arrays, repeated: NDArray[Any]) -> None:
-        source = representatives_of(study, grid).cell
-        for index in range(grid.aspect.size):
-            behind = np.flatnonzero(repeated[:, 0, 0, index, 0])
-            for values in arrays.values():
-                values[behind, :, :, index] = values[source[behind, index], :, :, index]
-
-    return Kind(SPACE_ENSEMBLE_VARIABLES, "repeated", _cases, _tally, copy)
+        for name, values in (
+            ("probability_falls", 1.0), ("fall_north", np.cos(angle)), ("fall_east", np.sin(angle)),
+            ("fall_axis_cosine", np.cos(2 * angle)), ("fall_axis_sine", np.sin(2 * angle)),
+        ):  # fmt: skip
+            arrays[name][where] = mean(values)
+        arrays["scramble_difference"][where] = mean(1.0, members.scramble == 0) - mean(1.0, members.scramble == 1)

@@ -14,7 +14,7 @@ from overturning.dem.simulate import simulate_grid
 from overturning.dem.variables import VARIABLES, Variable
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.study.ensemble import PLANES, Kind, Runner, run_ensemble
+from overturning.study.ensemble import PlaneEnsemble, Runner
 from overturning.study.grid import grid_of
 from overturning.study.members import Members, draw_members
 from overturning.study.parts import WHOLE, Chunk, piece_of, write_part
@@ -32,16 +32,24 @@ def variables_of(study: Study) -> tuple[Variable, ...]:
         from overturning.study.space import variables_in_space
 
         outcome = variables_in_space(study)
-    return (*outcome, *kind_of(study).variables) if study.ensemble.members else outcome
+    return (*outcome, *ensemble_type(study).variables) if study.ensemble.members else outcome
 
 
-def kind_of(study: Study) -> Kind:
-    """What the ensemble of a study is told of planes, or of space."""
+def ensemble_type(study: Study) -> type[PlaneEnsemble]:
+    """The kind of ensemble of a study."""
     if study.body is None:
-        return PLANES
-    from overturning.study.space import space_kind
+        return PlaneEnsemble
+    from overturning.study.space import SpaceEnsemble
 
-    return space_kind(study)
+    return SpaceEnsemble
+
+
+def ensemble_of(study: Study, members: Members | None = None, everywhere: bool = False) -> PlaneEnsemble:
+    """The ensemble of a study, perhaps with members that have been drawn before, or of all cells whatever the study says."""
+    settings = study.ensemble
+    more = {} if study.body is None else {"shape": study.body.shape()}
+    everywhere = everywhere or settings.where == "everywhere"
+    return ensemble_type(study)(members or draw_members(settings), everywhere, settings.half_width, **more)
 
 
 def simulate_variant(
@@ -66,12 +74,12 @@ def simulate_variant(
 
 
 def member_runner(study: Study, variant: str, motion: Motion, numerics: Numerics) -> Runner:
-    """What runs cases of a variant for `overturning.study.ensemble.run_ensemble`, given heights and B/H of the study."""
+    """What runs cases of a variant for its ensemble, given heights and B/H of the study."""
     if study.body is not None:
         from overturning.study.space import run_space
 
         contact = contact_of(study, variant)
-        return lambda cases, told: run_space(study, contact, motion, cases, replace(numerics, progress=told))
+        return lambda cases, progress: run_space(study, contact, motion, cases, replace(numerics, progress=progress))
     scene, sizes = scene_of(study, variant), Sizes.of(study, variant)
 
     def run_members(cases: Cases, progress: Progress | None) -> Any:
@@ -112,24 +120,16 @@ def sweep_record(
     outcome = simulate_variant(study, variant, motion, grid, numerics)
     block_steps = int(np.sum(outcome["block_steps"]))
     if with_ensemble:
-        spread, more = run_ensemble(
-            motion,
-            grid,
-            outcome,
-            members or draw_members(study.ensemble),
-            member_runner(study, variant, motion, numerics),
-            everywhere=study.ensemble.where == "everywhere",
-            widest=study.ensemble.half_width,
-            progress=_part_of(progress, share, 1.0 - len(others) * share),
-            kind=kind_of(study),
-        )
+        ensemble, runner = ensemble_of(study, members), member_runner(study, variant, motion, numerics)
+        of_members = _part_of(progress, share, 1.0 - len(others) * share)
+        spread, more = ensemble.run(motion, grid, outcome, runner, of_members)
         outcome |= spread
         block_steps += more
     if others:
         answers = {1.0: outcome}
         for left, factor in zip(range(len(others), 0, -1), others, strict=True):
-            told = _part_of(progress, 1.0 - left * share, 1.0 - (left - 1) * share)
-            numerics = numerics_of(study, threads, told, client)
+            of_factor = _part_of(progress, 1.0 - left * share, 1.0 - (left - 1) * share)
+            numerics = numerics_of(study, threads, of_factor, client)
             answers[factor] = simulate_variant(study, variant, scaled(motion, factor), grid, numerics)
             block_steps += int(np.sum(answers[factor]["block_steps"]))
         outcome = _stacked([answers[factor] for factor in grid.amplitude], variables_of(study), outcome)

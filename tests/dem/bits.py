@@ -17,6 +17,7 @@ from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
 from overturning.study.gather import gather
 from overturning.study.load import study_from
+from overturning.study.scenes import numerics_of
 from overturning.study.sweep import sweep_record
 
 STUDY = {
@@ -62,7 +63,7 @@ def cube_hash(stored: Path, folder: Path, threads: int) -> str:
     record = read_motion(stored)
     study = study_from(json.dumps(STUDY | {"records": {"use": [record.record_id]}}))
     folder.mkdir(parents=True)
-    sweep_record(study, record, folder / "part.nc", "nominal", threads)
+    sweep_record(study, record, folder / "part.nc", numerics=numerics_of(study, threads))
     gather(study, [record], [folder / "part.nc"], folder / "cube.nc")
     return hashlib.sha256((folder / "cube.nc").read_bytes()).hexdigest()
 

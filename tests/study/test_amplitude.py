@@ -15,6 +15,7 @@ from overturning.study.cube import open_cube
 from overturning.study.gather import gather
 from overturning.study.load import check_study
 from overturning.study.recheck import recheck
+from overturning.study.scenes import numerics_of
 from overturning.study.sections import Verification
 from overturning.study.sweep import sweep_record
 
@@ -34,9 +35,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name, more in (("one", {}), ("three", {"amplitude": [0.5, 1, 2]})):
         study = check_study(SMALL | more, "test")
         told: list[float] = []
-        sweep_record(
-            study, RECORD, made / f"{name}-part.nc", progress=lambda done, whole, told=told: told.append(done / whole)
-        )
+        numerics = numerics_of(study, progress=lambda done, whole, told=told: told.append(done / whole))
+        sweep_record(study, RECORD, made / f"{name}-part.nc", numerics=numerics)
         # It never goes back, whichever factor it is at, and ends at the whole.
         assert told == sorted(told)
         assert told[-1] == pytest.approx(1.0)

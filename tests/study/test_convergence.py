@@ -345,7 +345,7 @@ def test_the_command_reads_a_scenes_cube_and_writes_what_the_report_reads(
     sweep_record(settings, kept, tmp_path / "a.nc")
     gather(settings, [kept], [tmp_path / "a.nc"], tmp_path / "cube.nc")
     output = tmp_path / "convergence.json"
-    workflow.check_convergence(json.dumps(data), tmp_path / "motion", tmp_path / "cube.nc", output, 1, tmp_path / "log")
+    workflow.check_convergence(json.dumps(data), tmp_path / "motion", tmp_path / "cube.nc", output)
     found = Convergence.read(output)
     assert 6 <= found.chosen < found.wanted == 24, "none of the scene's azimuths is mirrored"
     spent = sum(part.block_steps for part in (found.finer, found.stiffer, found.settling))

@@ -26,6 +26,7 @@ from overturning.study.gather import gather
 from overturning.study.load import check_study
 from overturning.study.members import Members, draw_members, read_members, write_members
 from overturning.study.recheck import recheck
+from overturning.study.scenes import numerics_of
 from overturning.study.sections import Ensemble
 from overturning.study.sweep import sweep_record
 
@@ -235,7 +236,7 @@ def test_a_cube_with_settled_cells_is_found_again_bit_for_bit(tmp_path: Path) ->
     )  # fmt: skip
     (tmp_path / "motion").mkdir()
     write_motion(record, tmp_path / "motion" / "pulse.nc")
-    sweep_record(study, record, tmp_path / "part.nc", threads=2)
+    sweep_record(study, record, tmp_path / "part.nc", numerics=numerics_of(study, 2))
     gather(study, [record], [tmp_path / "part.nc"], tmp_path / "cube.nc")
     with open_cube(tmp_path / "cube.nc") as cube:
         assert len(np.unique(cube["members"].to_numpy())) > 1

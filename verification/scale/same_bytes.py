@@ -15,6 +15,7 @@ from overturning.records.store import read_motion
 from overturning.study.cube import open_cube, study_of
 from overturning.study.gather import gather
 from overturning.study.parts import WHOLE, part_path
+from overturning.study.scenes import numerics_of
 from overturning.study.sweep import sweep_record
 from verification.one_node_slurm import OPTIONS, missing, one_node_slurm
 from verification.whole_run import copy_project
@@ -124,7 +125,7 @@ def on_dask(study: str, workers: int = 2) -> Run:
         with cluster, Client(cluster) as client:
             begin = time.perf_counter()
             for record, part in zip(records, parts, strict=True):
-                sweep_record(settings, record, part, client=client)
+                sweep_record(settings, record, part, numerics=numerics_of(settings, client=client))
             gather(settings, records, parts, folder.folder / "cube.nc")
             seconds = time.perf_counter() - begin
         content = (folder.folder / "cube.nc").read_bytes()

@@ -32,4 +32,4 @@ rule convergence:
         sources=sources("workflow:check_convergence"),
     shell:
         "overturning check-convergence --study {params.study:q} --motions {params.motions} --cube {input.cube}"
-        " --output {output} --threads {threads} --log {log}"
+        " --output {output} --threads {threads} 2> {log}"

@@ -53,4 +53,4 @@ rule sweep:
         ),
     shell:
         "overturning sweep --study {params.study:q} --variant {wildcards.variant} --chunk {wildcards.scatteritem}"
-        " --motion {input.motion} --output {output} --threads {threads} {params.members} --log {log}"
+        " --motion {input.motion} --output {output} --threads {threads} {params.members} 2> {log}"

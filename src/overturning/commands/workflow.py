@@ -4,6 +4,9 @@ What a step needs is imported inside its function, so that it starts quickly and
 does not run it again (`overturning.study.sources`).
 """
 
+import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -22,9 +25,22 @@ Motions = Annotated[Path, typer.Option(help="folder of the motions")]
 Variant = Annotated[str, typer.Option(help="name of the contact setting")]
 Threads = Annotated[int, typer.Option(min=1, help="number of threads or processes")]
 Chunks = Annotated[int, typer.Option(min=1, help="number of chunks into which each record's cases are shared out")]
-Log = Annotated[Path | None, typer.Option(help="file for progress lines and errors")]
 Cube = Annotated[Path, typer.Option(help="the study's cube (NetCDF)")]
 NetCDF = Annotated[Path, typer.Option(help="NetCDF file to make")]
+
+
+def _per_cents() -> Callable[[int, int], None]:
+    """Progress as lines on standard error, each per cent but one a second; a run reads them from the log of the step."""
+    last, said = time.monotonic(), 0
+
+    def progress(done: int, total: int) -> None:
+        nonlocal last, said
+        now, share = time.monotonic(), 100 * done // total if total else 100
+        if share > said and now - last >= 1.0:
+            last, said = now, share
+            print(f"{share}%", file=sys.stderr, flush=True)
+
+    return progress
 
 
 @app.command()
@@ -98,20 +114,19 @@ def sweep(
     chunk: Annotated[str, typer.Option(help="which of how many chunks of the cases: 3-of-8")] = "1-of-1",
     members: Annotated[Path | None, typer.Option(help="members of the ensemble (CSV)")] = None,
     threads: Threads = 1,
-    log: Log = None,
 ) -> None:
     """Simulate every case of one record, or a chunk of them."""
     from overturning.records.store import read_motion
     from overturning.study.load import study_from
     from overturning.study.members import read_members
     from overturning.study.parts import Chunk
-    from overturning.study.progress import logged_to, percents
+    from overturning.study.scenes import numerics_of
     from overturning.study.sweep import sweep_record
 
-    with logged_to(log) as say:
-        settings, part = study_from(study), Chunk.parse(chunk)
-        record, drawn = read_motion(motion), read_members(members) if members else None
-        sweep_record(settings, record, output, variant, threads, percents(say), drawn, part)
+    settings, part = study_from(study), Chunk.parse(chunk)
+    record, drawn = read_motion(motion), read_members(members) if members else None
+    numerics = numerics_of(settings, threads, _per_cents())
+    sweep_record(settings, record, output, variant, members=drawn, chunk=part, numerics=numerics)
 
 
 @app.command()
@@ -165,20 +180,17 @@ def check_convergence(
     cube: Cube,
     output: Annotated[Path, typer.Option(help="outcome to make (JSON)")],
     threads: Threads = 1,
-    log: Log = None,
 ) -> None:
     """Compute a part of a study again, with finer steps and with stiffer springs."""
     from overturning.errors import ConfigError
     from overturning.study.convergence import check_convergence as compute_again
     from overturning.study.convergence import read_sample
-    from overturning.study.progress import logged_to, percents
 
-    with logged_to(log) as say:
-        settings, records = _with_records(study, motions)
-        if isinstance(settings.verification, str):
-            raise ConfigError(f"{settings.name}: verification: none; leave the key out for a convergence check")
-        sample = read_sample(cube, settings.verification)
-        compute_again(settings, records, sample, threads, percents(say)).write(output)
+    settings, records = _with_records(study, motions)
+    if isinstance(settings.verification, str):
+        raise ConfigError(f"{settings.name}: verification: none; leave the key out for a convergence check")
+    sample = read_sample(cube, settings.verification)
+    compute_again(settings, records, sample, threads, _per_cents()).write(output)
 
 
 @app.command()

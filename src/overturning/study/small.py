@@ -13,6 +13,7 @@ from overturning.study.cube import open_cube
 from overturning.study.gather import gather
 from overturning.study.load import check_study, entries_of
 from overturning.study.members import draw_members
+from overturning.study.scenes import numerics_of
 from overturning.study.sweep import sweep_record
 
 if TYPE_CHECKING:
@@ -56,11 +57,12 @@ def run_study(records: Sequence[Record | str], threads: int = 1, client: Any = N
         else record
         for record in records
     ]
+    numerics = numerics_of(study, threads, client=client)
     members = draw_members(study.ensemble) if study.ensemble.members else None
     with tempfile.TemporaryDirectory() as name:
         parts = [Path(name) / f"{index}.nc" for index in range(len(used))]
         for record, part in zip(used, parts, strict=True):
-            sweep_record(study, record, part, threads=threads, members=members, client=client)
+            sweep_record(study, record, part, members=members, numerics=numerics)
         gather(study, used, parts, Path(name) / "cube.nc")
         with open_cube(Path(name) / "cube.nc", element=None, amplitude=None) as cube:
             return cube.load()

@@ -96,41 +96,56 @@ def sweep_record(
     record: Record,
     path: Path,
     variant: str = NOMINAL,
-    threads: int = 1,
-    progress: Progress | None = None,
+    *,
     members: Members | None = None,
     chunk: Chunk = WHOLE,
-    client: Any = None,
+    numerics: Numerics | None = None,
 ) -> None:
     """Simulate every case of one processed record, or a chunk of them, and write them as a part of the cube (NetCDF).
 
-    The part states how many block steps were computed, which do not depend on chunks or threads. `members` of the ensemble are drawn from the study where not
-    given; `client` is that of a dask cluster which computes the cases.
+    The part states how many block steps were computed, which do not depend on chunks or threads.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    record : Record
+        The record.
+    path : Path
+        The part.
+    variant : str
+        The variant of the study.
+    members : Members, optional
+        Members of the ensemble; drawn from the study where not given.
+    chunk : Chunk
+        Which of the cases.
+    numerics : Numerics, optional
+        Those of `numerics_of`, with threads, progress and cluster.
     """
     grid, motion = piece_of(study, grid_of(study, variant), chunk), motion_of(study, record)
     attributes = {"record_id": record.record_id, "variant": variant}
     if not grid.size:
         write_part(path, grid, {}, attributes | {"block_steps": 0})
         return
+    numerics = numerics or numerics_of(study)
     with_ensemble = study.ensemble.members > 0
     others = [factor for factor in grid.amplitude if factor != 1.0]
     whole = (NOMINAL_SHARE if with_ensemble else 1.0) * (1 + len(others)) + (1 - NOMINAL_SHARE) * with_ensemble
     share = (NOMINAL_SHARE if with_ensemble else 1.0) / whole
-    numerics = numerics_of(study, threads, _part_of(progress, 0.0, share), client)
-    outcome = simulate_variant(study, variant, motion, grid, numerics)
+    own = replace(numerics, progress=_part_of(numerics.progress, 0.0, share))
+    outcome = simulate_variant(study, variant, motion, grid, own)
     block_steps = int(np.sum(outcome["block_steps"]))
     if with_ensemble:
-        ensemble, runner = ensemble_of(study, members), member_runner(study, variant, motion, numerics)
-        of_members = _part_of(progress, share, 1.0 - len(others) * share)
+        ensemble, runner = ensemble_of(study, members), member_runner(study, variant, motion, own)
+        of_members = _part_of(numerics.progress, share, 1.0 - len(others) * share)
         spread, more = ensemble.run(motion, grid, outcome, runner, of_members)
         outcome |= spread
         block_steps += more
     if others:
         answers = {1.0: outcome}
         for left, factor in zip(range(len(others), 0, -1), others, strict=True):
-            of_factor = _part_of(progress, 1.0 - left * share, 1.0 - (left - 1) * share)
-            numerics = numerics_of(study, threads, of_factor, client)
-            answers[factor] = simulate_variant(study, variant, scaled(motion, factor), grid, numerics)
+            own = replace(numerics, progress=_part_of(numerics.progress, 1.0 - left * share, 1.0 - (left - 1) * share))
+            answers[factor] = simulate_variant(study, variant, scaled(motion, factor), grid, own)
             block_steps += int(np.sum(answers[factor]["block_steps"]))
         outcome = _stacked([answers[factor] for factor in grid.amplitude], variables_of(study), outcome)
     write_part(path, grid, outcome, attributes | {"block_steps": block_steps}, variables_of(study))

@@ -1,7 +1,8 @@
-"""Convergence check: a random part of a study computed again with finer steps and with stiffer springs, and what changes.
+"""Convergence check: a random part of a study computed again with finer steps and with stiffer springs.
 
-What changes with finer steps is computed in steps half as long as those, and in those under a motion changed by less than is
-known of it. An answer that stays both times is settled by a finer computation; one that changes with the motion none decides.
+What changes with finer steps is computed in steps half as long as those, and in those under a motion changed by less
+than is known of it. An answer that stays both times is settled by a finer computation; one that changes with the motion
+none decides.
 """
 
 import itertools
@@ -35,7 +36,7 @@ FINER: Final = 8
 """Steps of the finer computation in each of the study's."""
 
 STIFFER: Final = 4.0
-"""Stiffness of the stiffer springs over the study's; the finest steps are half as long for it, the whole ones are not."""
+"""Stiffness of the stiffer springs over the study's; finest steps are half as long for it, whole ones are not."""
 
 NUDGE: Final = 1e-9
 """Share by which the motion is made stronger to see whether an answer hangs on less than is known of it."""
@@ -96,7 +97,7 @@ Answers = NDArray[np.void]
 
 
 def unanswered(count: int, elements: int) -> Answers:
-    """Room for answers: a flag for each element, in space the azimuth of the fall in degrees, else NaN, and the work."""
+    """Room for answers: a flag for each element, the azimuth of a fall in space in degrees, else NaN, and the work."""
     answers = np.zeros(count, [("overturned", np.int8, (elements,)), ("azimuth", "f4"), ("block_steps", np.int64)])
     answers["azimuth"] = np.nan
     return answers
@@ -193,7 +194,7 @@ class Repetition(BaseModel):
 
 
 class Settling(BaseModel):
-    """How many cases changed with finer steps; of these, how many were looked at, keep that answer, or lose it to a nudge."""
+    """Cases that changed with finer steps; of these, those looked at, that keep the answer, or lose it to a nudge."""
 
     changed: int
     looked_at: int
@@ -225,7 +226,7 @@ class Convergence(BaseModel):
 
     @classmethod
     def read(cls, path: Path) -> "Convergence":
-        """Read what `write` wrote; a `ResultError` if it is missing or torn, or was written by a version that said less."""
+        """Read what `write` wrote; a `ResultError` if it is missing or torn, or says less than this version."""
         remedy = "run the study again, which makes the convergence check anew"
         try:
             found = json.loads(path.read_text(encoding="utf-8"))
@@ -247,8 +248,9 @@ def check_convergence(
 ) -> Convergence:
     """Compute chosen cases again, with finer steps and with stiffer springs, as many as cost no more than is allowed.
 
-    The stiffer springs go first, in growing parts: their block steps tell what the finer steps will cost. These take the
-    first cases of the same random order, as many as the rest of the allowance pays for, and both are counted on these.
+    The stiffer springs go first, in growing parts: their block steps tell what the finer steps will cost. These take
+    the first cases of the same random order, as many as the rest of the allowance pays for, and both are counted on
+    these.
 
     Parameters
     ----------
@@ -307,7 +309,7 @@ class _Runs:
         self.refused: dict[str, str] = {}
 
     def run_affordable(self, kind: str, factor: float, allowed: int) -> bool:
-        """Compute the first cases, until all that they cost, `factor` times this, reaches what is allowed; False if refused."""
+        """Compute first cases, until `factor` times what they cost reaches what is allowed; False if refused."""
         size = min(PILOT, self.sample.size, max(self.sample.computed // 12, 1))
         while size > 0:
             done = len(self.answers[kind]) + size
@@ -388,7 +390,7 @@ def cases_of(study: Study) -> Callable[..., Any]:
 
 
 def computations(study: Study) -> dict[str, Callable[[Motion, Any], Any]]:
-    """What computes a study's nominal cases again under a motion: with finer and finest steps, and with stiffer springs.
+    """What computes a study's nominal cases again: with finer and finest steps, and with stiffer springs.
 
     A step given in seconds shrinks with the period of the stiffer contact; an automatic one follows the stable one.
     """

@@ -22,7 +22,7 @@ _COORDINATES: Final = ("record_id", "station", "event", "fault_normal")
 
 
 def _absent(cube: "xr.Dataset") -> str:
-    """What of a cube's coordinates and variables is not there, or not over the dimensions it should be over; or nothing."""
+    """What of a cube's coordinates and variables is missing, or not over its dimensions; or nothing."""
     flags = cube["overturned"]
     grid = set(flags.dims)
     in_space = "orientation" in grid
@@ -144,7 +144,7 @@ def _stated(cube: "xr.Dataset", name: str, kind: type) -> Any:
 
 
 def study_of(cube: "xr.Dataset") -> Study:
-    """The filled-in study that made a cube; a ResultError where the cube does not say it, a ConfigError where it is none."""
+    """The filled-in study that made a cube; a ResultError where the cube names none, a ConfigError where it is none."""
     return check_study(_stated(cube, "study", dict), "study in the cube")
 
 

@@ -1,4 +1,4 @@
-"""What a study file looks like: the JSON schema and the table of keys, both made from the model, and the text of a new study."""
+"""The form of a study file: JSON schema and table of keys, both made from the model, and the text of a new study."""
 
 import json
 from collections.abc import Sequence
@@ -83,7 +83,7 @@ def with_tables(text: str) -> str:
 
 
 def write_documentation(folder: Path) -> None:
-    """Write ``schema.json`` and the tables in ``README.md`` of a folder, and the schema where the workflow catalogue looks."""
+    """Write ``schema.json`` and the tables in ``README.md`` of a folder, and the schema for the workflow catalogue."""
     (folder / "schema.json").write_text(schema_text(), encoding="utf-8")
     catalogue = folder.parent / CATALOGUE
     if catalogue.parent.is_dir():

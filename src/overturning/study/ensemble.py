@@ -28,7 +28,7 @@ REACH = 2
 """Cells on either side of a change of flag along B/H that `where: boundary` runs."""
 
 BATCH: Final = 8
-"""Members that are run together, half of them of each scramble; between batches it is asked whether the cell is settled."""
+"""Members that are run together, half of them of each scramble; after each batch a cell may be settled."""
 
 MOST_GROUND_VALUES = 20_000_000
 """Samples of rotated motion held at a time (160 MB)."""
@@ -52,8 +52,8 @@ ENSEMBLE_VARIABLES: Final = (
     ),
     *(
         Variable(
-            f"scramble_difference_{side}", "f4", f"probability_{side} of the first scramble minus that of the second", "1",
-            True, exchanged=f"scramble_difference_{other}",
+            f"scramble_difference_{side}", "f4", f"probability_{side} of the first scramble minus that of the second",
+            "1", True, exchanged=f"scramble_difference_{other}",
         )
         for side, other in (("towards", "away"), ("away", "towards"))
     ),
@@ -100,7 +100,8 @@ def cells_to_run(overturned: NDArray[np.int8], everywhere: bool, dimensions: int
 def wilson(count: ArrayLike, total: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """95 % interval of a share (Wilson 1927, Journal of the American Statistical Association 22).
 
-    Written out here because scipy's takes one share at a time, and a sweep should not wait for it; a test holds it to scipy's.
+    Written out here because scipy's takes one share at a time, and a sweep should not wait for it; a test holds it to
+    scipy's.
 
     Parameters
     ----------
@@ -182,8 +183,8 @@ class PlaneEnsemble:
         grid : Axes
             The cases.
         nominal : mapping of str to ndarray
-            The nominal outcome: `overturned`, shape (a, h, b, …) or (a, h, b, …, elements), and what marks cells for which
-            others answer, (a, h, b, …). These are not run: they mirror their member's tilt with everything else.
+            The nominal outcome: `overturned`, shape (a, h, b, …) or (a, h, b, …, elements), and what marks cells for
+            which others answer, (a, h, b, …). These are not run: they mirror their member's tilt with everything else.
         run : callable
             Runs the members' cases.
         progress : callable, optional
@@ -192,7 +193,8 @@ class PlaneEnsemble:
         Returns
         -------
         arrays : dict of ndarray, shape (a, h, b, …)
-            The variables, missing floats as NaN; those of single elements with their dimension where `overturned` has it.
+            The variables, missing floats as NaN; those of single elements with their dimension where `overturned` has
+            it.
         block_steps : int
             Work done.
         """
@@ -237,7 +239,7 @@ class PlaneEnsemble:
         azimuth: FloatArray,
         step: Callable[[float], None] | None,
     ) -> int:
-        """Fill in flags and, in space, fall azimuths of some cells, batch by batch of those not settled; return block steps."""
+        """Fill in flags and, in space, fall azimuths of some cells, until they are settled; return block steps."""
         batches, block_steps = self.members.batches(BATCH), 0
         unsettled = np.arange(len(cells))
         for index, batch in enumerate(batches):
@@ -288,7 +290,13 @@ class PlaneEnsemble:
             for name, values in seen.items():
                 arrays[name][(behind, *rest)] = values
 
-    def count(self, arrays: Arrays, cells: NDArray[np.int64], flags: NDArray[np.int8], azimuth: FloatArray) -> None:  # noqa: ARG002, a plane has none
+    def count(
+        self,
+        arrays: Arrays,
+        cells: NDArray[np.int64],
+        flags: NDArray[np.int8],
+        azimuth: FloatArray,  # noqa: ARG002, a plane has none
+    ) -> None:
         """Put what the flags and, in space, the fall azimuths of these cells' members say into the variables."""
         where, members = tuple(cells.T), self.members
         known = flags != INT8_MISSING

@@ -24,8 +24,8 @@ PLANE_VARIABLES: Final = (
         attributes={"flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "stands falls"},
     ),
     Variable(
-        "plane_fall_azimuth", "f4", "azimuth to which it falls in that plane, of two the one that passes no return first",
-        "degree",
+        "plane_fall_azimuth", "f4",
+        "azimuth to which it falls in that plane, of two the one that passes no return first", "degree",
     ),
 )  # fmt: skip
 """What the planes of a rectangle's faces predict of it, beside its outcome in space."""

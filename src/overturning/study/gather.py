@@ -39,8 +39,8 @@ _PACKAGES = ("overturning", "numba", "llvmlite", "numpy", "scipy", "obspy", "xar
 def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path: Path, variant: str = NOMINAL) -> None:
     """Gather the parts of a sweep into the cube of a variant; the processed records are in the order of the cube.
 
-    A part has cells of one record, of any piece of the grid; the parts come in any order. No more than one variable of one
-    record is in memory.
+    A part has cells of one record, of any piece of the grid; the parts come in any order. No more than one variable of
+    one record is in memory.
 
     Raises
     ------
@@ -102,7 +102,7 @@ def _paths_of_records(
 
 
 def _copy_record(paths: Sequence[Path], cube: Any, index: int, grid: Axes, variables: Sequence[Variable]) -> bool:
-    """Copy a record's parts, a variable of it in memory at a time, and add up their block steps; whether they hold all of its cells."""
+    """Copy a record's parts, one variable at a time, and add up their block steps; whether they hold all cells."""
     with ExitStack() as stack:
         parts = [stack.enter_context(opened_part(path, grid, variables)) for path in paths]
         filled = np.zeros(grid.shape, dtype=bool)
@@ -182,11 +182,13 @@ def _attributes(study: Study, records: Sequence[Record], variant: str) -> dict[s
         "Conventions": CONVENTIONS,
         "title": study.title or study.name,
         "institution": "overturning",
-        "source": f"overturning {metadata.version('overturning')}: distinct element simulation of a block on a moving base",
+        "source": f"overturning {metadata.version('overturning')}: "
+        "distinct element simulation of a block on a moving base",
         # Without a time of day, which would make each run's bytes its own.
         "history": f"gathered by overturning {metadata.version('overturning')} from one sweep per record",
         "references": "see the documentation of overturning",
-        "comment": "overturned: +1 when the block falls towards the azimuth, -1 towards azimuth + 180 degrees, 0 when it stands"
+        "comment": "overturned: +1 when the block falls towards the azimuth, -1 towards azimuth + 180 degrees, "
+        "0 when it stands"
         if study.body is None
         else "overturned: 1 when the body falls, towards fall_azimuth, 0 when it stands",
         "study": json.dumps(portable(study), ensure_ascii=False),

@@ -1,4 +1,4 @@
-"""The cases of a study: every azimuth × height × slenderness × friction, in space every orientation × … × aspect × friction."""
+"""The cases of a study: azimuth × height × slenderness × friction, in space orientation × … × aspect × friction."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from overturning.study.schema import Study
 
 
 def grid_of(study: Study, variant: str = NOMINAL) -> Axes:
-    """The grid of a study, or of one of its variants; directions ascending, int16 where all are whole, float64 otherwise."""
+    """The grid of a study, or of a variant; directions ascending, int16 where all are whole, float64 otherwise."""
     if study.body is not None:
         return space_grid(study)
     return plane_grid(study, variant)
@@ -53,6 +53,6 @@ def factors(study: Study) -> tuple[float, ...]:
 
 
 def representatives_of(study: Study, grid: Axes) -> Sources:
-    """Which direction of a study's grid, or of a piece of it, answers for each: shape (directions, aspects), of planes (…, 1)."""
+    """Which direction of a grid of a study answers for each; shape (directions, aspects), of planes (…, 1)."""
     period = PLANE_PERIOD if study.body is None else periods_of(study.body.shape(), grid.coordinates()["aspect"])
     return representatives(getattr(grid, grid.names[0]), period)

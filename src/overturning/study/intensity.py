@@ -28,9 +28,9 @@ FREQUENCIES = np.geomspace(0.1, 50.0, 55)
 def write_intensity(study: Study, records: Sequence[Record], path: Path) -> None:
     """Write the intensity measures of all processed records, in the order of the cube, along the study's azimuths.
 
-    The file (NetCDF) holds the measures by azimuth (``record, azimuth``), those of whole records (JMA intensity, RotD of PGA
-    and PGV, peaks before and after processing), and RotD spectra and Fourier amplitude spectra (``record, period`` and
-    ``record, frequency``).
+    The file (NetCDF) holds the measures by azimuth (``record, azimuth``), those of whole records (JMA intensity, RotD
+    of PGA and PGV, peaks before and after processing), and RotD spectra and Fourier amplitude spectra
+    (``record, period`` and ``record, frequency``).
     """
     import xarray as xr
 

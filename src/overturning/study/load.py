@@ -72,7 +72,7 @@ def _lines(error: ValidationError, where: str) -> list[str]:
 
 
 def _short(value: object) -> str:
-    """A value as the file has it, its beginning where it is long; of nested lists, which may be of any size, three levels."""
+    """A value as the file has it, its beginning where it is long; of nested lists three levels."""
 
     def cut(part: object, level: int) -> object:
         if isinstance(part, list | tuple):

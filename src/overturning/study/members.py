@@ -62,7 +62,9 @@ class Members:
 
 
 def draw_members(settings: Ensemble) -> Members:
-    """Draw the members: two scrambles (Owen 1998, ACM Transactions on Modeling and Computer Simulation 8) of one Sobol sequence.
+    """Draw the members: two scrambles of one Sobol sequence.
+
+    Owen (1998), ACM Transactions on Modeling and Computer Simulation 8.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ COORDINATES: Final[dict[str, dict[str, Any]]] = {
 
 
 def open_raw(path: Path, what: str, remedy: str, sealed: bool = False) -> Any:
-    """Open a netCDF4 file that masks and scales nothing; a ResultError that it cannot be read or opened, with the remedy.
+    """Open a netCDF4 file that masks and scales nothing; a ResultError with the remedy where it cannot be.
 
     A file that is not what it was when it was sealed is not opened; with `sealed` none without a seal is, either.
     """
@@ -57,7 +57,7 @@ def add_coordinate(
 
 
 def add_grid(file: Any, grid: Axes) -> None:
-    """Create the dimensions of a grid with their coordinate variables; of elements their numbers, and names beside them."""
+    """Create the dimensions of a grid with their coordinate variables; of elements numbers, and names beside them."""
     for name, values in grid.coordinates().items():
         file.createDimension(name, values.size)
         add_coordinate(file, name, name, values.dtype, values, **COORDINATES[name])
@@ -96,7 +96,7 @@ def add_variable(file: Any, variable: Variable, grid: Axes, *before: str) -> Any
 
 
 def content_hash(file: Any, variables: Sequence[Variable]) -> str:
-    """SHA-256 over names and values of a cube's outcome variables, in an open netCDF4 file that masks and scales nothing."""
+    """SHA-256 over names and values of a cube's outcome variables, in an open file that masks and scales nothing."""
     digest = hashlib.sha256()
     for variable in variables:
         digest.update(variable.name.encode())

@@ -1,4 +1,4 @@
-"""Parts of a sweep: each record's cases shared out to chunks, a file for each chunk; named, written and read here alone."""
+"""Parts of a sweep: each record's cases shared out to chunks, a file for each; named, written and read here alone."""
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
@@ -59,8 +59,8 @@ def piece_of(study: Study, grid: Axes, chunk: Chunk) -> Axes:
     """The piece of a study's grid that a chunk computes.
 
     Only the directions are shared out, by turns, so that each chunk has its share of long and short cases; those that
-    answer for one another by symmetry stay together, and so do all B/H, along which the ensemble looks at neighbours. Of
-    more chunks than there are such groups some have no direction at all.
+    answer for one another by symmetry stay together, and so do all B/H, along which the ensemble looks at neighbours.
+    Of more chunks than there are such groups some have no direction at all.
     """
     name = grid.names[0]
     directions = getattr(grid, name)
@@ -79,7 +79,7 @@ def write_part(
     attributes: dict[str, str | int],
     variables: tuple[Variable, ...] = VARIABLES,
 ) -> None:
-    """Write the outcome on a grid, or on a piece of one, as a part of the cube; a piece without cells has none of it."""
+    """Write the outcome on a grid, or on a piece of one, as a part of the cube; without cells there is none."""
     from netCDF4 import Dataset
 
     with atomic_write(path) as part, Dataset(part, "w", format="NETCDF4") as file:

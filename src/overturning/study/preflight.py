@@ -53,7 +53,8 @@ class Size:
         return _READING_MEMORY + self.records * self.cases * _CELL_READ
 
     def __str__(self) -> str:
-        total = f"{self.records} record{'' if self.records == 1 else 's'} × {self.cases:,} cases = {self.records * self.cases:,}"
+        plural = "" if self.records == 1 else "s"
+        total = f"{self.records} record{plural} × {self.cases:,} cases = {self.records * self.cases:,}"
         memory, disk = _bytes(self.memory_bytes), _bytes(self.disk_bytes)
         return f"{total}; about {_time(self.processor_s)} of processor time, {memory} of memory, {disk} of results"
 
@@ -89,8 +90,8 @@ def check_size(study: Study, where: str, results: Path = Path("results"), chunks
     memory, disk = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"), shutil.disk_usage(there).free
     if size.memory_bytes > memory or size.disk_bytes > disk:
         raise ConfigError(
-            f"{where}: {size}. This machine has {_bytes(memory)} of memory and {_bytes(disk)} of free disk: take larger steps "
-            "in azimuth, b_over_h, height or friction, or fewer records"
+            f"{where}: {size}. This machine has {_bytes(memory)} of memory and {_bytes(disk)} of free disk: take "
+            "larger steps in azimuth, b_over_h, height or friction, or fewer records"
         )
     return size
 
@@ -124,8 +125,8 @@ def check_files(study: Study, where: str) -> tuple[dict[str, RecordEntry], dict[
         outside = [word for word in entry.source.split() if Path(word).is_absolute() or ".." in Path(word).parts]
         if outside:
             raise ConfigError(
-                f"{study.records.table}: record {name}: source {outside[0]!r} lies outside {folder}; put the file there, or set "
-                "records.folder"
+                f"{study.records.table}: record {name}: source {outside[0]!r} lies outside {folder}; put the file "
+                "there, or set records.folder"
             )
         try:
             files[name] = find_paths(entry, folder)

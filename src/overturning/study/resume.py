@@ -1,8 +1,8 @@
 """Resuming after an earlier run: alone in the folder, with results that are intact and no older than they are.
 
-What Snakemake has for this does less, as `verification.faults` shows: its lock stays behind when it is killed; it does not notice
-that a result which it finished was damaged later (``ensure`` looks at a result once, when it is made); and with ``update`` a
-failed step gives the earlier cube back as new, so that a further run takes it for up to date.
+What Snakemake has for this does less, as `verification.faults` shows: its lock stays behind when it is killed; it does
+not notice that a result which it finished was damaged later (``ensure`` looks at a result once, when it is made); and
+with ``update`` a failed step gives the earlier cube back as new, so that a further run takes it for up to date.
 """
 
 import fcntl
@@ -89,10 +89,12 @@ def _wait_for_steps(folder: Path) -> None:
 
 
 def repair(results: Path) -> list[Path]:
-    """Take away what is damaged or half-written among the results of a study, so that it is made again; figures that have gone, too.
+    """Take away what is damaged or half-written among a study's results, and lists of figures that have gone.
 
-    Times that lie ahead, because the clock was set back, are put just before now, in their order: what is made from such
-    a file is then newer than it.
+    What was taken away is made again.
+
+    Times that lie ahead, because the clock was set back, are put just before now, in their order: what is made from
+    such a file is then newer than it.
 
     Returns
     -------
@@ -139,7 +141,7 @@ def keep_cubes(results: Path) -> None:
 
 
 def put_cubes_back(results: Path) -> None:
-    """Put cubes back that a run has taken away and not made anew, as old as can be: the next run makes them in any case."""
+    """Put cubes back that a run has taken away and not made anew, as old as can be: the next run makes them."""
     for kept in results.glob(".cube*.nc.kept"):
         path = kept.with_name(kept.name.removeprefix(".").removesuffix(".kept"))
         if path.exists():

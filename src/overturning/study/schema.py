@@ -74,7 +74,8 @@ class Study(Model):
     )
     scene: SceneChoice = Field(
         default_factory=gravestone,
-        description="scene of polygons: name of a file in config/scenes, a path, or the scene itself; not given: one block",
+        description="scene of polygons: name of a file in config/scenes, a path, or the scene itself; "
+        "not given: one block",
         json_schema_extra={"default": "gravestone"},
     )
     body: BodySettings | None = Field(
@@ -94,8 +95,8 @@ class Study(Model):
     )
     amplitude: Values[Factor] = Field(
         default=(1.0,),
-        description="factors on each whole record, 1 among them: a list, or start, stop, step; a dimension of the cube where "
-        "there is more than one, and the ensemble is run for 1 only",
+        description="factors on each whole record, 1 among them: a list, or start, stop, step; a dimension of the cube "
+        "where there is more than one, and the ensemble is run for 1 only",
     )
     density: Density = Field(default=GRANITE_DENSITY, gt=0, description="density of the block, kg/m³")
     contact: ContactSettings = Field(

@@ -1,4 +1,4 @@
-"""The sections of a study file: records, body, contact, simulation, ensemble, population, and what a report compares with."""
+"""The sections of a study file: records, body, contact, simulation, ensemble, population, what is compared."""
 
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 
@@ -59,7 +59,8 @@ class ContactSettings(Model):
     damping_ratio: float | None = Field(
         default=None,
         ge=0,
-        description=f"damping ratio ξ of heave on both corners; {DAMPING_RATIO:g} where neither it nor damping is given",
+        description=f"damping ratio ξ of heave on both corners; {DAMPING_RATIO:g} where neither it nor damping is "
+        "given",
     )
     damping: Damping | None = Field(default=None, ge=0, description="dashpot h per corner instead of the ratio, N·s/m")
 
@@ -107,7 +108,8 @@ class Variant(Model):
 
     scene: SceneChoice | None = Field(
         default=None,
-        description="scene of this variant, scaled like the study's; B/H applies where its reference element has the same name",
+        description="scene of this variant, scaled like the study's; B/H applies where its reference element has the "
+        "same name",
     )
     contact: ContactSettings = Field(default=ContactSettings(), description="contact of this variant")
     site: Site | None = Field(default=None, description="ground of this variant, instead of the records' own")
@@ -123,8 +125,8 @@ class Ensemble(Model):
         default=0.19,
         ge=0,
         lt=0.5,
-        description="a case gets no further batch of 8 runs once the 95 % intervals of its probabilities are no wider than "
-        "this on either side; 24 runs always reach 0.19; 0 makes all runs",
+        description="a case gets no further batch of 8 runs once the 95 % intervals of its probabilities are no wider "
+        "than this on either side; 24 runs always reach 0.19; 0 makes all runs",
     )
     where: Literal["boundary", "everywhere"] = Field(
         default="boundary", description="cells within two B/H steps of a change of flag, or all cells"
@@ -280,15 +282,15 @@ class Orientations(Model):
         default=5.0,
         gt=0,
         le=360,
-        description="distance between them, degrees; up to the turn after which the body looks the same (a square 90°, a "
-        "rectangle 180°), which it must divide",
+        description="distance between them, degrees; up to the turn after which the body looks the same (a square 90°, "
+        "a rectangle 180°), which it must divide",
     )
 
     def values(self, body: BodySettings) -> tuple[float, ...]:
         """The orientations, ascending; one alone of a body that looks the same from everywhere.
 
-        A ValueError where the step does not divide the turn after which the body of an aspect looks the same, or the start does
-        not lie below the step.
+        A ValueError where the step does not divide the turn after which the body of an aspect looks the same, or the
+        start does not lie below the step.
         """
         from overturning.dem.solid.shapes import orientation_grid
 

@@ -44,7 +44,7 @@ def _imports(path: Path, roots: tuple[Path, ...], function: str = "") -> frozens
 
 
 def _part_of(path: Path, function: str) -> ast.Module:
-    """A module without the functions that one of its functions does not call; the whole module without a function's name."""
+    """A module without the functions that one of its functions does not call; the whole one without its name."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
     if not function:
         return tree
@@ -66,8 +66,8 @@ def sources_of(module: str, *others: Path) -> list[Path]:
 
     Imports inside functions count; the package's own ``__init__`` does not, since it imports nothing by itself. After a
     colon the name of a function may follow, as in ``overturning.commands.workflow:sweep``: then only what that function
-    needs counts. `others` are folders of further packages that are followed too. A ValueError where there is no such module
-    or function.
+    needs counts. `others` are folders of further packages that are followed too. A ValueError where there is no such
+    module or function.
     """
     roots = (_ROOT, *others)
     first, function = _named(module, roots)

@@ -39,9 +39,12 @@ _NEIGHBOURHOOD: Final = {
 SPACE_ENSEMBLE_VARIABLES: Final = (
     Variable("probability_falls", "f4", "share of ensemble members that fall", attributes=_NEIGHBOURHOOD),
     *(
-        Variable(name, "f4", f"mean over members of the {what} of the fall, 0 where it stands", attributes=_NEIGHBOURHOOD)
+        Variable(
+            name, "f4", f"mean over members of the {what} of the fall, 0 where it stands", attributes=_NEIGHBOURHOOD
+        )
         for name, what in (
-            ("fall_north", "northward component of the direction"), ("fall_east", "eastward component of the direction"),
+            ("fall_north", "northward component of the direction"),
+            ("fall_east", "eastward component of the direction"),
             ("fall_axis_cosine", "cosine of twice the azimuth"), ("fall_axis_sine", "sine of twice the azimuth"),
         )
     ),
@@ -76,7 +79,7 @@ def space_numerics(numerics: Numerics, scheme: str | None) -> dict[str, Any]:
 def simulate_space(
     study: Study, settings: ContactSettings, motion: Motion, grid: SpaceGrid, numerics: Numerics
 ) -> Arrays:
-    """Simulate a study's body on its grid, or on a piece of it; arrays as of `simulate_in_space_arrays`, and the others."""
+    """Simulate a study's body on its grid, or on a piece of it: arrays of all of its outcome variables."""
     shape, options = body_of(study).shape(), space_numerics(numerics, study.simulation.scheme)
     arrays = simulate_in_space_arrays(
         motion, orientation_deg=grid.orientation.astype(np.float64), height=grid.height,

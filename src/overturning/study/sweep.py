@@ -45,7 +45,7 @@ def ensemble_type(study: Study) -> type[PlaneEnsemble]:
 
 
 def ensemble_of(study: Study, members: Members | None = None, everywhere: bool = False) -> PlaneEnsemble:
-    """The ensemble of a study, perhaps with members that have been drawn before, or of all cells whatever the study says."""
+    """The ensemble of a study, perhaps with members that have been drawn before, or of all cells."""
     settings = study.ensemble
     more = {} if study.body is None else {"shape": study.body.shape()}
     everywhere = everywhere or settings.where == "everywhere"

@@ -28,7 +28,7 @@ _UNITS: dict[str, dict[str, float]] = {
 
 
 def parse_quantity(value: object, unit: str) -> float:
-    """Turn a number in a unit, or a text such as ``"60 cm"``, into a number in that unit; a ValueError names what fits."""
+    """A number in a unit, or a text such as ``"60 cm"``, as a number in that unit; a ValueError names what fits."""
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         raise ValueError(f"give a number in {unit}")
     if not isinstance(value, str):

@@ -31,9 +31,9 @@ def convergence(results: Results) -> Section | None:
     blocks: list[Block] = []
     if warns:
         warning = (
-            f"Warning: with {' and with '.join(warns)} more than {percent(WARN_ABOVE)} of the flags change, those not counted that "
-            "the neighbourhood does not agree on. Do not trust single cells of this study; a smaller time step or a stiffer "
-            "contact is needed."
+            f"Warning: with {' and with '.join(warns)} more than {percent(WARN_ABOVE)} of the flags change, those not "
+            "counted that the neighbourhood does not agree on. Do not trust single cells of this study; a smaller time "
+            "step or a stiffer contact is needed."
         )
         blocks.append(Caution(warning))
     text = _text(found) + _settled(found)
@@ -106,13 +106,14 @@ def _settled(found: Convergence) -> str:
         return f" With finer steps {_cases(changed)} changed; verification.cost leaves no room to look why."
     which = _were(changed, "it", "they") if looked == changed else _were(looked, f"{looked} of them")
     low, high = map(float, wilson(chaotic, found.chosen))
-    share = f"{percent(chaotic / found.chosen, 2)} of the cases run again (95 % interval {100 * low:.2f} to {percent(high, 2)})"
+    interval = f"95 % interval {100 * low:.2f} to {percent(high, 2)}"
+    share = f"{percent(chaotic / found.chosen, 2)} of the cases run again ({interval})"
     decided = f"; no computation decides these{f', {share}' if looked == changed else ''}" if chaotic else ""
     return (
-        f" With finer steps {_cases(changed)} changed; {which} computed twice more, in steps half as long as those, and in "
-        f"those under a motion stronger by a factor of 1 + {NUDGE:g}, less than is known of any. {settled} kept the answer of "
-        f"the finer steps, which so is settled; {looked - settled - chaotic} changed with the shorter steps only and would need "
-        f"finer ones yet; {chaotic or 'none'} changed with the motion{decided}."
+        f" With finer steps {_cases(changed)} changed; {which} computed twice more, in steps half as long as those, "
+        f"and in those under a motion stronger by a factor of 1 + {NUDGE:g}, less than is known of any. {settled} kept "
+        f"the answer of the finer steps, which so is settled; {looked - settled - chaotic} changed with the shorter steps "
+        f"only and would need finer ones yet; {chaotic or 'none'} changed with the motion{decided}."
     )
 
 

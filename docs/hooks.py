@@ -73,8 +73,7 @@ def variables() -> str:
 
 def space() -> str:
     """The variables of a cube in space."""
-    from overturning.study.face_planes import PLANE_VARIABLES
-    from overturning.study.space import OUTCOME, SPACE_ENSEMBLE_VARIABLES
+    from overturning.study.space import OUTCOME, PLANE_VARIABLES, SPACE_ENSEMBLE_VARIABLES
 
     return _table((*OUTCOME, *PLANE_VARIABLES, *SPACE_ENSEMBLE_VARIABLES))
 

@@ -12,8 +12,7 @@ import pytest
 
 from overturning.dem.kernel.status import Status
 from overturning.dem.variables import VARIABLES
-from overturning.study.face_planes import PLANE_VARIABLES
-from overturning.study.space import OUTCOME
+from overturning.study.space import OUTCOME, PLANE_VARIABLES
 from tests.expect import lacking
 
 ROOT = Path(__file__).parents[1]

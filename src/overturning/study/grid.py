@@ -1,6 +1,10 @@
 """The cases of a study: azimuth × height × slenderness × friction, in space orientation × … × aspect × friction."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from overturning.dem.grid import Axes, Grid
 from overturning.dem.solid.grid import SpaceGrid, periods_of
@@ -19,35 +23,28 @@ def grid_of(study: Study, variant: str = NOMINAL) -> Axes:
 def plane_grid(study: Study, variant: str = NOMINAL) -> Grid:
     """The grid of a study in planes."""
     free = scene_of(study, variant).free
-    azimuth = np.array(study.azimuth.values(), dtype=np.float64)
-    whole = np.array_equal(azimuth, np.round(azimuth))
-    return Grid(
-        azimuth.astype(np.int16) if whole else azimuth,
-        np.array(study.height, dtype=np.float64),
-        np.array(study.b_over_h, dtype=np.float64),
-        np.array(study.friction, dtype=np.float64),
-        free if len(free) > 1 else (),
-        factors(study),
-    )
+    height, b_over_h, friction = (np.array(row, np.float64) for row in (study.height, study.b_over_h, study.friction))
+    element = free if len(free) > 1 else ()
+    return Grid(_directions(study.azimuth.values()), height, b_over_h, friction, element, _factors(study))
 
 
 def space_grid(study: Study) -> SpaceGrid:
-    """The grid of a study in space; orientations int16 where all are whole, float64 otherwise."""
+    """The grid of a study in space."""
     body = study.body
     assert body is not None
-    orientation = np.array(study.orientation.values(body), np.float64)
-    whole = np.array_equal(orientation, np.round(orientation))
-    return SpaceGrid(
-        orientation.astype(np.int16) if whole else orientation,
-        np.array(study.height, np.float64),
-        np.array(study.b_over_h, np.float64),
-        np.array(body.aspect, np.float64),
-        np.array(study.friction, np.float64),
-        amplitude=factors(study),
-    )
+    rows = (study.height, study.b_over_h, body.aspect, study.friction)
+    height, b_over_h, aspect, friction = (np.array(row, np.float64) for row in rows)
+    orientation = _directions(study.orientation.values(body))
+    return SpaceGrid(orientation, height, b_over_h, aspect, friction, amplitude=_factors(study))
 
 
-def factors(study: Study) -> tuple[float, ...]:
+def _directions(values: Sequence[float]) -> NDArray[Any]:
+    """Directions as int16 where all are whole, float64 otherwise."""
+    directions = np.array(values, np.float64)
+    return directions.astype(np.int16) if np.array_equal(directions, np.round(directions)) else directions
+
+
+def _factors(study: Study) -> tuple[float, ...]:
     """Factors on each motion; none where a study has it as recorded only."""
     return study.amplitude if len(study.amplitude) > 1 else ()
 

@@ -1,14 +1,17 @@
-"""A study of a free body in space: its grid, its cases and their members, and what it keeps beside planes."""
+"""A study of a free body in space: what it simulates, what the planes of a rectangle's faces say of it, its ensemble."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.contact import DAMPING_RATIO
+from overturning.dem.contact import DAMPING_RATIO, Contact
+from overturning.dem.grid import Grid
 from overturning.dem.numerics import Numerics
+from overturning.dem.scene import gravestone
+from overturning.dem.simulate import simulate_grid
 from overturning.dem.solid.cases import SpaceCases
 from overturning.dem.solid.contact import STATIC_PENETRATION, VertexContact
 from overturning.dem.solid.grid import SpaceGrid, periods_of
@@ -17,10 +20,11 @@ from overturning.dem.solid.results import SPACE_VARIABLES, SpaceResults
 from overturning.dem.solid.run import run_in_space
 from overturning.dem.solid.shapes import Shape
 from overturning.dem.solid.simulate import simulate_in_space_arrays
+from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.dem.variables import INT8_MISSING, Variable
+from overturning.model.edges import first_edge
 from overturning.motion.motion import Motion
 from overturning.study.ensemble import Arrays, PlaneEnsemble
-from overturning.study.face_planes import PLANE_VARIABLES, face_planes
 from overturning.study.grid import representatives_of
 from overturning.study.schema import Study
 from overturning.study.sections import BodySettings, ContactSettings
@@ -31,6 +35,18 @@ REPEATED: Final = Variable("repeated", "i1", "cell is the same case as one at a 
 
 OUTCOME: Final = (*SPACE_VARIABLES, REPEATED)
 """The variables of a cube in space, besides those of the ensemble and of the planes."""
+
+PLANE_VARIABLES: Final = (
+    Variable(
+        "plane_overturned", "i1", "whether the block falls in the vertical plane of either pair of faces",
+        attributes={"flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "stands falls"},
+    ),
+    Variable(
+        "plane_fall_azimuth", "f4",
+        "azimuth to which it falls in that plane, of two the one that passes no return first", "degree",
+    ),
+)  # fmt: skip
+"""What the planes of a rectangle's faces predict of it, beside its outcome in space."""
 
 _NEIGHBOURHOOD: Final = {
     "comment": "over the neighbourhood stated in the study; missing where the ensemble was not run"
@@ -95,6 +111,42 @@ def simulate_space(
         arrays |= predicted
         arrays["block_steps"] = arrays["block_steps"] + steps
     return arrays
+
+
+def face_planes(
+    motion: Motion, grid: SpaceGrid, contact: ContactSettings, numerics: Numerics
+) -> tuple[dict[str, NDArray[np.generic]], NDArray[np.int64]]:
+    """Simulate the block in the planes of its faces: along its orientation B/H wide, across it D/H.
+
+    Where it would fall in both, `first_edge` decides.
+
+    Returns
+    -------
+    arrays : dict of ndarray, shape of the grid
+        `PLANE_VARIABLES` by name.
+    block_steps : ndarray of int, shape of the grid
+        Work done.
+    """
+    law = Contact(stiffness_ratio=contact.stiffness_ratio, damping_ratio=contact.damping_ratio)
+    options = replace(numerics, scheme=DEFAULT_SCHEME, time_step="auto", progress=None)
+    flags, times, towards = (np.zeros((2, *grid.shape)) for _ in range(3))
+    steps = np.zeros(grid.shape, np.int64)
+    for index, aspect in enumerate(grid.aspect):
+        for face, (turn, ratio) in enumerate(((0.0, 1.0), (90.0, float(aspect)))):
+            azimuth = grid.orientation.astype(np.float64) + turn
+            plane = Grid(azimuth, grid.height, grid.b_over_h * ratio, grid.friction)
+            found = simulate_grid(gravestone(law), motion, plane, options)
+            at = (face, slice(None), slice(None), slice(None), index)
+            side = found["overturned"].astype(np.float64)
+            flags[at] = np.where(side == INT8_MISSING, np.nan, np.abs(side))
+            times[at] = found["overturning_time"]
+            towards[at] = np.mod(azimuth[:, None, None, None] + np.where(side < 0, 180.0, 0.0), 360.0)
+            steps[:, :, :, index] += found["block_steps"]
+    falls, azimuth = first_edge(flags, times, towards)
+    return {
+        "plane_overturned": np.nan_to_num(falls, nan=INT8_MISSING).astype(np.int8),
+        "plane_fall_azimuth": azimuth,
+    }, steps
 
 
 def run_space(

@@ -1,7 +1,8 @@
 """What changed from cube to cube of one study: ``python -m verification.compare_cubes OLD NEW``.
 
-Each cube is compared with the one before it, and the last with the first, over the records that both have. For a change that must not change an answer, or whose
-changes must be counted: each state of the sources makes its cube of the same study, in a checkout of its own.
+Each cube is compared with the one before it, and the last with the first, over the records that both have. For a change
+that must not change an answer, or whose changes must be counted: each state of the sources makes its cube of the same
+study, in a checkout of its own.
 """
 
 from collections.abc import Sequence
@@ -12,11 +13,11 @@ import numpy as np
 import typer
 import xarray as xr
 from numpy.typing import NDArray
+from overturning.study.convergence import compare
 
 from overturning.arrays import FloatArray
 from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ResultError
-from overturning.study.comparison import compare
 from overturning.study.cube import open_cube
 from verification.measures import ROCKS, percent
 from verification.tables import markdown, publish

@@ -45,7 +45,7 @@ def test_changes_are_counted() -> None:
 
 
 def test_what_is_firm_ends_at_another_flag_around_the_circle() -> None:
-    # The first azimuth of B/H 0.3 has the last one, which stands, beside it; its own fall is not firm, the second's neither.
+    # Beside the first azimuth of B/H 0.3 lies the last one, which stands: neither its fall nor the second's is firm.
     found = changes(OLD, cube([[1, 0], [1, 1], [1, 0], [1, 0]]))
     assert (found["flags changed"], found["of them where the neighbours agree"]) == ("1", "0")
 

@@ -30,7 +30,7 @@ NetCDF = Annotated[Path, typer.Option(help="NetCDF file to make")]
 
 
 def _per_cents() -> Callable[[int, int], None]:
-    """Progress as lines on standard error, each per cent but one a second; a run reads them from the log of the step."""
+    """Progress as lines on standard error, each per cent but one a second; a run reads them from the step's log."""
     last, said = time.monotonic(), 0
 
     def progress(done: int, total: int) -> None:

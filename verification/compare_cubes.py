@@ -13,11 +13,11 @@ import numpy as np
 import typer
 import xarray as xr
 from numpy.typing import NDArray
-from overturning.study.convergence import compare
 
 from overturning.arrays import FloatArray
 from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ResultError
+from overturning.study.convergence import ASIDE, compare
 from overturning.study.cube import open_cube
 from verification.measures import ROCKS, percent
 from verification.tables import markdown, publish
@@ -69,9 +69,12 @@ def changes(old: xr.Dataset, new: xr.Dataset) -> dict[str, str]:
     flags = old.overturned.fillna(INT8_MISSING).astype(np.int8)
     before, after = flags.values, new.overturned.fillna(INT8_MISSING).astype(np.int8).values
     firm = agree(flags)
-    azimuths = (old.fall_azimuth.values, new.fall_azimuth.values) if "fall_azimuth" in old else None
-    counts = compare(before, after, azimuths)
-    firmly = compare(before[firm], after[firm], azimuths and (azimuths[0][firm], azimuths[1][firm]))
+    away = None
+    if "fall_azimuth" in old:
+        turn = new.fall_azimuth.values - old.fall_azimuth.values
+        away = np.abs((np.nan_to_num(turn) + 180.0) % 360.0 - 180.0) >= ASIDE
+    counts = compare(before, after, away)
+    firmly = compare(before[firm], after[firm], None if away is None else away[firm])
     turned, turned_too, stands = rotation(old), rotation(new), (before == 0) & (after == 0)
     slid, slid_too = (np.asarray(cube.peak_slip, dtype=np.float64) for cube in (old, new))
     rocks, slides = stands & (turned > ROCKS) & np.isfinite(turned_too), stands & (slid > SLIDES)

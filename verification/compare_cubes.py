@@ -7,7 +7,7 @@ study, in a checkout of its own.
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -26,13 +26,25 @@ SLIDES = 1e-3
 """Peak slip of a stone that slides, m."""
 
 
-def agree(flags: xr.DataArray) -> NDArray[np.bool_]:
-    """Cells whose neighbours in azimuth, or orientation, and B/H have the same flag; a full circle is closed."""
+def apart(first: NDArray[Any], second: NDArray[Any]) -> NDArray[np.bool_]:
+    """Which of two falls in space go `ASIDE` or more apart, by their azimuths in degrees; none where one stands."""
+    turn = np.nan_to_num(np.asarray(second, np.float64) - np.asarray(first, np.float64))
+    return np.asarray(np.abs((turn + 180.0) % 360.0 - 180.0) >= ASIDE)
+
+
+def agree(flags: xr.DataArray, towards: NDArray[Any] | None = None) -> NDArray[np.bool_]:
+    """Cells whose neighbours in azimuth, or orientation, and B/H have the same flag; a full circle is closed.
+
+    In space they also fall the same way, `towards` azimuths in degrees.
+    """
     same = np.ones(flags.shape, bool)
     for name in {"azimuth", "orientation", "b_over_h"} & set(flags.dims):
         at, values = flags.get_axis_num(name), np.asarray(flags[name])
         along, kept = np.moveaxis(flags.values, at, 0), np.moveaxis(same, at, 0)
         equal = along[1:] == along[:-1]
+        if towards is not None:
+            ways = np.moveaxis(towards, at, 0)
+            equal &= ~apart(ways[1:], ways[:-1])
         kept[1:] &= equal
         kept[:-1] &= equal
         if name == "azimuth" and values.size > 1 and values[-1] + values[1] - values[0] == values[0] + 360:
@@ -68,11 +80,9 @@ def changes(old: xr.Dataset, new: xr.Dataset) -> dict[str, str]:
         raise ResultError(f"cubes of {dict(old.sizes)} and {dict(new.sizes)} cells; compare those of one study")
     flags = old.overturned.fillna(INT8_MISSING).astype(np.int8)
     before, after = flags.values, new.overturned.fillna(INT8_MISSING).astype(np.int8).values
-    firm = agree(flags)
-    away = None
-    if "fall_azimuth" in old:
-        turn = new.fall_azimuth.values - old.fall_azimuth.values
-        away = np.abs((np.nan_to_num(turn) + 180.0) % 360.0 - 180.0) >= ASIDE
+    azimuths = (old.fall_azimuth.values, new.fall_azimuth.values) if "fall_azimuth" in old else None
+    away = None if azimuths is None else apart(*azimuths)
+    firm = agree(flags, None if azimuths is None else azimuths[0])
     counts = compare(before, after, away)
     firmly = compare(before[firm], after[firm], None if away is None else away[firm])
     turned, turned_too, stands = rotation(old), rotation(new), (before == 0) & (after == 0)

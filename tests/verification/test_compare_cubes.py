@@ -50,6 +50,17 @@ def test_what_is_firm_ends_at_another_flag_around_the_circle() -> None:
     assert (found["flags changed"], found["of them where the neighbours agree"]) == ("1", "0")
 
 
+def test_in_space_neighbours_also_fall_the_same_way() -> None:
+    """The second azimuth falls east where the others fall north: it and its neighbours are not firm, and its fall turns."""
+    old, new = cube([[1, 1]] * 4), cube([[1, 1]] * 4)
+    for one, second in ((old, 90.0), (new, 0.0)):
+        one["fall_azimuth"] = DIMENSIONS, np.array([[[0.0, 0.0], [second, second], [0.0, 0.0], [350.0, 350.0]]])
+        one["peak_tilt"] = DIMENSIONS, np.full((1, 4, 2), 90.0)
+    found = changes(old.rename(azimuth="orientation"), new.rename(azimuth="orientation"))
+    assert found["sides changed, of what falls in both"] == "2 of 8"
+    assert found["of these where the neighbours agree"] == "0 of 2"
+
+
 def test_records_are_compared_that_both_have() -> None:
     other = cube([[0, 0]] * 4, record="b")
     assert changes(xr.concat([other, OLD], "record"), OLD) == changes(OLD, OLD)

@@ -51,7 +51,7 @@ def test_what_is_firm_ends_at_another_flag_around_the_circle() -> None:
 
 
 def test_in_space_neighbours_also_fall_the_same_way() -> None:
-    """The second azimuth falls east where the others fall north: it and its neighbours are not firm, and its fall turns."""
+    """The second azimuth falls east where the others fall north: it and its neighbours are not firm; it turns."""
     old, new = cube([[1, 1]] * 4), cube([[1, 1]] * 4)
     for one, second in ((old, 90.0), (new, 0.0)):
         one["fall_azimuth"] = DIMENSIONS, np.array([[[0.0, 0.0], [second, second], [0.0, 0.0], [350.0, 350.0]]])

@@ -122,7 +122,7 @@ DIFFER = (
 def test_where_the_kernels_have_other_flags_they_go_to_one_limit(stone: tuple[Any, ...]) -> None:
     """With Cundall's scheme they compute one motion; with their centred ones the same fall once the step is fine.
 
-    The block's side is the one to which it turns, a scene's the one to which its centre has gone: these stones slide far.
+    The side of a block is where it turns to, of a stone in a scene where its centre has gone: these stones slide far.
     """
     number, height, ratio, friction, peak, vertical, interval, density, law, step = stone
     generator = np.random.Generator(np.random.PCG64([7, number]))

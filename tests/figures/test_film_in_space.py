@@ -7,9 +7,11 @@ import pytest
 
 from overturning.dem.solid.trajectory import trajectory_in_space
 from overturning.errors import ArgumentError
+from overturning.figures.axis import axis_figure
 from overturning.figures.film import SpacePanel, film_data
-from overturning.figures.film_in_space import axis_figure, faces_of, film_in_space, space_outcome
+from overturning.figures.film_in_space import faces_of
 from overturning.figures.film_movie import write_film_movie
+from overturning.figures.film_of_trajectory import film_of, outcome
 from overturning.figures.film_page import write_film_page
 from overturning.figures.style import style
 from overturning.motion.motion import Motion
@@ -41,7 +43,7 @@ def test_a_box_has_six_faces_that_look_outwards() -> None:
 
 
 def test_the_corners_of_its_poses_stand_on_the_base_and_lie_where_it_fell(paths: list, motion: Motion) -> None:
-    film = film_in_space(paths, motion, "title")
+    film = film_of(paths, motion, "title")
     panel = film.panels[0]
     assert isinstance(panel, SpacePanel)
 
@@ -57,12 +59,12 @@ def test_the_corners_of_its_poses_stand_on_the_base_and_lie_where_it_fell(paths:
     assert azimuth == pytest.approx(float(paths[0]["fall_azimuth"]), abs=15)
     assert panel.outcome.startswith("falls towards ")
     assert "slipped" in film.panels[1].outcome
-    assert "stands" in space_outcome(paths[1])
+    assert "stands" in outcome(paths[1])
     assert len(film_data(film)["panels"][0]["motions"]) == 2
 
 
 def test_a_film_in_space_is_a_page(paths: list, motion: Motion, tmp_path: Path) -> None:
-    film = film_in_space(paths, motion, "title")
+    film = film_of(paths, motion, "title")
     with pytest.raises(ArgumentError, match=r"end it in \.html"):
         write_film_movie(film, tmp_path / "film.gif")
     assert not list(tmp_path.iterdir())
@@ -81,7 +83,7 @@ def test_the_figure_of_the_axis(paths: list, motion: Motion) -> None:
 
 @pytest.mark.browser
 def test_dragging_turns_it(paths: list, motion: Motion, tmp_path: Path) -> None:
-    write_film_page(film_in_space(paths, motion, "title"), tmp_path / "film.html")
+    write_film_page(film_of(paths, motion, "title"), tmp_path / "film.html")
     with browser(tmp_path / "profile") as page:
         page.open(tmp_path / "film.html")
         page.wait("document.querySelector('.film').dataset.ready === 'true'")

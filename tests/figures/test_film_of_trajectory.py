@@ -41,7 +41,7 @@ def test_a_fall(motion: Motion) -> None:
     cell = simulate_arrays(motion, azimuth_deg=[0], **{name: [value] for name, value in BLOCK.items()})
     assert float(stone(path)["overturning_time"]) == cell["overturning_time"].item()
     assert outcome(path).startswith("falls towards N at" if side > 0 else "falls towards S at")
-    film = film_of([path], [motion.along(0)], 0.01, "pulse")
+    film = film_of([path], motion, "pulse")
     assert film.start == pytest.approx(1.0, abs=0.3)  # the quiet second before is not shown
     body = film.panels[0].bodies[1]
     assert body.rotation[-1] == pytest.approx(side * np.pi / 2)
@@ -63,13 +63,13 @@ def test_standing_blocks_need_no_movement(motion: Motion) -> None:
     path = trajectory(motion, azimuth_deg=90, **BLOCK)
     assert movement(path) is None
     assert outcome(path).startswith("stands")
-    film = film_of([path], [motion.along(90)], 0.01, "nothing")
+    film = film_of([path], motion, "nothing")
     assert film.frames > 10
 
 
 def test_in_step(motion: Motion) -> None:
     paths = [trajectory(motion, azimuth_deg=angle, **BLOCK) for angle in (0, 90)]
-    film = film_of(paths, [motion.along(0), motion.along(90)], 0.01, "two")
+    film = film_of(paths, motion, "two")
     assert film.end < 6  # it stops at the fall
     assert [panel.title for panel in film.panels] == ["N", "E"]
     assert len(film_page(film).encode()) < 300_000
@@ -159,4 +159,4 @@ def test_a_stone_that_begins_oblique_is_told_in_degrees() -> None:
 
 def test_no_trajectory() -> None:
     with pytest.raises(ArgumentError, match="at least one"):
-        film_of([], [], 0.01, "none")
+        film_of([], Motion(np.zeros(2), np.zeros(2), sampling_interval=0.01), "none")

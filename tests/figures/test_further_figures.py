@@ -17,13 +17,13 @@ from overturning.errors import ArgumentError
 from overturning.figures.axes_by_earthquake import axes_figure
 from overturning.figures.boundary import boundary_figure
 from overturning.figures.hodograph import hodograph_figure
+from overturning.figures.illustrative import spectra
 from overturning.figures.intensity_plane import intensity_plane_figure, plane_points
 from overturning.figures.probability import probability_map_figure
 from overturning.figures.response import response_figure
 from overturning.figures.site_map import local_km, site_map_figure
 from overturning.figures.spectra import spectra_figure
 from overturning.figures.style import PAGE_WIDTH, save, style
-from overturning.figures.telling import spectra
 from overturning.motion.motion import Motion
 from overturning.statistics.boundary import boundary
 from overturning.statistics.earthquakes import axes_by_earthquake, summarise_axes

@@ -10,8 +10,8 @@ from overturning.figures.polar_panels import azimuth_edges, cell_edges, rows_and
 from overturning.figures.probability import probability_map_figure
 from overturning.figures.rose import rose_figure
 from overturning.figures.style import PAGE_WIDTH, compass_name, save, style
+from overturning.model.planes import azimuth_weight
 from overturning.statistics.circular import sector_shares
-from overturning.statistics.planes import azimuth_weight
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import pytest
 
 from overturning.dem.solid.trajectory import trajectory_in_space
 from overturning.figures.explore import explorer_data, explorer_page
-from overturning.figures.film_in_space import film_in_space
+from overturning.figures.film_of_trajectory import film_of
 from overturning.figures.film_page import write_film_page
 from overturning.motion.motion import Motion
 from tests.figures.chromium import browser
@@ -64,7 +64,7 @@ def test_they_agree(tmp_path: Path) -> None:
     time = np.arange(0, 1.2, 0.01)
     motion = Motion(7.0 * np.sin(2 * np.pi * time), 3.0 * np.sin(2 * np.pi * time), sampling_interval=0.01)
     path = trajectory_in_space(motion, orientation_deg=10.0, height=0.6, b_over_h=0.25, friction=0.8)
-    write_film_page(film_in_space([path], motion, "title"), space)
+    write_film_page(film_of([path], motion, "title"), space)
     explorer.write_text(explorer_page(explorer_data(cube())), encoding="utf-8")
 
     found = []

@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 from typing import Any
 
+from overturning.model.planes import Planes
 from overturning.report.blocks import Caution, Note, Section
 from overturning.report.sections.convergence import convergence, dependence
 from overturning.study.convergence import Convergence
@@ -18,12 +19,12 @@ FOUND = {
 
 
 def study(members: int = 0, variants: tuple[str, ...] = ()) -> Any:
-    return SimpleNamespace(variants=variants, body=None, ensemble=SimpleNamespace(members=members))
+    return SimpleNamespace(variants=variants, ensemble=SimpleNamespace(members=members))
 
 
 def section(variants: tuple[str, ...] = (), members: int = 0, **found: Any) -> Section:
     results: Any = SimpleNamespace(
-        study=study(members, variants), convergence=Convergence.model_validate(FOUND | found)
+        model=Planes(), study=study(members, variants), convergence=Convergence.model_validate(FOUND | found)
     )
     shown = convergence(results)
     assert shown is not None

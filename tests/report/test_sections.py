@@ -42,7 +42,7 @@ def test_sections_of_a_study_of_a_block(report: Report, opened: Results) -> None
             "Where blocks fall",
             "What makes a block fall",
             "How well the field's criteria foretell these falls",
-            "How far the answers hold",
+            "Uncertainty",
             "Records",
         ),
         *("Record by record", "How this was made"),
@@ -257,10 +257,10 @@ def test_the_fit(opened: Results, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("run", [True, False])
 def test_the_ensemble(report: Report, one_record: Make, run: bool) -> None:
     if run:
-        assert "was run 4 more times" in text_of(section(report, "How far the answers hold"))
+        assert "was run 4 more times" in text_of(section(report, "Uncertainty"))
     else:
         none = one_record(probability_towards=np.nan)
-        assert "the ensemble had nothing to run" in text_of(section(build_report(none), "How far the answers hold"))
+        assert "the ensemble had nothing to run" in text_of(section(build_report(none), "Uncertainty"))
 
 
 def test_a_mean_is_not_given_where_falls_go_every_way() -> None:

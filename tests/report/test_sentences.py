@@ -83,12 +83,12 @@ def test_falls_along_the_fault() -> None:
     ],
 )
 def test_edges(fallen: float, planes: int, start: str) -> None:
-    edge = {"statuses": {}, "fallen": fallen, "planes": planes, "faults_known": True}
+    edge = {"statuses": {}, "fallen": fallen, "one_axis": planes == 1, "faults_known": True}
     assert answer_sentences(SimpleNamespace(**vars(results(all=NORMAL)), **edge))[0].startswith(start)
 
 
 def test_missing_outcomes_are_not_passed_over() -> None:
-    edge = {"statuses": {"failed": (3, 3)}, "fallen": 0.0, "planes": 36, "faults_known": True}
+    edge = {"statuses": {"failed": (3, 3)}, "fallen": 0.0, "one_axis": False, "faults_known": True}
     (text,) = answer_sentences(SimpleNamespace(**vars(results(all=NOTHING)), **edge))
     assert text.startswith("No block whose outcome is known overturned")
 

@@ -5,8 +5,9 @@ import pytest
 import xarray as xr
 
 from overturning.errors import ResultError
-from overturning.statistics.direction import CASE_DIMS, fall_axis, fall_direction, fall_shares
-from overturning.statistics.planes import by_plane, fall_probability, plane_index, plane_weight
+from overturning.model.falls import model_of
+from overturning.model.planes import Planes, fall_probability, plane_index, plane_weight
+from overturning.statistics.direction import fall_axis, fall_direction, fall_shares
 
 
 def test_a_plane_is_counted_once(make_cube, sector) -> None:
@@ -15,7 +16,7 @@ def test_a_plane_is_counted_once(make_cube, sector) -> None:
     half = fall_shares(cube.isel(azimuth=cube["azimuth"] < 180))["share_overturned"]
     assert whole.values == pytest.approx(9 / 36)  # 40° to 80° by 5° of 36 planes
     xr.testing.assert_allclose(whole, half)
-    assert by_plane(cube).sizes["azimuth"] == 36
+    assert model_of(cube).falls(cube).sizes["azimuth"] == 36
 
 
 def test_direction_and_axis(make_cube, sector) -> None:
@@ -67,7 +68,7 @@ def test_missing_is_not_standing(make_cube, sector) -> None:
 
 def test_over_more_dimensions(make_cube, sector) -> None:
     cube = make_cube(sector(60, 20, largest=0.3))
-    shares = fall_shares(cube, over=CASE_DIMS)
+    shares = fall_shares(cube, over=Planes.case_dims)
     assert float(shares["share_overturned"][0]) == pytest.approx(9 / 36 * 3 / 5)
     assert shares["share_overturned"].dims == ("record",)
 
@@ -85,7 +86,7 @@ def test_extra_azimuths_share_a_weight(make_cube, sector) -> None:
     regular = make_cube(sector(60, 20))
     extra = make_cube(sector(60, 20), azimuth=sorted([*range(0, 360, 5), 61, 62, 63, 64, 241, 242, 243, 244]))
     assert plane_weight(extra["azimuth"].values[plane_index(extra["azimuth"].values)]).sum() == pytest.approx(1)
-    assert float(fall_shares(extra, over=("record", *CASE_DIMS))["share_overturned"]) == pytest.approx(9 / 36)
+    assert float(fall_shares(extra, over=("record", *Planes.case_dims))["share_overturned"]) == pytest.approx(9 / 36)
     assert fall_axis(extra)["mean_axis"].values == pytest.approx(fall_axis(regular)["mean_axis"].values, abs=0.01)
 
 

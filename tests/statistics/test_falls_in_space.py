@@ -7,23 +7,25 @@ import pytest
 import xarray as xr
 from scipy.stats import bootstrap, circmean
 
+from overturning.model.body import Body
+from overturning.model.falls import model_of
 from overturning.motion.heading import peak_azimuths, pulse_axis
 from overturning.motion.motion import Motion
 from overturning.statistics.circular import SECTORS
-from overturning.statistics.direction import case_dims, fall_axis, fall_direction, fall_shares, in_space
+from overturning.statistics.direction import fall_axis, fall_direction, fall_shares
 from overturning.statistics.earthquakes import axes_by_earthquake, summarise_axes
+from overturning.statistics.illustrative import illustrative_cases
+from overturning.statistics.roses import rose_of
 from overturning.statistics.space import (
     alignment,
     followed,
     followed_by_slenderness,
     plane_agreement,
     plane_counts,
-    rose_of,
     sums_by_slenderness,
     turns,
     twist,
 )
-from overturning.statistics.telling_in_space import telling_in_space
 
 EVENTS = ("A", "A", "B", "C", "D")
 NORMALS = np.array([10.0, 10.0, 80.0, 150.0, 40.0])
@@ -58,9 +60,9 @@ def angles_of(cube: xr.Dataset, record: int) -> np.ndarray:
 
 def test_directions_and_axes_are_those_of_the_falls() -> None:
     cube = space_cube()
-    assert in_space(cube)
-    direction, axis = fall_direction(cube, over=case_dims(cube)), fall_axis(cube, over=case_dims(cube))
-    shares = fall_shares(cube, over=case_dims(cube))
+    assert isinstance(model_of(cube), Body)
+    direction, axis = fall_direction(cube, over=Body.case_dims), fall_axis(cube, over=Body.case_dims)
+    shares = fall_shares(cube, over=Body.case_dims)
     for record in range(len(EVENTS)):
         angles = np.radians(angles_of(cube, record))
         expected = np.degrees(circmean(angles))
@@ -84,10 +86,10 @@ def test_an_ensemble_takes_the_place_of_the_nominal_falls_where_it_was_run() -> 
     everywhere = with_members.assign(
         {name: with_members[name].fillna(0.5 * part) for name, part in zip(names, parts, strict=True)}
     )
-    found = fall_direction(everywhere, over=case_dims(cube))
+    found = fall_direction(everywhere, over=Body.case_dims)
     assert found["mean_direction"].to_numpy() == pytest.approx(70.0)
     assert found["direction_resultant"].to_numpy() == pytest.approx(1.0)
-    mixed = fall_shares(with_members, over=("record", *case_dims(cube)))["share_overturned"]
+    mixed = fall_shares(with_members, over=("record", *Body.case_dims))["share_overturned"]
     flags = np.where(run, 0.5, cube["overturned"].to_numpy())
     assert float(mixed) == pytest.approx(np.nanmean(flags), abs=1e-6)
 
@@ -226,7 +228,7 @@ def test_peaks_point_where_the_vector_is_largest() -> None:
     assert np.isnan(pulse_axis(still)[0])
 
 
-def test_telling_cases_are_the_extremes_of_their_rules() -> None:
+def test_illustrative_cases_are_the_extremes_of_their_rules() -> None:
     cube = space_cube()
     shape = cube["overturned"].shape
     turned, plane = np.zeros(shape, np.float32), np.ones(shape, np.float32)
@@ -234,10 +236,11 @@ def test_telling_cases_are_the_extremes_of_their_rules() -> None:
     flags[2, 1, 0, 2, 0, 1], plane[2, 1, 0, 2, 0, 1], falls[2, 1, 0, 2, 0, 1] = 1.0, 0.0, 15.0
     flags[0, 4, 1, 0, 0, 0], falls[0, 4, 1, 0, 0, 0], turned[0, 4, 1, 0, 0, 0] = 0.0, np.nan, -30.0
     values = {"overturned": flags, "fall_azimuth": falls, "plane_overturned": plane, "residual_twist": turned}
-    found = telling_in_space(cube.assign({name: (DIMENSIONS, value) for name, value in values.items()}))
+    found = illustrative_cases(cube.assign({name: (DIMENSIONS, value) for name, value in values.items()}))
     alone, corner, twisted = found
-    assert (alone.record, alone.orientation, alone.b_over_h, alone.friction) == (2, 15.0, 0.4, 1.0)
-    assert corner.b_over_h == 0.4
-    assert (twisted.record, twisted.orientation, twisted.height) == (0, 60.0, 1.2)
+    block = {"height": 0.6, "b_over_h": 0.4, "aspect": 1.0, "friction": 1.0}
+    assert (alone.record, alone.direction_deg, alone.block) == (2, (15.0,), block)
+    assert corner.block["b_over_h"] == 0.4
+    assert (twisted.record, twisted.direction_deg, twisted.block["height"]) == (0, (60.0,), 1.2)
     still = cube.assign(residual_twist=(DIMENSIONS, np.zeros(shape)))
-    assert telling_in_space(still.assign(overturned=still["overturned"] * 0)) == []
+    assert illustrative_cases(still.assign(overturned=still["overturned"] * 0)) == []

@@ -100,7 +100,7 @@ def test_the_report_of_the_ensemble(half: np.ndarray) -> None:
     """Each plane once, whichever half of the circle it is in."""
 
     def text(cube: xr.Dataset) -> str:
-        (paragraph,) = ensemble(SimpleNamespace(in_space=False, cube=cube)).blocks  # type: ignore[arg-type, union-attr]
+        (paragraph,) = ensemble(SimpleNamespace(cube=cube)).blocks  # type: ignore[arg-type, union-attr]
         return str(paragraph)
 
     cube = whole()

@@ -68,13 +68,15 @@ def test_only_what_is_damaged_or_half_written_is_taken_away(tmp_path: Path) -> N
 
 def test_a_figure_that_has_gone_makes_the_figures_again(tmp_path: Path) -> None:
     figures = tmp_path / "figures"
-    (figures / "telling").mkdir(parents=True)
-    for name in ("1-response.svg", "telling.json"):
-        (figures / "telling" / name).touch()
-    (figures / "drawn.txt").write_text("telling/1-response.svg\ntelling/telling.json\n", encoding="utf-8")
+    (figures / "illustrative").mkdir(parents=True)
+    for name in ("1-response.svg", "illustrative.json"):
+        (figures / "illustrative" / name).touch()
+    (figures / "drawn.txt").write_text(
+        "illustrative/1-response.svg\nillustrative/illustrative.json\n", encoding="utf-8"
+    )
     assert repair(tmp_path) == []
-    (figures / "telling" / "1-response.svg").unlink()
-    assert repair(tmp_path) == [figures / "telling" / "1-response.svg"]
+    (figures / "illustrative" / "1-response.svg").unlink()
+    assert repair(tmp_path) == [figures / "illustrative" / "1-response.svg"]
     assert not (figures / "drawn.txt").exists(), "an output of the rule, which is made again then"
 
 

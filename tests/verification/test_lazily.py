@@ -9,13 +9,12 @@ import pytest
 
 from overturning.figures.rose import rose_figure
 from overturning.figures.scene import element_roses_figure
-from overturning.figures.space import space_rose_figure
 from overturning.figures.style import style
 from overturning.report.results import Results, open_results
 from overturning.report.sections import cause, criteria, ensemble, space
 from overturning.report.sections.scene import spread_sentence
 from overturning.statistics.elements import compare_stones, falls_by_element
-from overturning.statistics.telling_in_space import telling_in_space
+from overturning.statistics.illustrative import illustrative_cases
 from overturning.study.cube import open_cube
 from overturning.study.intensity import write_intensity
 from overturning.study.scenes import NOMINAL, variant_names
@@ -59,13 +58,13 @@ STATISTICS: dict[str, dict[str, Statistic]] = {
         "criteria": criteria.criteria,
     },
     "space": {
-        "roses": lambda results: space_rose_figure(results.cube),
+        "roses": lambda results: rose_figure(results.cube),
         "what falls follow": space.follows,
         "planes beside space": space.plane_beside,
         "twist": space.twists,
         "ensemble": ensemble.ensemble,
         "population": lambda results: population_rates(results.cube, Population()),
-        "telling cases": lambda results: telling_in_space(results.cube),
+        "illustrative cases": lambda results: illustrative_cases(results.cube),
     },
     "scene": {"elements and variants": stones_of},
 }
@@ -85,8 +84,8 @@ def folders(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, list
                     name = "cube.nc" if variant == NOMINAL else f"cube.{variant}.nc"
                     write_made_cube(study, folder / name, different=1, variant=variant)
                 write_intensity(study, list(made_records(study)), folder / "intensity.nc")
-                (folder / "figures" / "telling").mkdir(parents=True)
-                (folder / "figures" / "telling" / "telling.json").write_text("[]", "utf-8")
+                (folder / "figures" / "illustrative").mkdir(parents=True)
+                (folder / "figures" / "illustrative" / "cases.json").write_text("[]", "utf-8")
         yield made
 
 

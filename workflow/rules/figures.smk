@@ -42,7 +42,7 @@ rule figures:
             caption="../report/history.rst",
             category="Time histories",
         ),
-        telling=directory(f"{FIGURES}/telling"),
+        illustrative=directory(f"{FIGURES}/illustrative"),
         maps=directory(f"{FIGURES}/maps"),  # empty where no record has coordinates
         drawn=f"{FIGURES}/{DRAWN}",
     log:
@@ -53,7 +53,7 @@ rule figures:
     resources:
         mem_mb=lambda wildcards, attempt: attempt * READING_MB,
     params:
-        folder=lambda wildcards, output: Path(output.telling).parent,
+        folder=lambda wildcards, output: Path(output.illustrative).parent,
         study=settings("figures"),
         motions=lambda wildcards, input: Path(input.motions[0]).parent,
         sources=sources("workflow:figures"),

@@ -73,10 +73,7 @@ def _one_in_planes(
     _print_outcomes(paths, stones)
     if outputs.animate is not None:
         note = f" The motion is {amplitude:g} times the record." if amplitude != 1 else ""
-        accelerations = [amplitude * motion.along(angle) for angle in azimuth]
-        film = film_of(
-            paths, accelerations, motion.sampling_interval, title, note=f"The frame moves with the base.{note}"
-        )
+        film = film_of(paths, motion, title, note=f"The frame moves with the base.{note}")
         write = write_film_page if outputs.animate.suffix.lower() == ".html" else write_film_movie
         write(film, outputs.animate)
         print(f"film: {outputs.animate}")

@@ -26,8 +26,8 @@ def one_in_space(
     from overturning.dem.solid.shapes import shape_of
     from overturning.dem.solid.trajectory import trajectory_in_space
     from overturning.errors import ArgumentError
-    from overturning.figures.film_in_space import axis_figure, film_in_space, space_outcome
-    from overturning.figures.film_of_trajectory import compass_name
+    from overturning.figures.axis import axis_figure
+    from overturning.figures.film_of_trajectory import film_of, heading_of, outcome
     from overturning.figures.film_page import write_film_page
     from overturning.figures.style import save, style
 
@@ -57,11 +57,11 @@ def one_in_space(
     if motion.up is None:
         print("  the motion has two components: the base moves level")
     for path in paths:
-        print(f"  facing {compass_name(path.attrs['orientation_deg'])}: {space_outcome(path)}")
+        print(f"  {heading_of(path)}: {outcome(path)}")
     if animate is not None:
-        note = "The frame moves with the base. Drag to turn the view."
+        note = "The frame moves with the base."
         note += f" The motion is {amplitude:g} times the record." if amplitude != 1 else ""
-        write_film_page(film_in_space(paths, motion, title, note), animate)
+        write_film_page(film_of(paths, motion, title, note=note), animate)
         print(f"film: {animate}")
     if response is not None:
         with style():

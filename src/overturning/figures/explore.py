@@ -14,7 +14,7 @@ from overturning.figures.film_page import embedded_json
 from overturning.figures.polar_panels import azimuth_edges, cell_edges, closed
 from overturning.figures.style import DARKEST, FALLS, FAULT, MISSING, OTHER_SIDE, STANDS
 from overturning.files import atomic_write
-from overturning.statistics.planes import fall_probability
+from overturning.model.planes import fall_probability
 from overturning.study.preflight import MOST_CELLS
 
 if TYPE_CHECKING:

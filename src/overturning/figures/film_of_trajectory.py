@@ -1,4 +1,4 @@
-"""From trajectories to a film of all elements of their scene."""
+"""From trajectories, of the elements of a scene or of a body in space, to a film."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -10,7 +10,9 @@ from overturning.dem.kernel.status import Status
 from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ArgumentError
 from overturning.figures.film import FRAME_INTERVAL, Body, Film, Panel, about_the_peak, frame_times
+from overturning.figures.film_in_space import space_movement, space_outcome, space_panel
 from overturning.figures.style import compass_name
+from overturning.motion.motion import Motion
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,16 +30,36 @@ LAST_TURN = 0.5
 FORCE_NOTE = "Contact forces: means over a sampling interval, over the weight of all stones that are free."
 """What the arrows of a film are."""
 
+TURN_NOTE = "Drag to turn the view."
+"""What can be done with a film in space."""
+
 
 def free_elements(path: "xr.Dataset") -> "xr.Dataset":
     """The part of a trajectory that is of its free elements."""
     return path.isel(element=path["kind"].to_numpy() == "free")
 
 
+def in_space(path: "xr.Dataset") -> bool:
+    """Whether a trajectory is of a body in space."""
+    return "quaternion" in path
+
+
+def heading_of(path: "xr.Dataset") -> str:
+    """The azimuth of the motion, or what a body in space faces."""
+    if in_space(path):
+        return f"facing {compass_name(path.attrs['orientation_deg'])}"
+    return compass_name(path.attrs["azimuth_deg"])
+
+
 def outcome(path: "xr.Dataset") -> str:
-    """How many elements fall and which, in the order in which they do; a single one goes without its name."""
+    """What happens in a trajectory, in a sentence without its end."""
     if int(path["status"]) not in (Status.SIMULATED, Status.AT_REST):
         return "no outcome: the simulation is not valid"
+    return space_outcome(path) if in_space(path) else _outcome(path)
+
+
+def _outcome(path: "xr.Dataset") -> str:
+    """How many elements fall and which, in the order in which they do; a single one goes without its name."""
     free, azimuth = free_elements(path), path.attrs["azimuth_deg"]
     several = free.sizes["element"] > 1
     names, sides, times = (free[name].to_numpy().tolist() for name in ("element", "overturned", "overturning_time"))
@@ -71,10 +93,11 @@ def movement(path: "xr.Dataset") -> tuple[float, float] | None:
 
 def window(paths: Sequence["xr.Dataset"]) -> tuple[float, float]:
     """Time worth showing, s: from the first movement of any trajectory to the last, or about the peak of the motion."""
-    spans = [span for path in paths if (span := movement(path)) is not None]
+    spans = [span for path in paths if (span := (space_movement if in_space(path) else movement)(path)) is not None]
     if spans:
         return min(first for first, _ in spans), max(last for _, last in spans)
-    return about_the_peak(paths[0]["time"].to_numpy(), paths[0]["ground_acceleration"].to_numpy())
+    ground = paths[0]["ground_acceleration"].to_numpy()
+    return about_the_peak(paths[0]["time"].to_numpy(), np.hypot(*ground[:, :2].T) if ground.ndim > 1 else ground)
 
 
 def _poses(path: "xr.Dataset", index: int) -> tuple[FloatArray, FloatArray]:
@@ -143,10 +166,26 @@ def _filled(values: FloatArray) -> FloatArray:
     return np.take_along_axis(values, np.where(before >= 0, before, known.argmax(axis=0)), axis=0)
 
 
+def _plane_panel(path: "xr.Dataset", motion: Motion, time: FloatArray, texts: tuple[str, str]) -> Panel:
+    azimuth, times = float(path.attrs["azimuth_deg"]), path["overturning_time"].to_numpy()
+    point, force = _forces(path, time)
+    return Panel(
+        title=texts[0],
+        outcome=texts[1],
+        outcome_time=float(min(times[np.isfinite(times)], default=np.nan)),
+        left=compass_name(azimuth + 180.0),
+        right=compass_name(azimuth),
+        bodies=_bodies(path, time),
+        acceleration=float(path.attrs["amplitude"]) * motion.along(azimuth),
+        sampling_interval=motion.sampling_interval,
+        force_point=point,
+        force=force,
+    )
+
+
 def film_of(
     paths: Sequence["xr.Dataset"],
-    accelerations: Sequence[FloatArray],
-    sampling_interval: float,
+    motion: Motion,
     title: str,
     *,
     headings: Sequence[str] | None = None,
@@ -154,30 +193,16 @@ def film_of(
 ) -> Film:
     """A film of trajectories in step, from shortly before the first movement to shortly after the last.
 
-    Each trajectory has the base's acceleration along its azimuth, m/s², from time 0 at the sampling interval, s, and a
-    heading, by default the azimuth. What the contact forces are is added to the `note`, the line below the film. An
-    ArgumentError where there is no trajectory.
+    All are under the motion, times the amplitude of each; a heading is by default as of `heading_of`. What can be done with
+    the film is added to the `note`, the line below it. An ArgumentError where there is no trajectory.
     """
     if not paths:
         raise ArgumentError("paths: none; a film needs at least one trajectory")
     time = frame_times(*window(paths))
-    panels = []
-    for index, (path, acceleration) in enumerate(zip(paths, accelerations, strict=True)):
-        azimuth = float(path.attrs["azimuth_deg"])
-        point, force = _forces(path, time)
-        times = path["overturning_time"].to_numpy()
-        panels.append(
-            Panel(
-                title=headings[index] if headings else compass_name(azimuth),
-                outcome=outcome(path),
-                outcome_time=float(min(times[np.isfinite(times)], default=np.nan)),
-                left=compass_name(azimuth + 180.0),
-                right=compass_name(azimuth),
-                bodies=_bodies(path, time),
-                acceleration=np.asarray(acceleration, dtype=np.float64),
-                sampling_interval=sampling_interval,
-                force_point=point,
-                force=force,
-            )
-        )
-    return Film(title, float(time[0]), FRAME_INTERVAL, tuple(panels), note=f"{note} {FORCE_NOTE}".strip())
+    solid = in_space(paths[0])
+    panel = space_panel if solid else _plane_panel
+    names = headings or [heading_of(path) for path in paths]
+    panels = tuple(panel(path, motion, time, (name, outcome(path))) for path, name in zip(paths, names, strict=True))
+    return Film(
+        title, float(time[0]), FRAME_INTERVAL, panels, note=f"{note} {TURN_NOTE if solid else FORCE_NOTE}".strip()
+    )

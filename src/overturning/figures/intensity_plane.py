@@ -9,10 +9,10 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from overturning.arrays import FloatArray
 from overturning.figures.style import DASHED, FALLS, INK, SERIES, STANDS, caption, grid, labels
+from overturning.model.falls import model_of
 from overturning.statistics.direction import fall_shares
 from overturning.statistics.limits import CRITERIA, west_acceleration
 from overturning.statistics.logistic import LogisticFit
-from overturning.statistics.planes import by_plane
 from overturning.units import GAL, STANDARD_GRAVITY
 
 LOOKS: Final = (
@@ -29,7 +29,8 @@ def plane_points(
     cube: xr.Dataset, intensity: xr.Dataset, height: float, b_over_h: float, friction: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """PGA (m/s²), PGV/PGA (s) and probability of falling of one block, for every plane of every record, each shape (n,)."""
-    planes = by_plane(cube.sel(height=height, b_over_h=b_over_h, friction=friction, method="nearest")).compute()
+    block = cube.sel(height=height, b_over_h=b_over_h, friction=friction, method="nearest")
+    planes = model_of(cube).falls(block).compute()
     along = intensity[["pga", "pgv"]].sel(azimuth=planes["azimuth"], method="nearest")
     falls = planes["falls"].transpose("record", "azimuth").to_numpy().ravel()
     pga, pgv = (along[name].transpose("record", "azimuth").to_numpy().ravel() for name in ("pga", "pgv"))

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from overturning.figures.polar_panels import blocks_of, case_panels, closed, draw_cells, mark_normals
 from overturning.figures.style import DARKEST, FALLS, MISSING, OTHER_SIDE, STANDS, caption, patch
-from overturning.statistics.planes import fall_probability
+from overturning.model.planes import fall_probability
 
 OTHER_SIDE_ABOVE = 0.5
 """A cell whose block falls to the other side with a larger probability than this is coloured for that."""

@@ -1,17 +1,17 @@
-"""Rose of fall azimuths over a whole study."""
+"""Roses of fall azimuths, over a whole study and by earthquake."""
 
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import FALLS, FAULT, compass, grid, mark_fault_normal, radius_ticks
-from overturning.statistics.circular import sector_shares
-from overturning.statistics.falls import falls_towards, near_boundary
-from overturning.statistics.groups import record_groups
-from overturning.statistics.planes import azimuth_weight
+from overturning.figures.style import FALLS, FAULT, INK, compass, grid, mark_fault_normal, radius_ticks
+from overturning.statistics.circular import SECTORS
+from overturning.statistics.roses import Rose, rose_of, study_roses
+
+ROSES_IN_A_ROW: Final = 4
 
 
 def draw_rose(axes: Any, shares: FloatArray) -> None:
@@ -26,30 +26,54 @@ def draw_rose(axes: Any, shares: FloatArray) -> None:
 
 
 def rose_figure(cube: xr.Dataset) -> Figure:
-    """Rose of the falls that tell most about direction: by azimuth from north, and from the fault normal where it is known.
+    """Roses of a study (`study_roses`): by azimuth from north, and from the fault normal where it is known.
 
-    They are those of blocks near the boundary (`near_boundary`), or all where there is none. Each plane of motion counts once, and azimuths added to the grid share the weight of their neighbourhood. Records with
-    and without a velocity pulse have a column of their own where the study has both.
+    Records with and without a velocity pulse have a column of their own where the study has both.
     """
-    near = near_boundary(cube)
-    what = "falls near the boundary" if bool(near.any()) else "falls"
-    falls = falls_towards(cube).where(near | (not bool(near.any()))).sum(["height", "b_over_h", "friction"]).compute()
-    azimuth = falls["azimuth"].to_numpy().astype(np.float64)
-    counts = falls.transpose("record", "azimuth").to_numpy().astype(np.float64)
-    weighted = counts * azimuth_weight(azimuth)
-    normals = cube["fault_normal"].to_numpy()
-    groups = record_groups(cube)
-    rows = 2 if np.isfinite(normals).any() else 1
-    figure, panels = grid(rows, len(groups), max(3.3 * len(groups), 4.2), 3.5 * rows + 0.4, polar=True)
-    for (name, members), (upper, *lower) in zip(groups.items(), panels.T, strict=True):
-        draw_rose(upper, sector_shares(azimuth, weighted[members].sum(axis=0)))
-        upper.set_title(f"{name}\n{counts[members].sum():.0f} {what}, from north", pad=4)
-        for axes in lower:
-            known = members & np.isfinite(normals)
-            relative = (azimuth[None, :] - normals[known][:, None]) % 360.0
-            draw_rose(axes, sector_shares(relative.ravel(), weighted[known].ravel()))
-            fault_frame(axes)
-            axes.set_title("from the fault normal", pad=4)
+    roses = study_roses(cube)
+    rows = 1 if any(below is None for _, below in roses.values()) else 2
+    figure, panels = grid(rows, len(roses), max(3.3 * len(roses), 4.2), 3.5 * rows + 0.4, polar=True)
+    for (name, found), column in zip(roses.items(), panels.T, strict=True):
+        (upper, *lower), (rose, relative) = column, found
+        _draw(upper, rose)
+        upper.set_title(f"{name}\n{rose.title}, from north", pad=4)
+        if relative is not None:
+            _draw(lower[0], relative)
+            fault_frame(lower[0])
+            lower[0].set_title("from the fault normal", pad=4)
+    return figure
+
+
+def _draw(axes: Any, rose: Rose) -> None:
+    """A rose with its intervals, whose radii like those of the sectors are roots of shares."""
+    draw_rose(axes, rose.shares)
+    if np.isfinite(rose.low).any():
+        centres = np.arange(SECTORS) * 2.0 * np.pi / SECTORS
+        for angle, low, high in zip(centres, rose.low, rose.high, strict=True):
+            axes.plot([angle, angle], np.sqrt([low, high]), color=INK, linewidth=0.9, zorder=4)
+        axes.set_ylim(0.0, max(axes.get_ylim()[1], 1.05 * float(np.sqrt(rose.high.max()))))
+
+
+def earthquake_roses_figure(cube: xr.Dataset) -> Figure:
+    """A rose for each earthquake that fells anything, from north, its records taken together; dashed the fault normals."""
+    events = cube["event"].to_numpy().astype(str)
+    roses = {
+        name: (rose_of(cube.isel(record=np.flatnonzero(events == name))), events == name)
+        for name in dict.fromkeys(events)
+    }
+    shown = {name: found for name, found in roses.items() if found[0].falls}
+    columns = min(ROSES_IN_A_ROW, max(1, len(shown)))
+    rows = max(1, -(-len(shown) // columns))
+    figure, panels = grid(rows, columns, max(2.1 * columns, 4.2), 2.35 * rows + 0.3, polar=True)
+    for axes, (name, (rose, members)) in zip(panels.flat, shown.items(), strict=False):
+        draw_rose(axes, rose.shares)
+        axes.set_xticklabels(["N", "", "E", "", "S", "", "W", ""])
+        axes.set_yticklabels([])
+        for normal in cube["fault_normal"].to_numpy()[members]:
+            mark_fault_normal(axes, float(normal), label=None)
+        axes.set_title(f"{name}\n{rose.falls} falls", fontsize=8, pad=3, parse_math=False)
+    for axes in panels.flat[len(shown) :]:
+        axes.set_visible(False)
     return figure
 
 

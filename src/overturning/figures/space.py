@@ -1,4 +1,4 @@
-"""Falls in space: the rose of a study, roses by earthquake, a record's map, and what falls follow."""
+"""Falls that may go any way: a record's map, and what falls follow."""
 
 from typing import Any, Final
 
@@ -10,68 +10,14 @@ from matplotlib.patches import Patch
 
 from overturning.arrays import FloatArray
 from overturning.figures.polar_panels import cell_edges
-from overturning.figures.rose import draw_rose, fault_frame
+from overturning.figures.rose import draw_rose
 from overturning.figures.style import INK, MISSING, SERIES, STANDS, caption, grid, labels, mark_fault_normal
 from overturning.statistics.bootstrap import Mean
-from overturning.statistics.circular import SECTORS
-from overturning.statistics.groups import record_groups
-from overturning.statistics.space import Rose, rose_of
+from overturning.statistics.roses import rose_of
 
 _TURN = np.linspace(0.0, 2.0 * np.pi, 256, endpoint=False)[:, None]
 COLOURS: Final = ListedColormap(np.clip(0.58 + 0.36 * np.cos(_TURN - np.radians([0.0, 130.0, 250.0])), 0.0, 1.0))
 """Of azimuths: a hue for each, north red; arrows say the same."""
-
-ROSES_IN_A_ROW: Final = 4
-
-
-def space_rose_figure(cube: xr.Dataset) -> Figure:
-    """Roses of a study: by azimuth from north, and from the fault normal where it is known, with intervals by earthquake."""
-    groups, known = record_groups(cube), np.isfinite(cube["fault_normal"].to_numpy())
-    rows = 2 if known.any() else 1
-    figure, panels = grid(rows, len(groups), max(3.3 * len(groups), 4.2), 3.5 * rows + 0.4, polar=True)
-    for (name, members), (upper, *lower) in zip(groups.items(), panels.T, strict=True):
-        rose = rose_of(cube.isel(record=np.flatnonzero(members)))
-        _draw(upper, rose)
-        upper.set_title(f"{name}\n{rose.falls} falls, {rose.earthquakes} earthquakes, from north", pad=4)
-        for axes in lower:
-            _draw(axes, rose_of(cube.isel(record=np.flatnonzero(members & known)), from_normal=True))
-            fault_frame(axes)
-            axes.set_title("from the fault normal", pad=4)
-    return figure
-
-
-def _draw(axes: Any, rose: Rose) -> None:
-    """A rose with its intervals, whose radii like those of the sectors are roots of shares."""
-    draw_rose(axes, rose.shares)
-    if np.isfinite(rose.low).any():
-        centres = np.arange(SECTORS) * 2.0 * np.pi / SECTORS
-        for angle, low, high in zip(centres, rose.low, rose.high, strict=True):
-            axes.plot([angle, angle], np.sqrt([low, high]), color=INK, linewidth=0.9, zorder=4)
-        axes.set_ylim(0.0, max(axes.get_ylim()[1], 1.05 * float(np.sqrt(rose.high.max()))))
-
-
-def earthquake_roses_figure(cube: xr.Dataset) -> Figure:
-    """A rose for each earthquake that fells anything, from north, its records taken together; dashed the fault normals."""
-    events = cube["event"].to_numpy().astype(str)
-    roses = {
-        name: (rose_of(cube.isel(record=np.flatnonzero(events == name))), events == name)
-        for name in dict.fromkeys(events)
-    }
-    shown = {name: found for name, found in roses.items() if found[0].falls}
-    columns = min(ROSES_IN_A_ROW, max(1, len(shown)))
-    rows = max(1, -(-len(shown) // columns))
-    figure, panels = grid(rows, columns, max(2.1 * columns, 4.2), 2.35 * rows + 0.3, polar=True)
-    for axes, (name, (rose, members)) in zip(panels.flat, shown.items(), strict=False):
-        draw_rose(axes, rose.shares)
-        axes.set_xticklabels(["N", "", "E", "", "S", "", "W", ""])
-        axes.set_yticklabels([])
-        for normal in cube["fault_normal"].to_numpy()[members]:
-            mark_fault_normal(axes, float(normal), label=None)
-        axes.set_title(f"{name}\n{rose.falls} falls", fontsize=8, pad=3, parse_math=False)
-    for axes in panels.flat[len(shown) :]:
-        axes.set_visible(False)
-    return figure
-
 
 MOST_ARROWS = 36
 """Arrows along each side of a map."""

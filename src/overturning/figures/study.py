@@ -16,13 +16,13 @@ from overturning.figures.intensity import intensity_figure
 from overturning.figures.intensity_plane import intensity_plane_figure
 from overturning.figures.polar import fall_map_figure
 from overturning.figures.probability import probability_map_figure
-from overturning.figures.rose import rose_figure
+from overturning.figures.rose import earthquake_roses_figure, rose_figure
 from overturning.figures.site_map import site_map_figure, sites_by_earthquake
-from overturning.figures.space import earthquake_roses_figure, follow_figure, space_map_figure, space_rose_figure
+from overturning.figures.space import follow_figure, space_map_figure
 from overturning.figures.style import save, style
 from overturning.files import atomic_write
+from overturning.model.falls import model_of
 from overturning.records.store import read_motion, read_unprocessed
-from overturning.statistics.direction import in_space
 from overturning.statistics.earthquakes import axes_by_group, summarise_axes
 from overturning.statistics.logistic import overturning_fit
 from overturning.statistics.space import followed_by_slenderness
@@ -34,7 +34,7 @@ from overturning.study.sections import Figures
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-COUNTED = ("telling", "maps")
+COUNTED = ("illustrative", "maps")
 """Folders of which only the drawing knows how many files there will be."""
 
 
@@ -53,12 +53,11 @@ def draw_study(
     cube_path, intensity_path : Path
         The cube and the intensity measures, NetCDF.
     motions : Path
-        Folder of the processed motions, for the time histories and the telling cases.
+        Folder of the processed motions, for the time histories and the illustrative cases.
     folder : Path
-        Receives ``polar/ID`` and ``intensity/ID`` for each record (the polar map shows probabilities where the cube has an
-        ensemble, flags otherwise, in space falls over orientations), ``rose``, ``axes`` and ``plane``, in space ``follow`` and
-        ``earthquakes`` in its place, each in all formats; ``history/ID.svg`` (time histories,
-        not part of the report's page but beside it); ``telling/`` and ``maps/`` (empty where no record has coordinates); and
+        Receives ``polar/ID`` and ``intensity/ID`` for each record (`map_figure`), ``rose``, ``axes`` and ``plane``, or, where cases have
+        no azimuth of their own, ``follow`` and ``earthquakes`` in its place, each in all formats; ``history/ID.svg`` (time histories,
+        not part of the report's page but beside it); ``illustrative/`` and ``maps/`` (empty where no record has coordinates); and
         ``drawn.txt``, the names of the files in these two.
     threads : int
         Number of processes that draw: Matplotlib draws one figure at a time. The files are the same for any number.
@@ -99,15 +98,19 @@ def draw_record(cube_path: Path, intensity_path: Path, motions: Path, folder: Pa
         one = cube.isel(record=index).load()
         name, station, event = (str(one[key].item()) for key in ("record_id", "station", "event"))
         title = f"{station}, {event}" if event else station
-        polar_figure = probability_map_figure if "probability_towards" in cube else fall_map_figure
-        if in_space(cube):
-            polar_figure = space_map_figure
-        write(polar_figure(one, f"{title}{_stone(cube)}"), folder / "polar" / name)
+        write(map_figure(one, f"{title}{_stone(cube)}"), folder / "polar" / name)
         around = intensity_figure(intensity.isel(record=index), float(one["fault_normal"]), title)
         write(around, folder / "intensity" / name)
         motion = motions / f"{name}.nc"
         used = read_motion(motion)
         save(history_figure(read_unprocessed(motion) or used, used), folder / "history" / f"{name}.svg")
+
+
+def map_figure(one: xr.Dataset, title: str) -> "Figure":
+    """Where the blocks of a record fall: by orientation, or round the compass as probabilities of an ensemble or as flags."""
+    if not model_of(one).one_component:
+        return space_map_figure(one, title)
+    return (probability_map_figure if "members" in one else fall_map_figure)(one, title)
 
 
 def _stone(cube: xr.Dataset) -> str:
@@ -120,23 +123,22 @@ def _stone(cube: xr.Dataset) -> str:
 
 def draw_whole(cube_path: Path, intensity_path: Path, motions: Path, folder: Path, write: Write) -> None:
     """Draw the figures of all records together."""
-    from overturning.figures.telling import draw_telling_cases
+    from overturning.figures.illustrative import draw_illustrative_cases
 
     with open_cube(cube_path, chunks={"record": 1}) as cube, xr.open_dataset(intensity_path) as intensity, style():
         groups = axes_by_group(cube)
         summaries = {name: summarise_axes(axes) for name, axes in groups.items()}
         write(axes_figure(groups, summaries), folder / "axes")
         _draw_maps(cube, folder / "maps")
-        if in_space(cube):
-            write(space_rose_figure(cube), folder / "rose")
+        write(rose_figure(cube), folder / "rose")
+        if not model_of(cube).one_component:
             write(earthquake_roses_figure(cube), folder / "earthquakes")
             slender = cube["b_over_h"].to_numpy().astype(np.float64)
             write(follow_figure(followed_by_slenderness(cube, intensity), slender), folder / "follow")
         else:
-            write(rose_figure(cube), folder / "rose")
             fit = overturning_fit(cube, intensity)
             write(intensity_plane_figure(cube, intensity, fit, float(cube["friction"].max())), folder / "plane")
-        draw_telling_cases(cube, motions, folder / "telling")
+        draw_illustrative_cases(cube, motions, folder / "illustrative")
 
 
 def _draw_maps(cube: xr.Dataset, folder: Path) -> None:

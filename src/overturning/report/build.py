@@ -18,6 +18,7 @@ from overturning.report.sections import (
     ensemble,
     falls,
     ground,
+    illustrative,
     maps,
     method,
     population,
@@ -26,7 +27,6 @@ from overturning.report.sections import (
     scene,
     space,
     survey,
-    telling,
 )
 
 SECTIONS: Final[tuple[Callable[[Results], Section | None], ...]] = (
@@ -37,7 +37,7 @@ SECTIONS: Final[tuple[Callable[[Results], Section | None], ...]] = (
     survey.surveys,
     backwards.backwards,
     published.published,
-    telling.telling,
+    illustrative.illustrative,
     falls.falls,
     space.follows,
     space.plane_beside,

@@ -13,11 +13,12 @@ import xarray as xr
 
 from overturning.dem.scene import gravestone
 from overturning.files import without_folders
+from overturning.model.falls import model_of
+from overturning.model.model import Model
+from overturning.report.words import WORDS, Words
 from overturning.statistics import earthquakes
-from overturning.statistics.direction import in_space
 from overturning.statistics.elements import ElementFalls, falls_by_element
 from overturning.statistics.falls import overturns
-from overturning.statistics.planes import plane_index
 from overturning.study.convergence import Convergence
 from overturning.study.cube import open_cube, study_of
 from overturning.study.scenes import NOMINAL, scene_of
@@ -62,8 +63,8 @@ class Results:
         Intensity measures.
     figures, drawings : Path
         Folder of the study's figures, and one for those that the report draws itself.
-    telling : list of dict
-        Title, block, outcomes, rule and film of each case to watch.
+    illustrative : list of dict
+        Title, block, outcomes, rule, film and figures of each case to watch.
     convergence : Convergence or None
         What its convergence check found; None where the study leaves that out.
     surveys : tuple of SurveyResult
@@ -80,7 +81,7 @@ class Results:
     intensity: xr.Dataset
     figures: Path
     drawings: Path
-    telling: list[dict[str, Any]]
+    illustrative: list[dict[str, Any]]
     convergence: Convergence | None
     surveys: tuple[SurveyResult, ...]
     populations: dict[str, xr.Dataset] = field(default_factory=dict)
@@ -102,17 +103,20 @@ class Results:
         """Number of records with vertical motion."""
         return int((self.cube["vertical"] == 1).sum().compute())
 
+    @cached_property
+    def model(self) -> Model:
+        """What stands on the ground."""
+        return model_of(self.cube)
+
     @property
-    def in_space(self) -> bool:
-        """Whether the study is of bodies in space."""
-        return in_space(self.cube)
+    def words(self) -> Words:
+        """What is said of it."""
+        return WORDS[type(self.model)]
 
     @cached_property
-    def planes(self) -> int:
-        """Number of vertical planes: one tells nothing about direction. In space a body falls in any."""
-        if self.in_space:
-            return 360
-        return int(plane_index(self.cube["azimuth"].to_numpy()).size)
+    def one_axis(self) -> bool:
+        """Whether falls can go along one axis only, as in a single plane, so that nothing is told about direction."""
+        return self.model.one_component and self.model.representative(self.cube).size == 1
 
     @cached_property
     def fallen(self) -> float:
@@ -158,7 +162,7 @@ class Results:
     @property
     def tells_axes(self) -> bool:
         """Whether there is an axis relative to a fault to speak of."""
-        return self.faults_known and 0 < self.fallen < 1 and self.planes > 1
+        return self.faults_known and 0 < self.fallen < 1 and not self.one_axis
 
     def reference_cube(self, variant: str) -> xr.Dataset:
         """Cube of the reference element of a variant's scene."""
@@ -204,7 +208,7 @@ def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]
             stack.enter_context(xr.open_dataset(folder / "intensity.nc")),
             folder / "figures",
             Path(stack.enter_context(tempfile.TemporaryDirectory())),
-            json.loads((folder / "figures" / "telling" / "telling.json").read_text(encoding="utf-8")),
+            json.loads((folder / "figures" / "illustrative" / "cases.json").read_text(encoding="utf-8")),
             Convergence.read(folder / "convergence.json") if study.verification != "none" else None,
             tuple(read_survey_result(folder / "survey" / f"{n}.json") for n, _ in enumerate(study.surveys, 1)),
             {name: population_rates(cube, stones) for name, cube in whole.items()} if stones else {},

@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
+from overturning.model.planes import fall_probability, period_of, plane_index, plane_weight
 from overturning.statistics.circular import resultant
-from overturning.statistics.planes import fall_probability, plane_index, plane_weight
 
 HALF = 0.5
 
@@ -185,9 +185,10 @@ def easiest_azimuth(bounds: xr.Dataset, b_over_h: ArrayLike) -> xr.Dataset:
         them is only a bound, so that the ratio is a lower bound.
     """
     grid = np.asarray(b_over_h, dtype=np.float64)
-    index = plane_index(bounds["azimuth"].values)
+    period = period_of(bounds)
+    index = plane_index(bounds["azimuth"].values, period)
     planes = bounds[["boundary", "falls_beyond", "stands_throughout"]].isel(azimuth=index).compute()
-    weight = plane_weight(planes["azimuth"].values)
+    weight = plane_weight(planes["azimuth"].values, period)
     edge = planes["boundary"].where(~planes["falls_beyond"], grid.max()).where(~planes["stands_throughout"], grid.min())
     highest, lowest = edge.max("azimuth"), edge.min("azimuth")
 

@@ -1,31 +1,12 @@
-"""Which way blocks fall: share of planes that overturn, mean fall direction, mean fall axis."""
+"""Which way blocks fall: share of cases that overturn, mean fall direction, mean fall axis."""
 
 from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
 
+from overturning.model.falls import model_of
 from overturning.statistics.circular import NO_DIRECTION
-from overturning.statistics.planes import FALLS, by_plane
-
-CASE_DIMS = ("height", "b_over_h", "friction")
-
-
-MEAN_OF_MEMBERS = ("probability_falls", "fall_north", "fall_east", "fall_axis_cosine", "fall_axis_sine")
-"""What an ensemble in space says of a cell: share of falls, and means of the components of their direction and axis."""
-
-OF_FALLS = (*FALLS, "fall_azimuth", *MEAN_OF_MEMBERS)
-"""Variables of a cube, in planes or in space, that shares and vectors of falls come from."""
-
-
-def in_space(cube: xr.Dataset) -> bool:
-    """Whether a cube is of bodies in space: these face an orientation, and fall towards any azimuth."""
-    return "orientation" in cube.dims
-
-
-def case_dims(cube: xr.Dataset) -> tuple[str, ...]:
-    """Dimensions of the block: all but the record and the direction."""
-    return ("height", "b_over_h", "aspect", "friction") if in_space(cube) else CASE_DIMS
 
 
 def _mean(vectors: xr.Dataset, kind: str, full: float, plural: str) -> xr.Dataset:
@@ -40,66 +21,32 @@ def _mean(vectors: xr.Dataset, kind: str, full: float, plural: str) -> xr.Datase
 
 
 def fall_shares(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True) -> xr.Dataset:
-    """Share of planes, or in space of orientations, that overturn.
+    """Share of planes, or of a body's orientations, that overturn.
 
     Parameters
     ----------
     cube : Dataset
         The cube.
     over : sequence of str
-        Dimensions to take together with ``azimuth`` (every case of them counts the same).
+        Dimensions to take together with the direction (every case of them counts the same).
     ensemble : bool
-        As in `fall_probability`.
+        As of `Model.falls`.
 
     Returns
     -------
     Dataset
-        ``share_overturned`` (of the planes whose outcome is known; missing where none is) and ``share_missing``.
+        ``share_overturned`` (of the directions whose outcome is known; missing where none is) and ``share_missing``.
     """
-    planes = by_orientation(cube, ensemble=ensemble) if in_space(cube) else by_plane(cube, ensemble=ensemble)
-    dims = ("orientation" if in_space(cube) else "azimuth", *over)
-    known = planes["weight"].where(planes["falls"].notnull(), 0.0)
+    model = model_of(cube)
+    falls, dims = model.falls(cube, ensemble=ensemble), (model.direction, *over)
+    known = falls["weight"].where(falls["falls"].notnull(), 0.0)
     weight = known.sum(dims)
     cases = int(np.prod([cube.sizes[d] for d in over])) if over else 1
-    share = (planes["falls"] * planes["weight"]).sum(dims) / weight.where(weight > 0)
-    share.attrs = {"long_name": "share of vertical planes in which the block falls", "units": "1"}
+    share = (falls["falls"] * falls["weight"]).sum(dims) / weight.where(weight > 0)
+    share.attrs = {"long_name": f"share of {model.direction}s in which the block falls", "units": "1"}
     missing = (1 - weight / cases).clip(0)
-    missing.attrs = {"long_name": "share of planes without an outcome", "units": "1"}
+    missing.attrs = {"long_name": f"share of {model.direction}s without an outcome", "units": "1"}
     return xr.Dataset({"share_overturned": share, "share_missing": missing})
-
-
-def by_orientation(cube: xr.Dataset, *, ensemble: bool = True) -> xr.Dataset:
-    """Falls in space, cell by cell, with the weight of each orientation: all alike on a grid that symmetry closes.
-
-    Returns
-    -------
-    Dataset
-        ``falls`` (probability, or the nominal flag as 0 or 1), ``direction_cosine``, ``direction_sine``, ``axis_cosine`` and
-        ``axis_sine``: expected values, 0 where the block stands, missing where the outcome is; and ``weight``.
-    """
-    known = cube["overturned"].notnull()
-    falls = (cube["overturned"] == 1).where(known)
-    azimuth = cube["fall_azimuth"].astype("float64") * (np.pi / 180.0)
-
-    def mean_of(values: xr.DataArray) -> xr.DataArray:
-        return values.where(falls == 1, 0.0).where(known)
-
-    twice = 2.0 * azimuth
-    nominal = {
-        "falls": falls.astype("float64"),
-        **{
-            f"{kind}_{name}": mean_of(xr.apply_ufunc(part, angle, dask="allowed"))
-            for kind, angle in (("direction", azimuth), ("axis", twice))
-            for name, part in (("cosine", np.cos), ("sine", np.sin))
-        },
-    }
-    if ensemble and "probability_falls" in cube:
-        nominal = {
-            name: cube[of].astype("float64").fillna(values)
-            for (name, values), of in zip(nominal.items(), MEAN_OF_MEMBERS, strict=True)
-        }
-    count = cube.sizes["orientation"]
-    return xr.Dataset({**nominal, "weight": ("orientation", np.full(count, 1.0 / count))})
 
 
 def fall_vectors(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True) -> xr.Dataset:
@@ -113,24 +60,11 @@ def fall_vectors(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool =
     Returns
     -------
     Dataset
-        ``falls`` (weighted probability of falling), ``direction_cosine``, ``direction_sine`` (of the fall direction) and
-        ``axis_cosine``, ``axis_sine`` (of twice the azimuth of plane or fall).
+        The variables of `Model.falls`, each the sum of its values times their weights.
     """
-    if in_space(cube):
-        found = by_orientation(cube, ensemble=ensemble)
-        return (found.drop_vars("weight") * found["weight"]).sum(("orientation", *over))
-    planes = by_plane(cube, ensemble=ensemble)
-    dims = ("azimuth", *over)
-    angle = np.radians(planes["azimuth"].astype("float64"))
-    falls, net = planes["falls"] * planes["weight"], (planes["towards"] - planes["away"]) * planes["weight"]
-    vectors = {
-        "falls": falls,
-        "direction_cosine": net * np.cos(angle),
-        "direction_sine": net * np.sin(angle),
-        "axis_cosine": falls * np.cos(2 * angle),
-        "axis_sine": falls * np.sin(2 * angle),
-    }
-    return xr.Dataset(vectors).sum(dims)
+    model = model_of(cube)
+    falls = model.falls(cube, ensemble=ensemble)
+    return (falls.drop_vars("weight") * falls["weight"]).sum((model.direction, *over))
 
 
 def fall_direction(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True) -> xr.Dataset:

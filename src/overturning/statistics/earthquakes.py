@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.arrays import FloatArray
+from overturning.model.falls import model_of
 from overturning.statistics.bootstrap import (
     FEWEST_EARTHQUAKES,
     Interval,
@@ -24,7 +25,7 @@ from overturning.statistics.bootstrap import (
 )
 from overturning.statistics.by_record import by_record
 from overturning.statistics.circular import NO_DIRECTION, TestResult, rayleigh_test, resultant, v_test, wrap_axis
-from overturning.statistics.direction import OF_FALLS, case_dims, fall_vectors
+from overturning.statistics.direction import fall_vectors
 from overturning.statistics.groups import record_groups
 
 
@@ -38,7 +39,7 @@ def relative_axes(cube: xr.Dataset, *, over: Sequence[str] | None = None, ensemb
     over : sequence of str
         Dimensions taken together with the direction; all of the block where not given.
     ensemble : bool
-        As in `fall_probability`.
+        As of `Model.falls`.
 
     Returns
     -------
@@ -46,7 +47,7 @@ def relative_axes(cube: xr.Dataset, *, over: Sequence[str] | None = None, ensemb
         ``cosine``, ``sine``: mean vector of 2 (fall axis − fault normal), length 0 to 1; missing where nothing fell or
         the fault normal is not known.
     """
-    v = fall_vectors(cube, over=case_dims(cube) if over is None else over, ensemble=ensemble)
+    v = fall_vectors(cube, over=model_of(cube).case_dims if over is None else over, ensemble=ensemble)
     total = v["falls"].where(v["falls"] > 0)
     turn = 2 * np.radians(cube["fault_normal"].astype("float64"))
     cosine = (v["axis_cosine"] * np.cos(turn) + v["axis_sine"] * np.sin(turn)) / total
@@ -69,7 +70,7 @@ def axes_by_earthquake(cube: xr.Dataset, *, over: Sequence[str] | None = None, e
         normal; missing where nothing fell), ``resultant``, ``cosine``, ``sine`` of the mean of the records' vectors,
         ``records`` and ``records_with_falls``.
     """
-    vectors = by_record(partial(relative_axes, over=over, ensemble=ensemble), cube, OF_FALLS)
+    vectors = by_record(partial(relative_axes, over=over, ensemble=ensemble), cube, model_of(cube).reads)
     events = np.atleast_1d(cube["event"].values).astype(str)
     names = event_names(events)
     vectors = vectors.transpose("record", ...).drop_vars(

@@ -4,8 +4,9 @@ import numpy as np
 import xarray as xr
 
 from overturning.dem.variables import VARIABLES
-from overturning.model.symmetry import nearest_planes
-from overturning.statistics.planes import plane_index
+from overturning.model.falls import model_of
+from overturning.model.planes import period_of
+from overturning.model.symmetry import PLANE_PERIOD, nearest_planes
 from overturning.study.ensemble import ENSEMBLE_VARIABLES
 
 
@@ -13,8 +14,11 @@ def whole_circle(cube: xr.Dataset) -> xr.Dataset:
     """A cube of planes, or what was made of it, with the opposites of all its azimuths, ascending.
 
     Motions along φ and φ + 180° are one plane and one outcome. Where the cube holds one of them, the other is that one seen
-    from behind; where it holds both, both stay as they are. Lazy where the cube is.
+    from behind; where it holds both, both stay as they are. Of a scene that is not its own mirror image, where they are two
+    cases, the cube stays as it is. Lazy where the cube is.
     """
+    if period_of(cube) != PLANE_PERIOD:
+        return cube
     azimuth = cube["azimuth"].to_numpy()
     opposite = np.round((azimuth.astype(np.float64) + 180.0) % 360.0, 10).astype(azimuth.dtype)
     everywhere = np.union1d(azimuth, opposite)
@@ -46,13 +50,20 @@ def falls_towards(cube: xr.Dataset) -> xr.DataArray:
     Returns
     -------
     xarray.DataArray
-        1 where the block falls towards the azimuth, 0 where it does not (it stands, or falls the other way), NaN where
-        the outcome is missing. Its azimuths are those of `whole_circle`; lazy where the cube is.
+        Number of falls towards the azimuth: 1 where the block falls to it, 0 where it does not (it stands, or falls the
+        other way), NaN where the outcome is missing. Of a scene that is not its own mirror image the falls of two cases go
+        to an azimuth, its own and that of the opposite one. Azimuths as of `whole_circle`, and of such a scene the
+        opposites beside them; lazy where the cube is.
     """
-    known = whole_circle(cube[["overturned"]])["overturned"]
-    return xr.where(known.isnull(), np.nan, (known > 0).astype("float32")).assign_attrs(
-        long_name="block falls towards the azimuth", units="1"
-    )
+    flags = whole_circle(cube[["overturned"]])["overturned"]
+    falls = xr.where(flags.isnull(), np.nan, (flags > 0).astype("float32"))
+    if period_of(cube) != PLANE_PERIOD:
+        azimuth = flags["azimuth"]
+        away = xr.where(flags.isnull(), np.nan, (flags < 0).astype("float32"))
+        away = away.assign_coords(azimuth=((azimuth + 180) % 360).astype(azimuth.dtype)).sortby("azimuth")
+        both = xr.concat(xr.align(falls, away, join="outer"), "side")
+        falls = both.sum("side", min_count=1).transpose(*flags.dims)
+    return falls.assign_attrs(long_name="falls towards the azimuth", units="1")
 
 
 def overturns(cube: xr.Dataset) -> xr.DataArray:
@@ -69,5 +80,5 @@ def near_boundary(cube: xr.Dataset) -> xr.DataArray:
     More slender ones fall in nearly every plane, to whichever side, and hide the direction that these show. True or False
     over the dimensions of ``overturned`` without ``azimuth``; each plane counts once, none whose outcome is missing.
     """
-    share = overturns(cube).isel(azimuth=plane_index(cube["azimuth"].values)).mean("azimuth").compute()
+    share = overturns(cube).isel(azimuth=model_of(cube).representative(cube)).mean("azimuth").compute()
     return (share > 0) & (share <= 0.5)

@@ -11,9 +11,8 @@ from scipy.special import stdtrit
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
+from overturning.model.falls import model_of
 from overturning.statistics.by_record import one_record
-from overturning.statistics.direction import CASE_DIMS
-from overturning.statistics.planes import FALLS, by_plane
 from overturning.units import STANDARD_GRAVITY
 
 PREDICTORS = ("ln PGA/(g B/H)", "ln PGV/PGA", "ln B/H", "ln H")
@@ -186,7 +185,7 @@ def overturning_rows(
     intensity : Dataset
         ``pga`` (m/s²) and ``pgv`` (m/s) over ``record`` and ``azimuth``, with every azimuth of the cube.
     ensemble : bool
-        As in `fall_probability`.
+        As of `Model.falls`.
 
     Returns
     -------
@@ -201,10 +200,11 @@ def overturning_rows(
     ArgumentError
         If an azimuth of the cube is missing from the intensities.
     """
-    parts, number = [], np.unique(np.atleast_1d(cube["event"].values), return_inverse=True)[1]
+    model, parts = model_of(cube), []
+    number = np.unique(np.atleast_1d(cube["event"].values), return_inverse=True)[1]
     for i in range(cube.sizes["record"]):
-        planes = by_plane(one_record(cube, i, FALLS), ensemble=ensemble)
-        where, falls = planes["azimuth"], planes["falls"].transpose("azimuth", *CASE_DIMS)
+        planes = model.falls(one_record(cube, i, model.reads), ensemble=ensemble)
+        where, falls = planes["azimuth"], planes["falls"].transpose(*model.dims)
         try:
             along = intensity[["pga", "pgv"]].isel(record=i).sel(azimuth=where, method="nearest", tolerance=1e-6)
         except KeyError as error:

@@ -1,4 +1,4 @@
-"""Falls in space: roses with intervals, what falls follow, how good the plane is, how far stones turn.
+"""Falls that may go any way: what they follow, how good the plane is beside them, how far stones turn.
 
 Records of one earthquake are averaged first and count as one, as in `overturning.statistics.earthquakes`; intervals are
 percentiles of a bootstrap over earthquakes.
@@ -13,64 +13,19 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.statistics.bootstrap import Mean, bootstrap, event_means, mean_of_sample, mean_over_earthquakes
+from overturning.model.falls import model_of
+from overturning.statistics.bootstrap import Mean, mean_over_earthquakes
 from overturning.statistics.by_record import by_record, each_record
-from overturning.statistics.circular import SECTORS, sector_shares, wrap_axis
-from overturning.statistics.direction import OF_FALLS, case_dims, fall_vectors
+from overturning.statistics.circular import wrap_axis
+from overturning.statistics.direction import fall_vectors
 from overturning.statistics.groups import record_groups
-
-
-@dataclass(frozen=True)
-class Rose:
-    """Shares of falls by sector, a mean over earthquakes, with the ends of their intervals, shape (SECTORS,)."""
-
-    falls: int
-    earthquakes: int
-    shares: FloatArray
-    low: FloatArray
-    high: FloatArray
-
-
-def rose_of(
-    cube: xr.Dataset, *, from_normal: bool = False, level: float = 0.95, draws: int = 2000, seed: int = 1
-) -> Rose:
-    """Rose of the nominal fall azimuths of a cube in space.
-
-    Parameters
-    ----------
-    cube : Dataset
-        Of the records to take together, read one at a time: each record's shares are averaged over the records of an
-        earthquake, and these over earthquakes.
-    from_normal : bool
-        Azimuths from the fault normal, of the records for which it is known.
-    level, draws, seed
-        As in `mean_over_earthquakes`.
-    """
-    zero = cube["fault_normal"].to_numpy() if from_normal else np.zeros(cube.sizes["record"])
-    events = np.atleast_1d(cube["event"].to_numpy().astype(str))
-    shares = np.full((zero.size, SECTORS), np.nan)
-    total = 0
-    for row, one in enumerate(each_record(cube, ["fall_azimuth"])):
-        angles = one["fall_azimuth"].to_numpy()
-        known = angles[np.isfinite(angles)].astype(np.float64) - zero[row]
-        known = known[np.isfinite(known)]
-        if known.size:
-            shares[row], total = sector_shares(known), total + known.size
-    fell = np.isfinite(shares[:, 0])
-    means = event_means(shares[fell], events[fell])
-    nowhere = np.full(SECTORS, np.nan)
-    if means.size == 0:
-        return Rose(0, 0, np.zeros(SECTORS), nowhere, nowhere)
-    # The same samples for each sector, since the seed is the same.
-    ends = [bootstrap(mean_of_sample, column, level=level, draws=draws, seed=seed) for column in means.T]
-    low, high = np.array(ends).T
-    return Rose(total, len(means), means.mean(axis=0), low, high)
 
 
 def sums_by_slenderness(cube: xr.Dataset) -> xr.Dataset:
     """Sums of `fall_vectors` over all cells of a record and B/H."""
-    over = [name for name in case_dims(cube) if name != "b_over_h"]
-    return by_record(partial(fall_vectors, over=over), cube, OF_FALLS).transpose("record", "b_over_h")
+    model = model_of(cube)
+    over = [name for name in model.case_dims if name != "b_over_h"]
+    return by_record(partial(fall_vectors, over=over), cube, model.reads).transpose("record", "b_over_h")
 
 
 def alignment(sums: xr.Dataset, azimuth_deg: FloatArray, *, axial: bool, part: slice = slice(None)) -> FloatArray:

@@ -1,7 +1,6 @@
 """Fall rates of a cemetery: stones drawn from a population, each doing what the cell of a cube does that is most like it."""
 
 from dataclasses import dataclass
-from typing import Final, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -9,21 +8,12 @@ from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from overturning.arrays import FloatArray
-from overturning.model.edges import first_edge
-from overturning.model.symmetry import nearest, nearest_planes
+from overturning.model.falls import model_of
+from overturning.model.model import Outcomes
 from overturning.statistics.circular import resultant, sector
-from overturning.statistics.direction import in_space
 from overturning.study.ensemble import wilson
 from overturning.study.sections import Population, Spread
 from overturning.surveys.stones import OCTANTS
-
-SQUARE_PERIOD: Final = 90.0
-"""Turn after which a stone of square plan looks the same, degrees."""
-
-_IN_PLANES: Final = ("overturned", "overturning_time", "residual_slip")
-_IN_SPACE: Final = ("overturned", "fall_azimuth", "residual_slip_north", "residual_slip_east", "residual_twist")
-READ: Final = (*_IN_PLANES, *_IN_SPACE[1:])
-"""Variables of a cube, in planes or in space, that fall rates come from."""
 
 
 @dataclass(frozen=True)
@@ -45,26 +35,6 @@ class Stones:
     friction: FloatArray
     face: FloatArray
     lot: FloatArray
-
-
-class Outcomes(NamedTuple):
-    """What stones do under one record at each amplitude, each shape (amplitudes, n)."""
-
-    fell: NDArray[np.bool_]
-    known: NDArray[np.bool_]
-    """whether there is an answer;"""
-    azimuth: FloatArray
-    """azimuth towards which a stone fell, degrees; NaN where it did not;"""
-    slip: FloatArray
-    """residual displacement, m;"""
-    twist: FloatArray
-    """residual turn about the vertical, degrees; NaN where it fell, and in planes, which cannot tell."""
-
-    def some(self, own: NDArray[np.bool_]) -> "Outcomes":
-        """Those of some of the stones."""
-        return Outcomes(
-            self.fell[:, own], self.known[:, own], self.azimuth[:, own], self.slip[:, own], self.twist[:, own]
-        )
 
 
 def draw_stones(population: Population) -> Stones:
@@ -103,41 +73,15 @@ def outside_grid(cube: xr.Dataset, stones: Stones) -> float:
 def stone_outcomes(site: xr.Dataset, stones: Stones) -> Outcomes:
     """What each stone does under one record, from the cells of the record's cube.
 
-    In planes a stone of square plan can fall in those of both its pairs of faces, and falls as `first_edge` says. In space it
-    is the square prism that faces most nearly the same way.
-
     Parameters
     ----------
     site : Dataset
-        Cube of one record, in planes or in space, with or without the dimension of amplitudes.
+        Cube of one record, with or without the dimension of amplitudes.
     stones : Stones
         n stones.
     """
     height, shape, friction = _cells(site, stones)
-    block = {"height": height, "b_over_h": shape, "friction": friction}
-    if in_space(site):
-        square = site.isel(aspect=int(np.flatnonzero(site["aspect"].to_numpy() == 1.0)[0]))
-        sources = nearest(site["orientation"].to_numpy(), stones.face, SQUARE_PERIOD)
-        found = _picked(square, _IN_SPACE, {"orientation": sources.cell, **block})
-        flag = found["overturned"]
-        slip = np.hypot(found["residual_slip_north"], found["residual_slip_east"])
-        return Outcomes(flag == 1, np.isfinite(flag), found["fall_azimuth"], slip, found["residual_twist"])
-    faces = np.stack([stones.face, stones.face + 90])
-    planes = nearest_planes(site["azimuth"].to_numpy(), faces.ravel())
-    cell, mirrored = planes.cell.reshape(faces.shape), planes.mirrored.reshape(faces.shape)
-    found = _picked(site, _IN_PLANES, {"azimuth": cell, **{name: np.stack([at, at]) for name, at in block.items()}})
-    side = np.where(mirrored, -found["overturned"], found["overturned"]).swapaxes(0, 1)
-    towards = np.broadcast_to((faces[:, None] + np.where(side < 0, 180, 0)) % 360, side.shape)
-    fell, azimuth = first_edge(np.abs(side), found["overturning_time"].swapaxes(0, 1), towards)
-    slip = np.hypot(*found["residual_slip"].swapaxes(0, 1))
-    return Outcomes(fell == 1, np.isfinite(fell), azimuth, slip, np.full(fell.shape, np.nan))
-
-
-def _picked(site: xr.Dataset, names: tuple[str, ...], cells: dict[str, NDArray[np.intp]]) -> dict[str, FloatArray]:
-    """Variables of a record by name at cells, places by dimension of one shape: shape (amplitudes, *shape)."""
-    several = ["amplitude"] if "amplitude" in site.dims else []
-    place = (slice(None) if several else None, *cells.values())
-    return {name: np.asarray(site[name].transpose(*several, *cells).to_numpy()[place], np.float64) for name in names}
+    return model_of(site).outcomes(site, stones.face, {"height": height, "b_over_h": shape, "friction": friction})
 
 
 def _cells(site: xr.Dataset, stones: Stones) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
@@ -163,7 +107,7 @@ def rates(found: Outcomes, population: Population) -> dict[str, FloatArray]:
     Returns
     -------
     dict of ndarray
-        ``fall_rate``, ``shift_rate``, ``rotation_rate`` (NaN in planes), ``unknown``, shape (a,); their 95 % intervals
+        ``fall_rate``, ``shift_rate``, ``rotation_rate`` (NaN where the model cannot turn), ``unknown``, shape (a,); their 95 % intervals
         by Wilson for a cemetery of as many stones, ``fall_interval`` and so on, shape (a, 2); ``fall_octant``, shape
         (a, 8), the share that fell towards each compass octant, with ``octant_interval``, shape (a, 8, 2); and
         ``fall_axis`` with ``fall_resultant``, the axis of the falls, degrees, and its mean resultant length, shape (a,).

@@ -7,11 +7,11 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
+from overturning.model.falls import model_of
 from overturning.statistics.by_record import one_record
 from overturning.statistics.fragility import Fragility, fragility
 from overturning.study.sections import Population
 from overturning.surveys.population import (
-    READ,
     Stones,
     draw_stones,
     outside_grid,
@@ -61,10 +61,10 @@ def population_rates(cube: xr.Dataset, population: Population) -> xr.Dataset:
         cube's grid, which take its nearest value.
     """
     stones = draw_stones(population)
-    classes = stone_classes(stones)
+    classes, reads = stone_classes(stones), model_of(cube).reads_outcomes
     found: dict[str, list[FloatArray]] = {name: [] for name in _ABOUT}
     for record in range(cube.sizes["record"]):
-        outcomes = stone_outcomes(one_record(cube, record, READ), stones)
+        outcomes = stone_outcomes(one_record(cube, record, reads), stones)
         of_class = [rates(outcomes.some(own), population)["fall_rate"] for own in classes.values()]
         for name, values in (rates(outcomes, population) | {"class_rate": np.stack(of_class, axis=1)}).items():
             found[name].append(values)

@@ -8,10 +8,10 @@ import xarray as xr
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.edges import edge_chances
+from overturning.model.planes import azimuth_weight, fall_probability, period_of
 from overturning.model.symmetry import nearest
 from overturning.statistics.circular import sector
 from overturning.statistics.falls import whole_circle
-from overturning.statistics.planes import azimuth_weight, fall_probability
 from overturning.surveys.stones import Stone
 
 SIDES = ("stood", "forwards", "to its right", "backwards", "to its left")
@@ -54,7 +54,7 @@ class SitePrediction:
         self.background = background
         self.b_over_h: FloatArray = p["b_over_h"].values.astype(np.float64)
         self.azimuth: FloatArray = p["azimuth"].values.astype(np.float64)
-        self.share: FloatArray = azimuth_weight(self.azimuth) / self.azimuth.size
+        self.share: FloatArray = azimuth_weight(self.azimuth, period_of(site)) / self.azimuth.size
         # Probability of falling towards that azimuth.
         self.towards: FloatArray = mean.values.astype(np.float64)
         # The same for each block (height and friction), and when it falls in that plane; NaN where not known.

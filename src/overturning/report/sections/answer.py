@@ -4,7 +4,6 @@ import math
 from functools import partial
 
 import numpy as np
-import xarray as xr
 
 from overturning.report.blocks import Answer, Block, Figure, Note, Paragraph, Section
 from overturning.report.results import Results
@@ -13,7 +12,7 @@ from overturning.report.sections.records import record_directions
 from overturning.report.text import counted, degrees, interval, number, percent
 from overturning.statistics.bootstrap import mean_over_earthquakes
 from overturning.statistics.by_record import by_record
-from overturning.statistics.direction import OF_FALLS, case_dims, fall_axis
+from overturning.statistics.direction import fall_axis
 from overturning.statistics.earthquakes import AxisSummary
 from overturning.statistics.groups import record_groups
 from overturning.study.cube import earthquakes_said
@@ -28,7 +27,7 @@ def answer(results: Results) -> Section:
     axes: tuple[Block, ...] = ()
     within: tuple[str, ...] = ()
     if results.tells_axes:
-        within = (agreement_within(results.cube),)
+        within = (agreement_within(results),)
         figure = Figure(
             results.figures / "axes.svg",
             "fall axis of each earthquake relative to its fault normal",
@@ -67,7 +66,7 @@ def answer_sentences(results: Results) -> tuple[str, ...]:
     if results.fallen <= 0:
         nothing = "so these records say nothing about the direction of falls"
         return (f"No block{known} overturned in any direction, {nothing}.",)
-    if results.planes == 1:
+    if results.one_axis:
         return (f"{share}; with a single plane of motion nothing is said about direction.",)
     if results.fallen >= 1:
         return (f"Every block{known} overturned in every plane: there is no axis along which blocks fall more easily.",)
@@ -110,9 +109,10 @@ def alignment_sentence(results: Results) -> str:
     return f"{text}. {' and '.join(closer)} {lie} closer to the normal than to the fault."
 
 
-def agreement_within(cube: xr.Dataset) -> str:
+def agreement_within(results: Results) -> str:
     """How far the fall axes of one record agree, over earthquakes, by group of records."""
-    lengths = by_record(partial(fall_axis, over=case_dims(cube)), cube, OF_FALLS)["axis_resultant"].to_numpy()
+    cube, model = results.cube, results.model
+    lengths = by_record(partial(fall_axis, over=model.case_dims), cube, model.reads)["axis_resultant"].to_numpy()
     events = cube["event"].to_numpy().astype(str)
     parts = []
     for name, members in record_groups(cube).items():
@@ -166,7 +166,7 @@ def half_width(summary: AxisSummary) -> str:
 def _directions_in_words(results: Results) -> list[str]:
     """Mean fall direction and axis of each of a few records where there is no fault to compare them with."""
     many = len(results.names) > MOST_RECORDS_IN_WORDS
-    if many or results.faults_known or not results.fallen > 0 or results.planes == 1:
+    if many or results.faults_known or not results.fallen > 0 or results.one_axis:
         return []
     return [
         f"{name.station}: mean fall direction {direction} (resultant {one}), mean fall axis {axis} (resultant {other}), over "
@@ -182,7 +182,7 @@ def _counted(results: Results) -> str:
     names = "".join(f" {said}." for said in earthquakes_said(results.cube))
     text = (
         f"{counted(records, 'record')} of {counted(results.earthquake_count, 'earthquake')}.{names} Records of one earthquake are not "
-        f"independent, so earthquakes are counted, not records; {'orientations' if results.in_space else 'azimuths'} of one "
+        f"independent, so earthquakes are counted, not records; {results.model.direction}s of one "
         "record are the same motion seen from many sides, so they are no samples at all."
     )
     if with_vertical == 0:
@@ -194,20 +194,18 @@ def _counted(results: Results) -> str:
 
 def _cases(results: Results) -> str:
     """Of how many cases the report speaks, and how many have no outcome."""
-    copied = "repeated" if results.in_space else "mirrored"
-    cases, computed = int(results.cube["overturned"].size), int((results.cube[copied] == 0).sum().compute())
+    cases, computed = (
+        int(results.cube["overturned"].size),
+        int((results.cube[results.model.copied] == 0).sum().compute()),
+    )
     falls = results.elements[-1].share if results.elements else results.fallen
     what = "In {} of them something falls." if results.elements else "{} of them overturn."
     share = "" if math.isnan(falls) else f" {what.format(percent(falls))}"
-    mirrored = f"{computed:,} were computed, the others are {'the same' if results.in_space else 'their mirror images'}"
-    others = "all were computed" if computed == cases else mirrored
+    copied = f"{computed:,} were computed, the others are {results.words.copies}"
+    others = "all were computed" if computed == cases else copied
     absent = ", ".join(f"{count:,} {name}" for name, (_, count) in results.statuses.items() if count)
     missing = f"Without an outcome: {absent}." if absent else "No outcome is missing."
-    of = (
-        "record × orientation × height × B/H × aspect × friction"
-        if results.in_space
-        else "record × azimuth × height × B/H × friction"
-    )
+    of = " × ".join(("record", *results.model.dims)).replace("b_over_h", "B/H")
     others_too = len(results.study.amplitude) - 1
     more = (
         f" The cube has them under the records times {counted(others_too, 'other factor')} too." if others_too else ""

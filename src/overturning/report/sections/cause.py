@@ -17,8 +17,8 @@ WIDEST = 100.0
 
 
 def cause(results: Results) -> Section | None:
-    """Falls in the plane of PGA and PGV/PGA, and the logistic fit; none in space, where no azimuth is a case's own."""
-    if results.in_space:
+    """Falls in the plane of PGA and PGV/PGA, and the logistic fit; none where cases have no azimuth of their own."""
+    if not results.model.one_component:
         return None
     fit = overturning_fit(results.cube, results.intensity)
     caption = (

@@ -46,9 +46,8 @@ def convergence(results: Results) -> Section | None:
         f"Interval by Wilson. The study itself took {found.study_block_steps:.3g} block steps. Seed of the choice: "
         f"{found.seed}."
     )
-    side = (
-        f"azimuth, by {ASIDE:g}° or more, where it falls" if results.study.body is not None else "side, where it falls"
-    )
+    way = "side" if results.model.one_component else f"azimuth, by {ASIDE:g}° or more"
+    side = f"{way}, where it falls"
     agreed = bool(results.study.ensemble.members)
     rows = tuple(row for name, part in repetitions for row in _rows(name, part, found.study_block_steps, side, agreed))
     blocks += [Paragraph(text), Table((*heads, "block steps", "of the study's"), rows, "tt"), Note(note)]

@@ -10,8 +10,8 @@ from overturning.statistics.limits import CRITERIA
 
 
 def criteria(results: Results) -> Section | None:
-    """Hits and misses of each criterion, over all blocks and by size and shape; none where no outcome is known, or in space."""
-    if results.in_space:
+    """Hits and misses of each criterion, over all blocks and by size and shape; none where no outcome is known, or cases have no azimuth."""
+    if not results.model.one_component:
         return None
     found = criteria_scores(results.cube, results.intensity)
     if found is None:

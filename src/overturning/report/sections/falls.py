@@ -11,7 +11,6 @@ from overturning.report.sections.answer import half_width
 from overturning.report.text import degrees, interval, number
 from overturning.statistics.bootstrap import event_means
 from overturning.statistics.by_record import by_record
-from overturning.statistics.direction import OF_FALLS, case_dims
 from overturning.statistics.earthquakes import AxisSummary, relative_axes
 from overturning.statistics.groups import record_groups
 
@@ -20,18 +19,9 @@ def falls(results: Results) -> Section | None:
     """Rose of fall azimuths, and the alignment with the fault normal by shape; none where nothing falls."""
     if not results.fallen > 0:
         return None
-    caption = (
-        "Azimuths towards which blocks fall that only just fall: those that overturn in at most half of the planes of a "
-        "record. More slender ones fall every way and tell nothing about direction. Each plane of motion counts once; the "
-        "area of a sector is its share."
-    )
-    if results.in_space:
-        caption = (
-            "Azimuths towards which blocks fall. Each earthquake counts once, its records alike; the area of a sector is its mean "
-            "share, the line across its rim the 95 % interval by bootstrap over earthquakes."
-        )
+    caption = results.words.rose
     blocks: list[Block] = [Figure(results.figures / "rose.svg", "rose of fall azimuths", caption, width=0.8)]
-    if results.in_space:
+    if not results.model.one_component:
         of_each = "The same for each earthquake, its records taken together; dashed: fault normals."
         blocks.append(
             Figure(results.figures / "earthquakes.svg", "roses of fall azimuths by earthquake", of_each, width=0.9)
@@ -53,9 +43,11 @@ _ABOUT_AXES = (
 
 def _by_shape(results: Results) -> Table:
     """Mean alignment over earthquakes for each B/H and friction, heights taken together."""
-    cube = results.cube
-    over = [name for name in case_dims(cube) if name not in ("b_over_h", "friction")]
-    vectors = by_record(partial(relative_axes, over=over), cube, OF_FALLS).transpose("record", "b_over_h", "friction")
+    cube, model = results.cube, results.model
+    over = [name for name in model.case_dims if name not in ("b_over_h", "friction")]
+    vectors = by_record(partial(relative_axes, over=over), cube, model.reads).transpose(
+        "record", "b_over_h", "friction"
+    )
     events = cube["event"].to_numpy().astype(str)
     heads, columns = ["B/H", "µ"], []
     for name, chosen in record_groups(cube).items():

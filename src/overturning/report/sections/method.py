@@ -15,22 +15,12 @@ from overturning.study.cube import sources_of_records
 def method(results: Results) -> Section:
     """Everything that is needed to judge and to repeat the study."""
     records, versions = sources_of_records(results.cube), json.loads(results.cube.attrs["versions"])
-    model = (
-        "A rigid block on a base that moves with the record, computed by the distinct element method in the vertical plane of "
-        "each azimuth. Angle in the polar maps: the azimuth towards which the block falls."
-    )
-    if results.in_space:
-        model = (
-            "A rigid convex body on a base that moves with all components of the record, computed by the distinct element method "
-            "in space: contact at vertices, friction in both directions, free to turn. Its orientation is the azimuth that its "
-            "first side faces."
-        )
     recheck = "Simulated cells. “overturning recheck cube.nc” computes a random sample of cells again and compares them bit for bit."
     sources = tuple(tuple(str(row[key]) for key in ("id", "source", "licence", "sha256")) for row in records)
     packages = ", ".join(f"{name} {version}" for name, version in versions.items())
     digest = (Paragraph("SHA-256 of the cube's numerical content:"), Code(results.cube.attrs["content_sha256"]))
     blocks = (
-        Paragraph(model),
+        Paragraph(results.words.model),
         Section("What this does not say", (Bullets(_limits(results)),)),
         Section("Energy, penetration, outcomes", (_quality(results), Note(recheck))),
         Section("How to cite", (Bullets(_citations(records, versions)),)),
@@ -49,11 +39,8 @@ def _limits(results: Results) -> tuple[str, ...]:
     pulses = "nearfield_pulse" in results.cube.attrs["record_sources"]
     chosen = "; those of the FEMA P-695 pulse set were chosen for their velocity pulse" if pulses else ""
     sample = "1 earthquake is" if results.earthquake_count == 1 else f"{results.earthquake_count} earthquakes are"
-    model = "The model is plane: a real stone may stand oblique to the motion, twist, or be a stack of several."
-    if results.in_space:
-        model = "The body is one rigid stone on a level, flat base; a real one may be a stack, or stand in a socket."
     return (
-        model,
+        results.words.limit,
         vertical,
         f"The records are those that the study names, not a random sample{chosen}. {sample} a small sample.",
         "Blocks of every shape of the study count the same; a cemetery has shapes of its own.",

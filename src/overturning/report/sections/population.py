@@ -9,6 +9,7 @@ from overturning.motion.jma_intensity import SURVEY_RULE
 from overturning.report.blocks import Block, Disclosure, Figure, Note, Paragraph, Section, Table
 from overturning.report.results import Results
 from overturning.report.text import degrees, interval, number, percent
+from overturning.report.words import Words
 from overturning.statistics.fragility import Fragility
 from overturning.study.scenes import NOMINAL
 from overturning.study.sections import Population
@@ -49,7 +50,7 @@ def population(results: Results) -> Section | None:
     blocks: list[Block] = [
         *(Paragraph(text) for text in (_as_recorded(found), *_over_intensity(rates, jma, missing))),
         Figure(drawing, "fall rate over amplitude and intensity", shown + (scale if np.isfinite(jma).any() else "")),
-        Note(_assumed(stones, float(found.attrs["outside"]), results.in_space)),
+        Note(_assumed(stones, float(found.attrs["outside"]), results.words)),
         *fitted,
         Disclosure("By record", (_by_record(results, found), *_by_amplitude(results, found))),
     ]
@@ -99,23 +100,17 @@ def _over_intensity(rates: np.ndarray, jma: np.ndarray, horizontal: int) -> list
     return said
 
 
-def _assumed(stones: Population, outside: float, space: bool) -> str:
+def _assumed(stones: Population, outside: float, words: Words) -> str:
     fixed = f"{percent(stones.fixed)} are fixed and, as in surveys, not counted: rate = fallen/(all − fixed)"
     fixed = fixed if stones.fixed else "none is fixed to its base"
     looks = "any way" if stones.face is None else f"towards {stones.face:g}° ± {stones.face_spread:g}°"
     beyond = f" {percent(outside)} of them lie beyond the study's grid and take its nearest value." if outside else ""
-    turned = (
-        f"Rotated: it stands, turned by {stones.rotated:g}° or more about its vertical axis; a stone can be both."
-        if space
-        else "Whether stones turned about their vertical axis no plane can tell, so there is no rate of rotated stones: a "
-        "study in space has it."
-    )
-    falls = "does what the prism does" if space else "falls if it falls in one of the planes of its faces"
+    turned = words.stone_turns.format(stones.rotated)
     return (
-        f"{stones.stones} stones of square plan, {stones.width.low:g} to {stones.width.high:g} m wide and "
+        f"{stones.stones} stones of square footprint, {stones.width.low:g} to {stones.width.high:g} m wide and "
         f"{stones.height.low:g} to {stones.height.high:g} m high, µ {stones.friction.low:g} to {stones.friction.high:g}, faces "
         f"looking {looks}; {fixed}. A "
-        f"stone {falls} in the cell of the cube that is like it, of two neighbours by lot.{beyond} Shifted: it "
+        f"stone {words.stone_falls} in the cell of the cube that is like it, of two neighbours by lot.{beyond} Shifted: it "
         f"stands, its base moved by {100 * stones.shifted:g} cm or more. {turned} Intervals are those of a cemetery of so many "
         "stones (95 %, Wilson)."
     )
@@ -139,7 +134,7 @@ def _share(own: xr.Dataset, rate: str, ends: str) -> str:
 
 def _by_record(results: Results, found: xr.Dataset) -> Table:
     """Rates as recorded, with intervals, and the octant into which most stones fell."""
-    outcomes = [("fell", "fall"), ("shifted", "shift"), *([("rotated", "rotation")] if results.in_space else [])]
+    outcomes = [("fell", "fall"), ("shifted", "shift"), *([("rotated", "rotation")] if results.model.twists else [])]
     rows = []
     for index, name in enumerate(results.names):
         own = found.isel(record=index).sel(amplitude=1.0)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from overturning.model.falls import model_of
 from overturning.records.record import summary
 from overturning.report.blocks import Block, Figure, Note, Row, Section, Table
 from overturning.report.results import Results
@@ -15,7 +16,7 @@ from overturning.report.text import degrees, number, percent
 from overturning.statistics.boundary import boundary, easiest_azimuth
 from overturning.statistics.by_record import by_record
 from overturning.statistics.circular import wrap_axis
-from overturning.statistics.direction import OF_FALLS, case_dims, fall_axis, fall_direction, in_space
+from overturning.statistics.direction import fall_axis, fall_direction
 from overturning.statistics.falls import overturns
 from overturning.study.cube import processing_of
 from overturning.units import CM, GAL
@@ -111,24 +112,13 @@ def _account(account: dict[str, Any]) -> tuple[str, ...]:
 
 
 def _directions(results: Results) -> Section:
-    heads = ("record", "mean fall direction", "resultant", "mean fall axis", "resultant", "easiest axis")
     named = zip(results.names, record_directions(results.cube), strict=True)
     rows = tuple((name.id, *cells) for name, cells in named)
-    if results.in_space:
-        about = Note(
-            "Over all cases of a record. A direction has a head (towards 60°), an axis has none (60° and 240° are the same); a "
-            "resultant of 1 means all falls alike, of 0 falls to every side alike."
-        )
-        table = Table((*heads[:-1], "from the fault normal"), rows, "l", anchor="directions", sortable=True)
-        return Section("Where blocks fall, by record", (table, about))
-    note = Note(
-        "Over all cases of a record, each plane once. A direction has a head (towards 60°), an axis has none (60° and 240° "
-        "are the same); a resultant of 1 means all falls alike, of 0 falls to every side alike, so no mean is given below 0.05. Easiest axis: along it the "
-        "lowest block at the highest friction overturns up to the largest B/H; easier by: that B/H over the one of the "
-        "hardest azimuth."
-    )
-    table = Table((*heads, "from the fault normal", "easier by"), rows, "l", anchor="directions", sortable=True)
-    return Section("Where blocks fall, by record", (table, note))
+    heads = ["record", "mean fall direction", "resultant", "mean fall axis", "resultant", "from the fault normal"]
+    if results.model.one_component:
+        heads[-1:] = ["easiest axis", "from the fault normal", "easier by"]
+    table = Table(tuple(heads), rows, "l", anchor="directions", sortable=True)
+    return Section("Where blocks fall, by record", (table, Note(results.words.means)))
 
 
 def _maps(results: Results) -> tuple[Figure, ...]:
@@ -146,18 +136,20 @@ def record_directions(cube: xr.Dataset) -> list[tuple[str, ...]]:
 
     Mean fall direction and its resultant, mean fall axis and its resultant, over all cases; azimuth of easiest overturning
     of the lowest block at the highest friction, its angle from the fault normal, and the largest B/H along it over that
-    along the hardest azimuth; in space instead of these the angle of the mean axis from the fault normal. Dashes where
+    along the hardest azimuth; where cases have no azimuth the angle of the mean axis from the fault normal instead. Dashes where
     nothing falls, and for a mean whose resultant is below `LEAST_RESULTANT`.
     """
-    over = case_dims(cube)
-    direction, axis = (by_record(partial(of, over=over), cube, OF_FALLS) for of in (fall_direction, fall_axis))
+    model = model_of(cube)
+    direction, axis = (
+        by_record(partial(of, over=model.case_dims), cube, model.reads) for of in (fall_direction, fall_axis)
+    )
     means = []
     for index in range(cube.sizes["record"]):
         head, length = (float(direction[name][index]) for name in ("mean_direction", "direction_resultant"))
         line, strength = (float(axis[name][index]) for name in ("mean_axis", "axis_resultant"))
         shown = (head if length >= LEAST_RESULTANT else math.nan, line if strength >= LEAST_RESULTANT else math.nan)
         means.append((degrees(shown[0], 360), number(length), degrees(shown[1], 180), number(strength)))
-    if in_space(cube):
+    if not model.one_component:
         off = np.abs(wrap_axis(axis["mean_axis"].to_numpy() - cube["fault_normal"].to_numpy()))
         return [(*cells, degrees(float(one))) for cells, one in zip(means, off, strict=True)]
     one = cube.isel(height=[0], friction=[cube.sizes["friction"] - 1])

@@ -3,12 +3,12 @@
 import numpy as np
 import xarray as xr
 
+from overturning.model.planes import FALLS, fall_probability
 from overturning.report.blocks import Block, Figure, Note, Paragraph, Section, Table
 from overturning.report.results import Results, has_scene
 from overturning.report.text import number, percent
 from overturning.statistics.by_record import each_record
 from overturning.statistics.elements import StoneComparison, compare_stones, falls_by_element
-from overturning.statistics.planes import FALLS, fall_probability
 from overturning.study.scenes import NOMINAL, scene_of
 
 

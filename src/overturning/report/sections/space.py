@@ -1,4 +1,4 @@
-"""What only a study in space can say: what falls follow, how good the plane is, how far stones turn."""
+"""What falls follow that may go any way, how good the plane is beside them, how far stones turn."""
 
 import math
 
@@ -17,8 +17,8 @@ CLASSES = 3
 
 
 def follows(results: Results) -> Section | None:
-    """What a stone follows, by slenderness; none in planes, or where nothing falls."""
-    if not results.in_space or not results.fallen > 0:
+    """What a stone follows, by slenderness; none where falls go along the component they are given, or nothing falls."""
+    if results.model.one_component or not results.fallen > 0:
         return None
     count = results.cube.sizes["b_over_h"]
     parts = _classes(count)
@@ -92,8 +92,8 @@ def follow_sentences(found: dict[str, dict[tuple[str, bool], list[Mean]]]) -> li
 
 
 def plane_beside(results: Results) -> Section | None:
-    """How good the plane is; none in planes, or where its variables are missing."""
-    if not results.in_space or "plane_overturned" not in results.cube:
+    """How good the plane is; none where no planes were computed beside the bodies."""
+    if "plane_overturned" not in results.cube:
         return None
     cube, counts = results.cube, plane_counts(results.cube)
     whole = plane_agreement(counts)
@@ -139,8 +139,8 @@ def _above(angle: float) -> str:
 
 
 def twists(results: Results) -> Section | None:
-    """How far stones turn that do not fall; none in planes."""
-    if not results.in_space:
+    """How far stones turn that do not fall; none where they cannot."""
+    if not results.model.twists:
         return None
     turned = turns(results.cube)
     whole = twist(np.concatenate(list(turned.values())))

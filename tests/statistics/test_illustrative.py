@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from overturning.statistics.telling import telling_cases
+from overturning.statistics.illustrative import illustrative_cases
 
 DIMS = ("record", "azimuth", "height", "b_over_h", "friction")
 
@@ -27,14 +27,16 @@ def cube(rocks: list[float]) -> xr.Dataset:
 
 
 def test_of_two_blocks_the_one_that_rocks_along_the_fault_too() -> None:
-    assert telling_cases(cube([0.5, 0.0]))[0].b_over_h == 0.2
-    assert telling_cases(cube([0.5, 0.5]))[0].b_over_h == 0.4, "of those that rock the broadest"
-    assert telling_cases(cube([0.0, 0.0]))[0].b_over_h == 0.4, "where none rocks, one that only stands"
+    assert illustrative_cases(cube([0.5, 0.0]))[0].block["b_over_h"] == 0.2
+    assert illustrative_cases(cube([0.5, 0.5]))[0].block["b_over_h"] == 0.4, "of those that rock the broadest"
+    assert illustrative_cases(cube([0.0, 0.0]))[0].block["b_over_h"] == 0.4, "where none rocks, one that only stands"
 
 
 def test_the_closest_call_is_the_largest_rotation_of_what_stands_and_none_where_nothing_moves() -> None:
     def closest(rocks: list[float]) -> list[float]:
-        return [case.b_over_h for case in telling_cases(cube(rocks)) if case.title == "Stands, but only just"]
+        return [
+            case.block["b_over_h"] for case in illustrative_cases(cube(rocks)) if case.title == "Stands, but only just"
+        ]
 
     assert closest([0.3, 0.7]) == [0.4]
     assert closest([0.3, 0.0]) == [0.2]

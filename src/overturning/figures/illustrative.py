@@ -1,0 +1,163 @@
+"""Films and figures of a study's illustrative cases."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from overturning.dem.trajectory import trajectory
+from overturning.figures.axis import axis_figure
+from overturning.figures.boundary import boundary_figure
+from overturning.figures.film import film_data
+from overturning.figures.film_of_trajectory import film_of, heading_of, in_space, outcome
+from overturning.figures.hodograph import hodograph_figure
+from overturning.figures.response import response_figure
+from overturning.figures.spectra import spectra_figure
+from overturning.figures.style import save
+from overturning.files import atomic_write
+from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi
+from overturning.motion.integration import integrate
+from overturning.motion.motion import Motion
+from overturning.motion.spectra import spectra_by_azimuth
+from overturning.records.store import read_motion
+from overturning.statistics.boundary import boundary
+from overturning.statistics.illustrative import IllustrativeCase, illustrative_cases
+from overturning.study.cube import study_of
+from overturning.study.scenes import motion_of, numerics_of, scene_of
+from overturning.study.schema import Study
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+def draw_illustrative_cases(cube: "xr.Dataset", motions: Path, folder: Path) -> None:
+    """Simulate the illustrative cases of a cube again, under the processed motions of a folder, and draw them.
+
+    The other folder receives ``cases.json`` (titles, rules, outcomes, films, and the figures of each), and these figures:
+    for case K from 1 ``K-response.svg``, ``K-boundary.svg``, ``K-spectra.svg`` and ``K-hodograph.svg``, of a body in space
+    ``K-axis.svg``.
+    """
+    rows = [_draw(cube, case, motions, folder, number) for number, case in enumerate(illustrative_cases(cube), 1)]
+    with atomic_write(folder / "cases.json") as part:
+        part.write_text(json.dumps(rows, ensure_ascii=False, separators=(",", ":")), encoding="utf-8")
+
+
+Drawn = tuple[str, "Figure", str, dict[str, float]]
+"""A figure behind a film: the end of its file's name, the figure, what it shows, and options of its place in the report."""
+
+
+def _draw(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder: Path, number: int) -> dict[str, Any]:
+    study, one = study_of(cube), cube.isel(record=case.record).load()
+    record = str(one["record_id"].item())
+    motion = motion_of(study, read_motion(motions / f"{record}.nc"))
+    paths = trajectories(study, motion, case.block, list(zip(case.direction_deg, case.amplitude, strict=True)))
+    place = ", ".join(text for text in (str(one["station"].item()), str(one["event"].item())) if text)
+    title = f"{place}: {described(study, case.block)}"
+    headings = [
+        heading_of(path) + (f", motion × {factor:g}" if len(set(case.amplitude)) > 1 else "")
+        for path, factor in zip(paths, case.amplitude, strict=True)
+    ]
+    film = film_of(paths, motion, title, headings=headings, note="The frame moves with the base.")
+    if in_space(paths[0]):
+        drawn: list[Drawn] = [("axis", axis_figure(paths[0], motion, title), _AXIS, {})]
+    else:
+        drawn = _in_planes(one, paths, motion, (title, place), headings)
+    figures = {}
+    for name, figure, alt, options in drawn:
+        save(figure, folder / f"{number}-{name}.svg")
+        figures[f"{number}-{name}.svg"] = {"alt": alt, **options}
+    return {
+        "title": case.title,
+        "rule": case.rule,
+        "block": title,
+        "record": record,
+        "outcomes": [f"{heading}: {outcome(path)}" for heading, path in zip(headings, paths, strict=True)],
+        "film": film_data(film),
+        "keys": "a and d turn the view, as dragging it does" if in_space(paths[0]) else "f shows contact forces",
+        "figures": figures,
+    }
+
+
+def described(study: Study, block: dict[str, float]) -> str:
+    """A block of a study in a title."""
+    oblong = f", D/B = {block['aspect']:g}" if study.body is not None and study.body.shape().oblong else ""
+    return f"B/H = {block['b_over_h']:.3g}{oblong}, H = {block['height']:.3g} m, µ = {block['friction']:g}"
+
+
+_AXIS = "tilt of the axis towards north and east, and hodographs of the ground"
+
+
+def _in_planes(
+    one: "xr.Dataset", paths: list["xr.Dataset"], motion: Motion, texts: tuple[str, str], headings: list[str]
+) -> list[Drawn]:
+    """Figures behind a film in planes: response, boundary, spectra and hodograph; the texts are title and place."""
+    (title, place), normal = texts, float(one["fault_normal"])
+    azimuths = list(dict.fromkeys(float(path.attrs["azimuth_deg"]) for path in paths))
+    if len(azimuths) == 1:
+        azimuths.append((azimuths[0] + 90.0) % 360.0)
+    largest = float(one["b_over_h"].max())
+    return [
+        ("response", response_figure(paths, title, headings), "rotation, slip and uplift against time", _high(14)),
+        ("boundary", boundary_figure(boundary(one), largest, normal, place), _BOUNDARY, _high(11)),
+        ("spectra", spectra_figure(*spectra(motion, azimuths), place), "Fourier and response spectra", {}),
+        ("hodograph", hodograph_figure(_hodograph(motion), normal, place), _HODOGRAPH, {}),
+    ]
+
+
+_BOUNDARY = "largest B/H that falls, by azimuth"
+_HODOGRAPH = "acceleration, velocity and displacement seen from above"
+
+
+def _high(most: float) -> dict[str, float]:
+    return {"most_height": most}
+
+
+def trajectories(
+    study: Study, motion: Motion, block: dict[str, float], panels: list[tuple[float, float]]
+) -> list["xr.Dataset"]:
+    """Trajectories of a block of a study, one for each pair of a direction, degrees, and a factor on the motion."""
+    if study.body is None:
+        options: dict[str, Any] = {"scene": scene_of(study), **block, **vars(numerics_of(study))}
+        return [trajectory(motion, **options, azimuth_deg=angle, amplitude=factor) for angle, factor in panels]
+    # Imported here: with the trajectory comes the kernel of bodies in space.
+    from overturning.dem.solid.trajectory import trajectory_in_space
+    from overturning.study.space import space_numerics, vertex_contact
+
+    shape = study.body.shape()
+    options = {name: value for name, value in block.items() if shape.sized or name != "b_over_h"}
+    options |= {"body": shape, "contact": vertex_contact(study.contact)}
+    options |= space_numerics(numerics_of(study), study.simulation.scheme)
+    return [trajectory_in_space(motion, **options, orientation_deg=angle, amplitude=factor) for angle, factor in panels]
+
+
+def _hodograph(motion: Motion) -> "xr.Dataset":
+    import xarray as xr
+
+    acceleration = motion.horizontal
+    velocity = integrate(acceleration, motion.sampling_interval)
+    displacement = integrate(velocity, motion.sampling_interval)
+    return xr.Dataset(
+        {
+            f"{name}_{towards}": ("time", values[row])
+            for name, values in (("acceleration", acceleration), ("velocity", velocity), ("displacement", displacement))
+            for row, towards in enumerate(("north", "east"))
+        }
+    )
+
+
+def spectra(motion: Motion, azimuth_deg: list[float]) -> tuple["xr.DataArray", "xr.DataArray"]:
+    """Smoothed Fourier amplitude (azimuth, frequency; m/s) and pseudo-acceleration (azimuth, period; 5 %, m/s²)."""
+    import xarray as xr
+
+    nyquist = 0.5 / motion.sampling_interval
+    at = np.geomspace(max(0.1, 2.0 / motion.duration), min(25.0, 0.8 * nyquist), 120)
+    pairs = (amplitude_spectrum(motion.along(angle), motion.sampling_interval) for angle in azimuth_deg)
+    smooth = [konno_ohmachi(frequency, amplitude, at) for frequency, amplitude in pairs]
+    periods = np.geomspace(0.05, 10.0, 60)
+    acceleration = spectra_by_azimuth(motion, periods, azimuth_deg)["acceleration"].T
+    return (
+        xr.DataArray(np.array(smooth), dims=("azimuth", "frequency"), coords={"azimuth": azimuth_deg, "frequency": at}),
+        xr.DataArray(acceleration, dims=("azimuth", "period"), coords={"azimuth": azimuth_deg, "period": periods}),
+    )

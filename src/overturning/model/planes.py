@@ -1,0 +1,169 @@
+"""A block or a scene in vertical planes: each azimuth has its own component of the motion, along which all falls go.
+
+Under the motions along φ and φ + 180° a scene that is its own mirror image is one vertical plane and one run, so shares,
+means and roses take each plane once; any other scene is a case of its own under each. The azimuths of one record are the
+same ground motion seen from many sides, not independent samples: nothing in this module gives a p-value.
+"""
+
+from typing import ClassVar
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from overturning.arrays import FloatArray
+from overturning.errors import ResultError
+from overturning.model.edges import first_edge
+from overturning.model.model import Model, Outcomes, picked
+from overturning.model.symmetry import PLANE_PERIOD, nearest
+
+FALLS = ("overturned", "probability_towards", "probability_away")
+"""Variables of a cube that `fall_probability` takes."""
+
+
+def period_of(cube: xr.Dataset | xr.DataArray) -> float:
+    """Turn of the motion after which a case of a cube is the same, degrees: 180, or 360 of a scene without mirror image."""
+    return float(cube["azimuth"].attrs.get("period", PLANE_PERIOD))
+
+
+def plane_index(azimuth_deg: ArrayLike, period: float = PLANE_PERIOD) -> NDArray[np.intp]:
+    """Positions of one azimuth per case, in the order of azimuth modulo the period.
+
+    Parameters
+    ----------
+    azimuth_deg : array_like, shape (n,)
+        Azimuths, degrees.
+    period : float
+        As of `period_of`.
+
+    Returns
+    -------
+    ndarray of int
+        Of φ and φ + 180° the one below 180° where both are there and are one plane.
+    """
+    azimuth = np.asarray(azimuth_deg, dtype=np.float64)
+    planes = np.unique(np.round(azimuth % period, 6) % period)
+    return nearest(azimuth, planes, period).cell if azimuth.size else np.zeros(0, np.intp)
+
+
+def plane_weight(plane_azimuth_deg: ArrayLike, period: float = PLANE_PERIOD) -> FloatArray:
+    """Share of the half circle that each plane stands for: half the way to both neighbours (trapezoidal rule).
+
+    A regular grid gets equal weights; azimuths added between its points share the weight of their neighbourhood, so that
+    a study's extra azimuths do not count twice.
+
+    Parameters
+    ----------
+    plane_azimuth_deg : array_like, shape (n,)
+        Ascending azimuths of the planes, modulo the period.
+    period : float
+        As of `period_of`; 360 where the share is of the whole circle.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Sums to 1.
+    """
+    plane = np.round(np.asarray(plane_azimuth_deg, dtype=np.float64) % period, 6)
+    if plane.size == 1:
+        return np.ones(1)
+    gap = np.diff(plane, append=plane[0] + period)
+    return (gap + np.roll(gap, 1)) / (2.0 * period)
+
+
+def azimuth_weight(azimuth_deg: ArrayLike, period: float = PLANE_PERIOD) -> FloatArray:
+    """How much each azimuth of a whole circle counts: 1 on a regular grid; one added shares the part of its neighbours."""
+    azimuth = np.asarray(azimuth_deg, dtype=np.float64)
+    index = plane_index(azimuth, period)
+    weight = plane_weight(azimuth[index], period) * index.size
+    return np.asarray(weight[nearest(azimuth[index], azimuth, period).cell])
+
+
+def fall_probability(cube: xr.Dataset, *, ensemble: bool = True) -> xr.Dataset:
+    """Probability of falling towards φ and towards φ + 180°, cell by cell.
+
+    Parameters
+    ----------
+    cube : Dataset
+        The cube; ``overturned`` as stored or decoded.
+    ensemble : bool
+        Take the ensemble's probabilities where the cube has them, else (and elsewhere) the nominal flag as 0 or 1.
+
+    Returns
+    -------
+    Dataset
+        ``towards``, ``away`` (float32, dimensions of ``overturned``; missing where the outcome is), as lazy as the cube.
+
+    Raises
+    ------
+    ResultError
+        If the dataset has no variable ``overturned``.
+    """
+    if "overturned" not in cube:
+        raise ResultError("the dataset has no variable 'overturned'; it is not a cube of this program")
+    flag = cube["overturned"]
+    known = np.abs(flag.astype("float32")) <= 1  # neither missing nor the number that stands for it in the file
+    made = {}
+    for sign, name, where in ((1, "towards", "azimuth"), (-1, "away", "azimuth + 180°")):
+        chance = (flag == sign).where(known).astype("float32")
+        if ensemble and "probability_towards" in cube:
+            chance = cube[f"probability_{name}"].astype("float32").fillna(chance)
+        chance.attrs = {"long_name": f"probability of falling towards the {where}", "units": "1"}
+        made[name] = chance
+    return xr.Dataset(made)
+
+
+class Planes(Model):
+    """A block or a scene in the vertical plane of each azimuth."""
+
+    direction: ClassVar = "azimuth"
+    case_dims: ClassVar = ("height", "b_over_h", "friction")
+    copied: ClassVar = "mirrored"
+    one_component: ClassVar = True
+    twists: ClassVar = False
+    reads: ClassVar = FALLS
+    reads_spread: ClassVar = ("scramble_difference_towards", "scramble_difference_away")
+    reads_outcomes: ClassVar = ("overturned", "overturning_time", "residual_slip")
+
+    def representative(self, cube: xr.Dataset) -> NDArray[np.intp]:
+        """One azimuth per plane."""
+        return plane_index(cube["azimuth"].to_numpy(), period_of(cube))
+
+    def falls(self, cube: xr.Dataset, *, ensemble: bool = True) -> xr.Dataset:
+        """As of `Model.falls`."""
+        p = fall_probability(cube, ensemble=ensemble).isel(azimuth=self.representative(cube))
+        angle = np.radians(p["azimuth"].astype("float64"))
+        falls, net = p["towards"] + p["away"], p["towards"] - p["away"]
+        return xr.Dataset({
+            "falls": falls.assign_attrs(long_name="probability of falling", units="1"),
+            "direction_cosine": net * np.cos(angle),
+            "direction_sine": net * np.sin(angle),
+            "axis_cosine": falls * np.cos(2 * angle),
+            "axis_sine": falls * np.sin(2 * angle),
+            "weight": ("azimuth", plane_weight(p["azimuth"].to_numpy(), period_of(cube))),
+        })  # fmt: skip
+
+    def spread(self, cube: xr.Dataset) -> xr.Dataset:
+        """As of `Model.spread`; members agree where any were run, and fall apart where most fall, to both sides."""
+        half = cube.isel(azimuth=self.representative(cube))
+        towards, away = half["probability_towards"], half["probability_away"]
+        falls = towards + away
+        return xr.Dataset({
+            "falls": falls,
+            "gap": half["scramble_difference_towards"] + half["scramble_difference_away"],
+            "agree": falls.notnull(),
+            "apart": (np.minimum(towards, away) > 0) & (falls > 0.5),
+        })  # fmt: skip
+
+    def outcomes(self, site: xr.Dataset, face_deg: FloatArray, cells: dict[str, NDArray[np.intp]]) -> Outcomes:
+        """As of `Model.outcomes`: a stone can fall in the planes of both its pairs of faces, and falls as `first_edge` says."""
+        faces = np.stack([face_deg, face_deg + 90])
+        planes = nearest(site["azimuth"].to_numpy(), faces.ravel(), period_of(site))
+        cell, turned = planes.cell.reshape(faces.shape), planes.turn_deg.reshape(faces.shape)
+        both = {"azimuth": cell, **{name: np.stack([at, at]) for name, at in cells.items()}}
+        found = picked(site, self.reads_outcomes, both)
+        side = np.where(turned == PLANE_PERIOD, -found["overturned"], found["overturned"]).swapaxes(0, 1)
+        towards = np.broadcast_to((faces[:, None] + np.where(side < 0, 180, 0)) % 360, side.shape)
+        fell, azimuth = first_edge(np.abs(side), found["overturning_time"].swapaxes(0, 1), towards)
+        slip = np.hypot(*found["residual_slip"].swapaxes(0, 1))
+        return Outcomes(fell == 1, np.isfinite(fell), azimuth, slip, np.full(fell.shape, np.nan))

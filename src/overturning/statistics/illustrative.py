@@ -1,0 +1,192 @@
+"""Illustrative cases: those that a reader should watch, chosen by rule and not by eye."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from overturning.arrays import FloatArray
+from overturning.model.falls import model_of
+from overturning.model.planes import FALLS, fall_probability
+from overturning.statistics.by_record import one_record
+from overturning.statistics.circular import wrap_axis
+
+AMPLITUDES: Final = (0.98, 1.0, 1.02)
+"""Factors of the motion that show how little turns a fall to the other side."""
+
+MOVES: Final = 0.1
+"""A block that stands moves to be seen where its largest rotation, in parts of α, is above this."""
+
+NEAR_DEG: Final = 22.5
+"""Farthest that a plane may lie from the fault normal, or from the fault, to stand for it."""
+
+CORNER_DEG: Final = 10.0
+"""Farthest that a fall may lie from the middle between the normals of two faces to go over their corner."""
+
+
+class IllustrativeCase(NamedTuple):
+    """One case, or a few side by side: what it shows and by which rule it was chosen, record (place in the cube) and block."""
+
+    title: str
+    rule: str
+    record: int
+    block: dict[str, float]
+    """by the dimensions of a model's block;"""
+    direction_deg: tuple[float, ...]
+    """azimuth or orientation of each panel;"""
+    amplitude: tuple[float, ...]
+    """factor on the motion of each panel."""
+
+
+class Candidate(NamedTuple):
+    """The best case of a record: how well it shows what it should, where it is, and what stands side by side."""
+
+    score: tuple[float, ...]
+    block: Sequence[int]
+    """places along the dimensions of the block;"""
+    directions: tuple[int, ...]
+    """places along the direction of each panel;"""
+    amplitude: tuple[float, ...] = (1.0,)
+
+
+class Rule(NamedTuple):
+    """How a case is found, of the cells of one record that stand for all, in the order of the model's dimensions."""
+
+    title: str
+    text: str
+    find: Callable[[xr.Dataset], Candidate | None]
+    needs: tuple[str, ...]
+    """variables without which a cube has no such case."""
+
+
+def _largest(score: FloatArray, which: NDArray[np.bool_]) -> Candidate | None:
+    """The case with the largest score of those that may be chosen, of equals the first; None where none may."""
+    if not which.any():
+        return None
+    place = int(np.where(which, score, -np.inf).argmax())
+    at, *block = (int(index) for index in np.unravel_index(place, which.shape))
+    return Candidate((float(score.flat[place]),), block, (at,))
+
+
+def _normal_against_parallel(one: xr.Dataset) -> Candidate | None:
+    azimuth = one["azimuth"].to_numpy().astype(np.float64)
+    distance = np.abs(wrap_axis(azimuth - float(one["fault_normal"])))
+    if not (distance.min() <= NEAR_DEG and distance.max() >= 90 - NEAR_DEG):  # nor where the normal is not known
+        return None
+    along, across = int(distance.argmin()), int(distance.argmax())
+    flags, rotation = one["overturned"].to_numpy(), one["peak_rotation"].to_numpy()
+    splits = np.argwhere((np.abs(flags[along]) == 1) & (flags[across] == 0))
+    if splits.size == 0:
+        return None
+    moves = rotation[across] > MOVES
+    # One that moves in both planes, then broadest, then roughest, then lowest.
+    place = max(map(tuple, splits), key=lambda p: (moves[p], p[1], p[2], -p[0]))
+    broad = round(float(one["b_over_h"].values[place[1]]), 9)
+    return Candidate((float(moves[place]), broad), place, (along, across), (1.0, 1.0))
+
+
+def _which_side(one: xr.Dataset) -> Candidate | None:
+    p = fall_probability(one)
+    towards, away = p["towards"].to_numpy(), p["away"].to_numpy()
+    split = np.minimum(towards, away)
+    split = np.where((towards + away > 0.99) & np.isfinite(split), split, 0.0)
+    if split.max(initial=0.0) <= 0.1:
+        return None
+    # Of those that divide most evenly the broadest block: its fall is the one least expected to be a toss-up.
+    at, *place = max(map(tuple, np.argwhere(split >= split.max() - 1e-9)), key=lambda q: (q[2], q[3], -q[1], -q[0]))
+    return Candidate((float(split.max()),), place, (at,) * 3, AMPLITUDES)
+
+
+def _closest_call(one: xr.Dataset) -> Candidate | None:
+    rotation = np.nan_to_num(one["peak_rotation"].to_numpy())
+    return _largest(rotation, (one["overturned"].to_numpy() == 0) & (rotation > 0.0))
+
+
+def _slenderness(one: xr.Dataset) -> FloatArray:
+    """B/H of every cell."""
+    everywhere: Any = one["b_over_h"].broadcast_like(one["overturned"])
+    return np.asarray(everywhere.transpose(*one["overturned"].dims).to_numpy())
+
+
+def _against_its_planes(one: xr.Dataset) -> Candidate | None:
+    alone = (one["overturned"].to_numpy() == 1) & (one["plane_overturned"].to_numpy() == 0)
+    return _largest(_slenderness(one), alone)
+
+
+def _over_a_corner(one: xr.Dataset) -> Candidate | None:
+    off = ((one["fall_azimuth"].astype("float64") - one["orientation"]) % 90.0).to_numpy()
+    near = np.abs(np.nan_to_num(off) - 45.0) < CORNER_DEG
+    return _largest(_slenderness(one), (one["overturned"].to_numpy() == 1) & near)
+
+
+def _turned(one: xr.Dataset) -> Candidate | None:
+    twist = np.abs(np.nan_to_num(one["residual_twist"].to_numpy()))
+    return _largest(twist, (one["overturned"].to_numpy() == 0) & (twist != 0))
+
+
+RULES: Final = (
+    Rule(
+        "Falls normal to the fault, stands along it",
+        "the broadest block of any record that falls in the plane nearest to the fault normal and rocks but stands in the "
+        "one nearest to the fault (of several the first record, with the highest friction; where none rocks there, one that "
+        "only stands)",
+        _normal_against_parallel,
+        ("peak_rotation",),
+    ),
+    Rule(
+        "Falls, but to which side?",
+        "the broadest block that falls in every run of the ensemble, as often to one side as to the other as any; "
+        "shown with 0.98, 1 and 1.02 times the motion",
+        _which_side,
+        FALLS,
+    ),
+    Rule(
+        "Stands, but only just",
+        "the block with the largest rotation, in parts of α, of all that stand",
+        _closest_call,
+        ("peak_rotation",),
+    ),
+    Rule(
+        "Falls, though both planes of its faces say it stands",
+        "the broadest block that does so",
+        _against_its_planes,
+        ("plane_overturned",),
+    ),
+    Rule(
+        "Falls over a corner",
+        "the broadest block whose fall lies within 10° of the middle between the normals of two faces",
+        _over_a_corner,
+        ("plane_overturned", "fall_azimuth"),
+    ),
+    Rule(
+        "Stands, and has turned",
+        "the block with the largest turn about the vertical of all that stand",
+        _turned,
+        ("residual_twist",),
+    ),
+)
+"""In the order in which they are shown."""
+
+
+def illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
+    """The illustrative cases of a study, read one record at a time: at most one of each of `RULES`, of equals the first."""
+    model, cells = model_of(cube), model_of(cube).representative(cube)
+    rules = [rule for rule in RULES if all(name in cube for name in rule.needs)]
+    names = ["overturned", *{name for rule in rules for name in rule.needs}]
+    best: dict[str, tuple[Candidate, int]] = {}
+    for record in range(cube.sizes["record"]):
+        one = one_record(cube, record, names).isel({model.direction: cells}).transpose(*model.dims, ...)
+        for rule in rules:
+            found = rule.find(one)
+            if found is not None and (rule.title not in best or found.score > best[rule.title][0].score):
+                best[rule.title] = found, record
+    cases = []
+    for rule in rules:
+        if rule.title in best:
+            found, record = best[rule.title]
+            block = {name: float(cube[name].values[at]) for name, at in zip(model.case_dims, found.block, strict=True)}
+            directions = tuple(float(cube[model.direction].values[cells[at]]) for at in found.directions)
+            cases.append(IllustrativeCase(rule.title, rule.text, record, block, directions, found.amplitude))
+    return cases

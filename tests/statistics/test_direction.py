@@ -8,6 +8,7 @@ from overturning.errors import ResultError
 from overturning.model.falls import model_of
 from overturning.model.planes import Planes, fall_probability, plane_index, plane_weight
 from overturning.statistics.direction import fall_axis, fall_direction, fall_shares
+from overturning.statistics.falls import falls_towards, whole_circle
 
 
 def test_a_plane_is_counted_once(make_cube, sector) -> None:
@@ -88,6 +89,23 @@ def test_extra_azimuths_share_a_weight(make_cube, sector) -> None:
     assert plane_weight(extra["azimuth"].values[plane_index(extra["azimuth"].values)]).sum() == pytest.approx(1)
     assert float(fall_shares(extra, over=("record", *Planes.case_dims))["share_overturned"]) == pytest.approx(9 / 36)
     assert fall_axis(extra)["mean_axis"].values == pytest.approx(fall_axis(regular)["mean_axis"].values, abs=0.01)
+
+
+def test_a_scene_without_mirror_image_is_two_cases_at_opposite_azimuths(make_cube) -> None:
+    """It falls away from its wall: towards the azimuth of every motion, from 0 to 175° only, from 180° on it stands."""
+    cube = make_cube(lambda azimuth, *_: np.where(azimuth < 180, 1, 0))
+    cube["azimuth"].attrs["period"] = 360.0
+    assert fall_shares(cube)["share_overturned"].values == pytest.approx(0.5)
+    falling = make_cube(lambda azimuth, *_: np.ones_like(azimuth))
+    falling["azimuth"].attrs["period"] = 360.0
+    assert fall_direction(falling)["direction_resultant"].values == pytest.approx(0, abs=1e-9)
+    xr.testing.assert_identical(whole_circle(cube), cube)
+    towards = falls_towards(cube.isel(record=0, height=0, b_over_h=0, friction=0))
+    assert towards.sel(azimuth=[0, 175, 180, 355]).values.tolist() == [1, 1, 0, 0]
+    away = falls_towards(-cube.isel(record=0, height=0, b_over_h=0, friction=0))
+    assert away.sel(azimuth=[0, 175, 180, 355]).values.tolist() == [0, 0, 1, 1]
+    # The whole of the eastern half, seen from −2.5 to 177.5°: its middle is 87.5°.
+    assert fall_direction(cube)["mean_direction"].values == pytest.approx(87.5)
 
 
 def test_ensemble_before_flag(make_cube, sector) -> None:

@@ -6,16 +6,18 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import netCDF4
 import numpy as np
 import pytest
 
 from overturning.dem.grid import Grid
 from overturning.dem.kernel.status import Status
+from overturning.dem.scene import load_scene
 from overturning.dem.variables import FLOAT32_MISSING, INT8_MISSING, VARIABLES
 from overturning.errors import ResultError
 from overturning.records.record import Record
 from overturning.study.cube import earthquakes_said, open_cube, processing_of, study_of
-from overturning.study.gather import gather
+from overturning.study.gather import describe_cube, gather
 from overturning.study.grid import grid_of
 from overturning.study.load import check_study
 from overturning.study.parts import write_part
@@ -105,6 +107,16 @@ def test_every_cell_is_in_its_place(
         assert cube["epicentre_longitude"].values.tolist()[0] == 133.3
         assert np.isnan([cube[name].values[1] for name in cube.coords if "itude" in name]).all()
         assert study_of(cube) == study
+
+
+@pytest.mark.parametrize(("scene", "period"), [("gravestone", 180.0), ("three-tier", 180.0), ("against-a-wall", 360.0)])
+def test_a_cube_says_whether_opposite_azimuths_are_one_case(
+    scene: str, period: float, study: Study, tmp_path: Path
+) -> None:
+    """A wall on one side stands in the way of a fall towards 0°, or towards 180° under the opposite motion: two cases."""
+    with netCDF4.Dataset(tmp_path / "cube.nc", "w") as cube:
+        describe_cube(cube, study.model_copy(update={"scene": load_scene(scene)}), [])
+        assert cube["azimuth"].period == period
 
 
 def test_what_describes_a_record_is_carried_into_the_cube(

@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 
 from overturning.dem.grid import Axes
+from overturning.dem.polygon.geometry import place, symmetric
 from overturning.dem.variables import INT8_MISSING, Variable
 from overturning.errors import ResultError
 from overturning.files import atomic_write, without_folders
+from overturning.model.symmetry import PLANE_PERIOD
 from overturning.records.catalogue import METADATA
 from overturning.records.earthquakes import earthquakes_of
 from overturning.records.record import Record, account
@@ -70,15 +72,19 @@ def describe_cube(cube: Any, study: Study, records: Sequence[Record], variant: s
     cube.createDimension("record", len(records))
     _add_records(cube, records, study.simulation.vertical)
     add_grid(cube, grid)
-    _add_critical_angles(cube, study, variant)
+    _describe_scene(cube, study, variant)
     for variable in variables_of(study):
         names = ("element_name",) if "element" in grid.dimensions(variable) else ()
         add_variable(cube, variable, grid, "record").coordinates = " ".join((*RECORD_COORDINATES, *names))
 
 
-def _add_critical_angles(cube: Any, study: Study, variant: str) -> None:
-    """The critical angles of a scene; those of a single block follow from its slenderness."""
-    if study.body is not None or (scene := scene_of(study, variant)).single_block:
+def _describe_scene(cube: Any, study: Study, variant: str) -> None:
+    """How far a scene is turned to be the same again, and its critical angles; those of a single block follow from its B/H."""
+    if study.body is not None:
+        return
+    scene = scene_of(study, variant)
+    cube["azimuth"].period = PLANE_PERIOD if symmetric(place(scene)) else 2 * PLANE_PERIOD
+    if scene.single_block:
         return
     from overturning.dem.polygon.prepare import CRITICAL, critical_angles
 

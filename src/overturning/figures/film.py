@@ -6,7 +6,7 @@ moves with the base.
 
 import base64
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -50,6 +50,37 @@ class Panel:
     force_point: FloatArray | None = None  # contact points, m, shape (frames, k, 2)
     force: FloatArray | None = None  # on the free bodies there, in units of the weight; zero where there is no contact
 
+    keys: ClassVar = "f shows contact forces"
+    """What keys of the player do beside those that all films have."""
+
+    @property
+    def poses(self) -> dict[str, tuple[FloatArray, ...]]:
+        """Poses over the frames of what moves, by name."""
+        return {body.name: (body.position, body.rotation) for body in self.bodies}
+
+    def data(self, film: "Film") -> dict[str, Any]:
+        """What the player needs of it."""
+        motion, interval = _thinned(self.acceleration, self.sampling_interval, film)
+        data: dict[str, Any] = {
+            "left": self.left,
+            "right": self.right,
+            "bodies": [
+                {
+                    "name": body.name,
+                    "free": body.free,
+                    "vertices": [[round(float(s), 5), round(float(z), 5)] for s, z in body.vertices],
+                    "position": _packed(body.position),
+                    "rotation": _packed(body.rotation),
+                }
+                for body in self.bodies
+            ],
+            "motion": {**_packed(motion / 0.01), "interval": round(interval, 9)},
+        }
+        if self.force is not None and self.force_point is not None:
+            data["points"] = self.force.shape[1]
+            data["forcePoint"], data["force"] = _packed(self.force_point), _packed(self.force)
+        return data
+
 
 @dataclass(frozen=True)
 class SpacePanel:
@@ -65,10 +96,27 @@ class SpacePanel:
     acceleration: FloatArray  # of the base towards north and east, m/s², shape (2, n)
     sampling_interval: float  # of the acceleration, s; its first sample is at time 0
 
+    bodies: ClassVar[tuple[Body, ...]] = ()
+    """Polygons: none."""
+    keys: ClassVar = "a and d turn the view, as dragging it does"
+    """What keys of the player do beside those that all films have."""
+
     @property
-    def bodies(self) -> tuple[Body, ...]:
-        """Polygons: none."""
-        return ()
+    def poses(self) -> dict[str, tuple[FloatArray, ...]]:
+        """Poses over the frames of what moves, by name."""
+        return {"body": (self.position, self.quaternion)}
+
+    def data(self, film: "Film") -> dict[str, Any]:
+        """What the player needs of it."""
+        motions = [_thinned(one, self.sampling_interval, film) for one in self.acceleration]
+        return {
+            "corners": np.round(self.corners, 5).tolist(),
+            "faces": [list(face) for face in self.faces],
+            "position": _packed(self.position),
+            "quaternion": _packed(self.quaternion),
+            "motions": [_packed(motion / 0.01) for motion, _ in motions],
+            "motion": {"interval": round(motions[0][1], 9)},
+        }
 
 
 @dataclass(frozen=True)
@@ -87,16 +135,11 @@ class Film:
             raise ArgumentError("panels: none; a film needs at least one simulation")
         if not self.frame_interval > 0:
             raise ArgumentError(f"frame_interval: {self.frame_interval}; it must be a positive number of seconds")
-        for panel in self.panels:
-            for body in panel.bodies:
-                if not (np.isfinite(body.position).all() and np.isfinite(body.rotation).all()):
-                    raise ArgumentError(f"{panel.title}, {body.name}: a pose is not finite")
-        frames = [body.position.shape[0] for panel in self.panels for body in panel.bodies]
-        for one in self.panels:
-            if isinstance(one, SpacePanel):
-                if not (np.isfinite(one.position).all() and np.isfinite(one.quaternion).all()):
-                    raise ArgumentError(f"{one.title}: a pose is not finite")
-                frames.append(one.position.shape[0])
+        poses = [(panel.title, name, values) for panel in self.panels for name, values in panel.poses.items()]
+        for title, name, values in poses:
+            if not all(np.isfinite(one).all() for one in values):
+                raise ArgumentError(f"{title}, {name}: a pose is not finite")
+        frames = [values[0].shape[0] for _, _, values in poses]
         object.__setattr__(self, "frames", max(frames))
 
     @property
@@ -173,38 +216,9 @@ def film_data(film: Film) -> dict[str, Any]:
 
 
 def _panel_data(panel: Panel | SpacePanel, film: Film) -> dict[str, Any]:
-    data: dict[str, Any] = {
+    return {
         "title": panel.title,
         "outcome": panel.outcome,
         "outcomeTime": None if np.isnan(panel.outcome_time) else round(float(panel.outcome_time), 4),
+        **panel.data(film),
     }
-    if isinstance(panel, SpacePanel):
-        motions = [_thinned(one, panel.sampling_interval, film) for one in panel.acceleration]
-        return data | {
-            "corners": np.round(panel.corners, 5).tolist(),
-            "faces": [list(face) for face in panel.faces],
-            "position": _packed(panel.position),
-            "quaternion": _packed(panel.quaternion),
-            "motions": [_packed(motion / 0.01) for motion, _ in motions],
-            "motion": {"interval": round(motions[0][1], 9)},
-        }
-    motion, interval = _thinned(panel.acceleration, panel.sampling_interval, film)
-    data |= {
-        "left": panel.left,
-        "right": panel.right,
-        "bodies": [
-            {
-                "name": body.name,
-                "free": body.free,
-                "vertices": [[round(float(s), 5), round(float(z), 5)] for s, z in body.vertices],
-                "position": _packed(body.position),
-                "rotation": _packed(body.rotation),
-            }
-            for body in panel.bodies
-        ],
-        "motion": {**_packed(motion / 0.01), "interval": round(interval, 9)},
-    }
-    if panel.force is not None and panel.force_point is not None:
-        data["points"] = panel.force.shape[1]
-        data["forcePoint"], data["force"] = _packed(panel.force_point), _packed(panel.force)
-    return data

@@ -17,7 +17,7 @@ MOVED = 1e-3
 
 
 def space_outcome(path: "xr.Dataset") -> str:
-    """What a body in space does in a valid simulation."""
+    """What a body in space does."""
     if int(path["overturned"]) == 1:
         return f"falls towards {compass_name(round(float(path['fall_azimuth'])))} at {float(path['overturning_time']):.2f} s"
     tilt, twist = float(path["peak_tilt"]), float(path["residual_twist"])

@@ -1,7 +1,7 @@
 """From trajectories, of the elements of a scene or of a body in space, to a film."""
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.kernel.status import Status
 from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ArgumentError
-from overturning.figures.film import FRAME_INTERVAL, Body, Film, Panel, about_the_peak, frame_times
+from overturning.figures.film import FRAME_INTERVAL, Body, Film, Panel, SpacePanel, about_the_peak, frame_times
 from overturning.figures.film_in_space import space_movement, space_outcome, space_panel
 from overturning.figures.style import compass_name
 from overturning.motion.motion import Motion
@@ -27,35 +27,22 @@ MOVED = 1e-3
 LAST_TURN = 0.5
 """A path that ends with a stone about to lie down goes on for as long as the rest of the turn takes, but no longer, s."""
 
-FORCE_NOTE = "Contact forces: means over a sampling interval, over the weight of all stones that are free."
-"""What the arrows of a film are."""
-
-TURN_NOTE = "Drag to turn the view."
-"""What can be done with a film in space."""
-
 
 def free_elements(path: "xr.Dataset") -> "xr.Dataset":
     """The part of a trajectory that is of its free elements."""
     return path.isel(element=path["kind"].to_numpy() == "free")
 
 
-def in_space(path: "xr.Dataset") -> bool:
-    """Whether a trajectory is of a body in space."""
-    return "quaternion" in path
-
-
 def heading_of(path: "xr.Dataset") -> str:
     """The azimuth of the motion, or what a body in space faces."""
-    if in_space(path):
-        return f"facing {compass_name(path.attrs['orientation_deg'])}"
-    return compass_name(path.attrs["azimuth_deg"])
+    return kind_of(path).heading.format(compass_name(float(path.attrs[kind_of(path).direction])))
 
 
 def outcome(path: "xr.Dataset") -> str:
     """What happens in a trajectory, in a sentence without its end."""
     if int(path["status"]) not in (Status.SIMULATED, Status.AT_REST):
         return "no outcome: the simulation is not valid"
-    return space_outcome(path) if in_space(path) else _outcome(path)
+    return kind_of(path).outcome(path)
 
 
 def _outcome(path: "xr.Dataset") -> str:
@@ -93,7 +80,7 @@ def movement(path: "xr.Dataset") -> tuple[float, float] | None:
 
 def window(paths: Sequence["xr.Dataset"]) -> tuple[float, float]:
     """Time worth showing, s: from the first movement of any trajectory to the last, or about the peak of the motion."""
-    spans = [span for path in paths if (span := (space_movement if in_space(path) else movement)(path)) is not None]
+    spans = [span for path in paths if (span := kind_of(path).movement(path)) is not None]
     if spans:
         return min(first for first, _ in spans), max(last for _, last in spans)
     ground = paths[0]["ground_acceleration"].to_numpy()
@@ -183,6 +170,38 @@ def _plane_panel(path: "xr.Dataset", motion: Motion, time: FloatArray, texts: tu
     )
 
 
+class Kind(NamedTuple):
+    """What is done differently with trajectories in a plane and in space."""
+
+    direction: str
+    """attribute of the direction, degrees;"""
+    heading: str
+    """of a panel, around the name of that direction;"""
+    outcome: Callable[["xr.Dataset"], str]
+    """what happens, of a valid simulation;"""
+    movement: Callable[["xr.Dataset"], tuple[float, float] | None]
+    """first and last time at which anything moves, s;"""
+    panel: Callable[["xr.Dataset", Motion, FloatArray, tuple[str, str]], Panel | SpacePanel]
+    """the panel at the times of the frames, with its heading and outcome;"""
+    note: str
+    """what can be done with the film, or seen in it."""
+
+
+_PLANE: Final = Kind(
+    "azimuth_deg", "{}", _outcome, movement, _plane_panel,
+    "Contact forces: means over a sampling interval, over the weight of all stones that are free.",
+)  # fmt: skip
+_SPACE: Final = Kind(
+    "orientation_deg", "facing {}", space_outcome, space_movement, space_panel,
+    "Drag to turn the view.",
+)  # fmt: skip
+
+
+def kind_of(path: "xr.Dataset") -> Kind:
+    """The kind of a trajectory."""
+    return _SPACE if "quaternion" in path else _PLANE
+
+
 def film_of(
     paths: Sequence["xr.Dataset"],
     motion: Motion,
@@ -199,10 +218,8 @@ def film_of(
     if not paths:
         raise ArgumentError("paths: none; a film needs at least one trajectory")
     time = frame_times(*window(paths))
-    solid = in_space(paths[0])
-    panel = space_panel if solid else _plane_panel
     names = headings or [heading_of(path) for path in paths]
-    panels = tuple(panel(path, motion, time, (name, outcome(path))) for path, name in zip(paths, names, strict=True))
-    return Film(
-        title, float(time[0]), FRAME_INTERVAL, panels, note=f"{note} {TURN_NOTE if solid else FORCE_NOTE}".strip()
+    panels = tuple(
+        kind_of(path).panel(path, motion, time, (name, outcome(path))) for path, name in zip(paths, names, strict=True)
     )
+    return Film(title, float(time[0]), FRAME_INTERVAL, panels, note=f"{note} {kind_of(paths[0]).note}".strip())

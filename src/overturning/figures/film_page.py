@@ -5,7 +5,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from overturning.figures.film import Film, SpacePanel, film_data
+from overturning.figures.film import Film, film_data
 from overturning.files import atomic_write
 
 
@@ -39,8 +39,7 @@ def film_page(film: Film) -> str:
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, keep_trailing_newline=True)
     parts: dict[str, Any] = {"css": player_style(), "js": player_script(), "data": embedded_json(film_data(film))}
     page = environment.from_string(_template("film.html.j2"))
-    solid = any(isinstance(panel, SpacePanel) for panel in film.panels)
-    return page.render(film=film, solid=solid, **{name: Markup(text) for name, text in parts.items()})
+    return page.render(film=film, **{name: Markup(text) for name, text in parts.items()})
 
 
 def write_film_page(film: Film, path: Path) -> None:

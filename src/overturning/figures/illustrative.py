@@ -10,12 +10,13 @@ from overturning.dem.trajectory import trajectory
 from overturning.figures.axis import axis_figure
 from overturning.figures.boundary import boundary_figure
 from overturning.figures.film import film_data
-from overturning.figures.film_of_trajectory import film_of, heading_of, in_space, outcome
+from overturning.figures.film_of_trajectory import film_of, heading_of, outcome
 from overturning.figures.hodograph import hodograph_figure
 from overturning.figures.response import response_figure
 from overturning.figures.spectra import spectra_figure
 from overturning.figures.style import save
 from overturning.files import atomic_write
+from overturning.model.falls import model_of
 from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
@@ -60,10 +61,8 @@ def _draw(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder: Pat
         for path, factor in zip(paths, case.amplitude, strict=True)
     ]
     film = film_of(paths, motion, title, headings=headings, note="The frame moves with the base.")
-    if in_space(paths[0]):
-        drawn: list[Drawn] = [("axis", axis_figure(paths[0], motion, title), _AXIS, {})]
-    else:
-        drawn = _in_planes(one, paths, motion, (title, place), headings)
+    behind = _in_planes if model_of(one).one_component else _in_space
+    drawn = behind(one, paths, motion, (title, place), headings)
     figures = {}
     for name, figure, alt, options in drawn:
         save(figure, folder / f"{number}-{name}.svg")
@@ -75,7 +74,7 @@ def _draw(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder: Pat
         "record": record,
         "outcomes": [f"{heading}: {outcome(path)}" for heading, path in zip(headings, paths, strict=True)],
         "film": film_data(film),
-        "keys": "a and d turn the view, as dragging it does" if in_space(paths[0]) else "f shows contact forces",
+        "keys": film.panels[0].keys,
         "figures": figures,
     }
 
@@ -84,9 +83,6 @@ def described(study: Study, block: dict[str, float]) -> str:
     """A block of a study in a title."""
     oblong = f", D/B = {block['aspect']:g}" if study.body is not None and study.body.shape().oblong else ""
     return f"B/H = {block['b_over_h']:.3g}{oblong}, H = {block['height']:.3g} m, µ = {block['friction']:g}"
-
-
-_AXIS = "tilt of the axis towards north and east, and hodographs of the ground"
 
 
 def _in_planes(
@@ -104,6 +100,18 @@ def _in_planes(
         ("spectra", spectra_figure(*spectra(motion, azimuths), place), "Fourier and response spectra", {}),
         ("hodograph", hodograph_figure(_hodograph(motion), normal, place), _HODOGRAPH, {}),
     ]
+
+
+def _in_space(
+    one: "xr.Dataset",  # noqa: ARG001, no boundary
+    paths: list["xr.Dataset"],
+    motion: Motion,
+    texts: tuple[str, str],
+    headings: list[str],  # noqa: ARG001, one panel
+) -> list[Drawn]:
+    """The figure behind a film in space: of the body's axis."""
+    about = "tilt of the axis towards north and east, and hodographs of the ground"
+    return [("axis", axis_figure(paths[0], motion, texts[0]), about, {})]
 
 
 _BOUNDARY = "largest B/H that falls, by azimuth"

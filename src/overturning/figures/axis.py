@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def axis_figure(path: "xr.Dataset", motion: Motion, title: str) -> Figure:
-    """Figure of a body's axis seen from above, and beside it the hodographs of the ground's velocity and displacement."""
+    """Figure of a body's axis seen from above, beside it hodographs of the ground's velocity and displacement."""
     figure, panels = grid(1, 3, 9.2, 3.9)
     axes = panels[0, 0]
     east, north = path["tilt_east"].to_numpy(), path["tilt_north"].to_numpy()

@@ -1,4 +1,4 @@
-"""A cube as one self-contained page to look around in: a polar map of each block, and what is known of the cell pointed at."""
+"""A cube as one self-contained page: a polar map of each block, and what is known of the cell pointed at."""
 
 import base64
 from importlib import resources
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 DIMENSIONS = ("record", "azimuth", "height", "b_over_h", "friction", "element")
 
 PARTS_OF_ONE = 200
-"""Probabilities are kept as whole numbers of such parts, rotations and times as below; the largest number means missing."""
+"""Probabilities are whole numbers of such parts, rotations and times as below; the largest number means missing."""
 
 _ROTATION, _TIME = 1e-3, 1e-2  # of α; s
 
@@ -44,7 +44,8 @@ def explorer_data(cube: "xr.Dataset") -> dict[str, Any]:
     one = cube if "element" in cube.dims else cube.expand_dims(element=[""], axis=-1)
     if one["overturned"].size > MOST_CELLS:
         raise ArgumentError(
-            f"{one['overturned'].size:,} cells are too many for a page, at most {MOST_CELLS:,}; choose records with --record"
+            f"{one['overturned'].size:,} cells are too many for a page, at most {MOST_CELLS:,}; choose records with "
+            "--record"
         )
 
     one = closed(one.load())
@@ -73,7 +74,8 @@ def explorer_data(cube: "xr.Dataset") -> dict[str, Any]:
         "steps": {"rotation": _ROTATION, "time": _TIME, "chance": 1 / PARTS_OF_ONE},
         "ensemble": "probability_towards" in one,
         "colours": {
-            "falls": FALLS, "other": OTHER_SIDE, "stands": STANDS, "missing": MISSING, "fault": FAULT, "darkest": DARKEST,
+            "falls": FALLS, "other": OTHER_SIDE, "stands": STANDS, "missing": MISSING, "fault": FAULT,
+            "darkest": DARKEST,
         },
         "data": packed,
     }  # fmt: skip

@@ -26,7 +26,7 @@ def fall_rate_figure(
     curves: Sequence[Fragility],
     jma: FloatArray,
 ) -> Figure:
-    """Figure with fall rate over amplitude where there are several, over PGA and PGV with the curve, and over JMA intensity.
+    """Figure of fall rate over amplitude where there are several, over PGA and PGV with the curve, over JMA intensity.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """A film of a simulation: polygons with poses over time, the motion below them, contact forces on demand.
 
-The form is general: any number of polygons that are free, driven or held, or a convex body in space. The frame of reference
-moves with the base.
+The form is general: any number of polygons that are free, driven or held, or a convex body in space. The frame of
+reference moves with the base.
 """
 
 import base64
@@ -161,7 +161,7 @@ def about_the_peak(time: FloatArray, acceleration: FloatArray) -> tuple[float, f
 
 
 def way(body: Body) -> FloatArray:
-    """Vertices of a body in all its frames, shape (frames, n, 2): s' = s₀ + s cos θ + z sin θ, z' = z₀ − s sin θ + z cos θ."""
+    """Vertices of a body in all its frames, shape (frames, n, 2): s₀ + s cos θ + z sin θ, z₀ − s sin θ + z cos θ."""
     (s, z), cos, sin = body.vertices.T, np.cos(body.rotation)[:, None], np.sin(body.rotation)[:, None]
     return np.asarray(body.position[:, None] + np.stack([s * cos + z * sin, z * cos - s * sin], axis=-1))
 
@@ -203,7 +203,7 @@ def _thinned(acceleration: FloatArray, interval: float, film: Film) -> tuple[Flo
 
 
 def film_data(film: Film) -> dict[str, Any]:
-    """What the player needs, as plain data for JSON: poses, motion and forces are base64 of 16-bit integers with a scale."""
+    """What the player needs, as plain data for JSON: poses, motion, forces are base64 of scaled 16-bit integers."""
     return {
         "title": film.title,
         "start": round(film.start, 6),

@@ -19,7 +19,8 @@ MOVED = 1e-3
 def space_outcome(path: "xr.Dataset") -> str:
     """What a body in space does."""
     if int(path["overturned"]) == 1:
-        return f"falls towards {compass_name(round(float(path['fall_azimuth'])))} at {float(path['overturning_time']):.2f} s"
+        towards = compass_name(round(float(path["fall_azimuth"])))
+        return f"falls towards {towards} at {float(path['overturning_time']):.2f} s"
     tilt, twist = float(path["peak_tilt"]), float(path["residual_twist"])
     slip = 100.0 * float(np.hypot(path["residual_slip_north"], path["residual_slip_east"]))
     side = "clockwise" if twist >= 0 else "anticlockwise"

@@ -106,7 +106,8 @@ def write_film_movie(film: Film, path: Path) -> None:
         else:
             # No date and no encoder version in the file: both change from run to run.
             writer = animation.FFMpegWriter(
-                fps=rate, codec="libx264", extra_args=["-pix_fmt", "yuv420p", "-fflags", "+bitexact", "-flags:v", "+bitexact"]
+                fps=rate, codec="libx264",
+                extra_args=["-pix_fmt", "yuv420p", "-fflags", "+bitexact", "-flags:v", "+bitexact"],
             )  # fmt: skip
         with atomic_write(path) as part:
             named = part.with_name(f"{part.name}{kind}")  # the writers tell the kind by the name

@@ -25,7 +25,7 @@ MOVED = 1e-3
 """An element moves where it is so far from where it began and from where it ends, m and rad."""
 
 LAST_TURN = 0.5
-"""A path that ends with a stone about to lie down goes on for as long as the rest of the turn takes, but no longer, s."""
+"""A path that ends with a stone about to lie down goes on while the rest of the turn takes no longer than this, s."""
 
 
 def free_elements(path: "xr.Dataset") -> "xr.Dataset":
@@ -55,7 +55,8 @@ def _outcome(path: "xr.Dataset") -> str:
         return f"{'everything ' if several else ''}stands (largest rotation {_largest_rotation(free)})"
     head = f"{len(falls)} of {len(names)} fall: " if several else ""
     return head + "; ".join(
-        f"{name + ' ' if several else ''}falls towards {compass_name(azimuth if side > 0 else azimuth + 180.0)} at {time:.2f} s"
+        f"{name + ' ' if several else ''}falls towards {compass_name(azimuth if side > 0 else azimuth + 180.0)} at "
+        f"{time:.2f} s"
         for time, name, side in falls
     )
 
@@ -70,7 +71,7 @@ def _largest_rotation(free: "xr.Dataset") -> str:
 
 
 def movement(path: "xr.Dataset") -> tuple[float, float] | None:
-    """First and last time, s, at which a free element is away from where it began and from where it ends; None if never."""
+    """First and last time, s, at which a free element is away from where it began and where it ends; None if never."""
     free = free_elements(path)
     poses = np.stack([free[name].to_numpy() for name in ("x", "z", "rotation")])
     away = np.minimum(np.abs(poses - poses[:, :1]), np.abs(poses - poses[:, -1:])).max(axis=(0, 2)) > MOVED
@@ -212,8 +213,8 @@ def film_of(
 ) -> Film:
     """A film of trajectories in step, from shortly before the first movement to shortly after the last.
 
-    All are under the motion, times the amplitude of each; a heading is by default as of `heading_of`. What can be done with
-    the film is added to the `note`, the line below it. An ArgumentError where there is no trajectory.
+    All are under the motion, times the amplitude of each; a heading is by default as of `heading_of`. What can be done
+    with the film is added to the `note`, the line below it. An ArgumentError where there is no trajectory.
     """
     if not paths:
         raise ArgumentError("paths: none; a film needs at least one trajectory")

@@ -26,8 +26,8 @@ def player_style() -> str:
 def embedded_json(data: Any) -> str:
     """Data as JSON that cannot end the script element it stands in, whatever a record is called."""
     text = json.dumps(data, separators=(",", ":"), ensure_ascii=False)
-    for character, escaped in (("<", "\\u003c"), (">", "\\u003e"), ("&", "\\u0026"), ("\u2028", "\\u2028"), ("\u2029", "\\u2029")):  # fmt: skip
-        text = text.replace(character, escaped)
+    for character in "<>&\u2028\u2029":
+        text = text.replace(character, f"\\u{ord(character):04x}")
     return text
 
 

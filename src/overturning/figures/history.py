@@ -28,8 +28,8 @@ BINS: Final = 600
 def history_figure(before: Record, after: Record) -> "Figure":
     """Figure of a record, with a column per component.
 
-    Rows: acceleration, velocity and displacement before (grey) and after processing; Fourier amplitudes with the corners
-    and the noise before the onset; Husid plot, signal-to-noise ratio, and the acceleration that was taken away.
+    Rows: acceleration, velocity and displacement before (grey) and after processing; Fourier amplitudes with the
+    corners and the noise before the onset; Husid plot, signal-to-noise ratio, and the acceleration that was taken away.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def envelope(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArr
 
 
 def shift_of(record: Record) -> float:
-    """Time of a processed record's first sample after that of the unprocessed one, s: pads come before it, cuts after."""
+    """Time of a processed record's first sample after the unprocessed one's, s: pads come before it, cuts after."""
     return float(sum(step.get("shift_s", 0.0) for step in record.processing))
 
 
@@ -116,7 +116,7 @@ def _draw_series(panels: Any, before: Record, after: Record, name: str) -> None:
     for panel, (label, unit), old, new in rows:
         peak = np.abs(new).max() / unit
         if before is not after:
-            # An offset becomes metres of displacement, beside which the motion would be a line: a scale of its own then.
+            # An offset becomes metres of displacement, beside which the motion would be a line: its own scale then.
             own = np.abs(old).max() / unit > 2.0 * peak
             behind = panel.twinx() if own else panel
             behind.plot(*envelope(_time(before), old / unit), color=MISSING, linewidth=0.6)

@@ -54,7 +54,8 @@ def hodograph_figure(motion: xr.Dataset, fault_normal_deg: float, title: str) ->
     Parameters
     ----------
     motion : xarray.Dataset, dimension time
-        ``acceleration_north``, ``acceleration_east`` (m/s²), and the same of ``velocity`` (m/s) and ``displacement`` (m).
+        ``acceleration_north``, ``acceleration_east`` (m/s²), and the same of ``velocity`` (m/s) and ``displacement``
+        (m).
     fault_normal_deg : float
         Azimuth of the fault normal, degrees, or NaN.
     """

@@ -36,9 +36,9 @@ if TYPE_CHECKING:
 def draw_illustrative_cases(cube: "xr.Dataset", motions: Path, folder: Path) -> None:
     """Simulate the illustrative cases of a cube again, under the processed motions of a folder, and draw them.
 
-    The other folder receives ``cases.json`` (titles, rules, outcomes, films, and the figures of each), and these figures:
-    for case K from 1 ``K-response.svg``, ``K-boundary.svg``, ``K-spectra.svg`` and ``K-hodograph.svg``, of a body in space
-    ``K-axis.svg``.
+    The other folder receives ``cases.json`` (titles, rules, outcomes, films, and the figures of each), and these
+    figures: for case K from 1 ``K-response.svg``, ``K-boundary.svg``, ``K-spectra.svg`` and ``K-hodograph.svg``, of a
+    body in space ``K-axis.svg``.
     """
     rows = [_draw(cube, case, motions, folder, number) for number, case in enumerate(illustrative_cases(cube), 1)]
     with atomic_write(folder / "cases.json") as part:
@@ -46,7 +46,7 @@ def draw_illustrative_cases(cube: "xr.Dataset", motions: Path, folder: Path) -> 
 
 
 Drawn = tuple[str, "Figure", str, dict[str, float]]
-"""A figure behind a film: the end of its file's name, the figure, what it shows, and options of its place in the report."""
+"""A figure behind a film: the end of its file's name, the figure, what it shows, options of its place in the report."""
 
 
 def _draw(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder: Path, number: int) -> dict[str, Any]:

@@ -20,7 +20,7 @@ STEP_DEG = 2.0
 
 
 def rows_and_columns(heights: int, frictions: int) -> tuple[int, int]:
-    """How panels of so many heights and frictions are laid out: a row per height where they fit, at most three side by side."""
+    """Rows and columns of panels for heights and frictions: a row per height where they fit, at most three columns."""
     count = heights * frictions
     columns = frictions if heights > 1 and 1 < frictions <= max(PANEL) else min(count, max(PANEL))
     columns = 2 if count == 4 else columns
@@ -53,12 +53,12 @@ def blocks_of(blocks: Any, panels: Any) -> Iterator[tuple[Any, Any]]:
 
 
 def closed(cube: xr.Dataset) -> xr.Dataset:
-    """A cube whose cells reach round the compass: half of the azimuths tell the other half; a single one stays alone."""
+    """A cube whose cells reach round the compass: half of the azimuths give the others; a single one stays alone."""
     return whole_circle(cube) if cube["azimuth"].size > 1 else cube
 
 
 def cell_edges(centres: FloatArray) -> FloatArray:
-    """Edges of cells half-way between their centres, the outer ones symmetric; a single cell spans a tenth of its value."""
+    """Edges of cells half-way between centres, the outer ones symmetric; a single cell spans a tenth of its value."""
     if centres.size == 1:
         return np.array([0.95, 1.05]) * centres[0]
     between = (centres[1:] + centres[:-1]) / 2

@@ -1,4 +1,4 @@
-"""Probability of falling towards each azimuth, by slenderness: the polar map of an ensemble, or of the mean of many cases."""
+"""Probability of falling towards each azimuth, by slenderness: polar map of an ensemble, or of means over cases."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Response of the elements of a scene along several azimuths: rotation, slip and uplift under the motion (the paper's figure 6)."""
+"""Response of a scene's elements along several azimuths: rotation, slip and uplift (the paper's figure 6)."""
 
 from collections.abc import Sequence
 from textwrap import fill
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 ROWS = ("base acceleration, Gal", "rotation, °", "slip of the base, cm", "uplift, cm")
 
 LIMIT_SHOWN = 3.0
-"""The angle of no return is drawn where it lies within so many times the largest rotation of all: a wider one hides them."""
+"""The angle of no return is drawn within so many times the largest rotation of all: a wider one hides them."""
 
 
 def response_series(one: "xr.Dataset") -> list[Any]:
-    """Rotation, slip and uplift of one element in the units of `ROWS`; uplift is that of the highest vertex of its base."""
+    """Rotation, slip and uplift of one element in the units of `ROWS`; uplift is of its base's highest vertex."""
     p, q = one["vertices"].to_numpy()[np.isfinite(one["vertices"].to_numpy()[:, 0])].T
     lower = q <= q.min() + 1e-9 * np.ptp(q)
     angle, z = (one[name].to_numpy()[:, None] for name in ("rotation", "z"))
@@ -37,7 +37,8 @@ def response_series(one: "xr.Dataset") -> list[Any]:
 def response_figure(paths: Sequence["xr.Dataset"], title: str, headings: Sequence[str] = ()) -> "Figure":
     """Figure with a column per trajectory, all with the same scales; its heading is the azimuth where not given.
 
-    Every free element has a curve of its own, named where there are several, and a dashed line at its angle of no return.
+    Every free element has a curve of its own, named where there are several, and a dashed line at its angle of no
+    return.
     """
     import matplotlib.pyplot as plt
 

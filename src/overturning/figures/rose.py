@@ -55,7 +55,7 @@ def _draw(axes: Any, rose: Rose) -> None:
 
 
 def earthquake_roses_figure(cube: xr.Dataset) -> Figure:
-    """A rose for each earthquake that fells anything, from north, its records taken together; dashed the fault normals."""
+    """A rose for each earthquake that fells anything, from north, its records together; dashed the fault normals."""
     events = cube["event"].to_numpy().astype(str)
     roses = {
         name: (rose_of(cube.isel(record=np.flatnonzero(events == name))), events == name)

@@ -48,7 +48,7 @@ def sites_by_earthquake(cube: xr.Dataset) -> dict[str, xr.Dataset]:
 
 
 def distances(site: xr.Dataset) -> list[str]:
-    """How far and in which direction each station lies from the epicentre, a sentence each; none without an epicentre."""
+    """How far and which way each station lies from the epicentre, a sentence each; none without an epicentre."""
     if "epicentre_latitude" not in site:
         return []
     east, north = local_km(
@@ -56,7 +56,8 @@ def distances(site: xr.Dataset) -> list[str]:
         float(site["epicentre_latitude"]), float(site["epicentre_longitude"]),
     )  # fmt: skip
     return [
-        f"{name}: {np.hypot(x, y):.0f} km from the epicentre, in the direction {np.degrees(np.arctan2(x, y)) % 360:.0f}°."
+        f"{name}: {np.hypot(x, y):.0f} km from the epicentre, in the direction "
+        f"{np.degrees(np.arctan2(x, y)) % 360:.0f}°."
         for name, x, y in zip(site["station"].to_numpy(), east, north, strict=True)
     ]
 

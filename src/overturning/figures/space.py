@@ -24,7 +24,7 @@ MOST_ARROWS = 36
 
 
 def space_map_figure(cube: xr.Dataset, title: str) -> Figure:
-    """Map of one record: fall azimuth by orientation and B/H, a panel per friction, height and aspect; beside it the rose.
+    """Map of a record: fall azimuth by orientation and B/H, a panel per friction, height and aspect; and its rose.
 
     Parameters
     ----------

@@ -10,7 +10,7 @@ from overturning.units import CM, GAL
 
 
 def _draw_spectrum(axes: Any, spectra: xr.DataArray, along: str, factor: float, label: str) -> None:
-    """Draw one spectrum per azimuth ``along`` period (s) or frequency (Hz), divided by ``factor``, on logarithmic axes."""
+    """Draw a spectrum per azimuth ``along`` period (s) or frequency (Hz), over ``factor``, on logarithmic axes."""
     x = spectra[along].to_numpy()
     for index, azimuth in enumerate(spectra["azimuth"].to_numpy()):
         values = spectra.isel(azimuth=index).to_numpy() / factor

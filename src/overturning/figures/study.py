@@ -55,10 +55,10 @@ def draw_study(
     motions : Path
         Folder of the processed motions, for the time histories and the illustrative cases.
     folder : Path
-        Receives ``polar/ID`` and ``intensity/ID`` for each record (`map_figure`), ``rose``, ``axes`` and ``plane``, or, where cases have
-        no azimuth of their own, ``follow`` and ``earthquakes`` in its place, each in all formats; ``history/ID.svg`` (time histories,
-        not part of the report's page but beside it); ``illustrative/`` and ``maps/`` (empty where no record has coordinates); and
-        ``drawn.txt``, the names of the files in these two.
+        Receives ``polar/ID`` and ``intensity/ID`` for each record (`map_figure`), ``rose``, ``axes`` and ``plane``, or,
+        where cases have no azimuth of their own, ``follow`` and ``earthquakes`` in its place, each in all formats;
+        ``history/ID.svg`` (time histories, not part of the report's page but beside it); ``illustrative/`` and
+        ``maps/`` (empty where no record has coordinates); and ``drawn.txt``, the names of the files in these two.
     threads : int
         Number of processes that draw: Matplotlib draws one figure at a time. The files are the same for any number.
     settings : Figures, optional
@@ -107,7 +107,7 @@ def draw_record(cube_path: Path, intensity_path: Path, motions: Path, folder: Pa
 
 
 def map_figure(one: xr.Dataset, title: str) -> "Figure":
-    """Where the blocks of a record fall: by orientation, or round the compass as probabilities of an ensemble or as flags."""
+    """Where a record's blocks fall: by orientation, or round the compass, as probabilities where there are any."""
     if not model_of(one).one_component:
         return space_map_figure(one, title)
     return (probability_map_figure if "members" in one else fall_map_figure)(one, title)

@@ -1,8 +1,8 @@
 """Matplotlib's SVG made small: the same picture in about a tenth of the lines and the same bytes each time.
 
 Matplotlib writes a group for each tick, six decimals for each coordinate and a line for each of a path's points. Here
-groups that say nothing go, coordinates keep a hundredth of a point, the ticks of an axis become one path, a picture inside
-keeps as many colours as it has, and every element stands on a line of its own.
+groups that say nothing go, coordinates keep a hundredth of a point, the ticks of an axis become one path, a picture
+inside keeps as many colours as it has, and every element stands on a line of its own.
 """
 
 import base64

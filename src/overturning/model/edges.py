@@ -9,11 +9,12 @@ from overturning.arrays import FloatArray
 def first_edge(falls: ArrayLike, time: ArrayLike, towards: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Outcome of a stone from those in its planes.
 
-    A stone falls where it falls in any of its planes; where in several, over the edge that it is past first: in a plane a
-    block past its tipping angle for the last time cannot come back, so it goes over that edge before the others are due.
+    A stone falls where it falls in any of its planes; where in several, over the edge that it is past first: in a plane
+    a block past its tipping angle for the last time cannot come back, so it goes over that edge before the others are
+    due.
 
-    *Missing stays missing.* Where the outcome in any plane is missing, so is the stone's: it is not said to stand, nor to have
-    fallen as another plane has it, since it may have gone over the unknown edge before.
+    *Missing stays missing.* Where the outcome in any plane is missing, so is the stone's: it is not said to stand, nor
+    to have fallen as another plane has it, since it may have gone over the unknown edge before.
 
     Parameters
     ----------
@@ -29,8 +30,8 @@ def first_edge(falls: ArrayLike, time: ArrayLike, towards: ArrayLike) -> tuple[F
     falls : ndarray, shape (…)
         1, 0, or NaN where an outcome is missing.
     azimuth : ndarray, shape (…)
-        Azimuth of the fall, degrees; NaN where it does not fall, and where it falls in several planes and one of these times is
-        missing. Of equal times the first plane's.
+        Azimuth of the fall, degrees; NaN where it does not fall, and where it falls in several planes and one of these
+        times is missing. Of equal times the first plane's.
     """
     flags, times = np.asarray(falls, np.float64), np.asarray(time, np.float64)
     known, falling = np.isfinite(flags).all(axis=0), flags == 1

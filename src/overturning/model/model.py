@@ -1,4 +1,4 @@
-"""What a model says of its cubes: which dimension is a direction, which cells stand for all, what falls the outcomes are.
+"""What a model says of its cubes: which dimension is a direction, which cells stand for all, what falls they hold.
 
 Statistics, surveys, figures and report work from that and need not know what stood on the ground.
 """
@@ -44,7 +44,7 @@ class Model(ABC):
     copied: ClassVar[str]
     """Variable that is 1 where another cell answered for this one."""
     one_component: ClassVar[bool]
-    """Whether each direction is a case of its own component of the motion, along which it falls to one side or the other."""
+    """Whether each direction has its own component of the motion, along which it falls to one side or the other."""
     twists: ClassVar[bool]
     """Whether it can turn about the vertical."""
     reads: ClassVar[tuple[str, ...]]
@@ -77,9 +77,10 @@ class Model(ABC):
         Returns
         -------
         Dataset
-            ``falls``, the probability of falling; ``direction_cosine``, ``direction_sine``, ``axis_cosine`` and ``axis_sine``,
-            expected values of cos φ, sin φ, cos 2φ and sin 2φ of the azimuth φ of the fall, 0 where nothing falls. All are
-            missing where the outcome is. ``weight`` over the direction, which sums to 1: how much each cell counts.
+            ``falls``, the probability of falling; ``direction_cosine``, ``direction_sine``, ``axis_cosine`` and
+            ``axis_sine``, expected values of cos φ, sin φ, cos 2φ and sin 2φ of the azimuth φ of the fall, 0 where
+            nothing falls. All are missing where the outcome is. ``weight`` over the direction, which sums to 1: how
+            much each cell counts.
         """
 
     @abstractmethod
@@ -89,8 +90,8 @@ class Model(ABC):
         Returns
         -------
         Dataset
-            ``falls`` (probability, missing where no member was run), ``gap`` (of it between the two scrambles), and of the
-            cells in which members ``agree`` that it falls those in which they fall ``apart``, each its own way.
+            ``falls`` (probability, missing where no member was run), ``gap`` (of it between the two scrambles), and of
+            the cells in which members ``agree`` that it falls those in which they fall ``apart``, each its own way.
         """
 
     @abstractmethod

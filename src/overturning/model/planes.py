@@ -1,8 +1,8 @@
 """A block or a scene in vertical planes: each azimuth has its own component of the motion, along which all falls go.
 
-Under the motions along φ and φ + 180° a scene that is its own mirror image is one vertical plane and one run, so shares,
-means and roses take each plane once; any other scene is a case of its own under each. The azimuths of one record are the
-same ground motion seen from many sides, not independent samples: nothing in this module gives a p-value.
+Under the motions along φ and φ + 180° a scene that is its own mirror image is one vertical plane and one run, so
+shares, means and roses take each plane once; any other scene is a case of its own under each. The azimuths of one
+record are the same ground motion seen from many sides, not independent samples: nothing in this module gives a p-value.
 """
 
 from typing import ClassVar
@@ -22,7 +22,7 @@ FALLS = ("overturned", "probability_towards", "probability_away")
 
 
 def period_of(cube: xr.Dataset | xr.DataArray) -> float:
-    """Turn of the motion after which a case of a cube is the same, degrees: 180, or 360 of a scene without mirror image."""
+    """Turn of the motion after which a case is the same, degrees: 180, or 360 of a scene without mirror image."""
     return float(cube["azimuth"].attrs.get("period", PLANE_PERIOD))
 
 
@@ -49,8 +49,8 @@ def plane_index(azimuth_deg: ArrayLike, period: float = PLANE_PERIOD) -> NDArray
 def plane_weight(plane_azimuth_deg: ArrayLike, period: float = PLANE_PERIOD) -> FloatArray:
     """Share of the half circle that each plane stands for: half the way to both neighbours (trapezoidal rule).
 
-    A regular grid gets equal weights; azimuths added between its points share the weight of their neighbourhood, so that
-    a study's extra azimuths do not count twice.
+    A regular grid gets equal weights; azimuths added between its points share the weight of their neighbourhood, so
+    that a study's extra azimuths do not count twice.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def plane_weight(plane_azimuth_deg: ArrayLike, period: float = PLANE_PERIOD) -> 
 
 
 def azimuth_weight(azimuth_deg: ArrayLike, period: float = PLANE_PERIOD) -> FloatArray:
-    """How much each azimuth of a whole circle counts: 1 on a regular grid; one added shares the part of its neighbours."""
+    """How much each azimuth of a circle counts: 1 on a regular grid; one added shares the part of its neighbours."""
     azimuth = np.asarray(azimuth_deg, dtype=np.float64)
     index = plane_index(azimuth, period)
     weight = plane_weight(azimuth[index], period) * index.size
@@ -92,7 +92,8 @@ def fall_probability(cube: xr.Dataset, *, ensemble: bool = True) -> xr.Dataset:
     Returns
     -------
     Dataset
-        ``towards``, ``away`` (float32, dimensions of ``overturned``; missing where the outcome is), as lazy as the cube.
+        ``towards``, ``away`` (float32, dimensions of ``overturned``; missing where the outcome is), as lazy as the
+        cube.
 
     Raises
     ------
@@ -156,7 +157,7 @@ class Planes(Model):
         })  # fmt: skip
 
     def outcomes(self, site: xr.Dataset, face_deg: FloatArray, cells: dict[str, NDArray[np.intp]]) -> Outcomes:
-        """As of `Model.outcomes`: a stone can fall in the planes of both its pairs of faces, and falls as `first_edge` says."""
+        """As of `Model.outcomes`: it can fall in the planes of both pairs of faces, and does as `first_edge` says."""
         faces = np.stack([face_deg, face_deg + 90])
         planes = nearest(site["azimuth"].to_numpy(), faces.ravel(), period_of(site))
         cell, turned = planes.cell.reshape(faces.shape), planes.turn_deg.reshape(faces.shape)

@@ -1,9 +1,9 @@
 """Symmetry: which cell of a grid answers for which case, and how its answer is turned.
 
-A block that is its own mirror image gives the mirrored answer under the motion along φ + 180°: both are one vertical plane,
-seen from either side. A body in space that looks the same after a turn about the vertical is the same body after it. Both
-are a turn of the case by its *period*: 180° in planes, where an answer that was turned once is mirrored, and in space the
-turn after which the body looks the same.
+A block that is its own mirror image gives the mirrored answer under the motion along φ + 180°: both are one vertical
+plane, seen from either side. A body in space that looks the same after a turn about the vertical is the same body after
+it. Both are a turn of the case by its *period*: 180° in planes, where an answer that was turned once is mirrored, and
+in space the turn after which the body looks the same.
 """
 
 from dataclasses import dataclass, replace
@@ -30,9 +30,9 @@ class Sources:
     cell : ndarray of int
         Its place among the directions of the grid.
     turn_deg : ndarray
-        A whole number of periods, degrees, by which the cell is turned clockwise to be the case that is asked for; of a body
-        that looks the same from everywhere any angle. Azimuths of its answer stay as they are, since north does not turn; a
-        side or a face that is counted from the body's own is to be counted from the turned one.
+        A whole number of periods, degrees, by which the cell is turned clockwise to be the case that is asked for; of a
+        body that looks the same from everywhere any angle. Azimuths of its answer stay as they are, since north does
+        not turn; a side or a face that is counted from the body's own is to be counted from the turned one.
     mirrored : ndarray of bool
         Whether the cell is a plane seen from behind: its fall towards the azimuth is one away from it. Never in space.
     """
@@ -64,8 +64,8 @@ def nearest(direction_deg: ArrayLike, asked_deg: ArrayLike, period_deg: float) -
     Returns
     -------
     Sources
-        Shape (m,). Of a cell and one that must be turned to be it, the former, so that nothing is taken from behind which
-        the grid holds itself.
+        Shape (m,). Of a cell and one that must be turned to be it, the former, so that nothing is taken from behind
+        which the grid holds itself.
     """
     direction, asked = np.asarray(direction_deg, np.float64), np.asarray(asked_deg, np.float64)
     if period_deg == 0.0:

@@ -77,8 +77,8 @@ class Table:
     rows : tuple of tuple of str
         Cells.
     kinds : str
-        A letter for each column: t text, w text that is wide and shares the place with other wide ones, n number, l link to the section of that anchor, c code, which may break anywhere;
-        n for the columns that have no letter.
+        A letter for each column: t text, w text that is wide and shares the place with other wide ones, n number, l
+        link to the section of that anchor, c code, which may break anywhere; n for the columns that have no letter.
     anchor : str
         Name to find it by.
     sortable : bool

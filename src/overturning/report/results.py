@@ -177,8 +177,8 @@ def _reference_cube(study: Study, variant: str, cube: "xr.Dataset") -> "xr.Datas
 def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]:
     """Open a study's folder of results: cubes, intensities, figures, surveys, convergence; `ResultError` without one.
 
-    Title, question, surveys, population and settings of the figures are those of `beside`, or of the cube's study where it
-    is not given.
+    Title, question, surveys, population and settings of the figures are those of `beside`, or of the cube's study where
+    it is not given.
     """
 
     def cube_of(name: str) -> xr.Dataset:

@@ -40,24 +40,25 @@ class Words:
 
 
 _MEANS: Final = (
-    "A direction has a head (towards 60°), an axis has none (60° and 240° are the same); a resultant of 1 means all falls "
+    "A direction has a head (towards 60°), an axis has none (60° and 240° are the same); a resultant of 1 means all "
+    "falls "
     "alike, of 0 falls to every side alike"
 )
 
 WORDS: Final[dict[type[Model], Words]] = {
     Planes: Words(
-        model="A rigid block on a base that moves with the record, computed by the distinct element method in the vertical "
-        "plane of each azimuth. Angle in the polar maps: the azimuth towards which the block falls.",
+        model="A rigid block on a base that moves with the record, computed by the distinct element method in the "
+        "vertical plane of each azimuth. Angle in the polar maps: the azimuth towards which the block falls.",
         limit="The model is plane: a real stone may stand oblique to the motion, twist, or be a stack of several.",
         copies="their mirror images",
-        rose="Azimuths towards which blocks fall that only just fall: those that overturn in at most half of the planes of "
-        "a record. More slender ones fall every way and tell nothing about direction. Each plane of motion counts once; "
-        "the area of a sector is its share.",
-        map="Angle: the azimuth towards which the block falls, north up, clockwise. Radius: slenderness B/H. {chance}The "
-        "two halves of a map mirror each other: a block that falls to one side falls away from the other.",
-        means=f"Over all cases of a record, each plane once. {_MEANS}, so no mean is given below 0.05. Easiest axis: along "
-        "it the lowest block at the highest friction overturns up to the largest B/H; easier by: that B/H over the one "
-        "of the hardest azimuth.",
+        rose="Azimuths towards which blocks fall that only just fall: those that overturn in at most half of the "
+        "planes of a record. More slender ones fall every way and tell nothing about direction. Each plane of motion "
+        "counts once; the area of a sector is its share.",
+        map="Angle: the azimuth towards which the block falls, north up, clockwise. Radius: slenderness B/H. {chance}"
+        "The two halves of a map mirror each other: a block that falls to one side falls away from the other.",
+        means=f"Over all cases of a record, each plane once. {_MEANS}, so no mean is given below 0.05. Easiest axis: "
+        "along it the lowest block at the highest friction overturns up to the largest B/H; easier by: that B/H over "
+        "the one of the hardest azimuth.",
         apart="in {} most runs fall, but not all to the same side.",
         stone_falls="falls if it falls in one of the planes of its faces",
         stone_turns="Whether stones turned about their vertical axis no plane can tell, so there is no rate of rotated "
@@ -65,12 +66,13 @@ WORDS: Final[dict[type[Model], Words]] = {
     ),
     Body: Words(
         model="A rigid convex body on a base that moves with all components of the record, computed by the distinct "
-        "element method in space: contact at vertices, friction in both directions, free to turn. Its orientation is the "
+        "element method in space: contact at vertices, friction in both directions, free to turn. Its orientation is "
+        "the "
         "azimuth that its first side faces.",
         limit="The body is one rigid stone on a level, flat base; a real one may be a stack, or stand in a socket.",
         copies="the same",
-        rose="Azimuths towards which blocks fall. Each earthquake counts once, its records alike; the area of a sector is "
-        "its mean share, the line across its rim the 95 % interval by bootstrap over earthquakes.",
+        rose="Azimuths towards which blocks fall. Each earthquake counts once, its records alike; the area of a sector "
+        "is its mean share, the line across its rim the 95 % interval by bootstrap over earthquakes.",
         map="Across: the azimuth that the first side of the block faces; up: slenderness B/H; colour and arrow: the "
         "azimuth of the fall, north up. Beside it the rose of all falls of the record.",
         means=f"Over all cases of a record. {_MEANS}.",

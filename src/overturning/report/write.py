@@ -15,8 +15,8 @@ from overturning.study.schema import Study
 def write_report(results: Path, path: Path, pdf: Path | None = None, beside: Study | None = None) -> None:
     """Write the report of a study's folder of results as a page (HTML), and as PDF, the same bytes each time.
 
-    Title, question, surveys, population and settings of the figures are those of `beside`, or of the cube's study where it is
-    not given. `ResultError` if a result is missing.
+    Title, question, surveys, population and settings of the figures are those of `beside`, or of the cube's study where
+    it is not given. `ResultError` if a result is missing.
     """
     with open_results(results, beside) as opened:
         report = build_report(opened)

@@ -1,7 +1,7 @@
 """Over earthquakes: means of their records, and intervals by bootstrap.
 
-Records of one earthquake share its source, so they are averaged first and count as one; what is drawn with replacement is
-earthquakes.
+Records of one earthquake share its source, so they are averaged first and count as one; what is drawn with replacement
+is earthquakes.
 """
 
 import math
@@ -17,8 +17,9 @@ from overturning.arrays import FloatArray
 FEWEST_EARTHQUAKES: Final = 8
 """Earthquakes below which no interval is given, nor anything said of odds.
 
-A bootstrap of few knows less than it says: of intervals for the mean of n normal values that are said to hold it in 95 % of
-samples, 88 % hold it for n = 8, 84 for 5, 81 for 4 and 73 for 3, of which the ends are the least and the largest value.
+A bootstrap of few knows less than it says: of intervals for the mean of n normal values that are said to hold it in 95
+% of samples, 88 % hold it for n = 8, 84 for 5, 81 for 4 and 73 for 3, of which the ends are the least and the largest
+value.
 """
 
 

@@ -128,10 +128,10 @@ def boundary(cube: xr.Dataset, *, crossings: int = 6, ensemble: bool = True) -> 
     -------
     Dataset
         ``crossing_b_over_h`` (…, crossing), ascending, missing where none; ``crossing_low`` and ``crossing_high``, its
-        interval between the scrambles (`crossing_bounds`; equal to it without ensemble); ``boundary`` the last crossing at which falling
-        ends; ``boundary_low`` and ``boundary_high``, the same from each scramble alone (equal to it without ensemble);
-        ``falls_beyond`` where the block still falls at the largest B/H, so that the boundary lies above the grid, and
-        ``stands_throughout`` where it never falls.
+        interval between the scrambles (`crossing_bounds`; equal to it without ensemble); ``boundary`` the last crossing
+        at which falling ends; ``boundary_low`` and ``boundary_high``, the same from each scramble alone (equal to it
+        without ensemble); ``falls_beyond`` where the block still falls at the largest B/H, so that the boundary lies
+        above the grid, and ``stands_throughout`` where it never falls.
     """
     p = fall_probability(cube, ensemble=ensemble)
     falls = p["towards"] + p["away"]
@@ -180,9 +180,9 @@ def easiest_azimuth(bounds: xr.Dataset, b_over_h: ArrayLike) -> xr.Dataset:
     Returns
     -------
     Dataset
-        ``easiest_axis`` (degrees, 0 to 180; the mean axis of the planes that tie; missing where all planes tie or nothing
-        falls), ``highest_boundary``, ``lowest_boundary`` (B/H), ``ratio`` of the two, and ``bounded``: false where one of
-        them is only a bound, so that the ratio is a lower bound.
+        ``easiest_axis`` (degrees, 0 to 180; the mean axis of the planes that tie; missing where all planes tie or
+        nothing falls), ``highest_boundary``, ``lowest_boundary`` (B/H), ``ratio`` of the two, and ``bounded``: false
+        where one of them is only a bound, so that the ratio is a lower bound.
     """
     grid = np.asarray(b_over_h, dtype=np.float64)
     period = period_of(bounds)

@@ -28,7 +28,7 @@ def each_record(cube: xr.Dataset, names: Sequence[str]) -> Iterator[xr.Dataset]:
 
 
 def by_record(function: Callable[[xr.Dataset], xr.Dataset], cube: xr.Dataset, names: Sequence[str]) -> xr.Dataset:
-    """What a function makes of each record, along the dimension of the records; without that dimension, of the whole cube.
+    """What a function makes of each record, along their dimension; without that dimension, of the whole cube.
 
     The variables of what it makes have that dimension too; those that it is given are as of `one_record`.
     """

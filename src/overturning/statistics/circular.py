@@ -125,8 +125,8 @@ def rayleigh_test(angle_deg: ArrayLike, *, axial: bool = False) -> TestResult:
 def v_test(angle_deg: ArrayLike, expected_deg: float, *, axial: bool = False) -> TestResult:
     """V test of uniformity against a preferred direction or axis that was stated beforehand, with statistic u.
 
-    u = n R̄ cos(mean − expected) √(2/n), normal (one-sided) for large n (Zar 2010, eqs 27.5 and 27.6; Mardia & Jupp 2000,
-    eq. 6.3.4).
+    u = n R̄ cos(mean − expected) √(2/n), normal (one-sided) for large n (Zar 2010, eqs 27.5 and 27.6; Mardia & Jupp
+    2000, eq. 6.3.4).
 
     Parameters
     ----------
@@ -149,8 +149,8 @@ def v_test(angle_deg: ArrayLike, expected_deg: float, *, axial: bool = False) ->
 def watson_u2_test(uniform: ArrayLike) -> TestResult:
     """Watson's U² test of fit on the circle, with U² (not modified) as statistic.
 
-    U² = Σ (u_i − ū − (2i − 1)/2n + 1/2)² + 1/12n on the ordered u_i (Watson 1961, Biometrika 48); Stephens' (1970, JRSS B 32)
-    U²* = (U² − 0.1/n + 0.1/n²)(1 + 0.8/n) has p = 2 Σ (−1)^(m−1) exp(−2 m² π² U²*) for all n.
+    U² = Σ (u_i − ū − (2i − 1)/2n + 1/2)² + 1/12n on the ordered u_i (Watson 1961, Biometrika 48); Stephens' (1970, JRSS
+    B 32) U²* = (U² − 0.1/n + 0.1/n²)(1 + 0.8/n) has p = 2 Σ (−1)^(m−1) exp(−2 m² π² U²*) for all n.
 
     Parameters
     ----------

@@ -92,8 +92,8 @@ def criteria_scores(
     Parameters
     ----------
     cube, intensity : Dataset
-        As in `overturning_rows`: every plane of every record with its own PGA and PGV. The cells' own outcomes count, not
-        the ensemble's probabilities.
+        As in `overturning_rows`: every plane of every record with its own PGA and PGV. The cells' own outcomes count,
+        not the ensemble's probabilities.
     draws, seed : int
         Of the bootstrap.
     """

@@ -95,7 +95,7 @@ def fall_axis(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = Tr
     Returns
     -------
     Dataset
-        ``mean_axis`` (degrees, 0 to 180; missing where nothing fell or all planes overturn alike) and ``axis_resultant``
-        (0 to 1, of doubled angles; missing where nothing fell).
+        ``mean_axis`` (degrees, 0 to 180; missing where nothing fell or all planes overturn alike) and
+        ``axis_resultant`` (0 to 1, of doubled angles; missing where nothing fell).
     """
     return _mean(fall_vectors(cube, over=over, ensemble=ensemble), "axis", 180.0, "doubled fall axes")

@@ -1,7 +1,7 @@
 """Over earthquakes: the fall axis relative to the fault normal, one vector per earthquake.
 
-Records of one earthquake share its source, so they are averaged first and count as one. Which of the two directions of a
-fault normal is called positive is arbitrary; only axes are compared.
+Records of one earthquake share its source, so they are averaged first and count as one. Which of the two directions of
+a fault normal is called positive is arbitrary; only axes are compared.
 """
 
 import math
@@ -187,7 +187,8 @@ def summarise_axes(axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000
 class AlignmentDifference:
     """Alignment (mean cos 2Δ) of one set of earthquakes minus that of another; NaN where one has no falls.
 
-    The bootstrap percentile interval resamples the earthquakes together; ``n_first`` and ``n_second`` are those with falls.
+    The bootstrap percentile interval resamples the earthquakes together; ``n_first`` and ``n_second`` are those with
+    falls.
     """
 
     difference: float

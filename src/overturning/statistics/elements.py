@@ -1,4 +1,4 @@
-"""How often anything of a scene falls, and each of its elements, which falls first, and how one stone's falls compare with another's."""
+"""How often each element of a scene falls, and any; which falls first; how one stone's falls compare with another's."""
 
 import math
 from dataclasses import dataclass
@@ -14,8 +14,9 @@ from overturning.statistics.by_record import each_record
 class ElementFalls:
     """Falls of one element, or stone, over the ``cases`` whose outcome is known.
 
-    It ``falls`` to either side in so many, ``first`` in those in which it falls before every other element of its scene or
-    alone; ``share`` is falls/cases, ``median_time`` (s) the median of when it falls. Both are NaN where there is none.
+    It ``falls`` to either side in so many, ``first`` in those in which it falls before every other element of its scene
+    or alone; ``share`` is falls/cases, ``median_time`` (s) the median of when it falls. Both are NaN where there is
+    none.
     """
 
     name: str
@@ -51,9 +52,10 @@ ANYTHING = "any element"
 
 
 def falls_by_element(cube: xr.Dataset) -> list[ElementFalls]:
-    """Falls of each element of a cube, in the scene's order, and of several last of `ANYTHING`; else of the one "block".
+    """Falls of each element of a cube, in order, and of several last of `ANYTHING`; else of the one "block".
 
-    The cube is read one record at a time; of the times of falls all are kept, since medians need them: four bytes for each.
+    The cube is read one record at a time; of the times of falls all are kept, since medians need them: four bytes for
+    each.
     """
     if "element" not in cube.dims:
         cube = cube.drop_vars("element", errors="ignore").expand_dims(element=["block"])

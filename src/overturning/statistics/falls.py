@@ -13,9 +13,9 @@ from overturning.study.ensemble import ENSEMBLE_VARIABLES
 def whole_circle(cube: xr.Dataset) -> xr.Dataset:
     """A cube of planes, or what was made of it, with the opposites of all its azimuths, ascending.
 
-    Motions along φ and φ + 180° are one plane and one outcome. Where the cube holds one of them, the other is that one seen
-    from behind; where it holds both, both stay as they are. Of a scene that is not its own mirror image, where they are two
-    cases, the cube stays as it is. Lazy where the cube is.
+    Motions along φ and φ + 180° are one plane and one outcome. Where the cube holds one of them, the other is that one
+    seen from behind; where it holds both, both stay as they are. Of a scene that is not its own mirror image, where
+    they are two cases, the cube stays as it is. Lazy where the cube is.
     """
     if period_of(cube) != PLANE_PERIOD:
         return cube
@@ -39,8 +39,8 @@ def whole_circle(cube: xr.Dataset) -> xr.Dataset:
 def falls_towards(cube: xr.Dataset) -> xr.DataArray:
     """Whether the block falls towards an azimuth.
 
-    A block that falls towards −1 at φ falls towards φ + 180°. So each fall stands exactly once in the result, at the azimuth
-    it goes to, whether the cube holds one or both azimuths of its plane.
+    A block that falls towards −1 at φ falls towards φ + 180°. So each fall stands exactly once in the result, at the
+    azimuth it goes to, whether the cube holds one or both azimuths of its plane.
 
     Parameters
     ----------
@@ -51,8 +51,8 @@ def falls_towards(cube: xr.Dataset) -> xr.DataArray:
     -------
     xarray.DataArray
         Number of falls towards the azimuth: 1 where the block falls to it, 0 where it does not (it stands, or falls the
-        other way), NaN where the outcome is missing. Of a scene that is not its own mirror image the falls of two cases go
-        to an azimuth, its own and that of the opposite one. Azimuths as of `whole_circle`, and of such a scene the
+        other way), NaN where the outcome is missing. Of a scene that is not its own mirror image the falls of two cases
+        go to an azimuth, its own and that of the opposite one. Azimuths as of `whole_circle`, and of such a scene the
         opposites beside them; lazy where the cube is.
     """
     flags = whole_circle(cube[["overturned"]])["overturned"]
@@ -77,8 +77,9 @@ def overturns(cube: xr.Dataset) -> xr.DataArray:
 def near_boundary(cube: xr.Dataset) -> xr.DataArray:
     """Blocks that only just fall under a record: that overturn in some of its planes, and in at most half of them.
 
-    More slender ones fall in nearly every plane, to whichever side, and hide the direction that these show. True or False
-    over the dimensions of ``overturned`` without ``azimuth``; each plane counts once, none whose outcome is missing.
+    More slender ones fall in nearly every plane, to whichever side, and hide the direction that these show. True or
+    False over the dimensions of ``overturned`` without ``azimuth``; each plane counts once, none whose outcome is
+    missing.
     """
     share = overturns(cube).isel(azimuth=model_of(cube).representative(cube)).mean("azimuth").compute()
     return (share > 0) & (share <= 0.5)

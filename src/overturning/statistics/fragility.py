@@ -104,7 +104,7 @@ def fragility(
     draws: int = 100,
     seed: int = 1,
 ) -> Fragility:
-    """Fragility curve of a class of stones with the interval of its median; arrays of shape (n,), measure and its unit."""
+    """Fragility curve of a class of stones with the interval of its median; arrays have shape (n,)."""
     known = np.isfinite(share) & (intensity > 0)
     intensity, share, event = intensity[known], share[known], event[known]
     median, spread = lognormal_fit(intensity, share)
@@ -134,7 +134,8 @@ def write_fragility_csv(curves: Sequence[Fragility], path: Path) -> None:
 def write_openquake(curves: Sequence[Fragility], path: Path, identifier: str) -> None:
     """Write the curves of one measure as an OpenQuake fragility model (NRML 0.5, discrete functions).
 
-    The limit state is ``fallen``; curves that do not exist are left out. PGA is in g and PGV in cm/s, as OpenQuake has it.
+    The limit state is ``fallen``; curves that do not exist are left out. PGA is in g and PGV in cm/s, as OpenQuake has
+    it.
 
     Raises
     ------

@@ -27,7 +27,7 @@ CORNER_DEG: Final = 10.0
 
 
 class IllustrativeCase(NamedTuple):
-    """One case, or a few side by side: what it shows and by which rule it was chosen, record (place in the cube) and block."""
+    """One case, or a few side by side: what it shows, by which rule, of which record (place in the cube) and block."""
 
     title: str
     rule: str
@@ -129,8 +129,10 @@ def _turned(one: xr.Dataset) -> Candidate | None:
 RULES: Final = (
     Rule(
         "Falls normal to the fault, stands along it",
-        "the broadest block of any record that falls in the plane nearest to the fault normal and rocks but stands in the "
-        "one nearest to the fault (of several the first record, with the highest friction; where none rocks there, one that "
+        "the broadest block of any record that falls in the plane nearest to the fault normal and rocks but stands in "
+        "the "
+        "one nearest to the fault (of several the first record, with the highest friction; where none rocks there, one "
+        "that "
         "only stands)",
         _normal_against_parallel,
         ("peak_rotation",),
@@ -171,7 +173,7 @@ RULES: Final = (
 
 
 def illustrative_cases(cube: xr.Dataset) -> list[IllustrativeCase]:
-    """The illustrative cases of a study, read one record at a time: at most one of each of `RULES`, of equals the first."""
+    """The illustrative cases of a study, at most one of each of `RULES`, of equals the first; read record by record."""
     model, cells = model_of(cube), model_of(cube).representative(cube)
     rules = [rule for rule in RULES if all(name in cube for name in rule.needs)]
     names = ["overturned", *{name for rule in rules for name in rule.needs}]

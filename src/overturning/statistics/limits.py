@@ -1,7 +1,7 @@
 """The field's overturning criteria: limits of peak acceleration and velocity, as functions of a block's size and shape.
 
-Every limit is given as a peak ground acceleration that a block survives, some of them for a motion of given PGV/PGA. How
-each formula was checked stands with it; where its source could not be read, that is said.
+Every limit is given as a peak ground acceleration that a block survives, some of them for a motion of given PGV/PGA.
+How each formula was checked stands with it; where its source could not be read, that is said.
 """
 
 from collections.abc import Callable
@@ -39,7 +39,8 @@ def ishiyama_velocity(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
     """Peak ground velocity, m/s, below which a block of height H, m, that rocks does not overturn.
 
     v = 0.4 √(8 g R/3 · (1 − cos α)/cos² α), R half the diagonal, tan α = B/H (Ishiyama 1982, Earthquake Engineering and
-    Structural Dynamics 10); about 10 B/√H in cm and cm/s for slender blocks. `ArgumentError` if H or B/H is not positive.
+    Structural Dynamics 10); about 10 B/√H in cm and cm/s for slender blocks. `ArgumentError` if H or B/H is not
+    positive.
     """
     tall, slenderness = _positive("height", height), _positive("b_over_h", b_over_h)
     alpha = np.arctan(slenderness)
@@ -66,9 +67,9 @@ def kaneko_hayashi_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over
     """PGA, m/s², at which half of the blocks of height H, m, overturn, for a motion of given PGV/PGA, s.
 
     A₅₀ = g B/H (1 + B/H) up to the frequency F_b, 10 B/√H (1 + B/H)^2.5 · 2π F above, in cm, cm/s² and Hz, with the
-    motion's frequency F = PGA/(2π PGV) (Kaneko & Hayashi 2000, Journal of Structural and Construction Engineering, AIJ, 536).
-    The paper could not be read; the branches meet at F_b to 0.05 % (10 · 15.6 · 2π = 980.2 cm/s², which is g), so each
-    coefficient is confirmed by the others.
+    motion's frequency F = PGA/(2π PGV) (Kaneko & Hayashi 2000, Journal of Structural and Construction Engineering, AIJ,
+    536). The paper could not be read; the branches meet at F_b to 0.05 % (10 · 15.6 · 2π = 980.2 cm/s², which is g), so
+    each coefficient is confirmed by the others.
 
     Raises
     ------
@@ -106,9 +107,9 @@ def _pulse_frequency_ratio(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga:
 def pulse_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
     """PGA, m/s², at which a block overturns under a one-sine pulse of given PGV/PGA, s, after one impact.
 
-    a = g B/H (1 + ω/6p), ω = 2 PGA/PGV the pulse's frequency (Makris & Roussos 2000, Géotechnique 50, for near-source pulses).
-    The paper could not be read; against the rocking block the formula is 0 to 11 % high for ω/p of 1 to 4 and B/H = 0.1,
-    and far too low beyond ω/p = 5. `ArgumentError` if an argument is not positive.
+    a = g B/H (1 + ω/6p), ω = 2 PGA/PGV the pulse's frequency (Makris & Roussos 2000, Géotechnique 50, for near-source
+    pulses). The paper could not be read; against the rocking block the formula is 0 to 11 % high for ω/p of 1 to 4 and
+    B/H = 0.1, and far too low beyond ω/p = 5. `ArgumentError` if an argument is not positive.
     """
     ratio = _pulse_frequency_ratio(height, b_over_h, pgv_over_pga)
     return west_acceleration(b_over_h) * (1 + ratio / 6)
@@ -117,9 +118,10 @@ def pulse_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: Arr
 def direct_pulse_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
     """PGA, m/s², at which a block overturns under a one-sine pulse of given PGV/PGA, s, without any impact.
 
-    a = A g B/H with √(A² − 1) − A exp(−(2π − arcsin 1/A) p/ω) = ω/p: the slender block, linear, ends the pulse exactly at
-    the top (the mode without impact of Zhang & Makris 2001, Journal of Engineering Mechanics 127; in closed form as in
-    Dimitrakopoulos & DeJong 2012, Proceedings of the Royal Society A 468). `ArgumentError` if an argument is not positive.
+    a = A g B/H with √(A² − 1) − A exp(−(2π − arcsin 1/A) p/ω) = ω/p: the slender block, linear, ends the pulse exactly
+    at the top (the mode without impact of Zhang & Makris 2001, Journal of Engineering Mechanics 127; in closed form as
+    in Dimitrakopoulos & DeJong 2012, Proceedings of the Royal Society A 468). `ArgumentError` if an argument is not
+    positive.
     """
     ratio = _pulse_frequency_ratio(height, b_over_h, pgv_over_pga)
 

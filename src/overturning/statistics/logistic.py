@@ -72,16 +72,18 @@ def logistic_fit(
 ) -> LogisticFit:
     """Maximum-likelihood logistic regression with cluster-robust covariance.
 
-    Newton's method (McCullagh & Nelder 1989, Generalized Linear Models, section 4.4). Covariance G/(G − 1) H⁻¹ (Σ_g s_g s_gᵀ)
-    H⁻¹ with H the information and s_g the score of cluster g (Liang & Zeger 1986, Biometrika 73); intervals from Student's t
-    with G − 1 degrees of freedom (Cameron & Miller 2015, Journal of Human Resources 50), which few clusters need.
+    Newton's method (McCullagh & Nelder 1989, Generalized Linear Models, section 4.4). Covariance G/(G − 1) H⁻¹ (Σ_g s_g
+    s_gᵀ) H⁻¹ with H the information and s_g the score of cluster g (Liang & Zeger 1986, Biometrika 73); intervals from
+    Student's t with G − 1 degrees of freedom (Cameron & Miller 2015, Journal of Human Resources 50), which few clusters
+    need.
 
     Parameters
     ----------
     predictors, names : array_like, shape (n, k), sequence of str
         Without intercept; what they are called.
     outcome, weight, cluster, level : array_like, shape (n,), float
-        0 and 1, or a share between; weight of each row, 1 where not given; which rows belong together; of the intervals.
+        0 and 1, or a share between; weight of each row, 1 where not given; which rows belong together; of the
+        intervals.
 
     Returns
     -------
@@ -192,8 +194,8 @@ def overturning_rows(
     predictors : ndarray, shape (n, 4)
         As `PREDICTORS`.
     outcome, event, weight : ndarray, shape (n,)
-        No predictor depends on friction, so that a mean over it, weighted by how much of it is known, is the same to a fit.
-        Events are numbers, in the order of their names; weights average 1.
+        No predictor depends on friction, so that a mean over it, weighted by how much of it is known, is the same to a
+        fit. Events are numbers, in the order of their names; weights average 1.
 
     Raises
     ------

@@ -87,9 +87,10 @@ def rose_of(
 def study_roses(cube: xr.Dataset) -> dict[str, tuple[Rose, Rose | None]]:
     """Roses by group of records: from north, and from the fault normal, None where no record's is known.
 
-    Where each direction has its own component of the motion they are of the falls that tell most about direction: those of
-    blocks near the boundary (`near_boundary`), or all where there is none. Each plane counts once, and azimuths added to
-    the grid share the weight of their neighbourhood. Otherwise they are means over earthquakes, as of `rose_of`.
+    Where each direction has its own component of the motion they are of the falls that tell most about direction: those
+    of blocks near the boundary (`near_boundary`), or all where there is none. Each plane counts once, and azimuths
+    added to the grid share the weight of their neighbourhood. Otherwise they are means over earthquakes, as of
+    `rose_of`.
     """
     groups, known = record_groups(cube), np.isfinite(cube["fault_normal"].to_numpy())
     of = _counted_roses(cube) if model_of(cube).one_component else _roses_over_earthquakes(cube)

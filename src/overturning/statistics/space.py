@@ -45,8 +45,8 @@ def alignment(sums: xr.Dataset, azimuth_deg: FloatArray, *, axial: bool, part: s
     Returns
     -------
     ndarray, shape (records,)
-        1 where all falls go along the reference, 0 where they do not heed it, −1 where they go across it (of an axis) or
-        against it (of a direction); NaN where nothing falls.
+        1 where all falls go along the reference, 0 where they do not heed it, −1 where they go across it (of an axis)
+        or against it (of a direction); NaN where nothing falls.
     """
     kind, turn = ("axis", np.radians(2.0 * azimuth_deg)) if axial else ("direction", np.radians(azimuth_deg))
     falls, cosine, sine = (
@@ -73,8 +73,8 @@ def followed(
     Returns
     -------
     dict
-        By group of records, then by name and whether it is taken as an axis (all are; those with a head as directions too):
-        `Mean` of the mean cos 2Δ, or cos Δ, of the falls of each record, one for each part.
+        By group of records, then by name and whether it is taken as an axis (all are; those with a head as directions
+        too): `Mean` of the mean cos 2Δ, or cos Δ, of the falls of each record, one for each part.
     """
     sums = sums_by_slenderness(cube)
     events, groups = cube["event"].to_numpy().astype(str), record_groups(cube)

@@ -92,8 +92,8 @@ def compare_survey(
     cube, background
         As in `SitePrediction`.
     draws, seed : int
-        For the p-value of the likelihood ratio (a parametric bootstrap under "any way": Davison & Hinkley 1997, Bootstrap
-        Methods and their Application, section 4.2).
+        For the p-value of the likelihood ratio (a parametric bootstrap under "any way": Davison & Hinkley 1997,
+        Bootstrap Methods and their Application, section 4.2).
 
     Raises
     ------
@@ -174,7 +174,7 @@ def _confusion(site: SitePrediction, stones: Sequence[Stone]) -> NDArray[np.int6
 
 
 def _distribution(site: SitePrediction, density: FloatArray, azimuth_deg: float) -> float:
-    """Distribution function of the predicted fall azimuth, the density even within each sector, from the first border."""
+    """Distribution function of the predicted fall azimuth, even within each sector, from the first border."""
     edges = np.concatenate([[0.0], np.cumsum(site.share * 360)])
     below = np.concatenate([[0.0], np.cumsum(density)])
     return float(min(1.0, np.interp((azimuth_deg - site.start) % 360, edges, below)))

@@ -1,4 +1,4 @@
-"""The motions that a survey is asked about: records that come with the package, synthetic pulses, the user's own records."""
+"""The motions that a survey is asked about: records of the package, synthetic pulses, the user's own records."""
 
 import hashlib
 import re

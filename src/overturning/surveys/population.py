@@ -1,4 +1,4 @@
-"""Fall rates of a cemetery: stones drawn from a population, each doing what the cell of a cube does that is most like it."""
+"""Fall rates of a cemetery: stones drawn from a population, each doing what the cell most like it does."""
 
 from dataclasses import dataclass
 
@@ -27,7 +27,8 @@ class Stones:
     face : ndarray
         Azimuth that the front looks to, degrees.
     lot : ndarray, shape (3, n)
-        In 0 to 1, for height, B/H and friction: decides between the two values of a cube's grid that a stone lies between.
+        In 0 to 1, for height, B/H and friction: decides between the two values of a cube's grid that a stone lies
+        between.
     """
 
     height: FloatArray
@@ -87,7 +88,8 @@ def stone_outcomes(site: xr.Dataset, stones: Stones) -> Outcomes:
 def _cells(site: xr.Dataset, stones: Stones) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
     """Places of the stones along height, B/H and friction.
 
-    Below µ = B/H a block slides rather than rocks: of two frictions the one on the stone's own side of it, where there is one.
+    Below µ = B/H a block slides rather than rocks: of two frictions the one on the stone's own side of it, where there
+    is one.
     """
     height, shape, friction = (
         grid_places(site[name].to_numpy(), getattr(stones, name), lot)
@@ -107,10 +109,11 @@ def rates(found: Outcomes, population: Population) -> dict[str, FloatArray]:
     Returns
     -------
     dict of ndarray
-        ``fall_rate``, ``shift_rate``, ``rotation_rate`` (NaN where the model cannot turn), ``unknown``, shape (a,); their 95 % intervals
-        by Wilson for a cemetery of as many stones, ``fall_interval`` and so on, shape (a, 2); ``fall_octant``, shape
-        (a, 8), the share that fell towards each compass octant, with ``octant_interval``, shape (a, 8, 2); and
-        ``fall_axis`` with ``fall_resultant``, the axis of the falls, degrees, and its mean resultant length, shape (a,).
+        ``fall_rate``, ``shift_rate``, ``rotation_rate`` (NaN where the model cannot turn), ``unknown``, shape (a,);
+        their 95 % intervals by Wilson for a cemetery of as many stones, ``fall_interval`` and so on, shape (a, 2);
+        ``fall_octant``, shape (a, 8), the share that fell towards each compass octant, with ``octant_interval``, shape
+        (a, 8, 2); and ``fall_axis`` with ``fall_resultant``, the axis of the falls, degrees, and its mean resultant
+        length, shape (a,).
     """
     stands = found.known & ~found.fell
     count = found.known.sum(axis=1)

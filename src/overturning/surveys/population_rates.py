@@ -56,9 +56,9 @@ def population_rates(cube: xr.Dataset, population: Population) -> xr.Dataset:
     Returns
     -------
     Dataset
-        Over ``record`` and ``amplitude``, what `rates` finds, and ``class_rate(…, stones)`` for quarters of the population
-        by B/H and size, whose bounds its coordinate tells. The attribute ``outside`` is the share of stones beyond the
-        cube's grid, which take its nearest value.
+        Over ``record`` and ``amplitude``, what `rates` finds, and ``class_rate(…, stones)`` for quarters of the
+        population by B/H and size, whose bounds its coordinate tells. The attribute ``outside`` is the share of stones
+        beyond the cube's grid, which take its nearest value.
     """
     stones = draw_stones(population)
     classes, reads = stone_classes(stones), model_of(cube).reads_outcomes

@@ -18,8 +18,8 @@ SIDES = ("stood", "forwards", "to its right", "backwards", "to its left")
 """Outcomes of a stone whose face is known: towards the face's azimuth, then clockwise by 90° each."""
 
 BACKGROUND = 0.05
-"""Share of stones taken to fall any way (pushed by a neighbour, on a bad footing): without it a single stone in a direction
-of probability zero would rule the model out for ever."""
+"""Share of stones taken to fall any way (pushed by a neighbour, on a bad footing): without it a single stone in a
+direction of probability zero would rule the model out for ever."""
 
 
 class SitePrediction:
@@ -66,7 +66,7 @@ class SitePrediction:
         self.start = float((self.azimuth[0] + self.azimuth[-1] - 360) / 2)
 
     def _at(self, azimuth_deg: float, b_over_h: float) -> tuple[FloatArray, FloatArray]:
-        """Probability of falling towards an azimuth, interpolated, and time of the fall in the nearest cell, by block."""
+        """Interpolated probability of falling towards an azimuth, and the nearest cell's time of the fall, by block."""
         place = np.interp(b_over_h, self.b_over_h, np.arange(self.b_over_h.size))
         low = int(place)
         high = min(low + 1, self.b_over_h.size - 1)
@@ -81,7 +81,8 @@ class SitePrediction:
     def density(self, b_over_h: float = math.nan) -> FloatArray:
         """Probability of each azimuth's sector, given that a stone of unknown orientation fell; sums to 1.
 
-        Stones are taken to be turned every way alike; without ``b_over_h`` all slendernesses of the cube count the same.
+        Stones are taken to be turned every way alike; without ``b_over_h`` all slendernesses of the cube count the
+        same.
         """
         if math.isnan(b_over_h):
             values = self.towards.mean(axis=1)
@@ -95,8 +96,8 @@ class SitePrediction:
     def sides(self, stone: Stone) -> FloatArray:
         """Probabilities of `SIDES` for a stone whose face azimuth and B/H are known; they sum to 1.
 
-        A rectangular stone falls over one of its edges: the two planes through its faces' normals are computed each with
-        its own B/H, for each height and friction of the cube on its own. They are taken as independent within the
+        A rectangular stone falls over one of its edges: the two planes through its faces' normals are computed each
+        with its own B/H, for each height and friction of the cube on its own. They are taken as independent within the
         ensemble's neighbourhood; where the stone would fall in both, `edge_chances` says over which edge. Rolling on a
         corner, which only a model in space shows (Contento, Zulli & Di Egidio 2013, doi 10.5772/54863), is left out.
         """

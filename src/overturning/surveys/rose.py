@@ -10,7 +10,7 @@ from overturning.surveys.comparison import SurveyComparison
 
 
 def _draw_survey(axes: Any, comparison: SurveyComparison) -> None:
-    """Draw stones per octant as sectors, and the expected ones as an outline; the radius is the square root of the count."""
+    """Draw stones per octant as sectors, and the expected ones as an outline; the radius is the root of the count."""
     compass(axes)
     width = np.pi / 4
     centres = np.arange(8) * width

@@ -34,7 +34,7 @@ class Stone:
     b_over_h : float
         Width over height in the plane through the normal of the face; NaN where not given.
     b_over_h_side : float
-        The same in the plane at right angles; NaN where not given (a square plan is assumed then).
+        The same in the plane at right angles; NaN where not given (a square footprint is assumed then).
     face_azimuth_deg : float
         Direction that the front face looks to, degrees clockwise from true north; NaN where not given.
     height : float
@@ -58,7 +58,7 @@ class Stone:
 
     @property
     def slenderness(self) -> tuple[float, float]:
-        """B/H in the plane of the face's normal and in that at right angles; where one is not given the plan is square."""
+        """B/H in the plane of the face's normal and at right angles; where one is not given the footprint is square."""
         front, side = self.b_over_h, self.b_over_h_side
         return (side if math.isnan(front) else front), (front if math.isnan(side) else side)
 

@@ -31,8 +31,10 @@ def answer(results: Results) -> Section:
         figure = Figure(
             results.figures / "axes.svg",
             "fall axis of each earthquake relative to its fault normal",
-            "Fall axis of each earthquake relative to its fault normal, over all blocks of the study; the point grows with "
-            "how strongly the axes agree. Below, the mean over earthquakes with its bootstrap interval. Which side of the "
+            "Fall axis of each earthquake relative to its fault normal, over all blocks of the study; the point grows "
+            "with "
+            "how strongly the axes agree. Below, the mean over earthquakes with its bootstrap interval. Which side of "
+            "the "
             "fault normal counts as positive is arbitrary, so only axes are compared.",
             width=0.82,
         )
@@ -44,7 +46,7 @@ def answer(results: Results) -> Section:
 
 
 def scene_sentences(results: Results) -> tuple[str, ...]:
-    """In how many cases anything of a scene of several elements falls, and which; of what the rest of the answer speaks."""
+    """In how many cases anything of a scene of several elements falls, which, and of which one the rest speaks."""
     if not results.elements:
         return ()
     *each, anything = results.elements
@@ -53,7 +55,8 @@ def scene_sentences(results: Results) -> tuple[str, ...]:
     shares = ", ".join(f"the {one.name} in {percent(one.share)}" for one in each)
     shown = scene_of(results.study).shown_name
     return (
-        f"In {percent(anything.share)} of the cases something falls: {shares}. “Blocks” are the {shown} in what follows.",
+        f"In {percent(anything.share)} of the cases something falls: {shares}. “Blocks” are the {shown} in what "
+        "follows.",
     )
 
 
@@ -169,7 +172,8 @@ def _directions_in_words(results: Results) -> list[str]:
     if many or results.faults_known or not results.fallen > 0 or results.one_axis:
         return []
     return [
-        f"{name.station}: mean fall direction {direction} (resultant {one}), mean fall axis {axis} (resultant {other}), over "
+        f"{name.station}: mean fall direction {direction} (resultant {one}), mean fall axis {axis} (resultant "
+        f"{other}), over "
         "all blocks, each plane once; a resultant near 0 means falls to nearly every side."
         for name, (direction, one, axis, other, *_) in zip(results.names, record_directions(results.cube), strict=True)
         if direction != "–" or axis != "–"
@@ -181,7 +185,8 @@ def _counted(results: Results) -> str:
     records, with_vertical = len(results.names), results.with_vertical
     names = "".join(f" {said}." for said in earthquakes_said(results.cube))
     text = (
-        f"{counted(records, 'record')} of {counted(results.earthquake_count, 'earthquake')}.{names} Records of one earthquake are not "
+        f"{counted(records, 'record')} of {counted(results.earthquake_count, 'earthquake')}.{names} Records of one "
+        "earthquake are not "
         f"independent, so earthquakes are counted, not records; {results.model.direction}s of one "
         "record are the same motion seen from many sides, so they are no samples at all."
     )

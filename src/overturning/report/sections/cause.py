@@ -22,7 +22,8 @@ def cause(results: Results) -> Section | None:
         return None
     fit = overturning_fit(results.cube, results.intensity)
     caption = (
-        "Each point is one plane of one record. Lines: the field's criteria, by which a block falls to the right of them, and "
+        "Each point is one plane of one record. Lines: the field's criteria, by which a block falls to the right of "
+        "them, and "
         "the fit to this study."
     )
     blocks: list[Block] = [
@@ -64,5 +65,8 @@ def doubling_sentence(fit: LogisticFit) -> str:
     told = f"The odds of a fall are multiplied {'; '.join(parts)}." if parts else ""
     if not untold:
         return told
-    unknown = f"{counted(fit.clusters, 'earthquake')} cannot tell by how much the odds of a fall grow where {' or '.join(untold)} doubles."
+    unknown = (
+        f"{counted(fit.clusters, 'earthquake')} cannot tell by how much the odds of a fall grow where "
+        f"{' or '.join(untold)} doubles."
+    )
     return f"{told} {unknown}".strip()

@@ -10,16 +10,19 @@ from overturning.statistics.limits import CRITERIA
 
 
 def criteria(results: Results) -> Section | None:
-    """Hits and misses of each criterion, over all blocks and by size and shape; none where no outcome is known, or cases have no azimuth."""
+    """Hits and misses of each criterion, over all and by block; none where outcomes or azimuths are not known."""
     if not results.model.one_component:
         return None
     found = criteria_scores(results.cube, results.intensity)
     if found is None:
         return None
     about = Note(
-        "Each plane of every record with its own PGA and PGV, all frictions together, the cells' own outcomes. Hits: falls "
-        "that were foretold, of all falls. False alarms: stands for which a fall was foretold, of all stands. Skill: hits "
-        "less false alarms, 1 perfect, 0 a guess; its 95 % interval by bootstrap over earthquakes. The criteria were made "
+        "Each plane of every record with its own PGA and PGV, all frictions together, the cells' own outcomes. Hits: "
+        "falls "
+        "that were foretold, of all falls. False alarms: stands for which a fall was foretold, of all stands. Skill: "
+        "hits "
+        "less false alarms, 1 perfect, 0 a guess; its 95 % interval by bootstrap over earthquakes. The criteria were "
+        "made "
         "for the ground's peak values, not for those of a plane."
     )
     blocks: list[Block] = [
@@ -41,7 +44,8 @@ def _sentence(found: CriteriaScores) -> str:
         f"{one.name} foretells {percent(score.hit_rate)} of the falls at {percent(score.false_alarm_rate)} false alarms"
         for one, score in zip(CRITERIA, found.overall, strict=True)
     ]
-    return f"Of the field's criteria {CRITERIA[best].name} has the most skill here ({number(skills[best])}). {'; '.join(parts)}."
+    head = f"Of the field's criteria {CRITERIA[best].name} has the most skill here ({number(skills[best])})."
+    return f"{head} {'; '.join(parts)}."
 
 
 def _summary(found: CriteriaScores) -> Table:

@@ -33,13 +33,15 @@ def ensemble(results: Results) -> Section | None:
             until = f" (on average {mean}; no more once the 95 % intervals of its probabilities are narrow enough)"
         apart = WORDS[type(model)].apart.format(percent(float(sums["apart"]) / agree if agree else float("nan"), 1))
         text = (
-            f"Each cell near a change of flag ({percent(count / int(sums['cells']))} of all) was run {times} more times with "
+            f"Each cell near a change of flag ({percent(count / int(sums['cells']))} of all) was run {times} more "
+            "times with "
             f"slightly different amplitude, shape, friction, damping and {model.direction}{until}. In "
             f"{percent(divided / count, 1)} of them some runs fall and others stand; {apart}"
         )
         if divided:
             gap = float(sums["gap"]) / divided
-            text += f" Where runs are divided, the two halves of the ensemble differ by {number(gap)} in probability on average."
+            text += f" Where runs are divided, the two halves of the ensemble differ by {number(gap)} in probability"
+            text += " on average."
         text += " This is the spread over the neighbourhood stated in the study, not a probability of what happened."
     return Section("Uncertainty", (Paragraph(text),), anchor="uncertainty")
 

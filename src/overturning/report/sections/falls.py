@@ -35,8 +35,10 @@ def falls(results: Results) -> Section | None:
 
 _ABOUT_AXES = (
     "Fall axis of each earthquake relative to its fault normal, over all blocks. Alignment is the mean of cos 2Δ over "
-    "earthquakes, Δ the angle between fall axis and fault normal: 1 normal to the fault, −1 along it, 0 neither. Intervals: "
-    "95 %, bootstrap over earthquakes. Rayleigh: any preferred axis; V: the fault normal, stated beforehand; both on doubled "
+    "earthquakes, Δ the angle between fall axis and fault normal: 1 normal to the fault, −1 along it, 0 neither. "
+    "Intervals: "
+    "95 %, bootstrap over earthquakes. Rayleigh: any preferred axis; V: the fault normal, stated beforehand; both on "
+    "doubled "
     "angles."
 )
 

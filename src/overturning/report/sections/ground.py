@@ -111,11 +111,17 @@ def _converged(results: Results, names: list[str]) -> str:
 
 
 def _limits(results: Results, names: list[str]) -> str:
-    rates = " PGA is that of the larger of north and east. Axes are compared where 5 % of the stones or more fall on both grounds."
+    rates = (
+        " PGA is that of the larger of north and east. Axes are compared where 5 % of the stones or more fall on both "
+        "grounds."
+    )
     vertical = " The vertical motion is that of the record." if results.with_vertical else ""
     over = {site.rock.velocity_m_s for name in names if (site := site_of(results.study, name)) is not None}
     return (
-        f"The records are taken for rock, over which the soil lies (half-space of {' and '.join(f'{v:g}' for v in sorted(over))} m/s); "
-        "some of them were taken on soil themselves, so this is what a layer changes and not what happened there. Strong motion "
-        f"on soft clay takes an equivalent-linear computation to strains where it is no longer trusted.{vertical}{rates}"
+        "The records are taken for rock, over which the soil lies (half-space of "
+        f"{' and '.join(f'{v:g}' for v in sorted(over))} m/s); "
+        "some of them were taken on soil themselves, so this is what a layer changes and not what happened there. "
+        "Strong motion "
+        "on soft clay takes an equivalent-linear computation to strains where it is no longer "
+        f"trusted.{vertical}{rates}"
     )

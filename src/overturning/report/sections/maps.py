@@ -23,7 +23,8 @@ def maps(results: Results) -> Section:
     if len(chosen) < len(results.names):
         blocks.append(
             Note(
-                f"Of the {len(results.names)} records the {len(chosen)} whose fall axes agree most (largest resultant over all "
+                f"Of the {len(results.names)} records the {len(chosen)} whose fall axes agree most (largest resultant "
+                "over all "
                 "blocks); the maps of the others stand with the records, below."
             )
         )

@@ -65,13 +65,14 @@ def _as_recorded(found: xr.Dataset) -> str:
     stands = f"{percent(shift)} of the stones stand shifted in the median"
     stands += f" and {percent(turn)} stand rotated" if math.isfinite(turn) else ""
     return (
-        f"Under the records as they are the fall rate is {percent(middle)} in the median, {percent(low)} to {percent(high)} "
+        f"Under the records as they are the fall rate is {percent(middle)} in the median, {percent(low)} to "
+        f"{percent(high)} "
         f"for the middle half of them, {percent(rate.min())} to {percent(rate.max())} for all; {stands}."
     )
 
 
 def _over_intensity(rates: np.ndarray, jma: np.ndarray, horizontal: int) -> list[str]:
-    """What intensity goes with which rate, and how the rule of field surveys does; `horizontal` records have no vertical."""
+    """Which intensity goes with which rate, and how well surveys' rule does; `horizontal` records have no vertical."""
     known = np.isfinite(jma)
     inside = {text: known & (jma >= low) & (jma < high) for text, low, high in _DEGREES}
     parts = [f"{percent(float(np.median(rates[own])))} at {text}" for text, own in inside.items() if own.sum() >= 3]
@@ -92,7 +93,8 @@ def _over_intensity(rates: np.ndarray, jma: np.ndarray, horizontal: int) -> list
             ends = f"{100 * low:.0f} to {100 * high:.0f} %" if high < 1 else f"{100 * low:.0f} % or more"
             beyond = f", in {percent(above)} it is higher" if most < 99 else ""
             rules.append(
-                f"where {ends} fall, which they take for {text}, the instrumental intensity is {number(float(np.median(jma[own])), 1)} "
+                f"where {ends} fall, which they take for {text}, the instrumental intensity is "
+                f"{number(float(np.median(jma[own])), 1)} "
                 f"in the median, and is of that degree in {percent(hit)} of {int(own.sum())} motions{beyond}"
             )
     if rules:
@@ -108,10 +110,13 @@ def _assumed(stones: Population, outside: float, words: Words) -> str:
     turned = words.stone_turns.format(stones.rotated)
     return (
         f"{stones.stones} stones of square footprint, {stones.width.low:g} to {stones.width.high:g} m wide and "
-        f"{stones.height.low:g} to {stones.height.high:g} m high, µ {stones.friction.low:g} to {stones.friction.high:g}, faces "
+        f"{stones.height.low:g} to {stones.height.high:g} m high, µ {stones.friction.low:g} to "
+        f"{stones.friction.high:g}, faces "
         f"looking {looks}; {fixed}. A "
-        f"stone {words.stone_falls} in the cell of the cube that is like it, of two neighbours by lot.{beyond} Shifted: it "
-        f"stands, its base moved by {100 * stones.shifted:g} cm or more. {turned} Intervals are those of a cemetery of so many "
+        f"stone {words.stone_falls} in the cell of the cube that is like it, of two neighbours by lot.{beyond} "
+        "Shifted: it "
+        f"stands, its base moved by {100 * stones.shifted:g} cm or more. {turned} Intervals are those of a cemetery of "
+        "so many "
         "stones (95 %, Wilson)."
     )
 

@@ -37,7 +37,8 @@ def records(results: Results) -> Section:
         blocks.append(_directions(results))
     if maps := _maps(results):
         about_maps = Note(
-            "Stations and epicentres as the records or the record table state them; a fault whose strike is known is drawn "
+            "Stations and epicentres as the records or the record table state them; a fault whose strike is known is "
+            "drawn "
             "through the epicentre."
         )
         blocks += [*(Row(maps[i : i + 2], shares=(1.0, 1.0)) for i in range(0, len(maps), 2)), about_maps]
@@ -55,7 +56,8 @@ def record_by_record(results: Results) -> Section:
         shown = (peaks,) if name in first else (polar_map(results, name), peaks)
         sections.append(Section(name.heading, shown, anchor=name.id, together=True))
     beside = Note(
-        f"Beside the report, {results.figures.name}/history/ has a page of each record (record.svg): time histories before and "
+        f"Beside the report, {results.figures.name}/history/ has a page of each record (record.svg): time histories "
+        "before and "
         "after processing, Fourier amplitudes, signal-to-noise ratio, Husid plot, and what was taken away."
     )
     return Section("Record by record", (beside, *sections), anchor="figures")
@@ -89,8 +91,10 @@ def _processing(results: Results) -> list[Block]:
         return []
     rows = tuple((name, *_account(account)) for name, account in named)
     note = Note(
-        "Raw data is as the recorder gave it; what an agency did to processed data is told as far as its file tells it. Peaks "
-        "are the largest of north and east, before → after what was done here. Computed is the length of the motion, from its "
+        "Raw data is as the recorder gave it; what an agency did to processed data is told as far as its file tells "
+        "it. Peaks "
+        "are the largest of north and east, before → after what was done here. Computed is the length of the motion, "
+        "from its "
         "first sample (UTC); of it each case leaves out the beginning that cannot move its block."
     )
     return [Section("Processing of the records", (Table(heads, rows, "lwnnntw", anchor="processing"), note))]
@@ -134,10 +138,10 @@ def _maps(results: Results) -> tuple[Figure, ...]:
 def record_directions(cube: xr.Dataset) -> list[tuple[str, ...]]:
     """Where blocks fall under each record, as cells of a table.
 
-    Mean fall direction and its resultant, mean fall axis and its resultant, over all cases; azimuth of easiest overturning
-    of the lowest block at the highest friction, its angle from the fault normal, and the largest B/H along it over that
-    along the hardest azimuth; where cases have no azimuth the angle of the mean axis from the fault normal instead. Dashes where
-    nothing falls, and for a mean whose resultant is below `LEAST_RESULTANT`.
+    Mean fall direction and its resultant, mean fall axis and its resultant, over all cases; azimuth of easiest
+    overturning of the lowest block at the highest friction, its angle from the fault normal, and the largest B/H along
+    it over that along the hardest azimuth; where cases have no azimuth the angle of the mean axis from the fault normal
+    instead. Dashes where nothing falls, and for a mean whose resultant is below `LEAST_RESULTANT`.
     """
     model = model_of(cube)
     direction, axis = (

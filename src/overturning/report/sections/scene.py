@@ -39,8 +39,10 @@ def scene(results: Results) -> Section | None:
         save(element_roses_figure(stones), roses)
     to_scale = "To scale; crosses are centres of mass, grey moves with the record."
     note = Note(
-        "A stone has fallen that no longer stands where it stood: turned past the angle from which it could come back, lower "
-        "by more than a tenth of its height or what the scene file sets, or without what carried it. Cases without an outcome "
+        "A stone has fallen that no longer stands where it stood: turned past the angle from which it could come back, "
+        "lower "
+        "by more than a tenth of its height or what the scene file sets, or without what carried it. Cases without an "
+        "outcome "
         "are not counted. Elsewhere in this report “the block” is the reference element of the study's own scene."
     )
     towards = "Azimuths towards which each stone falls, over all cases."
@@ -59,12 +61,14 @@ def comparison_sentence(found: StoneComparison) -> str:
     """One comparison as a sentence."""
     text = (
         f"Of {found.cases} cases the {found.name} falls in {found.both + found.only_this} and the {found.other} in "
-        f"{found.both + found.only_other}; in {found.only_this} only the {found.name} falls, in {found.only_other} only "
+        f"{found.both + found.only_other}; in {found.only_this} only the {found.name} falls, in {found.only_other} "
+        "only "
         f"the {found.other}."
     )
     if found.both:
         text += (
-            f" Where both fall ({found.both}), they go to the same side in {percent(found.same_side / found.both)}, and the "
+            f" Where both fall ({found.both}), they go to the same side in {percent(found.same_side / found.both)}, "
+            "and the "
             f"{found.name} falls first in {percent(found.earlier / found.both)}."
         )
     elif found.only_this and not found.only_other:
@@ -88,6 +92,7 @@ def spread_sentence(name: str, cube: xr.Dataset) -> str | None:
         return None
     return (
         f"With amplitude, shape, friction, damping and azimuth spread as the study states, the {name} falls with a "
-        f"probability of {percent(total / known if known else np.nan)}, the mean over all cases; of the {again} cases near "
+        f"probability of {percent(total / known if known else np.nan)}, the mean over all cases; of the {again} cases "
+        "near "
         f"a change of outcome some runs fall and others stand in {divided}."
     )

@@ -17,7 +17,7 @@ CLASSES = 3
 
 
 def follows(results: Results) -> Section | None:
-    """What a stone follows, by slenderness; none where falls go along the component they are given, or nothing falls."""
+    """What a stone follows, by slenderness; none where it moves under one component, or nothing falls."""
     if results.model.one_component or not results.fallen > 0:
         return None
     count = results.cube.sizes["b_over_h"]
@@ -32,13 +32,17 @@ def follows(results: Results) -> Section | None:
     )
     table = Table(("records", "reference", "as", "earthquakes", "all B/H", *heads), rows, "ttt")
     caption = (
-        "How far falls follow each reference, by slenderness: mean over earthquakes with its 95 % interval by bootstrap. Above as "
+        "How far falls follow each reference, by slenderness: mean over earthquakes with its 95 % interval by "
+        "bootstrap. Above as "
         "axes (1 along it, −1 across), below as directions (1 with its head, −1 against it)."
     )
     note = Note(
-        "Δ is the angle between a fall and the reference of its record; the mean of cos 2Δ, or of cos Δ, over a record's falls is "
-        "averaged over the records of an earthquake, then over earthquakes. Peaks are those of the horizontal vector and have a "
-        "head; the pulse is the strongest wavelet coefficient of the velocity over all directions, an axis like the fault normal."
+        "Δ is the angle between a fall and the reference of its record; the mean of cos 2Δ, or of cos Δ, over a "
+        "record's falls is "
+        "averaged over the records of an earthquake, then over earthquakes. Peaks are those of the horizontal vector "
+        "and have a "
+        "head; the pulse is the strongest wavelet coefficient of the velocity over all directions, an axis like the "
+        "fault normal."
     )
     figure = Figure(
         results.figures / "follow.svg", "alignment of falls with peaks, pulse and fault normal", caption, width=0.9
@@ -98,9 +102,12 @@ def plane_beside(results: Results) -> Section | None:
     cube, counts = results.cube, plane_counts(results.cube)
     whole = plane_agreement(counts)
     text = (
-        f"A stone is said to fall in planes where it falls in the vertical plane of either pair of its faces. This tells rightly "
-        f"whether it falls in space in {percent(whole.flag, 1)} of {whole.cases:,} cases; {percent(whole.only_space, 1)} fall in "
-        f"space alone, {percent(whole.only_plane, 1)} in a plane alone. Of those that fall in both, {percent(whole.face)} go over "
+        "A stone is said to fall in planes where it falls in the vertical plane of either pair of its faces. This "
+        "tells rightly "
+        f"whether it falls in space in {percent(whole.flag, 1)} of {whole.cases:,} cases; "
+        f"{percent(whole.only_space, 1)} fall in "
+        f"space alone, {percent(whole.only_plane, 1)} in a plane alone. Of those that fall in both, "
+        f"{percent(whole.face)} go over "
         f"the edge that the plane names, and the axes lie {degrees(whole.axis)} apart on average."
     )
     groups = {name: counts.isel(record=members.nonzero()[0]) for name, members in record_groups(cube).items()}
@@ -114,8 +121,10 @@ def plane_beside(results: Results) -> Section | None:
     )
     heads = ("flag right", "falls in space alone", "in a plane alone", "edge right", "axes apart")
     note = Note(
-        "Nominal outcomes. Where a stone would fall in both planes, the one in which it passes the point of no return first decides. "
-        "Edge right: the fall lies within 45° of the predicted one. Two axes that have nothing to do with each other lie 45° apart on "
+        "Nominal outcomes. Where a stone would fall in both planes, the one in which it passes the point of no return "
+        "first decides. "
+        "Edge right: the fall lies within 45° of the predicted one. Two axes that have nothing to do with each other "
+        "lie 45° apart on "
         "average."
     )
     blocks: tuple[Block, ...] = (
@@ -147,8 +156,10 @@ def twists(results: Results) -> Section | None:
     if whole.stones == 0:
         return Section("How far stones turn", (Paragraph("No stone moved and stood."),), anchor="twist")
     text = (
-        f"Of the {whole.stones:,} cases that move and do not fall, half turn about the vertical by less than {_above(whole.median)}°, a "
-        f"tenth by more than {number(whole.most, 1)}°, and one by {number(whole.largest, 0)}°. Field surveys report such stones as rotated."
+        f"Of the {whole.stones:,} cases that move and do not fall, half turn about the vertical by less than "
+        f"{_above(whole.median)}°, a "
+        f"tenth by more than {number(whole.most, 1)}°, and one by {number(whole.largest, 0)}°. Field surveys report "
+        "such stones as rotated."
     )
     rows = tuple(
         (

@@ -34,8 +34,10 @@ def survey_section(result: SurveyResult, station: str = "", figure: Path | None 
         octants, alt = _octants(found), "observed and predicted stones by octant"
         caption = "Fallen stones by compass octant: observed (filled) and as many as the prediction expects (outline)."
         about_tests = Note(
-            "p: how often chance alone would give a statistic at least as large if the answer were yes; a small p says no. "
-            "Octants are grouped, so their tests are too, with p simulated for counts as small as these; exact azimuths need "
+            "p: how often chance alone would give a statistic at least as large if the answer were yes; a small p says "
+            "no. "
+            "Octants are grouped, so their tests are too, with p simulated for counts as small as these; exact "
+            "azimuths need "
             "no groups."
         )
         blocks += [Row((Figure(figure, alt, caption), octants)) if figure else octants, _tests(found), about_tests]
@@ -43,12 +45,15 @@ def survey_section(result: SurveyResult, station: str = "", figure: Path | None 
         agree, shaped = int(found.confusion.trace()), counted(int(found.confusion.sum()), "stone")
         sides = tuple((side, *map(str, row)) for side, row in zip(SIDES, found.confusion, strict=True))
         agreement = (
-            f"{agree} of {shaped} of known face did what was most probable for them. Observed (rows) against most probable "
+            f"{agree} of {shaped} of known face did what was most probable for them. Observed (rows) against most "
+            "probable "
             "(columns):"
         )
         about_sides = Note(
-            "Stones whose face azimuth and B/H are known, as seen looking the way the front face looks. A rectangular stone "
-            "falls over one of its edges, so the prediction runs in the planes of its two pairs of faces, each with its own "
+            "Stones whose face azimuth and B/H are known, as seen looking the way the front face looks. A rectangular "
+            "stone "
+            "falls over one of its edges, so the prediction runs in the planes of its two pairs of faces, each with "
+            "its own "
             "B/H; where it would fall in both, the plane in which it first passes the point of no return decides."
         )
         blocks += [Paragraph(agreement), Table(("", *SIDES), sides), about_sides]
@@ -79,7 +84,8 @@ def survey_sentences(found: SurveyComparison) -> list[str]:
     else:
         better = "That the prediction does better than the guess that stones fall any way is not shown"
     sentences = [
-        f"{better}: log likelihood ratio {number(found.log_likelihood_ratio)} ({percent(p, 1) if p >= 0.001 else few} of "
+        f"{better}: log likelihood ratio {number(found.log_likelihood_ratio)} ({percent(p, 1) if p >= 0.001 else few} "
+        "of "
         "surveys of stones that fall any way reach as much).",
         seen
         if math.isnan(found.mean_direction_deg)

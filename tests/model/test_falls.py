@@ -1,0 +1,77 @@
+"""The falls of each model, by hand."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from overturning.model.body import Body
+from overturning.model.falls import model_of
+from overturning.model.planes import Planes
+from overturning.report.words import WORDS
+
+NAMES = ("falls", "direction_cosine", "direction_sine", "axis_cosine", "axis_sine")
+
+
+def test_a_plane_falls_to_either_side_or_the_other_way() -> None:
+    """East or west: of three quarters of the members three fall east for each that falls west; north is not known."""
+    cube = xr.Dataset(
+        {
+            "overturned": ("azimuth", [np.nan, 1.0, np.nan, -1.0]),
+            "probability_towards": ("azimuth", [np.nan, 0.5625, np.nan, 0.1875]),
+            "probability_away": ("azimuth", [np.nan, 0.1875, np.nan, 0.5625]),
+        },
+        {"azimuth": [0, 90, 180, 270]},
+    )
+    assert isinstance(model_of(cube), Planes)
+    members, nominal = (model_of(cube).falls(cube, ensemble=one) for one in (True, False))
+    assert members["azimuth"].values.tolist() == [0, 90]
+    assert members["weight"].values.tolist() == [0.5, 0.5]
+    assert np.isnan([members[name].values[0] for name in NAMES]).all()
+    np.testing.assert_allclose([members[name].values[1] for name in NAMES], [0.75, 0, 0.375, -0.75, 0], atol=1e-15)
+    np.testing.assert_allclose([nominal[name].values[1] for name in NAMES], [1, 0, 1, -1, 0], atol=1e-15)
+
+
+def test_a_body_falls_towards_its_own_azimuth() -> None:
+    """It faces north and falls to the south-east, it faces 45° and stands; what it does at 60° is not known."""
+    cube = xr.Dataset(
+        {"overturned": ("orientation", [1.0, 0.0, np.nan]), "fall_azimuth": ("orientation", [135.0, np.nan, np.nan])},
+        {"orientation": [0, 45, 60]},
+    )
+    assert isinstance(model_of(cube), Body)
+    found = model_of(cube).falls(cube)
+    np.testing.assert_allclose(found["weight"], 1 / 3)
+    half = np.sqrt(0.5)
+    values = np.array([found[name].values for name in NAMES])
+    np.testing.assert_allclose(values[:, 0], [1, -half, half, 0, -1], atol=1e-15)
+    assert values[:, 1].tolist() == [0] * 5
+    assert np.isnan(values[:, 2]).all()
+
+
+@pytest.mark.parametrize(("towards", "away", "apart"), [(0.5, 0.5, True), (1.0, 0.0, False), (0.25, 0.25, False)])
+def test_members_fall_apart_where_most_fall_and_not_to_one_side(towards: float, away: float, apart: bool) -> None:
+    values = {"probability_towards": towards, "probability_away": away}
+    gaps = {"scramble_difference_towards": 0.25, "scramble_difference_away": -0.125}
+    cube = xr.Dataset({name: ("azimuth", [one]) for name, one in (values | gaps).items()}, {"azimuth": [30]})
+    found = Planes().spread(cube)
+    assert (bool(found["apart"][0]), float(found["gap"][0]), bool(found["agree"][0])) == (apart, 0.125, True)
+
+
+@pytest.mark.parametrize(("spread", "apart"), [(14.0, False), (16.0, True)])
+def test_members_of_a_body_fall_apart_beyond_15_degrees(spread: float, apart: bool) -> None:
+    """Half of them so far clockwise of north, half anticlockwise."""
+    cube = xr.Dataset(
+        {
+            "probability_falls": ("orientation", [1.0, 0.5]),
+            "fall_north": ("orientation", [np.cos(np.radians(spread)), 0.1]),
+            "fall_east": ("orientation", [0.0, 0.0]),
+            "scramble_difference": ("orientation", [0.0, 0.25]),
+        },
+        {"orientation": [0, 45]},
+    )
+    found = Body().spread(cube)
+    assert found["agree"].values.tolist() == [True, False]
+    assert found["apart"].values.tolist() == [apart, False]
+
+
+def test_the_report_has_words_for_every_model() -> None:
+    assert set(WORDS) == {Planes, Body}

@@ -93,12 +93,14 @@ def _in_planes(
     azimuths = list(dict.fromkeys(float(path.attrs["azimuth_deg"]) for path in paths))
     if len(azimuths) == 1:
         azimuths.append((azimuths[0] + 90.0) % 360.0)
-    largest = float(one["b_over_h"].max())
+    response, largest = response_figure(paths, title, headings), float(one["b_over_h"].max())
+    edge = boundary_figure(boundary(one), largest, normal, place)
+    seen = "acceleration, velocity and displacement seen from above"
     return [
-        ("response", response_figure(paths, title, headings), "rotation, slip and uplift against time", _high(14)),
-        ("boundary", boundary_figure(boundary(one), largest, normal, place), _BOUNDARY, _high(11)),
+        ("response", response, "rotation, slip and uplift against time", {"most_height": 14}),
+        ("boundary", edge, "largest B/H that falls, by azimuth", {"most_height": 11}),
         ("spectra", spectra_figure(*spectra(motion, azimuths), place), "Fourier and response spectra", {}),
-        ("hodograph", hodograph_figure(_hodograph(motion), normal, place), _HODOGRAPH, {}),
+        ("hodograph", hodograph_figure(_hodograph(motion), normal, place), seen, {}),
     ]
 
 
@@ -112,14 +114,6 @@ def _in_space(
     """The figure behind a film in space: of the body's axis."""
     about = "tilt of the axis towards north and east, and hodographs of the ground"
     return [("axis", axis_figure(paths[0], motion, texts[0]), about, {})]
-
-
-_BOUNDARY = "largest B/H that falls, by azimuth"
-_HODOGRAPH = "acceleration, velocity and displacement seen from above"
-
-
-def _high(most: float) -> dict[str, float]:
-    return {"most_height": most}
 
 
 def trajectories(

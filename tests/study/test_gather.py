@@ -113,7 +113,7 @@ def test_every_cell_is_in_its_place(
 def test_a_cube_says_whether_opposite_azimuths_are_one_case(
     scene: str, period: float, study: Study, tmp_path: Path
 ) -> None:
-    """A wall on one side stands in the way of a fall towards 0°, or towards 180° under the opposite motion: two cases."""
+    """A wall on one side stands in the way of a fall towards 0°, or 180° under the opposite motion: two cases."""
     with netCDF4.Dataset(tmp_path / "cube.nc", "w") as cube:
         describe_cube(cube, study.model_copy(update={"scene": load_scene(scene)}), [])
         assert cube["azimuth"].period == period

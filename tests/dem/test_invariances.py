@@ -117,7 +117,7 @@ def reference(model: str, number: int) -> tuple[Found, np.ndarray]:
 def allowed(found: Found) -> np.ndarray:
     """By how much a robust cell's peak may differ: α in planes, degrees in space.
 
-    Where a stone has fallen, a scene ends when the others stand for good: their last and least peaks hang on when that is.
+    Where a stone has fallen, a scene ends when the others stand for good: their least peaks hang on when that is.
     """
     return 0.1 * found.peak + 3e-3
 

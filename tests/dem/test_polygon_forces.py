@@ -83,7 +83,7 @@ def test_forces_press_at_vertices_and_keep_to_the_slider(path: xr.Dataset) -> No
 
 
 def test_the_film_has_them_in_weights_where_they_act(path: xr.Dataset) -> None:
-    film = film_of([path], [pulse(6.0).north], 0.01, "film")
+    film = film_of([path], pulse(6.0), "film")
     panel = film.panels[0]
     assert panel.force is not None
     assert panel.force_point is not None
@@ -100,4 +100,4 @@ def test_a_scene_that_is_not_computed_has_no_forces() -> None:
     path = trajectory(pulse(0.1), scene=shipped("three-tier"), azimuth_deg=0.0)
     assert path["status"] == 1
     assert np.isnan(path["contact_force"]).all()
-    assert film_of([path], [pulse(0.1).north], 0.01, "still").panels[0].force is None
+    assert film_of([path], pulse(0.1), "still").panels[0].force is None

@@ -19,6 +19,7 @@ from overturning.dem.run import plan, run, run_cases
 from overturning.dem.scene import gravestone
 from overturning.dem.simulate import simulate_arrays
 from overturning.errors import ResultError
+from overturning.model.planes import Planes
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.report.blocks import Paragraph, Table
@@ -87,7 +88,8 @@ def record(motion: Motion, name: str) -> Record:
 def reported(settings: Study, found: Convergence, folder: Path) -> tuple[Any, ...]:
     """What the report says of an outcome, by way of its file."""
     found.write(folder / "convergence.json")
-    read: Any = SimpleNamespace(study=settings, convergence=Convergence.read(folder / "convergence.json"))
+    outcome = Convergence.read(folder / "convergence.json")
+    read: Any = SimpleNamespace(model=Planes(), study=settings, convergence=outcome)
     section = convergence(read)
     assert section is not None
     return section.blocks

@@ -122,7 +122,7 @@ DIFFER = (
 def test_where_the_kernels_have_other_flags_they_go_to_one_limit(stone: tuple[Any, ...]) -> None:
     """With Cundall's scheme they compute one motion; with their centred ones the same fall once the step is fine.
 
-    The side of a block is where it turns to, of a stone in a scene where its centre has gone: these stones slide far.
+    These stones slide by many times their widths, two of them to the side other than that to which they tip.
     """
     number, height, ratio, friction, peak, vertical, interval, density, law, step = stone
     generator = np.random.Generator(np.random.PCG64([7, number]))
@@ -142,5 +142,5 @@ def test_where_the_kernels_have_other_flags_they_go_to_one_limit(stone: tuple[An
         general = run(scene, motion, cases, Numerics(**given, general=True))
         block = run_cases(motion, cases, density=density, contact=scene.law(*scene.elements).contact, **given)
         assert block.overturned[0] != 0
-        assert general.overturned[0, 0] != 0
+        assert general.overturned[0, 0] == block.overturned[0]
         assert general.overturning_time[0, 0] == pytest.approx(block.overturning_time[0], rel=tolerance)

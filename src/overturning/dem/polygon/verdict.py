@@ -44,7 +44,7 @@ def verdict(
         moving += kinetic(item)
         slid = slid or abs(item.standing.slip) > 0.1 * abs(item.standing.base_z)
         if item.standing.side == 0.0 and item.course.peak_angle >= rules[i].fall_angle:
-            e[rows.SIDE + j] = side_of(item)
+            e[rows.SIDE + j] = 1.0 if item.pose.angle > 0.0 else -1.0
         stands = e[rows.SIDE + j] == 0.0
         standing, fallen = standing + int(stands), fallen + int(not stands)
         safe += int(stands and is_safe(item, rules[i].barrier))
@@ -94,8 +94,13 @@ def may_fall(state: Any, j: int, elements: int, rules: Any, gravity: float) -> b
 @njit(**OPTIONS)
 def has_left(e: Element, rules: Any) -> bool:
     """Whether an element has turned past the angle from which it could come back, or is too low."""
-    angle = e.pose.angle
-    return bool(angle > rules.tips_on or -angle > rules.tips_back or e.pose.z < e.standing.lowest)
+    return bool(has_tipped(e, rules) or e.pose.z < e.standing.lowest)
+
+
+@njit(**OPTIONS)
+def has_tipped(e: Element, rules: Any) -> bool:
+    """Whether an element has turned past the angle from which it could come back."""
+    return bool(e.pose.angle > rules.tips_on or -e.pose.angle > rules.tips_back)
 
 
 @njit(**OPTIONS)
@@ -153,7 +158,7 @@ def judge_falls(state: Any, j: int, layout: Any, elements: int, rules: Any, gap:
             if has_left(item, rules[i]):
                 until = item.standing.upright_until
             if until < np.inf:
-                e[rows.SIDE + j], e[rows.UPRIGHT_UNTIL + j], found = side_of(item), until, True
+                e[rows.SIDE + j], e[rows.UPRIGHT_UNTIL + j], found = side_of(item, rules[i]), until, True
         if not found:
             return
 
@@ -181,9 +186,12 @@ def grip(state: Any, j: int, layout: Any, elements: int, rules: Any) -> int:
 
 
 @njit(**OPTIONS)
-def side_of(item: Element) -> float:
-    """To which side the centre of a fallen element has gone: ±1."""
-    way = item.pose.x - item.standing.home_x
+def side_of(item: Element, rules: Any) -> float:
+    """To which side an element that ends fallen has gone, ±1: where it has tipped to, else where its centroid is now.
+
+    What tips lies to that side of its own base, as a single block does, and however far it slid meanwhile.
+    """
+    way = item.pose.angle if has_tipped(item, rules) else item.pose.x - item.standing.home_x
     return 1.0 if way > 0.0 or (way == 0.0 and item.pose.angle > 0.0) else -1.0
 
 

@@ -37,7 +37,9 @@ class Found:
 
     fallen: np.ndarray  # −1, 0, 1; in space 0 or 1; missing where undecided
     azimuth: np.ndarray  # of the fall, degrees, missing where there is none
-    peak: np.ndarray  # largest rotation over α; in space tilt in degrees
+    peak: (
+        np.ndarray
+    )  # largest rotation over α; in space tilt in degrees; missing where it is that of a part of the record
     slip: np.ndarray  # largest, m
 
     @property
@@ -49,17 +51,23 @@ Model = Callable[..., Found]
 
 
 def in_planes(height: float, **options: Any) -> Model:
-    """A block or scene in planes; its height is that of the reference element."""
+    """A block or scene in planes; its height is that of the reference element.
+
+    With `leave_out` a scene in which something has fallen ends before its record, and so do the peaks of what stands.
+    """
     grid = {"b_over_h": [0.15, 0.25, 0.35, 0.45], "friction": [0.4, 0.8], **options}
+    to_the_end = "scene" not in grid or not grid.get("leave_out", True)
 
     def found(motion: Motion, turn: float = 0.0, scale: float = 1.0, **more: Any) -> Found:
         azimuth = turn + np.arange(10.0, 370.0, 40.0)
-        cells = simulate_arrays(motion, azimuth_deg=azimuth, height=[scale * height], **grid, **more)
+        cells = simulate_arrays(motion, azimuth_deg=azimuth, height=[scale * height], **grid | more)
         fallen = cells["overturned"]
+        peak = cells["peak_rotation"]
+        peak = peak if to_the_end else np.where((fallen != 0).any(axis=-1, keepdims=True), np.nan, peak)
         ahead = azimuth.reshape(-1, *[1] * (fallen.ndim - 1))
         towards = np.where(fallen > 0, ahead, ahead + 180.0) % 360.0
         towards = np.where(fallen != 0, towards, np.nan)
-        return Found(*(a.ravel() for a in (fallen, towards, cells["peak_rotation"], cells["peak_slip"])))
+        return Found(*(a.ravel() for a in (fallen, towards, peak, cells["peak_slip"])))
 
     return found
 
@@ -77,10 +85,12 @@ def in_space(strength: float, **options: Any) -> Model:
     return found
 
 
+TIERS = {"scene": shipped("three-tier"), "b_over_h": [0.2, 0.3, 0.38], "friction": [0.7]}
 MODELS: dict[str, Model] = {
     "block": in_planes(0.6),
     "block, general kernel": in_planes(0.6, general=True, b_over_h=[0.2, 0.35, 0.5], friction=[0.6]),
-    "three-tier": in_planes(0.636, scene=shipped("three-tier"), b_over_h=[0.2, 0.3, 0.38], friction=[0.7]),
+    "three-tier": in_planes(0.636, **TIERS),
+    "three-tier, to its end": in_planes(0.636, leave_out=False, **TIERS),
     "rectangle in space": in_space(0.7, body="rectangle", aspect=[1.0, 1.5]),
     "octagon in space": in_space(0.5, body=8, b_over_h=[0.2, 0.3, 0.4, 0.5]),
     "cylinder in space": in_space(0.5, body="circle", b_over_h=np.arange(0.1, 0.6, 0.02)),
@@ -107,7 +117,7 @@ def reference(model: str, number: int) -> tuple[Found, np.ndarray]:
     robust = found.fallen != INT8_MISSING
     for other in others:
         robust &= (found.fallen == other.fallen) & (apart(found, other) < BEARING)
-        robust &= ~found.stands | (np.abs(found.peak - other.peak) < allowed(found))
+        robust &= ~found.stands | ~(np.abs(found.peak - other.peak) >= allowed(found))
     # Neither few nor of one kind.
     assert robust.sum() >= 12
     assert 0.0 < found.stands[robust].mean() < 1.0
@@ -115,11 +125,8 @@ def reference(model: str, number: int) -> tuple[Found, np.ndarray]:
 
 
 def allowed(found: Found) -> np.ndarray:
-    """By how much a robust cell's peak may differ: α in planes, degrees in space.
-
-    Where a stone has fallen, a scene ends when the others stand for good: their least peaks hang on when that is.
-    """
-    return 0.1 * found.peak + 3e-3
+    """By how much a robust cell's peak may differ: α in planes, degrees in space."""
+    return 0.1 * found.peak + 2e-3
 
 
 def apart(one: Found, other: Found, turn: float = 0.0) -> np.ndarray:
@@ -173,7 +180,7 @@ def test_unchanged(number: int, change: str, model: str) -> None:
     # What rolls on before it falls may yet go another way.
     assert np.quantile(bearings, 0.9) < 2.0
     assert bearings.max() < 2 * BEARING
-    stands = robust & found.stands
+    stands = robust & found.stands & ~np.isnan(found.peak)
     differs = np.abs(other.peak - found.peak)
     assert (differs <= allowed(found))[stands].all()
     # What is not the same to the last digit is so by rounding, which rocking amplifies, by other whole steps where

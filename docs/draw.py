@@ -11,10 +11,10 @@ from pathlib import Path
 
 from pen import Pen, Point
 
-from overturning.dem.element import Element
-from overturning.dem.polygon.geometry import Placed, common_stretch, nearest_faces, place
-from overturning.dem.scene import Scene
 from overturning.figures.style import FALLS, FAULT, MISSING
+from overturning.model.element import Element
+from overturning.model.geometry import Placed, common_stretch, nearest_faces, place
+from overturning.model.scene import Scene
 
 IMAGES = Path(__file__).parent / "images"
 STONE, GROUND = "#f4ead9", "#d9d9d6"

@@ -65,7 +65,7 @@ def columns() -> str:
 
 def variables() -> str:
     """The variables of the cube, those of the ensemble too."""
-    from overturning.dem.variables import VARIABLES
+    from overturning.model.variables import VARIABLES
     from overturning.study.ensemble import ENSEMBLE_VARIABLES
 
     return _table((*VARIABLES, *ENSEMBLE_VARIABLES))

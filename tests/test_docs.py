@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from overturning.dem.kernel.status import Status
-from overturning.dem.variables import VARIABLES
+from overturning.model.status import Status
+from overturning.model.variables import VARIABLES
 from overturning.study.space import OUTCOME, PLANE_VARIABLES
 from tests.expect import lacking
 

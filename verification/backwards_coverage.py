@@ -16,11 +16,11 @@ import pandas as pd
 import typer
 
 from overturning.arrays import FloatArray
+from overturning.dem.body.cases import SpaceCases
+from overturning.dem.body.plan import SPACE_SCHEMES
+from overturning.dem.body.run import run_in_space
 from overturning.dem.numerics import Numerics
-from overturning.dem.solid.cases import SpaceCases
-from overturning.dem.solid.plan import SPACE_SCHEMES
-from overturning.dem.solid.run import run_in_space
-from overturning.dem.solid.shapes import Circle, Rectangle
+from overturning.model.shapes import Circle, Rectangle
 from overturning.report.sections.backwards import backwards_sentences, cautions, draw_posterior
 from overturning.surveys.inversion import NO_FIT, POWER, Inversion, Posterior
 from overturning.surveys.inversion_file import Backwards

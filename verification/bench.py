@@ -20,10 +20,10 @@ from numba import njit
 
 from overturning.dem.block import centred, cundall
 from overturning.dem.block.state import ROWS, TICKS
-from overturning.dem.cases import Cases
-from overturning.dem.contact import SCENE_STATIC_PENETRATION, Contact
 from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate_arrays
+from overturning.model.cases import Cases
+from overturning.model.contact import SCENE_STATIC_PENETRATION, Contact
 from overturning.motion.motion import Motion
 from overturning.units import GRANITE_DENSITY
 from verification import leave_out, scalar, summary

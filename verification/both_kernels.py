@@ -9,11 +9,11 @@ from typing import Any, Final
 
 import numpy as np
 
-from overturning.dem.cases import Cases
 from overturning.dem.numerics import Numerics
-from overturning.dem.results import Results
 from overturning.dem.run import run
-from overturning.dem.scene import gravestone
+from overturning.model.cases import Cases
+from overturning.model.results import Results
+from overturning.model.scene import gravestone
 from verification import summary
 from verification.inputs import near_field
 from verification.tables import RESULTS, Figure, figures_table, publish, write_figures

@@ -12,9 +12,9 @@ import pandas as pd
 import xarray as xr
 
 from overturning.arrays import FloatArray
-from overturning.dem.cases import Cases
 from overturning.dem.run import run_cases
 from overturning.figures.style import FALLS, INK, SERIES, caption, grid, labels, save, style
+from overturning.model.cases import Cases
 from overturning.records.store import read_motion
 from overturning.report.blocks import Paragraph, Report, Table, each_block
 from overturning.report.results import Results, open_results

@@ -15,8 +15,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ResultError
+from overturning.model.variables import INT8_MISSING
 from overturning.study.convergence import ASIDE, compare
 from overturning.study.cube import open_cube
 from verification.measures import ROCKS, percent

@@ -11,8 +11,8 @@ import numpy as np
 import pandas as pd
 
 from overturning.arrays import FloatArray
-from overturning.dem.results import Results
 from overturning.dem.run import run_cases
+from overturning.model.results import Results
 from verification.inputs import half_grid, near_fault
 from verification.measures import Flags, difference, percent, wrong_sides
 from verification.tables import RESULTS, markdown, publish, write_csv

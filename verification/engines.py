@@ -11,7 +11,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from overturning.dem.polygon.geometry import Placed
+from overturning.model.geometry import Placed
 from overturning.units import STANDARD_GRAVITY
 
 STEP: Final = 1.0 / 240.0

@@ -46,8 +46,8 @@ def measure(changes: dict[str, float], reference: Path, azimuths: int = 6, every
         if not hasattr(state, name):
             raise ValueError(f"the kernel has no constant {name}")
         setattr(state, name, value)
-    from overturning.dem.results import Results
     from overturning.dem.run import run_cases
+    from overturning.model.results import Results
     from verification.inputs import half_grid, near_fault
     from verification.measures import difference, percent, wrong_sides
 

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from overturning.dem.cases import Cases
+from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import RecordEntry, read_catalogue
 from overturning.records.read import read_record

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.status import Status
-from overturning.dem.results import Results
+from overturning.model.results import Results
+from overturning.model.status import Status
 from overturning.study.convergence import Counts, compare
 
 Peaks = NDArray[np.floating[Any]]

@@ -20,16 +20,15 @@ import typer
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.cases import Cases
-from overturning.dem.contact import DAMPING_RATIO, STATIC_PENETRATION, Contact
+from overturning.dem.body.cases import SpaceCases
+from overturning.dem.body.run import run_in_space
 from overturning.dem.numerics import Numerics
-from overturning.dem.results import Results
 from overturning.dem.run import run, run_cases
-from overturning.dem.scene import gravestone
-from overturning.dem.solid.cases import SpaceCases
-from overturning.dem.solid.contact import VertexContact
-from overturning.dem.solid.run import run_in_space
-from overturning.dem.solid.shapes import shape_of
+from overturning.model.cases import Cases
+from overturning.model.contact import DAMPING_RATIO, STATIC_PENETRATION, Contact, VertexContact
+from overturning.model.results import Results
+from overturning.model.scene import gravestone
+from overturning.model.shapes import shape_of
 from overturning.motion.direction import direction_cosines
 from overturning.motion.motion import Motion
 from verification.inputs import half_grid, near_fault

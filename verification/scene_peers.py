@@ -10,9 +10,9 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from overturning.dem.polygon.geometry import native_size, place
-from overturning.dem.scene import load_scene
 from overturning.errors import ArgumentError
+from overturning.model.geometry import native_size, place
+from overturning.model.scene import load_scene
 from verification.engines import installed, sides_of_scene
 from verification.inputs import near_field
 from verification.scene_speed import SHAFT

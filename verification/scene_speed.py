@@ -14,13 +14,13 @@ from typing import Annotated, Any, Final
 import numpy as np
 import typer
 
-from overturning.dem.cases import Cases
 from overturning.dem.numerics import Numerics
-from overturning.dem.polygon.geometry import native_size, place
-from overturning.dem.results import Results
 from overturning.dem.run import run
-from overturning.dem.scene import Scene, load_scene
 from overturning.dem.simulate import simulate_arrays
+from overturning.model.cases import Cases
+from overturning.model.geometry import native_size, place
+from overturning.model.results import Results
+from overturning.model.scene import Scene, load_scene
 from overturning.motion.motion import Motion
 from verification import summary
 from verification.engines import installed, sides_of_scene

@@ -28,11 +28,11 @@ import sys, time
 from pathlib import Path
 import numpy as np
 from overturning import Motion
-from overturning.dem.cases import Cases
+from overturning.model.cases import Cases
 from overturning.dem.numerics import Numerics
-from overturning.dem.polygon.geometry import native_size
+from overturning.model.geometry import native_size
 from overturning.dem.run import run
-from overturning.dem.scene import load_scene
+from overturning.model.scene import load_scene
 
 stored = np.load(sys.argv[1])
 motion = Motion(stored["north"], stored["east"], sampling_interval=float(stored["interval"]))

@@ -13,9 +13,9 @@ from typing import Annotated, Any, Final
 import numpy as np
 import typer
 
-from overturning.dem.solid.contact import VertexContact
-from overturning.dem.solid.plan import SPACE_SCHEMES
-from overturning.dem.solid.simulate import simulate_in_space_arrays
+from overturning.dem.body.plan import SPACE_SCHEMES
+from overturning.dem.body.simulate import simulate_in_space_arrays
+from overturning.model.contact import VertexContact
 from overturning.motion.motion import Motion
 from verification.inputs import near_fault, strong_part
 from verification.space_engines import Prism, fall_azimuth, installed

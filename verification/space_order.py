@@ -4,7 +4,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from overturning.dem.solid.simulate import simulate_in_space_arrays
+from overturning.dem.body.simulate import simulate_in_space_arrays
 from overturning.motion.motion import Motion
 
 STEPS: Final = (1, 2, 4, 8)

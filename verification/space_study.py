@@ -7,9 +7,9 @@ from unittest import mock
 
 import numpy as np
 
+from overturning.dem.body.simulate import simulate_in_space_arrays
 from overturning.dem.kernel.balance import FINER, until_balanced
-from overturning.dem.kernel.status import Status
-from overturning.dem.solid.simulate import simulate_in_space_arrays
+from overturning.model.status import Status
 from overturning.study.grid import space_grid
 from overturning.study.load import load_study
 from verification.inputs import near_fault
@@ -30,7 +30,7 @@ def outcome() -> tuple[dict[str, np.ndarray], float, int]:
 
         until_balanced(told, *more)
 
-    with mock.patch("overturning.dem.solid.plan.until_balanced", counted):
+    with mock.patch("overturning.dem.body.plan.until_balanced", counted):
         begin = time.process_time()
         found = [simulate_in_space_arrays(motion, threads=2, **axes) for motion in motions]
         seconds = time.process_time() - begin

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from overturning.dem.contact import Contact
-from overturning.dem.results import Results
 from overturning.dem.run import run_cases
+from overturning.model.contact import Contact
+from overturning.model.results import Results
 from verification.inputs import half_grid, near_fault
 from verification.measures import difference, percent
 from verification.tables import markdown, publish

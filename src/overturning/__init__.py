@@ -15,14 +15,14 @@ Azimuths are degrees clockwise from north; SI units. Large studies are files and
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from overturning.dem.cases import Cases
-    from overturning.dem.contact import Contact
+    from overturning.dem.body.simulate import simulate_in_space
+    from overturning.dem.body.trajectory import trajectory_in_space
     from overturning.dem.run import run_cases
-    from overturning.dem.scene import Scene, load_scene
     from overturning.dem.simulate import simulate
-    from overturning.dem.solid.simulate import simulate_in_space
-    from overturning.dem.solid.trajectory import trajectory_in_space
     from overturning.dem.trajectory import trajectory
+    from overturning.model.cases import Cases
+    from overturning.model.contact import Contact
+    from overturning.model.scene import Scene, load_scene
     from overturning.motion.motion import Motion
     from overturning.records.read import read
     from overturning.records.record import Record
@@ -50,20 +50,20 @@ __all__ = [
 
 # Imported when first asked for, so that the command line starts without numba and xarray.
 _MODULES = {
-    "Cases": "overturning.dem.cases",
-    "Contact": "overturning.dem.contact",
+    "Cases": "overturning.model.cases",
+    "Contact": "overturning.model.contact",
     "Motion": "overturning.motion.motion",
     "Record": "overturning.records.record",
-    "Scene": "overturning.dem.scene",
-    "load_scene": "overturning.dem.scene",
+    "Scene": "overturning.model.scene",
+    "load_scene": "overturning.model.scene",
     "open_cube": "overturning.study.cube",
     "read": "overturning.records.read",
     "run_cases": "overturning.dem.run",
     "run_study": "overturning.study.small",
     "simulate": "overturning.dem.simulate",
-    "simulate_in_space": "overturning.dem.solid.simulate",
+    "simulate_in_space": "overturning.dem.body.simulate",
     "trajectory": "overturning.dem.trajectory",
-    "trajectory_in_space": "overturning.dem.solid.trajectory",
+    "trajectory_in_space": "overturning.dem.body.trajectory",
 }
 
 

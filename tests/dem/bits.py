@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from overturning.dem.body.simulate import simulate_in_space_arrays
 from overturning.dem.simulate import simulate_arrays
-from overturning.dem.solid.simulate import simulate_in_space_arrays
 from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
 from overturning.study.gather import gather

@@ -5,14 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from overturning.dem.cases import Cases
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon import rows as k
-from overturning.dem.polygon.geometry import native_size
 from overturning.dem.polygon.plan import PolygonPlan, plan_polygons
 from overturning.dem.polygon.state import Element
-from overturning.dem.results import Answers
-from overturning.dem.scene import Scene, check_scene, load_scene
+from overturning.model.cases import Cases
+from overturning.model.geometry import native_size
+from overturning.model.results import Answers
+from overturning.model.scene import Scene, check_scene, load_scene
 from overturning.motion.motion import Motion
 
 ROOT = Path(__file__).parents[2]

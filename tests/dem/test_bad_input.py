@@ -5,20 +5,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from overturning.dem.cases import Cases
-from overturning.dem.contact import Contact
+from overturning.dem.body.cases import SpaceCases
+from overturning.dem.body.plan import plan_in_space
+from overturning.dem.body.run import run_in_space
 from overturning.dem.kernel import balance
-from overturning.dem.kernel.status import Status
 from overturning.dem.numerics import BODY_STEP, ELEMENT_STEP, Numerics
 from overturning.dem.run import plan, run, run_cases
-from overturning.dem.scene import check_scene
 from overturning.dem.simulate import simulate_arrays
-from overturning.dem.solid.cases import SpaceCases
-from overturning.dem.solid.contact import VertexContact
-from overturning.dem.solid.plan import plan_in_space
-from overturning.dem.solid.run import run_in_space
-from overturning.dem.solid.shapes import Rectangle
 from overturning.errors import ArgumentError
+from overturning.model.cases import Cases
+from overturning.model.contact import Contact, VertexContact
+from overturning.model.scene import check_scene
+from overturning.model.shapes import Rectangle
+from overturning.model.status import Status
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import shipped
 from tests.expect import refused

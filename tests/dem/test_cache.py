@@ -10,9 +10,11 @@ import numba
 import numpy as np
 import pytest
 
+from overturning.dem.kernel import cache
 from overturning.dem.kernel.cache import cache_directory, keep_compiled
 from overturning.dem.simulate import simulate_arrays
 from overturning.motion.motion import Motion
+from tests.test_layers import imports, modules
 
 
 def test_a_damaged_cache_file_is_a_miss(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -79,3 +81,12 @@ def test_variants_that_different_processes_have_compiled_do_not_answer_for_each_
         return done.stdout.splitlines()
 
     assert run("0.5") + run("0") == run("0.5", "0")
+
+
+def test_all_that_kernels_import_names_the_folder_of_the_cache() -> None:
+    """A constant of a module that is compiled in, but not hashed, would be answered by a stale kernel."""
+    hashed = {*cache._CONSTANTS, *(path for name, path in modules().items() if name.startswith("overturning.dem."))}
+    for name, path in modules().items():
+        if name.startswith("overturning.dem.") and "numba" in path.read_text(encoding="utf-8"):
+            types = {"overturning.arrays"}  # nothing of it is compiled
+            assert {modules()[other] for other in imports(name) - types} <= hashed, name

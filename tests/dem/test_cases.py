@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from overturning.dem.cases import Cases
 from overturning.dem.kernel.cache import cache_directory, sources_digest
 from overturning.dem.run import run_cases
+from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 
 T = np.arange(400) * 0.01

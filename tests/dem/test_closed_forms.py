@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from overturning.dem.cases import Cases
-from overturning.dem.contact import STATIC_PENETRATION, Contact
+from overturning.dem.body.cases import SpaceCases
+from overturning.dem.body.run import run_in_space
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import run, run_cases
-from overturning.dem.scene import gravestone
-from overturning.dem.solid.cases import SpaceCases
-from overturning.dem.solid.run import run_in_space
-from overturning.dem.solid.shapes import shape_of
 from overturning.dem.trajectory import trajectory
+from overturning.model.cases import Cases
+from overturning.model.contact import STATIC_PENETRATION, Contact
+from overturning.model.scene import gravestone
+from overturning.model.shapes import shape_of
 from overturning.motion.direction import direction_cosines
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY

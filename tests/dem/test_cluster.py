@@ -9,7 +9,7 @@ import pytest
 from distributed import Client, LocalCluster
 
 import overturning
-from overturning.dem.solid.simulate import simulate_in_space_arrays
+from overturning.dem.body.simulate import simulate_in_space_arrays
 from overturning.errors import ArgumentError
 
 MOTION = overturning.Motion.sine(amplitude=5.0, period=0.8, azimuth_deg=60)

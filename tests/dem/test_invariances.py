@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from overturning.dem.body.simulate import simulate_in_space_arrays
 from overturning.dem.simulate import simulate_arrays
-from overturning.dem.solid.contact import VertexContact
-from overturning.dem.solid.simulate import simulate_in_space_arrays
-from overturning.dem.variables import INT8_MISSING
+from overturning.model.contact import VertexContact
+from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from tests.dem.near_field import near_field
 from tests.dem.polygon_scenes import shipped

@@ -2,8 +2,8 @@
 
 import pytest
 
-from overturning.dem.contact import Contact
 from overturning.dem.simulate import simulate_arrays
+from overturning.model.contact import Contact
 from tests.dem.near_field import near_field
 
 FALLING = {7: "Petrolia", 9: "Rinaldi", 10: "Sylmar Olive View"}

@@ -5,18 +5,18 @@ import pytest
 
 from overturning.dem.block.centred import Met, found_of, meet
 from overturning.dem.block.state import GENTLE_STEPS, Block, Change, Corner, ForeseenCorner
-from overturning.dem.cases import Cases
-from overturning.dem.contact import SCENE_STATIC_PENETRATION, STATIC_PENETRATION, Contact
 from overturning.dem.kernel import balance
 from overturning.dem.kernel.balance import ENERGY_BOUND, FINER
 from overturning.dem.kernel.clock import BLOCK, BODY, SCENE, Attempt, Clock, Found, Pace, next_attempt
-from overturning.dem.kernel.status import Status
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import plan, run_cases
-from overturning.dem.scene import gravestone
 from overturning.dem.time_step import contact_time, highest_eigenvalue
 from overturning.dem.trajectory import trajectory
-from overturning.dem.variables import INT8_MISSING
+from overturning.model.cases import Cases
+from overturning.model.contact import SCENE_STATIC_PENETRATION, STATIC_PENETRATION, Contact
+from overturning.model.scene import gravestone
+from overturning.model.status import Status
+from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import shipped
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from overturning.dem.cases import Cases
 from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate_arrays
+from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from tests.dem.near_field import near_field
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from overturning.dem.cases import Cases
 from overturning.dem.run import run_cases
+from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from verification.reference.rocking import rocking_outcome

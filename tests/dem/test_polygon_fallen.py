@@ -5,16 +5,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from overturning.dem.cases import Cases
-from overturning.dem.kernel.status import Status
 from overturning.dem.numerics import Numerics
-from overturning.dem.polygon.geometry import native_size, place
 from overturning.dem.polygon.prepare import prepare
-from overturning.dem.results import Results
 from overturning.dem.run import run
-from overturning.dem.scene import Scene
 from overturning.dem.trajectory import trajectory
 from overturning.figures.film_of_trajectory import outcome
+from overturning.model.cases import Cases
+from overturning.model.geometry import native_size, place
+from overturning.model.results import Results
+from overturning.model.scene import Scene
+from overturning.model.status import Status
 from overturning.motion.motion import Motion
 from tests.dem.near_field import near_field
 from tests.dem.polygon_scenes import GROUND, ROOT, block, scene, shaken, shipped, still

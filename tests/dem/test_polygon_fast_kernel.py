@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from overturning.dem.cases import Cases
-from overturning.dem.contact import SCENE_STATIC_PENETRATION, Contact
-from overturning.dem.kernel.status import Status
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.plan import plan_polygons
 from overturning.dem.run import run, run_cases
-from overturning.dem.scene import gravestone
 from overturning.dem.simulate import simulate_arrays
 from overturning.dem.trajectory import trajectory
+from overturning.model.cases import Cases
+from overturning.model.contact import SCENE_STATIC_PENETRATION, Contact
+from overturning.model.scene import gravestone
+from overturning.model.status import Status
 from overturning.motion.motion import Motion
 from tests.dem.near_field import near_field
 from tests.dem.polygon_scenes import shipped

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.dem.polygon.geometry import place
 from overturning.dem.trajectory import trajectory
 from overturning.figures.film_of_trajectory import film_of
+from overturning.model.geometry import place
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import shipped
 

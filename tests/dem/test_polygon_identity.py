@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 import overturning.dem
-from overturning.dem.cases import Cases
 from overturning.dem.kernel import queue
 from overturning.dem.kernel.cache import cache_directory
 from overturning.dem.numerics import Numerics
-from overturning.dem.polygon.geometry import native_size
-from overturning.dem.results import Results
 from overturning.dem.run import run
-from overturning.dem.scene import Scene
 from overturning.dem.simulate import simulate, simulate_arrays
 from overturning.dem.trajectory import trajectory
+from overturning.model.cases import Cases
+from overturning.model.geometry import native_size
+from overturning.model.results import Results
+from overturning.model.scene import Scene
 from overturning.motion.motion import Motion
 from tests.dem.near_field import near_field
 from tests.dem.polygon_scenes import ROOT, block, scene, shaken, shipped

@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from overturning.dem.cases import Cases
-from overturning.dem.polygon.geometry import native_size, place
-from overturning.dem.polygon.pieces import bend, convex_pieces, crosses_itself, outline
 from overturning.dem.polygon.prepare import prepare
-from overturning.dem.results import Results
 from overturning.dem.run import run
-from overturning.dem.scene import Scene
 from overturning.errors import ConfigError
+from overturning.model.cases import Cases
+from overturning.model.geometry import native_size, place
+from overturning.model.pieces import bend, convex_pieces, crosses_itself, outline
+from overturning.model.results import Results
+from overturning.model.scene import Scene
 from overturning.motion.motion import Motion
 from tests.dem.near_field import near_field
 from tests.dem.polygon_scenes import GROUND, block, scene, shaken

@@ -5,17 +5,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from overturning.dem.cases import Cases
-from overturning.dem.contact import Contact
-from overturning.dem.kernel.status import Status
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.arrays import rests_on_one_face
-from overturning.dem.polygon.geometry import nearest_faces, place, symmetric
 from overturning.dem.polygon.prepare import prepare
 from overturning.dem.run import run
-from overturning.dem.scene import Scene, check_scene, load_scene
-from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ConfigError
+from overturning.model.cases import Cases
+from overturning.model.contact import Contact
+from overturning.model.geometry import nearest_faces, place, symmetric
+from overturning.model.scene import Scene, check_scene, load_scene
+from overturning.model.status import Status
+from overturning.model.variables import INT8_MISSING
 from tests.dem.polygon_scenes import GROUND, SHIPPED, block, one_case, scene, shaken, shipped, still
 
 LOW = {"name": "low", "width": 1.0, "height": 0.5, "stands_on": "ground"}

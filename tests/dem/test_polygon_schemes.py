@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from overturning.arrays import FloatArray
-from overturning.dem.cases import Cases
-from overturning.dem.kernel.status import Status
 from overturning.dem.numerics import Numerics
-from overturning.dem.polygon.geometry import native_size
 from overturning.dem.run import run
-from overturning.dem.scene import Scene
+from overturning.model.cases import Cases
+from overturning.model.geometry import native_size
+from overturning.model.scene import Scene
+from overturning.model.status import Status
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import block, scene, shaken, shipped
 

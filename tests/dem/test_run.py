@@ -8,19 +8,19 @@ import pytest
 from overturning.dem.block import plan as block_plan
 from overturning.dem.block.plan import BlockPlan
 from overturning.dem.block.rules import ROW
-from overturning.dem.cases import Cases
-from overturning.dem.contact import Contact
+from overturning.dem.body import plan as space_plan
+from overturning.dem.body.trajectory import trajectory_in_space
 from overturning.dem.kernel.queue import with_room
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.plan import PolygonPlan
 from overturning.dem.run import plan, run, run_cases
-from overturning.dem.scene import check_scene, gravestone
 from overturning.dem.simulate import simulate_arrays
-from overturning.dem.solid import plan as space_plan
-from overturning.dem.solid.trajectory import trajectory_in_space
 from overturning.dem.trajectory import trajectory
-from overturning.dem.variables import INT8_MISSING, VARIABLES
 from overturning.errors import ArgumentError
+from overturning.model.cases import Cases
+from overturning.model.contact import Contact
+from overturning.model.scene import check_scene, gravestone
+from overturning.model.variables import INT8_MISSING, VARIABLES
 from overturning.motion.motion import Motion
 from overturning.study.ensemble import ENSEMBLE_VARIABLES
 from tests.dem.polygon_scenes import shaken, shipped

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from overturning.dem import run as run_module
-from overturning.dem.cases import Cases
 from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.dem.trajectory import trajectory
+from overturning.model.cases import Cases
 from overturning.records.catalogue import read_catalogue
 from overturning.records.read import read_record
 from overturning.records.store import write_motion

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from overturning.dem.cases import Cases
-from overturning.dem.contact import Contact
-from overturning.dem.results import Results
 from overturning.dem.run import run_cases
+from overturning.model.cases import Cases
+from overturning.model.contact import Contact
+from overturning.model.results import Results
 from overturning.motion.motion import Motion
 from tests.dem.near_field import near_field
 from tests.dem.scalar_kernel import outcomes

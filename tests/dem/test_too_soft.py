@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 
-from overturning.dem.cases import Cases
-from overturning.dem.contact import Contact
-from overturning.dem.kernel.status import Status
+from overturning.dem.body.simulate import simulate_in_space_arrays
+from overturning.dem.body.trajectory import trajectory_in_space
 from overturning.dem.run import run_cases
-from overturning.dem.solid.contact import VertexContact
-from overturning.dem.solid.simulate import simulate_in_space_arrays
-from overturning.dem.solid.trajectory import trajectory_in_space
-from overturning.dem.variables import INT8_MISSING
+from overturning.model.cases import Cases
+from overturning.model.contact import Contact, VertexContact
+from overturning.model.status import Status
+from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 
 SHAKEN = pytest.mark.parametrize("peak", [0.0, 0.1, 5.0])

@@ -13,13 +13,13 @@ from numba import typeof
 
 from overturning.dem.block.rules import SCHEMES
 from overturning.dem.block.state import COLUMNS, ROWS, TICKS
+from overturning.dem.body import centred_loops as space_centred
+from overturning.dem.body import cundall as space_cundall
+from overturning.dem.body import state as space
 from overturning.dem.kernel.lanes import aligned
 from overturning.dem.polygon import centred, cundall, equations, rows
 from overturning.dem.polygon.step import advance_on, motion_on
 from overturning.dem.polygon.verdict import note_standing
-from overturning.dem.solid import centred_loops as space_centred
-from overturning.dem.solid import cundall as space_cundall
-from overturning.dem.solid import state as space
 
 Compile = Callable[[], Iterator[str]]
 """Compiles a kernel's loops and gives the assembly of each."""

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from overturning.dem.solid.trajectory import trajectory_in_space
+from overturning.dem.body.trajectory import trajectory_in_space
 from overturning.errors import ArgumentError
 from overturning.figures.axis import axis_figure
 from overturning.figures.film import SpacePanel, film_data

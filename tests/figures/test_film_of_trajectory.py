@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.dem.scene import check_scene
 from overturning.dem.simulate import simulate_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
 from overturning.figures.film import corners
 from overturning.figures.film_of_trajectory import film_of, movement, outcome
 from overturning.figures.film_page import film_page
+from overturning.model.scene import check_scene
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import read_catalogue
 from overturning.records.processing import process

@@ -11,7 +11,6 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from overturning.dem.scene import load_scene
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
 from overturning.figures.axes_by_earthquake import axes_figure
@@ -24,6 +23,7 @@ from overturning.figures.response import response_figure
 from overturning.figures.site_map import local_km, site_map_figure
 from overturning.figures.spectra import spectra_figure
 from overturning.figures.style import PAGE_WIDTH, save, style
+from overturning.model.scene import load_scene
 from overturning.motion.motion import Motion
 from overturning.statistics.boundary import boundary
 from overturning.statistics.earthquakes import axes_by_earthquake, summarise_axes

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from overturning.dem.solid.trajectory import trajectory_in_space
+from overturning.dem.body.trajectory import trajectory_in_space
 from overturning.figures.explore import explorer_data, explorer_page
 from overturning.figures.film_of_trajectory import film_of
 from overturning.figures.film_page import write_film_page

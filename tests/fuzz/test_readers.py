@@ -9,8 +9,8 @@ import pytest
 import yaml
 from hypothesis import strategies as st
 
-from overturning.dem.scene import load_scene
-from overturning.dem.solid.mesh import read_mesh
+from overturning.model.mesh import read_mesh
+from overturning.model.scene import load_scene
 from overturning.records.catalogue import read_catalogue
 from overturning.records.read import read_path
 from overturning.records.source import ReadOptions

@@ -11,15 +11,15 @@ import pytest
 import xarray as xr
 from scipy.stats import binomtest
 
-from overturning.dem.cases import Cases
-from overturning.dem.contact import STATIC_PENETRATION, Contact
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.prepare import prepare
 from overturning.dem.run import plan, run, run_cases
-from overturning.dem.scene import gravestone
 from overturning.dem.simulate import simulate_arrays
 from overturning.errors import ResultError
+from overturning.model.cases import Cases
+from overturning.model.contact import STATIC_PENETRATION, Contact
 from overturning.model.planes import Planes
+from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.report.blocks import Paragraph, Table

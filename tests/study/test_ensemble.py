@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from overturning.dem.cases import Cases
-from overturning.dem.grid import Grid
 from overturning.dem.numerics import Progress
-from overturning.dem.results import Results
 from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.errors import ConfigError, ResultError
+from overturning.model.cases import Cases
+from overturning.model.grid import Grid
+from overturning.model.results import Results
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import write_motion

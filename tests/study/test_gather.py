@@ -10,11 +10,11 @@ import netCDF4
 import numpy as np
 import pytest
 
-from overturning.dem.grid import Grid
-from overturning.dem.kernel.status import Status
-from overturning.dem.scene import load_scene
-from overturning.dem.variables import FLOAT32_MISSING, INT8_MISSING, VARIABLES
 from overturning.errors import ResultError
+from overturning.model.grid import Grid
+from overturning.model.scene import load_scene
+from overturning.model.status import Status
+from overturning.model.variables import FLOAT32_MISSING, INT8_MISSING, VARIABLES
 from overturning.records.record import Record
 from overturning.study.cube import earthquakes_said, open_cube, processing_of, study_of
 from overturning.study.gather import describe_cube, gather

@@ -8,12 +8,12 @@ import psutil
 import pytest
 from netCDF4 import Dataset
 
-from overturning.dem.cases import Cases
-from overturning.dem.contact import Contact
-from overturning.dem.polygon.geometry import native_size
 from overturning.dem.run import run, run_cases
-from overturning.dem.scene import gravestone, load_scene
 from overturning.errors import ConfigError, ResultError
+from overturning.model.cases import Cases
+from overturning.model.contact import Contact
+from overturning.model.geometry import native_size
+from overturning.model.scene import gravestone, load_scene
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import write_motion

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from overturning.dem.body.simulate import simulate_in_space_arrays
 from overturning.dem.simulate import simulate_arrays
-from overturning.dem.solid.simulate import simulate_in_space_arrays
 from overturning.errors import ConfigError, ResultError
 from overturning.motion.motion import Motion
 from overturning.records.record import Record

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from overturning.dem.solid.cases import SpaceCases
-from overturning.dem.solid.run import run_in_space
-from overturning.dem.solid.shapes import Circle
+from overturning.dem.body.cases import SpaceCases
+from overturning.dem.body.run import run_in_space
 from overturning.errors import ArgumentError, ResultError
+from overturning.model.shapes import Circle
 from overturning.motion.motion import Motion
 from overturning.report.sections.backwards import backwards_sentences, cautions, draw_posterior
 from overturning.surveys import responses as computed

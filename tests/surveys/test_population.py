@@ -6,9 +6,9 @@ import pytest
 import xarray as xr
 from scipy.stats import binomtest
 
-from overturning.dem.cases import Cases
 from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate
+from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.study.sections import Population, Spread
 from overturning.surveys.population import Stones, draw_stones, grid_places, rates, stone_outcomes

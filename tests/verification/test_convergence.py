@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from overturning.dem.cases import Cases
-from overturning.dem.contact import SCENE_STATIC_PENETRATION, STATIC_PENETRATION
 from overturning.dem.run import run_cases
+from overturning.model.cases import Cases
+from overturning.model.contact import SCENE_STATIC_PENETRATION, STATIC_PENETRATION
 from verification.measures import order, rotation_error
 from verification.work_precision.boundaries import BRACKET, answers, bisect, boundaries, ends, kernel
 from verification.work_precision.cases import Group, pulse_groups

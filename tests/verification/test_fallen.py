@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from overturning.dem.cases import Cases
-from overturning.dem.element import ContactLaw
-from overturning.dem.polygon.geometry import native_size
 from overturning.dem.polygon.prepare import Prepared, prepare
-from overturning.dem.results import Results
 from overturning.dem.run import run
-from overturning.dem.scene import Scene
+from overturning.model.cases import Cases
+from overturning.model.element import ContactLaw
+from overturning.model.geometry import native_size
+from overturning.model.results import Results
+from overturning.model.scene import Scene
 from tests.dem.polygon_scenes import shipped
 from tests.verification.test_stability_scenes import pulse
 from verification.stability.fallen import falls_from, flags_fit, lies_from

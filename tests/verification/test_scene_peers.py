@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from overturning.dem.cases import Cases
-from overturning.dem.polygon.geometry import native_size
 from overturning.dem.run import run
+from overturning.model.cases import Cases
+from overturning.model.geometry import native_size
 from tests.dem.near_field import near_field as installed_near_field
 from tests.dem.polygon_scenes import shipped
 from verification.inputs import near_field

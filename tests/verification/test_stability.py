@@ -85,7 +85,7 @@ def test_the_checks_find_a_wrong_answer() -> None:
 
 
 def _cases(case: StabilityCase):  # type: ignore[no-untyped-def]
-    from overturning.dem.cases import Cases
+    from overturning.model.cases import Cases
 
     return Cases(0.0, case.height, case.b_over_h, case.friction)
 

@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from overturning.dem.cases import Cases
-from overturning.dem.element import ContactLaw, Material
-from overturning.dem.kernel.status import Status
 from overturning.dem.numerics import Numerics
-from overturning.dem.polygon.geometry import native_size
 from overturning.dem.polygon.prepare import prepare
-from overturning.dem.results import Results
 from overturning.dem.run import run, run_cases
 from overturning.errors import ArgumentError
+from overturning.model.cases import Cases
+from overturning.model.element import ContactLaw, Material
+from overturning.model.geometry import native_size
+from overturning.model.results import Results
+from overturning.model.status import Status
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import shipped
 from verification.stability.blocks import Ending

@@ -19,7 +19,7 @@ def test_every_part_is_planned(tmp_path: Path) -> None:
 
 def test_a_job_depends_on_its_own_sources_and_on_the_packages() -> None:
     found = {str(path.relative_to(ROOT)) for path in sources.sources_of("verification.page", ROOT / "verification")}
-    assert {"verification/tables.py", "verification/stability/figures.py", "src/overturning/dem/cases.py"} <= found
+    assert {"verification/tables.py", "verification/stability/figures.py", "src/overturning/model/cases.py"} <= found
     assert "verification/bench.py" not in found
     hashes = {
         sources.source_hash(f"verification.{name}", ROOT / "verification")

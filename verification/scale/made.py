@@ -9,8 +9,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.kernel.status import Status
-from overturning.dem.variables import Variable
+from overturning.model.status import Status
+from overturning.model.variables import Variable
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import rounded, write_motion

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from overturning.arrays import FloatArray
-from overturning.dem.cases import Cases
+from overturning.dem.body.cases import SpaceCases
+from overturning.dem.body.plan import SPACE_SCHEMES
+from overturning.dem.body.run import run_in_space
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import run_cases
-from overturning.dem.solid.cases import SpaceCases
-from overturning.dem.solid.plan import SPACE_SCHEMES
-from overturning.dem.solid.run import run_in_space
-from overturning.dem.solid.shapes import Rectangle
 from overturning.files import atomic_write
+from overturning.model.cases import Cases
+from overturning.model.shapes import Rectangle
 from overturning.motion.motion import Motion
 from overturning.study.sources import source_hash
 from verification.shaking_table.data import Tests

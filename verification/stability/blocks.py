@@ -9,16 +9,16 @@ import numpy as np
 import pandas as pd
 
 from overturning.arrays import FloatArray
-from overturning.dem.cases import Cases
-from overturning.dem.contact import Contact
 from overturning.dem.kernel.balance import ENERGY_BOUND
-from overturning.dem.kernel.status import Status
 from overturning.dem.plan import DEEPEST
-from overturning.dem.results import Results
 from overturning.dem.run import run_cases
 from overturning.dem.time_step import highest_eigenvalue, rocking_time, scheme_of, stable_step, steps_per_sample
-from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ArgumentError
+from overturning.model.cases import Cases
+from overturning.model.contact import Contact
+from overturning.model.results import Results
+from overturning.model.status import Status
+from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from verification.stability.cases import PAPER_DAMPING, StabilityCase, motion_of_case

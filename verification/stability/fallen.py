@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.polygon.geometry import Placed
 from overturning.dem.polygon.prepare import Prepared
+from overturning.model.geometry import Placed
 from overturning.units import STANDARD_GRAVITY
 
 LEVEL: Final = 0.5 * np.pi

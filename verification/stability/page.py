@@ -7,10 +7,10 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from overturning.dem.contact import PRECISION_FLOOR
 from overturning.dem.kernel.balance import ENERGY_BOUND
 from overturning.dem.numerics import BUDGET
 from overturning.dem.plan import DEEPEST
+from overturning.model.contact import PRECISION_FLOOR
 from verification.stability.blocks import Ending
 from verification.stability.cases import ADVERSARIAL
 from verification.stability.scene_cases import SCENES

@@ -7,8 +7,8 @@ from typing import Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.dem.element import ContactLaw, Material
-from overturning.dem.scene import Scene, load_scene
+from overturning.model.element import ContactLaw, Material
+from overturning.model.scene import Scene, load_scene
 from verification.stability.cases import (
     ADVERSARIAL,
     PAPER_DAMPING,

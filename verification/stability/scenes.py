@@ -9,16 +9,16 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from overturning.dem.cases import Cases
-from overturning.dem.kernel.status import Status
 from overturning.dem.numerics import ELEMENT_STEP, Numerics
 from overturning.dem.plan import DEEPEST
-from overturning.dem.polygon.geometry import Placed, native_size
 from overturning.dem.polygon.prepare import Prepared, prepare
-from overturning.dem.results import Results
 from overturning.dem.run import run
-from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ArgumentError
+from overturning.model.cases import Cases
+from overturning.model.geometry import Placed, native_size
+from overturning.model.results import Results
+from overturning.model.status import Status
+from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from verification.stability.blocks import GROUPS, Ending, demand_of, numbered, step_ratio, unsound

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.block.state import COLUMNS
-from overturning.dem.cases import Cases
-from overturning.dem.results import Results
 from overturning.dem.run import run_cases
-from overturning.dem.variables import INT8_MISSING
+from overturning.model.cases import Cases
+from overturning.model.results import Results
+from overturning.model.variables import INT8_MISSING
 from verification.measures import Flags
 from verification.work_precision.cases import Group
 

@@ -4,9 +4,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from overturning.dem.contact import STATIC_PENETRATION
 from overturning.dem.run import run_cases
 from overturning.dem.time_step import AUTO_FRACTION, DEFAULT_SCHEME, scheme_of
+from overturning.model.contact import STATIC_PENETRATION
 from verification.work_precision.boundaries import answers, boundaries, boundary_shift, kernel, located
 from verification.work_precision.cases import record_groups, thinned, thinned_values
 from verification.work_precision.table import (

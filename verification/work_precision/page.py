@@ -6,7 +6,7 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from overturning.dem.contact import STATIC_PENETRATION
+from overturning.model.contact import STATIC_PENETRATION
 from overturning.study.ensemble import wilson
 from verification.measures import order
 from verification.tables import Figure, lines_of, markdown

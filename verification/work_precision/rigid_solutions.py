@@ -9,9 +9,9 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.dem.contact import STATIC_PENETRATION
 from overturning.dem.run import run_cases
 from overturning.dem.time_step import AUTO_FRACTION, DEFAULT_SCHEME, scheme_of
+from overturning.model.contact import STATIC_PENETRATION
 from verification.engines import Engine, installed, side_of_block
 from verification.measures import Flags
 from verification.timing import measured

@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 
 from overturning.arrays import FloatArray
-from overturning.dem.contact import STATIC_PENETRATION, Contact
 from overturning.dem.run import run_cases
 from overturning.dem.time_step import AUTO_FRACTION, DEFAULT_SCHEME, scheme_of
+from overturning.model.contact import STATIC_PENETRATION, Contact
 from overturning.study.convergence import compare
 from verification.measures import Flags, rotation_error
 from verification.tables import read_table

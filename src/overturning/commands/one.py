@@ -11,7 +11,7 @@ from overturning.commands.declared import Declared, InPlane, InSpace, Outputs, S
 if TYPE_CHECKING:
     import xarray as xr
 
-    from overturning.dem.scene import Scene
+    from overturning.model.scene import Scene
     from overturning.motion.motion import Motion
     from overturning.records.record import Record
 
@@ -48,13 +48,13 @@ def _one_in_planes(
     motion: "Motion", place: str, amplitude: float, plane: InPlane, stone: Stone, outputs: Outputs
 ) -> None:
     """Simulate a scene along each azimuth, print what it does, and make a film or a figure of it."""
-    from overturning.dem.polygon.geometry import native_size
     from overturning.dem.trajectory import trajectory
     from overturning.figures.film_movie import write_film_movie
     from overturning.figures.film_of_trajectory import film_of
     from overturning.figures.film_page import write_film_page
     from overturning.figures.response import response_figure
     from overturning.figures.style import save, style
+    from overturning.model.geometry import native_size
 
     stones, azimuth = _scene(plane, stone.damping_ratio), plane.azimuth or []
     own_height, own_ratio = native_size(stones)
@@ -103,9 +103,9 @@ def _check_outputs(wanted: Outputs) -> None:
 
 def _scene(plane: InPlane, damping_ratio: float | None) -> "Scene":
     """The scene that is named, or the gravestone of this density and contact."""
-    from overturning.dem.contact import Contact
-    from overturning.dem.scene import gravestone, load_scene
     from overturning.errors import ArgumentError
+    from overturning.model.contact import Contact
+    from overturning.model.scene import gravestone, load_scene
     from overturning.units import GRANITE_DENSITY
 
     if plane.scene is None:

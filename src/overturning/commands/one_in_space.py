@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 def _body_named(plan: str) -> Any:
     """The body of a name, of a number of sides, or of a mesh's file."""
-    from overturning.dem.solid.mesh import read_mesh
+    from overturning.model.mesh import read_mesh
 
     if plan.isdigit():
         return int(plan)
@@ -22,14 +22,14 @@ def one_in_space(
     motion: "Motion", place: str, amplitude: float, space: InSpace, stone: Stone, outputs: Outputs
 ) -> None:
     """Simulate a body at one orientation or several, print what it does, and make a film or a figure of it."""
-    from overturning.dem.solid.contact import VertexContact
-    from overturning.dem.solid.shapes import shape_of
-    from overturning.dem.solid.trajectory import trajectory_in_space
+    from overturning.dem.body.trajectory import trajectory_in_space
     from overturning.errors import ArgumentError
     from overturning.figures.axis import axis_figure
     from overturning.figures.film_of_trajectory import film_of, heading_of, outcome
     from overturning.figures.film_page import write_film_page
     from overturning.figures.style import save, style
+    from overturning.model.contact import VertexContact
+    from overturning.model.shapes import shape_of
 
     orientations, animate, response = space.orientation or [0.0], outputs.animate, outputs.response
     height, b_over_h, friction, aspect = stone.height, stone.b_over_h, stone.friction, space.aspect

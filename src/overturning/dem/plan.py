@@ -8,15 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.cases import Cases
-from overturning.dem.kernel.status import Status
 from overturning.dem.numerics import Numerics
-from overturning.dem.polygon.geometry import Placed
-from overturning.dem.results import Answers, Results
-from overturning.dem.scene import Scene
 from overturning.dem.time_step import Scheme
-from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ArgumentError
+from overturning.model.cases import Cases
+from overturning.model.geometry import Placed
+from overturning.model.results import Answers, Results
+from overturning.model.scene import Scene
+from overturning.model.status import Status
+from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 
 DEEPEST: Final = 0.2

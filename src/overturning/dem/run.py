@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.cases import Cases
 from overturning.dem.cluster import run_on_cluster
-from overturning.dem.contact import Contact
 from overturning.dem.numerics import Numerics
 from overturning.dem.plan import Plan
-from overturning.dem.results import Results
-from overturning.dem.scene import Scene, gravestone
+from overturning.model.cases import Cases
+from overturning.model.contact import Contact
+from overturning.model.results import Results
+from overturning.model.scene import Scene, gravestone
 from overturning.motion.motion import Motion
 from overturning.units import GRANITE_DENSITY
 
 if TYPE_CHECKING:
-    from overturning.dem.solid.plan import SpacePlan
+    from overturning.dem.body.plan import SpacePlan
 
 QUEUE: Final = 4096
 """Cases per call of the kernel: long enough to keep the columns full, short enough for the memory to stay flat."""

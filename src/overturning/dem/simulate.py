@@ -5,14 +5,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from overturning.dem.contact import Contact
-from overturning.dem.grid import DIMENSIONS, Grid
 from overturning.dem.numerics import Numerics
-from overturning.dem.polygon.geometry import place, symmetric
 from overturning.dem.polygon.prepare import CRITICAL, critical_angles
 from overturning.dem.run import run
-from overturning.dem.scene import Scene, scene_or_gravestone
-from overturning.dem.variables import VARIABLES
+from overturning.model.contact import Contact
+from overturning.model.geometry import place, symmetric
+from overturning.model.grid import DIMENSIONS, Grid
+from overturning.model.scene import Scene, scene_or_gravestone
+from overturning.model.variables import VARIABLES
 from overturning.motion.motion import Motion, as_motion
 from overturning.units import GRANITE_DENSITY
 

@@ -4,14 +4,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from overturning.dem.cases import Cases
-from overturning.dem.contact import Contact
 from overturning.dem.numerics import Numerics
 from overturning.dem.plan import Path
-from overturning.dem.results import Results
 from overturning.dem.run import plan
-from overturning.dem.scene import Scene, scene_or_gravestone
-from overturning.dem.variables import INT8_MISSING, VARIABLES
+from overturning.model.cases import Cases
+from overturning.model.contact import Contact
+from overturning.model.results import Results
+from overturning.model.scene import Scene, scene_or_gravestone
+from overturning.model.variables import INT8_MISSING, VARIABLES
 from overturning.motion.motion import Motion, as_motion
 from overturning.units import GRANITE_DENSITY
 
@@ -50,7 +50,7 @@ def trajectory(
     motion, azimuth_deg, height, b_over_h, friction, scene, density, contact
         As in `overturning.dem.simulate.simulate_arrays`, one value each.
     amplitude, initial_tilt : float
-        As in `overturning.dem.cases.Cases`.
+        As in `overturning.model.cases.Cases`.
     **options
         Fields of `overturning.dem.numerics.Numerics`.
 

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.status import Status
-from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ArgumentError
 from overturning.figures.film import FRAME_INTERVAL, Body, Film, Panel, SpacePanel, about_the_peak, frame_times
 from overturning.figures.film_in_space import space_movement, space_outcome, space_panel
 from overturning.figures.style import compass_name
+from overturning.model.status import Status
+from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 
 if TYPE_CHECKING:

@@ -124,7 +124,7 @@ def trajectories(
         options: dict[str, Any] = {"scene": scene_of(study), **block, **vars(numerics_of(study))}
         return [trajectory(motion, **options, azimuth_deg=angle, amplitude=factor) for angle, factor in panels]
     # Imported here: with the trajectory comes the kernel of bodies in space.
-    from overturning.dem.solid.trajectory import trajectory_in_space
+    from overturning.dem.body.trajectory import trajectory_in_space
     from overturning.study.space import space_numerics, vertex_contact
 
     shape = study.body.shape()

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from overturning.dem.variables import INT8_MISSING
 from overturning.figures.film_of_trajectory import free_elements, window
 from overturning.figures.style import DASHED, DASHES, PAGE_WIDTH, SERIES, caption, compass_name, labels
+from overturning.model.variables import INT8_MISSING
 from overturning.units import CM, GAL
 
 if TYPE_CHECKING:

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from overturning.dem.polygon.geometry import place
-from overturning.dem.scene import Scene
 from overturning.figures.rose import draw_rose
 from overturning.figures.style import INK, SERIES, grid
+from overturning.model.geometry import place
+from overturning.model.scene import Scene
 from overturning.statistics.circular import sector_shares
 from overturning.statistics.falls import falls_towards
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from overturning.dem.scene import gravestone
 from overturning.figures.axes_by_earthquake import axes_figure
 from overturning.figures.history import history_figure
 from overturning.figures.intensity import intensity_figure
@@ -22,6 +21,7 @@ from overturning.figures.space import follow_figure, space_map_figure
 from overturning.figures.style import save, style
 from overturning.files import atomic_write
 from overturning.model.falls import model_of
+from overturning.model.scene import gravestone
 from overturning.records.store import read_motion, read_unprocessed
 from overturning.statistics.earthquakes import axes_by_group, summarise_axes
 from overturning.statistics.logistic import overturning_fit

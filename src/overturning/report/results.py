@@ -11,10 +11,10 @@ from typing import Any
 
 import xarray as xr
 
-from overturning.dem.scene import gravestone
 from overturning.files import without_folders
 from overturning.model.falls import model_of
 from overturning.model.model import Model
+from overturning.model.scene import gravestone
 from overturning.report.words import WORDS, Words
 from overturning.statistics import earthquakes
 from overturning.statistics.elements import ElementFalls, falls_by_element

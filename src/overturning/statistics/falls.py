@@ -3,10 +3,10 @@
 import numpy as np
 import xarray as xr
 
-from overturning.dem.variables import VARIABLES
 from overturning.model.falls import model_of
 from overturning.model.planes import period_of
 from overturning.model.symmetry import PLANE_PERIOD, nearest_planes
+from overturning.model.variables import VARIABLES
 from overturning.study.ensemble import ENSEMBLE_VARIABLES
 
 

@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ValidationError
 
-from overturning.dem.cases import Cases
 from overturning.dem.numerics import Progress
-from overturning.dem.scene import Scene
-from overturning.dem.variables import INT8_MISSING
 from overturning.errors import ArgumentError, ResultError
 from overturning.files import atomic_write
+from overturning.model.cases import Cases
+from overturning.model.scene import Scene
+from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.study.grid import grid_of
@@ -384,7 +384,7 @@ def cases_of(study: Study) -> Callable[..., Any]:
     """What makes cases of a study from a row of values per dimension."""
     if study.body is None:
         return Cases
-    from overturning.dem.solid.cases import SpaceCases
+    from overturning.dem.body.cases import SpaceCases
 
     return SpaceCases
 

@@ -6,9 +6,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from overturning.dem.variables import VARIABLES
 from overturning.errors import ResultError
 from overturning.files import checksum_matches
+from overturning.model.variables import VARIABLES
 from overturning.study.load import check_study
 from overturning.study.scenes import scene_of
 from overturning.study.schema import Study

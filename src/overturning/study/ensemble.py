@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.cases import Cases
-from overturning.dem.grid import Axes
 from overturning.dem.numerics import Progress
-from overturning.dem.variables import INT8_MISSING, Variable
+from overturning.model.cases import Cases
+from overturning.model.grid import Axes
 from overturning.model.symmetry import PLANE_PERIOD, representatives
+from overturning.model.variables import INT8_MISSING, Variable
 from overturning.motion.motion import Motion
 from overturning.study.members import Members
 

@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from overturning.dem.grid import Axes
-from overturning.dem.polygon.geometry import place, symmetric
-from overturning.dem.variables import INT8_MISSING, Variable
 from overturning.errors import ResultError
 from overturning.files import atomic_write, without_folders
+from overturning.model.geometry import place, symmetric
+from overturning.model.grid import Axes
 from overturning.model.symmetry import PLANE_PERIOD
+from overturning.model.variables import INT8_MISSING, Variable
 from overturning.records.catalogue import METADATA
 from overturning.records.earthquakes import earthquakes_of
 from overturning.records.record import Record, account

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.grid import Axes, Grid
-from overturning.dem.solid.grid import SpaceGrid, periods_of
+from overturning.dem.body.grid import SpaceGrid, periods_of
+from overturning.model.grid import Axes, Grid
 from overturning.model.symmetry import PLANE_PERIOD, Sources, representatives
 from overturning.study.scenes import NOMINAL, scene_of
 from overturning.study.schema import Study

@@ -8,10 +8,10 @@ from typing import Any, Final
 
 import numpy as np
 
-from overturning.dem.grid import Axes
-from overturning.dem.variables import Variable
 from overturning.errors import ResultError
 from overturning.files import checksum_matches
+from overturning.model.grid import Axes
+from overturning.model.variables import Variable
 
 COORDINATES: Final[dict[str, dict[str, Any]]] = {
     "azimuth": {"long_name": "azimuth of the vertical plane of motion, clockwise from north", "units": "degree"},

@@ -10,10 +10,10 @@ from typing import Any, Final, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.grid import Axes
-from overturning.dem.variables import VARIABLES, Variable
 from overturning.errors import ArgumentError, ResultError
 from overturning.files import atomic_write
+from overturning.model.grid import Axes
+from overturning.model.variables import VARIABLES, Variable
 from overturning.study.grid import representatives_of
 from overturning.study.netcdf import add_grid, add_variable, open_raw
 from overturning.study.schema import Study

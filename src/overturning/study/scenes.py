@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.dem.contact import Contact
 from overturning.dem.numerics import Numerics, Progress
-from overturning.dem.polygon.geometry import native_size
-from overturning.dem.scene import Scene, gravestone
 from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.errors import ConfigError
+from overturning.model.contact import Contact
+from overturning.model.geometry import native_size
+from overturning.model.scene import Scene, gravestone
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.steps import Site

@@ -13,10 +13,10 @@ from pydantic import (
     model_validator,
 )
 
-from overturning.dem.cases import HIGHEST, LOWEST, checked_height
-from overturning.dem.element import Model, Name
-from overturning.dem.polygon.geometry import native_size
-from overturning.dem.scene import Scene, gravestone
+from overturning.model.cases import HIGHEST, LOWEST, checked_height
+from overturning.model.element import Model, Name
+from overturning.model.geometry import native_size
+from overturning.model.scene import Scene, gravestone
 from overturning.records.steps import Site, Step
 from overturning.study.sections import (
     BodySettings,

@@ -5,16 +5,16 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Self
 import numpy as np
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
-from overturning.dem.cases import check_heights
-from overturning.dem.contact import DAMPING_RATIO
-from overturning.dem.element import Model
-from overturning.dem.scene import Scene, load_scene
 from overturning.errors import ArgumentError, OverturningError
+from overturning.model.cases import check_heights
+from overturning.model.contact import DAMPING_RATIO
+from overturning.model.element import Model
+from overturning.model.scene import Scene, load_scene
 from overturning.records.steps import Site
 from overturning.study.values import Damping, Degree, Metre, Radian, Second, Stiffness, Values
 
 if TYPE_CHECKING:
-    from overturning.dem.solid.shapes import Shape
+    from overturning.model.shapes import Shape
 
 PulseName = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
 
@@ -244,7 +244,7 @@ class BodySettings(Model):
         # A mesh is read at once, so that a filled-in study holds the whole body.
         if not isinstance(data, dict) or data.get("mesh") is None:
             return data
-        from overturning.dem.solid.mesh import read_mesh
+        from overturning.model.mesh import read_mesh
 
         try:
             read = read_mesh(str(data["mesh"]))
@@ -267,7 +267,7 @@ class BodySettings(Model):
     def shape(self) -> "Shape":
         """The kind of body; an `ArgumentError` where there is none."""
         # Imported here: what a study in planes needs not is not waited for.
-        from overturning.dem.solid.shapes import Polyhedron, shape_of
+        from overturning.model.shapes import Polyhedron, shape_of
 
         return shape_of(self.plan if self.vertices is None else Polyhedron(self.vertices))
 
@@ -292,7 +292,7 @@ class Orientations(Model):
         A ValueError where the step does not divide the turn after which the body of an aspect looks the same, or the
         start does not lie below the step.
         """
-        from overturning.dem.solid.shapes import orientation_grid
+        from overturning.model.shapes import orientation_grid
 
         shape = body.shape()
         try:

@@ -7,22 +7,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.contact import DAMPING_RATIO, Contact
-from overturning.dem.grid import Grid
+from overturning.dem.body.cases import SpaceCases
+from overturning.dem.body.grid import SpaceGrid, periods_of
+from overturning.dem.body.plan import SPACE_SCHEMES
+from overturning.dem.body.results import SpaceResults
+from overturning.dem.body.run import run_in_space
+from overturning.dem.body.simulate import simulate_in_space_arrays
 from overturning.dem.numerics import Numerics
-from overturning.dem.scene import gravestone
 from overturning.dem.simulate import simulate_grid
-from overturning.dem.solid.cases import SpaceCases
-from overturning.dem.solid.contact import STATIC_PENETRATION, VertexContact
-from overturning.dem.solid.grid import SpaceGrid, periods_of
-from overturning.dem.solid.plan import SPACE_SCHEMES
-from overturning.dem.solid.results import SPACE_VARIABLES, SpaceResults
-from overturning.dem.solid.run import run_in_space
-from overturning.dem.solid.shapes import Shape
-from overturning.dem.solid.simulate import simulate_in_space_arrays
 from overturning.dem.time_step import DEFAULT_SCHEME
-from overturning.dem.variables import INT8_MISSING, Variable
+from overturning.model.contact import BODY_STATIC_PENETRATION, DAMPING_RATIO, Contact, VertexContact
 from overturning.model.edges import first_edge
+from overturning.model.grid import Grid
+from overturning.model.scene import gravestone
+from overturning.model.shapes import Shape
+from overturning.model.variables import INT8_MISSING, SPACE_VARIABLES, Variable
 from overturning.motion.motion import Motion
 from overturning.study.ensemble import Arrays, PlaneEnsemble
 from overturning.study.grid import representatives_of
@@ -84,7 +83,7 @@ def variables_in_space(study: Study) -> tuple[Variable, ...]:
 def vertex_contact(settings: ContactSettings, stiffer: float = 1.0) -> VertexContact:
     """The contact of a study in space, perhaps with stiffer springs."""
     ratio = DAMPING_RATIO if settings.damping_ratio is None else settings.damping_ratio
-    return VertexContact(STATIC_PENETRATION / stiffer, settings.stiffness_ratio, ratio)
+    return VertexContact(BODY_STATIC_PENETRATION / stiffer, settings.stiffness_ratio, ratio)
 
 
 def space_numerics(numerics: Numerics, scheme: str | None) -> dict[str, Any]:

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.cases import Cases
 from overturning.dem.numerics import Numerics, Progress
 from overturning.dem.run import run
 from overturning.dem.simulate import simulate_grid
-from overturning.dem.variables import VARIABLES, Variable
+from overturning.model.cases import Cases
+from overturning.model.variables import VARIABLES, Variable
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.study.ensemble import PlaneEnsemble, Runner

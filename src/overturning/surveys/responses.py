@@ -16,13 +16,13 @@ from scipy.special import i0e
 from scipy.stats import qmc
 
 from overturning.arrays import FloatArray
+from overturning.dem.body.cases import SpaceCases
+from overturning.dem.body.plan import SPACE_SCHEMES
+from overturning.dem.body.run import run_in_space
 from overturning.dem.numerics import Numerics
-from overturning.dem.solid.cases import SpaceCases
-from overturning.dem.solid.plan import SPACE_SCHEMES
-from overturning.dem.solid.run import run_in_space
-from overturning.dem.solid.shapes import Circle, Rectangle
 from overturning.errors import ArgumentError
 from overturning.files import atomic_write
+from overturning.model.shapes import Circle, Rectangle
 from overturning.study.sections import Population
 from overturning.study.sources import source_hash
 from overturning.surveys.library import Candidate
@@ -225,7 +225,7 @@ def stored_ways(
 @cache
 def _kernel() -> str:
     """Hash of the sources of the kernel in space."""
-    return source_hash("overturning.dem.solid.run")
+    return source_hash("overturning.dem.body.run")
 
 
 def computed_ways(one: Candidate, aspect: float, nodes: Sequence[tuple[int, int]], threads: int) -> NDArray[np.int8]:

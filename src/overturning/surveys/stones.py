@@ -7,8 +7,8 @@ from typing import Annotated
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, model_validator
 
-from overturning.dem.cases import checked_height
 from overturning.errors import RecordError
+from overturning.model.cases import checked_height
 from overturning.tables import read_rows
 
 OCTANTS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")

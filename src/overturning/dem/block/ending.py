@@ -8,7 +8,7 @@ from numba import njit
 from overturning.dem.block.state import ROWS, TICKS, Account, Block, Peaks, Shaking, State, base_slip
 from overturning.dem.kernel.ending import GOES_ON, REST_ENERGY, STILL_TO_SLIDE, Course
 from overturning.dem.kernel.lanes import INLINE, OPTIONS
-from overturning.dem.kernel.status import Status
+from overturning.model.status import Status
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 load_block, load_state, load_peaks = (ROWS.access(of).load for of in (Block, State, Peaks))

@@ -4,10 +4,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.cases import Cases
 from overturning.dem.plan import Path
-from overturning.dem.polygon.geometry import place
-from overturning.dem.scene import Scene
+from overturning.model.cases import Cases
+from overturning.model.geometry import place
+from overturning.model.scene import Scene
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 from overturning.dem.block.path import block_path
 from overturning.dem.block.rules import CASE, RESULT, ROW, SCHEMES, BlockRules
 from overturning.dem.block.state import GENTLE, RIGID, ROUGH, TICKS
-from overturning.dem.cases import Cases
-from overturning.dem.contact import check_precision
 from overturning.dem.kernel.balance import until_balanced
 from overturning.dem.kernel.clock import BLOCK
 from overturning.dem.kernel.ground import Ground
@@ -28,8 +26,6 @@ from overturning.dem.plan import (
     sinks_too_far,
 )
 from overturning.dem.quiet import quiet_windows
-from overturning.dem.results import Answers
-from overturning.dem.scene import Scene
 from overturning.dem.time_step import (
     Scheme,
     contact_time,
@@ -40,6 +36,10 @@ from overturning.dem.time_step import (
     stable_step,
     steps_per_sample,
 )
+from overturning.model.cases import Cases
+from overturning.model.contact import check_precision
+from overturning.model.results import Answers
+from overturning.model.scene import Scene
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 

@@ -6,7 +6,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from overturning.dem.kernel.status import Status
+from overturning.model.status import Status
 
 ENERGY_BOUND: Final = 1e-2
 """Largest energy error of a simulated case; beyond it work and energy do not balance and the flag is missing."""

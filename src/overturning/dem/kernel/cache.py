@@ -25,15 +25,16 @@ def prefer_full_width() -> None:
             config.CPU_FEATURES = f"{features.flatten()},-prefer-256-bit"
 
 
-_UNITS = Path(__file__).parents[2] / "units.py"
-"""Its constants are compiled into the kernels."""
+_PACKAGE = Path(__file__).parents[2]
+_CONSTANTS = (_PACKAGE / "units.py", *sorted((_PACKAGE / "model").glob("*.py")))
+"""Modules whose constants are compiled into the kernels."""
 
 
 def sources_digest(folder: Path) -> str:
-    """First 16 hex digits of the SHA-256 over the names and contents of all modules of a folder, and over the units."""
-    digest = hashlib.sha256(_UNITS.read_bytes())
-    for path in sorted(folder.rglob("*.py")):
-        digest.update(path.relative_to(folder).as_posix().encode())
+    """First 16 hex digits of the SHA-256 over the names and contents of all modules of a folder, and over `_CONSTANTS`."""
+    digest = hashlib.sha256()
+    for path in (*_CONSTANTS, *sorted(folder.rglob("*.py"))):
+        digest.update(path.relative_to(folder if path.is_relative_to(folder) else _PACKAGE).as_posix().encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
@@ -62,8 +63,7 @@ def cache_directory(sources: Path | None = None) -> Path:
 
 def layer_of(module: Path) -> Path:
     """Folder of the layer of the package that a module is in, with all that it may have been compiled with; else its own."""
-    package = Path(__file__).parents[2]
-    return package / module.relative_to(package).parts[0] if module.is_relative_to(package) else module.parent
+    return _PACKAGE / module.relative_to(_PACKAGE).parts[0] if module.is_relative_to(_PACKAGE) else module.parent
 
 
 def _seal(file: Any) -> None:

@@ -16,7 +16,7 @@ from overturning.dem.kernel.cache import keep_compiled
 from overturning.dem.kernel.ending import GOES_ON
 from overturning.dem.kernel.ground import Ground
 from overturning.dem.kernel.lanes import INLINE, OPTIONS
-from overturning.dem.kernel.status import Status
+from overturning.model.status import Status
 
 
 class Rules(Protocol):

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.plan import DEEPEST
 from overturning.dem.polygon import tables as t
-from overturning.dem.polygon.geometry import WIDE, Placed, common_stretch, partners, parts_of
 from overturning.dem.polygon.prepare import Prepared, smallest
+from overturning.model.geometry import WIDE, Placed, common_stretch, partners, parts_of
 
 CALM_KINETIC: Final = 1e-9
 """Kinetic energy at rest, as a share of m g times the half of the smallest side of the lightest element."""

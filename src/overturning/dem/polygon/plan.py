@@ -7,13 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.cases import Cases
-from overturning.dem.contact import check_precision
 from overturning.dem.kernel.balance import until_balanced
 from overturning.dem.kernel.clock import SCENE
 from overturning.dem.kernel.ground import Ground
 from overturning.dem.kernel.queue import run_queue
-from overturning.dem.kernel.status import Status
 from overturning.dem.numerics import ELEMENT_STEP, Numerics
 from overturning.dem.plan import AFTERMATH, Path, Plan, check_path, shaking
 from overturning.dem.polygon import tables as t
@@ -21,10 +18,13 @@ from overturning.dem.polygon.arrays import kernel_column, kernel_layout, kernel_
 from overturning.dem.polygon.prepare import Prepared, prepare
 from overturning.dem.polygon.rules import SCHEMES, SceneRules
 from overturning.dem.quiet import SAFE_SHARE, quiet_windows
-from overturning.dem.results import Answers
-from overturning.dem.scene import Scene
 from overturning.dem.time_step import HEAVY_DAMPING, Scheme, samples_divided, scheme_of, steps_per_sample
 from overturning.errors import ArgumentError
+from overturning.model.cases import Cases
+from overturning.model.contact import check_precision
+from overturning.model.results import Answers
+from overturning.model.scene import Scene
+from overturning.model.status import Status
 from overturning.motion.motion import Motion
 
 SAFE_UPLIFT: Final = 0.7

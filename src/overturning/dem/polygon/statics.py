@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.dem.contact import DAMPING_RATIO
-from overturning.dem.polygon.geometry import End, Placed, Touch, resting
-from overturning.dem.polygon.linear import highest_eigenvalue, solve
-from overturning.dem.scene import Scene
+from overturning.dem.linear import highest_eigenvalue, solve
+from overturning.model.contact import DAMPING_RATIO
+from overturning.model.geometry import End, Placed, Touch, resting
+from overturning.model.scene import Scene
 
 
 class Loaded(NamedTuple):

@@ -8,11 +8,11 @@ from numba import njit
 from overturning.dem.kernel.ending import GOES_ON
 from overturning.dem.kernel.lanes import INLINE, OPTIONS
 from overturning.dem.kernel.mechanics import larger
-from overturning.dem.kernel.status import Status
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.energy import closing_work, energy, kinetic, moving_energy
 from overturning.dem.polygon.faces import rotated, stretch_of
 from overturning.dem.polygon.state import Element, Pose
+from overturning.model.status import Status
 
 SAFE_TILT: Final = 0.1
 SAFE_SLIP: Final = 1.0

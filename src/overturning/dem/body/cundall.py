@@ -1,0 +1,281 @@
+"""Cundall's scheme in space: central differences, spring at the whole step, dashpot at the half step before it (docs/method.md).
+
+Momenta are known at half steps, positions at whole ones. The angular momentum in space changes by the moment of the contact forces
+alone; the rotation of a step is that of the angular velocity in its middle, for which the body is turned on by half the step with
+the one at its begin. Vertices are taken in opposite pairs, whose forces are summed first.
+"""
+
+import math
+from functools import cache
+from typing import Any, Final, NamedTuple
+
+from numba import njit
+
+from overturning.dem.body.lying import lie_all, lies, waits
+from overturning.dem.body.state import (
+    ROWS,
+    TICKS,
+    VERTEX,
+    Account,
+    Body,
+    Frame,
+    Lying,
+    Memory,
+    Peaks,
+    Point,
+    Shaking,
+    State,
+    Vector,
+    Vertex,
+    Wrench,
+    angular_velocity,
+    frame_of,
+    in_space,
+    lean_of,
+    rotated,
+)
+from overturning.dem.kernel.ground import within_sample
+from overturning.dem.kernel.lanes import INLINE, INNER
+from overturning.dem.kernel.mechanics import larger, within_circle
+from overturning.units import STANDARD_GRAVITY as GRAVITY
+
+WHOLE: Final = TICKS
+
+
+class Cundall(NamedTuple):
+    """What the kernel has to know of the scheme."""
+
+    lag: float = 0.5
+    """Steps by which velocities lag behind positions."""
+
+
+class Moved(NamedTuple):
+    """A point of contact: where it is from the centre, how deep, and by how much it moved in the last step."""
+
+    arm: Vector
+    depth: float
+    slip_x: float
+    slip_y: float
+    sinking: float
+
+
+@njit(**INLINE)
+def vertex_moved(s: State, f: Frame, vertex: Vertex, old: Memory) -> Moved:
+    """A vertex, which is a point of the body: it moved from where it was."""
+    arm = in_space(f, vertex.px, vertex.py, vertex.pz)
+    depth = -(s.z + arm.z)
+    return Moved(arm, depth, (s.x + arm.x) - old.x, (s.y + arm.y) - old.y, depth - old.depth)
+
+
+@njit(**INLINE)
+def rim_moved(body: Body, s: State, f: Frame, ahead: float, aside: float, dt: float) -> Moved:
+    """A point of the rim, which the contact passes over: it moved as the body does there.
+
+    The points lie ahead, down the line along which the body leans, and aside of it. So the deepest point of the rim is always among
+    them, and all four carry alike where the rim lies flat. Of an upright body any line will do.
+    """
+    square = f.xz * f.xz + f.yz * f.yz
+    leans = square > 1e-30
+    inverse = 1.0 / math.sqrt(square if leans else 1.0)
+    tx, ty = (f.xz * inverse if leans else 1.0), (f.yz * inverse if leans else 0.0)
+    a, b = body.radius * ahead, body.radius * aside
+    arm = Vector(
+        (a * f.zz * tx - b * ty) - body.foot * f.xz,
+        (a * f.zz * ty + b * tx) - body.foot * f.yz,
+        -(a * (square * inverse if leans else 0.0)) - body.foot * f.zz,
+    )
+    return Moved(
+        arm, -(s.z + arm.z),
+        dt * (s.vx + (s.wy * arm.z - s.wz * arm.y)),
+        dt * (s.vy + (s.wz * arm.x - s.wx * arm.z)),
+        -(dt * (s.vz + (s.wx * arm.y - s.wy * arm.x))),
+    )  # fmt: skip
+
+
+@njit(**INLINE)
+def act(body: Body, s: State, at: Moved, old: Memory, rate: float, waiting: bool) -> tuple[Wrench, Memory]:
+    """Contact law at a point; `rate` is that of its dashpots per displacement of a step."""
+    depth = 0.0 if waiting & (at.depth > 0.0) else at.depth
+    inside, was = depth > 0.0, old.depth > 0.0
+    # Spring and dashpot while the point is in, never tension.
+    # A vertex that has waited does not remember how deep it was.
+    sinking = 0.0 if old.depth == 0.0 else at.sinking
+    n = body.stiffness * depth + rate * sinking
+    n = n if inside & (n > 0.0) else 0.0
+    # A new contact starts with unstretched springs; those of one that slips are shortened to what friction holds.
+    tx, ty = (old.sx + at.slip_x if was else 0.0), (old.sy + at.slip_y if was else 0.0)
+    most = body.friction * n
+    hx, hy = -(body.tangential * tx) - rate * at.slip_x, -(body.tangential * ty) - rate * at.slip_y
+    fx, fy, kx, ky, _ = within_circle(hx, hy, tx, ty, most, body.compliance)
+    dx, dy = fx + body.tangential * kx, fy + body.tangential * ky
+    dz = n - body.stiffness * (depth if inside else 0.0)
+    opened = old.depth * old.depth if was & (not inside) else 0.0
+    # One that has waited is met by a spring that is pressed in already.
+    opened = -(depth * depth) if inside & (old.depth == 0.0) else opened
+    a = at.arm
+    return Wrench(
+        fx, fy, n, a.y * n - a.z * fy, a.z * fx - a.x * n, a.x * fy - a.y * fx,
+        dx, dy, dz, a.y * dz - a.z * dy, a.z * dx - a.x * dz, a.x * dy - a.y * dx,
+        opened, (old.sx + kx) * (tx - kx) + (old.sy + ky) * (ty - ky), depth,
+    ), Memory(kx, ky, s.x + a.x, s.y + a.y, depth, n, 0.0)  # fmt: skip
+
+
+@njit(**INLINE)
+def both(a: Wrench, b: Wrench) -> Wrench:
+    """Two wrenches together."""
+    return Wrench(
+        a.fx + b.fx, a.fy + b.fy, a.fz + b.fz, a.mx + b.mx, a.my + b.my, a.mz + b.mz,
+        a.dx + b.dx, a.dy + b.dy, a.dz + b.dz, a.ex + b.ex, a.ey + b.ey, a.ez + b.ez,
+        a.opened + b.opened, a.shortened + b.shortened, a.depth if a.depth > b.depth else b.depth,
+    )  # fmt: skip
+
+
+@njit(**INLINE)
+def lost(t: Wrench, vx: float, vy: float, vz: float, w: Vector) -> float:
+    """Power that dashpots and sliders take from a body that moves so."""
+    return -(((t.dx * vx + t.dy * vy) + t.dz * vz) + ((t.ex * w.x + t.ey * w.y) + t.ez * w.z))
+
+
+@njit(**INLINE)
+def step(
+    body: Body, s: State, f: Frame, t: Wrench, peaks: Peaks, account: Account, shaking: Shaking
+) -> tuple[State, Peaks, Account]:
+    """One step of one body on which the base acts with the wrench t."""
+    dt = body.step * WHOLE
+    half = 0.5 * dt
+    push_x, push_y, lift = (
+        within_sample(shaking.push_x, s.tick),
+        within_sample(shaking.push_y, s.tick),
+        within_sample(shaking.lift, s.tick),
+    )
+    ax, ay, az = t.fx + push_x, t.fy + push_y, t.fz - (GRAVITY + lift)
+    # The accounts take the velocities at the whole step.
+    cx, cy, cz = s.vx + half * ax, s.vy + half * ay, s.vz + half * az
+    w = angular_velocity(body, f, s.lx + half * t.mx, s.ly + half * t.my, s.lz + half * t.mz)
+    work = account.work + dt * ((push_x * cx + push_y * cy) - lift * cz)
+    let_go = 0.5 * (body.stiffness * t.opened + body.tangential * t.shortened)
+    loss = account.lost + (let_go + dt * lost(t, cx, cy, cz, w))
+    spin = account.spin + dt * (t.mz + (s.x * ay - s.y * ax))
+    # What is worth keeping of the path so far.
+    lean, bx, by = lean_of(f), s.x - body.foot * f.xz, s.y - body.foot * f.yz
+    peaks = Peaks(
+        larger(peaks.lean, lean), larger(peaks.slip, bx * bx + by * by), larger(peaks.depth, t.depth),
+        s.tick if lean < body.critical else peaks.last_upright,
+    )  # fmt: skip
+    # Momenta half a step later, position one step later.
+    vx, vy, vz = s.vx + dt * ax, s.vy + dt * ay, s.vz + dt * az
+    lx, ly, lz = s.lx + dt * t.mx, s.ly + dt * t.my, s.lz + dt * t.mz
+    w = angular_velocity(body, f, lx, ly, lz)
+    w = angular_velocity(
+        body, frame_of(*rotated(s.qw, s.qx, s.qy, s.qz, half * w.x, half * w.y, half * w.z)), lx, ly, lz
+    )
+    qw, qx, qy, qz = rotated(s.qw, s.qx, s.qy, s.qz, dt * w.x, dt * w.y, dt * w.z)
+    moved = State(
+        s.x + dt * vx, s.y + dt * vy, s.z + dt * vz, qw, qx, qy, qz, vx, vy, vz, lx, ly, lz, w.x, w.y, w.z,
+        ax, ay, az, t.mx, t.my, t.mz, s.tick + WHOLE,
+    )  # fmt: skip
+    return moved, peaks, Account(work, loss, spin, 0.0, 0.0, 0.0)
+
+
+# Side by side ---------------------------------------------------------------------------------------------------------
+
+UNUSED: Final = ("power", "loss", "torque", "slid", "bend")
+load_body, load_state, load_frame = (ROWS.access(of).load for of in (Body, State, Frame))
+load_lying, store_lying, _ = ROWS.access(Lying)
+load_wrench, load_shaking = ROWS.access(Wrench).load, ROWS.access(Shaking, without=UNUSED).load
+load_peaks, load_account = ROWS.access(Peaks).load, ROWS.access(Account, without=UNUSED).load
+store_state, store_frame, store_wrench = (ROWS.access(of).store for of in (State, Frame, Wrench))
+store_peaks, store_account = ROWS.access(Peaks).store, ROWS.access(Account, without=UNUSED).store
+load_vertex, load_memory, store_memory = (
+    VERTEX.access(Vertex).load, VERTEX.access(Point, "old", without=UNUSED).load, VERTEX.access(Point, "old", without=UNUSED).store
+)  # fmt: skip
+OF_A_VERTEX: Final = VERTEX.size
+
+
+@njit(**INNER)
+def place_all(state: Any, columns: int) -> None:
+    """The axes of all bodies, and no force yet."""
+    for j in range(columns):
+        s = load_state(state, j)
+        store_frame(state, j, frame_of(s.qw, s.qx, s.qy, s.qz))
+        store_wrench(state, j, Wrench(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0))
+
+
+@njit(**INNER)
+def touch_all(state: Any, one: Any, other: Any, columns: int) -> None:
+    """What the base does at a pair of vertices of all bodies."""
+    for j in range(columns):
+        body, s, f = load_body(state, j), load_state(state, j), load_frame(state, j)
+        rate, left, right = body.dashpot / (body.step * WHOLE), load_memory(one, j), load_memory(other, j)
+        p, q, lying = load_vertex(one, j), load_vertex(other, j), load_lying(state, j)
+        at, on = vertex_moved(s, f, p, left), vertex_moved(s, f, q, right)
+        a, left = act(body, s, at, left, rate, waits(body, lying, p, at.arm.z, left))
+        b, right = act(body, s, on, right, rate, waits(body, lying, q, on.arm.z, right))
+        store_memory(one, j, left)
+        store_memory(other, j, right)
+        store_wrench(state, j, both(load_wrench(state, j), both(a, b)))
+
+
+@njit(**INNER)
+def roll_all(state: Any, one: Any, other: Any, columns: int, ahead: float, aside: float) -> None:
+    """The same at a pair of points of the rim."""
+    for j in range(columns):
+        body, s, f = load_body(state, j), load_state(state, j), load_frame(state, j)
+        dt = body.step * WHOLE
+        rate, left, right = body.dashpot / dt, load_memory(one, j), load_memory(other, j)
+        between = (aside != 0.0) & (not lies(load_lying(state, j)))
+        a, left = act(body, s, rim_moved(body, s, f, ahead, aside, dt), left, rate, between & (left.depth <= 0.0))
+        b, right = act(body, s, rim_moved(body, s, f, -ahead, -aside, dt), right, rate, between & (right.depth <= 0.0))
+        store_memory(one, j, left)
+        store_memory(other, j, right)
+        store_wrench(state, j, both(load_wrench(state, j), both(a, b)))
+
+
+@njit(**INNER)
+def move_all(state: Any, columns: int) -> None:
+    """The step of all bodies."""
+    for j in range(columns):
+        s, peaks, account = step(
+            load_body(state, j), load_state(state, j), load_frame(state, j), load_wrench(state, j),
+            load_peaks(state, j), load_account(state, j), load_shaking(state, j),
+        )  # fmt: skip
+        store_state(state, j, s)
+        store_peaks(state, j, peaks)
+        store_account(state, j, account)
+
+
+@cache
+def loops(round_: bool) -> Any:
+    """The steps of a sample, for bodies with vertices or with a rim.
+
+    They take `kind`, which says so too, for its type alone: it becomes part of the compiled function's name. Without it kernels for
+    either kind that were compiled by different processes would call each other's steps once one process has loaded both.
+    """
+
+    @njit(**INNER)
+    def advance(
+        kind: Any,  # noqa: ARG001
+        state: Any,
+        vertices: Any,
+        count: int,
+        base: int,
+        columns: int,
+        steps: int,
+    ) -> None:
+        half = count // 2 * OF_A_VERTEX
+        for _ in range(steps):
+            place_all(state, columns)
+            lie_all(state, vertices, half, base, columns, round_)
+            for pair in range(0, half, OF_A_VERTEX):
+                one, other = (
+                    vertices[pair : pair + OF_A_VERTEX],
+                    vertices[half + pair : half + pair + OF_A_VERTEX],
+                )
+                if round_:
+                    ahead = 1.0 if pair == 0 else 0.0
+                    roll_all(state, one, other, columns, ahead, 1.0 - ahead)
+                else:
+                    touch_all(state, one, other, columns)
+            move_all(state, columns)
+
+    return advance

@@ -1,0 +1,164 @@
+"""How a case in space ends: its energy, whether it may still fall, and what is written of it (docs/method.md)."""
+
+from typing import Any, Final
+
+import numpy as np
+from numba import njit
+
+from overturning.dem.body.state import (
+    ROWS,
+    TICKS,
+    VERTEX,
+    Account,
+    Body,
+    Peaks,
+    Point,
+    Shaking,
+    Stance,
+    State,
+    Vector,
+    angular_velocity,
+    frame_of,
+)
+from overturning.dem.kernel.ending import GOES_ON, REST_ENERGY, STILL_TO_SLIDE, Course
+from overturning.dem.kernel.lanes import INLINE, INNER
+from overturning.model.status import Status
+from overturning.units import STANDARD_GRAVITY as GRAVITY
+
+load_body, load_state, load_peaks = (ROWS.access(of).load for of in (Body, State, Peaks))
+load_account, load_course, load_stance = (ROWS.access(of).load for of in (Account, Course, Stance))
+load_shaking = ROWS.access(Shaking).load
+load_memory = VERTEX.access(Point, "old").load
+OF_A_VERTEX: Final = VERTEX.size
+
+
+@njit(**INLINE)
+def whole_step(body: Body, s: State, lag: float) -> tuple[Vector, Vector, Vector]:
+    """Velocity, angular momentum and angular velocity brought to the whole step, behind which they are by `lag` steps."""
+    time = lag * TICKS * body.step
+    lx, ly, lz = s.lx + time * s.mx, s.ly + time * s.my, s.lz + time * s.mz
+    w = angular_velocity(body, frame_of(s.qw, s.qx, s.qy, s.qz), lx, ly, lz)
+    return Vector(s.vx + time * s.ax, s.vy + time * s.ay, s.vz + time * s.az), Vector(lx, ly, lz), w
+
+
+@njit(**INNER)
+def energy(body: Body, s: State, vertices: Any, count: int, j: int, lag: float) -> float:
+    """Kinetic, gravitational and spring energy per mass."""
+    v, spin, w = whole_step(body, s, lag)
+    motion = (v.x * v.x + v.y * v.y + v.z * v.z) + (spin.x * w.x + spin.y * w.y + spin.z * w.z)
+    springs = 0.0
+    for i in range(count):
+        one = load_memory(vertices[i * OF_A_VERTEX : (i + 1) * OF_A_VERTEX], j)
+        depth = max(one.depth, 0.0)
+        springs += body.stiffness * depth * depth + body.tangential * (one.sx * one.sx + one.sy * one.sy)
+    return 0.5 * (motion + springs) + GRAVITY * (s.z - body.foot)
+
+
+@njit(**INLINE)
+def spin_about_origin(s: State) -> float:
+    """Vertical angular momentum about the origin, of momenta and places as they are known together."""
+    return float(s.lz + (s.x * s.vy - s.y * s.vx))
+
+
+@njit(**INNER)
+def inside(vertices: Any, count: int, j: int) -> int:
+    """How many vertices are in."""
+    number = 0
+    for i in range(count):
+        number += 1 if load_memory(vertices[i * OF_A_VERTEX : (i + 1) * OF_A_VERTEX], j).depth > 0.0 else 0
+    return number
+
+
+@njit(**INLINE)
+def rise(body: Body, reach: float, lean: float) -> float:
+    """Energy that takes a body at rest over the nearest edge of its base to its largest tilt so far, or over, per mass."""
+    square = min(lean, body.critical)
+    return float(GRAVITY * (reach * np.sqrt(square) - body.foot * square / (1.0 + np.sqrt(1.0 - square))))
+
+
+@njit(**INLINE)
+def upright(body: Body, s: State) -> bool:
+    """Whether a body leans less than its critical angle."""
+    f = frame_of(s.qw, s.qx, s.qy, s.qz)
+    return bool((f.zz > 0.0) & (f.xz * f.xz + f.yz * f.yz < body.critical))
+
+
+@njit(**INLINE)
+def is_sliding(body: Body, s: State, reach: float, lag: float) -> bool:
+    """Whether a body has way left to slide or to turn on the spot that is worth waiting for; without friction none stops."""
+    v, _, w = whole_step(body, s, lag)
+    f = frame_of(s.qw, s.qx, s.qy, s.qz)
+    ax, ay, az = -body.foot * f.xz, -body.foot * f.yz, -body.foot * f.zz
+    x, y = v.x + (w.y * az - w.z * ay), v.y + (w.z * ax - w.x * az)
+    turn = w.z * reach
+    square = (x * x + y * y) + turn * turn
+    return bool(body.friction > 0.0 and square >= 2.0 * STILL_TO_SLIDE * GRAVITY * body.friction)
+
+
+@njit(**INNER)
+def has_ended(
+    state: Any, vertices: Any, count: int, base: int, j: int, lag: float, ticks: float, end: float
+) -> int:  # fmt: skip
+    """`Status` of a column at the end of a sample, or `GOES_ON`; `base` is the number of vertices that it rests on."""
+    body, s, peaks = load_body(state, j), load_state(state, j), load_peaks(state, j)
+    course, stance = load_course(state, j), load_stance(state, j)
+    if not np.isfinite(s.vx + s.vy + s.vz + s.x + s.y + s.z + s.qw + s.qx + s.qy + s.qz):
+        return Status.UNSTABLE
+    if peaks.depth > stance.deepest:
+        return Status.UNSTABLE
+    if frame_of(s.qw, s.qx, s.qy, s.qz).zz <= stance.fallen:
+        return Status.SIMULATED
+    sample = course.sample + s.tick / ticks
+    if sample >= course.calm and inside(vertices, count, j) >= base:
+        # A body that rests on its base after the last instant at which it could start stays there.
+        _, spin, w = whole_step(body, s, lag)
+        kinetic = 0.5 * (s.vx * s.vx + s.vy * s.vy + s.vz * s.vz + (spin.x * w.x + spin.y * w.y + spin.z * w.z))
+        if kinetic < REST_ENERGY * GRAVITY * stance.reach:
+            return Status.SIMULATED
+    if sample < end:
+        return GOES_ON
+    now = energy(body, s, vertices, count, j, lag)
+    stands = now < course.barrier and upright(body, s)
+    # It can no longer fall, but while its energy reaches higher than it has been, its largest tilt is to come. On one
+    # vertex the weight has pressed the spring in, which lies g²/2k below the rigid body.
+    past = now + 0.5 * GRAVITY * GRAVITY / body.stiffness <= rise(body, stance.reach, peaks.lean)
+    if stands and past and not is_sliding(body, s, stance.reach, lag):
+        return Status.SIMULATED
+    if sample < course.after:
+        return GOES_ON
+    return Status.SIMULATED if stands else Status.UNDECIDED
+
+
+@njit(**INNER)
+def finish_body(state: Any, vertices: Any, count: int, j: int, status: int, lag: float, steps: int, out: Any) -> None:
+    """Write the results of a column."""
+    body, s, peaks = load_body(state, j), load_state(state, j), load_peaks(state, j)
+    account, course, stance = load_account(state, j), load_course(state, j), load_stance(state, j)
+    f = frame_of(s.qw, s.qx, s.qy, s.qz)
+    fallen = status == Status.SIMULATED and f.zz <= stance.fallen
+    lean = f.xz * f.xz + f.yz * f.yz
+    out.status, out.fallen = status, 1.0 if fallen else 0.0
+    out.time = course.upright_until if fallen else np.nan
+    out.lean = max(peaks.lean, lean if f.zz > 0.0 else 2.0 - lean)
+    out.slip = np.sqrt(peaks.slip)
+    out.slip_x, out.slip_y = s.x - body.foot * f.xz, s.y - body.foot * f.yz
+    out.depth = peaks.depth
+    balance = (energy(body, s, vertices, count, j, lag) - course.energy) - account.work + account.lost
+    out.energy = abs(balance) / max(account.work, course.barrier)
+    swing = np.sqrt(GRAVITY * (body.foot * body.foot + stance.reach * stance.reach) ** 1.5)
+    out.spin = abs(spin_about_origin(s) - stance.spin - account.spin) / swing
+    out.steps = steps
+    out.qw, out.qx, out.qy, out.qz = s.qw, s.qx, s.qy, s.qz
+
+
+@njit(**INNER)
+def note(state: Any, j: int, lag: float, interval: float, ticks: float, path: Any) -> None:
+    """Write a column's state into a row of its trajectory."""
+    body, s, shaking = load_body(state, j), load_state(state, j), load_shaking(state, j)
+    v, _, w = whole_step(body, s, lag)
+    path.time = (load_course(state, j).sample + s.tick / ticks) * interval
+    path.x, path.y, path.z, path.qw, path.qx, path.qy, path.qz = s.x, s.y, s.z, s.qw, s.qx, s.qy, s.qz
+    path.vx, path.vy, path.vz, path.wx, path.wy, path.wz = v.x, v.y, v.z, w.x, w.y, w.z
+    path.ground_x = -(shaking.push_x.value + shaking.push_x.slope * s.tick)
+    path.ground_y = -(shaking.push_y.value + shaking.push_y.slope * s.tick)
+    path.ground_z = shaking.lift.value + shaking.lift.slope * s.tick

@@ -1,0 +1,176 @@
+"""The contact law's constants: springs and dashpots at each corner."""
+
+import math
+from dataclasses import dataclass, fields
+from typing import Final, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from overturning.arrays import FloatArray
+from overturning.errors import ArgumentError
+from overturning.model.solid import Solid
+from overturning.units import STANDARD_GRAVITY
+
+STATIC_PENETRATION: Final = 1e-7
+"""δ/B of ``stiffness="auto"``: with it and `DAMPING_RATIO` the block behaves as the rigid one (docs/method.md)."""
+
+DAMPING_RATIO: Final = 3.0
+"""ξ where no damping is given: what lands stays, as Housner has it (docs/method.md)."""
+
+SCENE_STATIC_PENETRATION: Final = 2e-5
+"""The same in a scene of more than one block, whose steps shrink with the stiffness."""
+
+BODY_STATIC_PENETRATION: Final = 2e-6
+"""The same of a body in space; docs/design-notes.md has what a stiffer contact changes."""
+
+PRECISION_FLOOR: Final = 1e5
+"""δ must be this many times the rounding of a coordinate, so that the static force has five digits."""
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Springs, dashpots and their ratios at each corner, per metre of depth.
+
+    Parameters
+    ----------
+    stiffness : float or "auto"
+        Normal stiffness K_n of a corner, N/m; "auto" chooses it so that the block at rest sinks in by
+        δ = m g / (2 K_n) = `static_penetration` · B.
+    stiffness_ratio : float
+        K_s/K_n.
+    damping_ratio : float, optional
+        ξ of heave on both corners, h = 2 ξ √(K_n m / 2); `DAMPING_RATIO` where neither it nor `damping` is given.
+    damping : float, optional
+        h itself, N·s/m.
+    static_penetration : float
+        δ/B of ``stiffness="auto"``.
+
+    Raises
+    ------
+    ArgumentError
+        If a value is outside its bounds or both dampings are given.
+    """
+
+    stiffness: float | Literal["auto"] = "auto"
+    stiffness_ratio: float = 1.0
+    damping_ratio: float | None = None
+    damping: float | None = None
+    static_penetration: float = STATIC_PENETRATION
+
+    def __post_init__(self) -> None:
+        if self.damping_ratio is not None and self.damping is not None:
+            raise ArgumentError(
+                f"damping_ratio {self.damping_ratio:g} and damping {self.damping:g} N·s/m are both given; keep one"
+            )
+        if self.damping_ratio is None and self.damping is None:
+            object.__setattr__(self, "damping_ratio", DAMPING_RATIO)
+        if self.stiffness != "auto":
+            if isinstance(self.stiffness, str):
+                raise ArgumentError(f"stiffness: {self.stiffness!r}; give N/m or 'auto'")
+            _check("stiffness", self.stiffness, above=True)
+        _check("static_penetration", self.static_penetration, above=True)
+        for name in ("stiffness_ratio", "damping_ratio", "damping"):
+            value = getattr(self, name)
+            if value is not None:
+                _check(name, value)
+
+    def specific(
+        self, width: ArrayLike, height: ArrayLike, density: float
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Constants per unit of mass of blocks one metre deep.
+
+        Parameters
+        ----------
+        width, height : array_like
+            B and H, m.
+        density : float
+            kg/m³.
+
+        Returns
+        -------
+        normal, tangential : ndarray
+            K_n/m and K_s/m, 1/s².
+        dashpot : ndarray
+            h/m, 1/s.
+        """
+        width = np.asarray(width, dtype=np.float64)
+        mass = density * width * np.asarray(height, dtype=np.float64)
+        if self.stiffness == "auto":
+            normal = STANDARD_GRAVITY / (2.0 * self.static_penetration * width)
+        else:
+            normal = float(self.stiffness) / mass
+        if self.damping is not None:
+            dashpot = self.damping / mass
+        else:
+            assert self.damping_ratio is not None  # set in __post_init__
+            dashpot = 2.0 * self.damping_ratio * np.sqrt(0.5 * normal)
+        return normal, self.stiffness_ratio * normal, dashpot
+
+
+@dataclass(frozen=True)
+class VertexContact:
+    """Springs and dashpots at each vertex.
+
+    Parameters
+    ----------
+    static_penetration : float
+        δ/B: carried by n points alone the body at rest sinks in by δ = m g / (n K_n); n is 2, as in the plane, on a rim or more
+        than four vertices, else all vertices of its base. B is twice the least distance of an edge of its base from below its
+        centre.
+    stiffness_ratio : float
+        K_s/K_n, of either tangential spring.
+    damping_ratio : float
+        ξ of heave on n points, h = 2 ξ √(K_n m / n).
+
+    Raises
+    ------
+    ArgumentError
+        If a value is outside its bounds.
+    """
+
+    static_penetration: float = BODY_STATIC_PENETRATION
+    stiffness_ratio: float = 1.0
+    damping_ratio: float = DAMPING_RATIO
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            _check(item.name, getattr(self, item.name), above=item.name == "static_penetration")
+
+    def specific(self, body: Solid) -> tuple[float, float, float]:
+        """K_n/m and K_s/m of a vertex, 1/s², and its dashpot h/m, 1/s."""
+        share = body.carriers
+        normal = STANDARD_GRAVITY / (share * self.static_penetration * 2.0 * body.reach)
+        return normal, self.stiffness_ratio * normal, 2.0 * self.damping_ratio * math.sqrt(normal / share)
+
+
+def check_precision(normal: FloatArray, height: FloatArray, slide: float) -> None:
+    """Refuse a stiffness whose static penetration double precision cannot hold.
+
+    Parameters
+    ----------
+    normal : ndarray
+        K_n/m, 1/s².
+    height : ndarray
+        H, m.
+    slide : float
+        How far the block may slide, m.
+
+    Raises
+    ------
+    ArgumentError
+        If δ < 1e5 ε max(H, slide).
+    """
+    penetration = STANDARD_GRAVITY / (2.0 * normal)
+    bound = PRECISION_FLOOR * np.finfo(np.float64).eps * np.maximum(height, slide)
+    if (penetration < bound).any():
+        worst = int(np.argmin(penetration / bound))
+        raise ArgumentError(
+            f"stiffness: static penetration {penetration.flat[worst]:.3g} m is below {bound.flat[worst]:.3g} m, "
+            f"the least that double precision holds for a block {height.flat[worst]:g} m high; choose a softer contact"
+        )
+
+
+def _check(name: str, value: float, above: bool = False) -> None:
+    if not math.isfinite(value) or value < 0 or (above and value == 0):
+        raise ArgumentError(f"{name}: {value}; it must be finite and {'above' if above else 'at least'} 0")

@@ -1,0 +1,112 @@
+"""What a scene is made of: elements, materials and contact laws, as the files in config/scenes/ give them."""
+
+from dataclasses import fields
+from typing import Annotated, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from overturning.model.contact import DAMPING_RATIO, SCENE_STATIC_PENETRATION, STATIC_PENETRATION, Contact
+from overturning.units import GRANITE_DENSITY
+
+Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]*$")]
+Positive = Annotated[float, Field(gt=0)]
+
+
+class Model(BaseModel):
+    """What a file of keys and values holds."""
+
+    # A misspelt key must be an error, and what a job computes must not depend on who changed the model on the way.
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class Material(Model):
+    """What an element is made of."""
+
+    density: Positive = Field(default=GRANITE_DENSITY, description="density, kg/m³")
+
+
+class ContactLaw(Model):
+    """Springs, dashpots and slider between two materials, at each vertex."""
+
+    between: tuple[Name, Name] = Field(description="the two materials, in any order")
+    friction: Annotated[float, Field(ge=0)] | None = Field(
+        default=None, description="friction coefficient µ; not given: the one that the study sweeps"
+    )
+    stiffness: Literal["auto"] | Positive = Field(
+        default="auto",
+        description="normal spring K_n per vertex and metre of depth, N/m; auto: from the weight carried",
+    )
+    static_penetration: Positive | None = Field(
+        default=None,
+        description="stiffness auto: static penetration as a share of the width of the contact; not given: "
+        f"{STATIC_PENETRATION:.0e} for a single block on the ground, {SCENE_STATIC_PENETRATION:.0e} in any other scene",
+    )
+    stiffness_ratio: float = Field(default=1.0, ge=0, description="K_s/K_n")
+    damping_ratio: float | None = Field(
+        default=None,
+        ge=0,
+        description=f"damping ratio ξ of heave of what the contact carries; {DAMPING_RATIO:g} where nothing is given",
+    )
+    damping: float | None = Field(default=None, ge=0, description="dashpot per vertex and metre of depth, N·s/m")
+
+    @model_validator(mode="after")
+    def _one_damping(self) -> Self:
+        if self.damping_ratio is not None and self.damping is not None:
+            raise ValueError("damping_ratio and damping are both given; keep one")
+        return self
+
+    @property
+    def contact(self) -> Contact:
+        """Its springs and dashpots as those of a single block; what is not given there is as in `Contact`."""
+        given = {item.name: getattr(self, item.name) for item in fields(Contact)}
+        return Contact(**{name: value for name, value in given.items() if value is not None})
+
+
+class Element(Model):
+    """A rigid polygon."""
+
+    name: Name = Field(description="name, unique in the scene")
+    kind: Literal["free", "driven", "held"] = Field(
+        default="free",
+        description="free: moves by itself; driven: moves with the record; held: stays where it is in space",
+    )
+    material: Name = Field(default="stone", description="material")
+    width: Positive | None = Field(default=None, description="width of a rectangle, m")
+    height: Positive | None = Field(default=None, description="height of a rectangle, m")
+    vertices: tuple[tuple[float, float], ...] | None = Field(
+        default=None, description="vertices [x, z] of any other polygon, convex or not, counter-clockwise, m"
+    )
+    pieces: tuple[tuple[tuple[float, float], ...], ...] | None = Field(
+        default=None,
+        min_length=1,
+        description="instead of vertices: those of convex polygons that are joined at their sides and do not overlap, in any "
+        "order, each counter-clockwise, m",
+    )
+    depth: Positive = Field(default=1.0, description="depth across the plane, m")
+    stands_on: Name | None = Field(
+        default=None, description="element on whose highest level the lowest vertex stands; not given: on z = 0"
+    )
+    at: tuple[float, float] = Field(
+        default=(0.0, 0.0),
+        description="shift [x, z], m: of a rectangle's lower side's middle, or of the vertices' origin; "
+        "z counts from the level of `stands_on` where that is given",
+    )
+    rotation_deg: float = Field(default=0.0, description="rotation towards +x before it is placed, degrees")
+    fallen_rotation_deg: float | None = Field(
+        default=None,
+        gt=0,
+        le=180,
+        description="rotation that counts as overturned, degrees; not given: the least at which it can rest on another face",
+    )
+    fallen_drop: Positive | None = Field(
+        default=None,
+        description="drop of its centre at the end that counts as overturned too, m; not given: a tenth of its height as it stands",
+    )
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Self:
+        rectangle = self.width is not None and self.height is not None
+        forms = (rectangle, self.vertices is not None, self.pieces is not None)
+        if sum(forms) != 1 or (not rectangle and (self.width or self.height)):
+            raise ValueError(f"element {self.name}: give either width and height, or vertices, or pieces")
+        return self

@@ -1,0 +1,307 @@
+"""Where a scene's elements stand, which faces are nearest, and where they touch at rest."""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from itertools import combinations, product
+from typing import Final, NamedTuple, Protocol
+
+import numpy as np
+
+from overturning.arrays import FloatArray
+from overturning.errors import ArgumentError
+from overturning.model.element import Element, Material
+from overturning.model.pieces import outline
+from overturning.model.polygon import Polygon, polygon, rectangle
+
+TOUCHING: Final = 1e-7
+"""Gap, as a share of the smaller element's size, up to which two elements touch at rest."""
+
+FAR: Final = 4.0
+"""Pairs farther apart than this many times the size of all free elements together never meet."""
+
+FALLEN_DROP: Final = 0.1
+"""An element has fallen that in the end is lower by more than this share of its height, unless its scene says otherwise."""
+
+WIDE: Final = 20.0
+"""Width of the ground, in widths or heights of the block, that is more than any slide."""
+
+
+class Stage(Protocol):
+    """What of a scene says where its elements stand."""
+
+    @property
+    def elements(self) -> tuple[Element, ...]:
+        """The elements, each after the one on which it stands."""
+
+    @property
+    def materials(self) -> Mapping[str, Material]:
+        """What they are made of."""
+
+    @property
+    def reference_name(self) -> str:
+        """The element whose height and slenderness are swept."""
+
+
+@dataclass(frozen=True)
+class Placed:
+    """An element in its place."""
+
+    element: Element
+    shape: Polygon
+    x: float  # centre, m
+    z: float
+    mass: float  # kg
+    inertia: float  # kg·m²
+    drop: float  # by which its centre is lower when it has fallen, m
+
+    @property
+    def points(self) -> FloatArray:
+        """Vertices in the plane, shape (n, 2), m."""
+        return self.shape.vertices + np.array([self.x, self.z])
+
+    @property
+    def parts(self) -> "list[Placed]":
+        """The element with the shape of each of its convex pieces; itself where it is convex."""
+        return [replace(self, shape=piece) for piece in self.shape.pieces] or [self]
+
+    @property
+    def size(self) -> float:
+        """Smaller of width and height, m."""
+        return min(self.shape.width, self.shape.height)
+
+    @property
+    def fallen(self) -> float:
+        """Rotation at which it has fallen, rad: that of its scene, or the least at which it can rest on another face."""
+        asked = self.element.fallen_rotation_deg
+        return self.shape.fallen if asked is None else round(float(np.radians(asked)), 12)
+
+    @property
+    def fixed(self) -> bool:
+        """Whether forces do not move it."""
+        return self.element.kind != "free"
+
+
+@dataclass(frozen=True)
+class End:
+    """One end of the common stretch of two nearest faces."""
+
+    gap: float  # m, negative where the elements overlap; infinite where there is no common stretch
+    point: tuple[float, float]  # the vertex, m
+    normal: tuple[float, float]  # from the second element to the first
+    tangent: tuple[float, float]  # direction in which slip of the first counts
+
+
+class Touch(NamedTuple):
+    """An end that touches: number of its pair, which of the two ends it is, and the end."""
+
+    pair: int
+    side: int
+    end: End
+
+
+def place(scene: Stage, height: float | None = None, b_over_h: float | None = None) -> list[Placed]:
+    """Put the elements into their places; a polygon that is degenerate, clockwise or crosses itself is an `ArgumentError`.
+
+    With `height` (m) of the reference element all lengths of the scene scale, but that the `ground_of` it becomes no narrower,
+    however small the stones; `b_over_h` makes the reference element alone wider or narrower.
+    """
+    own = next(element for element in scene.elements if element.name == scene.reference_name)
+    reference = polygon(own.name, _vertices(own))
+    scale, ground = 1.0 if height is None else height / reference.height, ground_of(scene)
+    placed: list[Placed] = []
+    for element in scene.elements:
+        points = _vertices(element)
+        if element.name == ground:
+            points[:, 0] *= max(1.0, 1.0 / scale)
+        if b_over_h is not None and element.name == scene.reference_name:
+            middle = 0.5 * (points[:, 0].max() + points[:, 0].min())
+            # One rounding only, as in a block of width B/H · H.
+            points[:, 0] = (points[:, 0] - middle) * (b_over_h * reference.height / reference.width) + middle
+        shape = polygon(element.name, points * scale)
+        shift_x, shift_z = element.at[0] * scale, element.at[1] * scale
+        x, z = shape.centre[0] + shift_x, shape.centre[1] + shift_z
+        if element.stands_on is not None:
+            below = next(other for other in placed if other.element.name == element.stands_on)
+            x = below.x + x
+            z = float(below.points[:, 1].max()) + shift_z - float(shape.vertices[:, 1].min())
+        # An element in the middle is exactly there, so that a symmetric scene is exactly so.
+        x = 0.0 if abs(x) < 1e-9 * shape.width else x
+        per_area = scene.materials[element.material].density * element.depth
+        drop = FALLEN_DROP * shape.height if element.fallen_drop is None else element.fallen_drop * scale
+        placed.append(Placed(element, shape, x, z, per_area * shape.area, per_area * shape.polar, drop))
+    return placed
+
+
+def ground_of(scene: Stage) -> str | None:
+    """Name of the ground, None if there is none: a fixed upright rectangle, wider than any slide, on which all else stands or lies."""
+    shapes = {item.name: polygon(item.name, _vertices(item)) for item in scene.elements}
+    largest = max(
+        max(shapes[item.name].width, shapes[item.name].height) for item in scene.elements if item.kind == "free"
+    )
+    for one in scene.elements:
+        if one.kind == "free" or one.width is None or one.height is None or one.rotation_deg or one.stands_on:
+            continue
+        top, others = (one.at[0], one.at[1] + one.height), [item for item in scene.elements if item is not one]
+        spans = [_vertices(item) + np.array(item.at) - top for item in others if item.stands_on is None]
+        above = all(span[:, 1].min() >= 0.0 and np.abs(span[:, 0]).max() < 0.5 * one.width for span in spans)
+        if above and one.width > WIDE * largest:
+            return one.name
+    return None
+
+
+def symmetric(placed: list[Placed]) -> bool:
+    """Whether a scene is its own mirror image, element by element, so that φ+180° mirrors φ exactly."""
+    return all(item.x == 0.0 and item.shape.symmetric for item in placed)
+
+
+def native_size(scene: Stage) -> tuple[float, float]:
+    """Height (m) and B/H of a scene's reference element as the file gives it."""
+    shape = next(item.shape for item in place(scene) if item.element.name == scene.reference_name)
+    return shape.height, shape.width / shape.height
+
+
+def _vertices(element: Element) -> FloatArray:
+    if element.vertices is not None:
+        points = np.array(element.vertices, dtype=np.float64)
+    elif element.pieces is not None:
+        points = _outline(element)
+    else:
+        assert element.width is not None  # one form is given: the model's own check
+        assert element.height is not None
+        points = rectangle(element.width, element.height)
+    if element.rotation_deg:
+        # Rounded, since libm differs between processors in the last digit.
+        c, s = (round(float(f(np.radians(element.rotation_deg))), 12) for f in (np.cos, np.sin))
+        points = np.column_stack([c * points[:, 0] + s * points[:, 1], c * points[:, 1] - s * points[:, 0]])
+    return points
+
+
+def _outline(element: Element) -> FloatArray:
+    """Outline of an element's pieces, each of which is checked."""
+    assert element.pieces is not None
+    for number, piece in enumerate(element.pieces, 1):
+        if polygon(f"{element.name}, piece {number}", piece).pieces:
+            raise ArgumentError(
+                f"element {element.name}: piece {number} is not convex; split it, or give the outline of all as vertices"
+            )
+    return outline(element.name, [np.array(piece) for piece in element.pieces])
+
+
+def separations(one: Placed, other: Placed) -> FloatArray:
+    """Signed distance of the other's nearest vertex from each face of one, m, positive outside; both convex."""
+    faces = one.shape.faces
+    points = other.points - np.array([one.x, one.z])
+    reach = faces[:, 4:5] * points[:, 0] + faces[:, 5:6] * points[:, 1]
+    return np.asarray(reach.min(axis=1) - faces[:, 6])
+
+
+def nearest_faces(a: Placed, b: Placed) -> tuple[int, int, float]:
+    """The nearest faces of two convex elements, by the rule of docs/scenes.md, and their separation, m, negative in an overlap.
+
+    Face i runs from vertex i to vertex i + 1.
+    """
+    faces_a, faces_b = a.shape.faces, b.shape.faces
+    products = faces_a[:, 4:5] * faces_b[:, 4] + faces_a[:, 5:6] * faces_b[:, 5]
+    candidates = [
+        *zip(-separations(a, b), products.min(axis=1), range(len(faces_a)), products.argmin(axis=1), strict=True),
+        *zip(-separations(b, a), products.min(axis=0), products.argmin(axis=0), range(len(faces_b)), strict=True),
+    ]
+    best = min(candidates, key=lambda candidate: candidate[:2])  # of equal ones the first
+    return int(best[2]), int(best[3]), float(-best[0])
+
+
+def common_stretch(a: Placed, b: Placed) -> tuple[End, End]:
+    """Both ends of the common stretch of the nearest faces of two convex elements: at each end the inner one of two vertices."""
+    face_a, face_b, _ = nearest_faces(a, b)
+    fa, fb = a.shape.faces[face_a], b.shape.faces[face_b]
+    delta = np.array([a.x - b.x, a.z - b.z])
+
+    def seen(
+        item: Placed, vertex: FloatArray, shift: FloatArray, face: FloatArray, sign: float, carries: float
+    ) -> tuple[float, End]:
+        """Where along the other's face a vertex lies, and the end that it would be."""
+        x, z = vertex + shift
+        gap = face[4] * x + face[5] * z - face[6]
+        along = face[4] * z - face[5] * x - face[7]
+        nx, nz = sign * float(face[4]), sign * float(face[5])
+        point = float(vertex[0] + item.x), float(vertex[1] + item.z)
+        return along, End(
+            float(gap) if abs(along) <= face[8] and carries * face[11] else np.inf, point, (nx, nz), (nz, -nx)
+        )
+
+    ends = []
+    for mine, theirs, side in ((0, 1, 1.0), (1, 0, -1.0)):
+        along, end = seen(a, fa[2 * mine : 2 * mine + 2], delta, fb, 1.0, fa[9 + mine])
+        other = fb[2 * theirs : 2 * theirs + 2]
+        ends.append(end if side * along <= fb[8] else seen(b, other, -delta, fa, -1.0, fb[9 + theirs])[1])
+    return ends[0], ends[1]
+
+
+def _gaps(placed: list[Placed]) -> Iterator[tuple[int, int, float]]:
+    """Every two elements of which one is free, and the gap between them, m."""
+    for (j, b), (i, a) in combinations(enumerate(placed), 2):
+        if not (a.fixed and b.fixed):
+            gaps = (max(separations(p, q).max(), separations(q, p).max()) for p, q in product(a.parts, b.parts))
+            yield i, j, float(min(gaps))
+
+
+def pairs_of(placed: list[Placed]) -> list[tuple[int, int]]:
+    """Pairs that could ever meet: one of them free, and not too far apart; once for every two of their convex pieces."""
+    extent = sum(item.shape.width + item.shape.height for item in placed if not item.fixed)
+    near = [(i, j) for i, j, gap in _gaps(placed) if gap <= FAR * extent]
+    return [(i, j) for i, j in near for _ in range(len(placed[i].shape.parts) * len(placed[j].shape.parts))]
+
+
+def parts_of(placed: list[Placed], pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Which convex piece of either element each pair is of, by `pairs_of`."""
+    seen: Counter[tuple[int, int]] = Counter()
+    parts = []
+    for pair in pairs:
+        parts.append(divmod(seen[pair], len(placed[pair[1]].shape.parts)))
+        seen[pair] += 1
+    return parts
+
+
+def partners(placed: list[Placed], pairs: list[tuple[int, int]]) -> list[tuple[Placed, Placed]]:
+    """Both convex elements of each pair."""
+    parts = [item.parts for item in placed]
+    return [(parts[i][m], parts[j][n]) for (i, j), (m, n) in zip(pairs, parts_of(placed, pairs), strict=True)]
+
+
+def resting(placed: list[Placed], pairs: list[tuple[int, int]]) -> list[Touch]:
+    """Ends that touch."""
+    return [
+        Touch(index, side, end)
+        for index, (a, b) in enumerate(partners(placed, pairs))
+        for side, end in enumerate(common_stretch(a, b))
+        if end.gap <= TOUCHING * min(a.size, b.size)
+    ]
+
+
+def check_geometry(scene: Stage) -> None:
+    """Refuse elements that overlap or hang in the air: an `ArgumentError` that names element and remedy."""
+    placed = place(scene)
+    for i, j, gap in sorted(_gaps(placed)):
+        a, b = placed[i], placed[j]
+        if -gap > 1e-6 * min(a.size, b.size):
+            raise ArgumentError(
+                f"element {a.element.name}: overlaps {b.element.name} by {-gap:.3g} m; move it, or place it with "
+                f"stands_on: {b.element.name}"
+            )
+    pairs = pairs_of(placed)
+    carried = {i for i, item in enumerate(placed) if item.fixed}
+    ends = resting(placed, pairs)
+    while more := {
+        up
+        for index, _, end in ends
+        for up, low, sign in ((*pairs[index], 1.0), (*pairs[index][::-1], -1.0))
+        if low in carried and up not in carried and sign * end.normal[1] > 1e-3
+    }:
+        carried |= more
+    for i, item in enumerate(placed):
+        if i not in carried:
+            raise ArgumentError(
+                f"element {item.element.name}: hangs in the air, nothing carries it; place it with stands_on: and an element "
+                "listed before it"
+            )

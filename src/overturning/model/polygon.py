@@ -1,0 +1,211 @@
+"""Polygons: area, centre, inertia and faces, from closed forms; those that are not convex are made of convex pieces."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from overturning.arrays import FloatArray
+from overturning.errors import ArgumentError
+from overturning.model.pieces import STRAIGHT, bend, convex_pieces, crosses_itself
+from overturning.model.rest import can_rest
+
+SYMMETRY: Final = 1e-9
+"""Vertices that mirror each other to this share of the polygon's size are made to mirror each other exactly."""
+
+
+@dataclass(frozen=True)
+class Polygon:
+    """A polygon about its centre of area; of a piece, about that of the whole."""
+
+    vertices: FloatArray  # shape (n, 2), counter-clockwise, x to the right and z up, relative to the centre, m
+    centre: tuple[float, float]  # in the coordinates in which the polygon was given, m
+    area: float  # m²
+    polar: float  # second moment of area about the centre, m⁴
+    pieces: tuple["Polygon", ...] = ()  # convex, where it is not; area and second moment are those of the whole
+    carries: FloatArray = field(default_factory=lambda: np.ones((1, 3)))
+    """Shape (n, 3) or, for all faces alike, (1, 3): whether a face's first and second end can carry, and whether it is
+    one of the whole and not a cut."""
+
+    @property
+    def parts(self) -> tuple["Polygon", ...]:
+        """Its convex pieces; itself where it is convex."""
+        return self.pieces or (self,)
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether it is its own mirror image about the vertical through its centre; its pieces would not be."""
+        if self.pieces:
+            return False
+        mirrored = {(-x, z) for x, z in self.vertices.tolist()}
+        return mirrored == set(map(tuple, self.vertices.tolist()))
+
+    @cached_property
+    def width(self) -> float:
+        """Extent in x, m."""
+        return float(np.ptp(self.vertices[:, 0]))
+
+    @cached_property
+    def height(self) -> float:
+        """Extent in z, m."""
+        return float(np.ptp(self.vertices[:, 1]))
+
+    @cached_property
+    def fallen(self) -> float:
+        """Least rotation, rad, at which it can rest on another face than the one that is most nearly below; π where on none.
+
+        It is 90° for a rectangle. Rounded, since libm differs between processors in the last digit.
+        """
+        faces = Polygon(_hull(self.vertices), self.centre, 0.0, 0.0).faces if self.pieces else self.faces
+        normals, offsets = faces[:, 4:6], faces[:, 6]
+        tilts = np.abs(np.arctan2(normals[:, 0], -normals[:, 1]))
+        stable = can_rest(normals, offsets, max(self.width, self.height))
+        stable[np.argmin(tilts)] = False
+        return round(float(np.min(tilts[stable], initial=np.pi)), 12)
+
+    @cached_property
+    def faces(self) -> FloatArray:
+        """The faces of a convex polygon as the kernel wants them, shape (n, 12).
+
+        First and second end (4), outward normal (2), distance from the centre, place of the middle along the tangent
+        (−n_z, n_x), half length, `carries` (3). Of a symmetric polygon, mirrored faces have exactly mirrored numbers.
+        """
+        first, second = self.vertices, np.roll(self.vertices, -1, axis=0)
+        edge = second - first
+        length = np.sqrt(edge[:, 0] * edge[:, 0] + edge[:, 1] * edge[:, 1])
+        tangent = edge / length[:, None]
+        normal = np.stack([tangent[:, 1], -tangent[:, 0]], axis=1)
+        middle = 0.5 * (first + second)
+        offset = normal[:, 0] * middle[:, 0] + normal[:, 1] * middle[:, 1]
+        along = tangent[:, 0] * middle[:, 0] + tangent[:, 1] * middle[:, 1]
+        carries = np.broadcast_to(self.carries, (len(first), 3))
+        table = np.column_stack([first, second, normal, offset, along, 0.5 * length, carries])
+        table.flags.writeable = False
+        return table
+
+
+def polygon(name: str, vertices: ArrayLike) -> Polygon:
+    """Check a polygon and work out its constants and, where it is not convex, its pieces.
+
+    Area, centre and second moment are summed as the formulas for polygons of straight edges (Green's theorem) give them.
+    Vertices have the shape (n, 2): counter-clockwise, x to the right, z up, m. A polygon that is degenerate, clockwise
+    or crosses itself is an `ArgumentError` that names the element.
+    """
+    points = np.asarray(vertices, dtype=np.float64)
+    if points.ndim != 2 or points.shape[1:] != (2,) or len(points) < 3 or not np.isfinite(points).all():
+        raise ArgumentError(f"element {name}: a polygon has at least three vertices [x, z] of finite numbers")
+    origin = points[0].copy()
+    x, z = (points - origin).T  # near the origin, so that a polygon far away keeps its digits
+    u, w = np.roll(x, -1), np.roll(z, -1)
+    cross = x * w - u * z
+    area = 0.5 * float(cross.sum())
+    size = float(np.ptp(points, axis=0).max())
+    if abs(area) <= 1e-9 * size**2 or size == 0:
+        raise ArgumentError(
+            f"element {name}: the polygon is degenerate, its area {abs(area):.3g} m²; move its vertices apart"
+        )
+    if area < 0:
+        raise ArgumentError(f"element {name}: the polygon runs clockwise; list its vertices counter-clockwise")
+    edge = np.stack([u - x, w - z], axis=1)
+    following = np.roll(edge, -1, axis=0)
+    corners = edge[:, 0] * following[:, 1] - edge[:, 1] * following[:, 0]
+    if (np.hypot(edge[:, 0], edge[:, 1]) <= 1e-9 * size).any():
+        raise ArgumentError(f"element {name}: the polygon is degenerate, two vertices coincide; leave one out")
+    straight = np.abs(corners) <= STRAIGHT * size**2
+    if straight.any():
+        corner = (int(np.argmax(straight)) + 1) % len(points)
+        raise ArgumentError(
+            f"element {name}: vertex {corner} ({points[corner, 0]:g}, {points[corner, 1]:g}) lies in line with its "
+            "neighbours; leave it out"
+        )
+    turns = np.arctan2(corners, edge[:, 0] * following[:, 0] + edge[:, 1] * following[:, 1]).sum()
+    if not 0.5 < turns / (2 * np.pi) < 1.5 or crosses_itself(points):
+        raise ArgumentError(f"element {name}: the polygon crosses itself; list its vertices in order round it")
+    cx = float(((x + u) * cross).sum()) / (6 * area)
+    cz = float(((z + w) * cross).sum()) / (6 * area)
+    local = _exactly_symmetric(np.stack([x - cx, z - cz], axis=1), size)
+    pieces = _pieces(name, local, corners < 0) if (corners < 0).any() else ()
+    return Polygon(local, (cx + float(origin[0]), cz + float(origin[1])), area, _polar(local), pieces)
+
+
+def _pieces(name: str, local: FloatArray, inward: NDArray[np.bool_]) -> tuple[Polygon, ...]:
+    """Convex pieces of an outline that turns `inward`, shape (n,), at the ends of some sides.
+
+    A vertex that turns out is carried by one piece only, that of its side that faces down more; else a corner that is cut
+    would touch twice. Where the outline turns in, each of the two sides ends for itself.
+    """
+    count, turns_in = len(local), np.roll(inward, 1)
+    try:
+        loops = convex_pieces(local)
+    except ArgumentError as error:
+        raise ArgumentError(f"element {name}: {error}") from None
+    owner = {
+        vertex: piece
+        for piece, loop in enumerate(loops)
+        for vertex in loop
+        if _side_down(local, vertex) in _sides(loop)
+    }
+    shapes = []
+    for piece, loop in enumerate(loops):
+        carries = []
+        for first, second in _sides(loop):
+            side = second == (first + 1) % count
+            ends = [side if turns_in[k] else owner[k] == piece for k in (first, second)]
+            carries.append([*ends, side])
+        shapes.append(Polygon(local[loop], (0.0, 0.0), 0.0, 0.0, carries=np.array(carries, dtype=np.float64)))
+    return tuple(shapes)
+
+
+def _sides(loop: list[int]) -> list[tuple[int, int]]:
+    return list(zip(loop, loop[1:] + loop[:1], strict=True))
+
+
+def _side_down(local: FloatArray, vertex: int) -> tuple[int, int]:
+    """Of both sides of an outline at a vertex the one whose outward normal points down more."""
+    count = len(local)
+    both = [((vertex - 1) % count, vertex), (vertex, (vertex + 1) % count)]
+
+    def up(side: tuple[int, int]) -> float:
+        x, z = local[side[1]] - local[side[0]]
+        return float(-x / np.sqrt(x * x + z * z))
+
+    return min(both, key=up)
+
+
+def _hull(points: FloatArray) -> FloatArray:
+    """Convex hull of points, counter-clockwise (Andrew's monotone chain)."""
+    ordered = points[np.lexsort((points[:, 1], points[:, 0]))]
+    chains = []
+    for line in (ordered, ordered[::-1]):
+        chain: list[FloatArray] = []
+        for point in line:
+            while len(chain) > 1 and bend(chain[-2], chain[-1], point) <= 0.0:
+                chain.pop()
+            chain.append(point)
+        chains += chain[:-1]
+    return np.array(chains)
+
+
+def _polar(local: FloatArray) -> float:
+    x, z = local.T
+    u, w = np.roll(x, -1), np.roll(z, -1)
+    return float(((x * w - u * z) * (x * x + x * u + u * u + z * z + z * w + w * w)).sum()) / 12.0
+
+
+def _exactly_symmetric(local: FloatArray, size: float) -> FloatArray:
+    """Remove the rounding that keeps a symmetric polygon from being its own mirror image bit by bit."""
+    x, z = local.T
+    distance = np.abs(x + x[:, None]) + np.abs(z - z[:, None])
+    if (distance.min(axis=1) > SYMMETRY * size).any():
+        return local
+    # Both vertices of a pair come from the same two numbers, whichever is looked at first.
+    partner = distance.argmin(axis=1)
+    return np.asarray(0.5 * np.stack([x - x[partner], z + z[partner]], axis=1))
+
+
+def rectangle(width: float, height: float) -> FloatArray:
+    """Vertices of a rectangle on its lower side's middle, shape (4, 2), m."""
+    half = 0.5 * width
+    return np.array([[-half, 0.0], [half, 0.0], [half, height], [-half, height]])

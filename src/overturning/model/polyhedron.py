@@ -1,0 +1,160 @@
+"""From the vertices of a convex polyhedron to a body: mass properties, faces, on which it can rest, and vertices that can touch."""
+
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, QhullError
+
+from overturning.arrays import FloatArray
+from overturning.errors import ArgumentError
+from overturning.model.rest import FLAT, can_rest
+from overturning.model.solid import Solid
+
+DIGITS: Final = 12
+"""Lengths are rounded to so many decimals of the body's size: libraries differ between processors in the last one."""
+
+
+class Hull(NamedTuple):
+    """A convex hull about the centre of mass."""
+
+    points: FloatArray
+    """Shape (n, 3), m;"""
+    triangles: NDArray[np.int64]
+    """shape (m, 3), outward;"""
+    neighbours: NDArray[np.int64]
+    """shape (m, 3), opposite to each vertex;"""
+    normals: FloatArray
+    """outward, shape (m, 3),"""
+    offsets: FloatArray
+    """and distance from the centre, shape (m,), m;"""
+    inertia: FloatArray
+    """per mass, m²."""
+
+
+def body_of(vertices: FloatArray) -> Solid:
+    """The body that stands on the lowest face of a polyhedron; parameters and errors as of `Polyhedron`."""
+    hull = _hull(vertices)
+    size = float(np.ptp(hull.points, axis=0).max())
+    bottom = float(hull.points[:, 2].min())
+    below = np.flatnonzero(hull.points[:, 2] <= bottom + FLAT * size)
+    if below.size < 3:
+        raise ArgumentError(
+            f"body: it stands on {below.size} vert{'ex' if below.size == 1 else 'ices'}; turn it so that a face lies on z = const"
+        )
+    try:
+        base = below[ConvexHull(hull.points[below, :2]).vertices]  # anticlockwise
+    except QhullError:
+        raise ArgumentError("body: it stands on an edge; turn it so that a face lies on z = const") from None
+    tilt, faces = _rests(hull, size)
+    kept = np.concatenate([base, np.setdiff1d(_can_touch(hull, tilt), below)])
+    points = np.round(hull.points[kept] / size, DIGITS) * size
+    points[: base.size, 2] = np.round(bottom / size, DIGITS) * size
+    inertia = np.round(hull.inertia / size**2, DIGITS) * size**2
+    normals = np.unique(np.round(hull.normals[-hull.normals[:, 2] > np.cos(tilt) - FLAT], 5), axis=0)
+    heights = hull.points[kept] @ normals.T
+    facets = [np.flatnonzero(column > column.max() - 1e-4 * size) for column in heights.T]
+    return Solid(points, base.size, inertia, tilt, faces, facets=tuple(facets))
+
+
+def _hull(vertices: FloatArray) -> Hull:
+    if vertices.ndim != 2 or vertices.shape[1] != 3 or len(vertices) < 4 or not np.isfinite(vertices).all():
+        raise ArgumentError(f"body: vertices of shape {vertices.shape}; give at least 4 finite points [x, y, z]")
+    size = float(np.ptp(vertices, axis=0).max())
+    try:
+        hull = ConvexHull(vertices)
+    except QhullError:
+        raise ArgumentError("body: its vertices lie in one plane, so it has no volume") from None
+    if not hull.volume > FLAT * size**3:
+        raise ArgumentError(
+            f"body: a volume of {hull.volume:.3g} m³ in a size of {size:.3g} m; its vertices lie in one plane"
+        )
+    inside = -(vertices @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)
+    if inside.max() > FLAT * size:
+        raise ArgumentError(
+            f"body: not convex; vertex {inside.argmax()} lies {inside.max():.3g} m inside the hull of the others: leave it out"
+        )
+    # Qhull's triangles turn either way; the outward normals tell.
+    corners = vertices[hull.simplices]
+    outward = np.sum(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) * hull.equations[:, :3], axis=1
+    )
+    simplices, neighbours = hull.simplices.astype(np.int64), hull.neighbors.astype(np.int64)
+    turned = outward < 0
+    simplices[turned], neighbours[turned] = simplices[turned][:, [0, 2, 1]], neighbours[turned][:, [0, 2, 1]]
+    centre, inertia = _mass_properties(vertices[simplices])
+    normals = hull.equations[:, :3]
+    return Hull(vertices - centre, simplices, neighbours, normals, -hull.equations[:, 3] - normals @ centre, inertia)
+
+
+def _mass_properties(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Centre and inertia per mass about it, summed over the tetrahedra from a point inside to outward triangles."""
+    origin = corners.reshape(-1, 3).mean(axis=0)
+    a, b, c = (corners[:, k] - origin for k in range(3))
+    volume = np.sum(np.cross(a, b) * c, axis=1)  # six times
+    total = volume.sum()
+    mean = (volume[:, None] * (a + b + c)).sum(axis=0) / (4.0 * total)
+    second = np.zeros((3, 3))
+    for i in range(3):
+        for k in range(3):
+            of = (a[:, i] + b[:, i] + c[:, i]) * (a[:, k] + b[:, k] + c[:, k]) + a[:, i] * a[:, k] + b[:, i] * b[:, k]
+            second[i, k] = np.sum(volume * (of + c[:, i] * c[:, k])) / (20.0 * total)
+    second -= np.outer(mean, mean)
+    return origin + mean, np.trace(second) * np.eye(3) - second
+
+
+def _rests(hull: Hull, size: float) -> tuple[float, FloatArray]:
+    """Least tilt at which the body can rest on another face, rad, and the normals of all such faces, clockwise from x."""
+    _, first = np.unique(np.round(hull.normals, 5), axis=0, return_index=True)
+    normals, offsets = hull.normals[first], hull.offsets[first]
+    down = -normals[:, 2]
+    # Not the base, nor a face opposite to it, onto which nothing falls before it has fallen onto a side.
+    stable = can_rest(normals, offsets, size) & (np.abs(down) < 1.0 - FLAT)
+    if not stable.any():
+        return np.pi, np.zeros((0, 3))
+    order = np.argsort(-np.arctan2(normals[stable, 1], normals[stable, 0]) % (2.0 * np.pi), kind="stable")
+    tilt = float(np.round(np.arccos(np.clip(down[stable].max(), -1.0, 1.0)), DIGITS))
+    return tilt, np.round(normals[stable][order], DIGITS)
+
+
+def _can_touch(hull: Hull, tilt: float) -> NDArray[np.int64]:
+    """Vertices that are the lowest at some tilt below this one.
+
+    A vertex is the lowest while the direction down lies among the normals of its faces, a polygon on the sphere whose sides are the
+    arcs between the normals of neighbouring triangles. So one of its arcs comes within the tilt of the body's own downward axis.
+    """
+    n1 = hull.normals[:, None, :].repeat(3, axis=1).reshape(-1, 3)
+    n2 = hull.normals[hull.neighbours].reshape(-1, 3)
+    nearest = _nearest_to_down(n1, n2).reshape(-1, 3)
+    reached = nearest > np.cos(tilt) + 1e-9  # what touches first when the body has fallen is of no use
+    vertices = []
+    for k in range(3):  # the edge opposite to vertex k
+        pair = hull.triangles[:, [(k + 1) % 3, (k + 2) % 3]]
+        vertices.append(pair[reached[:, k]].ravel())
+    return np.unique(np.concatenate(vertices))
+
+
+def _nearest_to_down(n1: FloatArray, n2: FloatArray) -> FloatArray:
+    """Largest cosine of the angle between down and a point of the arc between unit vectors, each of shape (m, 3)."""
+    ends = np.maximum(-n1[:, 2], -n2[:, 2])
+    axis = np.cross(n1, n2)
+    length = np.sqrt(np.sum(axis * axis, axis=1))
+    arc = length > 1e-9
+    axis = axis / np.where(arc, length, 1.0)[:, None]
+    # The point of the great circle nearest to down, and whether it lies between the ends.
+    point = np.array([0.0, 0.0, -1.0]) + axis[:, 2:] * axis
+    norm = np.sqrt(np.sum(point * point, axis=1))
+    point = point / np.where(norm > 1e-12, norm, 1.0)[:, None]
+    between = (np.sum(np.cross(n1, point) * axis, axis=1) >= 0) & (np.sum(np.cross(point, n2) * axis, axis=1) >= 0)
+    return np.where(arc & between, norm, ends)
+
+
+def outline_of(vertices: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Corners about the centre of mass, m, and the edges between faces that are not of one plane."""
+    hull = _hull(vertices)
+    edges = set()
+    for triangle, neighbours, normal in zip(hull.triangles, hull.neighbours, hull.normals, strict=True):
+        for k, other in enumerate(neighbours):
+            if hull.normals[other] @ normal < 1.0 - FLAT:
+                edges.add(tuple(sorted((int(triangle[(k + 1) % 3]), int(triangle[(k + 2) % 3])))))
+    return hull.points, np.array(sorted(edges), np.int64)

@@ -1,0 +1,219 @@
+"""Scenes: what stands where, of what, and how it touches. The model behind the files in config/scenes/."""
+
+import math
+from dataclasses import asdict
+from functools import lru_cache
+from itertools import combinations
+from pathlib import Path
+from typing import Any, Final, Self
+
+from pydantic import Field, ValidationError, model_validator
+
+from overturning.errors import ArgumentError, ConfigError
+from overturning.files import read_mapping, shipped
+from overturning.model.contact import SCENE_STATIC_PENETRATION, STATIC_PENETRATION, Contact
+from overturning.model.element import ContactLaw, Element, Material, Model, Name, Positive
+from overturning.model.geometry import WIDE, check_geometry, native_size
+from overturning.tables import said
+from overturning.units import GRANITE_DENSITY, STANDARD_GRAVITY
+
+MOST_ELEMENTS: Final = 64
+"""More would make the columns of the kernel longer than the processor's caches."""
+
+
+class Scene(Model):
+    """A scene: elements, materials, contact laws, gravity."""
+
+    name: Name = Field(description="name")
+    title: str = Field(default="", description="title in reports")
+    gravity: Positive = Field(default=STANDARD_GRAVITY, description="acceleration of gravity, m/s²")
+    reference: Name | None = Field(
+        default=None,
+        description="element whose height and B/H the study sweeps (all lengths scale with its height); "
+        "not given: the first free one",
+    )
+    materials: dict[Name, Material] = Field(default={"stone": Material()}, description="materials by name")
+    contacts: tuple[ContactLaw, ...] = Field(
+        default=(), description="contact laws; pairs of materials without one have the default law"
+    )
+    elements: tuple[Element, ...] = Field(min_length=2, max_length=MOST_ELEMENTS, description="the elements")
+
+    @model_validator(mode="after")
+    def _names_fit(self) -> Self:
+        names = [element.name for element in self.elements]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise ValueError(f"element {twice[0]} stands twice; give each element its own name")
+        kinds = {element.kind for element in self.elements}
+        if "driven" not in kinds:
+            raise ValueError(f"no element is driven by the record; set kind: driven for the ground, perhaps {names[0]}")
+        if "free" not in kinds:
+            raise ValueError("no element is free; nothing could overturn")
+        for index, element in enumerate(self.elements):
+            of, below = f"element {element.name}", element.stands_on
+            if element.material not in self.materials:
+                raise ValueError(f"{of}: no material {element.material!r}; known: {', '.join(self.materials)}")
+            if below is not None and below not in names[:index]:
+                raise ValueError(f"{of}: stands_on {below!r} is not an element listed before it")
+        if self.reference is not None and self.reference not in names:
+            raise ValueError(f"reference: no element {self.reference!r}; known: {', '.join(names)}")
+        for index, law in enumerate(self.contacts):
+            for material in law.between:
+                if material not in self.materials:
+                    raise ValueError(f"contacts: no material {material!r}; known: {', '.join(self.materials)}")
+            if any(set(law.between) == set(other.between) for other in self.contacts[:index]):
+                raise ValueError(f"contacts: {' and '.join(law.between)} have two laws; keep one")
+        return self
+
+    @model_validator(mode="after")
+    def _can_stand(self) -> Self:
+        check_geometry(self)
+        return self
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Names of the free elements, in order."""
+        return tuple(element.name for element in self.elements if element.kind == "free")
+
+    @property
+    def reference_name(self) -> str:
+        """The element whose height and slenderness are swept."""
+        return self.reference or self.free[0]
+
+    @property
+    def shown_name(self) -> str:
+        """The free element that is shown where only one is: the reference element, or the last."""
+        return self.reference_name if self.reference_name in self.free else self.free[-1]
+
+    @property
+    def sweeps_friction(self) -> bool:
+        """Whether two elements that could meet have the friction coefficient that is swept."""
+        pairs = combinations(self.elements, 2)
+        return any(self.law(a, b).friction is None for a, b in pairs if "free" in (a.kind, b.kind))
+
+    @property
+    def single_block(self) -> bool:
+        """Whether it is one upright free rectangle in the middle of a wide driven one under the earth's gravity."""
+        if len(self.elements) != 2 or self.gravity != STANDARD_GRAVITY:
+            return False
+        ground, block = self.elements
+        return (
+            ground.kind == "driven"
+            and block.kind == "free"
+            and ground.width is not None
+            and block.width is not None
+            and ground.rotation_deg == block.rotation_deg == 0
+            and block.fallen_rotation_deg in (None, 90)
+            and block.fallen_drop is None
+            and block.at[0] == ground.at[0]
+            and (ground.width or 0) > WIDE * max(block.width or 0, block.height or 0)
+        )
+
+    def element(self, name: str) -> Element:
+        """The element of a name."""
+        return next(element for element in self.elements if element.name == name)
+
+    def law(self, one: Element, other: Element) -> ContactLaw:
+        """The contact law of two elements."""
+        return self.law_between(one.material, other.material)
+
+    def law_between(self, one: Name, other: Name) -> ContactLaw:
+        """The contact law of two materials, its static penetration that of the scene where the file gives none."""
+        laws = (law for law in self.contacts if set(law.between) == {one, other})
+        law = next(laws, ContactLaw(between=(one, other)))
+        if law.static_penetration is not None:
+            return law
+        penetration = STATIC_PENETRATION if self.single_block else SCENE_STATIC_PENETRATION
+        return law.model_copy(update={"static_penetration": penetration})
+
+
+@lru_cache(maxsize=64)
+def gravestone(contact: Contact | None = None, density: float = GRANITE_DENSITY) -> Scene:
+    """The default scene: one rectangular stone, 0.24 m × 0.6 m, on a driven ground wider than any slide.
+
+    The contact is that at its corners, `Contact()` where not given; a density (kg/m³) that is not finite and above 0 is
+    an `ArgumentError`.
+    """
+    if not (math.isfinite(density) and density > 0):
+        raise ArgumentError(f"density: {density}; it must be finite and above 0 kg/m³")
+    laws = () if contact is None else (ContactLaw(between=("stone", "stone"), **asdict(contact)),)
+    return Scene(
+        name="gravestone",
+        title="A gravestone on its base",
+        reference="stone",
+        materials={"stone": Material(density=density)},
+        contacts=laws,
+        elements=(
+            Element(name="ground", kind="driven", width=40.0, height=1.0, at=(0.0, -1.0)),
+            Element(name="stone", width=0.24, height=0.6, stands_on="ground"),
+        ),
+    )
+
+
+def scene_or_gravestone(
+    scene: Scene | None, contact: Contact | None, density: float, height: Any, b_over_h: Any
+) -> tuple[Scene, Any, Any]:
+    """A scene, or the gravestone of this contact and density; height and B/H, the scene's own where they are None.
+
+    A contact or density beside a scene is an `ArgumentError`.
+    """
+    if scene is None:
+        scene = gravestone(contact, density)
+    elif contact is not None or density != GRANITE_DENSITY:
+        raise ArgumentError("contact, density: the scene has its own; set them there")
+    own_height, own_ratio = native_size(scene)
+    return scene, own_height if height is None else height, own_ratio if b_over_h is None else b_over_h
+
+
+SCENES = Path("config") / "scenes"
+
+
+def load_scene(name: str | Path, root: Path = Path()) -> Scene:
+    """Read and check a scene file.
+
+    Parameters
+    ----------
+    name : str or Path
+        A file, or the name of one in config/scenes without ``.yaml``.
+    root : Path
+        Folder from which paths count.
+
+    Raises
+    ------
+    ConfigError
+        If there is no such file, or a key, a value or the geometry is wrong; names file, element and remedy.
+    """
+    path = root / name
+    if path.suffix not in {".yaml", ".yml"}:
+        path = shipped(root / SCENES / f"{name}.yaml")
+    if not path.is_file():
+        folders = {root / SCENES, shipped(SCENES)}
+        known = ", ".join(sorted({file.stem for folder in folders for file in folder.glob("*.yaml")})) or "none"
+        raise ConfigError(f"scene {name}: no file {path}; known: {known}")
+    return check_scene(read_mapping(path, "scene", "see docs/scenes.md"), str(path))
+
+
+def check_scene(data: dict[str, Any], where: str = "scene") -> Scene:
+    """Check the content of a scene file; a `ConfigError` has one line per wrong key and names the element."""
+    try:
+        return Scene.model_validate(data)
+    except ValidationError as error:
+        lines = []
+        for item in error.errors():
+            key = ".".join(_parts(data, item["loc"]))
+            message = item["msg"].removeprefix("Value error, ")
+            if item["type"] == "string_pattern_mismatch":
+                message = said(item["ctx"]["pattern"])
+            message = {"extra_forbidden": "unknown key", "missing": "this key is needed"}.get(item["type"], message)
+            lines.append(f"{where}: {key}: {message}" if key else f"{where}: {message}")
+        raise ConfigError("\n       ".join(dict.fromkeys(lines))) from None
+
+
+def _parts(data: Any, location: tuple[int | str, ...]) -> list[str]:
+    """Where a wrong value stands, an element by its name rather than by its number."""
+    parts = [str(part) for part in location]
+    if len(location) > 1 and location[0] == "elements" and isinstance(location[1], int):
+        element = data["elements"][location[1]]
+        if isinstance(element, dict) and "name" in element:
+            parts[1] = str(element["name"])
+    return parts

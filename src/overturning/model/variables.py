@@ -1,0 +1,122 @@
+"""The variables of an outcome: names, types, fill values and meanings, the same in a simulation's dataset and in the cube.
+
+A variable of the cube is one entry of a table like `VARIABLES`; whatever writes, mirrors, gathers or compares goes by it.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.model.status import Status
+
+INT8_MISSING: Final = -128
+"""Fill value of int8 variables."""
+
+INT16_MISSING: Final = -32768
+"""Fill value of int16 variables."""
+
+FLOAT32_MISSING: Final = np.float32(9.969209968386869e36)
+"""Fill value of float32 variables: netCDF's own default."""
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable of the outcome."""
+
+    name: str  # in the cube
+    dtype: str  # in the file
+    long_name: str
+    units: str = "1"
+    per_element: bool = False  # it has the dimension `element` where a scene has more than one free element
+    odd: bool = False  # it changes sign when the plane is looked at from behind, from φ+180°
+    exchanged: str = ""  # variable with which it changes places then
+    attributes: Mapping[str, Any] = field(default_factory=dict)  # further ones of CF
+
+    @property
+    def fill_value(self) -> Any:
+        """What stands where nothing was found."""
+        return {"i1": np.int8(INT8_MISSING), "i2": np.int16(INT16_MISSING)}.get(self.dtype, FLOAT32_MISSING)
+
+    @property
+    def all_attributes(self) -> dict[str, Any]:
+        """CF attributes."""
+        return {"long_name": self.long_name, "units": self.units, **self.attributes}
+
+    def from_behind(self, arrays: Mapping[str, NDArray[Any]], chosen: Any = ...) -> NDArray[Any]:
+        """Its values at φ+180° of a scene that is its own mirror image, from arrays by name at φ."""
+        values = np.asarray(arrays[self.exchanged or self.name][chosen])
+        # 0 stays 0 and not −0, so that equal cubes are equal bytes.
+        return np.where((values == 0) | (values == self.fill_value), values, -values) if self.odd else values
+
+    def stored(self, values: Any) -> NDArray[Any]:
+        """Values in the file's type, the fill value for NaN."""
+        array = np.asarray(values)
+        if array.dtype.kind == "f":
+            array = np.where(np.isnan(array), self.fill_value, array)
+        return array.astype(self.dtype)
+
+
+VARIABLES: Final = (
+    Variable("overturned", "i1", "side to which the block falls", "1", True, odd=True, attributes={
+        "flag_values": np.array([-1, 0, 1], dtype=np.int8),
+        "flag_meanings": "falls_towards_azimuth_plus_180 stands falls_towards_azimuth",
+        "comment": "missing where the outcome was not found; see status",
+    }),
+    Variable("status", "i1", "how the outcome was found", attributes={
+        "flag_values": np.array([int(code) for code in Status], dtype=np.int8),
+        "flag_meanings": " ".join(code.name.lower() for code in Status),
+    }),
+    Variable("mirrored", "i1", "cell is the mirror of the one at the opposite azimuth", attributes={
+        "flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "computed mirrored",
+    }),
+    Variable(
+        "overturning_time", "f4",
+        "last time at which what fell could still have come back, after the start of the record", "s", True,
+    ),
+    Variable("peak_rotation", "f4", "largest absolute rotation over the critical angle", "1", True, attributes={
+        "comment": "in degrees of an element without a critical angle of its own; see critical_angle",
+    }),
+    Variable("peak_slip", "f4", "largest slip of the midpoint of the block's base", "m", True),
+    Variable("residual_slip", "f4", "slip of the midpoint of the block's base at the end", "m", True, odd=True),
+    Variable("peak_penetration", "f4", "largest penetration of any contact", "m"),
+    Variable("energy_error", "f4", "residual of work and energy over the larger of input and the energy to overturn"),
+)  # fmt: skip
+"""Those of a block or a scene in planes."""
+
+_AS_IN_PLANES: Final = {item.name: item for item in VARIABLES}
+
+SPACE_VARIABLES: Final = (
+    Variable("overturned", "i1", "whether the block falls", attributes={
+        "flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "stands falls",
+        "comment": "missing where the outcome was not found; see status",
+    }),
+    _AS_IN_PLANES["status"],
+    Variable("fall_azimuth", "f4", "azimuth to which the top goes when the block has fallen, clockwise from north", "degree"),
+    Variable(
+        "fall_face", "i1",
+        "side that points most nearly down when the block has fallen, counted clockwise from the one that faces the orientation",
+        attributes={"comment": "missing where the block stands or has no sides"},
+    ),
+    Variable("peak_tilt", "f4", "largest angle between the block's axis and the vertical", "degree"),
+    Variable(
+        "overturning_time", "f4",
+        "last time the tilt passed the least critical angle before the block fell, after the start of the record", "s",
+    ),
+    Variable("peak_slip", "f4", "largest horizontal displacement of the point of the base below the centre", "m"),
+    Variable("residual_slip_north", "f4", "northward displacement of that point at the end", "m"),
+    Variable("residual_slip_east", "f4", "eastward displacement of that point at the end", "m"),
+    Variable(
+        "residual_twist", "f4", "rotation about the vertical at the end, clockwise from above", "degree",
+        attributes={"comment": "missing where the block falls"},
+    ),
+    _AS_IN_PLANES["peak_penetration"],
+    _AS_IN_PLANES["energy_error"],
+    Variable(
+        "angular_momentum_error", "f4",
+        "residual of vertical angular momentum about the initial place and of moments, over m sqrt(g R^3)",
+    ),
+)  # fmt: skip
+"""The variables of an outcome in space."""

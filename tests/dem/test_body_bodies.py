@@ -1,0 +1,216 @@
+"""Bodies in space: mass properties, which vertices can touch, when they have fallen, how they rest, refusals."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from overturning.dem.body.simulate import simulate_in_space, simulate_in_space_arrays
+from overturning.dem.body.statics import rest
+from overturning.errors import ArgumentError
+from overturning.model.contact import VertexContact
+from overturning.model.mesh import read_mesh
+from overturning.model.shapes import Circle, Polyhedron, Rectangle, Regular, orientation_grid, shape_of
+from overturning.model.solid import Solid
+from overturning.motion.motion import Motion
+from overturning.units import STANDARD_GRAVITY
+from tests.expect import refused
+
+BOX = np.array([[x, y, z] for x in (-0.1, 0.1) for y in (-0.2, 0.2) for z in (0.0, 0.6)])
+WEDGE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.4, 0.4, 0.8], [0.4, 0.6, 0.8]], dtype=float)
+
+
+def integrated(body_vertices: np.ndarray, count: int = 60) -> tuple[np.ndarray, np.ndarray]:
+    """Centre and inertia per mass of a hull, by counting cells inside."""
+    from scipy.spatial import ConvexHull
+
+    hull = ConvexHull(body_vertices)
+    low, high = body_vertices.min(axis=0), body_vertices.max(axis=0)
+    axes = [low[k] + (np.arange(count) + 0.5) / count * (high[k] - low[k]) for k in range(3)]
+    cells = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    cells = cells[(cells @ hull.equations[:, :3].T + hull.equations[:, 3] < 0).all(axis=1)]
+    centre = cells.mean(axis=0)
+    r = cells - centre
+    return centre, np.sum(r**2) / len(r) * np.eye(3) - r.T @ r / len(r)
+
+
+def test_a_box_of_vertices_is_the_rectangle() -> None:
+    box, prism = Polyhedron(BOX).body(0.6, 0, 0), Rectangle().body(0.6, 1 / 3, 2.0)
+    np.testing.assert_allclose(box.inertia, prism.inertia, atol=1e-12)
+    assert {tuple(p) for p in np.round(box.points, 9)} == {tuple(p) for p in np.round(prism.points, 9)}
+    assert box.fallen == pytest.approx(np.pi / 2)
+    np.testing.assert_allclose(box.faces, prism.faces, atol=1e-9)
+    t = np.arange(200) * 0.01
+    motion = Motion(6.0 * np.sin(7 * t), 4.0 * np.cos(5 * t), sampling_interval=0.01)
+    same = {"orientation_deg": [10.0, 50.0], "friction": [0.5], "contact": VertexContact(2e-5)}
+    boxes = simulate_in_space_arrays(motion, body=Polyhedron(BOX), **same)
+    prisms = simulate_in_space_arrays(motion, height=0.6, b_over_h=1 / 3, aspect=2.0, **same)
+    assert boxes["overturned"].any()
+    for name in ("overturned", "fall_face"):
+        np.testing.assert_array_equal(boxes[name], prisms[name])
+    np.testing.assert_allclose(boxes["fall_azimuth"], prisms["fall_azimuth"], atol=0.1)
+
+
+@pytest.mark.parametrize("vertices", [WEDGE, np.random.default_rng(3).normal(size=(9, 3))])
+def test_mass_properties_equal_a_count_of_cells(vertices: np.ndarray) -> None:
+    from overturning.model.polyhedron import _hull
+
+    hull = _hull(np.concatenate([vertices[:0], vertices[np.unique(convex(vertices))]]))
+    kept = vertices[np.unique(convex(vertices))]
+    centre, inertia = integrated(vertices)
+    np.testing.assert_allclose(kept[0] - hull.points[0], centre, atol=0.01 * np.ptp(vertices))
+    np.testing.assert_allclose(hull.inertia, inertia, atol=0.01 * np.trace(inertia))
+
+
+def convex(vertices: np.ndarray) -> np.ndarray:
+    from scipy.spatial import ConvexHull
+
+    return ConvexHull(vertices).vertices
+
+
+def test_regular_prisms_become_the_square_and_the_cylinder() -> None:
+    square, prism = Regular(4).body(0.6, 0.4, 1.0), Rectangle().body(0.6, 0.4, 1.0)
+    np.testing.assert_allclose(square.inertia, prism.inertia, atol=1e-12)
+    np.testing.assert_allclose(square.points, prism.points, atol=1e-12)
+    np.testing.assert_allclose(Regular(96).body(0.6, 0.4, 1.0).inertia, Circle().body(0.6, 0.4, 1.0).inertia, rtol=2e-3)
+    assert [Regular(6).body(1, 0.5, 1).period, prism.period, Rectangle().body(1, 0.5, 2).period] == [60.0, 90.0, 180.0]
+
+
+def test_a_wedge_has_fallen_where_it_can_rest_on_another_face() -> None:
+    body = Polyhedron(WEDGE).own
+    # By statics: the body turned so that a face lies down, its centre above that face.
+    tilts = [np.degrees(np.arccos(-normal[2])) for normal in body.faces]
+    assert np.degrees(body.fallen) == pytest.approx(min(tilts), abs=1e-3)
+    assert 90.0 < min(tilts) < 180.0
+    assert len(body.points) == 4  # the upper edge touches only when it has fallen
+
+
+def test_only_vertices_that_can_touch_are_kept() -> None:
+    body = Polyhedron(BOX).own
+    assert len(body.points) == 4
+    # At each tilt short of the fall, in any direction, the lowest vertex is one of those kept.
+    rng = np.random.default_rng(1)
+    lump = rng.normal(size=(40, 3))
+    lump = lump / np.linalg.norm(lump, axis=1)[:, None] * [0.3, 0.3, 0.2]
+    low = np.array([[0.12, 0.1, -0.15], [-0.13, 0.1, -0.15], [-0.1, -0.12, -0.15], [0.11, -0.1, -0.15]])
+    whole = np.concatenate([low, lump[lump[:, 2] > -0.1]])
+    whole = whole[convex(whole)]
+    stone = Polyhedron(whole).own
+    centred = whole - whole[0]
+    for _ in range(300):
+        turn, tilt = rng.uniform(0, 2 * np.pi), rng.uniform(0, stone.fallen)
+        down = np.array([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), -np.cos(tilt)])
+        assert (stone.points @ down).max() - stone.points[0] @ down >= (centred @ down).max() - (
+            whole_of(stone, whole) - whole[0]
+        ) @ down - 1e-9
+
+
+def whole_of(stone: Solid, whole: np.ndarray) -> np.ndarray:
+    """The vertex, as it was given, that the body names first."""
+    lowest = whole[whole[:, 2] < whole[:, 2].min() + 1e-9]
+    differences = stone.points[: stone.base, :2] - stone.points[0, :2]
+    return next(
+        p for p in lowest if all(np.abs(lowest[:, :2] - p[:2] - d).sum(axis=1).min() < 1e-9 for d in differences)
+    )
+
+
+def test_a_body_with_its_centre_aside_rests_on_its_springs() -> None:
+    body = Polyhedron(WEDGE).own
+    pose = rest(body, 1e6)
+    x, y = body.points[: body.base, :2].T
+    sunk = (body.foot - pose[2]) - (pose[3] * y - pose[4] * x)
+    assert (sunk > 0).all()
+    np.testing.assert_allclose(
+        [sunk.sum(), (sunk * x).sum(), (sunk * y).sum()], [STANDARD_GRAVITY / 1e6, 0, 0], atol=1e-15
+    )
+    still = Motion(np.zeros(100), np.zeros(100), sampling_interval=0.01)
+    found = simulate_in_space_arrays(still, orientation_deg=0.0, body=Polyhedron(WEDGE), leave_out=False)
+    assert found["overturned"].item() == 0
+    assert found["peak_tilt"].item() < 1e-3
+
+
+def test_meshes_are_read_in_three_formats(tmp_path: Path) -> None:
+    corners = "\n".join(f"{x} {y} {z}" for x, y, z in BOX)
+    (tmp_path / "box.obj").write_text(
+        "# a box\n" + "".join(f"v {line}\n" for line in corners.splitlines()) + "f 1 2 3\n"
+    )
+    properties = "".join(f"property double {axis}\n" for axis in "xyz")
+    head = f"element vertex {len(BOX)}\n{properties}element face 0\nend_header\n"
+    (tmp_path / "box.ply").write_text(f"ply\nformat ascii 1.0\n{head}{corners}\n")
+    (tmp_path / "binary.ply").write_bytes(
+        f"ply\nformat binary_little_endian 1.0\n{head}".encode() + BOX.astype("<f8").tobytes()
+    )
+    (tmp_path / "box.stl").write_text("solid\n" + "".join(f"vertex {line}\n" for line in corners.splitlines()))
+    from scipy.spatial import ConvexHull
+
+    triangles = BOX[ConvexHull(BOX).simplices].astype("<f4")
+    rows = b"".join(bytes(12) + one.tobytes() + bytes(2) for one in triangles)
+    (tmp_path / "binary.stl").write_bytes(bytes(80) + len(triangles).to_bytes(4, "little") + rows)
+    for path in tmp_path.iterdir():
+        np.testing.assert_allclose(read_mesh(path).own.inertia, Polyhedron(BOX).own.inertia, rtol=1e-6)
+    with refused(ArgumentError, "box.xyz", ".obj", brief=True):
+        read_mesh(tmp_path / "box.xyz")
+    (tmp_path / "broken.stl").write_text("solid")
+    with refused(ArgumentError, "broken.stl", brief=True):
+        read_mesh(tmp_path / "broken.stl")
+    (tmp_path / "large.obj").write_text("".join(f"v {1000 * x} {1000 * y} {1000 * z}\n" for x, y, z in BOX))
+    with refused(ArgumentError, "large.obj", "600", "millimetres", brief=True):
+        read_mesh(tmp_path / "large.obj")
+
+
+LEANING = np.concatenate([BOX[BOX[:, 2] == 0], BOX[BOX[:, 2] > 0] + [0.5, 0, 0]])
+KEEL = np.array([[0, 0, 0], [0.5, 0, 0], [1, 0, 0], *([x, y, 0.6] for x in (0, 1) for y in (-0.5, 0.5))])
+MANY = np.stack([np.cos(np.arange(150) * 0.0418879), np.sin(np.arange(150) * 0.0418879), np.zeros(150)], axis=1)
+
+
+@pytest.mark.parametrize(
+    ("vertices", "words"),
+    [
+        (np.concatenate([BOX, [[0.0, 0.0, 0.3]]]), ["not convex", "vertex 8"]),
+        (BOX * [1, 1, 0], ["no volume"]),
+        (LEANING, ["outside its base", "falls by itself"]),
+        (BOX * 1000, ["600 m", "millimetres"]),
+        (BOX * 0.01, ["0.006 m"]),
+        (np.concatenate([MANY, np.add(MANY, [0, 0, 1])]), ["150 vertices", "128"]),
+        (WEDGE @ np.array([[1, 0, 0.3], [0, 1, 0.1], [-0.3, -0.1, 1]]), ["stands on 1 vertex"]),
+        (KEEL, ["stands on an edge", "a face lies on z"]),
+        (BOX[:3], ["shape (3, 3)"]),
+    ],
+)
+def test_bodies_that_cannot_be_are_refused(vertices: np.ndarray, words: list[str]) -> None:
+    with refused(ArgumentError, *words, brief=True):
+        Polyhedron(vertices)
+
+
+def test_bad_arguments_are_refused_and_two_components_told() -> None:
+    motion = Motion(np.ones(10), np.ones(10), sampling_interval=0.01)
+    grid = {"orientation_deg": [0.0], "height": [0.6], "b_over_h": [0.4]}
+    for change, words in (
+        ({"height": [600.0]}, ["height", "600", "millimetres"]),
+        ({"b_over_h": None}, ["b_over_h", "not given"]),
+        ({"body": "ball"}, ["body", "ball", "circle"]),
+        ({"body": 2}, ["2 sides"]),
+        ({"body": "circle", "aspect": [1.0, 2.0]}, ["aspect", "rectangle"]),
+        ({"body": Polyhedron(BOX)}, ["b_over_h", "its own"]),
+        ({"friction": [-0.1]}, ["friction", "-0.1"]),
+        ({"scheme": "polygon"}, ["scheme", "polygon"]),
+        ({"time_step": 1.0}, ["time_step", "not stable"]),
+        ({"contact": VertexContact(1e-14)}, ["stiffness"]),
+    ):
+        with refused(ArgumentError, *words):
+            simulate_in_space_arrays(motion, **{**grid, **change})
+    with refused(ArgumentError, "static_penetration", "0"):
+        VertexContact(0.0)
+    assert "two components" in simulate_in_space(motion, **grid).vertical_motion
+    assert shape_of(6).name == "6 sides"
+
+
+def test_a_grid_of_orientations_closes_with_the_symmetry() -> None:
+    grids = [
+        orientation_grid(5.0, Rectangle()),
+        orientation_grid(5.0, Rectangle(), [1.0, 2.0]),
+        orientation_grid(5.0, Circle()),
+    ]
+    assert [(grid.size, grid[-1]) for grid in grids] == [(18, 85.0), (36, 175.0), (1, 0.0)]
+    with refused(ArgumentError, "orientation", "7°", "90°", brief=True):
+        orientation_grid(7.0, Rectangle())

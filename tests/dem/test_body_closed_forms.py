@@ -1,0 +1,275 @@
+"""A body in space against closed forms and independent integrations."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from overturning.dem.body.plan import Start
+from overturning.dem.body.simulate import simulate_in_space_arrays
+from overturning.dem.body.trajectory import trajectory_in_space
+from overturning.model.contact import VertexContact
+from overturning.model.shapes import Rectangle
+from overturning.motion.motion import Motion
+from overturning.units import STANDARD_GRAVITY
+from tests.dem.body_starts import axes, leaning, level
+
+BOTH = pytest.mark.parametrize("scheme", ["centred", "cundall"])
+
+
+def tilt_and_azimuth(path: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
+    """Tilt, rad, and the continuous azimuth towards which the body leans, rad."""
+    azimuth = np.unwrap(np.arctan2(path.tilt_east.values, path.tilt_north.values))
+    return np.arcsin(np.hypot(path.tilt_north.values, path.tilt_east.values)), azimuth
+
+
+# Statics
+# ---------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("aspect", [1.0, 2.0])
+def test_a_rectangle_lifts_when_the_push_leaves_its_base(aspect: float) -> None:
+    ratio, beta = 0.4, np.arange(0.0, 360.0, 24.0)
+    b, d, h = 0.5 * ratio, 0.5 * ratio * aspect, 0.5
+    across = np.maximum(np.abs(np.sin(np.radians(beta))), 1e-12)
+    expected = np.minimum(b / (h * np.abs(np.cos(np.radians(beta)))), d / (h * across))
+    body = Rectangle().body(1.0, ratio, aspect)
+    np.testing.assert_allclose([body.uplift(one) for one in beta], expected, rtol=1e-9)
+    # The base is driven to just below and just above, slowly, and stays there.
+    t = np.arange(600) * 0.01
+    ramp = np.minimum(t / 4.0, 1.0) ** 2 * (3.0 - 2.0 * np.minimum(t / 4.0, 1.0))
+    for share, falls in ((0.985, 0), (1.015, 1)):
+        for one, threshold in zip(beta[:4], expected[:4], strict=True):
+            # A base that accelerates towards β, seen from a block that faces north.
+            east, north = (share * threshold * STANDARD_GRAVITY * ramp * f(np.radians(one)) for f in (np.sin, np.cos))
+            found = simulate_in_space_arrays(
+                Motion(north, east, sampling_interval=0.01, trust_data=True), orientation_deg=0.0, height=1.0,
+                b_over_h=ratio, aspect=aspect, friction=10.0, contact=VertexContact(2e-5),
+            )  # fmt: skip
+            assert found["overturned"].item() == falls, (one, share)
+
+
+def test_barriers_over_an_edge_and_over_a_corner() -> None:
+    body = Rectangle().body(1.0, 0.4, 1.0)
+    np.testing.assert_allclose(np.array(body.barriers()) / body.foot, [0.0770, 0.1489], atol=5e-5)
+    for arm, rise in zip(([0.2, 0.0, -0.5], [0.2, 0.2, -0.5]), body.barriers(), strict=True):
+        arm = np.array(arm)
+        turn = np.cross([0.0, 0.0, 1.0], arm) / np.hypot(*arm[:2])
+        inertia = turn @ body.inertia @ turn + arm @ arm
+        for share, falls in ((0.97, 0), (1.03, 1)):
+            turning = turn * np.sqrt(2.0 * share * STANDARD_GRAVITY * rise / inertia)
+            path = trajectory_in_space(
+                level(4.0), orientation_deg=0.0, height=1.0, b_over_h=0.4, friction=10.0, contact=VertexContact(2e-5),
+                start=leaning(0.0, arm, turning),
+            )  # fmt: skip
+            assert int(path.overturned) == falls, (arm, share)
+
+
+# A cylinder on its rim
+# ---------------------------------------------------------------------------------------------------
+
+
+@BOTH
+@pytest.mark.parametrize(("precession", "axial"), [(18.2597, 4.5573), (9.1286, 0.0)])
+def test_a_cylinder_rolls_on_its_rim_with_steady_precession(precession: float, axial: float, scheme: str) -> None:
+    R, H, tilt = 0.1, 0.25, 0.1
+    up, down = axes(tilt)
+    turning = precession * np.array([0.0, 0.0, 1.0]) + (axial - precession * np.cos(tilt)) * up
+    contact = VertexContact()
+    start = leaning(tilt, R * down - H * up, turning, sunk=4 * contact.static_penetration * 2 * R)
+    path = trajectory_in_space(
+        level(3 * 2 * np.pi / precession), orientation_deg=90.0, height=2 * H, b_over_h=R / H, friction=10.0,
+        body="circle",
+        contact=contact, start=start, leave_out=False, scheme=scheme,
+    )  # fmt: skip
+    turns = path.time.values < 3 * 2 * np.pi / precession
+    found, azimuth = (values[turns] for values in tilt_and_azimuth(path))
+    np.testing.assert_allclose(found, tilt, rtol=1e-2)
+    # Anticlockwise from above: azimuths decrease.
+    assert (azimuth[0] - azimuth[-1]) / path.time.values[turns][-1] == pytest.approx(precession, rel=1e-2)
+
+
+@BOTH
+@pytest.mark.parametrize("slender", [2.5, 3.0, 6.0])
+@pytest.mark.parametrize("rolls", [True, False])
+def test_the_contact_turns_by_an_angle_of_its_own_in_a_near_face_down_pass(
+    slender: float, rolls: bool, scheme: str
+) -> None:
+    # The form is that of a pass ever nearer: a slender body turns less slowly.
+    R, H, contact = 0.1, 0.1 * slender, VertexContact(2e-9)
+    tilt, turning = (0.1, 0.005) if slender <= 3.0 else (0.2 / slender, 0.0005)
+    up, down = axes(tilt)
+    start = leaning(tilt, R * down - H * up, turning * down, sunk=4 * contact.static_penetration * 2 * R, rolls=rolls)
+    path = trajectory_in_space(
+        level(0.5, 0.001), orientation_deg=0.0, height=2 * H, b_over_h=R / H, friction=10.0 if rolls else 0.0,
+        body="circle",
+        contact=contact, start=start, leave_out=False, scheme=scheme,
+    )  # fmt: skip
+    found, azimuth = tilt_and_azimuth(path)
+    lowest = int(np.flatnonzero(np.diff(found) > 0)[0])
+    high = lowest + int(np.argmax(found[lowest:] > 0.98 * tilt))
+    highest = high + int(np.flatnonzero(np.diff(found[high:]) < 0)[0])
+    assert found[highest] == pytest.approx(tilt, rel=1e-2)
+    A = (3 * R**2 + 4 * H**2) / 12
+    expected = np.pi * np.sqrt((A + H**2 + R**2) / (A + H**2) if rolls else (A + R**2) / A)
+    # Most of it within a sample, so that it may as well be told the other way round.
+    turn = abs(azimuth[highest] - azimuth[0]) % (2 * np.pi)
+    assert max(turn, 2 * np.pi - turn) == pytest.approx(expected, rel=1e-2)
+
+
+# A flat landing
+# ----------------------------------------------------------------------------------------------------------
+
+
+def in_plane(body: int | str, over: str, ratio: float, half: float = 0.5) -> tuple[np.ndarray, float, float]:
+    """Arms of a base's vertices along the line of lean (of a rim 720), moment of inertia per mass, turn of that line.
+
+    Of a prism on a regular polygon whose sides are half·ratio from the middle, 2·half high, or of a cylinder; m, m²,
+    rad.
+    """
+    apothem, rim = half * ratio, body == "circle"
+    n = 720 if rim else int(body)
+    turn = np.pi / n if over == "vertex" else 0.0
+    outer = apothem if rim else apothem / np.cos(np.pi / n)
+    angle = 2 * np.pi * (np.arange(n) + (0.0 if rim else 0.5)) / n
+    square = outer**2 / 4 if rim else outer**2 * (2 + np.cos(2 * np.pi / n)) / 12
+    return outer * np.cos(angle - turn), square + half**2 / 3, turn
+
+
+def plastic_landing(x: np.ndarray, inertia: float, height: float) -> float:
+    """Share of the angular velocity that a flat landing leaves, by the complementarity of velocities and impulses.
+
+    The base does not slip, so a body turning with w about a horizontal axis has the centre's velocity w · height along
+    it, and (inertia + height²) w takes the moments of the vertical impulses p at the arms x: 0 ≤ p ⟂ velocity upwards ≥
+    0. Gauss-Seidel.
+    """
+    distinct = np.unique(np.round(x, 12))
+    turning = inertia + height**2
+    v, w, p = -distinct.max(), 1.0, np.zeros(distinct.size)
+    for _ in range(2000):
+        # The fastest descending first.
+        for i in np.argsort(v - w * distinct):
+            change = max(p[i] - (v - w * distinct[i]) / (1.0 + distinct[i] ** 2 / turning), 0.0) - p[i]
+            p[i], v, w = p[i] + change, v + change, w - change * distinct[i] / turning
+    assert (v - w * distinct > -1e-9).all()
+    assert np.abs(p * (v - w * distinct)).max() < 1e-9
+    return w
+
+
+def landed(body: int | str, over: str, ratio: float, contact: VertexContact, scheme: str, half: float = 0.5) -> float:
+    """The same as found: a body let go at 0.45 α, by the height to which it rises over the other end."""
+    x, _, turn = in_plane(body, over, ratio, half)
+    a = x.max()
+    radius, alpha = np.hypot(a, half), np.arctan2(a, half)
+    tilt = 0.45 * alpha
+    cosine, sine, out = np.cos(turn), np.sin(turn), a - radius * np.sin(alpha - tilt)
+    start = Start(
+        (out * cosine, out * sine, radius * np.cos(alpha - tilt)),
+        (np.cos(tilt / 2), -sine * np.sin(tilt / 2), cosine * np.sin(tilt / 2), 0.0),
+    )
+    path = trajectory_in_space(
+        level(0.6, 0.002), orientation_deg=0.0, height=2 * half, b_over_h=ratio, friction=10.0, body=body,
+        contact=contact,
+        start=start, leave_out=False, scheme=scheme,
+    )  # fmt: skip
+    lean = np.arcsin(path.tilt_north.values * cosine - path.tilt_east.values * sine)
+    rise = lambda angle: np.cos(alpha - angle) - np.cos(alpha)  # noqa: E731
+    return float(np.sqrt(rise(-lean[path.time.values < 0.6].min()) / rise(tilt)))
+
+
+STIFF, DAMPED = VertexContact(damping_ratio=1.0), VertexContact(damping_ratio=4.0)
+
+
+@pytest.mark.parametrize("ratio", [0.35, 0.2])
+@pytest.mark.parametrize("over", ["edge", "vertex"])
+def test_a_flat_landing_is_plastic_on_any_number_of_vertices(over: str, ratio: float) -> None:
+    bodies = (8, 24, 96) if over == "vertex" else (4, 6, 8, 24, 96, "circle")
+    expected = {body: plastic_landing(*in_plane(body, over, ratio)[:2], 0.5) for body in bodies}
+    for body, share in expected.items():
+        x, inertia, _ = in_plane(body, over, ratio)
+        far = x.max() ** 2
+        assert share == pytest.approx((inertia + 0.25 - far) / (inertia + 0.25 + far), abs=1e-6)
+        # What is left of it at a damping ratio of 1 is that an end bounces; first order in the finest step.
+        assert landed(body, over, ratio, DAMPED, "centred") == pytest.approx(share, abs=1e-3)
+        assert landed(body, over, ratio, STIFF, "centred") == pytest.approx(share, abs=3e-3)
+    if over == "edge":
+        assert expected[4] == pytest.approx(1.0 - 1.5 * ratio**2 / (1.0 + ratio**2), abs=1e-6)  # Housner
+        cylinder = landed("circle", over, ratio, DAMPED, "centred")
+        apart = [abs(landed(body, over, ratio, DAMPED, "centred") - cylinder) for body in (4, 8, 96)]
+        assert apart[2] < 5e-4
+        assert apart[2] < apart[0]
+
+
+@pytest.mark.parametrize("body", [8, "circle"])
+def test_a_flat_landing_is_plastic_by_both_schemes(body: int | str) -> None:
+    soft = VertexContact(2e-5, damping_ratio=2.0)
+    share = plastic_landing(*in_plane(body, "edge", 0.35)[:2], 0.5)
+    assert landed(body, "edge", 0.35, soft, "cundall") == pytest.approx(share, abs=1e-3)
+
+
+# Sliding and flying
+# ------------------------------------------------------------------------------------------------------
+
+
+def particle(motion: Motion, friction: float) -> np.ndarray:
+    """Where a mass with circular friction ends, m towards north and east: explicit, in many steps a sample."""
+    place, velocity, steps = np.zeros(2), np.zeros(2), 500
+    dt = motion.sampling_interval / steps
+    for i in range(motion.samples - 1):
+        for k in range(steps):
+            base = motion.horizontal[:, i] + (motion.horizontal[:, i + 1] - motion.horizontal[:, i]) * (k + 0.5) / steps
+            pushed = velocity - dt * base
+            speed = np.hypot(*pushed)
+            velocity = pushed * (max(speed - friction * STANDARD_GRAVITY * dt, 0.0) / speed if speed else 0.0)
+            place = place + dt * velocity
+    return place
+
+
+@BOTH
+def test_a_squat_block_slides_as_a_particle_with_circular_friction(scheme: str) -> None:
+    t = np.arange(45) * 0.05
+    shakes = t < 1.2
+    motion = Motion(5.0 * np.sin(6.0 * t) * shakes, (4.0 * np.cos(9.0 * t) - 1.0) * shakes, sampling_interval=0.05)
+    found = simulate_in_space_arrays(
+        motion, orientation_deg=[0.0, 25.0], height=0.1, b_over_h=10.0, friction=0.2, scheme=scheme
+    )
+    for name, expected in zip(("residual_slip_north", "residual_slip_east"), particle(motion, 0.2), strict=True):
+        np.testing.assert_allclose(found[name].ravel(), expected, rtol=1e-2)
+    assert (np.abs(found["residual_twist"]) < 0.01).all()
+
+
+def spun(path: xr.Dataset, inertia: np.ndarray) -> np.ndarray:
+    """Angular momentum in space over time, shape (time, 3), from the rotation and the angular velocity."""
+    w, *v = path.quaternion.values.T
+    v = np.stack(v, axis=1)
+
+    def turn(vectors: np.ndarray, sign: int) -> np.ndarray:
+        return vectors + 2.0 * np.cross(sign * v, np.cross(sign * v, vectors) + w[:, None] * vectors)
+
+    return turn(turn(path.angular_velocity.values, -1.0) * np.diag(inertia), 1.0)
+
+
+@BOTH
+def test_free_flight_conserves_angular_momentum_and_energy(scheme: str) -> None:
+    inertia = Rectangle().body(0.6, 0.4, 1.5).inertia[[1, 0, 2]][:, [1, 0, 2]]  # the first side faces north
+    path = trajectory_in_space(
+        level(1.0), orientation_deg=0.0, height=0.6, b_over_h=0.4, aspect=1.5, leave_out=False, scheme=scheme,
+        start=Start((0.0, 0.0, 10.0), (1.0, 0.0, 0.0, 0.0), (0.3, 0.1, 2.0), (0.5, 0.4, 0.3)),
+    )  # fmt: skip
+    path = path.isel(time=path.time.values < 1.0)  # then it comes down
+    momentum = spun(path, inertia)
+    np.testing.assert_allclose(momentum, momentum[:1].repeat(len(momentum), 0), atol=1e-10 * np.abs(momentum).max())
+    energy = 0.5 * (path.velocity.values**2).sum(axis=1) + 0.5 * (path.angular_velocity.values * momentum).sum(axis=1)
+    energy += STANDARD_GRAVITY * path.place.values[:, 2]
+    np.testing.assert_allclose(energy, energy[0], rtol=1e-10)
+
+
+@BOTH
+def test_without_friction_nothing_turns_about_the_vertical(scheme: str) -> None:
+    arm = np.array([0.12, 0.12, -0.3])
+    path = trajectory_in_space(
+        level(1.0), orientation_deg=0.0, height=0.6, b_over_h=0.4, friction=0.0, leave_out=False, scheme=scheme,
+        start=leaning(0.0, arm, np.array([-0.5, 0.4, 0.3]), rolls=False),
+    )  # fmt: skip
+    momentum = spun(path, Rectangle().body(0.6, 0.4, 1.0).inertia)
+    assert np.ptp(momentum[:, :2]) > 1e-3
+    np.testing.assert_allclose(momentum[:, 2], momentum[0, 2], rtol=1e-10)

@@ -1,0 +1,185 @@
+"""The kernel in space: equal to the plane's, mirror images, the same bits in any company, the stable step, energy."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from overturning.dem import run as run_module
+from overturning.dem.body.cases import SpaceCases
+from overturning.dem.body.plan import Start, plan_in_space
+from overturning.dem.body.rules import ROW
+from overturning.dem.body.simulate import simulate_in_space_arrays
+from overturning.dem.body.statics import highest_mode
+from overturning.dem.body.trajectory import trajectory_in_space
+from overturning.dem.kernel import balance
+from overturning.dem.numerics import Numerics
+from overturning.dem.simulate import simulate_arrays
+from overturning.dem.time_step import Scheme, stable_step
+from overturning.model.contact import Contact, VertexContact
+from overturning.model.shapes import Circle, Rectangle, Regular
+from overturning.model.status import Status
+from overturning.model.variables import INT8_MISSING, SPACE_VARIABLES
+from overturning.motion.motion import Motion
+from overturning.units import STANDARD_GRAVITY
+from tests.dem.body_starts import level
+from tests.dem.near_field import near_field
+
+SOFT = VertexContact(2e-5)
+NAMES = [item.name for item in SPACE_VARIABLES]
+
+
+def part(number: int, up: bool = True) -> Motion:
+    """The strong part of a near-field record, with some vertical motion."""
+    motion, _, _ = near_field(number)
+    strongest = int(np.argmax(motion.north**2 + motion.east**2))
+    window = slice(max(strongest - 400, 0), strongest + 600)
+    north, east = motion.north[window], motion.east[window]
+    return Motion(north, east, 0.4 * (north - east) if up else None, sampling_interval=motion.sampling_interval)
+
+
+BOTH = pytest.mark.parametrize("scheme", ["centred", "cundall"])
+
+
+@pytest.mark.parametrize("number", [1, 7])
+def test_motion_along_a_face_normal_equals_the_plane(number: int) -> None:
+    motion, normal, _ = near_field(number)
+    along = motion.along(normal)
+    motion = Motion(along, 0.0 * along, sampling_interval=motion.sampling_interval)
+    grid = {"height": [0.6], "b_over_h": [0.15, 0.25, 0.35, 0.45], "friction": [0.4, 0.8]}
+    same = {"scheme": "cundall", "time_step": 3e-5, "leave_out": False}
+    plane = simulate_arrays(motion, azimuth_deg=[0.0], contact=Contact(static_penetration=2e-5), **same, **grid)
+    space = simulate_in_space_arrays(motion, orientation_deg=[0.0], contact=SOFT, **same, **grid)
+    in_space = {name: space[name][:, :, :, 0, :] for name in NAMES}
+    ahead = np.cos(np.radians(np.nan_to_num(in_space["fall_azimuth"])))
+    sides = np.where(in_space["overturned"] == 1, np.round(ahead), in_space["overturned"])
+    np.testing.assert_array_equal(sides, plane["overturned"])
+    assert (plane["overturned"] != 0).any()
+    stood = plane["overturned"] == 0
+    peak = plane["peak_rotation"] * np.degrees(np.arctan(plane_ratio(grid)))
+    np.testing.assert_allclose(in_space["peak_tilt"][stood], peak[stood], rtol=1e-6)
+    # Over the same work, or the same barrier where that is more.
+    np.testing.assert_allclose(in_space["energy_error"], plane["energy_error"], rtol=0.02, atol=1e-8)
+
+
+def plane_ratio(grid: dict[str, list[float]]) -> np.ndarray:
+    return np.array(grid["b_over_h"])[None, None, :, None]
+
+
+def test_orientations_that_symmetry_makes_equal_are_computed_once() -> None:
+    motion = part(10)
+    grid = {"height": [0.6], "b_over_h": [0.25], "friction": [0.6], "contact": SOFT, "aspect": [1.0, 2.0]}
+    found = simulate_in_space_arrays(motion, orientation_deg=[20.0, 110.0, 200.0, 380.0], **grid)
+    assert (found["block_steps"][:, 0, 0, 0, 0] > 0).tolist() == [True, False, False, False]
+    assert (found["block_steps"][:, 0, 0, 1, 0] > 0).tolist() == [True, True, False, False]
+    every = simulate_in_space_arrays(motion, orientation_deg=[20.0, 110.0, 200.0, 380.0], leave_out=False, **grid)
+    np.testing.assert_array_equal(found["overturned"], every["overturned"])
+    np.testing.assert_array_equal(found["fall_face"], every["fall_face"])
+    np.testing.assert_allclose(found["fall_azimuth"], every["fall_azimuth"], atol=0.1)
+
+
+def test_company_order_and_threads_change_no_bit(monkeypatch: pytest.MonkeyPatch) -> None:
+    motion = part(10)
+    grid = {"height": [0.5, 0.8], "b_over_h": [0.2, 0.35], "friction": [0.5], "contact": SOFT}
+    turned = np.arange(0.0, 90.0, 6.0)
+    whole = simulate_in_space_arrays(motion, orientation_deg=turned, **grid)
+    threaded = simulate_in_space_arrays(motion, orientation_deg=turned[::-1], threads=2, **grid)
+    monkeypatch.setattr(run_module, "QUEUE", 3)
+    few = simulate_in_space_arrays(motion, orientation_deg=turned[::5], **grid)
+    for name in NAMES:
+        np.testing.assert_array_equal(whole[name], threaded[name][::-1])
+        np.testing.assert_array_equal(whole[name][::5], few[name])
+    cell = trajectory_in_space(motion, orientation_deg=6.0, height=0.5, b_over_h=0.2, friction=0.5, contact=SOFT)
+    for name in NAMES:
+        np.testing.assert_array_equal(float(cell[name]), float(whole[name][1, 0, 0, 0, 0]))
+
+
+SHAPES = [(Rectangle(), 0.4, 1.0), (Rectangle(), 1.5, 2.0), (Regular(5), 0.3, 1.0), (Circle(), 0.5, 1.0)]
+
+
+@pytest.mark.parametrize(("shape", "ratio", "aspect"), SHAPES, ids=lambda value: getattr(value, "name", str(value)))
+def test_the_stable_step_is_the_limit(
+    shape: object, ratio: float, aspect: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(balance, "MOST_AGAIN", 0)  # a finer step would mend it
+    body = shape.body(0.6, ratio, aspect)
+    normal, _, dashpot = SOFT.specific(body)
+    mode = highest_mode(body)
+    limit = float(stable_step(Scheme.CUNDALL, np.array(normal * mode), np.array(dashpot * mode)))
+    sunk = STANDARD_GRAVITY / (body.base * normal)
+    for share, grows in ((0.95, False), (1.05, True)):
+        # A sample a step, since a plan would refuse a longer one; pressed in so deep that nothing leaves the base.
+        motion = level(400 * share * limit, share * limit)
+        slow = 1e-4 * sunk * np.sqrt(normal)
+        turning = tuple(slow / body.foot * np.array([1.0, 0.7, 0.3]))
+        start = Start((0.0, 0.0, body.foot - sunk), (1.0, 0.0, 0.0, 0.0), (slow, 0.5 * slow, 0.2 * slow), turning)
+        plan = plan_in_space(
+            shape, motion, SpaceCases(0.0, 0.6, ratio, aspect, 10.0), Numerics(scheme="cundall", leave_out=False), SOFT,
+            start
+        )  # fmt: skip
+        one, only = replace(plan, steps=np.ones(1, np.int64)), np.zeros(1, np.int64)
+        path = one.compute(only, np.zeros(1, np.int64), np.zeros(400, ROW))[1]
+        moves = sum(
+            np.max([np.abs(path[name]) for name in names], axis=0) for names in (("vx", "vy", "vz"), ("wx", "wy", "wz"))
+        )
+        late, early = moves[300:380].max(), moves[1:20].max()
+        assert (not late < 10.0 * early) == grows, (share, early, late)
+
+
+def test_a_body_on_an_edge_or_a_vertex_is_slower() -> None:
+    body = Rectangle().body(0.6, 0.4, 1.3)
+    whole = highest_mode(body)
+    for kept in ([0, 1], [1, 2], [2]):
+        part_of = replace(body, points=body.points[[0, 1, 2, 3]], facets=(np.array(kept),))
+        assert highest_mode(part_of) == whole
+    # One vertex: mass and inertia as seen from it.
+    r = body.points[0]
+    cross = np.array([[0, r[2], -r[1]], [-r[2], 0, r[0]], [r[1], -r[0], 0]])
+    alone = np.linalg.eigvalsh(np.eye(3) + cross @ np.linalg.inv(body.inertia) @ cross.T).max()
+    assert 1.0 < alone < whole
+
+
+def test_a_case_that_does_not_balance_is_computed_again_in_shorter_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    grid = {"orientation_deg": np.arange(0.0, 90.0, 15.0), "height": [0.6], "b_over_h": [0.2, 0.35], "friction": [0.4]}
+    first, finer = (simulate_in_space_arrays(part(10), refinement=times, **grid) for times in (1, balance.FINER))
+    bound = float(np.median(first["energy_error"]))
+    monkeypatch.setattr(balance, "ENERGY_BOUND", bound)
+    monkeypatch.setattr(balance, "MOST_AGAIN", 1)
+    found, again = simulate_in_space_arrays(part(10), **grid), first["energy_error"] > bound
+    never = again & (finer["energy_error"] > bound)
+    np.testing.assert_array_equal(found["status"] == Status.UNSTABLE, never)
+    for name in (*NAMES, "block_steps"):
+        expected = np.where(again, finer[name] + (first[name] if name == "block_steps" else 0), first[name])
+        np.testing.assert_array_equal(found[name][~never], expected[~never], err_msg=name)
+    cell = {"orientation_deg": 15.0, "height": 0.6, "b_over_h": 0.2, "friction": 0.4}
+    path = trajectory_in_space(part(10), **cell)
+    assert path.attrs["block_steps"] == found["block_steps"][1, 0, 0, 0, 0]
+    assert (np.diff(path.time) > 0).all()
+    # Where nothing helps the case is marked.
+    monkeypatch.setattr(balance, "ENERGY_BOUND", -1.0)
+    marked = simulate_in_space_arrays(part(10), **{name: [value] for name, value in cell.items()})
+    assert (marked["status"].item(), marked["overturned"].item()) == (Status.UNSTABLE, INT8_MISSING)
+    assert np.isnan(marked["fall_azimuth"].item())
+
+
+@BOTH
+def test_energy_and_angular_momentum_balance_on_real_records(scheme: str) -> None:
+    for number in (2, 10):
+        found = simulate_in_space_arrays(
+            part(number), orientation_deg=np.arange(0.0, 90.0, 18.0), height=[0.6], b_over_h=[0.15, 0.3, 0.45],
+            friction=[0.3, 0.6], scheme=scheme,
+        )  # fmt: skip
+        assert found["energy_error"].max() < 1e-2
+        assert found["angular_momentum_error"].max() < (1e-9 if scheme == "cundall" else 1e-3)
+        assert (found["status"] == 0).all()
+
+
+def test_both_schemes_find_the_same_falls() -> None:
+    motion, turned = part(10), np.arange(0.0, 90.0, 15.0)
+    grid = {"orientation_deg": turned, "height": [0.6], "b_over_h": [0.2, 0.4], "friction": [0.6]}
+    found = {scheme: simulate_in_space_arrays(motion, scheme=scheme, **grid) for scheme in ("centred", "cundall")}
+    fell = found["centred"]["overturned"] == 1
+    assert fell.any()
+    assert (found["centred"]["overturned"] == found["cundall"]["overturned"]).mean() > 0.9
+    azimuths = [np.radians(one["fall_azimuth"][fell & (found["cundall"]["overturned"] == 1)]) for one in found.values()]
+    assert np.median(np.abs(np.angle(np.exp(1j * (azimuths[0] - azimuths[1]))))) < np.radians(2.0)

@@ -1,0 +1,89 @@
+"""Area, centre and second moment of polygons against closed forms, and polygons that are refused."""
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from overturning.errors import ArgumentError
+from overturning.model.polygon import polygon, rectangle
+
+
+def test_rectangle() -> None:
+    shape = polygon("stone", rectangle(0.3, 0.8))
+    assert shape.area == pytest.approx(0.24, rel=1e-14)
+    assert shape.centre == pytest.approx((0.0, 0.4), abs=1e-15)
+    assert shape.polar == pytest.approx(0.24 * (0.3**2 + 0.8**2) / 12, rel=1e-14)
+
+
+def test_triangle() -> None:
+    """A triangle's centre is the mean of its vertices, its polar moment A (a² + b² + c²)/36."""
+    points = np.array([[0.0, 0.0], [3.0, 1.0], [1.0, 2.0]])
+    shape = polygon("stone", points)
+    sides = ((points - np.roll(points, 1, axis=0)) ** 2).sum()
+    assert shape.centre == pytest.approx(tuple(points.mean(axis=0)), rel=1e-14)
+    assert shape.polar == pytest.approx(shape.area * sides / 36, rel=1e-13)
+
+
+@pytest.mark.parametrize("corners", [3, 5, 6, 12])
+def test_regular_polygon_far_from_the_origin(corners: int) -> None:
+    """Regular n-gon of circumradius r: A = n r² sin(2π/n)/2, J = A r² (2 + cos(2π/n))/6."""
+    angle = 2 * np.pi * np.arange(corners) / corners
+    shape = polygon("stone", 2.0 * np.column_stack([np.cos(angle), np.sin(angle)]) + 1000.0)
+    area = corners * 4.0 * np.sin(2 * np.pi / corners) / 2
+    assert shape.area == pytest.approx(area, rel=1e-10)
+    assert shape.centre == pytest.approx((1000.0, 1000.0), rel=1e-12)
+    assert shape.polar == pytest.approx(area * 4.0 * (2 + np.cos(2 * np.pi / corners)) / 6, rel=1e-9)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(3, 9), st.integers(0, 10_000))
+def test_against_triangles_and_parallel_axes(corners: int, seed: int) -> None:
+    """Sum of the triangles of a fan, each by its closed form and moved by the parallel axis theorem."""
+    rng = np.random.default_rng(seed)
+    angle = np.sort(rng.uniform(0, 2 * np.pi, corners))
+    if np.diff(np.append(angle, angle[0] + 2 * np.pi)).max() > 3.0 or np.diff(angle).min() < 0.05:
+        return
+    points = np.column_stack([1.5 * np.cos(angle), 0.7 * np.sin(angle)])
+    shape = polygon("stone", points)
+    area, first, second = 0.0, np.zeros(2), 0.0
+    for u, w in itertools.pairwise(points[1:]):
+        triangle = np.array([points[0], u, w])
+        a = 0.5 * float(np.linalg.det(np.array([u - points[0], w - points[0]])))
+        middle = triangle.mean(axis=0)
+        area, first = area + a, first + a * middle
+        second += a * ((triangle - np.roll(triangle, 1, axis=0)) ** 2).sum() / 36 + a * (middle @ middle)
+    centre = first / area
+    assert shape.area == pytest.approx(area, rel=1e-12)
+    assert shape.centre == pytest.approx(tuple(centre), abs=1e-12)
+    assert shape.polar == pytest.approx(second - area * (centre @ centre), rel=1e-10)
+
+
+def test_mirrored_faces_of_a_symmetric_polygon_are_mirrored_exactly() -> None:
+    shape = polygon("stone", [[-0.3, 0], [0.3, 0], [0.41, 0.37], [0.1, 0.93], [-0.1, 0.93], [-0.41, 0.37]])
+    assert shape.symmetric
+    faces = {tuple(row) for row in shape.faces[:, 4:9]}
+    assert {(-nx, nz, offset, -middle, half) for nx, nz, offset, middle, half in faces} == faces
+
+
+def test_a_lopsided_polygon_is_not_symmetric() -> None:
+    assert not polygon("stone", [[-0.3, 0], [0.31, 0], [0.3, 1], [-0.3, 1]]).symmetric
+
+
+@pytest.mark.parametrize(
+    ("points", "said"),
+    [
+        ([[0, 0], [0, 1], [1, 1], [1, 0]], "clockwise"),
+        ([[0, 0], [1, 0], [2, 0]], "degenerate"),
+        ([[0, 0], [2, 0], [2, 1], [2, 2]], "vertex 2 .* lies in line"),
+        ([[0, 0], [1, 0], [1, 0], [0, 1]], "two vertices coincide"),
+        ([[0, 0], [1, 0]], "at least three"),
+        ([[0, 0], [1, 0], [np.nan, 1]], "finite"),
+        ([[0, 1], [-0.59, -0.81], [0.95, 0.31], [-0.95, 0.31], [0.59, -0.81]], "crosses itself"),
+    ],
+)
+def test_refused(points: list[list[float]], said: str) -> None:
+    with pytest.raises(ArgumentError, match=f"element stone.*{said}"):
+        polygon("stone", points)

@@ -15,6 +15,7 @@ from overturning.report.build import SECTIONS, build_report
 from overturning.report.results import Results
 from overturning.report.sections.answer import answer
 from overturning.report.sections.cause import cause
+from overturning.report.sections.maps import maps
 from overturning.report.sections.published import published
 from overturning.report.sections.records import record_directions, records
 from overturning.statistics.logistic import LogisticFit
@@ -129,6 +130,19 @@ def test_one_record(one_record: Make) -> None:
     assert "1 record of 1 earthquake." in text
     assert "from the fault normal (1 earthquake): " in text
     assert "1 earthquake is too few for an interval" in text
+
+
+@pytest.mark.parametrize(
+    ("period", "said"), [(180, "halves of a map mirror each other"), (360, "opposite azimuths are two cases")]
+)
+def test_only_of_a_scene_that_is_its_own_mirror_image_the_halves_of_a_map_mirror_each_other(
+    one_record: Make, period: float, said: str
+) -> None:
+    results = one_record()
+    results.cube["azimuth"].attrs["period"] = period
+    text = text_of(maps(results)).lower()
+    assert said in text
+    assert ("mirror each other" in text) == (period == 180)
 
 
 def test_maps_where_coordinates_are_known(one_record: Make) -> None:

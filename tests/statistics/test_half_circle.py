@@ -116,6 +116,49 @@ def test_maps_and_the_explorer_show_the_whole_circle(half: np.ndarray) -> None:
     assert explorer_data(part) == explorer_data(cube)
 
 
+def before_a_wall(falls: Callable[[np.ndarray], np.ndarray], azimuth: np.ndarray = AZIMUTH) -> xr.Dataset:
+    """One record of a scene without mirror image: `falls` (1, 0, −1) of one that faces each of the azimuths.
+
+    Its stone has a wall behind it: under the opposite motion it is another case, that of a scene that faces away.
+    """
+    cube = whole().isel(record=[0], azimuth=np.flatnonzero(np.isin(AZIMUTH, azimuth)))
+    cube = cube[["overturned", "overturning_time", "residual_slip"]].load()
+    flag = np.asarray(falls(azimuth), float)[None, :, None, None, None]
+    cube["overturned"] = (DIMENSIONS, np.broadcast_to(flag, cube["overturned"].shape))
+    cube["overturning_time"] = (DIMENSIONS, np.where(flag == 0, np.nan, 3.0) + 0 * cube["overturned"].values)
+    cube["azimuth"].attrs["period"] = 360.0
+    return cube
+
+
+def test_a_stone_before_a_wall_does_not_fall_against_it() -> None:
+    """All fall forwards, whatever they face: one that faces 250 never backwards, which is not the answer of 70."""
+    stone = Stone(fell=True, azimuth_deg=0, octant=False, b_over_h=0.3, face_azimuth_deg=250)
+    cube = before_a_wall(np.ones_like)
+    stood, forwards, right, backwards, left = SitePrediction(cube, background=0).sides(stone)
+    assert (stood, backwards, left) == (0, 0, 0)
+    assert forwards + right == pytest.approx(1)
+
+
+def test_falls_of_stones_turned_every_way_before_walls_go_where_they_go() -> None:
+    """Those that face 180 to 355 fall backwards, towards 0 to 175, the others stand: nothing falls elsewhere."""
+    prediction = SitePrediction(before_a_wall(lambda azimuth: np.where(azimuth >= 180, -1, 0)), background=0)
+    density = prediction.density()
+    assert density[prediction.azimuth < 180].sum() == pytest.approx(1)
+
+
+def test_half_a_circle_says_nothing_of_a_scene_that_faces_the_other_half() -> None:
+    """Of one that faces 250, in the gap of 185° between 175 and 0, there is no answer."""
+    half = before_a_wall(np.ones_like, AZIMUTH[FIRST])
+    stone = Stone(fell=True, azimuth_deg=0, octant=False, b_over_h=0.3, face_azimuth_deg=250)
+    assert SitePrediction(half, background=0).sides(stone).tolist() == [0.5, *[0.125] * 4]
+    unknown = {face: population_rates(half, Population(face=face, face_spread=0, stones=64))["unknown"]
+               for face in (60, 250)}  # fmt: skip
+    assert {face: float(found.max()) for face, found in unknown.items()} == {60: 0, 250: 1}
+    flags = closed(half)["overturned"]
+    assert flags.sel(azimuth=AZIMUTH[FIRST]).notnull().all()
+    assert flags.sel(azimuth=slice(180, None)).isnull().all()
+
+
 def test_a_missing_outcome_is_not_taken_from_behind(make_cube: Callable[..., xr.Dataset]) -> None:
     cube = make_cube(lambda azimuth, *_: np.where(azimuth < 180, np.nan, 1.0), azimuth=[0, 90, 180, 270])
     assert falls_towards(cube).isel(azimuth=[0, 1]).isnull().all()

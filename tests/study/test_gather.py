@@ -18,7 +18,7 @@ from overturning.model.variables import FLOAT32_MISSING, INT8_MISSING, VARIABLES
 from overturning.records.record import Record
 from overturning.study.cube import earthquakes_said, open_cube, processing_of, study_of
 from overturning.study.gather import describe_cube, gather
-from overturning.study.grid import grid_of
+from overturning.study.grid import grid_of, representatives_of
 from overturning.study.load import check_study
 from overturning.study.parts import write_part
 from overturning.study.schema import Study
@@ -114,9 +114,14 @@ def test_a_cube_says_whether_opposite_azimuths_are_one_case(
     scene: str, period: float, study: Study, tmp_path: Path
 ) -> None:
     """A wall on one side stands in the way of a fall towards 0°, or 180° under the opposite motion: two cases."""
+    of_scene = study.model_copy(update={"scene": load_scene(scene)})
     with netCDF4.Dataset(tmp_path / "cube.nc", "w") as cube:
-        describe_cube(cube, study.model_copy(update={"scene": load_scene(scene)}), [])
+        describe_cube(cube, of_scene, [])
         assert cube["azimuth"].period == period
+    grid = grid_of(of_scene)
+    answering = np.unique(representatives_of(of_scene, grid).cell).size
+    assert answering == np.unique(grid.azimuth % period).size
+    assert (answering == grid.azimuth.size) == (period == 360)
 
 
 def test_what_describes_a_record_is_carried_into_the_cube(

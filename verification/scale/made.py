@@ -104,7 +104,7 @@ def write_made_parts(study: Study, folder: Path, chunks: int, variant: str = NOM
     for number, name in enumerate(study.records.use):
         for part in range(1, chunks + 1):
             chunk = Chunk(part, chunks)
-            piece = piece_of(study, grid, chunk)
+            piece = piece_of(study, grid, chunk, variant)
             values = {
                 variable.name: made_values(
                     variable, piece.shape_of(variable), 1000 * number + part, study.ensemble.members

@@ -9,9 +9,10 @@ from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.prepare import CRITICAL, critical_angles
 from overturning.dem.run import run
 from overturning.model.contact import Contact
-from overturning.model.geometry import place, symmetric
+from overturning.model.geometry import plane_period
 from overturning.model.grid import DIMENSIONS, Grid
 from overturning.model.scene import Scene, scene_or_gravestone
+from overturning.model.symmetry import FULL_TURN
 from overturning.model.variables import VARIABLES
 from overturning.motion.motion import Motion, as_motion
 from overturning.units import GRANITE_DENSITY
@@ -51,11 +52,11 @@ def simulate_arrays(
 
 def simulate_grid(scene: Scene, motion: Motion, grid: Grid, numerics: Numerics) -> dict[str, NDArray[Any]]:
     """Simulate the cases of a grid; as `simulate_arrays`."""
-    mirror = numerics.leave_out and symmetric(place(scene))
+    period = plane_period(scene) if numerics.leave_out else FULL_TURN
     # Where the scene has all its coefficients, the answers are the same for each one of the grid.
     few = grid if scene.sweeps_friction else Grid(grid.azimuth, grid.height, grid.b_over_h, grid.friction[:1])
-    results = run(scene, motion, few.cases(mirror), numerics)
-    arrays = few.spread(results.element(0) if len(scene.free) == 1 else results, mirror)
+    results = run(scene, motion, few.cases(period), numerics)
+    arrays = few.spread(results.element(0) if len(scene.free) == 1 else results, period)
     return {name: np.repeat(values, grid.shape[3] // few.shape[3], axis=3) for name, values in arrays.items()}
 
 

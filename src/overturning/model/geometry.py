@@ -13,6 +13,7 @@ from overturning.errors import ArgumentError
 from overturning.model.element import Element, Material
 from overturning.model.pieces import outline
 from overturning.model.polygon import Polygon, polygon, rectangle
+from overturning.model.symmetry import FULL_TURN, PLANE_PERIOD
 
 TOUCHING: Final = 1e-7
 """Gap, as a share of the smaller element's size, up to which two elements touch at rest."""
@@ -150,9 +151,13 @@ def ground_of(scene: Stage) -> str | None:
     return None
 
 
-def symmetric(placed: list[Placed]) -> bool:
-    """Whether a scene is its own mirror image, element by element, so that φ+180° mirrors φ exactly."""
-    return all(item.x == 0.0 and item.shape.symmetric for item in placed)
+def plane_period(scene: Stage) -> float:
+    """Turn of the motion after which a scene is the same case, degrees.
+
+    180 where it is its own mirror image, element by element, so that φ + 180° mirrors φ exactly; 360 of any other.
+    """
+    mirror = all(item.x == 0.0 and item.shape.symmetric for item in place(scene))
+    return PLANE_PERIOD if mirror else FULL_TURN
 
 
 def native_size(scene: Stage) -> tuple[float, float]:

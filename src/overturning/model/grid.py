@@ -10,7 +10,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases, check_count
 from overturning.model.results import Results
-from overturning.model.symmetry import Sources, representative_planes
+from overturning.model.symmetry import representative_planes
 from overturning.model.variables import VARIABLES, Variable
 
 DIMENSIONS: Final = ("azimuth", "height", "b_over_h", "friction")
@@ -75,22 +75,15 @@ class Grid(Axes):
         check_count(int(np.prod([float(row.size) for row in rows.values()])))
         return cls(**rows, element=element, amplitude=())
 
-    def sources(self, mirror: bool) -> Sources:
-        """Which azimuth answers for each; every one for itself where none may answer for its opposite."""
-        if mirror:
-            return representative_planes(self.azimuth)
-        size = self.azimuth.size
-        return Sources(np.arange(size), np.zeros(size), np.zeros(size, np.bool_))
-
-    def cases(self, mirror: bool) -> Cases:
-        """The cases to compute."""
-        azimuth = self.azimuth[np.unique(self.sources(mirror).cell)].astype(np.float64)
+    def cases(self, period: float) -> Cases:
+        """The cases to compute where the motion turned by the period, degrees, is the same case."""
+        azimuth = self.azimuth[np.unique(representative_planes(self.azimuth, period).cell)].astype(np.float64)
         cells = np.meshgrid(azimuth, self.height, self.b_over_h, self.friction, indexing="ij")
         return Cases(*(values.ravel() for values in cells))
 
-    def spread(self, results: Results, mirror: bool) -> dict[str, NDArray[Any]]:
+    def spread(self, results: Results, period: float) -> dict[str, NDArray[Any]]:
         """The outcome of these cases in the grid's shape, mirrored where another azimuth answers, and ``block_steps``."""
-        sources = self.sources(mirror)
+        sources = representative_planes(self.azimuth, period)
         # Where each azimuth's answer stands among the computed ones.
         computed, place = np.unique(sources.cell, return_inverse=True)
         mirrored = sources.mirrored

@@ -15,7 +15,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import ResultError
 from overturning.model.edges import first_edge
 from overturning.model.model import Model, Outcomes, picked
-from overturning.model.symmetry import PLANE_PERIOD, nearest
+from overturning.model.symmetry import PLANE_PERIOD, nearest, nearest_planes
 
 FALLS = ("overturned", "probability_towards", "probability_away")
 """Variables of a cube that `fall_probability` takes."""
@@ -159,11 +159,11 @@ class Planes(Model):
     def outcomes(self, site: xr.Dataset, face_deg: FloatArray, cells: dict[str, NDArray[np.intp]]) -> Outcomes:
         """As of `Model.outcomes`: it can fall in the planes of both pairs of faces, and does as `first_edge` says."""
         faces = np.stack([face_deg, face_deg + 90])
-        planes = nearest(site["azimuth"].to_numpy(), faces.ravel(), period_of(site))
-        cell, turned = planes.cell.reshape(faces.shape), planes.turn_deg.reshape(faces.shape)
-        both = {"azimuth": cell, **{name: np.stack([at, at]) for name, at in cells.items()}}
+        planes = nearest_planes(site["azimuth"].to_numpy(), faces, period_of(site))
+        both = {"azimuth": planes.cell, **{name: np.stack([at, at]) for name, at in cells.items()}}
         found = picked(site, self.reads_outcomes, both)
-        side = np.where(turned == PLANE_PERIOD, -found["overturned"], found["overturned"]).swapaxes(0, 1)
+        side = np.where(planes.mirrored, -found["overturned"], found["overturned"])
+        side = np.where(planes.known, side, np.nan).swapaxes(0, 1)
         towards = np.broadcast_to((faces[:, None] + np.where(side < 0, 180, 0)) % 360, side.shape)
         fell, azimuth = first_edge(np.abs(side), found["overturning_time"].swapaxes(0, 1), towards)
         slip = np.hypot(*found["residual_slip"].swapaxes(0, 1))

@@ -3,7 +3,7 @@
 A block that is its own mirror image gives the mirrored answer under the motion along φ + 180°: both are one vertical
 plane, seen from either side. A body in space that looks the same after a turn about the vertical is the same body after
 it. Both are a turn of the case by its *period*: 180° in planes, where an answer that was turned once is mirrored, and
-in space the turn after which the body looks the same.
+in space the turn after which the body looks the same. A scene that is not its own mirror image has the period 360°.
 """
 
 from dataclasses import dataclass, replace
@@ -16,6 +16,9 @@ from overturning.arrays import FloatArray
 
 PLANE_PERIOD: Final = 180.0
 """Turn after which a vertical plane is the same, seen from behind, degrees."""
+
+FULL_TURN: Final = 360.0
+"""Turn after which anything is the same, degrees."""
 
 _DIGITS: Final = 9
 """Directions in degrees that agree to so many decimals are the same: a period of 360/7 has no exact number."""
@@ -35,17 +38,19 @@ class Sources:
         not turn; a side or a face that is counted from the body's own is to be counted from the turned one.
     mirrored : ndarray of bool
         Whether the cell is a plane seen from behind: its fall towards the azimuth is one away from it. Never in space.
+    known : ndarray of bool
+        Whether the cell is an answer: none is in a gap of the grid, turned by all periods, of more than half a circle.
     """
 
     cell: NDArray[np.intp]
     turn_deg: FloatArray
     mirrored: NDArray[np.bool_]
+    known: NDArray[np.bool_]
 
 
-def nearest_planes(azimuth_deg: ArrayLike, asked_deg: ArrayLike) -> Sources:
+def nearest_planes(azimuth_deg: ArrayLike, asked_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> Sources:
     """The planes nearest to azimuths asked for, as of `nearest`, mirrored where they must be turned by 180°."""
-    found = nearest(azimuth_deg, asked_deg, PLANE_PERIOD)
-    return replace(found, mirrored=found.turn_deg == PLANE_PERIOD)
+    return _seen_from_behind(nearest(azimuth_deg, asked_deg, period_deg), period_deg)
 
 
 def nearest(direction_deg: ArrayLike, asked_deg: ArrayLike, period_deg: float) -> Sources:
@@ -69,22 +74,29 @@ def nearest(direction_deg: ArrayLike, asked_deg: ArrayLike, period_deg: float) -
     """
     direction, asked = np.asarray(direction_deg, np.float64), np.asarray(asked_deg, np.float64)
     if period_deg == 0.0:
-        return Sources(np.zeros(asked.shape, np.intp), asked - direction[0], np.zeros(asked.shape, np.bool_))
-    turns: FloatArray = period_deg * np.arange(round(360.0 / period_deg), dtype=np.float64)
+        cell = np.zeros(asked.shape, np.intp)
+        return Sources(cell, asked - direction[0], cell.astype(bool), ~cell.astype(bool))
+    turns: FloatArray = period_deg * np.arange(round(FULL_TURN / period_deg), dtype=np.float64)
     # Ends of the turned cells round the compass; of equal ones the first, which is turned least.
-    end, first = np.unique(_within(turns[:, None] + direction, 360.0), return_index=True)
-    wanted = _within(asked, 360.0)
+    end, first = np.unique(_within(turns[:, None] + direction, FULL_TURN), return_index=True)
+    wanted = _within(asked, FULL_TURN)
     after = np.searchsorted(end, wanted, side="right")
     before, after = after - 1, after % end.size
-    past, ahead = (wanted - end[before]) % 360.0, (end[after] - wanted) % 360.0
+    past, ahead = (wanted - end[before]) % FULL_TURN, (end[after] - wanted) % FULL_TURN
     chosen = first[np.where(ahead < past - 10.0**-_DIGITS, after, before)]
-    return Sources(chosen % direction.size, turns[chosen // direction.size], np.zeros(asked.shape, np.bool_))
+    known = (past == 0.0) | (past + ahead <= FULL_TURN / 2)
+    return Sources(chosen % direction.size, turns[chosen // direction.size], np.zeros(asked.shape, np.bool_), known)
 
 
-def representative_planes(azimuth_deg: ArrayLike) -> Sources:
-    """For each azimuth the first one of the same plane, as of `representatives`, mirrored at φ + 180°; shape (n,)."""
-    found = representatives(azimuth_deg, PLANE_PERIOD)
-    return Sources(found.cell[:, 0], found.turn_deg[:, 0], found.turn_deg[:, 0] == PLANE_PERIOD)
+def representative_planes(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> Sources:
+    """For each azimuth the first one of the same case, as of `representatives`, mirrored at φ + 180°; shape (n,)."""
+    found = representatives(azimuth_deg, period_deg)
+    return _seen_from_behind(Sources(*(values[:, 0] for values in vars(found).values())), period_deg)
+
+
+def _seen_from_behind(sources: Sources, period_deg: float) -> Sources:
+    """Planes of that period, those that were turned by 180° mirrored."""
+    return replace(sources, mirrored=(sources.turn_deg == PLANE_PERIOD) & (period_deg == PLANE_PERIOD))
 
 
 def representatives(direction_deg: ArrayLike, period_deg: ArrayLike) -> Sources:
@@ -108,7 +120,8 @@ def representatives(direction_deg: ArrayLike, period_deg: ArrayLike) -> Sources:
         within = _within(direction, period) if period > 0.0 else np.zeros(direction.size)
         first, place = np.unique(within, return_index=True, return_inverse=True)[1:]
         cell[:, column] = first[place]
-    return Sources(cell, _within(direction[:, None] - direction[cell], 360.0), np.zeros(cell.shape, np.bool_))
+    turn = _within(direction[:, None] - direction[cell], FULL_TURN)
+    return Sources(cell, turn, np.zeros(cell.shape, np.bool_), np.ones(cell.shape, np.bool_))
 
 
 def _within(angle_deg: FloatArray, period: float) -> FloatArray:

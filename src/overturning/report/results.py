@@ -15,7 +15,7 @@ from overturning.files import without_folders
 from overturning.model.falls import model_of
 from overturning.model.model import Model
 from overturning.model.scene import gravestone
-from overturning.report.words import WORDS, Words
+from overturning.report.words import Words, words_of
 from overturning.statistics import earthquakes
 from overturning.statistics.elements import ElementFalls, falls_by_element
 from overturning.statistics.falls import overturns
@@ -111,7 +111,7 @@ class Results:
     @property
     def words(self) -> Words:
         """What is said of it."""
-        return WORDS[type(self.model)]
+        return words_of(self.cube)
 
     @cached_property
     def one_axis(self) -> bool:

@@ -1,11 +1,15 @@
 """What the report says differently of each model. To add a model, add its words to `WORDS`."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
+import xarray as xr
+
 from overturning.model.body import Body
+from overturning.model.falls import model_of
 from overturning.model.model import Model
-from overturning.model.planes import Planes
+from overturning.model.planes import Planes, period_of
+from overturning.model.symmetry import PLANE_PERIOD
 
 
 @dataclass(frozen=True)
@@ -81,3 +85,16 @@ WORDS: Final[dict[type[Model], Words]] = {
         stone_turns="Rotated: it stands, turned by {:g}° or more about its vertical axis; a stone can be both.",
     ),
 }
+
+_NO_MIRROR_IMAGE: Final = replace(
+    WORDS[Planes],
+    map="Angle: the azimuth that the scene faces, north up, clockwise, and the block falls towards or away from it. "
+    "Radius: slenderness B/H. {chance}Opposite azimuths are two cases: the scene is not its own mirror image.",
+)
+
+
+def words_of(cube: xr.Dataset) -> Words:
+    """The words for a cube: those of its model, and of a scene that is not its own mirror image another map's."""
+    model = model_of(cube)
+    alike = not model.one_component or period_of(cube) == PLANE_PERIOD
+    return WORDS[type(model)] if alike else _NO_MIRROR_IMAGE

@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.model.falls import model_of
-from overturning.model.planes import period_of
+from overturning.model.planes import FALLS, fall_probability, period_of
 from overturning.model.symmetry import PLANE_PERIOD, nearest_planes
 from overturning.model.variables import VARIABLES
 from overturning.study.ensemble import ENSEMBLE_VARIABLES
@@ -15,16 +15,16 @@ def whole_circle(cube: xr.Dataset) -> xr.Dataset:
 
     Motions along φ and φ + 180° are one plane and one outcome. Where the cube holds one of them, the other is that one
     seen from behind; where it holds both, both stay as they are. Of a scene that is not its own mirror image, where
-    they are two cases, the cube stays as it is. Lazy where the cube is.
+    they are two cases, opposites are added where the cube knows nothing of them, all missing. Lazy where the cube is.
     """
-    if period_of(cube) != PLANE_PERIOD:
-        return cube
     azimuth = cube["azimuth"].to_numpy()
     opposite = np.round((azimuth.astype(np.float64) + 180.0) % 360.0, 10).astype(azimuth.dtype)
     everywhere = np.union1d(azimuth, opposite)
     if np.array_equal(everywhere, azimuth):
         return cube
-    sources = nearest_planes(azimuth, everywhere)
+    sources = nearest_planes(azimuth, everywhere, period_of(cube))
+    if period_of(cube) != PLANE_PERIOD:
+        return cube.reindex(azimuth=everywhere[np.isin(everywhere, azimuth) | ~sources.known])
     turned = cube.isel(azimuth=sources.cell).assign_coords(azimuth=("azimuth", everywhere, cube["azimuth"].attrs))
     behind = xr.DataArray(sources.mirrored, dims="azimuth")
     changed = {}
@@ -36,7 +36,7 @@ def whole_circle(cube: xr.Dataset) -> xr.Dataset:
     return turned.assign(changed)
 
 
-def falls_towards(cube: xr.Dataset) -> xr.DataArray:
+def falls_towards(cube: xr.Dataset, *, ensemble: bool = False) -> xr.DataArray:
     """Whether the block falls towards an azimuth.
 
     A block that falls towards −1 at φ falls towards φ + 180°. So each fall stands exactly once in the result, at the
@@ -46,6 +46,8 @@ def falls_towards(cube: xr.Dataset) -> xr.DataArray:
     ----------
     cube : xarray.Dataset
         With ``overturned`` and ``azimuth``.
+    ensemble : bool
+        Take probabilities rather than flags, as of `fall_probability`.
 
     Returns
     -------
@@ -55,14 +57,13 @@ def falls_towards(cube: xr.Dataset) -> xr.DataArray:
         go to an azimuth, its own and that of the opposite one. Azimuths as of `whole_circle`, and of such a scene the
         opposites beside them; lazy where the cube is.
     """
-    flags = whole_circle(cube[["overturned"]])["overturned"]
-    falls = xr.where(flags.isnull(), np.nan, (flags > 0).astype("float32"))
+    used = [name for name in (FALLS if ensemble else FALLS[:1]) if name in cube]
+    p = fall_probability(whole_circle(cube[used]), ensemble=ensemble)
+    falls, azimuth = p["towards"], p["azimuth"]
     if period_of(cube) != PLANE_PERIOD:
-        azimuth = flags["azimuth"]
-        away = xr.where(flags.isnull(), np.nan, (flags < 0).astype("float32"))
-        away = away.assign_coords(azimuth=((azimuth + 180) % 360).astype(azimuth.dtype)).sortby("azimuth")
+        away = p["away"].assign_coords(azimuth=((azimuth + 180) % 360).astype(azimuth.dtype)).sortby("azimuth")
         both = xr.concat(xr.align(falls, away, join="outer"), "side")
-        falls = both.sum("side", min_count=1).transpose(*flags.dims)
+        falls = both.sum("side", min_count=1).transpose(*falls.dims)
     return falls.assign_attrs(long_name="falls towards the azimuth", units="1")
 
 

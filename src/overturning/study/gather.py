@@ -12,9 +12,8 @@ import numpy as np
 
 from overturning.errors import ResultError
 from overturning.files import atomic_write, without_folders
-from overturning.model.geometry import place, symmetric
+from overturning.model.geometry import plane_period
 from overturning.model.grid import Axes
-from overturning.model.symmetry import PLANE_PERIOD
 from overturning.model.variables import INT8_MISSING, Variable
 from overturning.records.catalogue import METADATA
 from overturning.records.earthquakes import earthquakes_of
@@ -83,7 +82,7 @@ def _describe_scene(cube: Any, study: Study, variant: str) -> None:
     if study.body is not None:
         return
     scene = scene_of(study, variant)
-    cube["azimuth"].period = PLANE_PERIOD if symmetric(place(scene)) else 2 * PLANE_PERIOD
+    cube["azimuth"].period = plane_period(scene)
     if scene.single_block:
         return
     from overturning.dem.polygon.prepare import CRITICAL, critical_angles

@@ -4,11 +4,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from overturning.dem.body.grid import SpaceGrid, periods_of
+from overturning.model.geometry import plane_period
 from overturning.model.grid import Axes, Grid
-from overturning.model.symmetry import PLANE_PERIOD, Sources, representatives
+from overturning.model.symmetry import Sources, representatives
 from overturning.study.scenes import NOMINAL, scene_of
 from overturning.study.schema import Study
 
@@ -49,7 +50,11 @@ def _factors(study: Study) -> tuple[float, ...]:
     return study.amplitude if len(study.amplitude) > 1 else ()
 
 
-def representatives_of(study: Study, grid: Axes) -> Sources:
+def representatives_of(study: Study, grid: Axes, variant: str = NOMINAL) -> Sources:
     """Which direction of a grid of a study answers for each; shape (directions, aspects), of planes (…, 1)."""
-    period = PLANE_PERIOD if study.body is None else periods_of(study.body.shape(), grid.coordinates()["aspect"])
+    period: ArrayLike
+    if study.body is None:
+        period = plane_period(scene_of(study, variant))
+    else:
+        period = periods_of(study.body.shape(), grid.coordinates()["aspect"])
     return representatives(getattr(grid, grid.names[0]), period)

@@ -16,6 +16,7 @@ from overturning.model.grid import Axes
 from overturning.model.variables import VARIABLES, Variable
 from overturning.study.grid import representatives_of
 from overturning.study.netcdf import add_grid, add_variable, open_raw
+from overturning.study.scenes import NOMINAL
 from overturning.study.schema import Study
 
 
@@ -55,8 +56,8 @@ def parts_of(folder: Path, records: Iterable[str], chunks: int) -> list[Path]:
     return [part_path(folder, record, chunk) for record in records for chunk in all_chunks]
 
 
-def piece_of(study: Study, grid: Axes, chunk: Chunk) -> Axes:
-    """The piece of a study's grid that a chunk computes.
+def piece_of(study: Study, grid: Axes, chunk: Chunk, variant: str = NOMINAL) -> Axes:
+    """The piece of the grid of a study's variant that a chunk computes.
 
     Only the directions are shared out, by turns, so that each chunk has its share of long and short cases; those that
     answer for one another by symmetry stay together, and so do all B/H, along which the ensemble looks at neighbours.
@@ -65,7 +66,7 @@ def piece_of(study: Study, grid: Axes, chunk: Chunk) -> Axes:
     name = grid.names[0]
     directions = getattr(grid, name)
     group = np.arange(directions.size)
-    for index, others in enumerate(representatives_of(study, grid).cell):
+    for index, others in enumerate(representatives_of(study, grid, variant).cell):
         for other in others:
             group[group == group[index]] = group[other]
     number = np.unique(group, return_inverse=True)[1]

@@ -87,7 +87,7 @@ def _again(
     motion: Motion, grid: Any, place: tuple[int, ...], study: Study, variant: str, with_ensemble: bool
 ) -> dict[str, Any]:
     """The cell's values by name, computed from its direction and, before it, the one that may answer for it."""
-    sources = representatives_of(study, grid).cell[place[0]]
+    sources = representatives_of(study, grid, variant).cell[place[0]]
     source = int(sources[place[3] if sources.size > 1 else 0])
     directions = list(dict.fromkeys([source, place[0]] if study.simulation.leave_out else [place[0]]))
     few = replace(grid, **{name: getattr(grid, name)[[i]] for name, i in zip(grid.names[1:], place[1:], strict=True)})

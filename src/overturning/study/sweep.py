@@ -122,7 +122,7 @@ def sweep_record(
     numerics : Numerics, optional
         Those of `numerics_of`, with threads, progress and cluster.
     """
-    grid, motion = piece_of(study, grid_of(study, variant), chunk), motion_of(study, record)
+    grid, motion = piece_of(study, grid_of(study, variant), chunk, variant), motion_of(study, record)
     attributes = {"record_id": record.record_id, "variant": variant}
     if not grid.size:
         write_part(path, grid, {}, attributes | {"block_steps": 0})

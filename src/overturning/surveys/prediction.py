@@ -8,10 +8,10 @@ import xarray as xr
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.edges import edge_chances
-from overturning.model.planes import azimuth_weight, fall_probability, period_of
-from overturning.model.symmetry import nearest
+from overturning.model.planes import fall_probability, plane_weight
+from overturning.model.symmetry import FULL_TURN, nearest
 from overturning.statistics.circular import sector
-from overturning.statistics.falls import whole_circle
+from overturning.statistics.falls import falls_towards, whole_circle
 from overturning.surveys.stones import Stone
 
 SIDES = ("stood", "forwards", "to its right", "backwards", "to its left")
@@ -46,37 +46,47 @@ class SitePrediction:
         if not 0 <= background < 1:
             raise ArgumentError(f"background: {background}; a share from 0 to below 1")
         site = cube.isel(record=0) if "record" in cube.dims else cube
-        site = whole_circle(site)
-        p = fall_probability(site)["towards"].transpose("azimuth", "b_over_h", "height", "friction")
+        dims = ("azimuth", "b_over_h", "height", "friction")
         # An azimuth of which nothing is known is like the others: it is not one towards which nothing falls.
-        mean = p.mean(("height", "friction"))
+        mean = falls_towards(site, ensemble=True).transpose(*dims).mean(("height", "friction"))
         mean = mean.fillna(mean.mean("azimuth")).fillna(0.0)
         self.background = background
-        self.b_over_h: FloatArray = p["b_over_h"].values.astype(np.float64)
-        self.azimuth: FloatArray = p["azimuth"].values.astype(np.float64)
-        self.share: FloatArray = azimuth_weight(self.azimuth, period_of(site)) / self.azimuth.size
-        # Probability of falling towards that azimuth.
+        self.b_over_h: FloatArray = mean["b_over_h"].values.astype(np.float64)
+        self.azimuth: FloatArray = mean["azimuth"].values.astype(np.float64)
+        self.share: FloatArray = plane_weight(self.azimuth, FULL_TURN)
+        # Falls towards that azimuth.
         self.towards: FloatArray = mean.values.astype(np.float64)
-        # The same for each block (height and friction), and when it falls in that plane; NaN where not known.
-        shape = (self.azimuth.size, self.b_over_h.size, -1)
-        times = site["overturning_time"].transpose(*p.dims) if "overturning_time" in site else p * math.nan
-        self.blocks: FloatArray = p.values.reshape(shape).astype(np.float64)
-        self.times: FloatArray = times.values.reshape(shape).astype(np.float64)
+        # Of each plane and block (height and friction) the probability of falling towards its azimuth and away from it,
+        # and when it falls; NaN where not known.
+        site = whole_circle(site)
+        p = fall_probability(site).transpose(*dims)
+        self.plane: FloatArray = p["azimuth"].values.astype(np.float64)
+        times = site["overturning_time"].transpose(*dims) if "overturning_time" in site else p["towards"] * math.nan
+        blocks = [
+            one.values.reshape(self.plane.size, self.b_over_h.size, -1) for one in (p["towards"], p["away"], times)
+        ]
+        self.blocks: FloatArray = np.stack(blocks[:2], axis=-2).astype(np.float64)
+        self.times: FloatArray = blocks[2].astype(np.float64)
         # Each azimuth's sector reaches half way to its neighbours; `start` is where the first one begins.
         self.start = float((self.azimuth[0] + self.azimuth[-1] - 360) / 2)
 
     def _at(self, azimuth_deg: float, b_over_h: float) -> tuple[FloatArray, FloatArray]:
-        """Interpolated probability of falling towards an azimuth, and the nearest cell's time of the fall, by block."""
+        """Interpolated probability of falling towards an azimuth and away from it, and the nearest cell's time of the fall.
+
+        Of each block: shapes (2, blocks) and (blocks,).
+        """
         place = np.interp(b_over_h, self.b_over_h, np.arange(self.b_over_h.size))
         low = int(place)
         high = min(low + 1, self.b_over_h.size - 1)
         by_azimuth = self.blocks[:, low] + (place - low) * (self.blocks[:, high] - self.blocks[:, low])
-        p = np.array([np.interp(azimuth_deg % 360, self.azimuth, line, period=360) for line in by_azimuth.T])
-        return p, self.times[self.nearest(azimuth_deg), round(float(place))]
+        lines = by_azimuth.reshape(self.plane.size, -1).T
+        p = np.array([np.interp(azimuth_deg, self.plane, line, period=360) for line in lines])
+        cell = nearest(self.plane, [azimuth_deg], FULL_TURN).cell[0]
+        return p.reshape(by_azimuth.shape[1:]), self.times[cell, round(float(place))]
 
     def nearest(self, azimuth_deg: float) -> int:
         """Place of the nearest azimuth."""
-        return int(nearest(self.azimuth, [azimuth_deg], 360.0).cell[0])
+        return int(nearest(self.azimuth, [azimuth_deg], FULL_TURN).cell[0])
 
     def density(self, b_over_h: float = math.nan) -> FloatArray:
         """Probability of each azimuth's sector, given that a stone of unknown orientation fell; sums to 1.
@@ -101,16 +111,16 @@ class SitePrediction:
         ensemble's neighbourhood; where the stone would fall in both, `edge_chances` says over which edge. Rolling on a
         corner, which only a model in space shows (Contento, Zulli & Di Egidio 2013, doi 10.5772/54863), is left out.
         """
-        planes = [self._at(stone.face_azimuth_deg + 90.0 * i, shape) for i, shape in enumerate(2 * stone.slenderness)]
+        planes = [self._at(stone.face_azimuth_deg + 90.0 * i, shape) for i, shape in enumerate(stone.slenderness)]
         p = np.array([probability for probability, _ in planes])
-        known = np.isfinite(p).all(axis=0)
+        known = np.isfinite(p).all(axis=(0, 1))
         blind = np.concatenate([[0.5], np.full(4, 0.125)])
         if not known.any():
             return blind
-        p = p[:, known]
-        over = edge_chances(np.minimum(p[:2] + p[2:], 1.0), np.array([times[known] for _, times in planes[:2]]))
+        p = p[..., known]
+        over = edge_chances(np.minimum(p.sum(axis=1), 1.0), np.array([times[known] for _, times in planes]))
         model = [1 - over.sum(axis=0)]
-        for ends, falls in zip((p[::2], p[1::2]), over, strict=True):
+        for ends, falls in zip(p, over, strict=True):
             both = ends.sum(axis=0)
             model += list(falls * np.divide(ends, both, out=np.full(ends.shape, 0.5), where=both > 0))
         stood, forwards, backwards, right, left = (float(values.mean()) for values in model)

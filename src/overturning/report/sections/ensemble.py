@@ -10,7 +10,7 @@ from overturning.model.model import Model
 from overturning.report.blocks import Paragraph, Section
 from overturning.report.results import Results
 from overturning.report.text import number, percent
-from overturning.report.words import WORDS
+from overturning.report.words import words_of
 from overturning.statistics.by_record import by_record
 
 
@@ -31,7 +31,7 @@ def ensemble(results: Results) -> Section | None:
             mean = f"{float(sums['members']) / int(sums['with_members']):.0f}"
             times = f"{fewest} to {most}"
             until = f" (on average {mean}; no more once the 95 % intervals of its probabilities are narrow enough)"
-        apart = WORDS[type(model)].apart.format(percent(float(sums["apart"]) / agree if agree else float("nan"), 1))
+        apart = words_of(results.cube).apart.format(percent(float(sums["apart"]) / agree if agree else float("nan"), 1))
         text = (
             f"Each cell near a change of flag ({percent(count / int(sums['cells']))} of all) was run {times} more "
             "times with "

@@ -15,7 +15,7 @@ from overturning.report.results import Results
 from overturning.report.sections.ground import ground
 from overturning.report.sections.population import population
 from overturning.study.sections import Population, Variant
-from overturning.surveys.population_rates import jma_intensities, population_rates
+from overturning.surveys.population import jma_intensities, population_rates
 from tests.report.reading import tables, text_of
 
 Make = Callable[..., Results]

@@ -16,7 +16,7 @@ from overturning.statistics.direction import fall_axis, fall_direction, fall_sha
 from overturning.statistics.earthquakes import axes_by_earthquake
 from overturning.statistics.falls import falls_towards, near_boundary
 from overturning.study.sections import Population
-from overturning.surveys.population_rates import population_rates
+from overturning.surveys.population import population_rates
 from overturning.surveys.prediction import SitePrediction
 from overturning.surveys.stones import Stone
 

@@ -11,8 +11,7 @@ from overturning.dem.simulate import simulate
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.study.sections import Population, Spread
-from overturning.surveys.population import Stones, draw_stones, grid_places, rates, stone_outcomes
-from overturning.surveys.population_rates import population_rates
+from overturning.surveys.population import Stones, draw_stones, grid_places, population_rates, rates, stone_outcomes
 
 INTERVAL = 0.01
 

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from overturning.errors import ResultError
-from overturning.surveys.comparison import compare_survey
-from overturning.surveys.result import read_survey_result, survey_result, write_survey
+from overturning.surveys.comparison import compare_survey, read_survey_result, survey_result, write_survey
 from overturning.surveys.stones import Stone
 
 

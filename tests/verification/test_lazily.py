@@ -19,7 +19,7 @@ from overturning.study.cube import open_cube
 from overturning.study.intensity import write_intensity
 from overturning.study.scenes import NOMINAL, variant_names
 from overturning.study.sections import Population
-from overturning.surveys.population_rates import population_rates
+from overturning.surveys.population import population_rates
 from verification.scale.made import made_records, made_study, write_made_cube
 
 BLOCKS: dict[str, Any] = {

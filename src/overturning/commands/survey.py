@@ -24,8 +24,7 @@ def survey(
     from overturning.report.plain import plain_lines
     from overturning.report.sections.survey import survey_section
     from overturning.study.cube import open_cube
-    from overturning.surveys.comparison import compare_survey
-    from overturning.surveys.result import survey_result, write_survey
+    from overturning.surveys.comparison import compare_survey, survey_result, write_survey
     from overturning.surveys.stones import read_survey
 
     if figure is not None and figure.suffix.lower() not in {".svg", ".png", ".pdf"}:

@@ -160,7 +160,7 @@ def fragility(
     from overturning.statistics.fragility import write_fragility_csv, write_openquake
     from overturning.study.cube import open_cube
     from overturning.study.load import study_from
-    from overturning.surveys.population_rates import fragility_curves, population_rates
+    from overturning.surveys.population import fragility_curves, population_rates
 
     settings = study_from(study)
     if settings.population is None:

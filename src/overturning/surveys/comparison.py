@@ -1,15 +1,20 @@
-"""Predicted against observed fall directions of a survey."""
+"""Predicted against observed falls of a survey, and the file of the comparison, from which the report shows it."""
 
+import hashlib
+import json
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.errors import ArgumentError
+from overturning.errors import ArgumentError, ResultError
+from overturning.files import atomic_write
 from overturning.statistics.circular import (
     TestResult,
     chi_square_test,
@@ -20,6 +25,9 @@ from overturning.statistics.circular import (
 )
 from overturning.surveys.prediction import BACKGROUND, SIDES, SitePrediction, knows_face, observed_side
 from overturning.surveys.stones import Stone
+
+_TESTS: Final = ("fit_octants", "fit_octants_watson", "fit_exact", "uniform_octants")
+_ARRAYS: Final = ("octant_observed", "octant_predicted", "confusion")
 
 
 @dataclass(frozen=True)
@@ -103,16 +111,20 @@ def compare_survey(
     if not stones:
         raise ArgumentError("stones: none; a survey needs at least one row")
     site = SitePrediction(cube, background=background)
-    fallen = [stone for stone in stones if stone.fell for _ in range(stone.count)]
-    densities = {id(stone): _density(site, stone) for stone in stones if stone.fell}
+    # Each fallen stone with its density and octants, like stones of one row as often as they were counted.
+    fallen: list[tuple[Stone, FloatArray, FloatArray]] = []
+    for stone in stones:
+        if stone.fell:
+            density = _density(site, stone)
+            fallen += stone.count * [(stone, density, site.octants(density))]
     uniform_octant = site.octants(site.share)
-    observed = np.bincount([sector(stone.azimuth_deg, 8) for stone in fallen], minlength=8).astype(np.float64)
-    octants = {key: site.octants(density) for key, density in densities.items()}
-    predicted = sum((octants[id(stone)] for stone in fallen), np.zeros(8))
-    ratio, p_value = _likelihood_ratio(site, fallen, densities, octants, draws, seed)
+    azimuth = [stone.azimuth_deg for stone, *_ in fallen]
+    observed = np.bincount([sector(one, 8) for one in azimuth], minlength=8).astype(np.float64)
+    predicted = sum((octants for *_, octants in fallen), np.zeros(8))
     share = predicted / predicted.sum() if fallen else uniform_octant
-    exact = [stone for stone in fallen if not stone.octant]
-    mean, length = resultant([stone.azimuth_deg for stone in fallen]) if fallen else (math.nan, math.nan)
+    exact = [_distribution(site, density, stone.azimuth_deg) for stone, density, _ in fallen if not stone.octant]
+    mean, length = resultant(azimuth)
+    ratio, p_value = _likelihood_ratio(site, fallen, draws, seed)
     return SurveyComparison(
         fallen=len(fallen),
         stood=sum(stone.count for stone in stones if not stone.fell),
@@ -124,40 +136,29 @@ def compare_survey(
         likelihood_ratio_p=p_value,
         fit_octants=chi_square_test(observed, share),
         fit_octants_watson=grouped_watson_test(observed, share),
-        fit_exact=watson_u2_test([_distribution(site, densities[id(s)], s.azimuth_deg) for s in exact]),
+        fit_exact=watson_u2_test(exact),
         uniform_octants=grouped_watson_test(observed, uniform_octant),
         confusion=_confusion(site, stones),
-        turned_every_way=sum(1 for stone in fallen if not knows_face(stone)),
+        turned_every_way=sum(1 for stone, *_ in fallen if not knows_face(stone)),
         background=background,
     )
 
 
 def _likelihood_ratio(
-    site: SitePrediction,
-    fallen: Sequence[Stone],
-    densities: dict[int, FloatArray],
-    octants: dict[int, FloatArray],
-    draws: int,
-    seed: int,
+    site: SitePrediction, fallen: Sequence[tuple[Stone, FloatArray, FloatArray]], draws: int, seed: int
 ) -> tuple[float, float]:
     """Sum of ln(predicted/uniform) over the fallen stones, and the share of surveys of "any way" that reach it."""
     if not fallen:
         return math.nan, math.nan
-    uniform_octant = site.octants(site.share)
-    ratios, tables = [], []
-    for stone in fallen:
-        density = densities[id(stone)]
+    generator, uniform_octant = np.random.Generator(np.random.PCG64(seed)), site.octants(site.share)
+    ratios, simulated = [], np.zeros(draws)
+    for stone, density, octants in fallen:
         if stone.octant:
-            table, chance = octants[id(stone)] / uniform_octant, uniform_octant
-            place = int(sector(stone.azimuth_deg, 8))
+            table, chance, place = octants / uniform_octant, uniform_octant, int(sector(stone.azimuth_deg, 8))
         else:
             table, chance, place = density / site.share, site.share, site.nearest(stone.azimuth_deg)
         ratios.append(math.log(table[place]))
-        tables.append((np.log(table), chance))
-    generator = np.random.Generator(np.random.PCG64(seed))
-    simulated = np.zeros(draws)
-    for table, chance in tables:
-        simulated += table[generator.choice(chance.size, size=draws, p=chance / chance.sum())]
+        simulated += np.log(table)[generator.choice(chance.size, size=draws, p=chance / chance.sum())]
     total = float(np.sum(ratios))
     return total, (1 + int((simulated >= total - 1e-12).sum())) / (1 + draws)
 
@@ -165,12 +166,10 @@ def _likelihood_ratio(
 def _confusion(site: SitePrediction, stones: Sequence[Stone]) -> NDArray[np.int64] | None:
     """Observed against most probable sides of the stones whose face and B/H are known; None without any."""
     known = [stone for stone in stones if knows_face(stone)]
-    if not known:
-        return None
     confusion = np.zeros((len(SIDES), len(SIDES)), dtype=np.int64)
     for stone in known:
         confusion[observed_side(stone), int(np.argmax(site.sides(stone)))] += stone.count
-    return confusion
+    return confusion if known else None
 
 
 def _distribution(site: SitePrediction, density: FloatArray, azimuth_deg: float) -> float:
@@ -178,3 +177,48 @@ def _distribution(site: SitePrediction, density: FloatArray, azimuth_deg: float)
     edges = np.concatenate([[0.0], np.cumsum(site.share * 360)])
     below = np.concatenate([[0.0], np.cumsum(density)])
     return float(min(1.0, np.interp((azimuth_deg - site.start) % 360, edges, below)))
+
+
+@dataclass(frozen=True)
+class SurveyResult:
+    """A comparison with the name of the survey's file, the SHA-256 of its bytes, and the id of the site's record."""
+
+    stones: str
+    sha256: str
+    record: str
+    comparison: SurveyComparison
+
+
+def survey_result(stones: Path, record: str, comparison: SurveyComparison) -> SurveyResult:
+    """A comparison with the name and hash of its survey's file."""
+    return SurveyResult(stones.name, hashlib.sha256(stones.read_bytes()).hexdigest(), record, comparison)
+
+
+def write_survey(result: SurveyResult, path: Path) -> None:
+    """Write a comparison as JSON; numbers that are not known become null."""
+
+    def plain(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        return {name: None if isinstance(value, float) and math.isnan(value) else value for name, value in pairs}
+
+    data = asdict(result, dict_factory=plain)
+    with atomic_write(path) as part:
+        text = json.dumps(data, ensure_ascii=False, indent=1, default=np.ndarray.tolist)
+        part.write_text(text + "\n", encoding="utf-8")
+
+
+def read_survey_result(path: Path) -> SurveyResult:
+    """Read a comparison that `write_survey` has written; `ResultError` if it is missing or of another version."""
+
+    def numbers(data: dict[str, Any]) -> dict[str, Any]:
+        return {name: math.nan if value is None and name not in _ARRAYS else value for name, value in data.items()}
+
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"), object_hook=numbers)
+        comparison = data.pop("comparison")
+        tests = {name: TestResult(**comparison[name]) for name in _TESTS}
+        arrays = {name: None if comparison[name] is None else np.array(comparison[name]) for name in _ARRAYS}
+        return SurveyResult(**data, comparison=SurveyComparison(**comparison | tests | arrays))
+    except OSError:
+        raise ResultError(f"{path}: no such comparison; run the study again") from None
+    except (KeyError, TypeError, ValueError) as error:
+        raise ResultError(f"{path}: not a comparison of this version ({error}); run the study again") from None

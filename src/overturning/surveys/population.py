@@ -1,6 +1,7 @@
-"""Fall rates of a cemetery: stones drawn from a population, each doing what the cell most like it does."""
+"""Fall rates of a cemetery: stones drawn from a population, each doing what the cell of the cube most like it does."""
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import xarray as xr
@@ -10,10 +11,35 @@ from scipy.stats import qmc
 from overturning.arrays import FloatArray
 from overturning.model.falls import model_of
 from overturning.model.model import Outcomes
+from overturning.statistics.by_record import one_record
 from overturning.statistics.circular import resultant, sector
+from overturning.statistics.fragility import Fragility, fragility
 from overturning.study.ensemble import wilson
 from overturning.study.sections import Population, Spread
 from overturning.surveys.stones import OCTANTS
+from overturning.units import CM, STANDARD_GRAVITY
+
+_SIZES: Final = ("height", "b_over_h", "friction")
+
+_SHARES: Final = {
+    "fall": "stones not fixed that fell",
+    "shift": "stones not fixed that stood and were shifted",
+    "rotation": "stones not fixed that stood and were rotated; missing in planes, which cannot tell",
+}
+_RATES: Final = {
+    **{f"{name}_rate": ((), f"share of the {text}") for name, text in _SHARES.items()},
+    **{f"{name}_interval": (("end",), f"95 % interval of {name}_rate") for name in _SHARES},
+    "unknown": ((), "share of stones without an answer"),
+    "fall_octant": (("octant",), "share of the stones not fixed that fell towards the octant"),
+    "octant_interval": (("octant", "end"), "95 % interval of fall_octant"),
+    "fall_axis": ((), "axis of the falls, degrees"),
+    "fall_resultant": ((), "mean resultant length of that axis"),
+    "class_rate": (("stones",), "share of the stones of a class that fell"),
+}
+"""What `population_rates` finds: dimensions beside record and amplitude, and what it is."""
+
+MEASURES: Final = (("PGA", "g"), ("PGV", "cm/s"), ("PGV/PGA", "s"))
+"""Intensity measures of the fragility curves, with their units."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +62,15 @@ class Stones:
     friction: FloatArray
     face: FloatArray
     lot: FloatArray
+
+    def classes(self) -> dict[str, NDArray[np.bool_]]:
+        """Members of the quarters: the slenderer and the stouter half, each in its smaller and its taller half."""
+        shape, classes = float(np.median(self.b_over_h)), {}
+        for own, text in ((self.b_over_h <= shape, "up to"), (self.b_over_h > shape, "above")):
+            size = float(np.median(self.height[own])) if own.any() else 0.0
+            classes[f"B/H {text} {shape:.2f}, H up to {size:.2f} m"] = own & (self.height <= size)
+            classes[f"B/H {text} {shape:.2f}, H above {size:.2f} m"] = own & (self.height > size)
+        return {name: own for name, own in classes.items() if own.any()}
 
 
 def draw_stones(population: Population) -> Stones:
@@ -65,42 +100,29 @@ def grid_places(grid: FloatArray, values: FloatArray, lot: FloatArray) -> NDArra
 def outside_grid(cube: xr.Dataset, stones: Stones) -> float:
     """Share of the stones whose height, B/H or friction lies beyond the cube's grid by more than rounding."""
     beyond = np.zeros(stones.height.size, np.bool_)
-    for name in ("height", "b_over_h", "friction"):
+    for name in _SIZES:
         grid, values = cube[name].to_numpy(), getattr(stones, name)
         beyond |= (values < grid.min() - 1e-9) | (values > grid.max() + 1e-9)
     return float(beyond.mean())
 
 
 def stone_outcomes(site: xr.Dataset, stones: Stones) -> Outcomes:
-    """What each stone does under one record, from the cells of the record's cube.
+    """What each of n stones does under one record, whose cube has the dimension of amplitudes or not.
 
-    Parameters
-    ----------
-    site : Dataset
-        Cube of one record, with or without the dimension of amplitudes.
-    stones : Stones
-        n stones.
+    Below µ = B/H a block slides rather than rocks: of two frictions a stone takes the one on its own side of it, where
+    there is one.
     """
-    height, shape, friction = _cells(site, stones)
-    return model_of(site).outcomes(site, stones.face, {"height": height, "b_over_h": shape, "friction": friction})
-
-
-def _cells(site: xr.Dataset, stones: Stones) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
-    """Places of the stones along height, B/H and friction.
-
-    Below µ = B/H a block slides rather than rocks: of two frictions the one on the stone's own side of it, where there
-    is one.
-    """
-    height, shape, friction = (
-        grid_places(site[name].to_numpy(), getattr(stones, name), lot)
-        for name, lot in zip(("height", "b_over_h", "friction"), stones.lot, strict=True)
-    )
-    grid, ratio = site["friction"].to_numpy(), site["b_over_h"].to_numpy()[shape]
+    cells = {
+        name: grid_places(site[name].to_numpy(), getattr(stones, name), lot)
+        for name, lot in zip(_SIZES, stones.lot, strict=True)
+    }
+    grid, ratio = site["friction"].to_numpy(), site["b_over_h"].to_numpy()[cells["b_over_h"]]
     rocks = stones.friction > stones.b_over_h
     below = np.clip(np.searchsorted(grid, stones.friction, side="right") - 1, 0, grid.size - 1)
     above = np.minimum(below + 1, grid.size - 1)
     lower, upper = ((grid[place] > ratio) == rocks for place in (below, above))
-    return height, shape, np.where(lower & ~upper, below, np.where(upper & ~lower, above, friction))
+    cells["friction"] = np.where(lower & ~upper, below, np.where(upper & ~lower, above, cells["friction"]))
+    return model_of(site).outcomes(site, stones.face, cells)
 
 
 def rates(found: Outcomes, population: Population) -> dict[str, FloatArray]:
@@ -115,34 +137,99 @@ def rates(found: Outcomes, population: Population) -> dict[str, FloatArray]:
         (a, 8, 2); and ``fall_axis`` with ``fall_resultant``, the axis of the falls, degrees, and its mean resultant
         length, shape (a,).
     """
-    stands = found.known & ~found.fell
-    count = found.known.sum(axis=1)
-    octant = sector(np.nan_to_num(found.azimuth), len(OCTANTS))
-    towards = np.stack([(np.isfinite(found.azimuth) & (octant == i)).sum(axis=1) for i in range(len(OCTANTS))], axis=1)
-    turned = (stands & (np.abs(found.twist) >= population.rotated)).sum(axis=1)
-    told = np.isfinite(np.where(stands, found.twist, 0.0)).all(axis=1)
-    axes = [
-        resultant(azimuth[fell], axial=True) if fell.any() else (np.nan, np.nan)
-        for azimuth, fell in zip(found.azimuth, found.fell, strict=True)
-    ]
-    rotation = {
-        name: np.where(told.reshape(-1, *(1 for _ in values.shape[1:])), values, np.nan)
-        for name, values in _shares("rotation", turned, count).items()
+    stands, answered = found.known & ~found.fell, found.known.sum(axis=1)
+    which = {
+        "fall": found.fell,
+        "shift": stands & (found.slip >= population.shifted),
+        "rotation": stands & (np.abs(found.twist) >= population.rotated),
     }
-    return {
-        **_shares("fall", found.fell.sum(axis=1), count),
-        **_shares("shift", (stands & (found.slip >= population.shifted)).sum(axis=1), count),
-        **rotation,
+    made = {}
+    for name, members in which.items():
+        counted = members.sum(axis=1)
+        made[f"{name}_rate"] = counted / np.maximum(answered, 1)
+        made[f"{name}_interval"] = np.stack(wilson(counted, answered), axis=-1)
+    cannot_turn = ~np.isfinite(np.where(stands, found.twist, 0.0)).all(axis=1)
+    for values in (made["rotation_rate"], made["rotation_interval"]):
+        values[cannot_turn] = np.nan
+    octant = np.where(np.isfinite(found.azimuth), sector(np.nan_to_num(found.azimuth), len(OCTANTS)), -1)
+    towards = np.stack([(octant == one).sum(axis=1) for one in range(len(OCTANTS))], axis=1)
+    axes = [resultant(azimuth[fell], axial=True) for azimuth, fell in zip(found.azimuth, found.fell, strict=True)]
+    return made | {
         "unknown": 1.0 - found.known.mean(axis=1),
-        "fall_octant": towards / np.maximum(count, 1)[:, None],
-        "octant_interval": np.stack(wilson(towards, count[:, None]), axis=-1),
-        "fall_axis": np.array([axis for axis, _ in axes]),
-        "fall_resultant": np.array([length for _, length in axes]),
-    }  # fmt: skip
-
-
-def _shares(name: str, counted: NDArray[np.int64], count: NDArray[np.int64]) -> dict[str, FloatArray]:
-    return {
-        f"{name}_rate": counted / np.maximum(count, 1),
-        f"{name}_interval": np.stack(wilson(counted, count), axis=-1),
+        "fall_octant": towards / np.maximum(answered, 1)[:, None],
+        "octant_interval": np.stack(wilson(towards, answered[:, None]), axis=-1),
+        **dict(zip(("fall_axis", "fall_resultant"), np.array(axes).T, strict=True)),
     }
+
+
+def population_rates(cube: xr.Dataset, population: Population) -> xr.Dataset:
+    """Rates of a population under each record of a cube.
+
+    Parameters
+    ----------
+    cube : Dataset
+        In planes or in space, as `open_cube` reads it, with or without the dimension of amplitudes.
+    population : Population
+        The cemetery.
+
+    Returns
+    -------
+    Dataset
+        Over ``record`` and ``amplitude``, what `rates` finds, and ``class_rate(…, stones)`` of `Stones.classes`. The
+        attribute ``outside`` is the share of stones beyond the cube's grid, which take its nearest value.
+    """
+    stones = draw_stones(population)
+    classes, reads = stones.classes(), model_of(cube).reads_outcomes
+    found: dict[str, list[FloatArray]] = {name: [] for name in _RATES}
+    for record in range(cube.sizes["record"]):
+        outcomes = stone_outcomes(one_record(cube, record, reads), stones)
+        of_class = [rates(outcomes.some(own), population)["fall_rate"] for own in classes.values()]
+        for name, values in (rates(outcomes, population) | {"class_rate": np.stack(of_class, axis=1)}).items():
+            found[name].append(values)
+    data = {
+        name: (("record", "amplitude", *dims), np.stack(found[name]), {"long_name": text})
+        for name, (dims, text) in _RATES.items()
+    }
+    amplitude = cube["amplitude"].to_numpy() if "amplitude" in cube.dims else np.ones(1)
+    middles = 360.0 / len(OCTANTS) * np.arange(len(OCTANTS))
+    coordinates = {
+        **{name: ("record", cube[name].to_numpy().astype(str)) for name in ("record_id", "event")},
+        "amplitude": ("amplitude", amplitude, {"long_name": "factor on the record", "units": "1"}),
+        "octant": ("octant", middles, {"long_name": "azimuth of the octant's middle"}),
+        "stones": ("stones", list(classes)),
+        "end": ("end", ["low", "high"]),
+    }
+    return xr.Dataset(data, coordinates, {"outside": outside_grid(cube, stones)})
+
+
+def intensities(found: xr.Dataset, intensity: xr.Dataset) -> dict[str, FloatArray]:
+    """Intensity of each record at each amplitude, shape (record, amplitude), by the names of `MEASURES`.
+
+    PGA and PGV are RotD50, the median over azimuths.
+    """
+    amplitude = found["amplitude"].to_numpy()
+    pga, pgv = (intensity[f"{name}_rotd"].sel(percentile=50).to_numpy()[:, None] * amplitude for name in ("pga", "pgv"))
+    return {"PGA": pga / STANDARD_GRAVITY, "PGV": pgv / CM, "PGV/PGA": pgv / pga}
+
+
+def jma_intensities(found: xr.Dataset, intensity: xr.Dataset) -> FloatArray:
+    """JMA instrumental intensity, shape (record, amplitude): it grows by 2 log₁₀ of the amplitude.
+
+    Of the horizontal components alone where a record has no vertical one; NaN where not known.
+    """
+    whole, horizontal = (intensity[name].to_numpy() for name in ("jma_intensity", "jma_intensity_horizontal"))
+    measured = np.where(np.isfinite(whole), whole, horizontal)[:, None]
+    return np.asarray(measured + 2 * np.log10(found["amplitude"].to_numpy()))
+
+
+def fragility_curves(found: xr.Dataset, intensity: xr.Dataset) -> list[Fragility]:
+    """Curves of the whole population and of each class, over each of `MEASURES`."""
+    shares = {"all stones": found["fall_rate"].to_numpy()}
+    shares |= {str(name): found["class_rate"].sel(stones=name).to_numpy() for name in found["stones"].to_numpy()}
+    levels = intensities(found, intensity)
+    events = np.repeat(found["event"].to_numpy().astype(str), found.sizes["amplitude"])
+    return [
+        fragility(name, measure, levels[measure[0]].ravel(), share.ravel(), events)
+        for measure in MEASURES
+        for name, share in shares.items()
+    ]

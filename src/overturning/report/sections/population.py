@@ -13,7 +13,7 @@ from overturning.report.words import Words
 from overturning.statistics.fragility import Fragility
 from overturning.study.scenes import NOMINAL
 from overturning.study.sections import Population
-from overturning.surveys.population_rates import (
+from overturning.surveys.population import (
     fragility_curves,
     intensities,
     jma_intensities,

@@ -7,9 +7,8 @@ from overturning.figures.style import short
 from overturning.report.blocks import Answer, Block, Figure, Note, Paragraph, Row, Section, Table
 from overturning.report.results import Results
 from overturning.report.text import counted, number, percent
-from overturning.surveys.comparison import SurveyComparison
+from overturning.surveys.comparison import SurveyComparison, SurveyResult
 from overturning.surveys.prediction import SIDES
-from overturning.surveys.result import SurveyResult
 from overturning.surveys.stones import OCTANTS
 
 SIGNIFICANT = 0.05

@@ -22,10 +22,9 @@ from overturning.dem.body.run import run_in_space
 from overturning.dem.numerics import Numerics
 from overturning.model.shapes import Circle, Rectangle
 from overturning.report.sections.backwards import backwards_sentences, cautions, draw_posterior
-from overturning.surveys.inversion import NO_FIT, POWER, Inversion, Posterior
-from overturning.surveys.inversion_file import Backwards
+from overturning.surveys.inversion import NO_FIT, POWER, Backwards, Inversion, Posterior
 from overturning.surveys.library import Candidate, candidates
-from overturning.surveys.responses import LEVELS, Kind, Responses
+from overturning.surveys.responses import LEVELS, Responses, StoneKind
 from overturning.surveys.stones import Stone, read_survey
 from verification.tables import RESULTS, ROOT, markdown, publish, wrapped, write_csv
 
@@ -117,7 +116,7 @@ def measured(surveys: int, threads: int) -> pd.DataFrame:
     true = [one for one in library if one.event]
     events = sorted({one.event for one in true})
     truths = [survey(true[k % len(true)], np.random.default_rng([SEED, k])) for k in range(surveys)]
-    kinds = [Kind.of(stone) for truth in truths for stone in truth.stones]
+    kinds = [StoneKind.of(stone) for truth in truths for stone in truth.stones]
     inversion, rows = Inversion(Responses(library, kinds, threads=threads)), []
     for number, truth in enumerate(truths):
         prior = np.array([float(one.event != truth.motion.event) for one in library])[:, None, None]
@@ -190,7 +189,7 @@ def bodies(rows: pd.DataFrame) -> dict[str, str]:
 def ruin(threads: int) -> str:
     """What the invented ruin says of the motion, as a list; draws its figure."""
     stones = read_survey(RUIN)
-    inversion = Inversion(Responses(candidates(), [Kind.of(stone) for stone in stones], threads=threads))
+    inversion = Inversion(Responses(candidates(), [StoneKind.of(stone) for stone in stones], threads=threads))
     result = Backwards.of(RUIN.name, stones, inversion)
     draw_posterior(result, ROOT / "docs" / "images" / "example-ruin.svg")
     fit = f"p of the check whether the motions fit the survey: {result.fit:.2g}."

@@ -13,10 +13,9 @@ from overturning.model.shapes import Circle
 from overturning.motion.motion import Motion
 from overturning.report.sections.backwards import backwards_sentences, cautions, draw_posterior
 from overturning.surveys import responses as computed
-from overturning.surveys.inversion import TURNS, Inversion, found
-from overturning.surveys.inversion_file import Backwards, read_backwards, write_backwards
+from overturning.surveys.inversion import TURNS, Backwards, Inversion, found, read_backwards, write_backwards
 from overturning.surveys.library import Candidate, candidates, shipped_records
-from overturning.surveys.responses import FRICTIONS, HEIGHTS, LEVELS, SHAPES, STOOD, WAYS, Kind, Responses
+from overturning.surveys.responses import FRICTIONS, HEIGHTS, LEVELS, SHAPES, STOOD, WAYS, Responses, StoneKind
 from overturning.surveys.stones import Stone
 
 SIZES = ((0.9, 0.2), (1.2, 0.25), (1.6, 0.3))
@@ -37,14 +36,14 @@ def ruled(one: Candidate, aspect: float, nodes: list[tuple[int, int]], threads: 
     height, shape = (grid[np.array(nodes)[:, i]] for i, grid in enumerate((HEIGHTS, SHAPES)))
     falls = 3 * (shape * np.sqrt(height))[:, None] < LEVELS
     way = np.where(falls, 0 if one.name == "0.5 s" else WAYS // 2, STOOD)
-    size = (len(nodes), len(FRICTIONS), LEVELS.size, Kind(aspect=aspect).orientations.size)
+    size = (len(nodes), len(FRICTIONS), LEVELS.size, StoneKind(aspect=aspect).orientations.size)
     return np.broadcast_to(way[:, None, :, None], size).astype(np.int8)
 
 
 @pytest.fixture
 def inversion(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Inversion:
     monkeypatch.setattr(computed, "computed_ways", ruled)
-    kinds = [Kind(*size, 0.0) for size in SIZES]
+    kinds = [StoneKind(*size, 0.0) for size in SIZES]
     return Inversion(Responses([candidate(0.5), candidate(0.8)], kinds, folder=tmp_path))
 
 
@@ -134,10 +133,10 @@ def test_fixed_stones_say_less(inversion: Inversion) -> None:
 
 def test_a_stone_has_both_its_slendernesses() -> None:
     stone = Stone(True, 0.0, False, b_over_h=0.5, b_over_h_side=0.25, face_azimuth_deg=30, height=0.8)
-    assert Kind.of(stone) == Kind(0.8, 0.25, 2.0)
+    assert StoneKind.of(stone) == StoneKind(0.8, 0.25, 2.0)
     assert stone.narrow_face_deg == 120
     square = Stone(True, 0.0, False, b_over_h=0.25, face_azimuth_deg=30)
-    assert (Kind.of(square), square.narrow_face_deg) == (Kind(None, 0.25, 1.0), 30)
+    assert (StoneKind.of(square), square.narrow_face_deg) == (StoneKind(None, 0.25, 1.0), 30)
 
 
 def test_a_slab_falls_over_its_narrow_side_only(tmp_path: Path) -> None:
@@ -148,7 +147,7 @@ def test_a_slab_falls_over_its_narrow_side_only(tmp_path: Path) -> None:
     one = candidate(1.0)
     slab = {"b_over_h": 0.15, "b_over_h_side": 0.6, "height": 0.45}
     north, east = (Stone(False, math.nan, False, face_azimuth_deg=face, **slab) for face in (0.0, 90.0))
-    asked = Inversion(Responses([one], [Kind.of(north)], folder=tmp_path))
+    asked = Inversion(Responses([one], [StoneKind.of(north)], folder=tmp_path))
     level = int(np.argmin(np.abs(LEVELS * one.pga / one.pgv - 0.4 * 9.80665)))
     stands = [asked.chances(stone)[0, level, 0, STOOD] for stone in (north, east)]
     assert stands[0] < 0.3
@@ -173,7 +172,7 @@ def test_a_motion_that_is_in_no_library_lies_within_the_bounds(tmp_path: Path) -
         column((height[i], shape[i]), float(result.fall_azimuth[i]) if result.overturned[i] == 1 else math.nan)
         for i in range(24)
     ]
-    asked = Inversion(Responses(others, [Kind.of(stone) for stone in stones], folder=tmp_path, threads=2))
+    asked = Inversion(Responses(others, [StoneKind.of(stone) for stone in stones], folder=tmp_path, threads=2))
     low, high = (one := asked.posterior(asked.log_likelihood(stones))).interval(one.pgv)
     assert low < factors.mean() * truth.pgv < high
     assert high / low < 8  # before the survey 15
@@ -187,12 +186,12 @@ def test_what_is_computed_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         return ruled(one, aspect, nodes, threads)
 
     monkeypatch.setattr(computed, "computed_ways", counting)
-    one, kind = candidate(0.5), Kind(*SIZES[0], 0.0)
+    one, kind = candidate(0.5), StoneKind(*SIZES[0], 0.0)
     first = Responses([one], [kind], folder=tmp_path).table(kind)
     assert np.array_equal(Responses([one], [kind], folder=tmp_path).table(kind), first)
     assert len(calls) == 1
     # Another size computes what is not there yet, another motion everything.
-    Responses([one], [kind, Kind(*SIZES[2], 0.0)], folder=tmp_path)
+    Responses([one], [kind, StoneKind(*SIZES[2], 0.0)], folder=tmp_path)
     Responses([candidate(0.8)], [kind], folder=tmp_path)
     assert calls[1] > 0
     assert calls[2] == calls[0]
@@ -208,7 +207,7 @@ def test_sizes_that_are_not_computed_are_refused() -> None:
         ("height_m 50", Stone(False, math.nan, False, height=50.0, line=7)),
     ):
         with pytest.raises(ArgumentError, match=f"line 7: {name}; stones of .* are computed"):
-            Kind.of(stone)
+            StoneKind.of(stone)
 
 
 def test_the_library_has_each_motion_once() -> None:

@@ -36,10 +36,9 @@ def backwards(
     from overturning.records.store import read_motion
     from overturning.report.plain import plain_lines
     from overturning.report.sections.backwards import backwards_section, draw_posterior
-    from overturning.surveys.inversion import Inversion
-    from overturning.surveys.inversion_file import Backwards, write_backwards
+    from overturning.surveys.inversion import Backwards, Inversion, write_backwards
     from overturning.surveys.library import candidates
-    from overturning.surveys.responses import Kind, Responses
+    from overturning.surveys.responses import Responses, StoneKind
     from overturning.surveys.stones import read_survey
 
     if figure is not None and figure.suffix.lower() not in {".svg", ".png"}:
@@ -55,7 +54,7 @@ def backwards(
             said, left = now, (now - began) * (total - done) / done
             print(f"{done} of {total} motions computed, about {left:.0f} s to go", file=sys.stderr, flush=True)
 
-    responses = Responses(library, [Kind.of(stone) for stone in rows], threads=threads, progress=progress)
+    responses = Responses(library, [StoneKind.of(stone) for stone in rows], threads=threads, progress=progress)
     result = Backwards.of(stones.name, rows, Inversion(responses, background, fixed))
     print(*plain_lines(backwards_section(result)), sep="\n")
     if output is not None:

@@ -24,7 +24,7 @@ from overturning.study.cube import open_cube, study_of
 from overturning.study.scenes import NOMINAL, scene_of
 from overturning.study.schema import Study
 from overturning.surveys.comparison import SurveyResult, read_survey_result
-from overturning.surveys.inversion_file import Backwards, read_backwards
+from overturning.surveys.inversion import Backwards, read_backwards
 from overturning.surveys.population import population_rates
 
 

@@ -3,16 +3,30 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
 import numpy as np
+import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
+from overturning.errors import ResultError
+from overturning.files import atomic_write
 from overturning.statistics.circular import sector
 from overturning.surveys.prediction import BACKGROUND
-from overturning.surveys.responses import LEVELS, ORIENTATION_STEP_DEG, STOOD, WAY_DEG, WAYS, Kind, Responses, blind
+from overturning.surveys.responses import (
+    LEVELS,
+    ORIENTATION_STEP_DEG,
+    STOOD,
+    WAY_DEG,
+    WAYS,
+    Responses,
+    StoneKind,
+    blind,
+)
 from overturning.surveys.stones import Stone
+from overturning.units import CM, STANDARD_GRAVITY
 
 TURN_DEG: Final = 10
 """Step by which each motion is turned, degrees."""
@@ -20,8 +34,11 @@ TURN_DEG: Final = 10
 TURNS: Final = 360 // TURN_DEG
 
 POWER: Final = 0.15
-"""Power of the likelihood of the directions. Those of one survey share what is wrong with a motion that is not the true one, so
-they count less than as many independent ones; how much less `verification/backwards_coverage.py` finds."""
+"""Power of the likelihood of the directions.
+
+Those of one survey share what is wrong with a motion that is not the true one, so they count less than as many
+independent ones; how much less `verification/backwards_coverage.py` finds.
+"""
 
 EVERY: Final = np.arange(WAYS + 1)
 """All ways, and standing."""
@@ -38,10 +55,16 @@ REPLICATES: Final = 200
 NO_FIT: Final = 0.01
 """p of that check below which a survey is said not to fit."""
 
+_STORED: Final = {
+    "level": "level", "turn": "turn", "probability": ("source", "level", "turn"), "prior": ("source", "level", "turn"),
+    "pga": "source", "axis": "source",
+}  # fmt: skip
+"""Attributes of a `Posterior` in its file, with their dimensions."""
+
 
 @dataclass(frozen=True)
 class Posterior:
-    """What a survey says of the motion.
+    """Probability of motion, level and turn, after a survey and before it.
 
     Attributes
     ----------
@@ -90,8 +113,8 @@ class Posterior:
         Returns
         -------
         (float, float)
-            Between neighbouring values the distribution is interpolated over the logarithm. Where more than a tail lies on the
-            weakest or strongest level, the library ends before the answer does: that end is 0 or infinite.
+            Between neighbouring values the distribution is interpolated over the logarithm. Where more than a tail lies
+            on the weakest or strongest level, the library ends before the answer does: that end is 0 or infinite.
         """
         weight = (self.prior if prior else self.probability).sum(axis=2).ravel()
         logs = np.log(np.asarray(values, dtype=np.float64)).ravel()
@@ -110,7 +133,7 @@ class Posterior:
         return np.asarray(self.probability.sum(axis=(1, 2)))
 
     def of_axes(self) -> FloatArray:
-        """Probability of each azimuth of the largest velocity, in steps of `TURN_DEG` from north, shape (180 / step,)."""
+        """Probability of each azimuth of the largest velocity, in steps of `TURN_DEG` from north; shape (180 / step,)."""
         place, weight = (self.axis[:, None] + self.turn) / TURN_DEG, self.probability.sum(axis=1)
         below, count = np.floor(place).astype(np.intp), 180 // TURN_DEG
         # An axis between two steps is shared out to both.
@@ -119,7 +142,7 @@ class Posterior:
         return np.asarray(shares[0] + shares[1])
 
     def axis_arc(self) -> tuple[float, float]:
-        """Middle and width, degrees, of the shortest arc that holds `LEVEL` of the axis's probability, the middle in 0 to 180."""
+        """Middle (0 to 180) and width of the shortest arc that holds `LEVEL` of the axis's probability, degrees."""
         share = self.of_axes()
         total = np.concatenate([[0.0], np.cumsum(np.tile(share, 2))])
         for bins in range(1, share.size + 1):
@@ -132,12 +155,12 @@ class Posterior:
 
 @dataclass(frozen=True)
 class Inversion:
-    """A survey asked about its motion.
+    """How surveys are asked about their motion.
 
     Parameters
     ----------
     responses : Responses
-        Of all kinds of its stones.
+        Of all kinds of their stones.
     background : float
         Share of stones that do anything (pushed, badly founded).
     fixed : float
@@ -150,7 +173,7 @@ class Inversion:
 
     def chances(self, stone: Stone, ways: NDArray[np.intp] = EVERY) -> NDArray[np.float32]:
         """Probability that a stone is found to have fallen each of some ways, or to stand, shape (s, l, r, ways)."""
-        table = self.responses.table(Kind.of(stone))
+        table = self.responses.table(StoneKind.of(stone))
         turn, face = TURN_DEG * np.arange(TURNS), stone.narrow_face_deg
         place, apart = np.zeros(TURNS, np.intp), np.zeros(TURNS, np.float64)
         if table.shape[2] > 1 and math.isnan(face):
@@ -192,20 +215,24 @@ class Inversion:
         """
         logs = logs[0] + power * logs[1]
         weight = np.broadcast_to(np.asarray(prior, dtype=np.float64), logs.shape)
-        probability = weight * np.exp(logs - logs[weight > 0].max())
-        motions = self.responses.motions
+        probability, motions = weight * np.exp(logs - logs[weight > 0].max()), self.responses.motions
         return Posterior(
-            tuple(one.name for one in motions), LEVELS, np.arange(0.0, 360.0, TURN_DEG), probability / probability.sum(),
-            weight / weight.sum(), np.array([one.pga / one.pgv for one in motions]), np.array([one.axis for one in motions]),
-        )  # fmt: skip
+            sources=tuple(one.name for one in motions),
+            level=LEVELS,
+            turn=np.arange(0.0, 360.0, TURN_DEG),
+            probability=probability / probability.sum(),
+            prior=weight / weight.sum(),
+            pga=np.array([one.pga / one.pgv for one in motions]),
+            axis=np.array([one.axis for one in motions]),
+        )
 
     def fit(self, stones: Sequence[Stone], posterior: Posterior, seed: int = 1) -> float:
-        """Posterior predictive p-value: how often a survey drawn from the answer fits its best motion no better than this one.
+        """Posterior predictive p-value: how often a survey drawn from the answer fits its best motion no better.
 
-        Replicates have the stones of the survey (Gelman, Meng & Stern 1996, Statistica Sinica 6, 733). How well one fits is the
-        largest, over the motions, levels and turns of the prior, of the log probability that each stone falls or stands as it did,
-        and of the density of its direction over the largest of any direction: a density by itself grows as directions are told
-        more finely.
+        Replicates have the stones of the survey (Gelman, Meng & Stern 1996, Statistica Sinica 6, 733). How well one
+        fits is the largest, over the motions, levels and turns of the prior, of the log probability that each stone
+        falls or stands as it did, and of the density of its direction over the largest of any direction: a density by
+        itself grows as directions are told more finely.
         """
         generator = np.random.Generator(np.random.PCG64(seed))
         possible = np.flatnonzero(posterior.prior.ravel() > 0)
@@ -219,11 +246,8 @@ class Inversion:
                 chance = np.stack([chance[:, place == _OCTANT].sum(axis=1) for place in range(9)], axis=1)
                 own = int(sector(stone.azimuth_deg, 8))
             below, falls = chance[drawn].cumsum(axis=1), chance[:, :-1]
-            good = np.log(
-                np.append(
-                    falls / falls.max(axis=1, keepdims=True) * falls.sum(axis=1, keepdims=True), chance[:, -1:], 1
-                )
-            )
+            density = falls / falls.max(axis=1, keepdims=True)
+            good = np.log(np.append(density * falls.sum(axis=1, keepdims=True), chance[:, -1:], 1))
             for _ in range(stone.count):
                 lot = generator.random(REPLICATES)[:, None] * below[:, -1:]
                 totals += good[:, np.append(own, (lot >= below).sum(axis=1))]
@@ -238,3 +262,66 @@ def found(stone: Stone) -> NDArray[np.intp]:
     if stone.octant:
         return np.flatnonzero(_OCTANT[:STOOD] == sector(stone.azimuth_deg, 8))
     return np.array([round(stone.azimuth_deg / WAY_DEG) % WAYS])
+
+
+@dataclass(frozen=True)
+class Backwards:
+    """The answer to a survey, with what a reader has to know of the survey.
+
+    Attributes
+    ----------
+    name : str
+        Of the survey's file.
+    fell, stood : int
+        Stones.
+    fixed : float
+        Share taken to be fixed.
+    fit : float
+        p-value of the check whether the library fits, see `Inversion.fit`.
+    posterior : Posterior
+        Of motion, level and turn.
+    """
+
+    name: str
+    fell: int
+    stood: int
+    fixed: float
+    fit: float
+    posterior: Posterior
+
+    @classmethod
+    def of(cls, name: str, stones: Sequence[Stone], inversion: Inversion) -> "Backwards":
+        """Ask a survey about its motion."""
+        posterior = inversion.posterior(inversion.log_likelihood(stones))
+        fell, stood = (sum(one.count for one in stones if one.fell is kind) for kind in (True, False))
+        return cls(name, fell, stood, inversion.fixed, inversion.fit(stones, posterior), posterior)
+
+    @property
+    def strengths(self) -> dict[str, FloatArray]:
+        """PGV in cm/s and PGA in g, largest over all azimuths, of each motion at each level, shape (s, l)."""
+        pgv = self.posterior.pgv
+        return {"PGV, cm/s": pgv / CM, "PGA, g": self.posterior.pga[:, None] * pgv / STANDARD_GRAVITY}
+
+
+def write_backwards(answer: Backwards, path: Path) -> None:
+    """Write an answer (NetCDF)."""
+    table = xr.Dataset(
+        {name: (dims, getattr(answer.posterior, name)) for name, dims in _STORED.items()},
+        {"source": list(answer.posterior.sources)},
+        {"survey": answer.name, **{name: getattr(answer, name) for name in ("fell", "stood", "fixed", "fit")}},
+    )
+    with atomic_write(path) as part:
+        table.to_netcdf(part, engine="netcdf4")
+
+
+def read_backwards(path: Path) -> Backwards:
+    """Read what `write_backwards` wrote; a ResultError where it is missing or of another kind."""
+    try:
+        with xr.open_dataset(path, engine="netcdf4") as stored:
+            table = stored.load()
+        sources, about = tuple(str(name) for name in table["source"].to_numpy()), table.attrs
+        posterior = Posterior(sources, **{name: np.asarray(table[name]) for name in _STORED})
+        numbers = (int(about["fell"]), int(about["stood"]), float(about["fixed"]), float(about["fit"]))
+        return Backwards(str(about["survey"]), *numbers, posterior)
+    except (OSError, ValueError, KeyError) as error:
+        raise ResultError(f"{path}: cannot be read ({error}); run the study again") from None

@@ -1,4 +1,4 @@
-"""What free stones in space do under each candidate motion: computed on a grid of sizes, kept, and smoothed into probabilities."""
+"""What free stones in space do under each motion: computed on a grid of sizes, kept, smoothed to probabilities."""
 
 import hashlib
 import math
@@ -68,7 +68,7 @@ DRAWS: Final = 64
 
 
 @dataclass(frozen=True)
-class Kind:
+class StoneKind:
     """What is known of a stone beforehand.
 
     Attributes
@@ -84,7 +84,7 @@ class Kind:
     aspect: float = 1.0
 
     @classmethod
-    def of(cls, stone: Stone) -> "Kind":
+    def of(cls, stone: Stone) -> "StoneKind":
         """That of a stone; an `ArgumentError` where its size is beyond what is computed."""
         front, side = stone.slenderness
         for name, value, grid in (("height_m", stone.height, HEIGHTS), ("b_over_h", min(front, side), SHAPES)):
@@ -121,13 +121,13 @@ class Kind:
 
 
 class Responses:
-    """What stones of some kinds do under some motions at every level of peak velocity; computed once, used for many surveys.
+    """What stones of some kinds do under motions at every level of peak velocity; computed once for many surveys.
 
     Parameters
     ----------
     motions : sequence of Candidate
         The motions.
-    kinds : sequence of Kind
+    kinds : sequence of StoneKind
         The stones' kinds.
     population : Population, optional
         From which height and B/H are drawn where they are not known.
@@ -147,7 +147,7 @@ class Responses:
     def __init__(
         self,
         motions: Sequence[Candidate],
-        kinds: Sequence[Kind],
+        kinds: Sequence[StoneKind],
         population: Population | None = None,
         *,
         folder: Path | None = None,
@@ -172,33 +172,21 @@ class Responses:
             progress(len(motions), len(motions))
         self.table = lru_cache(64)(self._table)
 
-    def _table(self, kind: Kind) -> NDArray[np.float32]:
-        """Probability of each way, from the motion's north, and of standing, shape (motions, levels, orientations, ways + 1)."""
+    def _table(self, kind: StoneKind) -> NDArray[np.float32]:
+        """Probability of each way, from the motion's north, and of standing.
+
+        Shape (motions, levels, orientations, ways + 1).
+        """
         return np.stack([_shares(one, self._weights[kind]) for one in self._ways[kind.aspect]])
 
 
 def stored_ways(
     one: Candidate, aspect: float, nodes: NDArray[np.bool_], folder: Path, threads: int
 ) -> dict[str, NDArray[np.int8]]:
-    """What stones do under a motion, by the place of height and B/H: kept from before, or computed and kept.
+    """What stones do under a motion: kept from before, or computed and kept in a file named after all it depends on.
 
-    Parameters
-    ----------
-    one : Candidate
-        The motion.
-    aspect : float
-        As in `Kind`.
-    nodes : ndarray of bool, shape (heights, shapes)
-        Where it is needed.
-    folder : Path
-        Where it is kept, in files named after all that the numbers depend on.
-    threads : int
-        Threads.
-
-    Returns
-    -------
-    dict of str to ndarray, shape (frictions, levels, orientations)
-        The way in which a stone falls, `STOOD` or `UNKNOWN`, by ``height-shape``.
+    By ``height-shape``, the places where ``nodes``, shape (heights, shapes), is true: the way in which a stone falls,
+    `STOOD` or `UNKNOWN`, shape (frictions, levels, orientations).
     """
     grid = repr((WAY_DEG, LEVELS.tolist(), FRICTIONS, HEIGHTS.tolist(), SHAPES.tolist(), ORIENTATION_STEP_DEG, aspect))
     key = hashlib.sha256(f"{_kernel()} {one.digest} {grid}".encode()).hexdigest()[:24]
@@ -213,11 +201,8 @@ def stored_ways(
     missing = [(h, b) for h, b in np.argwhere(nodes).tolist() if f"{h}-{b}" not in known]
     if missing:
         known |= dict(zip((f"{h}-{b}" for h, b in missing), computed_ways(one, aspect, missing, threads), strict=True))
-        with (
-            suppress(OSError),
-            atomic_write(path) as part,
-            part.open("wb") as file,
-        ):  # not kept costs time, not the answer
+        # Not kept costs time, not the answer.
+        with suppress(OSError), atomic_write(path) as part, part.open("wb") as file:
             np.savez_compressed(file, allow_pickle=False, **known)
     return known
 
@@ -230,7 +215,7 @@ def _kernel() -> str:
 
 def computed_ways(one: Candidate, aspect: float, nodes: Sequence[tuple[int, int]], threads: int) -> NDArray[np.int8]:
     """What stones do under a motion at places of height and B/H, shape (nodes, frictions, levels, orientations)."""
-    kind = Kind(aspect=aspect)
+    kind = StoneKind(aspect=aspect)
     axes = (np.arange(len(nodes)), np.array(FRICTIONS), LEVELS / one.pgv, kind.orientations)
     node, friction, amplitude, orientation = (values.ravel() for values in np.meshgrid(*axes, indexing="ij"))
     height, shape = HEIGHTS[np.array(nodes)[:, 0]], SHAPES[np.array(nodes)[:, 1]]
@@ -244,19 +229,10 @@ def computed_ways(one: Candidate, aspect: float, nodes: Sequence[tuple[int, int]
 
 
 def _shares(ways: dict[str, NDArray[np.int8]], weight: FloatArray) -> NDArray[np.float32]:
-    """Probability of each way and of standing under one motion, smoothed over what differs between stones and over the site.
+    """Probability of each way and of standing under one motion, shape (levels, orientations, ways + 1).
 
-    Parameters
-    ----------
-    ways : dict of str to ndarray, shape (frictions, levels, orientations)
-        From `stored_ways`.
-    weight : ndarray, shape (heights, shapes)
-        From `Kind.weights`.
-
-    Returns
-    -------
-    ndarray, shape (levels, orientations, ways + 1)
-        Sums to 1 over the ways.
+    The ``ways`` of `stored_ways` smoothed over what differs between stones, by a ``weight`` of `StoneKind.weights`, and
+    over the site.
     """
     nodes = np.argwhere(weight > 0).tolist()
     outcome = np.stack([ways[f"{h}-{b}"] for h, b in nodes])

@@ -9,8 +9,7 @@ from overturning.figures.style import short
 from overturning.report.blocks import Answer, Block, Caution, Figure, Note, Section, Table
 from overturning.report.results import Results
 from overturning.report.text import counted, degrees, percent
-from overturning.surveys.inversion import LEVEL, NO_FIT, POWER
-from overturning.surveys.inversion_file import Backwards
+from overturning.surveys.inversion import LEVEL, NO_FIT, POWER, Backwards
 from overturning.units import CM
 
 SHOWN = 12

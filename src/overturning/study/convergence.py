@@ -74,110 +74,6 @@ class Counts(BaseModel):
         return Counts(**{name: getattr(self, name) + getattr(other, name) for name in Counts.model_fields})
 
 
-def compare(first: NDArray[np.int8], second: NDArray[np.int8], elsewhere: NDArray[np.bool_] | None = None) -> Counts:
-    """Count how far two arrays of `overturned` differ: +1, −1, 0, or −128 where there is no answer.
-
-    `elsewhere` says of each case in space whether its two falls go another way, which flags say in planes.
-    """
-    known = (first != INT8_MISSING) & (second != INT8_MISSING)
-    fell, fell_too = first != 0, second != 0
-    both = known & fell & fell_too
-    other = first != second if elsewhere is None else (first != second) | elsewhere
-    return Counts(
-        cases=int(known.sum()),
-        flags=int((known & (fell != fell_too)).sum()),
-        fallen=int(both.sum()),
-        sides=int((both & other).sum()),
-        unanswered=int((~known).sum()),
-    )
-
-
-Answers = NDArray[np.void]
-"""Answers to cases, of which `unanswered` makes room for `overturned`, `azimuth` and `block_steps`."""
-
-
-def unanswered(count: int, elements: int) -> Answers:
-    """Room for answers: a flag for each element, the azimuth of a fall in space in degrees, else NaN, and the work."""
-    answers = np.zeros(count, [("overturned", np.int8, (elements,)), ("azimuth", "f4"), ("block_steps", np.int64)])
-    answers["azimuth"] = np.nan
-    return answers
-
-
-def elsewhere(first: Answers, second: Answers) -> NDArray[np.bool_]:
-    """Which of the bodies in space that fall in both answers go `ASIDE` or more apart; in planes none."""
-    both = ((first["overturned"] == 1) & (second["overturned"] == 1)).all(axis=1)
-    turn = np.where(both, first["azimuth"], 0.0) - np.where(both, second["azimuth"], 0.0)
-    return np.asarray(np.abs((turn + 180.0) % 360.0 - 180.0) >= ASIDE)
-
-
-def differ(first: Answers, second: Answers) -> NDArray[np.bool_]:
-    """Which cases have another answer, of any element; shape (n,)."""
-    return (first["overturned"] != second["overturned"]).any(axis=1) | elsewhere(first, second)
-
-
-@dataclass(frozen=True)
-class Sample:
-    """Cases in the random order in which they are computed again, with the study's answers."""
-
-    record: NDArray[np.int64]  # position of the record, shape (n,)
-    index: NDArray[np.int64]  # positions along the dimensions of the study, shape (n, 4), or (n, 5) in space
-    answers: Answers
-    at_rest: NDArray[np.bool_]  # those below the thresholds of rocking and sliding, shape (n,)
-    divided: NDArray[np.bool_]  # some members of the ensemble fall and others stand, shape (n, elements)
-    computed: int  # cases of the study that were not mirrored, nor repeated in space
-    block_steps: int  # of the whole study
-
-    @property
-    def size(self) -> int:
-        """Number of cases."""
-        return len(self.record)
-
-
-def choose(
-    settings: Verification, records: int, computed: NDArray[np.bool_]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Choose cells of a study at random, each at most once: of each its record, shape (n,), and its index.
-
-    Any first part of the choice is a random choice too. Cells that are not `computed`, an array like the grid, the same
-    for every record, are not chosen: they mirror others and would be the same computation again.
-    """
-    cells = np.argwhere(computed)
-    total = records * len(cells)
-    wanted = min(total, max(settings.at_least, round(settings.share * records * computed.size)))
-    generator = np.random.Generator(np.random.PCG64(settings.seed))
-    chosen = generator.permutation(total)[:wanted]
-    return chosen // len(cells), cells[chosen % len(cells)]
-
-
-def read_sample(cube: Path, settings: Verification) -> Sample:
-    """Choose cells of a cube and read the study's answers to them; a ResultError where the cube cannot be read."""
-    with open_raw(cube, "opened", "run the study again") as file:
-        records = file.dimensions["record"].size
-        # The answers as recorded, where a study has its motions at several amplitudes.
-        recorded = (int(np.flatnonzero(file["amplitude"][:] == 1.0)[0]),) if "amplitude" in file.dimensions else ()
-        computed = file["mirrored" if "mirrored" in file.variables else "repeated"][(0, *recorded)] == 0
-        record, index = choose(settings, records, computed)
-        elements = file.dimensions["element"].size if "element" in file.dimensions else 1
-        answers, at_rest = unanswered(record.size, elements), np.zeros(record.size, np.bool_)
-        divided = np.zeros((record.size, elements), np.bool_)
-        chances = [name for name in _CHANCES if name in file.variables]
-        for number in range(records):
-            rows = np.flatnonzero(record == number)
-            where = tuple(index[rows].T)
-
-            def cells(name: str, number: int = number, where: Any = where, count: int = rows.size) -> NDArray[Any]:
-                return np.asarray(file[name][(number, *recorded)][where]).reshape(count, -1)
-
-            answers["overturned"][rows] = cells("overturned")
-            at_rest[rows] = cells("status")[:, 0] == 1
-            if chances:
-                falls = sum(cells(name) for name in chances)
-                divided[rows] = (falls > 0) & (falls < 1 - _ROUNDING)
-            if "fall_azimuth" in file.variables:
-                answers["azimuth"][rows] = cells("fall_azimuth")[:, 0]
-        return Sample(record, index, answers, at_rest, divided, records * int(computed.sum()), int(file.block_steps))
-
-
 class Outcome(Counts):
     """What changed of one element, whose name is empty for a block."""
 
@@ -222,25 +118,110 @@ class Convergence(BaseModel):
     def write(self, path: Path) -> None:
         """Write it as JSON."""
         with atomic_write(path) as part:
-            part.write_text(json.dumps(self.model_dump(), indent=1) + "\n", encoding="utf-8")
+            part.write_text(self.model_dump_json(indent=1) + "\n", encoding="utf-8")
 
     @classmethod
     def read(cls, path: Path) -> "Convergence":
         """Read what `write` wrote; a `ResultError` if it is missing or torn, or says less than this version."""
-        remedy = "run the study again, which makes the convergence check anew"
         try:
-            found = json.loads(path.read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            raise ResultError(f"{path}: no outcome of a convergence check; {remedy}") from None
-        try:
-            return cls.model_validate(found)
+            return cls.model_validate(json.loads(path.read_text(encoding="utf-8")))
         except ValidationError as error:
             first = error.errors()[0]
-            key = ".".join(map(str, first["loc"]))
             wrong = "is missing" if first["type"] == "missing" else first["msg"].lower()
-            raise ResultError(
-                f"{path}: {f'{key} ' if key else ''}{wrong}; written by another version: {remedy}"
-            ) from None
+            said = f"{'.'.join(map(str, first['loc']))} {wrong}; written by another version".lstrip()
+        except (OSError, ValueError):
+            said = "no outcome of a convergence check"
+        raise ResultError(f"{path}: {said}; run the study again, which makes the convergence check anew")
+
+
+Answers = NDArray[np.void]
+"""Answers to cases, of which `unanswered` makes room for `overturned`, `azimuth` and `block_steps`."""
+
+
+def unanswered(count: int, elements: int) -> Answers:
+    """Room for answers: a flag for each element, the azimuth of a fall in space in degrees, else NaN, and the work."""
+    answers = np.zeros(count, [("overturned", np.int8, (elements,)), ("azimuth", "f4"), ("block_steps", np.int64)])
+    answers["azimuth"] = np.nan
+    return answers
+
+
+def compare(first: NDArray[np.int8], second: NDArray[np.int8], elsewhere: NDArray[np.bool_] | None = None) -> Counts:
+    """Count how far two arrays of `overturned` differ: +1, −1, 0, or −128 where there is no answer.
+
+    `elsewhere` says of each case in space whether its two falls go another way, which flags say in planes.
+    """
+    known = (first != INT8_MISSING) & (second != INT8_MISSING)
+    fell, fell_too = first != 0, second != 0
+    both = known & fell & fell_too
+    other = first != second if elsewhere is None else (first != second) | elsewhere
+    counted = {"cases": known, "flags": known & (fell != fell_too), "fallen": both, "sides": both & other}
+    return Counts(**{name: int(mask.sum()) for name, mask in counted.items()}, unanswered=int((~known).sum()))
+
+
+def elsewhere(first: Answers, second: Answers) -> NDArray[np.bool_]:
+    """Which of the bodies in space that fall in both answers go `ASIDE` or more apart; in planes none."""
+    both = ((first["overturned"] == 1) & (second["overturned"] == 1)).all(axis=1)
+    turn = np.where(both, first["azimuth"], 0.0) - np.where(both, second["azimuth"], 0.0)
+    return np.asarray(np.abs((turn + 180.0) % 360.0 - 180.0) >= ASIDE)
+
+
+def differ(first: Answers, second: Answers) -> NDArray[np.bool_]:
+    """Which cases have another answer, of any element; shape (n,)."""
+    return (first["overturned"] != second["overturned"]).any(axis=1) | elsewhere(first, second)
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Cases in the random order in which they are computed again, with the study's answers."""
+
+    record: NDArray[np.int64]  # position of the record, shape (n,)
+    index: NDArray[np.int64]  # positions along the dimensions of the study, shape (n, 4), or (n, 5) in space
+    answers: Answers
+    at_rest: NDArray[np.bool_]  # those below the thresholds of rocking and sliding, shape (n,)
+    divided: NDArray[np.bool_]  # some members of the ensemble fall and others stand, shape (n, elements)
+    computed: int  # cases of the study that were not mirrored, nor repeated in space
+    block_steps: int  # of the whole study
+
+
+def choose(
+    settings: Verification, records: int, computed: NDArray[np.bool_]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Choose cells of a study at random, each at most once: of each its record, shape (n,), and its index.
+
+    Any first part of the choice is a random choice too. Cells that are not `computed`, an array like the grid, the same
+    for every record, are not chosen: they mirror others and would be the same computation again.
+    """
+    cells = np.argwhere(computed)
+    total = records * len(cells)
+    wanted = min(total, max(settings.at_least, round(settings.share * records * computed.size)))
+    chosen = np.random.Generator(np.random.PCG64(settings.seed)).permutation(total)[:wanted]
+    return chosen // len(cells), cells[chosen % len(cells)]
+
+
+def read_sample(cube: Path, settings: Verification) -> Sample:
+    """Choose cells of a cube and read the study's answers to them; a ResultError where the cube cannot be read."""
+    with open_raw(cube, "opened", "run the study again") as file:
+        records = file.dimensions["record"].size
+        # The answers as recorded, where a study has its motions at several amplitudes.
+        recorded = (int(np.flatnonzero(file["amplitude"][:] == 1.0)[0]),) if "amplitude" in file.dimensions else ()
+        computed = file["mirrored" if "mirrored" in file.variables else "repeated"][(0, *recorded)] == 0
+        record, index = choose(settings, records, computed)
+        place = np.argsort(np.argsort(record, kind="stable"))
+
+        def cells(name: str) -> NDArray[Any]:
+            """Values of the chosen cells, shape (n, elements or 1); one record is in memory at a time."""
+            of = [file[name][(at, *recorded)][tuple(index[record == at].T)] for at in range(records)]
+            return np.concatenate(of)[place].reshape(record.size, -1)
+
+        overturned = cells("overturned")
+        answers = unanswered(*overturned.shape)
+        answers["overturned"] = overturned
+        if "fall_azimuth" in file.variables:
+            answers["azimuth"] = cells("fall_azimuth")[:, 0]
+        falls = np.zeros(overturned.shape, np.float32)
+        falls += sum(cells(name) for name in _CHANCES if name in file.variables)
+        divided, at_rest = (falls > 0) & (falls < 1 - _ROUNDING), cells("status")[:, 0] == 1
+        return Sample(record, index, answers, at_rest, divided, records * int(computed.sum()), int(file.block_steps))
 
 
 def check_convergence(
@@ -276,11 +257,11 @@ def check_convergence(
         runs.run("finer", int(np.searchsorted(affordable, allowed - int(spent.sum()), side="right")))
     else:
         runs.run_affordable("finer", 1.0, allowed)
-    count, done = len(runs.answers["finer"]), sum(int(one["block_steps"].sum()) for one in runs.answers.values())
-    grid = grid_of(study)
+    grid, count = grid_of(study), len(runs.answers["finer"])
+    done = sum(int(one["block_steps"].sum()) for one in runs.answers.values())
     return Convergence(
         seed=settings.seed,
-        wanted=sample.size,
+        wanted=len(sample.record),
         chosen=count,
         at_rest=int(sample.at_rest[:count].sum()),
         cells=len(records) * grid.size,
@@ -310,13 +291,14 @@ class _Runs:
 
     def run_affordable(self, kind: str, factor: float, allowed: int) -> bool:
         """Compute first cases, until `factor` times what they cost reaches what is allowed; False if refused."""
-        size = min(PILOT, self.sample.size, max(self.sample.computed // 12, 1))
+        most = len(self.sample.record)
+        size = min(PILOT, most, max(self.sample.computed // 12, 1))
         while size > 0:
             done = len(self.answers[kind]) + size
             if not self.run(kind, done):
                 return False
             mean = factor * float(self.answers[kind]["block_steps"].mean())
-            affordable = self.sample.size if mean == 0 else min(self.sample.size, int(0.95 * allowed / mean))
+            affordable = most if mean == 0 else min(most, int(0.95 * allowed / mean))
             size = min(affordable - done, 3 * done)
         return True
 
@@ -329,7 +311,7 @@ class _Runs:
             return False
         self.answers[kind] = np.concatenate([self.answers[kind], more])
         if self.progress:
-            self.progress(sum(map(len, self.answers.values())), 2 * self.sample.size)
+            self.progress(sum(map(len, self.answers.values())), 2 * len(self.sample.record))
         return True
 
     def _compute(self, kind: str, rows: NDArray[np.int64], amplitude: float = 1.0) -> Answers:

@@ -1,6 +1,8 @@
 """Compute a random sample of a cube's cells again and compare them bit for bit."""
 
 from dataclasses import dataclass, field, replace
+from functools import cache
+from math import prod
 from pathlib import Path
 from typing import Any
 
@@ -47,44 +49,42 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
         raise ArgumentError(f"cells: {cells}; at least 1")
     with open_cube(path) as cube:
         study, variant = study_of(cube), str(cube.attrs["variant"])
-        folder = motions or path.parent / "motion" / (variant if site_of(study, variant) else "")
         names = [str(name) for name in cube["record_id"].to_numpy()]
+    folder = motions or path.parent / "motion" / (variant if site_of(study, variant) else "")
     grid, variables = grid_of(study, variant), variables_of(study)
-    generator = np.random.Generator(np.random.PCG64(seed))
+    # Under each motion as recorded, and at each of the study's amplitudes where there are several.
+    scales = grid.amplitude or (1.0,)
+    shape = (len(names), len(scales), *grid.shape)
+    motion_named = cache(lambda name: _motion(study, folder / f"{name}.nc"))
     with open_raw(path, "opened", "run the study again") as file:
-        # Under each motion as recorded, and at each of the study's amplitudes where there are several.
-        scales = grid.amplitude or (1.0,)
-        each = len(scales) * grid.size
-        result = Recheck(len(names) * each, content_hash(file, variables) == file.content_sha256)
+        result = Recheck(prod(shape), content_hash(file, variables) == file.content_sha256)
+        generator = np.random.Generator(np.random.PCG64(seed))
         chosen = np.sort(generator.choice(result.of, size=min(cells, result.of), replace=False))
-        for index, name in enumerate(names):
-            places = chosen[chosen // each == index] % each
-            if places.size == 0:
-                continue
-            motion_file = folder / f"{name}.nc"
-            if not motion_file.is_file():
-                raise ResultError(f"{motion_file}: no such motion; name the folder of the motions with --motions")
-            motion = motion_of(study, read_motion(motion_file))
-            stored = {variable.name: file[variable.name][index] for variable in variables}
-            for flat in places:
-                scale, *rest = (int(i) for i in np.unravel_index(flat, (len(scales), *grid.shape)))
-                place = tuple(rest)
-                cell = (scale, *place) if grid.amplitude else place
-                with_ensemble = "members" in stored and bool(stored["members"][cell] > 0)
-                again = _again(scaled(motion, scales[scale]), grid, place, study, variant, with_ensemble)
-                result.ensemble_cells += with_ensemble
-                result.cells += 1
-                where = ", ".join(f"{d} {getattr(grid, d)[i]:g}" for d, i in zip(grid.names, place, strict=True))
-                where += f", amplitude {scales[scale]:g}" if grid.amplitude else ""
-                for variable in (variable for variable in variables if variable.name in again):
-                    kept, new = stored[variable.name][cell], variable.stored(again[variable.name])
-                    if new.tobytes() != kept.tobytes():
-                        result.differences.append(f"{name}, {where}: {variable.name} is {kept} in the cube, {new} here")
+        for index, scale, *place in np.column_stack(np.unravel_index(chosen, shape)).tolist():
+            cell = (index, *((scale,) if grid.amplitude else ()), *place)
+            with_ensemble = "members" in file.variables and bool(file["members"][cell] > 0)
+            motion = scaled(motion_named(names[index]), scales[scale])
+            again = _again(motion, grid, place, study, variant, with_ensemble)
+            result.ensemble_cells += with_ensemble
+            result.cells += 1
+            where = ", ".join(f"{d} {getattr(grid, d)[i]:g}" for d, i in zip(grid.names, place, strict=True))
+            where += f", amplitude {scales[scale]:g}" if grid.amplitude else ""
+            for variable in (variable for variable in variables if variable.name in again):
+                kept, new = file[variable.name][cell], variable.stored(again[variable.name])
+                if new.tobytes() != kept.tobytes():
+                    text = f"{names[index]}, {where}: {variable.name} is {kept} in the cube, {new} here"
+                    result.differences.append(text)
     return result
 
 
+def _motion(study: Study, path: Path) -> Motion:
+    if not path.is_file():
+        raise ResultError(f"{path}: no such motion; name the folder of the motions with --motions")
+    return motion_of(study, read_motion(path))
+
+
 def _again(
-    motion: Motion, grid: Any, place: tuple[int, ...], study: Study, variant: str, with_ensemble: bool
+    motion: Motion, grid: Any, place: list[int], study: Study, variant: str, with_ensemble: bool
 ) -> dict[str, Any]:
     """The cell's values by name, computed from its direction and, before it, the one that may answer for it."""
     sources = representatives_of(study, grid, variant).cell[place[0]]

@@ -33,7 +33,7 @@ def commands() -> str:
     import click
     import typer
 
-    from overturning.cli import COMMANDS, app
+    from overturning.cli import app
 
     root: Any = typer.main.get_command(app)
     parts = []
@@ -44,8 +44,8 @@ def commands() -> str:
         for below, one in getattr(command, "commands", {}).items():
             add(one, f"{name} {below}")
 
-    for name in COMMANDS:
-        add(root.get_command(None, name), f"overturning {name}")
+    for name, command in root.commands.items():
+        add(command, f"overturning {name}")
     return "\n\n".join(parts)
 
 

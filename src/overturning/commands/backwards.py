@@ -5,10 +5,7 @@ from typing import Annotated
 
 import typer
 
-app = typer.Typer(rich_markup_mode=None)
 
-
-@app.command()
 def backwards(
     stones: Annotated[
         Path, typer.Argument(help="the survey (CSV): azimuth_deg or octant, b_over_h, height_m, round, …")

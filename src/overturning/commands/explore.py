@@ -5,10 +5,7 @@ from typing import Annotated
 
 import typer
 
-app = typer.Typer(rich_markup_mode=None)
 
-
-@app.command()
 def explore(
     cube: Annotated[Path, typer.Argument(help="cube of a study (NetCDF)")],
     output: Annotated[Path | None, typer.Option(help="page to make (default: explore.html beside the cube)")] = None,

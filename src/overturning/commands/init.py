@@ -5,15 +5,12 @@ from typing import Annotated
 
 import typer
 
-app = typer.Typer(rich_markup_mode=None)
-
 WORKFLOW = ("Snakefile", "profiles", "workflow")
 """What Snakemake needs beside a study, at the top of the repository and of any project."""
 
 PARTS = (*WORKFLOW, "config/records.tsv", "config/scenes", "config/schema.json", "config/README.md")
 
 
-@app.command()
 def init(folder: Annotated[Path, typer.Argument(help="folder to make")]) -> None:
     """Make a folder with a study, the record table, scenes, and the workflow that runs it."""
     import shutil

@@ -4,8 +4,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import typer
-
 from overturning.commands.declared import Declared, InPlane, InSpace, Outputs, Shaking, Stone, grouped
 
 if TYPE_CHECKING:
@@ -15,10 +13,7 @@ if TYPE_CHECKING:
     from overturning.motion.motion import Motion
     from overturning.records.record import Record
 
-app = typer.Typer(rich_markup_mode=None)
 
-
-@app.command()
 @grouped
 def one(shaking: Shaking, space: InSpace, plane: InPlane, stone: Stone, outputs: Outputs, given: Declared) -> None:
     """Simulate one block or scene, print what it does, and make a film or a figure of it."""

@@ -5,10 +5,7 @@ from typing import Annotated
 
 import typer
 
-app = typer.Typer(rich_markup_mode=None)
 
-
-@app.command()
 def recheck(
     cube: Annotated[Path, typer.Argument(help="the cube (NetCDF)")],
     motions: Annotated[

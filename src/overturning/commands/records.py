@@ -9,7 +9,7 @@ import typer
 from overturning.commands.add import add
 from overturning.commands.declared import Declared, grouped
 
-app = typer.Typer(rich_markup_mode=None, no_args_is_help=True, help="Check record files, or fetch them.")
+app = typer.Typer(no_args_is_help=True, help="Check record files, or fetch them.")
 
 
 @app.command()
@@ -95,7 +95,7 @@ def plot(
 
 app.command()(add)
 
-fetch = typer.Typer(rich_markup_mode=None, no_args_is_help=True, help="Fetch records into a folder, checked and whole.")
+fetch = typer.Typer(no_args_is_help=True, help="Fetch records into a folder, checked and whole.")
 app.add_typer(fetch, name="fetch")
 
 Folder = Annotated[Path, typer.Option(help="where files go; what is there already is not fetched again")]

@@ -5,9 +5,7 @@ from typing import Annotated
 
 import typer
 
-app = typer.Typer(
-    rich_markup_mode=None, no_args_is_help=True, help="Write or check a study file; write schema and key table."
-)
+app = typer.Typer(no_args_is_help=True, help="Write or check a study file; write schema and key table.")
 
 
 @app.command()

@@ -5,10 +5,7 @@ from typing import Annotated
 
 import typer
 
-app = typer.Typer(rich_markup_mode=None)
 
-
-@app.command()
 def survey(
     stones: Annotated[Path, typer.Argument(help="the survey (CSV): azimuth_deg or octant, count, …")],
     cube: Annotated[Path, typer.Option(help="cube of a study that holds the site's record (NetCDF)")],

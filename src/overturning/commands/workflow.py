@@ -12,8 +12,6 @@ from typing import Annotated, Any
 
 import typer
 
-app = typer.Typer(rich_markup_mode=None)
-
 Study = Annotated[str, typer.Option(help="study file, or its content as JSON")]
 Beside = Annotated[
     str | None,
@@ -43,7 +41,6 @@ def _per_cents() -> Callable[[int, int], None]:
     return progress
 
 
-@app.command()
 def read(
     study: Study,
     record: Annotated[str, typer.Option(help="id in the record table")],
@@ -71,7 +68,6 @@ def _with_records(study: str, motions: Path) -> tuple[Any, list[Any]]:
     return settings, [read_motion(motions / f"{name}.nc") for name in settings.records.use]
 
 
-@app.command()
 def surface(
     study: Study,
     motions: Motions,
@@ -88,7 +84,6 @@ def surface(
         write_motion(process(rock, (), site_of(settings, variant)), output / f"{rock.record_id}.nc", unprocessed=rock)
 
 
-@app.command()
 def rotate(study: Study, motions: Motions, output: NetCDF) -> None:
     """Write the intensity measures of all records along every azimuth."""
     from overturning.study.intensity import write_intensity
@@ -96,7 +91,6 @@ def rotate(study: Study, motions: Motions, output: NetCDF) -> None:
     write_intensity(*_with_records(study, motions), output)
 
 
-@app.command()
 def members(study: Study, output: Annotated[Path, typer.Option(help="table of members to make (CSV)")]) -> None:
     """Draw the members of a study's ensemble, once for all its jobs."""
     from overturning.study.load import study_from
@@ -105,7 +99,6 @@ def members(study: Study, output: Annotated[Path, typer.Option(help="table of me
     write_members(draw_members(study_from(study).ensemble), output)
 
 
-@app.command()
 def sweep(
     study: Study,
     motion: Annotated[Path, typer.Option(help="processed motion (NetCDF)")],
@@ -129,7 +122,6 @@ def sweep(
     sweep_record(settings, record, output, variant, members=drawn, chunk=part, numerics=numerics)
 
 
-@app.command()
 def gather(
     study: Study,
     motions: Motions,
@@ -146,7 +138,6 @@ def gather(
     gather_parts(settings, records, parts_of(parts, settings.records.use, chunks), output, variant)
 
 
-@app.command()
 def fragility(
     study: Study,
     cube: Cube,
@@ -173,7 +164,6 @@ def fragility(
         write_openquake(chosen, output / f"fragility-{measure.lower()}.xml", "gravestones")
 
 
-@app.command()
 def check_convergence(
     study: Study,
     motions: Motions,
@@ -193,7 +183,6 @@ def check_convergence(
     compute_again(settings, records, sample, threads, _per_cents()).write(output)
 
 
-@app.command()
 def figures(
     cube: Cube,
     intensity: Annotated[Path, typer.Option(help="intensity measures by azimuth (NetCDF)")],
@@ -209,7 +198,6 @@ def figures(
     draw_study(cube, intensity, motions, output, threads, study_from(study).figures if study else None)
 
 
-@app.command()
 def report(
     results: Annotated[Path, typer.Option(help="folder of the study's results")],
     output: Annotated[Path, typer.Option(help="page to make (HTML)")],
@@ -221,3 +209,7 @@ def report(
     from overturning.study.load import study_from
 
     write_report(results, output, pdf, study_from(study) if study else None)
+
+
+STEPS = (read, surface, rotate, members, sweep, gather, check_convergence, fragility, figures, report)
+"""All of them, in the order of a run."""

@@ -118,7 +118,7 @@ class LogHandler(LogHandlerBase):
         if self._drawing is not None:
             self._drawing.join()
             self._clear()
-        if self._expected.begun and self._failures and not self._stopped:
+        if self._expected.steps and self._failures and not self._stopped:
             self._say(f"The run failed; all that Snakemake says is in .snakemake/log; {_GOES_ON}.")
             for text in self._failures:
                 self._say(text)
@@ -137,7 +137,8 @@ class LogHandler(LogHandlerBase):
             self._drawing.start()
         elif event == LogEvent.JOB_INFO:
             name = " ".join([about["rule_name"], *map(str, about["wildcards"].values())])
-            self._expected.begin(about["jobid"], about["rule_name"], name, [Path(log) for log in about["log"]])
+            logs, size = [Path(log) for log in about["log"]], _relative_size(about["input"])
+            self._expected.begin(about["jobid"], about["rule_name"], name, logs, size)
         elif event in (LogEvent.JOB_FINISHED, LogEvent.JOB_ERROR):
             well = event == LogEvent.JOB_FINISHED
             self._expected.end(about["job_id" if well else "jobid"], well)
@@ -165,6 +166,15 @@ class LogHandler(LogHandlerBase):
     def _clear(self) -> None:
         if sys.stderr.isatty():
             print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+
+
+def _relative_size(inputs: list[str]) -> float:
+    """Size of the first file that a job reads, for instance a motion, over the mean of those of its kind beside it."""
+    with suppress(OSError, IndexError, ZeroDivisionError):
+        first = Path(str(inputs[0]))
+        sizes = [path.stat().st_size for path in first.parent.glob(f"*{first.suffix}")]
+        return first.stat().st_size * len(sizes) / sum(sizes)
+    return 1.0
 
 
 def _words_of_step(rule: str, logs: list[str]) -> str:

@@ -1,8 +1,9 @@
-"""How far a run is and how long it has to go, from what its jobs were expected to take and what they have taken."""
+"""How far a run is and how long it has to go, from the work that its jobs have done and have yet to do."""
 
 import math
 import re
 import time
+from collections import Counter, defaultdict
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,11 +12,14 @@ from typing import Final
 UNKNOWN: Final = 2.0
 """Seconds that a job is expected to take of which nothing is known."""
 
-_TRUSTED: Final = 0.2
+_TRUSTED: Final = 0.5
 """How much of the plan counts as run in the time that was expected, lest the first jobs decide alone."""
 
 _SMOOTHED: Final = 0.1
-"""Time over which the end that is said follows the one that is expected, over that of the plan."""
+"""Time over which the time that is said follows a shorter one that is expected, over that of the plan."""
+
+_LONGER: Final = 1.5
+"""How many times longer than said the time to go must be for more to be said: the run is not what it seemed."""
 
 _ALMOST: Final = 0.95
 """Share of a job that is done at most as long as it runs."""
@@ -29,42 +33,40 @@ class Job:
 
     Attributes
     ----------
-    name : str
-        Rule and wildcards, for the line.
-    seconds : float
-        Time that it is expected to take, s.
-    weight : float
-        Time that it is expected to add to the run, s.
+    rule, name : str
+        Its rule, and rule and wildcards for the line.
+    size : float
+        Its work over that of the mean job of its rule.
     began : float
         When it began, s.
     logs : list of Path
         Its log files; a step that knows how far it is writes per cents there.
     """
 
+    rule: str
     name: str
-    seconds: float
-    weight: float
+    size: float
     began: float
     logs: list[Path]
 
-    def share(self, now: float, pace: float) -> float:
-        """Share of it that is done: what its log says last, or else by the time that has gone at the pace so far."""
+    def said(self) -> float | None:
+        """Share of it that is done, as its log says last."""
         for log in self.logs:
             with suppress(OSError), log.open("rb") as file:
                 file.seek(max(log.stat().st_size - _TAIL, 0))
-                if said := re.findall(rb"(\d+)%", file.read()):
-                    return min(int(said[-1]) / 100, _ALMOST)
-        return min((now - self.began) / max(self.seconds * pace, 1e-9), _ALMOST)
+                if shares := re.findall(rb"(\d+)%", file.read()):
+                    return min(int(shares[-1]) / 100, _ALMOST)
+        return None
 
 
 @dataclass
 class Expected:
     """What a run is expected to take, and what it has taken.
 
-    Jobs of one rule run beside each other, `at_once` of them at most; rules follow one another. So a job adds its
-    expected time, divided by the number that run at once, to that of the run. The pace is the time taken over that
-    expected for what is done; a part of the plan counts as done at the pace expected, so that it does not jump with the
-    first jobs.
+    The work of a rule is counted in mean jobs. What a mean job takes is learned from those that have ended and from
+    what running ones say in their logs; until then it is the expected time at the pace of the other rules. Jobs of one
+    rule run beside each other, `at_once` of them at most; rules follow one another. The time that is said falls as the
+    work does and rises only where it was far too short.
 
     Attributes
     ----------
@@ -77,60 +79,82 @@ class Expected:
     seconds: dict[str, float] = field(default_factory=dict)
     at_once: int = 1
     steps: int = 0
-    total: float = 0.0
     finished: int = 0
-    done: float = 0.0
-    began: float = 0.0
-    _counts: dict[str, int] = field(default_factory=dict)
+    _began: float = 0.0
+    _counts: Counter[str] = field(default_factory=Counter)  # jobs of each rule that have not ended
+    _waiting: dict[str, float] = field(default_factory=dict)  # work of each rule that has not begun
+    _taken: dict[str, float] = field(
+        default_factory=lambda: defaultdict(float)
+    )  # seconds that ended jobs of each rule took
+    _done: dict[str, float] = field(default_factory=lambda: defaultdict(float))  # their work
     _running: dict[int, Job] = field(default_factory=dict)
-    _ends: float | None = None  # when the run ends, as last said
-    _looked: float = 0.0
-
-    @property
-    def begun(self) -> bool:
-        """Whether any jobs are planned."""
-        return self.steps > 0
+    _planned: float = 0.0  # seconds of all jobs
+    _said: tuple[float, float] | None = None  # when, and which time to go
 
     def plan(self, counts: dict[str, int], now: float | None = None) -> None:
         """Take note of how many jobs of each rule there are."""
-        self._counts, self.steps = counts, sum(counts.values())
-        self.total = sum(count * self._weight(rule) for rule, count in counts.items())
-        self.began = time.time() if now is None else now
+        self._counts, self._waiting, self.steps = Counter(counts), {**counts}, sum(counts.values())
+        self._planned = sum(count * self.seconds.get(rule, UNKNOWN) for rule, count in counts.items())
+        self._began = time.time() if now is None else now
 
-    def begin(self, job: int, rule: str, name: str, logs: list[Path], now: float | None = None) -> None:
-        """Take note of a job that begins."""
-        began = time.time() if now is None else now
-        self._running[job] = Job(name, self.seconds.get(rule, UNKNOWN), self._weight(rule), began, logs)
+    def begin(
+        self, job: int, rule: str, name: str, logs: list[Path], size: float = 1.0, now: float | None = None
+    ) -> None:
+        """Take note of a job that begins, with its work over that of the mean job of its rule."""
+        left, begun = self._waiting.get(rule, 1.0), sum(one.rule == rule for one in list(self._running.values()))
+        size = left if self._counts[rule] - begun <= 1 else min(size, left)  # the last one takes what is left
+        self._waiting[rule] = left - size
+        self._running[job] = Job(rule, name, size, time.time() if now is None else now, logs)
 
-    def end(self, job: int, well: bool) -> None:
+    def end(self, job: int, well: bool, now: float | None = None) -> None:
         """Take note of a job that has ended, well or not."""
-        ended = self._running.pop(job, None)
-        if ended is not None and well:
+        if (ended := self._running.pop(job, None)) is None:
+            return
+        self._counts[ended.rule] -= 1
+        if well:
             self.finished += 1
-            self.done += ended.weight
+            self._taken[ended.rule] += (time.time() if now is None else now) - ended.began
+            self._done[ended.rule] += ended.size
 
     def to_go(self, now: float) -> tuple[float, float]:
-        """Share of the run that is done, and the time to go, s."""
-        taken, done = now - self.began, self.done
-        trusted = _TRUSTED * self.total
-        pace = (taken + trusted) / (done + trusted) if done else 1.0
-        done += sum(job.weight * job.share(now, pace) for job in list(self._running.values()))
-        pace = (taken + trusted) / (done + trusted)
-        ends = now + max(self.total - done, 0.0) * pace
-        # Drawn towards what is known now, not set to it.
-        drawn = 1.0 if self._ends is None else -math.expm1((self._looked - now) / max(_SMOOTHED * self.total, 1e-9))
-        self._ends = ends if self._ends is None else self._ends + drawn * (ends - self._ends)
-        self._looked = now
-        return (done / self.total if self.total else 0.0), max(self._ends - now, 0.0)
+        """Share of the time that has gone, and the time to go, s."""
+        left, before = self._left(now), self._said
+        if before is not None:
+            gone = now - before[0]
+            falling = before[1] * max(1.0 - gone / max(left, 1e-9), 0.0)
+            off = left - falling if not falling < left < _LONGER * falling + UNKNOWN else 0.0
+            left = falling - off * math.expm1(-gone / max(_SMOOTHED * (now - self._began + left), 1e-9))
+        self._said = now, left
+        return (now - self._began) / max(now - self._began + left, 1e-9), left
 
     def line(self, now: float | None = None) -> str:
-        """One line: steps, share of the work, time to go, and what runs."""
+        """One line: steps, share of the time, time to go, and what runs."""
         share, seconds = self.to_go(time.time() if now is None else now)
         names = ", ".join(job.name for job in list(self._running.values()))
         return f"{self.finished} of {self.steps} steps, {share:.0%}, {clock(seconds)} to go: {names}".removesuffix(": ")
 
-    def _weight(self, rule: str) -> float:
-        return self.seconds.get(rule, UNKNOWN) / min(self._counts.get(rule, 1), self.at_once)
+    def _left(self, now: float) -> float:
+        """Time that the work to be done takes, s, as far as is known now."""
+        running = [(job, now - job.began, job.said()) for job in list(self._running.values())]
+        taken, done = self._taken.copy(), self._done.copy()
+        for job, gone, share in running:
+            if share is not None:
+                taken[job.rule] += gone
+                done[job.rule] += share * job.size
+        expected = {rule: self.seconds.get(rule, UNKNOWN) for rule in self._counts}
+        trusted = _TRUSTED * self._planned
+        pace = (sum(taken.values()) + trusted) / max(sum(done[rule] * expected[rule] for rule in done) + trusted, 1e-9)
+        left = 0.0
+        for rule, count in self._counts.items():
+            each = (taken[rule] + pace * expected[rule]) / (done[rule] + 1.0)
+            parts = [
+                max(job.size * each * (1.0 - share) if share is not None else job.size * each - gone, 0.0)
+                for job, gone, share in running
+                if job.rule == rule
+            ]
+            work = self._waiting[rule] * each + sum(parts)
+            left += max([work / max(min(count, self.at_once), 1), *parts])
+        return left
 
 
 def clock(seconds: float) -> str:

@@ -258,14 +258,14 @@ def test_published_values(one_record: Make) -> None:
 def test_the_fit(opened: Results, monkeypatch: pytest.MonkeyPatch) -> None:
     numbers = [np.array([0.5, 3.0, 1.0, -2.0, -1.0]) + shift for shift in (0.0, -1.0, 1.0)]
     names = ("intercept", "PGA", "ratio", "shape", "size")
-    fit = LogisticFit(names, numbers[0], np.zeros(5), *numbers[1:], 1234, 5, np.full(4, -0.5), np.ones(4), 0.95)
+    fit = LogisticFit(names, numbers[0], np.zeros(5), *numbers[1:], 1234, 9, np.full(4, -0.5), np.ones(4), 0.95)
     monkeypatch.setattr("overturning.report.sections.cause.overturning_fit", lambda *_: fit)
     shown = cause(opened)
     (table,) = tables(shown)
     assert table.rows[0] == ("intercept", "0.50", "−0.50 to 1.50", "–")
     assert table.rows[3] == ("shape", "−2.00", "−3.00 to −1.00", "−0.50 to 1.00")
-    assert "1,234 planes and blocks of 5 earthquakes" in text_of(shown)
-    assert "5 earthquakes cannot tell by how much the odds of a fall grow" in text_of(shown)
+    assert "1,234 planes and blocks of 9 earthquakes" in text_of(shown)
+    assert "odds of a fall are multiplied by 8 (4 to 16) where PGA" in text_of(shown)
 
 
 @pytest.mark.parametrize("run", [True, False])

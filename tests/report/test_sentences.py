@@ -107,7 +107,8 @@ def test_doubling() -> None:
     assert "by 8 (4 to 16) where PGA, and PGV with it, doubles" in pga
     assert "by 0.5 (0.25 to 1) where the size of a block alone doubles" in size
     assert untold == "9 earthquakes cannot tell by how much the odds of a fall grow where PGV alone doubles."
-    assert doubling_sentence(fit_of(*numbers, earthquakes=7)).startswith("7 earthquakes cannot tell")
+    no_ends = [[nothing] * 5] * 2
+    assert doubling_sentence(fit_of(numbers[0], *no_ends, earthquakes=7)).startswith("7 earthquakes cannot tell")
     assert doubling_sentence(fit_of(*([[nothing] * 5] * 3))) == ""
 
 

@@ -38,6 +38,19 @@ def test_refuses_what_is_no_share() -> None:
         lognormal_fit([1.0, 2.0], [0.0, 1.2])
 
 
+def test_the_interval_is_that_of_all_samples_of_earthquakes() -> None:
+    """Eight earthquakes, four with a median of 0.5 and four of 1: the samples that hold one of either are the ends.
+
+    Of the four of 1 a sample has none with probability 0.4 %, at most one with 3.5 % (binomial, 8 draws), so the 2.5 %
+    quantile is that of one.
+    """
+    x, median = np.geomspace(0.1, 3, 15), np.repeat([0.5, 1.0], 4)
+    share = norm.cdf(np.log(x / median[:, None]) / 0.3).ravel()
+    ends = [lognormal_fit(np.tile(x, 8), share, np.repeat([8 - k, k], 60))[0] for k in (1, 7)]
+    curve = fragility("all", ("PGA", "g"), np.tile(x, 8), share, np.repeat(list("abcdefgh"), 15))
+    assert curve.median_interval == pytest.approx(ends, rel=1e-6)
+
+
 def test_formats(tmp_path: Path) -> None:
     x = np.tile(np.geomspace(0.1, 2, 20), 4)
     event = np.repeat(list("abcdefgh"), 10)

@@ -60,11 +60,13 @@ def test_one_outcome_only(outcome: list[int], word: str) -> None:
     assert word in logistic_fit([[1.0], [2.0], [3.0]], outcome, [0, 1, 2]).note
 
 
-def test_one_earthquake_gives_no_interval() -> None:
-    fit = logistic_fit(np.array(TEMPERATURE)[:, None], DISTRESS, np.zeros(23))
-    assert "single earthquake" in fit.note
+@pytest.mark.parametrize("earthquakes", [1, 2, 7, 8])
+def test_few_earthquakes_give_no_interval(earthquakes: int) -> None:
+    """Fewer than eight give none anywhere."""
+    fit = logistic_fit(np.array(TEMPERATURE)[:, None], DISTRESS, np.arange(23) % earthquakes)
     assert np.isfinite(fit.coefficient).all()
-    assert np.isnan(fit.low).all()
+    assert np.isfinite([fit.low, fit.high]).all() == (earthquakes == 8)
+    assert ("no interval: fewer than 8 earthquakes" in fit.note) == (earthquakes < 8)
 
 
 def test_a_constant_predictor_has_no_coefficient() -> None:

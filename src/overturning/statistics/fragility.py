@@ -9,7 +9,6 @@ from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import minimize
 from scipy.special import log_ndtr, ndtr
 
 from overturning.arrays import FloatArray
@@ -19,6 +18,15 @@ from overturning.statistics.bootstrap import Interval, bootstrap
 
 LEVELS: Final = 25
 """Intensities at which a curve is written."""
+
+MOST_ITERATIONS: Final = 100
+"""Steps of a fit before it counts as without end."""
+
+LARGEST_STEP: Final = 2.0
+"""Change of a fit's constant or slope, in standard deviations of the data, in one step."""
+
+MOST_AT_ONCE: Final = 500_000
+"""Values that are fitted in one go: samples times shares."""
 
 
 @dataclass(frozen=True)
@@ -79,19 +87,39 @@ def lognormal_fit(intensity: ArrayLike, share: ArrayLike, weight: ArrayLike | No
         raise ArgumentError("intensities must be positive, and shares lie in 0 to 1")
     if x.size < 2 or y.min() == y.max():
         return math.nan, math.nan
-    logs = np.log(x)
+    (median,), (spread,) = _fits(np.log(x), y, w[None])
+    return float(median), float(spread)
 
-    def loss(parameters: FloatArray) -> float:
-        z = parameters[0] + parameters[1] * logs
-        return -float((w * (y * log_ndtr(z) + (1 - y) * log_ndtr(-z))).sum())
 
-    slope = 1 / max(float(logs.std()), 1e-3)
-    fit = minimize(loss, [-slope * float(logs.mean()), slope], method="BFGS")
-    constant, slope = (float(value) for value in fit.x)
+def _fits(logs: FloatArray, y: FloatArray, weight: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Medians and spreads, shape (m,), of `lognormal_fit` with each row of weights, shape (m, n), by Fisher scoring.
+
+    McCullagh & Nelder 1989, Generalized Linear Models, section 2.5. NaN also where the iteration does not come to rest.
+    """
+    middle, width = float(logs.mean()), max(float(logs.std()), 1e-3)
+    scaled = (logs - middle) / width
+    # Constant and slope of each row, and which rows still move.
+    found, moving = np.tile([0.0, 1.0], (len(weight), 1)), np.ones(len(weight), bool)
+    for _ in range(MOST_ITERATIONS):
+        if not moving.any():
+            break
+        w, z = weight[moving], found[moving, :1] + found[moving, 1:] * scaled
+        density = -0.5 * z * z - 0.5 * math.log(2 * math.pi)
+        falls, stands = np.exp(density - log_ndtr(z)), np.exp(density - log_ndtr(-z))
+        score, information = w * (y * falls - (1 - y) * stands), w * falls * stands
+        gradient = np.stack([score.sum(axis=1), score @ scaled], axis=1)
+        a, b, c = information.sum(axis=1), information @ scaled, information @ scaled**2
+        with np.errstate(divide="ignore", invalid="ignore"):
+            step = np.stack([c * gradient[:, 0] - b * gradient[:, 1], a * gradient[:, 1] - b * gradient[:, 0]], axis=1)
+            step /= (a * c - b * b)[:, None]
+        step *= np.minimum(1.0, LARGEST_STEP / np.maximum(np.abs(step).max(axis=1), LARGEST_STEP))[:, None]
+        found[moving] += step
+        moving[moving] = np.abs(gradient).max(axis=1) > 1e-9 * w.sum(axis=1)
+    found[moving] = np.nan
+    slope = found[:, 1] / width
     # A slope without bound separates falls from stands; a spread above 3 says that the shares hardly grow with it.
-    if not (1 / 3 < slope < 1e3 and math.isfinite(constant)):
-        return math.nan, math.nan
-    return math.exp(-constant / slope), 1 / slope
+    slope = np.where((slope > 1 / 3) & (slope < 1e3), slope, np.nan)
+    return np.exp(middle - found[:, 0] / slope), 1 / slope
 
 
 def fragility(
@@ -100,9 +128,6 @@ def fragility(
     intensity: FloatArray,
     share: FloatArray,
     event: NDArray[np.str_],
-    *,
-    draws: int = 100,
-    seed: int = 1,
 ) -> Fragility:
     """Fragility curve of a class of stones with the interval of its median; arrays have shape (n,)."""
     known = np.isfinite(share) & (intensity > 0)
@@ -111,12 +136,13 @@ def fragility(
     names, member = np.unique(event, return_inverse=True)
 
     def medians(drawn: NDArray[np.intp]) -> FloatArray:
-        counts = (np.bincount(events, minlength=names.size) for events in drawn)
-        return np.array([lognormal_fit(intensity, share, count[member])[0] for count in counts])
+        count = (drawn[:, :, None] == np.arange(names.size)).sum(axis=1, dtype=np.float64)
+        parts = np.array_split(count, math.ceil(len(drawn) * share.size / MOST_AT_ONCE))
+        return np.concatenate([_fits(np.log(intensity), share, part[:, member])[0] for part in parts])
 
     ends_of_median = Interval()
     if math.isfinite(median):
-        ends_of_median = bootstrap(medians, np.arange(names.size), draws=draws, seed=seed)
+        ends_of_median = bootstrap(medians, np.arange(names.size))
     ends = (float(intensity.min()), float(intensity.max())) if intensity.size else (math.nan, math.nan)
     return Fragility(name, *measure, median, spread, ends_of_median, *ends)
 

@@ -12,6 +12,7 @@ from scipy.special import stdtrit
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.falls import model_of
+from overturning.statistics.bootstrap import FEWEST_EARTHQUAKES
 from overturning.statistics.by_record import one_record
 from overturning.units import STANDARD_GRAVITY
 
@@ -32,7 +33,8 @@ class LogisticFit:
     names : tuple of str
         ``intercept`` and the predictors.
     coefficient, standard_error, low, high : ndarray, shape (k,)
-        Estimates, cluster-robust standard errors and intervals; NaN where not to be had.
+        Estimates, cluster-robust standard errors and intervals; NaN where not to be had, the latter two of fewer than
+        `FEWEST_EARTHQUAKES` clusters.
     rows, clusters : int
         Rows that entered and independent clusters (earthquakes) they came from.
     minimum, maximum : ndarray, shape (k − 1,)
@@ -123,12 +125,12 @@ def logistic_fit(
         back[0, 1:] = -centre[varies] / scale[varies]
         back[1 + np.flatnonzero(varies), 1 + np.arange(int(varies.sum()))] = 1 / scale[varies]
         coefficient = np.where(np.concatenate(([True], varies)), back @ beta, np.nan)
-        if groups > 1:
+        if groups >= FEWEST_EARTHQUAKES:
             variance = np.diag(_sandwich(design, y, w, beta, member, back))
         else:
-            note = "no interval: a single earthquake"
+            note = f"no interval: fewer than {FEWEST_EARTHQUAKES} earthquakes"
     error = np.where(np.isfinite(coefficient), np.sqrt(variance), np.nan)
-    half = float(stdtrit(groups - 1, (1 + level) / 2)) * error if groups > 1 else error
+    half = float(stdtrit(groups - 1, (1 + level) / 2)) * error
     nowhere = np.full(len(label) - 1, np.nan)
     return LogisticFit(
         names=label,

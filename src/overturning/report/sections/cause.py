@@ -6,7 +6,6 @@ from overturning.figures.style import short
 from overturning.report.blocks import Block, Figure, Note, Paragraph, Section, Table
 from overturning.report.results import Results
 from overturning.report.text import counted, interval, number
-from overturning.statistics.bootstrap import FEWEST_EARTHQUAKES
 from overturning.statistics.logistic import LogisticFit, describe, overturning_fit
 
 DOUBLED = {1: "PGA, and PGV with it,", 2: "PGV alone", 4: "the size of a block alone"}
@@ -58,7 +57,7 @@ def doubling_sentence(fit: LogisticFit) -> str:
         factor, low, high = (2.0 ** float(values[place]) for values in (fit.coefficient, fit.low, fit.high))
         if math.isnan(factor):
             continue
-        if fit.clusters >= FEWEST_EARTHQUAKES and high <= WIDEST * low:
+        if high <= WIDEST * low:
             parts.append(f"by {short(factor)} ({short(low)} to {short(high)}) where {what} doubles")
         else:
             untold.append(what.strip(","))

@@ -17,9 +17,7 @@ import typer
 
 from overturning.arrays import FloatArray
 from overturning.dem.body.cases import SpaceCases
-from overturning.dem.body.plan import SPACE_SCHEMES
 from overturning.dem.body.run import run_in_space
-from overturning.dem.numerics import Numerics
 from overturning.model.shapes import Circle, Rectangle
 from overturning.report.sections.backwards import backwards_sentences, cautions, draw_posterior
 from overturning.surveys.inversion import NO_FIT, POWER, Backwards, Inversion, Posterior
@@ -77,7 +75,7 @@ def survey(motion: Candidate, generator: np.random.Generator) -> Truth:
         np.nan_to_num(face) - turned, height, shape * np.exp(draw.normal(0, alike, count)), 1.0, friction,
         level / motion.pgv * np.exp(draw.normal(0, site, count)), damping,
     )  # fmt: skip
-    result = run_in_space(Circle() if columns else Rectangle(), motion.motion, cases, Numerics(scheme=SPACE_SCHEMES[0]))
+    result = run_in_space(Circle() if columns else Rectangle(), motion.motion, cases)
     azimuth = result.fall_azimuth + turned + draw.normal(0, 8, count)
     fell = result.overturned == 1
     lapse = draw.random(count) < lapses

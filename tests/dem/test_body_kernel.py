@@ -1,13 +1,15 @@
 """The kernel in space: equal to the plane's, mirror images, the same bits in any company, the stable step, energy."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from overturning.dem import run as run_module
+from overturning.dem.body import plan as body_plan
 from overturning.dem.body.cases import SpaceCases
-from overturning.dem.body.plan import Start, plan_in_space
+from overturning.dem.body.plan import Start
 from overturning.dem.body.rules import ROW
 from overturning.dem.body.simulate import simulate_in_space_arrays
 from overturning.dem.body.statics import highest_mode
@@ -24,6 +26,7 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.body_starts import level
 from tests.dem.near_field import near_field
+from verification.reference import body_cundall
 
 SOFT = VertexContact(2e-5)
 NAMES = [item.name for item in SPACE_VARIABLES]
@@ -39,6 +42,12 @@ def part(number: int, up: bool = True) -> Motion:
 
 
 BOTH = pytest.mark.parametrize("scheme", ["centred", "cundall"])
+
+
+@pytest.fixture(autouse=True)
+def _both_schemes() -> Iterator[None]:
+    with body_cundall.in_use():
+        yield
 
 
 @pytest.mark.parametrize("number", [1, 7])
@@ -113,7 +122,7 @@ def test_the_stable_step_is_the_limit(
         slow = 1e-4 * sunk * np.sqrt(normal)
         turning = tuple(slow / body.foot * np.array([1.0, 0.7, 0.3]))
         start = Start((0.0, 0.0, body.foot - sunk), (1.0, 0.0, 0.0, 0.0), (slow, 0.5 * slow, 0.2 * slow), turning)
-        plan = plan_in_space(
+        plan = body_plan.plan_in_space(
             shape, motion, SpaceCases(0.0, 0.6, ratio, aspect, 10.0), Numerics(scheme="cundall", leave_out=False), SOFT,
             start
         )  # fmt: skip

@@ -14,7 +14,6 @@ from numba import typeof
 from overturning.dem.block.rules import SCHEMES
 from overturning.dem.block.state import COLUMNS, ROWS, TICKS
 from overturning.dem.body import centred_loops as space_centred
-from overturning.dem.body import cundall as space_cundall
 from overturning.dem.body import state as space
 from overturning.dem.kernel.lanes import aligned
 from overturning.dem.polygon import centred, cundall, equations, rows
@@ -74,9 +73,6 @@ LOOPS: dict[str, Compile] = {
 } | {
     f"space, {name}, {loop}": compiled(getattr(scheme, loop), BODY, *more)
     for name, scheme, loop, more in (
-        ("cundall", space_cundall, "touch_all", (POINT, POINT.copy(), space.COLUMNS)),
-        ("cundall", space_cundall, "roll_all", (POINT, POINT.copy(), space.COLUMNS, 1.0, 0.0)),
-        ("cundall", space_cundall, "move_all", (space.COLUMNS,)),
         ("centred", space_centred, "foresee_all", (space.COLUMNS, 128.0)),
         ("centred", space_centred, "touch_all", (POINT, POINT.copy(), space.COLUMNS)),
         ("centred", space_centred, "share_all", (POINT, POINT.copy(), space.COLUMNS)),

@@ -242,6 +242,7 @@ def test_a_polyhedron_has_its_own_sizes() -> None:
         ({"contact": {"stiffness": 1e6}}, "in space stiffness is auto"),
         ({"variants": {"hard": {"contact": {"damping": 3500}}}}, "variants.hard.contact: in space stiffness is auto"),
         ({"ensemble": {"initial_tilt": 0.01}}, "a body in space starts at rest"),
+        ({"simulation": {"scheme": "cundall"}}, "simulation.scheme: a body in space has 'centred' alone"),
     ],
 )
 def test_what_does_not_fit_is_one_line_that_says_why(change: dict[str, Any], expected: str) -> None:

@@ -11,7 +11,6 @@ from scipy.stats import qmc
 
 from overturning.arrays import FloatArray
 from overturning.dem.body.cases import SpaceCases
-from overturning.dem.body.plan import SPACE_SCHEMES
 from overturning.dem.body.run import run_in_space
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import run_cases
@@ -57,7 +56,7 @@ def _prisms_fell(motion: Motion, rows: Rows, threads: int) -> NDArray[np.bool_]:
         rows["orientation"], rows["height"], rows["b_over_h"], ASPECT, rows["friction"], rows["amplitude"],
         rows["damping"]
     )  # fmt: skip
-    numerics = Numerics(scheme=SPACE_SCHEMES[0], threads=threads)
+    numerics = Numerics(threads=threads)
     return np.asarray(run_in_space(Rectangle(), motion, cases, numerics).overturned == 1)
 
 

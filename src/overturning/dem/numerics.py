@@ -27,7 +27,7 @@ class Numerics:
     Parameters
     ----------
     scheme : str
-        Integration scheme, "centred" or "cundall"; see docs/method.md.
+        Integration scheme, "centred", or in planes "cundall"; see docs/method.md.
     time_step : float or str
         Largest step, s; "auto"; or a fraction of the stable step such as "0.25 stable".
     leave_out : bool

@@ -125,12 +125,12 @@ def trajectories(
         return [trajectory(motion, **options, azimuth_deg=angle, amplitude=factor) for angle, factor in panels]
     # Imported here: with the trajectory comes the kernel of bodies in space.
     from overturning.dem.body.trajectory import trajectory_in_space
-    from overturning.study.space import space_numerics, vertex_contact
+    from overturning.study.space import vertex_contact
 
     shape = study.body.shape()
     options = {name: value for name, value in block.items() if shape.sized or name != "b_over_h"}
     options |= {"body": shape, "contact": vertex_contact(study.contact)}
-    options |= space_numerics(numerics_of(study), study.simulation.scheme)
+    options |= vars(numerics_of(study))
     return [trajectory_in_space(motion, **options, orientation_deg=angle, amplitude=factor) for angle, factor in panels]
 
 

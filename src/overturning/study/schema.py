@@ -13,6 +13,7 @@ from pydantic import (
     model_validator,
 )
 
+from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.model.cases import HIGHEST, LOWEST, checked_height
 from overturning.model.element import Model, Name
 from overturning.model.geometry import native_size
@@ -172,6 +173,8 @@ class Study(Model):
         if self.population is not None and (self.body.plan != "rectangle" or 1.0 not in self.body.aspect):
             raise ValueError("population: its stones are of square plan; give body {plan: rectangle, aspect: [1]}")
         self.orientation.values(self.body)
+        if self.simulation.scheme not in (None, DEFAULT_SCHEME):
+            raise ValueError(f"simulation.scheme: a body in space has {DEFAULT_SCHEME!r} alone; leave it out")
         for where, contact in self._contacts():
             if contact.stiffness != "auto" or contact.damping is not None:
                 raise ValueError(

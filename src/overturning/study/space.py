@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.body.cases import SpaceCases
 from overturning.dem.body.grid import SpaceGrid, periods_of
-from overturning.dem.body.plan import SPACE_SCHEMES
 from overturning.dem.body.results import SpaceResults
 from overturning.dem.body.run import run_in_space
 from overturning.dem.body.simulate import simulate_in_space_arrays
@@ -86,20 +85,15 @@ def vertex_contact(settings: ContactSettings, stiffer: float = 1.0) -> VertexCon
     return VertexContact(BODY_STATIC_PENETRATION / stiffer, settings.stiffness_ratio, ratio)
 
 
-def space_numerics(numerics: Numerics, scheme: str | None) -> dict[str, Any]:
-    """How a study is computed in space: its own scheme where the study names none."""
-    return vars(numerics) | {"scheme": scheme or SPACE_SCHEMES[0]}
-
-
 def simulate_space(
     study: Study, settings: ContactSettings, motion: Motion, grid: SpaceGrid, numerics: Numerics
 ) -> Arrays:
     """Simulate a study's body on its grid, or on a piece of it: arrays of all of its outcome variables."""
-    shape, options = body_of(study).shape(), space_numerics(numerics, study.simulation.scheme)
+    shape = body_of(study).shape()
     arrays = simulate_in_space_arrays(
         motion, orientation_deg=grid.orientation.astype(np.float64), height=grid.height,
         b_over_h=grid.b_over_h if shape.sized else None, friction=grid.friction, aspect=grid.aspect, body=shape,
-        contact=vertex_contact(settings), **options,
+        contact=vertex_contact(settings), **vars(numerics),
     )  # fmt: skip
     again = (
         representatives_of(study, grid).cell != np.arange(grid.orientation.size)[:, None]
@@ -157,8 +151,7 @@ def run_space(
     stiffer: float = 1.0,
 ) -> SpaceResults:
     """Run cases of a study's body, perhaps with stiffer springs."""
-    options = space_numerics(numerics, study.simulation.scheme)
-    return run_in_space(body_of(study).shape(), motion, cases, Numerics(**options), vertex_contact(settings, stiffer))
+    return run_in_space(body_of(study).shape(), motion, cases, numerics, vertex_contact(settings, stiffer))
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,6 @@ from scipy.stats import qmc
 
 from overturning.arrays import FloatArray
 from overturning.dem.body.cases import SpaceCases
-from overturning.dem.body.plan import SPACE_SCHEMES
 from overturning.dem.body.run import run_in_space
 from overturning.dem.numerics import Numerics
 from overturning.errors import ArgumentError
@@ -222,7 +221,7 @@ def computed_ways(one: Candidate, aspect: float, nodes: Sequence[tuple[int, int]
     node = node.astype(np.intp)
     cases = SpaceCases(orientation, height[node], shape[node], max(aspect, 1.0), friction, amplitude)
     body = Rectangle() if aspect else Circle()
-    found = run_in_space(body, one.motion, cases, Numerics(scheme=SPACE_SCHEMES[0], threads=threads))
+    found = run_in_space(body, one.motion, cases, Numerics(threads=threads))
     way = np.round(np.nan_to_num(found.fall_azimuth) / WAY_DEG).astype(np.int8) % WAYS
     outcome = np.where(found.overturned == 1, way, np.where(found.overturned == 0, STOOD, UNKNOWN))
     return outcome.astype(np.int8).reshape([axis.size for axis in axes])

@@ -6,7 +6,7 @@ each with what it does at a point of contact. The unknowns are the changes e of 
 """
 
 import math
-from typing import Final, NamedTuple
+from typing import Final
 
 from numba import njit
 
@@ -38,13 +38,6 @@ FAST_TURN: Final = 0.1
 """Tangent of the angle by which the deepest point of a rim may run round it in a step that is not the finest."""
 LEAST_FREEDOM: Final = 0.25
 """A sliding point jams where less than this share of a normal force's effect on a free particle is left."""
-
-
-class Centred(NamedTuple):
-    """What the kernel has to know of the scheme."""
-
-    lag: float = 0.0
-    """Steps by which velocities lag behind positions."""
 
 
 # 1. Foresee -----------------------------------------------------------------------------------------------------------

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 
 class Touch(NamedTuple):
-    """A point of contact at the foreseen end of a step (centred scheme)."""
+    """A point of contact at the foreseen end of a step."""
 
     rx: float
     """From the centre, m;"""

@@ -7,7 +7,6 @@ from numba import njit
 
 from overturning.dem.body.state import (
     ROWS,
-    TICKS,
     VERTEX,
     Account,
     Body,
@@ -33,19 +32,16 @@ OF_A_VERTEX: Final = VERTEX.size
 
 
 @njit(**INLINE)
-def whole_step(body: Body, s: State, lag: float) -> tuple[Vector, Vector, Vector]:
-    """Velocity, angular momentum and angular velocity brought to the whole step, behind which they are by `lag` steps."""
-    time = lag * TICKS * body.step
-    lx, ly, lz = s.lx + time * s.mx, s.ly + time * s.my, s.lz + time * s.mz
-    w = angular_velocity(body, frame_of(s.qw, s.qx, s.qy, s.qz), lx, ly, lz)
-    return Vector(s.vx + time * s.ax, s.vy + time * s.ay, s.vz + time * s.az), Vector(lx, ly, lz), w
+def turning(body: Body, s: State) -> Vector:
+    """Angular velocity by the angular momentum."""
+    return angular_velocity(body, frame_of(s.qw, s.qx, s.qy, s.qz), s.lx, s.ly, s.lz)
 
 
 @njit(**INNER)
-def energy(body: Body, s: State, vertices: Any, count: int, j: int, lag: float) -> float:
+def energy(body: Body, s: State, vertices: Any, count: int, j: int) -> float:
     """Kinetic, gravitational and spring energy per mass."""
-    v, spin, w = whole_step(body, s, lag)
-    motion = (v.x * v.x + v.y * v.y + v.z * v.z) + (spin.x * w.x + spin.y * w.y + spin.z * w.z)
+    w = turning(body, s)
+    motion = (s.vx * s.vx + s.vy * s.vy + s.vz * s.vz) + (s.lx * w.x + s.ly * w.y + s.lz * w.z)
     springs = 0.0
     for i in range(count):
         one = load_memory(vertices[i * OF_A_VERTEX : (i + 1) * OF_A_VERTEX], j)
@@ -84,21 +80,19 @@ def upright(body: Body, s: State) -> bool:
 
 
 @njit(**INLINE)
-def is_sliding(body: Body, s: State, reach: float, lag: float) -> bool:
+def is_sliding(body: Body, s: State, reach: float) -> bool:
     """Whether a body has way left to slide or to turn on the spot that is worth waiting for; without friction none stops."""
-    v, _, w = whole_step(body, s, lag)
+    w = turning(body, s)
     f = frame_of(s.qw, s.qx, s.qy, s.qz)
     ax, ay, az = -body.foot * f.xz, -body.foot * f.yz, -body.foot * f.zz
-    x, y = v.x + (w.y * az - w.z * ay), v.y + (w.z * ax - w.x * az)
+    x, y = s.vx + (w.y * az - w.z * ay), s.vy + (w.z * ax - w.x * az)
     turn = w.z * reach
     square = (x * x + y * y) + turn * turn
     return bool(body.friction > 0.0 and square >= 2.0 * STILL_TO_SLIDE * GRAVITY * body.friction)
 
 
 @njit(**INNER)
-def has_ended(
-    state: Any, vertices: Any, count: int, base: int, j: int, lag: float, ticks: float, end: float
-) -> int:  # fmt: skip
+def has_ended(state: Any, vertices: Any, count: int, base: int, j: int, ticks: float, end: float) -> int:
     """`Status` of a column at the end of a sample, or `GOES_ON`; `base` is the number of vertices that it rests on."""
     body, s, peaks = load_body(state, j), load_state(state, j), load_peaks(state, j)
     course, stance = load_course(state, j), load_stance(state, j)
@@ -111,18 +105,18 @@ def has_ended(
     sample = course.sample + s.tick / ticks
     if sample >= course.calm and inside(vertices, count, j) >= base:
         # A body that rests on its base after the last instant at which it could start stays there.
-        _, spin, w = whole_step(body, s, lag)
-        kinetic = 0.5 * (s.vx * s.vx + s.vy * s.vy + s.vz * s.vz + (spin.x * w.x + spin.y * w.y + spin.z * w.z))
+        w = turning(body, s)
+        kinetic = 0.5 * (s.vx * s.vx + s.vy * s.vy + s.vz * s.vz + (s.lx * w.x + s.ly * w.y + s.lz * w.z))
         if kinetic < REST_ENERGY * GRAVITY * stance.reach:
             return Status.SIMULATED
     if sample < end:
         return GOES_ON
-    now = energy(body, s, vertices, count, j, lag)
+    now = energy(body, s, vertices, count, j)
     stands = now < course.barrier and upright(body, s)
     # It can no longer fall, but while its energy reaches higher than it has been, its largest tilt is to come. On one
     # vertex the weight has pressed the spring in, which lies g²/2k below the rigid body.
     past = now + 0.5 * GRAVITY * GRAVITY / body.stiffness <= rise(body, stance.reach, peaks.lean)
-    if stands and past and not is_sliding(body, s, stance.reach, lag):
+    if stands and past and not is_sliding(body, s, stance.reach):
         return Status.SIMULATED
     if sample < course.after:
         return GOES_ON
@@ -130,7 +124,7 @@ def has_ended(
 
 
 @njit(**INNER)
-def finish_body(state: Any, vertices: Any, count: int, j: int, status: int, lag: float, steps: int, out: Any) -> None:
+def finish_body(state: Any, vertices: Any, count: int, j: int, status: int, steps: int, out: Any) -> None:
     """Write the results of a column."""
     body, s, peaks = load_body(state, j), load_state(state, j), load_peaks(state, j)
     account, course, stance = load_account(state, j), load_course(state, j), load_stance(state, j)
@@ -143,7 +137,7 @@ def finish_body(state: Any, vertices: Any, count: int, j: int, status: int, lag:
     out.slip = np.sqrt(peaks.slip)
     out.slip_x, out.slip_y = s.x - body.foot * f.xz, s.y - body.foot * f.yz
     out.depth = peaks.depth
-    balance = (energy(body, s, vertices, count, j, lag) - course.energy) - account.work + account.lost
+    balance = (energy(body, s, vertices, count, j) - course.energy) - account.work + account.lost
     out.energy = abs(balance) / max(account.work, course.barrier)
     swing = np.sqrt(GRAVITY * (body.foot * body.foot + stance.reach * stance.reach) ** 1.5)
     out.spin = abs(spin_about_origin(s) - stance.spin - account.spin) / swing
@@ -152,13 +146,13 @@ def finish_body(state: Any, vertices: Any, count: int, j: int, status: int, lag:
 
 
 @njit(**INNER)
-def note(state: Any, j: int, lag: float, interval: float, ticks: float, path: Any) -> None:
+def note(state: Any, j: int, interval: float, ticks: float, path: Any) -> None:
     """Write a column's state into a row of its trajectory."""
     body, s, shaking = load_body(state, j), load_state(state, j), load_shaking(state, j)
-    v, _, w = whole_step(body, s, lag)
+    w = turning(body, s)
     path.time = (load_course(state, j).sample + s.tick / ticks) * interval
     path.x, path.y, path.z, path.qw, path.qx, path.qy, path.qz = s.x, s.y, s.z, s.qw, s.qx, s.qy, s.qz
-    path.vx, path.vy, path.vz, path.wx, path.wy, path.wz = v.x, v.y, v.z, w.x, w.y, w.z
+    path.vx, path.vy, path.vz, path.wx, path.wy, path.wz = s.vx, s.vy, s.vz, w.x, w.y, w.z
     path.ground_x = -(shaking.push_x.value + shaking.push_x.slope * s.tick)
     path.ground_y = -(shaking.push_y.value + shaking.push_y.slope * s.tick)
     path.ground_z = shaking.lift.value + shaking.lift.slope * s.tick

@@ -1,7 +1,7 @@
 """How each case in space is to be computed: its body, contact and steps, and the time that can be left out."""
 
 from dataclasses import dataclass
-from typing import ClassVar, Final
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.body.cases import SpaceCases
 from overturning.dem.body.results import SpaceResults
-from overturning.dem.body.rules import BODY, CASE, RESULT, ROW, SCHEMES, START, BodyRules, Rim, Vertices
+from overturning.dem.body.rules import BODY, CASE, RESULT, ROW, START, BodyRules, Rim, Vertices
 from overturning.dem.body.statics import highest_mode, rest
 from overturning.dem.body.steps import pace_of
 from overturning.dem.kernel.balance import until_balanced
@@ -20,6 +20,7 @@ from overturning.dem.numerics import BODY_STEP, Numerics
 from overturning.dem.plan import AFTERMATH, DEEPEST, check_path, most_rows, sinks_too_far
 from overturning.dem.quiet import quiet_windows
 from overturning.dem.time_step import Scheme, scheme_of
+from overturning.errors import ArgumentError
 from overturning.model.contact import VertexContact, check_precision
 from overturning.model.shapes import Shape
 from overturning.model.solid import Solid
@@ -28,9 +29,6 @@ from overturning.model.variables import INT8_MISSING
 from overturning.motion.direction import direction_cosines
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
-
-SPACE_SCHEMES: Final = ("centred", "cundall")
-"""Names of the schemes in space, the default first."""
 
 
 @dataclass(frozen=True)
@@ -59,10 +57,10 @@ class SpacePlan:
 
     halved: ClassVar[bool] = True
     free: ClassVar[int] = 1
+    queue: ClassVar[Any] = staticmethod(run_queue)
 
     motion: Motion
     numerics: Numerics
-    scheme: Scheme
     shape: Shape
     made: list[Solid]
     bodies: NDArray[np.void]  # table of bodies, of `overturning.dem.body.rules.BODY`
@@ -81,6 +79,11 @@ class SpacePlan:
     def group(self) -> NDArray[np.int64]:
         """Cases with the same number share a queue."""
         return self.steps
+
+    @property
+    def kind(self) -> Any:
+        """Mark of the bodies, by which the kernel takes its loops."""
+        return Rim() if self.made[0].radius > 0 else Vertices()
 
     def uncomputed(self) -> SpaceResults:
         """Results of all cases as long as none is computed: at rest, or without an answer."""
@@ -104,8 +107,7 @@ class SpacePlan:
             # The shortest step is in ticks, which shrink with the whole one.
             cases["dwell"] *= finer
             rules = BodyRules(
-                scheme=SCHEMES[self.scheme][0],
-                kind=Rim() if self.made[0].radius > 0 else Vertices(),
+                kind=self.kind,
                 cases=cases,
                 row=self.row[chosen],
                 bodies=self.bodies,
@@ -117,7 +119,7 @@ class SpacePlan:
                 budget=self.numerics.budget // BODY_STEP,
                 most_rows=most_rows(ROW),
             )
-            kept, noted = run_queue(rules, rows, counter, np.zeros(0, ROW) if path is None else path)
+            kept, noted = self.queue(rules, rows, counter, np.zeros(0, ROW) if path is None else path)
             if noted < 0:  # there was no room
                 check_path(2 * kept.nbytes // 8)
             kept = kept[:noted]
@@ -140,7 +142,8 @@ def plan_in_space(
     start: Start | None = None,
 ) -> SpacePlan:
     """Check the arguments and work out what each case needs; parameters and errors as of `run_in_space`."""
-    scheme = scheme_of(numerics.scheme)
+    if scheme_of(numerics.scheme) != Scheme.CENTRED:
+        raise ArgumentError(f"scheme: {numerics.scheme!r}; a body in space has 'centred' alone")
     sizes, which = np.unique(cases.table[:, 1:4], axis=0, return_inverse=True)
     made = [shape.body(*(float(value) for value in size)) for size in sizes]
     laws = np.array([contact.specific(body) for body in made])
@@ -152,7 +155,7 @@ def plan_in_space(
     period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY))
     interval, samples = motion.sampling_interval, motion.samples
     dashpot = laws[which, 2] * np.asarray(cases.damping_factor)
-    pace = pace_of(scheme, numerics, square[which], dashpot * modes[which], interval, period[which])
+    pace = pace_of(numerics, square[which], dashpot * modes[which], interval, period[which])
     friction, amplitude = np.asarray(cases.friction), np.asarray(cases.amplitude)
     row, cosines, along = _shaking(motion, cases)
     first, calm, never = np.zeros(cases.size, np.int64), np.full(cases.size, np.inf), np.zeros(cases.size, np.bool_)
@@ -188,7 +191,7 @@ def plan_in_space(
         table["start"] = (*start.place, *start.quaternion, *start.velocity, *start.angular_velocity)
     bodies, points = _bodies(made)
     return SpacePlan(
-        motion=motion, numerics=numerics, scheme=scheme, shape=shape, made=made, bodies=bodies, points=points, cosines=cosines,
+        motion=motion, numerics=numerics, shape=shape, made=made, bodies=bodies, points=points, cosines=cosines,
         orientation=np.asarray(cases.orientation_deg), row=row, along=along, steps=pace.steps, first=first, never=never, table=table,
         hopeless=sinks_too_far(sunk, 2.0 * np.minimum(foot, reach))[which],
     )  # fmt: skip

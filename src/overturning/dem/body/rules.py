@@ -1,7 +1,7 @@
 """What the queue asks of a body in space: its rules, how a case begins, how a sample goes, how a case ends.
 
-A scheme is one file with a named tuple and a function `loops`, and one row of `SCHEMES`. Vertices i and i + count/2 stand opposite
-each other; the rows of vertex i lie behind those of the body, `VERTEX.size` numbers for each.
+Vertices i and i + count/2 stand opposite each other; the rows of vertex i lie behind those of the body, `VERTEX.size` numbers for
+each.
 """
 
 from typing import Any, Final, NamedTuple
@@ -12,7 +12,7 @@ from numba.extending import overload
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.body import centred, centred_loops, cundall
+from overturning.dem.body.centred_loops import loops
 from overturning.dem.body.ending import energy, finish_body, has_ended, note, spin_about_origin
 from overturning.dem.body.state import (
     COLUMNS,
@@ -36,14 +36,7 @@ from overturning.dem.kernel.ending import Course
 from overturning.dem.kernel.ground import Ground, piece
 from overturning.dem.kernel.lanes import INNER, aligned
 from overturning.dem.kernel.queue import implement, with_room
-from overturning.dem.time_step import Scheme
 from overturning.units import STANDARD_GRAVITY as GRAVITY
-
-SCHEMES: Final[dict[Scheme, tuple[Any, Any]]] = {
-    Scheme.CUNDALL: (cundall.Cundall(), cundall.loops),
-    Scheme.CENTRED: (centred.Centred(), centred_loops.loops),
-}
-"""Constants of each scheme, and the function that makes its loops; the type of the one picks the other."""
 
 START: Final = np.dtype([(name, "f8") for name in (
     "x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz",
@@ -82,13 +75,15 @@ class Rim(NamedTuple):
     round: bool = True
 
 
+LOOPS: Final = {Vertices: loops(False), Rim: loops(True)}
+"""The steps of a sample by the type of the mark."""
+
+
 class BodyRules(NamedTuple):
     """Rules of cases of bodies in space, all with the same steps per sample and as many vertices."""
 
-    scheme: Any
-    """Constants of the scheme, from `SCHEMES`;"""
     kind: Any
-    """`Vertices()` or `Rim()`;"""
+    """mark of the bodies, of a type in `LOOPS`;"""
     cases: NDArray[np.void]
     """table of cases, of `CASE`;"""
     row: NDArray[np.int64]
@@ -135,20 +130,15 @@ TICK, LAST_UPRIGHT = ROWS.row(State, "tick"), ROWS.row(Peaks, "last_upright")
 SAMPLE, UPRIGHT_UNTIL, DUE = (ROWS.row(Course, name) for name in ("sample", "upright_until", "due"))
 
 
-def loops_of(scheme: Any, kind: Any) -> Any:
-    """The loops of a scheme for a kind of body; for compiled code, by their types."""
-    make = next(make for one, make in SCHEMES.values() if type(one) is scheme.instance_class)
-    return make(kind.instance_class is Rim)
+def loops_of(kind: Any) -> Any:
+    """The loops of bodies with a mark; for compiled code, by its type."""
+    return LOOPS[type(kind)]
 
 
-@overload(loops_of)
-def _loops_of(scheme: Any, kind: Any) -> Any:
-    loops = loops_of(scheme, kind)
-
-    def chosen(scheme: Any, kind: Any) -> Any:  # noqa: ARG001, Numba wants the same arguments
-        return loops
-
-    return chosen
+@overload(loops_of, strict=False)
+def _loops_of(kind: Any) -> Any:
+    advance_sample = LOOPS[kind.instance_class]
+    return lambda kind: advance_sample  # noqa: ARG005, Numba wants the same arguments
 
 
 def workspace(rules: Any) -> Any:
@@ -162,14 +152,12 @@ def start(rules: Any, work: Any, lane: int, case: int) -> int:
     given = rules.cases[case]
     ticks, body = 1.0 * TICKS * rules.at_once, rules.bodies[given.body]
     points, interval = rules.points[given.body], rules.ground.interval
-    put(work.state, work.vertices, lane, rules.scheme.lag, given, body, points, interval, ticks)
+    put(work.state, work.vertices, lane, given, body, points, interval, ticks)
     return int(rules.results[case].steps)
 
 
 @njit(**INNER)
-def put(
-    state: Any, vertices: Any, j: int, lag: float, case: Any, of: Any, points: Any, interval: float, ticks: float
-) -> None:  # fmt: skip
+def put(state: Any, vertices: Any, j: int, case: Any, of: Any, points: Any, interval: float, ticks: float) -> None:
     """Put a case into lane j; `ticks` is their number in a sample."""
     for row in range(NUMBERS):
         state[row * COLUMNS + j] = 0.0
@@ -180,7 +168,7 @@ def put(
     )  # fmt: skip
     f = frame_of(at.qw, at.qx, at.qy, at.qz)
     lx, ly, lz = momentum_of(body, f, at.wx, at.wy, at.wz)
-    # What gravity and the springs do at the start, by which momenta that lag behind are what they are half a step before.
+    # What gravity and the springs do at the start.
     az, mx, my = -GRAVITY, 0.0, 0.0
     for i in range(points.shape[0]):
         one, p = vertices[i * OF_A_VERTEX : (i + 1) * OF_A_VERTEX], points[i]
@@ -194,9 +182,8 @@ def put(
         store_memory(one, j, Memory(0.0, 0.0, x, y, depth, body.stiffness * max(depth, 0.0), 0.0))
         n = body.stiffness * max(depth, 0.0)
         az, mx, my = az + n, mx + arm.y * n, my - arm.x * n
-    back = lag * TICKS * body.step
     begin = State(
-        at.x, at.y, at.z, at.qw, at.qx, at.qy, at.qz, at.vx, at.vy, at.vz - back * az, lx - back * mx, ly - back * my, lz,
+        at.x, at.y, at.z, at.qw, at.qx, at.qy, at.qz, at.vx, at.vy, at.vz, lx, ly, lz,
         at.wx, at.wy, at.wz, 0.0, 0.0, az, mx, my, 0.0, 0.0,
     )  # fmt: skip
     store_body(state, j, body)
@@ -207,7 +194,7 @@ def put(
     barrier = GRAVITY * (np.sqrt(of.reach * of.reach + of.foot * of.foot) - of.foot)
     store_course(state, j, Course(
         case.amplitude, case.first, case.calm, case.after, case.first * interval,
-        energy(body, begin, vertices, points.shape[0], j, lag), barrier, 0.0,
+        energy(body, begin, vertices, points.shape[0], j), barrier, 0.0,
     ))  # fmt: skip
     store_stance(state, j, Stance(spin_about_origin(begin), of.reach, of.fallen, of.deepest))
 
@@ -274,9 +261,9 @@ def advance(rules: Any, work: Any, columns: int, path: Any, noted: int) -> tuple
         path = with_room(path, noted + 1, rules.most_rows)
         if path.shape[0] == noted:
             return path, -1
-        note(work.state, 0, rules.scheme.lag, rules.ground.interval, 1.0 * TICKS * rules.at_once, path[noted])
+        note(work.state, 0, rules.ground.interval, 1.0 * TICKS * rules.at_once, path[noted])
         noted += 1
-    step = loops_of(rules.scheme, rules.kind)
+    step = loops_of(rules.kind)
     step(rules.kind, work.state, work.vertices, rules.points.shape[1], rules.base, columns, rules.at_once)
     return path, noted
 
@@ -312,13 +299,13 @@ def is_due(rules: Any, work: Any, lane: int) -> bool:  # noqa: ARG001
 def ended(rules: Any, work: Any, lane: int, case: int) -> int:  # noqa: ARG001
     """`Status` of a lane, or that it goes on."""
     ticks, end = 1.0 * TICKS * rules.at_once, float(rules.ground.samples)
-    return has_ended(work.state, work.vertices, rules.points.shape[1], rules.base, lane, rules.scheme.lag, ticks, end)
+    return has_ended(work.state, work.vertices, rules.points.shape[1], rules.base, lane, ticks, end)
 
 
 def finish(rules: Any, work: Any, lane: int, case: int, status: int, steps: int) -> None:
     """Write the results of a lane."""
     count = rules.points.shape[1]
-    finish_body(work.state, work.vertices, count, lane, status, rules.scheme.lag, steps, rules.results[case])
+    finish_body(work.state, work.vertices, count, lane, status, steps, rules.results[case])
 
 
 implement(BodyRules, workspace, start, load, advance, count_due, is_due, ended, finish)

@@ -2,8 +2,8 @@
 
 from functools import partial
 
+from overturning.dem.body import plan as body_plan
 from overturning.dem.body.cases import SpaceCases
-from overturning.dem.body.plan import SPACE_SCHEMES, plan_in_space
 from overturning.dem.body.results import SpaceResults
 from overturning.dem.cluster import run_on_cluster
 from overturning.dem.numerics import Numerics
@@ -31,7 +31,7 @@ def run_in_space(
     cases : SpaceCases
         Orientations, sizes, friction.
     numerics : Numerics, optional
-        How they are computed; the default scheme of space where not given.
+        How they are computed; `Numerics()` where not given.
     contact : VertexContact, optional
         Springs and dashpots; `VertexContact()` where not given.
 
@@ -45,11 +45,11 @@ def run_in_space(
     ArgumentError
         If an argument is outside its bounds, or the time step is not stable.
     """
-    numerics = numerics or Numerics(scheme=SPACE_SCHEMES[0])
+    numerics = numerics or Numerics()
     if numerics.client is not None:
         found: SpaceResults = run_on_cluster(partial(run_in_space, shape, contact=contact), motion, cases, numerics)
         return found
-    planned = plan_in_space(shape, motion, cases, numerics, contact or VertexContact())
+    planned = body_plan.plan_in_space(shape, motion, cases, numerics, contact or VertexContact())
     results = planned.uncomputed()
     run_planned(planned, lambda chosen, out: planned.store(results, chosen, out))
     return results

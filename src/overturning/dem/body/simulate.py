@@ -7,7 +7,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from overturning.dem.body.cases import SpaceCases, sizes_of
 from overturning.dem.body.grid import SPACE_DIMENSIONS
-from overturning.dem.body.plan import SPACE_SCHEMES
 from overturning.dem.body.run import run_in_space
 from overturning.dem.numerics import Numerics
 from overturning.errors import ArgumentError
@@ -75,7 +74,7 @@ def simulate_in_space_arrays(
             raise ArgumentError(f"{name}: shape {row.shape}; give a row of at least one value")
     if not shape.oblong and axes[3].tolist() != [1.0]:
         raise ArgumentError(f"aspect: {axes[3].tolist()}; only a rectangle has one")
-    numerics = Numerics(**{"scheme": SPACE_SCHEMES[0], **options})
+    numerics = Numerics(**options)
     cells = SpaceCases(*(values.ravel() for values in np.meshgrid(*axes, indexing="ij")))
     turned, turns = _reduced(shape, cells) if numerics.leave_out else (cells, np.zeros(cells.size, np.int64))
     # Cells that are the same but for a turn by which the body looks the same share their case.

@@ -109,33 +109,6 @@ class Frame(NamedTuple):
     zz: float
 
 
-class Wrench(NamedTuple):
-    """What the base does to the body, summed over its vertices."""
-
-    fx: float
-    """Force,"""
-    fy: float
-    fz: float
-    mx: float
-    """its moment about the centre,"""
-    my: float
-    mz: float
-    dx: float
-    """the part of the force that is not the springs',"""
-    dy: float
-    dz: float
-    ex: float
-    """the moment of that,"""
-    ey: float
-    ez: float
-    opened: float
-    """energy that springs let go, normal"""
-    shortened: float
-    """and tangential, over half their stiffness;"""
-    depth: float
-    """and the deepest penetration."""
-
-
 class Vertex(NamedTuple):
     """A vertex: where it is in the body's axes, from the centre."""
 
@@ -158,11 +131,11 @@ class Memory(NamedTuple):
     pressed: float
     """the normal force,"""
     slid: float
-    """and whether it slid (centred scheme)."""
+    """and whether it slid."""
 
 
 class Point(NamedTuple):
-    """A point of contact before a step, and what it is to remember if the step is taken (centred scheme)."""
+    """A point of contact before a step, and what it is to remember if the step is taken."""
 
     old: Memory
     new: Memory
@@ -197,7 +170,7 @@ class Account(NamedTuple):
     lost: float
     spin: float
     power: float
-    """Their rates at the last step (centred scheme)."""
+    """Their rates at the last step."""
     loss: float
     torque: float
 
@@ -239,7 +212,6 @@ ROWS: Final = Rows(
     Clock,
     State,
     Frame,
-    Wrench,
     Lying,
     Peaks,
     Account,

@@ -24,9 +24,7 @@ class Pace(NamedTuple):
     """and how many of these follow a change of contact."""
 
 
-def pace_of(
-    scheme: Scheme, numerics: Numerics, square: FloatArray, rate: FloatArray, interval: float, period: FloatArray
-) -> Pace:
+def pace_of(numerics: Numerics, square: FloatArray, rate: FloatArray, interval: float, period: FloatArray) -> Pace:
     """The steps of bodies with ω² (1/s²), twice the damping rate (1/s) and 1/p (s) under samples of an interval (s).
 
     Raises
@@ -34,9 +32,6 @@ def pace_of(
     ArgumentError
         If the time step is not stable, or longer than the longest.
     """
-    if scheme == Scheme.CUNDALL:
-        steps = steps_per_sample(scheme, numerics.time_step, square, rate, interval, period) * numerics.refinement
-        return Pace(steps, np.ones(steps.size), np.ones(steps.size))
     # Stable with any step: the limit is what it resolves, given as the one of an oscillator without damping.
     whole = BODY.longest * period
     wanted = "1 stable" if numerics.time_step == "auto" else numerics.time_step

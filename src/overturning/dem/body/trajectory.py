@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
+from overturning.dem.body import plan as body_plan
 from overturning.dem.body.cases import SpaceCases, sizes_of
-from overturning.dem.body.plan import SPACE_SCHEMES, SpacePlan, Start, plan_in_space
+from overturning.dem.body.plan import SpacePlan, Start
 from overturning.dem.body.results import SpaceResults
 from overturning.dem.body.rules import ROW, START
 from overturning.dem.numerics import Numerics
@@ -65,8 +66,8 @@ def trajectory_in_space(
     shape = shape_of(body)
     ratio, size = (float(np.asarray(value)) for value in sizes_of(shape, b_over_h, height))
     case = SpaceCases([orientation_deg], size, ratio, aspect, friction, amplitude)
-    numerics = Numerics(**{"scheme": SPACE_SCHEMES[0], **options})
-    planned = plan_in_space(shape, motion, case, numerics, contact or VertexContact(), start)
+    numerics = Numerics(**options)
+    planned = body_plan.plan_in_space(shape, motion, case, numerics, contact or VertexContact(), start)
     results, path = _trace(planned)
     attributes = {
         "body": shape.name, "orientation_deg": orientation_deg, "height": size, "b_over_h": ratio, "aspect": aspect,

@@ -26,15 +26,15 @@ def prefer_full_width() -> None:
 
 
 _PACKAGE = Path(__file__).parents[2]
-_CONSTANTS = (_PACKAGE / "units.py", *sorted((_PACKAGE / "model").glob("*.py")))
-"""Modules whose constants are compiled into the kernels."""
+_COMPILED = (_PACKAGE / "units.py", *(path for room in ("dem", "model") for path in (_PACKAGE / room).rglob("*.py")))
+"""Modules of which something is compiled into the kernels."""
 
 
 def sources_digest(folder: Path) -> str:
-    """First 16 hex digits of the SHA-256 over the names and contents of all modules of a folder, and over `_CONSTANTS`."""
+    """First 16 hex digits of the SHA-256 over names and contents of `_COMPILED` and of all modules of a folder."""
     digest = hashlib.sha256()
-    for path in (*_CONSTANTS, *sorted(folder.rglob("*.py"))):
-        digest.update(path.relative_to(folder if path.is_relative_to(folder) else _PACKAGE).as_posix().encode())
+    for path in sorted({*_COMPILED, *folder.rglob("*.py")}):
+        digest.update(path.relative_to(_PACKAGE if path.is_relative_to(_PACKAGE) else folder).as_posix().encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 

@@ -1,18 +1,29 @@
-"""Cundall's scheme in space: central differences, spring at the whole step, dashpot at the half step before it (docs/method.md).
+"""Cundall's scheme for a body in space, the yardstick of the centred one (docs/method.md).
 
-Momenta are known at half steps, positions at whole ones. The angular momentum in space changes by the moment of the contact forces
-alone; the rotation of a step is that of the angular velocity in its middle, for which the body is turned on by half the step with
-the one at its begin. Vertices are taken in opposite pairs, whose forces are summed first.
+`with in_use():` gives bodies the scheme "cundall" in whatever runs them. As in the plane it goes by central
+differences: spring at the whole step, dashpot at the half step before it. Momenta are known at half steps, positions at
+whole ones. The angular momentum in space changes by the moment of the contact forces alone; the rotation of a step is
+that of the angular velocity in its middle, for which the body is turned on by half the step with the one at its begin.
+Vertices are taken in opposite pairs, whose forces are summed first. Between samples, where the package looks at them,
+momenta stand at whole steps: `shift_all` takes them there and back.
 """
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from functools import cache
-from typing import Any, Final, NamedTuple
+from typing import Any, ClassVar, Final, NamedTuple
+from unittest import mock
 
+import numpy as np
 from numba import njit
 
+from overturning.dem.body import plan as body_plan
 from overturning.dem.body.lying import lie_all, lies, waits
+from overturning.dem.body.rules import LOOPS
 from overturning.dem.body.state import (
+    COLUMNS,
     ROWS,
     TICKS,
     VERTEX,
@@ -27,26 +38,61 @@ from overturning.dem.body.state import (
     State,
     Vector,
     Vertex,
-    Wrench,
     angular_velocity,
     frame_of,
     in_space,
     lean_of,
     rotated,
 )
+from overturning.dem.body.statics import highest_mode
+from overturning.dem.kernel.cache import keep_compiled
 from overturning.dem.kernel.ground import within_sample
-from overturning.dem.kernel.lanes import INLINE, INNER
+from overturning.dem.kernel.lanes import INLINE, INNER, OPTIONS, Rows, aligned
 from overturning.dem.kernel.mechanics import larger, within_circle
+from overturning.dem.kernel.queue import run_queue
+from overturning.dem.time_step import Scheme, scheme_of, steps_per_sample
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 WHOLE: Final = TICKS
 
 
-class Cundall(NamedTuple):
-    """What the kernel has to know of the scheme."""
+class CundallVertices(NamedTuple):
+    """Marks bodies with vertices that this scheme runs."""
 
-    lag: float = 0.5
-    """Steps by which velocities lag behind positions."""
+    round: bool = False
+
+
+class CundallRim(NamedTuple):
+    """Marks bodies with a rim that this scheme runs."""
+
+    round: bool = True
+
+
+class Wrench(NamedTuple):
+    """What the base does to the body, summed over its vertices."""
+
+    fx: float
+    """Force,"""
+    fy: float
+    fz: float
+    mx: float
+    """its moment about the centre,"""
+    my: float
+    mz: float
+    dx: float
+    """the part of the force that is not the springs',"""
+    dy: float
+    dz: float
+    ex: float
+    """the moment of that,"""
+    ey: float
+    ez: float
+    opened: float
+    """energy that springs let go, normal"""
+    shortened: float
+    """and tangential, over half their stiffness;"""
+    depth: float
+    """and the deepest penetration."""
 
 
 class Moved(NamedTuple):
@@ -71,8 +117,8 @@ def vertex_moved(s: State, f: Frame, vertex: Vertex, old: Memory) -> Moved:
 def rim_moved(body: Body, s: State, f: Frame, ahead: float, aside: float, dt: float) -> Moved:
     """A point of the rim, which the contact passes over: it moved as the body does there.
 
-    The points lie ahead, down the line along which the body leans, and aside of it. So the deepest point of the rim is always among
-    them, and all four carry alike where the rim lies flat. Of an upright body any line will do.
+    The points lie ahead, down the line along which the body leans, and aside of it. So the deepest point of the rim is
+    always among them, and all four carry alike where the rim lies flat. Of an upright body any line will do.
     """
     square = f.xz * f.xz + f.yz * f.yz
     leans = square > 1e-30
@@ -182,27 +228,28 @@ def step(
 UNUSED: Final = ("power", "loss", "torque", "slid", "bend")
 load_body, load_state, load_frame = (ROWS.access(of).load for of in (Body, State, Frame))
 load_lying, store_lying, _ = ROWS.access(Lying)
-load_wrench, load_shaking = ROWS.access(Wrench).load, ROWS.access(Shaking, without=UNUSED).load
+WRENCH: Final = Rows(COLUMNS, Wrench)
+WRENCH_SIZE: Final = WRENCH.size
+load_wrench, store_wrench, _ = WRENCH.access(Wrench)
+load_shaking = ROWS.access(Shaking, without=UNUSED).load
 load_peaks, load_account = ROWS.access(Peaks).load, ROWS.access(Account, without=UNUSED).load
-store_state, store_frame, store_wrench = (ROWS.access(of).store for of in (State, Frame, Wrench))
+store_state, store_frame = (ROWS.access(of).store for of in (State, Frame))
 store_peaks, store_account = ROWS.access(Peaks).store, ROWS.access(Account, without=UNUSED).store
-load_vertex, load_memory, store_memory = (
-    VERTEX.access(Vertex).load, VERTEX.access(Point, "old", without=UNUSED).load, VERTEX.access(Point, "old", without=UNUSED).store
-)  # fmt: skip
+load_vertex, (load_memory, store_memory, _) = VERTEX.access(Vertex).load, VERTEX.access(Point, "old", without=UNUSED)
 OF_A_VERTEX: Final = VERTEX.size
 
 
 @njit(**INNER)
-def place_all(state: Any, columns: int) -> None:
+def place_all(state: Any, acting: Any, columns: int) -> None:
     """The axes of all bodies, and no force yet."""
     for j in range(columns):
         s = load_state(state, j)
         store_frame(state, j, frame_of(s.qw, s.qx, s.qy, s.qz))
-        store_wrench(state, j, Wrench(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0))
+        store_wrench(acting, j, Wrench(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0))
 
 
 @njit(**INNER)
-def touch_all(state: Any, one: Any, other: Any, columns: int) -> None:
+def touch_all(state: Any, acting: Any, one: Any, other: Any, columns: int) -> None:
     """What the base does at a pair of vertices of all bodies."""
     for j in range(columns):
         body, s, f = load_body(state, j), load_state(state, j), load_frame(state, j)
@@ -213,11 +260,11 @@ def touch_all(state: Any, one: Any, other: Any, columns: int) -> None:
         b, right = act(body, s, on, right, rate, waits(body, lying, q, on.arm.z, right))
         store_memory(one, j, left)
         store_memory(other, j, right)
-        store_wrench(state, j, both(load_wrench(state, j), both(a, b)))
+        store_wrench(acting, j, both(load_wrench(acting, j), both(a, b)))
 
 
 @njit(**INNER)
-def roll_all(state: Any, one: Any, other: Any, columns: int, ahead: float, aside: float) -> None:
+def roll_all(state: Any, acting: Any, one: Any, other: Any, columns: int, ahead: float, aside: float) -> None:
     """The same at a pair of points of the rim."""
     for j in range(columns):
         body, s, f = load_body(state, j), load_state(state, j), load_frame(state, j)
@@ -228,15 +275,15 @@ def roll_all(state: Any, one: Any, other: Any, columns: int, ahead: float, aside
         b, right = act(body, s, rim_moved(body, s, f, -ahead, -aside, dt), right, rate, between & (right.depth <= 0.0))
         store_memory(one, j, left)
         store_memory(other, j, right)
-        store_wrench(state, j, both(load_wrench(state, j), both(a, b)))
+        store_wrench(acting, j, both(load_wrench(acting, j), both(a, b)))
 
 
 @njit(**INNER)
-def move_all(state: Any, columns: int) -> None:
+def move_all(state: Any, acting: Any, columns: int) -> None:
     """The step of all bodies."""
     for j in range(columns):
         s, peaks, account = step(
-            load_body(state, j), load_state(state, j), load_frame(state, j), load_wrench(state, j),
+            load_body(state, j), load_state(state, j), load_frame(state, j), load_wrench(acting, j),
             load_peaks(state, j), load_account(state, j), load_shaking(state, j),
         )  # fmt: skip
         store_state(state, j, s)
@@ -244,12 +291,28 @@ def move_all(state: Any, columns: int) -> None:
         store_account(state, j, account)
 
 
+@njit(**INNER)
+def shift_all(state: Any, columns: int, by: float) -> None:
+    """Take momenta, and the account of the vertical one, to so many steps later with the last forces."""
+    for j in range(columns):
+        s, account = load_state(state, j), load_account(state, j)
+        time = by * WHOLE * load_body(state, j).step
+        store_state(state, j, State(
+            s.x, s.y, s.z, s.qw, s.qx, s.qy, s.qz, s.vx + time * s.ax, s.vy + time * s.ay, s.vz + time * s.az,
+            s.lx + time * s.mx, s.ly + time * s.my, s.lz + time * s.mz, s.wx, s.wy, s.wz,
+            s.ax, s.ay, s.az, s.mx, s.my, s.mz, s.tick,
+        ))  # fmt: skip
+        torque = s.mz + (s.x * s.ay - s.y * s.ax)
+        store_account(state, j, Account(account.work, account.lost, account.spin + time * torque, 0.0, 0.0, 0.0))
+
+
 @cache
 def loops(round_: bool) -> Any:
     """The steps of a sample, for bodies with vertices or with a rim.
 
-    They take `kind`, which says so too, for its type alone: it becomes part of the compiled function's name. Without it kernels for
-    either kind that were compiled by different processes would call each other's steps once one process has loaded both.
+    They take `kind`, which says so too, for its type alone: it becomes part of the compiled function's name. Without it
+    kernels for either kind that were compiled by different processes would call each other's steps once one process has
+    loaded both.
     """
 
     @njit(**INNER)
@@ -262,9 +325,10 @@ def loops(round_: bool) -> Any:
         columns: int,
         steps: int,
     ) -> None:
-        half = count // 2 * OF_A_VERTEX
+        half, acting = count // 2 * OF_A_VERTEX, aligned(WRENCH_SIZE)
+        shift_all(state, columns, -0.5)
         for _ in range(steps):
-            place_all(state, columns)
+            place_all(state, acting, columns)
             lie_all(state, vertices, half, base, columns, round_)
             for pair in range(0, half, OF_A_VERTEX):
                 one, other = (
@@ -273,9 +337,56 @@ def loops(round_: bool) -> Any:
                 )
                 if round_:
                     ahead = 1.0 if pair == 0 else 0.0
-                    roll_all(state, one, other, columns, ahead, 1.0 - ahead)
+                    roll_all(state, acting, one, other, columns, ahead, 1.0 - ahead)
                 else:
-                    touch_all(state, one, other, columns)
-            move_all(state, columns)
+                    touch_all(state, acting, one, other, columns)
+            move_all(state, acting, columns)
+        shift_all(state, columns, 0.5)
 
     return advance
+
+
+LOOPS.update({CundallVertices: loops(False), CundallRim: loops(True)})
+_queue = njit(nogil=True, **OPTIONS)(run_queue.py_func)
+
+
+@njit(nogil=True, **OPTIONS)
+def run_cundall(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int]:
+    """As `run_queue`, compiled and kept apart, so that what the package keeps names nothing outside of it."""
+    return _queue(rules, order, counter, path)
+
+
+keep_compiled(run_cundall)
+
+
+class CundallPlan(body_plan.SpacePlan):
+    """A plan of bodies that go by Cundall's scheme."""
+
+    queue: ClassVar[Any] = staticmethod(run_cundall)
+
+    @property
+    def kind(self) -> Any:
+        """As of `SpacePlan.kind`."""
+        return CundallRim() if self.made[0].radius > 0 else CundallVertices()
+
+
+@contextmanager
+def in_use() -> Iterator[None]:
+    """Let bodies in space take the scheme "cundall", whose automatic step is half the stable one."""
+    plan_centred = body_plan.plan_in_space
+
+    def plan(*given: Any) -> body_plan.SpacePlan:
+        shape, motion, cases, numerics, contact, *start = given
+        if scheme_of(numerics.scheme) != Scheme.CUNDALL:
+            return plan_centred(*given)
+        usual = replace(numerics, scheme="centred", time_step="auto")
+        planned = plan_centred(shape, motion, cases, usual, contact, *start)
+        modes = np.array([highest_mode(body) for body in planned.made])[planned.table["body"]]
+        square = np.maximum(planned.table["stiffness"], planned.table["tangential"]) * modes
+        rate, interval = planned.table["dashpot"] * modes, motion.sampling_interval
+        steps = steps_per_sample(Scheme.CUNDALL, numerics.time_step, square, rate, interval)
+        planned.table["finest"] = planned.table["dwell"] = 1.0
+        return CundallPlan(**vars(planned) | {"steps": steps * numerics.refinement})
+
+    with mock.patch("overturning.dem.body.plan.plan_in_space", plan):
+        yield

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import get_args
 
 from overturning.records.catalogue import RecordEntry
-from overturning.records.detect import FORMATS
+from overturning.records.formats.table import FORMATS
 from overturning.records.processing import Step
 from overturning.records.pulses import SHAPES, Pulse
 from overturning.units import UNITS

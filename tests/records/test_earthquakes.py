@@ -15,6 +15,7 @@ from overturning.records.earthquakes import Earthquakes, earthquakes_of
 from overturning.records.formats import fema_p695
 from overturning.records.read import read_path, read_record
 from overturning.records.record import Record
+from overturning.records.source import Declarations
 from tests.records.record_writers import cosmos_text, esm_text, geonet_text, write_knet_set
 from tests.records.world_writers import cwa_text, nsmn_text
 
@@ -206,7 +207,7 @@ def test_headers_state_the_origin(tmp_path: Path, form: str, origin: str, place:
             paths = [_file(tmp_path, "a.txt", cwa_text(WAVE, -WAVE, WAVE))]
         case _:
             paths = [_file(tmp_path, "a.txt", nsmn_text(WAVE, -WAVE, WAVE))]
-    record = read_path(paths, trust_data=True)
+    record = read_path(paths, Declarations(trust_data=True))
     assert datetime.fromisoformat(record.extra["origin_time"]).replace(tzinfo=None) == datetime.fromisoformat(origin)
     if place is not None:
         assert (record.extra["event_latitude"], record.extra["event_longitude"]) == pytest.approx(place, abs=1e-4)

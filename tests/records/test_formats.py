@@ -10,6 +10,7 @@ from overturning.errors import RecordError
 from overturning.records.catalogue import RecordEntry
 from overturning.records.component import channel_axis, parse_axis
 from overturning.records.read import read_path, read_record
+from overturning.records.source import Declarations
 from tests.records.record_writers import (
     cosmos_text,
     csmip_pairs_text,
@@ -175,7 +176,7 @@ def test_the_location_of_a_channel_tells_a_borehole(tmp_path, form, place, deep)
     if deep:
         with pytest.raises(RecordError, match="of the borehole sensor"):
             read_path(tmp_path / "a.v")
-    assert read_path(tmp_path / "a.v", sensor="borehole" if deep else "surface").north.size == A.size
+    assert read_path(tmp_path / "a.v", Declarations(sensor="borehole" if deep else "surface")).north.size == A.size
 
 
 @pytest.mark.parametrize(("unit", "words"), [(5, "only acceleration"), (50, "counts, but real 22 .* is not stated")])
@@ -255,7 +256,7 @@ def test_axes_that_do_not_say_where_north_is_are_refused_unless_given(tmp_path, 
         path.write_text(peer_text(samples / 1000, 0.01, axis))
     with pytest.raises(RecordError, match=f"{word}.*says nothing about north.*azimuths"):
         read_path(paths)
-    check(read_path(paths, azimuths_deg=(60, 330)), *turned(A * MG, 60, B * MG, 330), rtol=1e-6)
+    check(read_path(paths, Declarations(azimuths_deg=(60, 330))), *turned(A * MG, 60, B * MG, 330), rtol=1e-6)
 
 
 @pytest.mark.parametrize("axis", ["V", "VER", "Vert"])
@@ -285,7 +286,7 @@ def test_components_of_unlike_length_are_cut_and_far_apart_refused(tmp_path):
     paths[1].write_text(peer_text(B[:159] / 1000, 0.01, "90"))
     with pytest.raises(RecordError, match=r"210 and 159 samples, 0\.51 s apart"):
         read_path(paths)
-    assert read_path(paths, trust_data=True).north.size == 159
+    assert read_path(paths, Declarations(trust_data=True)).north.size == 159
 
 
 def test_unlike_starts_are_aligned(tmp_path):
@@ -341,4 +342,4 @@ def test_every_header_peak_is_compared(tmp_path, form):
         paths.append(path)
     with pytest.raises(RecordError, match=r"the header states a peak of .*--trust-data"):
         read_path(paths)
-    assert read_path(paths, trust_data=True).extra["trusted_data"] is True
+    assert read_path(paths, Declarations(trust_data=True)).extra["trusted_data"] is True

@@ -18,7 +18,7 @@ from overturning.records.formats import knet
 from overturning.records.processing import process
 from overturning.records.read import read_path, read_record
 from overturning.records.record import account
-from overturning.records.source import SourceFile, read_source
+from overturning.records.source import Declarations, SourceFile, read_source
 from tests.expect import lacking, refused
 from tests.records.record_writers import knet_text, write_knet_set
 
@@ -49,12 +49,12 @@ def test_surface_and_borehole_are_told_apart_and_have_their_own_gains(tmp_path):
     )
     surface = read_path([*deep, *top])
     np.testing.assert_allclose(surface.north, UP * 7845 / 8223790 * 0.01, rtol=1e-12)
-    borehole = read_path([*top, *deep], sensor="borehole")
+    borehole = read_path([*top, *deep], Declarations(sensor="borehole"))
     np.testing.assert_allclose(borehole.north, NORTH * 3920 / 6182761 * 0.01, rtol=1e-12)
     assert surface.sampling_interval == 0.005
     assert surface.station == "TTRH02"
     with pytest.raises(RecordError, match="borehole"):
-        read_path(top, sensor="borehole")
+        read_path(top, Declarations(sensor="borehole"))
 
 
 def test_a_borehole_alone_is_refused_unless_declared_and_then_named_with_its_station(tmp_path):
@@ -155,7 +155,7 @@ def test_blank_magnitude_and_japanese_memo_do_no_harm():
 @pytest.mark.parametrize(
     ("change", "line", "word"),
     [
-        (lambda t: t[:150], 7, "header"),
+        (lambda t: t[:150], 6, "ends in the header"),
         (lambda t: t.replace("100Hz", "0Hz"), 11, "0 Hz"),
         (lambda t: t.replace("100Hz", "******"), 11, "not a number"),
         (lambda t: t.replace("2000(gal)", "2000.5.1(gal)"), 14, "not a number"),
@@ -163,7 +163,7 @@ def test_blank_magnitude_and_japanese_memo_do_no_harm():
         (lambda t: t.replace("2001/02/03 13:05:21", "2001/02/33 13:05:21"), 1, "Origin|Record Time"),
         (lambda t: t.replace("Dir.              N-S", "Dir.              H1"), 13, "direction"),
         (lambda t: t.replace("Dir.              N-S", "Dir.              E-W"), 13, "swapped"),
-        (lambda t: t[:-300], None, "samples, header promises"),
+        (lambda t: t[:-300], 12, "header promises 1000 samples, the file has"),
         (lambda t: t + t, 143, "whole number"),
         (lambda t: t.replace(f"{NORTH[16]:>9d}", "      NaN"), 20, "whole number"),
         (lambda t: t.replace(f"{NORTH[16]:>9d}", " ********"), 20, "whole number"),
@@ -187,7 +187,7 @@ def test_a_peak_that_contradicts_the_header_is_refused_unless_trusted(tmp_path):
     paths[0].write_text(text.replace(peak, f"Max. Acc. (gal)   {wrong:.3f}"))
     with pytest.raises(RecordError, match=r"T.NS line 15: .*--trust-data"):
         read_path(paths)
-    assert read_path(paths, trust_data=True).extra["trusted_data"] is True
+    assert read_path(paths, Declarations(trust_data=True)).extra["trusted_data"] is True
 
 
 def test_an_archive_of_many_stations_asks_which(tmp_path):

@@ -15,12 +15,12 @@ from overturning.errors import OverturningError, RecordError
 from overturning.records.assembly import assemble
 from overturning.records.read import read_files, read_path
 from overturning.records.record import Record
-from overturning.records.source import ReadOptions, SourceFile
+from overturning.records.source import Declarations, SourceFile
 from tests.bounds import bounded
 from tests.records.malformed_corpus import COUNTS, SPECIAL, WHOLE, generic
 from tests.records.seed_writers import write_inventory, write_mseed, write_sac
 
-OPTIONS = ReadOptions(unit="gal")
+OPTIONS = Declarations(unit="gal")
 
 CORPUS = {form: {**dict(generic(header)), **SPECIAL.get(form, {})} for form, (_, header) in WHOLE.items()}
 
@@ -51,7 +51,7 @@ def objection(paths: list[Path], good: Record, newlines: int = 1) -> str:
     """What is wrong with how files are met, or nothing: refused by name, or read to the numbers of the whole file."""
     try:
         with bounded():
-            record = read_path(paths, options=OPTIONS)
+            record = read_path(paths, OPTIONS)
     except OverturningError as problem:
         message = str(problem)
         if not any(path.name in message for path in paths):
@@ -65,7 +65,7 @@ def objection(paths: list[Path], good: Record, newlines: int = 1) -> str:
 @pytest.mark.parametrize("form", CORPUS)
 def test_text_is_refused_by_name_or_read_right(tmp_path, form):
     paths = write(tmp_path, form)
-    good, whole = read_path(paths, options=OPTIONS), WHOLE[form][0][paths[0].name]
+    good, whole = read_path(paths, OPTIONS), WHOLE[form][0][paths[0].name]
     objections = {}
     for name, change in CORPUS[form].items():
         paths[0].write_bytes(change(whole))
@@ -97,7 +97,7 @@ def test_random_damage_ends_in_a_named_error_or_a_record(form):
         sources = [SourceFile(name, bytes(data) if name == spoilt else text) for name, text in texts.items()]
         try:
             with bounded():
-                assemble(read_files(sources, None, OPTIONS), record_id="x")
+                assemble(read_files(sources, OPTIONS), "x")
         except OverturningError as problem:
             message = str(problem)
             if not any(name in message for name in texts):
@@ -136,7 +136,7 @@ BYTES: dict[str, Callable[[bytes], bytes]] = {
 @pytest.mark.filterwarnings("ignore::UserWarning", "ignore::obspy.io.mseed.InternalMSEEDWarning")
 def test_binary_is_refused_by_name_or_read_right(tmp_path, form):
     path, other = binary_files(tmp_path, form)
-    good, whole = read_path([path, other], options=OPTIONS), path.read_bytes()
+    good, whole = read_path([path, other], OPTIONS), path.read_bytes()
     objections = {}
     for name, change in BYTES.items():
         path.write_bytes(change(whole))

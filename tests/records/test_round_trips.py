@@ -9,7 +9,7 @@ from hypothesis.extra.numpy import arrays
 from overturning.motion.motion import Motion
 from overturning.records.assembly import assemble
 from overturning.records.formats import cosmos, csmip, csv_columns, esm, geonet, knet, miniseed, peer, sac, smc
-from overturning.records.source import ReadOptions, SourceFile
+from overturning.records.source import Declarations, SourceFile
 from tests.records.record_writers import cosmos_text, csmip_text, esm_text, geonet_text, knet_text, peer_text, smc_text
 from tests.records.seed_writers import write_inventory, write_mseed, write_sac
 
@@ -93,7 +93,7 @@ def test_esm(pair):
 @given(tenths(-99999, 99999), st.sampled_from([("g", G), ("gal", 0.01), ("m/s2", 1.0)]))
 def test_columns(pair, unit):
     text = "".join(f"{a!r},{b!r}\n" for a, b in pair.T.tolist())
-    options = ReadOptions(columns=f"north:{unit[0]} east:{unit[0]}", sampling_interval_s=0.01, processed=True)
+    options = Declarations(columns=f"north:{unit[0]} east:{unit[0]}", sampling_interval_s=0.01, processed=True)
     first, second = csv_columns.read(SourceFile("x.csv", text.encode()), options)
     np.testing.assert_allclose(first.samples, pair[0] * unit[1], rtol=1e-15)
     np.testing.assert_allclose(second.samples, pair[1] * unit[1], rtol=1e-15)
@@ -106,7 +106,7 @@ def test_turning_there_and_back(pair, azimuth, left_handed, correction):
     second = azimuth - 90 if left_handed else azimuth + 90
     north, east = (read(peer, peer_text(p / 100, 0.01, "0"))[0] for p in pair)
     record = assemble(
-        [north, east], record_id="x", azimuths_deg=(azimuth, second), correction_deg=correction, trust_data=True
+        [north, east], "x", Declarations(azimuths_deg=(azimuth, second), correction_deg=correction, trust_data=True)
     )
     motion = Motion.of(record)
     np.testing.assert_allclose(motion.along(azimuth + correction), pair[0] / 100 * G, atol=1e-8)
@@ -124,7 +124,7 @@ def test_miniseed(tmp_path_factory, counts, rate):
     metadata = write_inventory(folder / "s.xml", {"HNN": (0.0, 0.0)})
     path = write_mseed(folder / "x.mseed", {"HNN": counts}, rate=rate)
     sources = [SourceFile(p.name, p.read_bytes()) for p in (path, metadata)]
-    component = miniseed.read(sources[0], ReadOptions(metadata=sources[1:]))[0]
+    component = miniseed.read(sources[0], Declarations(metadata=sources[1:]))[0]
     np.testing.assert_allclose(component.samples, counts / 400_000, rtol=1e-14)
     assert component.sampling_interval == pytest.approx(1 / rate)
 
@@ -133,6 +133,6 @@ def test_miniseed(tmp_path_factory, counts, rate):
 @given(lengths.flatmap(lambda n: arrays(np.float32, n, elements=st.floats(-1e4, 1e4, width=32))), st.floats(0, 359))
 def test_sac(tmp_path_factory, samples, azimuth):
     path = write_sac(tmp_path_factory.mktemp("sac") / "x.sac", samples, "HN1", azimuth, 90.0)
-    component = sac.read(SourceFile("x.sac", path.read_bytes()), ReadOptions(unit="gal"))[0]
+    component = sac.read(SourceFile("x.sac", path.read_bytes()), Declarations(unit="gal"))[0]
     np.testing.assert_array_equal(component.samples, samples.astype(np.float64) * 0.01)
     assert component.azimuth_deg == pytest.approx(azimuth, rel=1e-6)

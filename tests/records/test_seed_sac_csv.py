@@ -7,10 +7,10 @@ import pytest
 from overturning.errors import RecordError
 from overturning.records.catalogue import RecordEntry
 from overturning.records.check import check_paths, describe
-from overturning.records.formats import sac
+from overturning.records.formats.table import format_named
 from overturning.records.read import read, read_path, read_record
 from overturning.records.record import state_of
-from overturning.records.source import ReadOptions, SourceFile
+from overturning.records.source import Declarations, SourceFile
 from tests.expect import refused
 from tests.records.seed_writers import START, trace, write_inventory, write_mseed, write_sac
 
@@ -86,7 +86,7 @@ def test_sac_needs_a_unit_and_takes_orientation_from_its_header(tmp_path):
     ]
     with pytest.raises(RecordError, match="unit"):
         read_path(paths)
-    record = read_path(paths, options=ReadOptions(unit="gal"))
+    record = read_path(paths, Declarations(unit="gal"))
     c, s = np.cos(np.radians(332)), np.sin(np.radians(332))
     np.testing.assert_allclose(record.north, (N * c - E * s) / 1e7, atol=1e-7)
     np.testing.assert_allclose(record.up, Z / 1e7, atol=1e-8)
@@ -103,9 +103,11 @@ def test_the_depth_in_the_stationxml_tells_a_borehole(tmp_path, depth, sensor):
     files = [write_mseed(tmp_path / "a.mseed", {"HNN": N, "HNE": E})]
     files.append(write_inventory(tmp_path / "a.xml", {"HNN": (0, 0), "HNE": (90, 0)}, depth=depth))
     other = "surface" if sensor == "borehole" else "borehole"
-    assert read_path(files, sensor=sensor).station == ("TST1" if sensor == "surface" else "TST1 (borehole)")
+    assert read_path(files, Declarations(sensor=sensor)).station == (
+        "TST1" if sensor == "surface" else "TST1 (borehole)"
+    )
     with pytest.raises(RecordError, match=f"is of the {sensor} sensor of TST1; declare it"):
-        read_path(files, sensor=other)
+        read_path(files, Declarations(sensor=other))
 
 
 def test_the_depth_in_a_sac_header_tells_a_borehole(tmp_path):
@@ -115,7 +117,7 @@ def test_the_depth_in_a_sac_header_tells_a_borehole(tmp_path):
         trace.stats.sac.stdp = 30.0
         trace.write(str(path), format="SAC")
     with pytest.raises(RecordError, match="is of the borehole sensor of TST1"):
-        read_path(path, options=ReadOptions(unit="m/s2"))
+        read_path(path, Declarations(unit="m/s2"))
 
 
 def test_a_velocity_by_its_channel_or_header_is_refused(tmp_path):
@@ -125,7 +127,7 @@ def test_a_velocity_by_its_channel_or_header_is_refused(tmp_path):
         RecordError, match=r"channel XX\.TST1\.\.HH[NE] is of a velocity sensor by its code .* in M/S\*\*2"
     ):
         read_path(files)
-    assert read_path(files, options=ReadOptions(unit="m/s2")).station == "TST1"
+    assert read_path(files, Declarations(unit="m/s2")).station == "TST1"
 
 
 def test_sac_of_velocity_by_its_header_is_refused(tmp_path):
@@ -134,7 +136,7 @@ def test_sac_of_velocity_by_its_header_is_refused(tmp_path):
     trace.stats.sac.idep = 7
     trace.write(str(path), format="SAC")
     with pytest.raises(RecordError, match=r"a\.sac: velocity by its header \(IDEP 7\)"):
-        read_path(path, options=ReadOptions(unit="m/s2"))
+        read_path(path, Declarations(unit="m/s2"))
 
 
 @pytest.mark.parametrize("order", ["<", ">"])
@@ -145,7 +147,7 @@ def test_sac_is_told_by_its_version_and_a_length_that_a_record_can_have(tmp_path
         words = bytearray(header)
         struct.pack_into(f"{order}i", words, 76 * 4, version)
         struct.pack_into(f"{order}i", words, 79 * 4, length)
-        assert sac.detect(SourceFile("a.sac", bytes(words))) is known, (version, length)
+        assert format_named("sac").detect(SourceFile("a.sac", bytes(words))) is known, (version, length)
 
 
 def test_sac_whose_peak_contradicts_its_header_is_refused(tmp_path):
@@ -155,7 +157,7 @@ def test_sac_whose_peak_contradicts_its_header_is_refused(tmp_path):
     data[632:] = (np.frombuffer(bytes(data[632:]), "<f4") * 2).astype("<f4").tobytes()
     path.write_bytes(bytes(data))
     with pytest.raises(RecordError, match="states a peak"):
-        read_path([path, other], options=ReadOptions(unit="gal"))
+        read_path([path, other], Declarations(unit="gal"))
 
 
 @pytest.mark.parametrize("separator", [",", ";", "\t", "  "])
@@ -196,4 +198,4 @@ def test_columns_that_do_not_hold_what_is_declared(tmp_path, text, columns, inte
     path = tmp_path / "x.csv"
     path.write_text(text)
     with refused(RecordError, "x.csv", *words):
-        read_path(path, options=ReadOptions(columns=columns, sampling_interval_s=interval, processed=True))
+        read_path(path, Declarations(columns=columns, sampling_interval_s=interval, processed=True))

@@ -5,6 +5,7 @@ import pytest
 
 from overturning.errors import RecordError
 from overturning.records.read import read_path
+from overturning.records.source import Declarations
 from tests.expect import refused
 from tests.records.record_writers import cosmos_text, esm_text, smc_text
 from tests.records.seed_writers import write_inventory, write_sac
@@ -15,9 +16,9 @@ random = np.random.default_rng(17)
 A, B, C = (np.round(random.normal(0, 50, 210), 1) for _ in range(3))
 
 
-def put(tmp_path, name, text, **options):
+def put(tmp_path, name, text, **declared):
     (tmp_path / name).write_text(text)
-    return read_path(tmp_path / name, **options)
+    return read_path(tmp_path / name, Declarations(**declared))
 
 
 def same(record, north, east, up, scale):

@@ -4,9 +4,12 @@ import inspect
 from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
-from typing import Annotated, Any, get_args, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
+
+if TYPE_CHECKING:
+    from overturning.records.source import Declarations
 
 
 def grouped(command: Callable[..., None]) -> Callable[..., None]:
@@ -65,33 +68,32 @@ class Declared:
         typer.Option(help="up, down or none (leave out), for a vertical axis that does not say which way it points"),
     ] = ""
 
-    def arguments(self) -> dict[str, Any]:
-        """The same as arguments of `read_path` and `check_paths`; an ArgumentError names a wrong one."""
+    def declarations(self) -> "Declarations":
+        """What was declared, as the readers take it; an ArgumentError names a wrong option."""
         from overturning.errors import ArgumentError
-        from overturning.records import assembly, component
-        from overturning.records.detect import FORMATS
-        from overturning.records.source import ReadOptions
-        from overturning.units import UNITS
+        from overturning.records.formats.table import format_named
+        from overturning.records.source import Declarations
 
-        for option, value, known in (
-            ("--vertical-sense", self.vertical_sense, get_args(assembly.VerticalSense)),
-            ("--sensor", self.sensor, get_args(component.Sensor)),
-            ("--unit", self.unit, tuple(UNITS)),
-            ("--format", self.form, tuple(each.name for each in FORMATS)),
-        ):
-            if value and value not in known:
-                raise ArgumentError(f"{option}: {value!r}; known are {', '.join(known)}")
         try:
             pair = [float(a) for a in self.azimuths.replace(",", " ").split()] or None
         except ValueError:
             raise ArgumentError(f"--azimuths: {self.azimuths!r}; two numbers of degrees, e.g. 0,90") from None
-        return {
-            "options": ReadOptions(self.unit or None, self.columns, self.interval, self.processed),
-            "form": self.form or None,
-            "azimuths_deg": pair,
-            "vertical_sense": self.vertical_sense or None,
-            "trust_data": self.trust_data,
-        } | ({"sensor": self.sensor} if self.sensor else {})
+        said: Any = self  # words of any kind: Declarations knows which there are
+        try:
+            format_named(self.form or None)
+            return Declarations(
+                form=self.form or None,
+                columns=self.columns,
+                sampling_interval_s=self.interval,
+                processed=self.processed,
+                azimuths_deg=pair,
+                trust_data=self.trust_data,
+                unit=said.unit or None,
+                sensor=said.sensor or None,
+                vertical_sense=said.vertical_sense or None,
+            )
+        except ArgumentError as problem:
+            raise ArgumentError(f"--{str(problem).replace('_', '-', 1)}") from None
 
 
 @dataclass(frozen=True)

@@ -127,7 +127,7 @@ def _record(shaking: Shaking, given: Declared) -> "Record":
 
     name, table = shaking.record, shaking.table
     if Path(name).is_file():
-        return rounded(process(read_path(Path(name), **given.arguments()), None))
+        return rounded(process(read_path(Path(name), given.declarations()), None))
     if given != Declared():
         raise ArgumentError(
             f"--record {name!r}: no file of that name; what is said of files cannot be said of anything else"

@@ -25,7 +25,7 @@ def check(
     from overturning.records.check import check_paths, describe, passed_over
     from overturning.records.earthquakes import earthquakes_of
 
-    findings = check_paths(paths, **given.arguments())
+    findings = check_paths(paths, given.declarations())
     for finding in findings:
         typer.echo(describe(finding))
     for said in earthquakes_of(f.record for f in findings if f.record is not None).said:
@@ -66,16 +66,16 @@ def plot(
     from overturning.records.read import read_path
     from overturning.records.record import summary
 
-    options = given.arguments()
+    declared = given.declarations()
     try:
         frequency: float | Literal["auto"] = "auto" if corner == "auto" else float(corner)
     except ValueError:
         raise ArgumentError(f"--corner: {corner!r}; a frequency in Hz, or auto") from None
     refused = []
     if len(paths) == 1 and paths[0].is_file():
-        records = {paths[0].name: read_path(paths, **options)}
+        records = {paths[0].name: read_path(paths, declared)}
     else:
-        findings = check_paths(paths, **options)
+        findings = check_paths(paths, declared)
         records = {finding.files[0]: finding.record for finding in findings if finding.record is not None}
         refused = [finding for finding in findings if finding.record is None]
     page = output.suffix in (".svg", ".png")

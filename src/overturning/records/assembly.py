@@ -5,7 +5,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -15,11 +15,10 @@ from overturning.motion.direction import direction_cosines
 from overturning.motion.plausible import implausible
 from overturning.records.component import Component, check_peak, is_vertical_of_unknown_sense
 from overturning.records.record import Record, peaks_of
+from overturning.records.source import Declarations, VerticalSense
 
 MAXIMUM_SPREAD = 0.5
 """Largest difference in start or in length between components of one record, s."""
-
-VerticalSense = Literal["up", "down", "none"]
 
 MINIMUM_SINE = 0.9
 """Smallest sine of the angle between two horizontal axes that may be turned to north and east."""
@@ -100,30 +99,20 @@ def _common_window(components: Sequence[Component], *, trust_data: bool = False)
 
 
 def assemble(
-    components: Sequence[Component],
-    *,
-    record_id: str,
-    azimuths_deg: Sequence[float] | None = None,
-    correction_deg: float = 0.0,
-    trust_data: bool = False,
-    vertical_sense: VerticalSense | None = None,
-    overrides: dict[str, Any] | None = None,
+    components: Sequence[Component], record_id: str, declared: Declarations | None = None, **stated: Any
 ) -> Record:
     """Make one record of the components of one sensor: two horizontal axes and at most one vertical one.
 
     Parameters
     ----------
     components : sequence of Component
+        In any order.
     record_id : str
-    azimuths_deg : sequence of float, optional
-        Azimuths of the two horizontal axes, in the order of the components, where the file does not state them.
-    correction_deg : float
-        Added to the stated azimuths: sensor misorientation plus magnetic declination, degrees clockwise.
-    trust_data : bool
-        Go on where a header's peak contradicts the data, files are unlike long, or the motion is not the size of one.
-    vertical_sense : {"up", "down", "none"}, optional
-        Which way a vertical axis points that does not say so itself; ``none`` leaves it out.
-    overrides : dict, optional
+        Name of the record.
+    declared : Declarations, optional
+        Of the axes, and whether to go on where a header's peak contradicts the data, files are unlike long, or the
+        motion is not the size of one.
+    **stated
         Fields of the record that are known better than from the files (station, event, licence…).
 
     Raises
@@ -132,64 +121,57 @@ def assemble(
         If components are missing or doubled, an axis is unknown, rates, starts or lengths differ, a header's peak
         contradicts the data, or the motion is above 5 g or 1000 cm/s or below 0.0001 g.
     """
+    declared = declared or Declarations()
     name = components[0].file if components else record_id
-    components = _with_sense(components, vertical_sense)
-    differences, trusted = _checked_peaks(components, trust_data=trust_data)
-    horizontal, vertical = _axes(components, azimuths_deg, name)
-    window = _common_window([*horizontal, *vertical], trust_data=trust_data)
-    azimuths = [((c.azimuth_deg or 0.0) + correction_deg) % 360.0 for c in window[:2]]
+    components = _with_sense(components, declared.vertical_sense)
+    differences, trusted = _checked_peaks(components, trust_data=declared.trust_data)
+    axes = _axes(components, declared.azimuths_deg, name)
+    window = _common_window(axes, trust_data=declared.trust_data)
+    azimuths = [((c.azimuth_deg or 0.0) + declared.correction_deg) % 360.0 for c in window[:2]]
     north, east = _to_north_east(window[0].samples, azimuths[0], window[1].samples, azimuths[1], name)
     first = window[0]
     if why := _not_the_size_of_a_motion(window):
-        if not trust_data:
+        if not declared.trust_data:
             raise RecordError(f"{first.file}: {why}: correct it, or say --trust-data (trust_data in the record table)")
         trusted.append(why)
+    borehole = ["borehole sensor"] if first.sensor == "borehole" else []
     extra: dict[str, Any] = dict(first.extra) | {"format": first.format, "processed": first.processed}
     extra |= {"axes": [c.axis for c in window]} | ({"origin_time": iso(first.origin)} if first.origin else {})
-    if known := {axis: round(difference, 6) for axis, difference in differences.items() if difference is not None}:
-        extra["header_peak_difference"] = known
-    if trust_data:
-        extra |= {"trusted_data": True, "trusted": trusted}
-    extra["declared"] = [
-        *extra.get("declared", ()),
-        *([] if azimuths_deg is None else [f"axes {azimuths_deg[0]:g}° and {azimuths_deg[1]:g}°"]),
-        *([f"axes turned by {correction_deg:g}°"] if correction_deg else []),
-        *([f"vertical {vertical_sense}"] if vertical_sense else []),
-    ]
-    fields: dict[str, Any] = {
-        "start": iso(first.start),
+    extra |= {"header_peak_difference": differences} if differences else {}
+    extra |= {"trusted_data": True, "trusted": trusted} if declared.trust_data else {}
+    extra["declared"] = [*extra.get("declared", ()), *declared.of_axes, *borehole]
+    of_files = {
         "station": first.station,
         "event": first.event,
         "source": " ".join(dict.fromkeys(c.file for c in window)),
-        "sha256": _joint_hash(window),
         "latitude": first.latitude,
         "longitude": first.longitude,
     }
-    fields |= {key: value for key, value in (overrides or {}).items() if value not in (None, "")}
-    if first.sensor == "borehole":
-        extra["declared"].append("borehole sensor")
-        if "borehole" not in fields["station"].lower():
-            fields["station"] = f"{fields['station']} (borehole)".strip()
-    return Record(
+    record = Record(
         record_id=record_id,
         north=north,
         east=east,
-        up=window[2].samples * float(window[2].vertical) + 0.0 if vertical else None,
+        up=window[2].samples * float(window[2].vertical) + 0.0 if len(window) == 3 else None,
         sampling_interval=first.sampling_interval,
+        start=iso(first.start),
+        sha256=_joint_hash(window),
         component_azimuths_deg=tuple(azimuths),
         processing=_cut_to_common(components, window, north, east),
         extra=extra,
-        **fields,
+        **(of_files | stated),
     )
+    if borehole and "borehole" not in record.station.lower():
+        record = replace(record, station=f"{record.station} (borehole)".strip())
+    return record
 
 
-def _checked_peaks(components: Sequence[Component], *, trust_data: bool) -> tuple[dict[str, float | None], list[str]]:
+def _checked_peaks(components: Sequence[Component], *, trust_data: bool) -> tuple[dict[str, float], list[str]]:
     """Differences of the headers' peaks from the data's by axis, and which of them are wrong but trusted."""
-    differences: dict[str, float | None] = {}
-    trusted = []
+    differences, trusted = {}, []
     for component in components:
         try:
-            differences[component.axis] = check_peak(component)
+            if (difference := check_peak(component)) is not None:
+                differences[component.axis] = round(difference, 6)
         except RecordError as problem:
             if not trust_data:
                 raise
@@ -213,24 +195,12 @@ def _cut_to_common(
     sizes = {c.axis: c.samples.size for c in whole}
     kept, interval = window[0].samples.size, window[0].sampling_interval
     left_out = max(sizes.values()) - kept
-    if not left_out:
-        return ()
     found = peaks_of(np.stack([north, east]), interval)
-    effect = {name: [peak, peak] for name, peak in found.items()}
-    return (
-        {
-            "step": "common_window",
-            "samples": sizes,
-            "kept": kept,
-            "left_out_s": round(left_out * interval, 6),
-            "effect": effect,
-        },
-    )
+    step = {"step": "common_window", "samples": sizes, "kept": kept, "left_out_s": round(left_out * interval, 6)}
+    return (step | {"effect": {name: [peak, peak] for name, peak in found.items()}},) if left_out else ()
 
 
-def _axes(
-    components: Sequence[Component], azimuths_deg: Sequence[float] | None, name: str
-) -> tuple[list[Component], list[Component]]:
+def _axes(components: Sequence[Component], azimuths_deg: Sequence[float] | None, name: str) -> list[Component]:
     """The two horizontal components, with their azimuths, and the vertical one, if any."""
     vertical = [c for c in components if c.vertical]
     horizontal = [c for c in components if not c.vertical]
@@ -250,26 +220,21 @@ def _axes(
                 f"{component.file}: axis {component.axis!r} says nothing about north; "
                 "give the azimuths of the two axes (azimuths_deg in the record table, --azimuths here)"
             )
-    return horizontal, vertical
+    return [*horizontal, *vertical]
 
 
 def _with_sense(components: Sequence[Component], sense: VerticalSense | None) -> list[Component]:
     """Give vertical axes of unknown sense the declared one."""
-    turned = []
-    for component in components:
-        unknown = (
-            component.azimuth_deg is None and not component.vertical and is_vertical_of_unknown_sense(component.axis)
+    unknown = [c.azimuth_deg is None and not c.vertical and is_vertical_of_unknown_sense(c.axis) for c in components]
+    if any(unknown) and sense is None:
+        one = components[unknown.index(True)]
+        raise RecordError(
+            f"{one.file}: axis {one.axis!r} is vertical, but the file does not say whether up or down; declare it "
+            "(vertical_sense in the record table, --vertical-sense here: up, down, or none to leave it out)"
         )
-        if unknown and sense is None:
-            raise RecordError(
-                f"{component.file}: axis {component.axis!r} is vertical, but the file does not say whether up or down; "
-                "declare it (vertical_sense in the record table, --vertical-sense here: up, down, or none to leave it "
-                "out)"
-            )
-        if unknown and sense == "none":
-            continue
-        turned.append(replace(component, vertical=1 if sense == "up" else -1) if unknown else component)
-    return turned
+    vertical = {"up": 1, "down": -1}.get(sense or "", 0)
+    pairs = zip(components, unknown, strict=True)
+    return [replace(c, vertical=vertical) if open_ else c for c, open_ in pairs if vertical or not open_]
 
 
 def _joint_hash(components: Sequence[Component]) -> str:

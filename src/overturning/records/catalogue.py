@@ -7,7 +7,15 @@ from typing import Annotated, Any, Final, Literal
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from overturning.errors import ConfigError, MissingDataError
-from overturning.records.source import SourceFile, Unit, open_archive, read_source
+from overturning.records.source import (
+    Declarations,
+    Sensor,
+    SourceFile,
+    Unit,
+    VerticalSense,
+    open_archive,
+    read_source,
+)
 from overturning.tables import read_rows
 
 
@@ -121,11 +129,11 @@ class RecordEntry(BaseModel):
         description="Whether the samples of a CSV or SAC file have been corrected already (`true`) or are raw "
         "(`false`).",
     )
-    vertical_sense: Literal["up", "down", "none"] | None = Field(
+    vertical_sense: VerticalSense | None = Field(
         default=None,
         description="Which way a vertical axis points that does not say so (`Vert`); `none` leaves it out.",
     )
-    sensor: Literal["surface", "borehole"] = Field(
+    sensor: Sensor = Field(
         default="surface", description="`surface`, or `borehole`, whose motion is refused unless it is declared."
     )
     trust_data: bool = Field(
@@ -156,9 +164,14 @@ class RecordEntry(BaseModel):
         return {name: value for name, value in stated.items() if value not in (None, "")}
 
     @property
-    def azimuth_correction_deg(self) -> float:
-        """What is added to the file's azimuths, degrees."""
-        return self.orientation_correction_deg + self.magnetic_declination_deg
+    def declarations(self) -> Declarations:
+        """What the table says that the files do not."""
+        same = {"unit", "columns", "sampling_interval_s", "processed", "sensor", "azimuths_deg", "vertical_sense"}
+        return Declarations(
+            form=None if self.format == "auto" else self.format,
+            correction_deg=self.orientation_correction_deg + self.magnetic_declination_deg,
+            **self.model_dump(include=same | {"trust_data"}),
+        )
 
 
 def read_catalogue(path: Path | str) -> dict[str, RecordEntry]:

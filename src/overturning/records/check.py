@@ -6,12 +6,12 @@ from pathlib import Path
 
 from overturning.errors import OverturningError
 from overturning.motion.integration import peaks
-from overturning.records.assembly import VerticalSense, assemble
-from overturning.records.component import Component, Sensor, largest
+from overturning.records.assembly import assemble
+from overturning.records.component import Component, largest
 from overturning.records.processing import process
 from overturning.records.read import group_components, read_files
 from overturning.records.record import Record, state_of, summary
-from overturning.records.source import ReadOptions, SourceFile, read_source
+from overturning.records.source import Declarations, SourceFile, read_source
 
 
 @dataclass(frozen=True)
@@ -31,43 +31,29 @@ NO_RECORDS = frozenset(
 """Extensions of files that are no records: in folders, and among several files, they are passed over."""
 
 
-def check_paths(
-    paths: Iterable[Path],
-    *,
-    options: ReadOptions | None = None,
-    form: str | None = None,
-    sensor: Sensor | None = None,
-    azimuths_deg: Sequence[float] | None = None,
-    trust_data: bool = False,
-    vertical_sense: VerticalSense | None = None,
-) -> list[Finding]:
-    """Read files and folders, sort their components into records, and check each; options as in `read_path`.
+def check_paths(paths: Iterable[Path], declared: Declarations | None = None) -> list[Finding]:
+    """Read files and folders, sort their components into records, and check each, with what is declared of them.
 
     Of folders the folders inside are read too. Files that cannot be read come first, then records in the order of their
-    files. Without ``sensor`` both of a station that has two are looked at.
+    files. Where no sensor is declared, both of a station that has two are looked at.
     """
     sources, findings = _sources(list(paths))
-    options = (options or ReadOptions()).with_metadata_of(sources)
+    declared = (declared or Declarations()).with_metadata_of(sources)
     components: list[Component] = []
     for source in sources:
-        if source in options.metadata:
+        if source in declared.metadata:
             continue
         try:
-            components += [c for c in read_files([source], form, options) if sensor in (None, c.sensor)]
+            components += [c for c in read_files([source], declared) if declared.sensor in (None, c.sensor)]
         except OverturningError as problem:
             findings.append(Finding((source.name,), reason=str(problem)))
     for group in group_components(components):
         files = tuple(dict.fromkeys(c.file for c in group))
-        name = Path(files[0]).name.split(".")[0].lower()
         try:
-            record = assemble(
-                group, record_id=name, azimuths_deg=azimuths_deg, trust_data=trust_data, vertical_sense=vertical_sense
-            )
-            used = process(record, None)
+            record = assemble(group, Path(files[0]).name.split(".")[0].lower(), declared)
+            findings.append(Finding(files, tuple(group), record, used=process(record, None)))
         except OverturningError as problem:
             findings.append(Finding(files, tuple(group), reason=str(problem)))
-        else:
-            findings.append(Finding(files, tuple(group), record, used=used))
     return findings
 
 

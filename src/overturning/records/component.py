@@ -4,13 +4,13 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
-from overturning.records.source import SourceFile
+from overturning.records.source import Sensor, SourceFile
 
 Direction = tuple[float | None, int]
 """Azimuth, degrees clockwise from north or None, and vertical sense: +1 up, −1 down, 0 otherwise."""
@@ -73,17 +73,16 @@ def agree(file: str, line: int, text: str, first: float | None, second: float | 
 PEAK_TOLERANCE = 0.005
 """Largest relative difference between a header's peak and the data's, 0.5 %."""
 
-Sensor = Literal["surface", "borehole"]
-
 DEEPEST_VAULT = 3.0
 """Depth down to which a sensor is taken as one at the surface, m: vaults, piers and posts in the soil."""
 
 
 def sensor_at(depth_m: float | None = None, text: str = "") -> Sensor:
     """Which sensor it is, by its depth below the surface or its place in words; that of the surface if neither."""
-    said = re.search(r"(\d+(?:\.\d+)?)\s*(m|ft|feet)\b\.?\s*(?:deep|depth|below)", text, re.IGNORECASE)
-    if said or (said := re.search(r"depth\D{0,5}(\d+(?:\.\d+)?)\s*(m|ft|feet)\b", text, re.IGNORECASE)):
-        depth_m = float(said[1]) * (1.0 if said[2].lower() == "m" else 0.3048)
+    size = r"(\d+(?:\.\d+)?)\s*(m|ft|feet)\b"
+    for pattern in (rf"depth\D{{0,5}}{size}", rf"{size}\.?\s*(?:deep|depth|below)"):
+        if stated := re.search(pattern, text, re.IGNORECASE):
+            depth_m = float(stated[1]) * (1.0 if stated[2].lower() == "m" else 0.3048)
     named = re.search(r"\b(down|bore)[- ]?hole\b", text, re.IGNORECASE)
     return "borehole" if named or (depth_m is not None and depth_m > DEEPEST_VAULT) else "surface"
 

@@ -135,7 +135,7 @@ def _retried(action: Any, request: Request, tries: int, wait: float) -> Any:
 
 
 def _stations(client: Any, codes: tuple[str, ...], start: Any, end: Any, path: Path) -> None:
-    from overturning.records.formats.stationxml import read_inventory
+    from overturning.records.formats.miniseed import read_inventory
 
     answer = io.BytesIO()
     named = dict(zip(("network", "station", "location", "channel"), codes, strict=True))

@@ -12,7 +12,7 @@ from functools import cached_property
 from pathlib import Path, PurePosixPath
 from typing import Final, Literal, get_args
 
-from overturning.errors import MissingDataError, RecordError
+from overturning.errors import ArgumentError, MissingDataError, RecordError
 from overturning.units import UNITS
 
 MAXIMUM_BYTES: Final = 200_000_000
@@ -20,6 +20,9 @@ MAXIMUM_BYTES: Final = 200_000_000
 
 MAXIMUM_MEMBERS: Final = 20_000
 """Most members of an archive."""
+
+MARKS: Final = b"\xef\xbb\xbf \r\n\t"
+"""What may stand before the first letter of a text: a byte-order mark and white space."""
 
 _DAMAGE: Final = (
     *(tarfile.TarError, zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError),
@@ -70,7 +73,7 @@ def is_archive(data: bytes) -> bool:
 
 def is_web_page(data: bytes) -> bool:
     """Whether bytes begin like an HTML page, as a server sends it to those who have not signed in."""
-    return data[:400].lstrip(b"\xef\xbb\xbf \r\n\t").lower().startswith((b"<!doctype html", b"<html"))
+    return data[:400].lstrip(MARKS).lower().startswith((b"<!doctype html", b"<html"))
 
 
 def read_source(path: Path) -> SourceFile:
@@ -165,28 +168,47 @@ def _tar_members(source: SourceFile, budget: list[int]) -> Iterator[SourceFile]:
 
 
 Unit = Literal["m/s2", "cm/s2", "gal", "mm/s2", "nm/s2", "g", "mg"]
+Sensor = Literal["surface", "borehole"]
+VerticalSense = Literal["up", "down", "none"]
 
 assert set(UNITS) == set(get_args(Unit))
 
 
 @dataclass(frozen=True)
-class ReadOptions:
-    """Declarations of the record table or the command line."""
+class Declarations:
+    """What files do not say themselves: said by the record table, on the command line, or in Python."""
 
-    unit: str | None = None  # of the samples, a key of ``UNITS``, where the format leaves it open (SAC)
+    form: str | None = None  # the only format allowed; None: by content
+    unit: Unit | None = None  # of the samples, where the format leaves it open (SAC)
     columns: str = ""  # of a CSV file: ``time:s north:gal east:gal up:gal``
     sampling_interval_s: float | None = None  # of a CSV file without a time column
     processed: bool | None = None  # whether the samples have been corrected already, where the format leaves it open
+    sensor: Sensor | None = None  # None: that at the surface
+    azimuths_deg: Sequence[float] | None = None  # of the two horizontal axes, in the order of the components
+    correction_deg: float = 0.0  # added to the azimuths: misorientation plus magnetic declination, clockwise
+    vertical_sense: VerticalSense | None = None  # of a vertical axis that does not say it; ``none`` leaves it out
+    trust_data: bool = False  # go on where header and data differ, files are unlike long, or the size is no motion's
     metadata: Sequence[SourceFile] = ()  # StationXML files that go with MiniSEED or SAC files
 
+    def __post_init__(self) -> None:
+        for name, known in (("unit", UNITS), ("sensor", get_args(Sensor)), ("vertical_sense", get_args(VerticalSense))):
+            if (value := getattr(self, name)) not in (None, *known):
+                raise ArgumentError(f"{name}: {value!r}; known are {', '.join(known)}")
+
     @property
-    def declared(self) -> list[str]:
+    def of_samples(self) -> list[str]:
         """What was declared of the samples, in words."""
         words = [f"columns {self.columns}"] if self.columns else [f"unit {self.unit}"] if self.unit else []
-        state = {True: ["processed"], False: ["raw"], None: []}[self.processed]
-        return [*words, *state]
+        return words + {True: ["processed"], False: ["raw"], None: []}[self.processed]
 
-    def with_metadata_of(self, files: Iterable[SourceFile]) -> "ReadOptions":
+    @property
+    def of_axes(self) -> list[str]:
+        """What was declared of the axes, in words."""
+        words = [] if self.azimuths_deg is None else ["axes {:g}° and {:g}°".format(*self.azimuths_deg)]
+        words += [f"axes turned by {self.correction_deg:g}°"] if self.correction_deg else []
+        return words + ([f"vertical {self.vertical_sense}"] if self.vertical_sense else [])
+
+    def with_metadata_of(self, files: Iterable[SourceFile]) -> "Declarations":
         """The same, with the StationXML among files added to the metadata."""
         found = [file for file in files if b"FDSNStationXML" in file.data[:2000]]
         return replace(self, metadata=(*self.metadata, *found))

@@ -1,1 +1,1 @@
-"""One module per file format: how to recognise it, and how to read it or say why not."""
+"""One module per file format: how its files are read, or why not. How they are recognised stands in `table`."""

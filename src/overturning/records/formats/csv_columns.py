@@ -5,16 +5,17 @@ from typing import Final
 
 import numpy as np
 
+from overturning.arrays import FloatArray
 from overturning.errors import RecordError
 from overturning.records.component import UNKNOWN, Component, parse_axis
 from overturning.records.formats.lines import Lines
-from overturning.records.source import ReadOptions, SourceFile
+from overturning.records.source import Declarations, SourceFile
 from overturning.units import UNITS
 
 SECONDS: Final = {"s": 1.0, "ms": 1e-3}
 
 
-def read(source: SourceFile, options: ReadOptions) -> list[Component]:
+def read(source: SourceFile, declared: Declarations) -> list[Component]:
     """Read all declared columns.
 
     ``columns`` names every column in order: ``time:s`` or ``time:ms``, ``skip``, or an axis with its unit:
@@ -22,30 +23,39 @@ def read(source: SourceFile, options: ReadOptions) -> list[Component]:
     headings are passed over.
     """
     name = source.name
-    columns = _declared(options.columns, name)
-    if options.processed is None:
+    columns = _columns(declared.columns, name)
+    if declared.processed is None:
         raise RecordError(
             f"{name}: columns do not say whether the samples are raw or have been corrected; declare it (processed in "
             "the record table: true or false; --processed or --raw here)"
         )
-    rows, first_line = _rows(source, len(columns))
-    interval = options.sampling_interval_s
+    lines = Lines.of(source)
+    rows, first = _rows(lines, len(columns))
+    interval = declared.sampling_interval_s
     for index, (word, unit) in enumerate(columns):
         if word == "time":
-            interval = _even(rows[:, index] * SECONDS[unit], name, first_line, interval)
+            interval = _interval(lines, first, rows[:, index] * SECONDS[unit], interval)
     if interval is None:
         raise RecordError(f"{name}: no column time and no sampling_interval_s; declare one of them")
-    components = []
-    for index, (word, unit) in enumerate(columns):
-        if word in ("time", "skip"):
-            continue
-        samples = rows[:, index] * UNITS[unit]
-        more = {"processed": options.processed, "unit": unit, "extra": {"declared": options.declared}}
-        components.append(Component.of(source, word, parse_axis(word), samples, interval, **more))
-    return components
+    extra = {"declared": declared.of_samples}
+    return [
+        Component.of(
+            source,
+            word,
+            parse_axis(word),
+            rows[:, index] * UNITS[unit],
+            interval,
+            processed=declared.processed,
+            unit=unit,
+            extra=extra,
+        )
+        for index, (word, unit) in enumerate(columns)
+        if word not in ("time", "skip")
+    ]
 
 
-def _declared(text: str, name: str) -> list[tuple[str, str]]:
+def _columns(text: str, name: str) -> list[tuple[str, str]]:
+    """Axis and unit of each column."""
     if not text.strip():
         raise RecordError(
             f"{name}: columns are not declared; say what they are, e.g. `time:s north:gal east:gal up:gal` "
@@ -54,13 +64,11 @@ def _declared(text: str, name: str) -> list[tuple[str, str]]:
     columns = []
     for word in text.split():
         axis, _, unit = word.rpartition(":") if ":" in word else (word, "", "")
-        if axis.lower() == "skip":
-            columns.append(("skip", ""))
-        elif axis.lower() == "time" and unit in SECONDS:
-            columns.append(("time", unit))
+        if axis.lower() == "skip" or (axis.lower() == "time" and unit in SECONDS):
+            columns.append((axis.lower(), unit))
         elif unit.lower() in UNITS and parse_axis(axis) != UNKNOWN:
             columns.append((axis, unit.lower()))
-        elif len(columns) == 0 and re.search(r"[,;]", word):
+        elif not columns and re.search(r"[,;]", word):
             raise RecordError(f"{name}: columns {text!r}; set them off by blanks, not by commas or semicolons")
         else:
             raise RecordError(
@@ -70,38 +78,30 @@ def _declared(text: str, name: str) -> list[tuple[str, str]]:
     return columns
 
 
-def _rows(source: SourceFile, width: int) -> tuple[np.ndarray, int]:
-    lines = Lines.of(source)
-    separator = _separator(source)
-    values: list[list[float]] = []
-    first_line = heading = 0
-    for index, line in enumerate(source.lines):
-        text = line.strip()
-        if not text or text.startswith("#"):
-            continue
-        cells = [c.strip() for c in (text.split(separator) if separator else text.split())]
-        if not values and not heading and any(re.search(r"[A-Za-z]{1,}", c) and not _numeric(c) for c in cells):
-            heading = index + 1
-            continue
-        if wrong := _wrong_separator(line, cells, separator, width):
+def _rows(lines: Lines, width: int) -> tuple[FloatArray, int]:
+    """Numbers of all rows, and the line of the first."""
+    texts = {i: text for i, line in enumerate(lines.lines) if (text := line.strip()) and not text.startswith("#")}
+    separator = next((mark for mark in ";\t," if mark in next(iter(texts.values()), "")), None)
+    cells = {i: [cell.strip() for cell in text.split(separator)] for i, text in texts.items()}
+    if cells and any(re.search("[A-Za-z]", cell) and not _numeric(cell) for cell in next(iter(cells.values()))):
+        del cells[next(iter(cells))]  # headings
+    for index, row in cells.items():
+        if wrong := _wrong_separator(texts[index], row, separator, width):
             raise lines.error(index, wrong)
-        values.append([lines.number(cell, index, "a cell") for cell in cells])
-        first_line = first_line or index + 1
-    if source.data[-1:] not in (b"\n", b"\r"):
-        raise lines.error(
-            len(source.lines) - 1,
-            "the last line has no line end, so its last number may be cut; add one if it is whole",
-        )
+    values = [[lines.number(cell, index, "a cell") for cell in row] for index, row in cells.items()]
+    if not lines.ended:
+        why = "the last line has no line end, so its last number may be cut; add one if it is whole"
+        raise lines.error(len(lines.lines) - 1, why)
     if len(values) < 2:
-        raise RecordError(f"{source.name}: {len(values)} rows of numbers; a record needs at least 2")
-    return np.array(values, dtype=np.float64), first_line
+        raise RecordError(f"{lines.file}: {len(values)} rows of numbers; a record needs at least 2")
+    return np.array(values, dtype=np.float64), next(iter(cells))
 
 
 def _wrong_separator(line: str, cells: list[str], separator: str | None, width: int) -> str:
     """What is wrong with the marks between or in the cells of a line; empty where nothing is."""
     decimal = next((cell for cell in cells if re.fullmatch(r"[+-]?\d*,\d+([eE][+-]?\d+)?", cell)), None)
     if decimal or (separator == "," and len(cells) == 2 * width and all(re.fullmatch(r"[+-]?\d*", c) for c in cells)):
-        return f"{decimal or line.strip()[:30]!r} has decimal commas; write decimal points (sed 's/,/./g')"
+        return f"{decimal or line[:30]!r} has decimal commas; write decimal points (sed 's/,/./g')"
     if len(cells) == width:
         return ""
     if separator != ";" and ";" in line:
@@ -117,21 +117,15 @@ def _numeric(cell: str) -> bool:
     return True
 
 
-def _separator(source: SourceFile) -> str | None:
-    first = next((line for line in source.lines if line.strip() and not line.startswith("#")), "")
-    return next((c for c in ";\t," if c in first), None)
-
-
-def _even(time: np.ndarray, name: str, first_line: int, declared: float | None) -> float:
-    interval = float(time[-1] - time[0]) / (time.size - 1)
-    steps = np.diff(time)
-    uneven = np.flatnonzero(np.abs(steps - interval) > max(0.02 * abs(interval), 1e-9))
-    if interval <= 0 or uneven.size:
-        line = first_line + (int(uneven[0]) + 1 if uneven.size else 1)
-        raise RecordError(f"{name} line {line}: times are not evenly spaced; resample the file first")
-    interval = round(interval, 9)
+def _interval(lines: Lines, first: int, time: FloatArray, declared: float | None) -> float:
+    """Sampling interval of a column of times, s, which agrees with the declared one."""
+    exact = float(time[-1] - time[0]) / (time.size - 1)
+    steps = np.abs(np.diff(time) - exact)
+    if exact <= 0 or steps.max() > max(0.02 * exact, 1e-9):
+        at = int(np.flatnonzero(steps > max(0.02 * abs(exact), 1e-9))[0]) if exact > 0 else 0
+        raise lines.error(first + at + 1, "times are not evenly spaced; resample the file first")
+    interval = round(exact, 9)
     if declared is not None and abs(declared - interval) > 1e-3 * interval:
-        raise RecordError(
-            f"{name}: times are {interval:g} s apart, sampling_interval_s says {declared:g}; correct either"
-        )
+        why = f"times are {interval:g} s apart, sampling_interval_s says {declared:g}; correct either"
+        raise RecordError(f"{lines.file}: {why}")
     return interval

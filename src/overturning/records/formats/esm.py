@@ -1,103 +1,58 @@
 """ESM / ITACA / DYNA ASCII: one component per file, cm/s²; 64 lines ``KEY: value``, then one sample per line."""
 
 import re
-from datetime import UTC, datetime
 from typing import Final
 
-from overturning.errors import RecordError
 from overturning.records.component import Component, channel_axis, sensor_at
-from overturning.records.formats.lines import Lines, stated_time
+from overturning.records.formats.lines import Fields, Header, Lines, epicentre, stated_time
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
-_KNOWN: Final = {
-    "STATION_LATITUDE_DEGREE": "latitude",
-    "STATION_LONGITUDE_DEGREE": "longitude",
-    "MAGNITUDE_W": "magnitude",
-    "VS30_M/S": "vs30",
-    "EVENT_LATITUDE_DEGREE": "event_latitude",
-    "EVENT_LONGITUDE_DEGREE": "event_longitude",
-}
-
-_LINE: Final = re.compile(r"([A-Z][A-Z0-9_/^]*):\s?(.*)")
-
-
-def detect(source: SourceFile) -> bool:
-    """Whether a file begins like DYNA."""
-    return source.data[:12].lstrip(b"\xef\xbb\xbf").startswith((b"EVENT_NAME:", b"EVENT_ID:"))
+LINE: Final = r"[A-Z][A-Z0-9_/^]*:(\s.*)?"
+KEYS: Final = (
+    *("EVENT_NAME", "EVENT_ID", "EVENT_DATE_YYYYMMDD", "EVENT_TIME_HHMMSS", "EVENT_LATITUDE_DEGREE"),
+    *("EVENT_LONGITUDE_DEGREE", "MAGNITUDE_W", "STATION_CODE", "STATION_LATITUDE_DEGREE", "STATION_LONGITUDE_DEGREE"),
+    *("VS30_M/S", "SENSOR_DEPTH_M", "DATE_TIME_FIRST_SAMPLE_YYYYMMDD_HHMMSS", "SAMPLING_INTERVAL_S", "NDATA", "STREAM"),
+    *("UNITS", "PGA_CM/S^2", "BASELINE_CORRECTION", "FILTER_TYPE", "LOW_CUT_FREQUENCY_HZ", "HIGH_CUT_FREQUENCY_HZ"),
+    *("DATA_TYPE", "PROCESSING"),
+)
+FIELDS: Final[Fields] = {key: rf"^{re.escape(key)}:(.*)" for key in KEYS}
 
 
 def read(source: SourceFile) -> list[Component]:
     """Read one component; a RecordError where a key is missing, the count is wrong, or the unit is not cm/s²."""
     lines = Lines.of(source)
-    header: dict[str, tuple[int, str]] = {}
-    first = 0
-    for first, line in enumerate(source.lines):
-        match = _LINE.fullmatch(line.rstrip())
-        if match is None:
-            break
-        header[match[1]] = (first, match[2].strip())
-
-    def text(key: str) -> str:
-        return header.get(key, (0, ""))[1]
-
-    def at(key: str) -> int:
-        if key not in header:
-            raise RecordError(f"{source.name}: no header line {key}; get the file again")
-        return header[key][0]
-
-    def value(key: str) -> float:
-        return lines.number(text(key), at(key), key)
-
-    units_at, _ = at("UNITS"), at("STREAM")
-    if text("UNITS").replace(" ", "").lower() not in ("cm/s^2", "cm/s2"):
-        raise lines.error(units_at, f"unit {text('UNITS')!r}; only cm/s^2 is read: get acceleration")
-    # Raw files write it small, or say that it is unprocessed.
-    if text("DATA_TYPE").upper().removeprefix("UNPROCESSED ") != "ACCELERATION" and "DATA_TYPE" in header:
-        raise lines.error(at("DATA_TYPE"), f"{text('DATA_TYPE')}; only ACCELERATION is read: get that file")
+    first = next((i for i, line in enumerate(lines.lines) if not re.fullmatch(LINE, line.rstrip())), len(lines.lines))
+    header = Header.of(lines, FIELDS, first)
+    text = header.text
+    header.at("STREAM")
+    header.check_unit("UNITS", r"cm\s*/\s*s\^?2$", "acceleration in cm/s^2")
+    if text("DATA_TYPE"):  # raw files write it small, or say that it is unprocessed
+        header.check_unit("DATA_TYPE", r"(unprocessed )?acceleration$", "acceleration")
     samples = lines.column(first)
-    lines.check_last_number(source.text[-200:])
-    if samples.size != int(value("NDATA")):
-        raise lines.error(
-            at("NDATA"),
-            f"header promises {text('NDATA')} samples, the file has {samples.size}; it is cut: get it again",
-        )
-    known: dict[str, float | str] = {name: value(key) for key, name in _KNOWN.items() if text(key)}
+    header.check_count("NDATA", samples.size)
     corners = [text(f"{end}_CUT_FREQUENCY_HZ") for end in ("LOW", "HIGH")]
-    if all(corners):
-        known["agency_processing"] = f"{text('FILTER_TYPE').lower() or 'filter'} {corners[0]} to {corners[1]} Hz"
-    stated = text("PGA_CM/S^2")
+    filtered = f"{text('FILTER_TYPE').lower() or 'filter'} {corners[0]} to {corners[1]} Hz"
+    extra = header.numbers({"magnitude": "MAGNITUDE_W", "vs30": "VS30_M/S"})
+    extra |= epicentre(header.optional("EVENT_LATITUDE_DEGREE"), header.optional("EVENT_LONGITUDE_DEGREE"))
+    first_sample = "DATE_TIME_FIRST_SAMPLE_YYYYMMDD_HHMMSS"
+    raw = "NOT REMOVED" in text("BASELINE_CORRECTION").upper() or text("PROCESSING").lower() == "none"
     return [
         Component.of(
             source,
             text("STREAM"),
             channel_axis(text("STREAM")),
             samples * GAL,
-            value("SAMPLING_INTERVAL_S"),
-            start=_start(lines, *header.get("DATE_TIME_FIRST_SAMPLE_YYYYMMDD_HHMMSS", (0, ""))),
+            header.number("SAMPLING_INTERVAL_S"),
+            start=header.time(first_sample, "%Y%m%d_%H%M%S.%f", "%Y%m%d_%H%M%S") if text(first_sample) else None,
             station=text("STATION_CODE"),
             event=text("EVENT_NAME") or text("EVENT_ID"),
             origin=stated_time(f"{text('EVENT_DATE_YYYYMMDD')} {text('EVENT_TIME_HHMMSS')[:6]}", "%Y%m%d %H%M%S"),
-            latitude=known.pop("latitude", None),
-            longitude=known.pop("longitude", None),
-            peak=lines.peak(stated, at("PGA_CM/S^2"), "PGA", GAL) if stated else None,
-            sensor=sensor_at(value("SENSOR_DEPTH_M") if text("SENSOR_DEPTH_M") else None),
-            processed=not (
-                "NOT REMOVED" in text("BASELINE_CORRECTION").upper()
-                or text("PROCESSING").lower() == "none"
-                or text("DATA_TYPE").upper().startswith("UNPROCESSED")
-            ),
-            extra=known,
+            latitude=header.optional("STATION_LATITUDE_DEGREE"),
+            longitude=header.optional("STATION_LONGITUDE_DEGREE"),
+            peak=header.peak("PGA_CM/S^2", GAL) if text("PGA_CM/S^2") else None,
+            sensor=sensor_at(header.optional("SENSOR_DEPTH_M")),
+            processed=not (raw or text("DATA_TYPE").upper().startswith("UNPROCESSED")),
+            extra=extra | ({"agency_processing": filtered} if all(corners) else {}),
         )
     ]
-
-
-def _start(lines: Lines, index: int, text: str) -> datetime | None:
-    if not text:
-        return None
-    for pattern in ("%Y%m%d_%H%M%S.%f", "%Y%m%d_%H%M%S"):
-        try:
-            return datetime.strptime(text, pattern).replace(tzinfo=UTC)
-        except ValueError:
-            continue
-    raise lines.error(index, f"first sample at {text!r}; it reads like 20161030_064010.450: correct it")

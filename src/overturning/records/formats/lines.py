@@ -1,22 +1,38 @@
-"""Lines of a text file, read strictly: what is not the number that it should be is an error with file and line."""
+"""What the readers of text files share: a header as a table of fields, columns of numbers, and the checks of both.
+
+Everything is read strictly: what is not the number that it should be is an error with file and line.
+"""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
-from overturning.records.component import StatedPeak
+from overturning.records.component import Component, StatedPeak
 from overturning.records.source import SourceFile
 
 FLOAT: Final = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eEdD][+-]?[0-9]+)?"
 _NUMBER: Final = re.compile(rf"\s*({FLOAT})\s*")
-_ALLOWED: Final = set("0123456789+-.eE")
+_ALLOWED: Final = set("0123456789+-.eE ")
+
+Fields = Mapping[str, str | tuple[int, str]]
+"""Where a header states what: a pattern of the line, which is searched for, or the line, from 0, and its pattern.
+
+What is wanted is the pattern's first group. A field with a line must be there; any other only once it is asked for.
+"""
+
+EARTHQUAKE: Final[Fields] = {
+    "origin": r"\bORIGIN:\s*(\d+/\s*\d+/\s*\d+,?\s+\d+:\s*\d+:\s*\d+)[\d.]*\s*(?:UTC|GMT)",
+    "hypocentre": rf"\bHYPOCENTER:\s*({FLOAT})\s*([NS]?),?\s+({FLOAT})\s*([EW]?)",
+}
+"""The earthquake as headers of COSMOS and CSMIP state it."""
 
 
 def resolution(text: str) -> float:
@@ -26,57 +42,12 @@ def resolution(text: str) -> float:
     return float(10.0 ** (int(exponent or 0) - decimals))
 
 
-@dataclass(frozen=True)
-class Header:
-    """Texts of header lines ``KEY: text`` by key, with the lines that they stand in."""
-
-    lines: "Lines"
-    texts: dict[str, tuple[int, str]]
-
-    @classmethod
-    def of(cls, lines: "Lines", stop: int, strip: str = "") -> "Header":
-        """Header of the lines before ``stop``, less the characters ``strip`` before each; the first of a key counts."""
-        texts: dict[str, tuple[int, str]] = {}
-        for index, line in enumerate(lines.lines[:stop]):
-            key, colon, text = line.lstrip(strip).partition(":")
-            if colon:
-                texts.setdefault(" ".join(key.split()), (index, text.strip()))
-        return cls(lines, texts)
-
-    def at(self, key: str) -> int:
-        """Line of a key; a RecordError where there is none."""
-        if key not in self.texts:
-            raise RecordError(f"{self.lines.file}: no header line {key}; get the file again")
-        return self.texts[key][0]
-
-    def text(self, key: str) -> str:
-        """Text of a key; empty where there is none."""
-        return self.texts.get(key, (0, ""))[1]
-
-    def error(self, key: str, why: str) -> RecordError:
-        """An error that names the line of a key."""
-        return self.lines.error(self.at(key), why)
-
-    def number(self, key: str, text: str | None = None) -> float:
-        """Number of a key, or in a part of its text."""
-        index = self.at(key)
-        return self.lines.number(self.text(key) if text is None else text, index, key)
-
-    def time(self, key: str, pattern: str, text: str | None = None) -> datetime:
-        """Time of a key, or in a part of its text, in the given pattern; taken as UTC."""
-        said = self.text(key) if text is None else text
-        try:
-            return datetime.strptime(said, pattern).replace(tzinfo=UTC)
-        except ValueError:
-            raise self.error(key, f"{key} {said!r} is no time like {pattern}; correct it") from None
-
-
-def stated_time(text: str, pattern: str, ahead: timedelta = timedelta()) -> datetime | None:
-    """A time that a header states beside, in UTC, of a clock that is ahead of it; None where it does not read so."""
-    try:
-        return datetime.strptime(text.strip(), pattern).replace(tzinfo=UTC) - ahead
-    except (ValueError, OverflowError):
-        return None
+def stated_time(text: str, *patterns: str, ahead: timedelta = timedelta()) -> datetime | None:
+    """A time that a header states, in UTC, of a clock that is ahead of it; None where no pattern fits."""
+    for pattern in patterns:
+        with suppress(ValueError, OverflowError):
+            return datetime.strptime(text.strip(), pattern).replace(tzinfo=UTC) - ahead
+    return None
 
 
 @dataclass(frozen=True)
@@ -86,11 +57,12 @@ class Lines:
     file: str  # what an error names
     lines: Sequence[str]
     before: int = 0  # lines of the file that come before these
+    ended: bool = True  # whether the last line has its end
 
     @classmethod
     def of(cls, source: SourceFile) -> "Lines":
         """All lines of a file."""
-        return cls(source.name, source.lines)
+        return cls(source.name, source.lines, ended=source.text[-1:] in "\r\n")
 
     def error(self, index: int, why: str) -> RecordError:
         """An error that names file and line."""
@@ -103,89 +75,63 @@ class Lines:
             raise self.error(index, f"{what} is {text.strip()!r}, not a number; correct it or get the file again")
         return float(match[1].replace("D", "E").replace("d", "e"))
 
-    def peak(self, text: str, index: int, what: str, scale: float) -> StatedPeak:
-        """The peak that a text taken from a line states in a unit of ``scale`` m/s²."""
-        size = abs(self.number(text, index, what))
-        return StatedPeak(size * scale, resolution(text) * scale, line=self.before + index + 1)
-
-    def find(self, pattern: str, stop: int | None = None) -> tuple[re.Match[str], int] | None:
-        """First match of a pattern, whichever case, and its line, before the line ``stop``; None without one."""
-        for index, line in enumerate(self.lines[:stop]):
-            if match := re.search(pattern, line, re.IGNORECASE):
-                return match, index
-        return None
-
-    def earthquake(self) -> tuple[datetime | None, dict[str, float]]:
-        """Origin time, UTC, and epicentre, degrees, as COSMOS and CSMIP headers state them; None and empty without."""
-        origin, places = None, {}
-        if found := self.find(r"\bORIGIN:\s*(\d+/\s*\d+/\s*\d+),?\s+(\d+:\s*\d+:\s*\d+)[\d.]*\s*(?:UTC|GMT)"):
-            said = re.sub(r"\s", "", f"{found[0][1]}-{found[0][2]}")
-            forms = ("%Y/%m/%d-%H:%M:%S", "%m/%d/%Y-%H:%M:%S", "%m/%d/%y-%H:%M:%S")
-            origin = next((time for form in forms if (time := stated_time(said, form))), None)
-        if found := self.find(rf"\bHYPOCENTER:\s*({FLOAT})\s*([NS]?),?\s+({FLOAT})\s*([EW]?)"):
-            north, east = (float(found[0][i]) * (-1 if found[0][i + 1].upper() in ("S", "W") else 1) for i in (1, 3))
-            places = {"event_latitude": north, "event_longitude": east} if north or east else {}
-        return origin, places
-
     def time(self, index: int, day: Sequence[int], hour: int, minute: int, seconds: float) -> datetime:
         """A time in UTC from year, month and day, and the time of the day; a RecordError where there is none such."""
         year, month, of_month = day
         try:
             return datetime(year, month, of_month, hour, minute, tzinfo=UTC) + timedelta(seconds=seconds)
         except ValueError as problem:
+            said = f"start {year}-{month}-{of_month} {hour}:{minute}"
+            raise self.error(index, f"{said} ({problem}); correct it") from problem
+
+    def check_header(self, length: int) -> None:
+        """Refuse lines that end within a header of so many."""
+        if len(self.lines) < length:
+            raise self.error(len(self.lines) - 1, "the file ends in the header; get it again")
+
+    def interval_of(self, rate: float, index: int) -> float:
+        """Sampling interval, s, of a rate, Hz, that a line states."""
+        if not 1.0 <= rate <= 100_000.0:
             raise self.error(
-                index, f"start {year}-{month}-{of_month} {hour}:{minute} ({problem}); correct it"
-            ) from problem
+                index,
+                f"{rate:g} Hz is no rate of an accelerograph (1 to 100000 Hz); correct it, or get the corrected file",
+            )
+        return 1.0 / rate
+
+    def check_length(self, index: int, count: int, interval: float, length: float) -> None:
+        """Refuse a count whose samples do not last as long, s, as a line states."""
+        if abs(count * interval - length) > max(2.0 * interval, 0.011):
+            what = f"{count} samples every {interval:g} s, but the header's length is {length:g} s"
+            raise self.error(index, f"{what}; the file is cut or holds more: get it again")
+
+    def check_spacing(self, first: int, time: FloatArray, interval: float, per_line: float, remedy: str) -> None:
+        """Refuse times, s, which begin in the line ``first``, that are more than a millisecond off even ones."""
+        uneven = np.flatnonzero(np.abs(time - time[0] - interval * np.arange(time.size)) > 0.0011)
+        if uneven.size:
+            at = first + int(uneven[0] // per_line)
+            raise self.error(at, f"time {time[uneven[0]]:g} s does not fit an interval of {interval:g} s; {remedy}")
 
     def column(self, first: int) -> FloatArray:
         """All numbers of the free-format lines from ``first`` on, in reading order."""
-        words = " ".join(self.lines[first:]).split()
-        try:
-            # "nan", "inf" and "1_000" are numbers to Python but not to any of the formats.
-            if any(set(word) - _ALLOWED for word in words):
-                raise ValueError
-            return np.array(words, dtype=np.float64)
-        except ValueError:
-            rest = enumerate(self.lines[first:], first)
-            values = [self.number(word, index, "a sample") for index, line in rest for word in line.split()]
-            return np.array(values, dtype=np.float64)
+        values = self._values([line.split() for line in self.lines[first:]], first)
+        self._check_last_number()
+        return values
 
-    def rows(self, first: int, columns: int, stop: int | None = None) -> FloatArray:
-        """Numbers of the free-format lines from ``first`` to before ``stop``, so many on each; shape (lines, columns).
+    def rows(self, first: int, columns: int) -> FloatArray:
+        """Numbers of the free-format lines from ``first`` on, so many on each; shape (lines, columns).
 
         Blank lines at the end are left. A RecordError names the line that has another count, or what is no number.
         """
-        lines = list(self.lines[first:stop])
-        while lines and not lines[-1].strip():
-            lines.pop()
-        words: list[str] = []
-        for index, line in enumerate(lines, first):
-            cells = line.split()
-            if len(cells) != columns or set("".join(cells)) - _ALLOWED:
-                for cell in cells:
-                    self.number(cell, index, "a sample")
-                why = f"{len(cells)} numbers where {columns} belong; columns touch, or the line is cut"
-                raise self.error(index, f"{why}: get the file again")
-            words += cells
-        try:
-            return np.array(words, dtype=np.float64).reshape(-1, columns)
-        except ValueError:
-            for place, word in enumerate(words):
-                self.number(word, first + place // columns, "a sample")
-            raise
-
-    def check_last_number(self, end: str) -> None:
-        """Refuse a last number that was cut off: fewer decimals than the one before it, and no line end behind it.
-
-        ``end`` is the end of the file, at least two numbers.
-        """
-        if end[-1:] in "\r\n":
-            return
-        words = end.split()[-2:]
-        if len(words) == 2 and len(words[0].lstrip("+-")) != len(words[1].lstrip("+-")):
-            before, last = (w.partition(".")[2] for w in words)
-            if len(before) != len(last):
-                raise self.error(len(self.lines) - 1, f"the last number, {words[1]!r}, is cut; get the file again")
+        cells = [line.split() for line in self.lines[first:]]
+        while cells and not cells[-1]:
+            cells.pop()
+        for index, line in enumerate(cells, first):
+            if len(line) != columns:
+                why = f"{len(line)} numbers where {columns} belong; columns touch, or the line is cut"
+                raise self._wrong(index, line, why)
+        values = self._values(cells, first).reshape(-1, columns)
+        self._check_last_number()
+        return values
 
     def fixed_columns(self, first: int, *, width: int, per_line: int, count: int) -> FloatArray:
         """Read ``count`` numbers in columns of fixed width that may touch (FORTRAN ``8F10.3``), from line ``first`` on.
@@ -199,40 +145,177 @@ class Lines:
             raise self.error(
                 first + there, f"the file ends after {there} of {needed} lines of samples; it is cut: get it again"
             )
-        words: list[str] = []
-        for index in range(first, first + needed):
-            words += self._cells(index, width, min(per_line, count - len(words)))
-        try:
-            return np.array(words, dtype=np.float64)
-        except ValueError:
-            for index, word in enumerate(words):
-                self.number(word, first + index // per_line, "a sample")
-            raise
+        cells = [self._cells(first + k, width, min(per_line, count - k * per_line)) for k in range(needed)]
+        return self._values(cells, first)
 
     def _cells(self, index: int, width: int, count: int) -> list[str]:
-        """The columns of one line, each of characters that numbers have."""
+        """The columns of one line."""
         line = self.lines[index].rstrip()
         cells = [line[k * width : (k + 1) * width] for k in range(count)]
-        rest = line[count * width :].strip()
+        if rest := line[count * width :].strip():
+            why = f"{rest!r} after the last of {count} columns of {width} characters; the columns have moved"
+            raise self._wrong(index, cells, why)
         # Numbers are set flush right, so a line that is shorter than its columns has lost the end of its last number.
-        cut = len(line) < count * width
-        if rest or cut or not all(cell.strip() and not set(cell.strip()) - _ALLOWED for cell in cells):
-            for cell in cells:
-                self.number(cell, index, "a sample")
-            if rest:
-                why = f"{rest!r} after the last of {count} columns of {width} characters; the columns have moved"
-            else:
-                why = f"{len(line)} characters where {count} columns of {width} belong; the line is cut"
-            raise self.error(index, f"{why}: get the file again")
+        if len(line) < count * width:
+            why = f"{len(line)} characters where {count} columns of {width} belong; the line is cut"
+            raise self._wrong(index, cells, why)
         return cells
+
+    def _wrong(self, index: int, cells: Sequence[str], why: str) -> RecordError:
+        """What is wrong with a line: one of its cells, which is raised at once, or what is said of the whole line."""
+        for cell in cells:
+            self.number(cell, index, "a sample")
+        return self.error(index, f"{why}: get the file again")
+
+    def _values(self, cells: Sequence[Sequence[str]], first: int) -> FloatArray:
+        """Numbers of the cells of the lines from ``first`` on, in reading order."""
+        words = [word for line in cells for word in line]
+        # "nan", "inf" and "1_000" are numbers to Python but not to any of the formats.
+        if not set("".join(words)) - _ALLOWED:
+            with suppress(ValueError):
+                return np.array(words, dtype=np.float64)
+        numbers = [self.number(word, index, "a sample") for index, line in enumerate(cells, first) for word in line]
+        return np.array(numbers, dtype=np.float64)
+
+    def _check_last_number(self) -> None:
+        """Refuse a last number that was cut off: fewer decimals than the one before it, and no line end behind it."""
+        words = " ".join(self.lines[-2:]).split()[-2:]
+        if not self.ended and len(words) == 2 and len(words[0].lstrip("+-")) != len(words[1].lstrip("+-")):
+            before, last = (w.partition(".")[2] for w in words)
+            if len(before) != len(last):
+                raise self.error(len(self.lines) - 1, f"the last number, {words[1]!r}, is cut; get the file again")
 
     def fixed_integers(self, first: int, *, width: int, per_line: int, count: int) -> NDArray[np.int64]:
         """Whole numbers of up to nine digits in fixed columns (FORTRAN ``10I8``); see :meth:`fixed_columns`."""
         values = self.fixed_columns(first, width=width, per_line=per_line, count=count)
         wrong = np.flatnonzero((np.abs(values) >= 1e9) | (values != np.round(values)))
         if wrong.size:
-            raise self.error(
-                first + int(wrong[0]) // per_line,
-                f"{values[wrong[0]]:g} where a whole number belongs; get the file again",
-            )
+            at = first + int(wrong[0]) // per_line
+            raise self.error(at, f"{values[wrong[0]]:g} where a whole number belongs; get the file again")
         return values.astype(np.int64)
+
+
+def channels(source: SourceFile, read: Callable[[Lines], tuple[Component, int]]) -> list[Component]:
+    """Components that stand one after the other in a file.
+
+    ``read`` gets the lines from the beginning of a component on, and says how many it takes; blank lines are left.
+    """
+    components, at = [], 0
+    while at < len(source.lines):
+        if source.lines[at].strip():
+            component, length = read(Lines(source.name, source.lines[at:], at))
+            components.append(component)
+            at += length
+        else:
+            at += 1
+    return components
+
+
+@dataclass(frozen=True)
+class Header:
+    """What a header states: for each field its line and the match of its pattern."""
+
+    lines: Lines
+    found: Mapping[str, tuple[int, re.Match[str]]]
+
+    @classmethod
+    def of(cls, lines: Lines, fields: Fields, stop: int | None = None) -> "Header":
+        """Look for fields, in capitals or not, in the lines before ``stop``; the first line that fits counts."""
+        found = {}
+        for name, field in fields.items():
+            at, pattern = (None, field) if isinstance(field, str) else field
+            for index, line in enumerate(lines.lines[:stop]) if at is None else [(at, lines.lines[at])]:
+                if match := re.search(pattern, line, re.IGNORECASE):
+                    found[name] = index, match
+                    break
+            else:
+                if at is not None:
+                    raise lines.error(at, f"{line.strip()[:60]!r} where {name} belongs; get the file again")
+        return cls(lines, found)
+
+    def at(self, name: str) -> int:
+        """Line of a field; a RecordError where it is not stated."""
+        if name not in self.found:
+            why = f"no {name} in the header that begins here; the file is cut or of another kind: get it again"
+            raise self.lines.error(0, why)
+        return self.found[name][0]
+
+    def match(self, name: str) -> re.Match[str] | None:
+        """Match of a field's pattern; None where it is not stated."""
+        return self.found[name][1] if name in self.found else None
+
+    def text(self, name: str) -> str:
+        """Text of a field, the first group that took part; empty where it is not stated."""
+        match = self.match(name)
+        return next((group.strip() for group in match.groups() if group is not None), "") if match else ""
+
+    def error(self, name: str, why: str) -> RecordError:
+        """An error that names the line of a field."""
+        return self.lines.error(self.at(name), why)
+
+    def number(self, name: str, text: str | None = None) -> float:
+        """Number of a field, or in a part of its text."""
+        index = self.at(name)
+        return self.lines.number(self.text(name) if text is None else text, index, name)
+
+    def optional(self, name: str) -> float | None:
+        """Number of a field; None where it is not stated, or blank."""
+        return self.number(name) if self.text(name) else None
+
+    def numbers(self, names: Mapping[str, str]) -> dict[str, Any]:
+        """Numbers of the fields that are stated, by the names that a record's ``extra`` has for them."""
+        return {name: self.number(field) for name, field in names.items() if self.text(field)}
+
+    def peak(self, name: str, scale: float, text: str | None = None, *, after_mean: bool = False) -> StatedPeak:
+        """The peak that a field, or a part of its text, states in a unit of ``scale`` m/s²."""
+        said = self.text(name) if text is None else text
+        size = abs(self.number(name, said))
+        return StatedPeak(size * scale, resolution(said) * scale, after_mean, self.lines.before + self.at(name) + 1)
+
+    def time(self, name: str, *patterns: str, text: str | None = None, ahead: timedelta = timedelta()) -> datetime:
+        """Time of a field, or in a part of its text, in one of the patterns, of a clock that is ahead of UTC."""
+        said = self.text(name) if text is None else text
+        index, moment = self.at(name), stated_time(said, *patterns, ahead=ahead)
+        if moment is None:
+            like = datetime(2000, 10, 6, 13, 30).strftime(patterns[0])
+            raise self.lines.error(index, f"{name} {said!r} is no time like {like}; correct it")
+        return moment
+
+    def clock(self, name: str) -> datetime | None:
+        """Time, UTC, of a field of six groups, month, day, year, hour, minute and second; None where not stated."""
+        match = self.match(name)
+        if match is None:
+            return None
+        month, day, year, hour, minute = (int(match[i]) for i in range(1, 6))
+        year += 0 if year > 99 else 1900 if year >= 50 else 2000
+        return self.lines.time(self.at(name), (year, month, day), hour, minute, self.number(name, match[6]))
+
+    def place(self, name: str) -> tuple[float, float] | tuple[None, None]:
+        """Latitude and longitude, degrees, of a field of four groups: number, N or S, number, E or W; else None."""
+        match = self.match(name)
+        if match is None or match[1] is None:
+            return None, None
+        north, east = (float(match[i]) * (-1 if match[i + 1].upper() in ("S", "W") else 1) for i in (1, 3))
+        return north, east
+
+    def earthquake(self) -> tuple[datetime | None, dict[str, Any]]:
+        """Origin time, UTC, and epicentre, degrees, as `EARTHQUAKE` has them; None and empty where not stated."""
+        said = re.sub(r"\s+|,", "", re.sub(r",?\s+(?=\d+:)", "-", self.text("origin")))
+        origin = stated_time(said, "%Y/%m/%d-%H:%M:%S", "%m/%d/%Y-%H:%M:%S", "%m/%d/%y-%H:%M:%S")
+        return origin, epicentre(*self.place("hypocentre")) if any(self.place("hypocentre")) else {}
+
+    def check_unit(self, name: str, pattern: str, read: str) -> None:
+        """Refuse a unit, or what else says which quantity it is, that does not fit a pattern."""
+        if not re.match(pattern, self.text(name), re.IGNORECASE):
+            raise self.error(name, f"{name} {self.text(name)!r}; only {read} is read: get that file")
+
+    def check_count(self, name: str, found: int, promised: str | None = None) -> None:
+        """Refuse another number of samples than a field states, or a part of its text."""
+        if self.number(name, promised) != found:
+            what = f"header promises {promised or self.text(name)} samples, the file has {found}"
+            raise self.error(name, f"{what}; it is cut or holds more: get it again")
+
+
+def epicentre(north: float | None, east: float | None) -> dict[str, float]:
+    """An epicentre, degrees, as a record's ``extra`` has it; empty where it is not known."""
+    return {} if north is None or east is None else {"event_latitude": north, "event_longitude": east}

@@ -1,27 +1,139 @@
-"""MiniSEED with StationXML, through obspy: counts alone are no acceleration."""
+"""MiniSEED with StationXML, through obspy: counts become acceleration by the gain or response that goes with them."""
 
+import io
+from collections.abc import Sequence
+from datetime import UTC
+from typing import Any, Final
+
+import numpy as np
+
+from overturning.arrays import FloatArray
 from overturning.errors import RecordError
-from overturning.records.component import Component
-from overturning.records.formats.stationxml import components_of, read_inventory, read_stream
-from overturning.records.source import ReadOptions, SourceFile
+from overturning.records.component import UNKNOWN, Component, Direction, sensor_at
+from overturning.records.source import Declarations, SourceFile
+from overturning.units import GAL, STANDARD_GRAVITY
+
+_SECONDS: Final = ("/S**2", "/S2", "/S^2", "/(S**2)", "/SEC**2", "/S/S")
+_LENGTHS: Final = {"M": 1.0, "CM": GAL, "MM": 1e-3, "NM": 1e-9}
+ACCELERATION: Final = {f"{length}{per}": scale for length, scale in _LENGTHS.items() for per in _SECONDS} | {
+    "GAL": GAL,
+    "G": STANDARD_GRAVITY,
+}
+"""Names of units of acceleration, in m/s²."""
+VELOCITY: Final = {"M/S", "M/SEC"}
 
 
-def detect(source: SourceFile) -> bool:
-    """Whether a file begins like MiniSEED: a record number of six digits and a quality letter."""
-    head = source.data[:8]
-    return len(head) == 8 and head[:6].isdigit() and head[6:7] in b"DRQM" and head[7:8] in b" \x00"
-
-
-def read(source: SourceFile, options: ReadOptions) -> list[Component]:
+def read(source: SourceFile, declared: Declarations) -> list[Component]:
     """Read all channels; a RecordError says so where the file is damaged, has gaps, or no StationXML goes with it."""
-    if len(source.data) % 128:
-        raise RecordError(
-            f"{source.name}: {len(source.data)} bytes are no whole number of MiniSEED records; it is cut: get it again"
-        )
-    stream = read_stream(source, "MSEED")
-    inventory = read_inventory(options.metadata)
+    size = len(source.data)
+    if size % 128:
+        why = f"{size} bytes are no whole number of MiniSEED records; it is cut: get it again"
+        raise RecordError(f"{source.name}: {why}")
+    stream, inventory = read_stream(source, "MSEED"), read_inventory(declared.metadata)
     if inventory is None:
+        why = "MiniSEED holds counts without gain or orientation; give the station's StationXML with it"
+        raise RecordError(f"{source.name}: {why}")
+    return components_of(stream, inventory, source, declared.unit)
+
+
+def read_stream(source: SourceFile, form: str, **options: Any) -> Any:
+    """The traces of a file, by obspy; a RecordError where it is damaged."""
+    import obspy
+
+    try:
+        return obspy.read(io.BytesIO(source.data), format=form, **options)
+    except Exception as problem:  # struct, numpy, libmseed and obspy each raise their own
+        raise RecordError(f"{source.name}: damaged {form} ({problem}); get it again") from problem
+
+
+def read_inventory(files: Sequence[SourceFile]) -> Any:
+    """All StationXML files as one inventory, None without files; a RecordError where one is damaged."""
+    import obspy
+
+    inventory = None
+    for file in files:
+        try:
+            one = obspy.read_inventory(io.BytesIO(file.data), format="STATIONXML")
+        except Exception as problem:  # lxml and obspy raise many kinds; each means that the file is damaged
+            raise RecordError(f"{file.name}: damaged StationXML ({problem}); get it again") from problem
+        inventory = one if inventory is None else inventory + one
+    return inventory
+
+
+def components_of(stream: Any, inventory: Any, source: SourceFile, unit: str | None) -> list[Component]:
+    """Counts to m/s² with the inventory's gain (accelerometers) or response (velocity sensors).
+
+    A RecordError says so where a trace has a gap or is not in the inventory, and where its code is that of a velocity
+    sensor but the inventory says acceleration, unless a ``unit`` is declared.
+    """
+    name = source.name
+    try:
+        stream.merge(method=-1)
+    except Exception as problem:
+        raise RecordError(f"{name}: pieces of a channel do not fit together ({problem}); get it again") from problem
+    for number, trace in enumerate(stream):
+        if trace.id in [other.id for other in stream[:number]]:
+            raise RecordError(f"{name}: channel {trace.id} has a gap or an overlap; cut the file to one side of it")
+        if trace.stats.npts < 2:
+            raise RecordError(f"{name}: channel {trace.id} has {trace.stats.npts} samples; get the file again")
+    return [_component(trace, inventory, source, unit) for trace in stream]
+
+
+def _component(trace: Any, inventory: Any, source: SourceFile, declared: str | None) -> Component:
+    channel, moment = f"{source.name}: channel {trace.id}", trace.stats.starttime
+    try:
+        sensitivity = inventory.get_response(trace.id, moment).instrument_sensitivity
+        place = inventory.get_channel_metadata(trace.id, moment)
+        unit, gain = (sensitivity.input_units or "").upper(), float(sensitivity.value)
+    except Exception as problem:  # obspy raises bare Exception
+        why = f"at {moment} is not in the StationXML given ({problem})"
+        raise RecordError(f"{channel} {why}; get it with level=response for that channel and time") from problem
+    if not np.isfinite(gain) or gain <= 0:
+        raise RecordError(f"{channel} has a gain of {gain}; correct the StationXML")
+    if unit not in ACCELERATION and unit not in VELOCITY:
+        raise RecordError(f"{channel} is in {unit or 'no unit'} in the StationXML; acceleration or velocity is needed")
+    if unit in ACCELERATION and trace.stats.channel[1:2] == "H" and declared is None:
         raise RecordError(
-            f"{source.name}: MiniSEED holds counts without gain or orientation; give the station's StationXML with it"
+            f"{channel} is of a velocity sensor by its code (H), but in {unit} in the StationXML; correct it, or "
+            "declare the unit (unit m/s2 in the record table, --unit m/s2) if it is an acceleration"
         )
-    return components_of(stream, inventory, source, options.unit)
+    if unit in ACCELERATION:
+        samples, removed = np.asarray(trace.data, dtype=np.float64) / gain * ACCELERATION[unit], "gain"
+    else:
+        samples, removed = _deconvolved(trace, inventory, source.name), "response"
+    return Component.of(
+        source,
+        trace.stats.channel,
+        _orientation(place),
+        samples,
+        float(trace.stats.delta),
+        start=moment.datetime.replace(tzinfo=UTC),
+        station=trace.stats.station,
+        latitude=place["latitude"],
+        longitude=place["longitude"],
+        sensor=sensor_at(place["local_depth"]),
+        extra={"removed": removed, "network": trace.stats.network},
+    )
+
+
+def _deconvolved(trace: Any, inventory: Any, name: str) -> FloatArray:
+    """Acceleration from a velocity sensor: response removed between 0.02 Hz and 0.8 of the Nyquist frequency."""
+    nyquist = 0.5 * trace.stats.sampling_rate
+    band = (0.01, 0.02, 0.8 * nyquist, 0.95 * nyquist)
+    copy = trace.copy()
+    copy.data = np.asarray(copy.data, dtype=np.float64)
+    try:
+        copy.remove_response(inventory, output="ACC", pre_filt=band, water_level=60, zero_mean=True)
+    except Exception as problem:
+        why = f"response of {trace.id} cannot be removed ({problem})"
+        raise RecordError(f"{name}: {why}; get level=response") from problem
+    return np.asarray(copy.data, dtype=np.float64)
+
+
+def _orientation(place: dict[str, Any]) -> Direction:
+    azimuth, dip = place.get("azimuth"), place.get("dip")
+    if dip is not None and abs(abs(dip) - 90.0) < 1.0:
+        return None, 1 if dip < 0 else -1
+    if azimuth is None or dip is None or abs(dip) > 1.0:
+        return UNKNOWN
+    return float(azimuth) % 360.0, 0

@@ -8,86 +8,56 @@ so names may hold any letters.
 import re
 from typing import Final
 
-from overturning.errors import RecordError
 from overturning.records.component import Component
-from overturning.records.formats.lines import FLOAT, Header, Lines, stated_time
+from overturning.records.formats.lines import FLOAT, Fields, Header, Lines, epicentre, stated_time
 from overturning.records.source import SourceFile
 from overturning.units import GAL
 
-TITLE: Final = b"STRONG GROUND MOTION RECORDS OF TURK"
-_AXES: Final = {"N-S": (0.0, 0), "E-W": (90.0, 0), "U-D": (None, 1)}
+AXES: Final = {"N-S": (0.0, 0), "E-W": (90.0, 0), "U-D": (None, 1)}
 HEADER_LINES: Final = 18
-_PLACE: Final = rf"({FLOAT})\s*N\s*-\s*({FLOAT})\s*E"
-
-
-def detect(source: SourceFile) -> bool:
-    """Whether a file has NSMN's title."""
-    return TITLE in source.data[:200].split(b"\n")[0].upper()
+PLACE: Final = rf":\s*(?:$|({FLOAT})\s*(N)\s*-\s*({FLOAT})\s*(E))"
+FIELDS: Final[Fields] = {
+    "origin": (2, ":(.*)"),
+    "an epicentre like 40.84N-31.15E": (3, PLACE),
+    "station": (6, ":(.*)"),
+    "a place like 40.84N-31.15E": (7, PLACE),
+    "time of the record": (11, r":\s*(\d+/\d+/\d+ \d+:\d+:\d+(?:\.\d+)?)"),
+    "number of data": (12, ":(.*)"),
+    "sampling interval": (13, ":(.*)"),
+    "PGA in Gal (no other unit is read)": (14, r"^[^:(]*(?:\((?:gal|cm/s2|cm/s\^2|cm/s/s)\)[^:]*)?:(.*)"),
+    "the line N-S, E-W, U-D": (17, r"^\s*N-S\s+E-W\s+U-D(\s|$)"),
+}
 
 
 def read(source: SourceFile) -> list[Component]:
     """Read all components; a RecordError names the line where the file is cut or contradicts itself."""
     lines = Lines.of(source)
-    names_at = next((i for i, line in enumerate(lines.lines[:40]) if line.split()[:3] == list(_AXES)), None)
-    if names_at is None:
-        raise lines.error(
-            min(len(lines.lines), 40) - 1, "no line that names the columns N-S, E-W and U-D; get the file again"
-        )
-    if names_at != HEADER_LINES - 1:
-        raise lines.error(names_at, f"the columns are named here, not in line {HEADER_LINES}; get the file again")
-    header = Header.of(lines, names_at)
-    when, count, interval, peaks = (_key(lines, index) for index in (11, 12, 13, 14))
-    values = lines.rows(names_at + 1, 3)
-    lines.check_last_number(source.text[-200:])
-    if values.shape[0] != header.number(count):
-        raise header.error(count, f"header promises {header.text(count)} samples, the file has {values.shape[0]}")
-    if (unit := re.search(r"\(([^)]*)\)", peaks)) and unit[1].lower() not in ("gal", "cm/s2", "cm/s^2", "cm/s/s"):
-        raise header.error(peaks, f"peaks in {unit[1]}; only Gal is read")
-    clock = re.match(r"(\d+/\d+/\d+ \d+:\d+:\d+)(\.\d+)?", header.text(when))
-    if clock is None:
-        raise header.error(when, f"{header.text(when)!r} is no time; correct it")
-    start = header.time(when, "%d/%m/%Y %H:%M:%S.%f", clock[1] + (clock[2] or ".0")[:7])
-    place, epicentre = (_coordinates(header, _key(lines, index)) for index in (7, 3))
-    more = dict(zip(("event_latitude", "event_longitude"), epicentre, strict=True)) if None not in epicentre else {}
+    lines.check_header(HEADER_LINES)
+    header = Header.of(lines, FIELDS)
+    values = lines.rows(HEADER_LINES, 3)
+    header.check_count("number of data", values.shape[0])
+    moment, _, fraction = header.text("time of the record").partition(".")
+    latitude, longitude = header.place("a place like 40.84N-31.15E")
     components = []
-    for column, (axis, direction) in enumerate(_AXES.items()):
-        stated = re.search(rf"{axis}[\s):=]*({FLOAT})", header.text(peaks))
+    for column, (axis, direction) in enumerate(AXES.items()):
+        stated = re.search(rf"{axis}[\s):=]*({FLOAT})", header.text("PGA in Gal (no other unit is read)"))
         if stated is None:
-            raise header.error(peaks, f"no peak of {axis}; get the file again")
+            raise header.error("PGA in Gal (no other unit is read)", f"no peak of {axis}; get the file again")
         components.append(
             Component.of(
                 source,
                 axis,
                 direction,
                 values[:, column] * GAL,
-                header.number(interval),
-                start=start,
-                station=header.text(_key(lines, 6)),
-                event=f"earthquake of {header.text(_key(lines, 2))}",
-                origin=stated_time(header.text(_key(lines, 2)).partition(".")[0], "%d/%m/%Y %H:%M:%S"),
-                latitude=place[0],
-                longitude=place[1],
-                peak=lines.peak(stated[1], header.at(peaks), "the peak", GAL),
-                extra=more,
+                header.number("sampling interval"),
+                start=header.time("time of the record", "%d/%m/%Y %H:%M:%S.%f", text=f"{moment}.{fraction[:6] or 0}"),
+                station=header.text("station"),
+                event=f"earthquake of {header.text('origin')}",
+                origin=stated_time(header.text("origin").partition(".")[0], "%d/%m/%Y %H:%M:%S"),
+                latitude=latitude,
+                longitude=longitude,
+                peak=header.peak("PGA in Gal (no other unit is read)", GAL, stated[1]),
+                extra=epicentre(*header.place("an epicentre like 40.84N-31.15E")),
             )
         )
     return components
-
-
-def _key(lines: Lines, index: int) -> str:
-    """Key of a header line; a RecordError where the line is none."""
-    key, colon, _ = lines.lines[index].partition(":")
-    if not colon:
-        raise lines.error(index, f"{lines.lines[index].strip()[:40]!r} where KEY: text belongs; get the file again")
-    return " ".join(key.split())
-
-
-def _coordinates(header: Header, key: str) -> tuple[float | None, float | None]:
-    """Latitude and longitude, degrees; None where the header leaves them blank."""
-    said = header.text(key)
-    if not said:
-        return None, None
-    found = re.search(_PLACE, said)
-    if found is None:
-        raise RecordError(f"{header.lines.file} line {header.at(key) + 1}: place {said!r}; it reads like 40.84N-31.15E")
-    return float(found[1]), float(found[2])

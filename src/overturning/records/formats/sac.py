@@ -8,8 +8,8 @@ import numpy as np
 
 from overturning.errors import RecordError
 from overturning.records.component import UNKNOWN, Component, Direction, StatedPeak, sensor_at
-from overturning.records.formats.stationxml import components_of, read_inventory, read_stream
-from overturning.records.source import ReadOptions, SourceFile
+from overturning.records.formats.miniseed import components_of, read_inventory, read_stream
+from overturning.records.source import Declarations, SourceFile
 from overturning.units import UNITS
 
 UNDEFINED: Final = -12345.0
@@ -18,36 +18,25 @@ NOT_ACCELERATION: Final[dict[float | None, str]] = {6.0: "displacement", 7.0: "v
 """Values of SAC's IDEP."""
 
 
-def detect(source: SourceFile) -> bool:
-    """Whether a file has SAC's header version, 6 or 7, in word 76, either byte order, and a length that fits."""
-    if len(source.data) < 632:
-        return False
-    for order in "<>":
-        version, npts = (struct.unpack(f"{order}i", source.data[at : at + 4])[0] for at in (304, 316))
-        if version in (6, 7) and 0 <= npts < 2**28:
-            return True
-    return False
-
-
-def read(source: SourceFile, options: ReadOptions) -> list[Component]:
+def read(source: SourceFile, declared: Declarations) -> list[Component]:
     """Read one component; its unit comes from StationXML or is declared, else a RecordError asks for it."""
     # obspy divides by the interval before anybody can look at it.
     intervals = [struct.unpack(f"{order}f", source.data[:4])[0] for order in "<>"]
     if not any(1e-6 < interval < 1e3 for interval in intervals):
         raise RecordError(f"{source.name}: sampling interval {intervals[0]:g} s in the header; get the file again")
     stream = read_stream(source, "SAC", checksize=True)
-    inventory = read_inventory(options.metadata)
+    inventory = read_inventory(declared.metadata)
     if inventory is not None:
-        return components_of(stream, inventory, source, options.unit)
-    if options.unit is None:
+        return components_of(stream, inventory, source, declared.unit)
+    if declared.unit is None:
         raise RecordError(
             f"{source.name}: SAC does not say its unit; declare it (unit in the record table, --unit here: "
             f"{', '.join(UNITS)}) or give StationXML"
         )
-    return [_component(stream[0], source, options.unit, options)]
+    return [_component(stream[0], source, declared.unit, declared)]
 
 
-def _component(trace: Any, source: SourceFile, unit: str, options: ReadOptions) -> Component:
+def _component(trace: Any, source: SourceFile, unit: str, declared: Declarations) -> Component:
     header, scale = trace.stats.sac, UNITS[unit]
 
     def known(key: str) -> float | None:
@@ -80,9 +69,9 @@ def _component(trace: Any, source: SourceFile, unit: str, options: ReadOptions) 
         longitude=known("stlo"),
         peak=StatedPeak(max(peaks) * scale, 2e-7 * max(peaks) * scale) if peaks else None,
         sensor=sensor_at(known("stdp")),
-        processed=bool(options.processed),
+        processed=bool(declared.processed),
         unit=unit,
-        extra={"network": trace.stats.network, "declared": options.declared} | places,
+        extra={"network": trace.stats.network, "declared": declared.of_samples} | places,
     )
 
 

@@ -5,7 +5,7 @@ lines that begin with ``|``, then eight samples per line of ten columns each, wh
 """
 
 import re
-from datetime import UTC, datetime, timedelta
+from datetime import datetime, timedelta
 from typing import Final
 
 import numpy as np
@@ -17,41 +17,39 @@ from overturning.records.source import SourceFile
 from overturning.units import GAL
 
 KINDS: Final = {"1 UNCORRECTED ACCELEROGRAM": False, "2 CORRECTED ACCELEROGRAM": True}
-REFUSED: Final = ("3 VELOCITY", "4 DISPLACEMENT", "5 ", "6 ")
 TEXT_LINES: Final = 11
+HEADER_LINES: Final = 27
 NULL: Final = -32768
-
-
-def detect(source: SourceFile) -> bool:
-    """Whether a file begins like SMC."""
-    first = source.data[:100].split(b"\n")[0].decode("latin-1").strip()
-    return first in KINDS or bool(re.fullmatch(r"[3-6] [A-Z ]*(VELOCITY|DISPLACEMENT|SPECTR)[A-Z ]*", first))
 
 
 def read(source: SourceFile) -> list[Component]:
     """Read one component; a RecordError names the line where it is no accelerogram, is cut, or contradicts itself."""
-    lines = source.lines
     text = Lines.of(source)
+    lines = text.lines
     kind = lines[0].strip()
     if kind not in KINDS:
         raise text.error(0, f"{kind!r}; only accelerograms are read (kinds 1 and 2): get that file")
-    if len(lines) < TEXT_LINES + 16:
-        raise text.error(len(lines) - 1, "the file ends in the header; get it again")
-    whole = text.fixed_integers(11, width=10, per_line=8, count=48)
+    text.check_header(HEADER_LINES)
+    whole = text.fixed_integers(TEXT_LINES, width=10, per_line=8, count=48)
     real = text.fixed_columns(17, width=15, per_line=5, count=50)
     known = {index: float(value) for index, value in enumerate(real) if value != real[0]}
+    if 1 not in known:
+        why = f"no sampling rate: {real[1]:.2g} is the format's word for undefined, so samples are not evenly spaced"
+        raise text.error(17, f"{why}; use the corrected file")
+    interval = text.interval_of(known[1], 17)
     peaks = [abs(known[index]) for index in (29, 31) if index in known]
-    samples = _samples(text, whole, real)
+    samples = _samples(text, int(whole[15]), int(whole[16]))
     axis, direction = _axis(text, whole)
+    station = re.search(r"station\s*=\s*(.*?)[\s,]*component=", lines[5])
     return [
         Component.of(
             source,
             axis,
             direction,
             samples * GAL,
-            1.0 / float(real[1]),
+            interval,
             start=_start(whole, text),
-            station=_station(lines[5]) or lines[2].strip(),
+            station=(station[1] if station else "") or lines[2].strip(),
             event=re.sub(r"^\s*\d+\s+\d+\s+\d+\s+\d*\s*", "", lines[3]).strip(),
             latitude=known.get(10),
             longitude=known.get(11),
@@ -63,26 +61,18 @@ def read(source: SourceFile) -> list[Component]:
     ]
 
 
-def _samples(text: Lines, whole: np.ndarray, real: np.ndarray) -> np.ndarray:
+def _samples(text: Lines, comments: int, count: int) -> np.ndarray:
     """The samples, in cm/s², after the comments."""
-    comments, count = int(whole[15]), int(whole[16])
     if count < 2 or not 0 <= comments <= 10_000:
         raise text.error(13, f"{count} samples and {comments} comment lines; correct the header")
-    if real[1] == real[0]:
-        why = f"no sampling rate: {real[1]:.2g} is the format's word for undefined, so samples are not evenly spaced"
-        raise text.error(17, f"{why}; use the corrected file")
-    if not 1.0 <= real[1] <= 100_000.0:
-        raise text.error(17, f"{real[1]:g} samples per second; unevenly sampled or senseless: use the corrected file")
-    first = TEXT_LINES + 16 + comments
-    for index in range(27, min(first, len(text.lines))):
-        if not text.lines[index].startswith("|"):
+    first = HEADER_LINES + comments
+    for index, line in enumerate(text.lines[HEADER_LINES:first], HEADER_LINES):
+        if not line.startswith("|"):
             raise text.error(index, "a comment should begin with |; get the file again")
     samples = text.fixed_columns(first, width=10, per_line=8, count=count)
-    rest = [line for line in text.lines[first + -(-count // 8) :] if line.strip()]
-    if rest:
-        raise RecordError(
-            f"{text.file}: {len(rest)} lines after the last of {count} samples; the header's count is wrong"
-        )
+    if rest := [line for line in text.lines[first + -(-count // 8) :] if line.strip()]:
+        what = f"{len(rest)} lines after the last of {count} samples"
+        raise RecordError(f"{text.file}: {what}; the header's count is wrong: get the file again")
     return samples
 
 
@@ -99,21 +89,12 @@ def _axis(text: Lines, whole: np.ndarray) -> tuple[str, Direction]:
     return axis, (azimuth, vertical)
 
 
-def _station(line: str) -> str:
-    match = re.search(r"station\s*=\s*(.*?)\s*component=", line)
-    return match[1].rstrip(" ,") if match else ""
-
-
 def _start(whole: np.ndarray, text: Lines) -> datetime | None:
     """Year, day of the year, hour, minute, second, millisecond; None where the header does not know them."""
     year, day, hour, minute, second, millis = (int(n) for n in whole[1:7])
     if NULL in (year, day, hour, minute) or year == 0:
         return None
-    if not (1 <= day <= 366 and 0 <= hour < 24 and 0 <= minute < 60 and 1880 <= year <= 2200):
+    if not (1 <= day <= 366 and 1880 <= year <= 2200):
         raise text.error(11, f"start {year}, day {day}, {hour}:{minute}; correct the header")
-    moment = datetime(year, 1, 1, hour, minute, tzinfo=UTC) + timedelta(days=day - 1)
-    if second != NULL:
-        moment += timedelta(seconds=second)
-    if millis != NULL:
-        moment += timedelta(milliseconds=millis)
-    return moment
+    seconds = sum(value * unit for value, unit in ((second, 1), (millis, 0.001)) if value != NULL)
+    return text.time(11, (year, 1, 1), hour, minute, 0) + timedelta(days=day - 1, seconds=seconds)

@@ -1,0 +1,120 @@
+"""The table of file formats: a new format is a module beside this one with a function ``read``, and a line here."""
+
+import re
+import struct
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from overturning.errors import ArgumentError, RecordError
+from overturning.records.component import Component
+from overturning.records.formats import (
+    bhrc,
+    cosmos,
+    csmip,
+    csv_columns,
+    cwa,
+    esm,
+    geonet,
+    knet,
+    miniseed,
+    nsmn,
+    peer,
+    sac,
+    smc,
+    unam,
+)
+from overturning.records.source import MARKS, Declarations, SourceFile
+
+_STUMBLES: Final = (ValueError, LookupError, OverflowError, MemoryError, TypeError, ZeroDivisionError)
+
+
+@dataclass(frozen=True)
+class Format:
+    """A file format: how the record table writes it, how a person calls it, how it begins, and who reads it."""
+
+    name: str
+    title: str
+    begins: bytes | Callable[[bytes], bool]  # a pattern that its files fit from their first byte on, or a test of them
+    reader: Callable[[SourceFile], list[Component]] | Callable[[SourceFile, Declarations], list[Component]]
+    agency: str = ""  # who processes the files that are processed; empty where the file names it, or nobody does
+    declared: bool = False  # whether the reader takes what is declared: files that do not say all about themselves
+
+    def detect(self, source: SourceFile) -> bool:
+        """Whether a file is of this format, by its content."""
+        if callable(self.begins):
+            return self.begins(source.data)
+        return bool(re.match(self.begins, source.data[:2000].removeprefix(b"\xef\xbb\xbf")))
+
+    def read(self, source: SourceFile, declared: Declarations) -> list[Component]:
+        """Components of a file; a RecordError names the file, where it can the line, and what to do."""
+        try:
+            with np.errstate(over="ignore"):  # a sample beyond all numbers becomes infinite, which a component refuses
+                found = self.reader(*((source, declared) if self.declared else (source,)))
+        except RecordError:
+            raise
+        except _STUMBLES as problem:
+            # A reader that stumbles over what nobody thought of still names the file and says no.
+            what = f"damaged {self.title} file ({type(problem).__name__}: {problem})"
+            raise RecordError(f"{source.name}: {what}; get it again") from problem
+        by = {"processed_by": self.agency} if self.agency else {}
+        return [replace(c, format=self.name, extra=(by if c.processed else {}) | dict(c.extra)) for c in found]
+
+
+def _sac(data: bytes) -> bool:
+    """Whether bytes have SAC's header version, 6 or 7, in word 76, in either byte order, and a length that fits."""
+    words = [struct.unpack(f"{order}i8xi", data[304:320]) for order in "<>"] if len(data) >= 632 else []
+    return any(version in (6, 7) and 0 <= count < 2**28 for version, count in words)
+
+
+_GEONET: Final = rb"(?s)(Unc|C)orrected accelerogram \S+ .{,350}[\r\n]Site "
+_CSMIP: Final = (
+    rb"(?i)\s*(UNCORRECTED|CORRECTED|RESPONSE AND FOURIER)[^\n]*(ACCELEROGRAM|SPECTRA)"
+    rb"(?!(?s:.{,330})[\r\n]Site )"  # which is GeoNet's
+)
+_SMC: Final = rb"[ \t]*([12] (UN)?CORRECTED ACCELEROGRAM|[3-6] [A-Z ]*(VELOCITY|DISPLACEMENT|SPECTR)[A-Z]*)\s*[\r\n]"
+_ASA: Final = rb"(?is).*ARCHIVO ESTANDAR DE ACELERACION"
+
+FORMATS: Final = (
+    Format("kik-net", "K-NET / KiK-net ASCII", rb"Origin Time", knet.read),
+    Format("geonet", "GeoNet V1A / V2A", _GEONET, geonet.read, "GNS Science"),
+    Format("cosmos", "COSMOS V0 / V1 / V2", rb"(?i)\s*(Corrected|Uncorrected|Raw) accel.*\(Format v", cosmos.read),
+    Format("csmip", "CSMIP / CGS V1, V2, RAW", _CSMIP, csmip.read, "CSMIP / CGS"),
+    Format("smc", "USGS SMC", _SMC, smc.read, "USGS"),
+    Format("peer-at2", "PEER AT2", rb"(?is).{,96}PEER.{,108}DATABASE", peer.read, "PEER"),
+    Format("esm-dyna", "ESM / DYNA ASCII", rb"EVENT_(NAME|ID):", esm.read, "ESM / ITACA"),
+    Format("cwa", "CWA (Taiwan)", rb"#Earthquake Information", cwa.read),
+    Format("nsmn", "NSMN / AFAD (Türkiye)", rb"(?i)[^\n]*STRONG GROUND MOTION RECORDS OF TURK", nsmn.read),
+    Format("bhrc", "BHRC (Iran)", rb"\* VOL", bhrc.read),
+    Format("unam-asa", "UNAM ASA 2.0 (Mexico)", _ASA, unam.read),
+    Format("miniseed", "MiniSEED with StationXML", rb"\d{6}[DRQM][ \x00]", miniseed.read, declared=True),
+    Format("sac", "SAC", _sac, sac.read, declared=True),
+    # Never by content: columns of numbers say nothing about themselves.
+    Format("csv", "columns as declared", rb"(?!)", csv_columns.read, declared=True),
+)
+"""In the order in which they are tried; the first that recognises a file reads it."""
+
+
+def format_named(name: str | None) -> Format | None:
+    """The format of a name, None without one; an ArgumentError where there is none such."""
+    found = next((form for form in FORMATS if form.name == name), None)
+    if name is not None and found is None:
+        known = ", ".join(["auto", "fema-p695", "synthetic", *(form.name for form in FORMATS)])
+        raise ArgumentError(f"format {name!r}; known are {known} (docs/formats.md)")
+    return found
+
+
+def detect_format(source: SourceFile) -> Format:
+    """The format of a file; a RecordError where none recognises it."""
+    for form in FORMATS:
+        if form.detect(source):
+            return form
+    if source.data[:400].lstrip(MARKS).startswith(b"<"):
+        why = "a web page or XML, not a record; sign in where you downloaded it, and get it again"
+        raise RecordError(f"{source.name}: {why}")
+    raise RecordError(
+        f"{source.name}: the format is not recognised; known are {', '.join(f.name for f in FORMATS)} "
+        "(docs/formats.md); declare columns to read it as csv, or get it again"
+    )

@@ -18,6 +18,14 @@ def amplitude_spectrum(acceleration: ArrayLike, sampling_interval: float) -> tup
     )
 
 
+def bell(count: int, width: int) -> FloatArray:
+    """A window of ones whose ends rise and fall over so many samples by half a cosine bell, shape (count,)."""
+    window = np.ones(count)
+    window[:width] = 0.5 * (1.0 - np.cos(np.pi * np.arange(width) / width))
+    window[-width:] = window[:width][::-1]
+    return window
+
+
 def band_amplitude(acceleration: FloatArray, sampling_interval: float, centres: FloatArray) -> FloatArray:
     """Root mean square of the Fourier amplitude of one component in bands about logarithmically spaced centres, Hz.
 

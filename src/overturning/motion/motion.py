@@ -1,26 +1,16 @@
 """Ground motion as the simulation takes it: three accelerations and a sampling interval, nothing else."""
 
 import re
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
-from overturning.errors import ArgumentError
+from overturning.errors import ArgumentError, OverturningError
 from overturning.motion.direction import direction_cosines
 from overturning.motion.plausible import implausible
 from overturning.units import UNITS
-
-
-def _component(name: str, values: ArrayLike) -> FloatArray:
-    samples = np.array(values, dtype=np.float64)
-    if samples.ndim != 1 or samples.size < 2:
-        raise ArgumentError(f"{name}: shape {samples.shape}; a component is one row of at least 2 samples")
-    if not np.isfinite(samples).all():
-        raise ArgumentError(f"{name}: sample {int(np.flatnonzero(~np.isfinite(samples))[0])} is not finite")
-    samples.flags.writeable = False
-    return samples
 
 
 def _no_acceleration(trace: Any, code: str, unit: str | None) -> str:
@@ -56,22 +46,52 @@ def _other_sensor(code: str, sensor: str) -> str:
     )
 
 
-class Recorded(Protocol):
-    """What a motion is taken from: anything that has its components, as a record does."""
+class Recorded:
+    """What a record and a motion have: acceleration towards north, east and, where known, up."""
+
+    north: FloatArray
+    east: FloatArray
+    up: FloatArray | None
+    sampling_interval: float
+    trusted = False  # whether the size of the motion is taken as it is
+
+    def check(self, error: type[OverturningError], of: str = "") -> None:
+        """Refuse components that are empty, unlike long or not finite, and an interval that is not positive."""
+        for name, samples in zip(("north", "east", "up"), self.components, strict=False):
+            if samples.ndim != 1 or samples.size < 2:
+                raise error(f"{of}{name}: shape {samples.shape}; a component is one row of at least 2 samples")
+            if not np.isfinite(samples).all():
+                first = int(np.flatnonzero(~np.isfinite(samples))[0])
+                raise error(f"{of}{name}: sample {first} is not finite; repair it, or leave the record out")
+            if samples.size != self.north.size:
+                sizes = f"{samples.size} samples, north has {self.north.size}"
+                raise error(f"{of}{name}: {sizes}; components must be equally long: cut all to their common window")
+        if not (np.isfinite(self.sampling_interval) and self.sampling_interval > 0):
+            interval = self.sampling_interval
+            raise error(f"{of}sampling_interval: {interval}; it must be a positive number of seconds")
 
     @property
-    def north(self) -> FloatArray: ...  # noqa: D102
+    def components(self) -> list[FloatArray]:
+        """North, east and, where there is one, up, m/s²."""
+        return [self.north, self.east, *([] if self.up is None else [self.up])]
+
     @property
-    def east(self) -> FloatArray: ...  # noqa: D102
+    def horizontal(self) -> FloatArray:
+        """Acceleration towards north and east, m/s², shape (2, n)."""
+        return np.stack([self.north, self.east])
+
     @property
-    def up(self) -> FloatArray | None: ...  # noqa: D102
+    def samples(self) -> int:
+        """Number of samples n."""
+        return int(self.north.size)
+
     @property
-    def sampling_interval(self) -> float: ...  # noqa: D102
-    @property
-    def trusted(self) -> bool: ...  # noqa: D102
+    def duration(self) -> float:
+        """Time from the first to the last sample, s."""
+        return (self.samples - 1) * self.sampling_interval
 
 
-class Motion:
+class Motion(Recorded):
     """Ground acceleration at a point.
 
     Parameters
@@ -101,19 +121,13 @@ class Motion:
         sampling_interval: float,
         trust_data: bool = False,
     ) -> None:
-        self.north = _component("north", north)
-        self.east = _component("east", east)
-        self.up = None if up is None else _component("up", up)
-        for name, samples in (("east", self.east), ("up", self.up)):
-            if samples is not None and samples.size != self.north.size:
-                raise ArgumentError(
-                    f"{name}: {samples.size} samples, north has {self.north.size}; components must be equally long"
-                )
-        if not (np.isfinite(sampling_interval) and sampling_interval > 0):
-            raise ArgumentError(f"sampling_interval: {sampling_interval}; it must be a positive number of seconds")
-        self.sampling_interval = float(sampling_interval)
-        components = [self.north, self.east, *([] if self.up is None else [self.up])]
-        if not trust_data and (why := implausible(components, self.sampling_interval, unit="m/s2")):
+        self.north, self.east = np.array(north, dtype=np.float64), np.array(east, dtype=np.float64)
+        self.up = None if up is None else np.array(up, dtype=np.float64)
+        self.sampling_interval, self.trusted = float(sampling_interval), trust_data
+        self.check(ArgumentError)
+        for samples in self.components:
+            samples.flags.writeable = False
+        if not trust_data and (why := implausible(self.components, self.sampling_interval, unit="m/s2")):
             raise ArgumentError(f"motion: {why}: give m/s², or say trust_data=True")
 
     @classmethod
@@ -212,21 +226,6 @@ class Motion:
         wave = np.where((time >= 0) & (time <= cycles * period), amplitude * np.sin(2 * np.pi * time / period), 0.0)
         cosine, sine = direction_cosines(azimuth_deg)
         return cls(wave * cosine, wave * sine, sampling_interval=sampling_interval)
-
-    @property
-    def horizontal(self) -> FloatArray:
-        """Acceleration towards north and east, m/s², shape (2, n)."""
-        return np.stack([self.north, self.east])
-
-    @property
-    def samples(self) -> int:
-        """Number of samples n."""
-        return int(self.north.size)
-
-    @property
-    def duration(self) -> float:
-        """Time from the first to the last sample, s."""
-        return (self.samples - 1) * self.sampling_interval
 
     def along(self, azimuth_deg: float) -> FloatArray:
         """Horizontal acceleration towards an azimuth φ, a_north cos φ + a_east sin φ, m/s², shape (n,)."""

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.motion.fourier import band_amplitude
+from overturning.motion.fourier import band_amplitude, bell
 
 SHORTEST_NOISE: Final = 2.0
 """Shortest part before the onset that is taken for noise, s."""
@@ -81,9 +81,6 @@ def noise_ratio(components: Sequence[FloatArray], sampling_interval: float) -> N
 
 
 def _density(samples: FloatArray, interval: float, frequency: FloatArray) -> FloatArray:
-    width = max(1, samples.size // 20)
-    bell = np.ones(samples.size)
-    bell[:width] = 0.5 * (1.0 - np.cos(np.pi * np.arange(width) / width))
-    bell[-width:] = bell[:width][::-1]
-    amplitude = band_amplitude((samples - samples.mean()) * bell, interval, frequency)
+    window = bell(samples.size, max(1, samples.size // 20))
+    amplitude = band_amplitude((samples - samples.mean()) * window, interval, frequency)
     return amplitude / np.sqrt(samples.size * interval)

@@ -51,102 +51,70 @@ METADATA: Final[dict[str, tuple[str, str, str]]] = {
 class RecordEntry(BaseModel):
     """One line of the record table."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
 
-    id: str = Field(pattern=r"^[a-z0-9][a-z0-9_-]*$", description="Short name, lower case; names files too.")
-    format: str = Field(default="auto", description="File format, or `auto` to go by the content; see docs/formats.md.")
-    source: str = Field(
-        min_length=1, description="Files in the data folder, or `set:id`, or a pulse, or `example:file`."
-    )
-    station: str = Field(default="", description="Name of the station; empty: as the file says.")
-    event: str = Field(
-        default="",
-        description="Earthquake with its year; records that share it count as one unless their origin times differ.",
-    )
-    event_id: str = Field(
-        default="",
-        pattern=r"^\S{0,60}$",
-        description="Any word that stands for the earthquake: decides which records are of one.",
-    )
-    origin_time: Annotated[str, AfterValidator(_moment)] = Field(
-        default="", description="Of the earthquake, UTC (`2016-11-13T11:02:56`); empty: as the file says."
-    )
-    fault_strike_deg: float | None = Field(
-        default=None,
-        ge=0,
-        lt=360.001,
-        description="Strike of the fault, degrees clockwise from north; the normal is strike + 90.",
-    )
-    pulse: bool | None = Field(default=None, description="Whether the record has a velocity pulse.")
-    magnitude: float | None = Field(default=None, ge=0, le=10, description="Magnitude of the earthquake.")
-    rupture_distance_km: float | None = Field(
-        default=None, ge=0, le=2000, description="Closest distance of the station to the rupture, km."
-    )
-    site_class: str = Field(
-        default="", pattern=r"^\S{0,20}$", description="Site class, in the user's own scheme (`C`, `D`)."
-    )
-    vs30_m_s: float | None = Field(
-        default=None, gt=30, le=5000, description="Mean shear-wave velocity of the upper 30 m, m/s."
-    )
-    pulse_period_s: float | None = Field(default=None, gt=0, le=60, description="Period of the velocity pulse, s.")
-    wall: Literal["hanging", "foot"] | None = Field(
-        default=None, description="Side of the fault: `hanging` or `foot` (wall); empty: neither, or not known."
-    )
-    station_latitude_deg: _Latitude = Field(
-        default=None, description="Of the station, north positive, for the map; empty: as the file says."
-    )
-    station_longitude_deg: _Longitude = Field(default=None, description="Of the station, east positive.")
-    epicentre_latitude_deg: _Latitude = Field(
-        default=None, description="Of the epicentre, north positive; empty: as the file says."
-    )
-    epicentre_longitude_deg: _Longitude = Field(default=None, description="Of the epicentre, east positive.")
-    orientation_correction_deg: float = Field(
-        default=0.0,
-        ge=-360,
-        le=360,
-        description="Added to the file's azimuths: misorientation of the sensor, clockwise.",
-    )
-    magnetic_declination_deg: float = Field(
-        default=0.0,
-        ge=-180,
-        le=180,
-        description="Added to azimuths that the file counts from magnetic north; east is positive.",
-    )
-    azimuths_deg: Annotated[
-        tuple[float, float] | None,
-        BeforeValidator(_numbers),
-        Field(description="Azimuths of the two horizontal axes where the file does not state them, e.g. `0 90`."),
-    ] = None
-    unit: Unit | None = Field(default=None, description="Unit of the samples where the format leaves it open (SAC).")
-    columns: str = Field(
-        default="", description="Columns of a CSV file: `time:s north:gal east:gal up:gal`; `skip` passes one over."
-    )
-    sampling_interval_s: float | None = Field(
-        default=None, gt=0, le=1, description="Of a CSV file without a time column, s."
-    )
-    processed: bool | None = Field(
-        default=None,
-        description="Whether the samples of a CSV or SAC file have been corrected already (`true`) or are raw "
-        "(`false`).",
-    )
-    vertical_sense: VerticalSense | None = Field(
-        default=None,
-        description="Which way a vertical axis points that does not say so (`Vert`); `none` leaves it out.",
-    )
-    sensor: Sensor = Field(
-        default="surface", description="`surface`, or `borehole`, whose motion is refused unless it is declared."
-    )
-    trust_data: bool = Field(
-        default=False,
-        description="Go on where header and data contradict each other, or the motion's size is none of a ground "
-        "motion.",
-    )
-    sha256: str = Field(
-        default="",
-        pattern=r"^([0-9a-f]{64})?$",
-        description="Expected SHA-256 of the record's file; empty: not checked.",
-    )
-    licence: str = Field(default="", description="Terms under which the data may be used.")
+    id: str = Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")
+    """Short name, lower case; names files too."""
+    format: str = "auto"
+    """File format, or `auto` to go by the content; see docs/formats.md."""
+    source: str = Field(min_length=1)
+    """Files in the data folder, or `set:id`, or a pulse, or `example:file`."""
+    station: str = ""
+    """Name of the station; empty: as the file says."""
+    event: str = ""
+    """Earthquake with its year; records that share it count as one unless their origin times differ."""
+    event_id: str = Field(default="", pattern=r"^\S{0,60}$")
+    """Any word that stands for the earthquake: decides which records are of one."""
+    origin_time: Annotated[str, AfterValidator(_moment)] = ""
+    """Of the earthquake, UTC (`2016-11-13T11:02:56`); empty: as the file says."""
+    fault_strike_deg: float | None = Field(default=None, ge=0, lt=360.001)
+    """Strike of the fault, degrees clockwise from north; the normal is strike + 90."""
+    pulse: bool | None = None
+    """Whether the record has a velocity pulse."""
+    magnitude: float | None = Field(default=None, ge=0, le=10)
+    """Magnitude of the earthquake."""
+    rupture_distance_km: float | None = Field(default=None, ge=0, le=2000)
+    """Closest distance of the station to the rupture, km."""
+    site_class: str = Field(default="", pattern=r"^\S{0,20}$")
+    """Site class, in the user's own scheme (`C`, `D`)."""
+    vs30_m_s: float | None = Field(default=None, gt=30, le=5000)
+    """Mean shear-wave velocity of the upper 30 m, m/s."""
+    pulse_period_s: float | None = Field(default=None, gt=0, le=60)
+    """Period of the velocity pulse, s."""
+    wall: Literal["hanging", "foot"] | None = None
+    """Side of the fault: `hanging` or `foot` (wall); empty: neither, or not known."""
+    station_latitude_deg: _Latitude = None
+    """Of the station, north positive, for the map; empty: as the file says."""
+    station_longitude_deg: _Longitude = None
+    """Of the station, east positive."""
+    epicentre_latitude_deg: _Latitude = None
+    """Of the epicentre, north positive; empty: as the file says."""
+    epicentre_longitude_deg: _Longitude = None
+    """Of the epicentre, east positive."""
+    orientation_correction_deg: float = Field(default=0.0, ge=-360, le=360)
+    """Added to the file's azimuths: misorientation of the sensor, clockwise."""
+    magnetic_declination_deg: float = Field(default=0.0, ge=-180, le=180)
+    """Added to azimuths that the file counts from magnetic north; east is positive."""
+    azimuths_deg: Annotated[tuple[float, float] | None, BeforeValidator(_numbers)] = None
+    """Azimuths of the two horizontal axes where the file does not state them, e.g. `0 90`."""
+    unit: Unit | None = None
+    """Unit of the samples where the format leaves it open (SAC)."""
+    columns: str = ""
+    """Columns of a CSV file: `time:s north:gal east:gal up:gal`; `skip` passes one over."""
+    sampling_interval_s: float | None = Field(default=None, gt=0, le=1)
+    """Of a CSV file without a time column, s."""
+    processed: bool | None = None
+    """Whether the samples of a CSV or SAC file have been corrected already (`true`) or are raw (`false`)."""
+    vertical_sense: VerticalSense | None = None
+    """Which way a vertical axis points that does not say so (`Vert`); `none` leaves it out."""
+    sensor: Sensor = "surface"
+    """`surface`, or `borehole`, whose motion is refused unless it is declared."""
+    trust_data: bool = False
+    """Go on where header and data contradict each other, or the motion's size is none of a ground motion."""
+    sha256: str = Field(default="", pattern=r"^([0-9a-f]{64})?$")
+    """Expected SHA-256 of the record's file; empty: not checked."""
+    licence: str = ""
+    """Terms under which the data may be used."""
 
     @model_validator(mode="after")
     def _places_in_pairs(self) -> "RecordEntry":
@@ -229,7 +197,7 @@ def _located(entry: RecordEntry, data_dir: Path) -> list[tuple[str, Path]]:
         holding = named or plain or beside[:1] or [a for a in archives if _members_of(read_source(a), word)][:1]
         located += [(word, path) for path in holding]
     if not located:
-        raise MissingDataError(f"record {entry.id}: {_which(entry)} not in {data_dir}; {_remedy(entry)}")
+        raise _missing(entry, data_dir)
     return located
 
 
@@ -255,19 +223,17 @@ def _members_of(archive: SourceFile, stem: str) -> list[SourceFile]:
     return [m for m in open_archive(archive) if m.name == stem or m.name.startswith(f"{stem}.")]
 
 
-def _which(entry: RecordEntry) -> str:
-    if entry.format == "kik-net" and "." not in entry.source:
-        number = {"surface": "2", "borehole": "1"}[entry.sensor]
-        long = len(entry.source) >= 16  # six-letter station codes are KiK-net's
-        ends = [f"{axis}{number if long else ''}" for axis in ("NS", "EW", "UD")]
-        return ", ".join(f"{entry.source}.{end}" for end in ends) + " (or the archive that holds them) are"
-    return f"{entry.source} is"
-
-
-def _remedy(entry: RecordEntry) -> str:
+def _missing(entry: RecordEntry, data_dir: Path) -> MissingDataError:
+    """An error that names the files of an entry, where they belong, and where to get them."""
+    which, remedy = f"{entry.source} is", "put the file there, or name the folder in the config"
     if entry.format == "kik-net":
-        return (
+        remedy = (
             "download them from NIED's K-NET and KiK-net (www.kyoshin.bosai.go.jp, free account) and put them into "
             "that folder: they may not be redistributed"
         )
-    return "put the file there, or name the folder in the config"
+    if entry.format == "kik-net" and "." not in entry.source:
+        # Six-letter station codes are KiK-net's, whose files have the number of the sensor.
+        number = {"surface": "2", "borehole": "1"}[entry.sensor] if len(entry.source) >= 16 else ""
+        which = ", ".join(f"{entry.source}.{axis}{number}" for axis in ("NS", "EW", "UD"))
+        which += " (or the archive that holds them) are"
+    return MissingDataError(f"record {entry.id}: {which} not in {data_dir}; {remedy}")

@@ -9,10 +9,11 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
 from overturning.motion.integration import peaks
+from overturning.motion.motion import Recorded
 
 
 @dataclass(frozen=True)
-class Record:
+class Record(Recorded):
     """A strong-motion record turned to north, east and up."""
 
     record_id: str  # its name in the record table
@@ -34,27 +35,9 @@ class Record:
     extra: dict[str, Any] = field(default_factory=dict)  # what else is known (magnitude, epicentre, header peaks)
 
     def __post_init__(self) -> None:
-        components = {"north": self.north, "east": self.east} | ({} if self.up is None else {"up": self.up})
-        for name, samples in components.items():
-            if samples.ndim != 1 or samples.dtype != np.float64:
-                raise TypeError(f"{name} must be a one-dimensional float64 array")
-            if samples.size != self.north.size:
-                raise RecordError(
-                    f"record {self.record_id}: component {name} has {samples.size} samples, north has "
-                    f"{self.north.size}; cut both to their common window"
-                )
-            if not np.isfinite(samples).all():
-                first = int(np.flatnonzero(~np.isfinite(samples))[0])
-                raise RecordError(
-                    f"record {self.record_id}: component {name} is not a number at sample {first}; repair or leave out "
-                    "the record"
-                )
-        if self.north.size < 2:
-            raise RecordError(f"record {self.record_id}: {self.north.size} samples; a record needs at least 2")
-        if not (np.isfinite(self.sampling_interval) and self.sampling_interval > 0):
-            raise RecordError(
-                f"record {self.record_id}: sampling interval {self.sampling_interval} s; it must be positive"
-            )
+        if any(samples.dtype != np.float64 for samples in self.components):
+            raise TypeError(f"record {self.record_id}: components are float64 arrays")
+        self.check(RecordError, f"record {self.record_id}: ")
 
     def with_each(self, change: Callable[[FloatArray], FloatArray], **more: Any) -> "Record":
         """The record with each component changed in the same way, and other fields as given."""
@@ -62,24 +45,9 @@ class Record:
         return replace(self, north=change(self.north), east=change(self.east), up=up, **more)
 
     @property
-    def trusted(self) -> bool:
+    def trusted(self) -> bool:  # type: ignore[override]
         """Whether the user goes on where data contradict the header or are not of the size of a ground motion."""
         return bool(self.extra.get("trusted_data", False))
-
-    @property
-    def components(self) -> list[FloatArray]:
-        """North, east and, where there is one, up, m/s²."""
-        return [self.north, self.east, *([] if self.up is None else [self.up])]
-
-    @property
-    def horizontal(self) -> FloatArray:
-        """Acceleration towards north and east, m/s², shape (2, n)."""
-        return np.stack([self.north, self.east])
-
-    @property
-    def duration(self) -> float:
-        """Time from the first to the last sample, s."""
-        return (self.north.size - 1) * self.sampling_interval
 
 
 def peaks_of(horizontal: FloatArray, interval: float) -> dict[str, float]:
@@ -112,8 +80,8 @@ def summary(step: Mapping[str, Any]) -> str:
             return f"cut from {step['start_s']:g} s" + ("" if step["end_s"] is None else f" to {step['end_s']:g} s")
         case "site":
             layers = ", ".join(f"{one['thickness_m']:g} m of {one['velocity_m_s']:g} m/s" for one in step["layers"])
-            told = f" ({step['chosen']})" if "chosen" in step else ""
-            return f"through {layers} over {step['rock']['velocity_m_s']:g} m/s, record {step['motion']}{told}"
+            found = f" ({step['chosen']})" if "chosen" in step else ""
+            return f"through {layers} over {step['rock']['velocity_m_s']:g} m/s, record {step['motion']}{found}"
         case "scale":
             return f"times {step['factor']:g}"
         case other:

@@ -1,12 +1,43 @@
-"""Processing steps as data: what a config may ask for, each with its parameters and bounds."""
+"""Processing steps: what a config may ask for, each with its parameters and bounds, and what it does to a component."""
 
-from typing import Annotated, ClassVar, Literal
+import math
+from dataclasses import replace
+from fractions import Fraction
+from typing import Annotated, Any, ClassVar, Literal
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from overturning.arrays import FloatArray
+from overturning.errors import RecordError
+from overturning.motion.fourier import bell
+from overturning.motion.integration import integrate
+from overturning.records.record import Record
 
-class _Step(BaseModel):
+LARGEST_RATIO = 1000
+"""Largest numerator or denominator of a resampling ratio."""
+
+
+def _refused(record: Record, key: str, why: str) -> RecordError:
+    return RecordError(f"record {record.record_id}: {key}; {why}")
+
+
+class _Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class _Step(_Part):
+    def apply(self, samples: FloatArray, record: Record) -> FloatArray:
+        """A component of the record after the step, m/s²; a RecordError where the step does not fit the record."""
+        raise NotImplementedError
+
+    def interval(self, before: float) -> float:
+        """Sampling interval after the step, s."""
+        return before
+
+    def shift(self, interval: float) -> float:  # noqa: ARG002
+        """Time of the first sample after the step less that before it, s."""
+        return 0.0
 
 
 class RemoveMean(_Step):
@@ -17,6 +48,15 @@ class RemoveMean(_Step):
         default=None, gt=0, description="Length of the pre-event part, s; none: the whole record."
     )
 
+    def apply(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
+        if self.first_s is None:
+            return samples - samples.mean()
+        count = round(self.first_s / record.sampling_interval)
+        if not 1 <= count <= record.north.size:
+            bounds = f"it must lie between one sample and {record.duration:g} s"
+            raise _refused(record, f"remove_mean.first_s {self.first_s:g}", bounds)
+        return samples - samples[:count].mean()
+
 
 class Detrend(_Step):
     """Subtract the least-squares polynomial of the whole record."""
@@ -24,12 +64,25 @@ class Detrend(_Step):
     step: Literal["detrend"] = "detrend"
     order: int = Field(default=1, ge=0, le=5, description="Order of the polynomial; 1 is a line.")
 
+    def apply(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: ARG002, D102
+        # Legendre polynomials on [-1, 1] keep the least-squares problem well conditioned at every length.
+        abscissa = np.linspace(-1.0, 1.0, samples.size)
+        fit = np.polynomial.legendre.legfit(abscissa, samples, self.order)
+        return np.asarray(samples - np.polynomial.legendre.legval(abscissa, fit), dtype=np.float64)
+
 
 class Taper(_Step):
     """Multiply both ends by half a cosine bell."""
 
     step: Literal["taper"] = "taper"
     length_s: float = Field(gt=0, description="Length of the bell at each end, s.")
+
+    def apply(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
+        width = round(self.length_s / record.sampling_interval)
+        if not 1 <= width <= samples.size // 2:
+            bounds = f"it must lie between one sample and half the record, {0.5 * record.duration:g} s"
+            raise _refused(record, f"taper.length_s {self.length_s:g}", bounds)
+        return samples * bell(samples.size, width)
 
 
 Positive = Annotated[float, Field(gt=0)]
@@ -45,6 +98,25 @@ class Filter(_Step):
     )
     order: int = Field(default=2, ge=1, le=8, description="Order of each of the two passes.")
 
+    def apply(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
+        from scipy.signal import butter, sosfiltfilt
+
+        nyquist, corner = 0.5 / record.sampling_interval, float(self.corner_hz)
+        if corner >= nyquist:
+            bounds = f"it must lie below the Nyquist frequency {nyquist:g} Hz"
+            raise _refused(record, f"{self.step}.corner_hz {corner:g}", bounds)
+        sections = butter(self.order, corner, btype=self.step, fs=1.0 / record.sampling_interval, output="sos")
+        pad = self._pad(record.sampling_interval)
+        filtered = sosfiltfilt(sections, np.pad(samples, pad), padtype=None)
+        # A zero-phase high-pass filter acts before the first sample too. Stripped of its pads its output would
+        # integrate to a velocity that drifts (Boore, Sisi & Akkar 2012, BSSA 102, 751-760), so they stay.
+        kept = filtered if self.step == "highpass" else filtered[pad : pad + samples.size]
+        return np.ascontiguousarray(kept, dtype=np.float64)
+
+    def _pad(self, interval: float) -> int:
+        """Zeros at each end in which the filter rings out: 1.5 n / f_c seconds (Converse & Brady 1992, BAP)."""
+        return math.ceil(1.5 * self.order / float(self.corner_hz) / interval)
+
 
 class Highpass(Filter):
     """Butterworth high-pass filter, forward and backward (zero phase).
@@ -55,6 +127,9 @@ class Highpass(Filter):
     """
 
     step: Literal["highpass"] = "highpass"
+
+    def shift(self, interval: float) -> float:  # noqa: D102
+        return -self._pad(interval) * interval
 
 
 class Lowpass(Filter):
@@ -87,12 +162,52 @@ class Baseline(_Step):
             raise ValueError("t1_s, t2_s, fit_from_s must ascend")
         return self
 
+    def apply(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
+        interval = record.sampling_interval
+        time = np.arange(samples.size) * interval
+        end = time >= self.fit_from_s - 1e-9
+        if end.sum() < 10:
+            bounds = f"the record ends at {record.duration:g} s and the fit needs ten samples"
+            raise _refused(record, f"baseline.fit_from_s {self.fit_from_s:g}", bounds)
+        velocity = integrate(samples, interval)
+        # Solve about the middle of the fitted part: well conditioned however late it lies.
+        middle = float(time[end].mean())
+        final, at_middle = np.polyfit(time[end] - middle, velocity[end], 1)
+        at_zero = at_middle - final * middle
+        corrected = samples.copy()
+        if self.t1_s is None or self.t2_s is None:
+            # Where the fitted line is zero; outside of the record there is no step to take away.
+            t2 = -at_zero / final if final else math.inf
+            if 0.0 <= t2 <= self.fit_from_s:
+                corrected[time >= t2] -= final
+            return corrected
+        mean = (at_zero + final * self.t2_s) / (self.t2_s - self.t1_s)
+        corrected[(time >= self.t1_s) & (time < self.t2_s)] -= mean
+        corrected[time >= self.t2_s] -= final
+        return corrected
+
 
 class Resample(_Step):
     """Band-limited resampling (polyphase FIR); the ratio of the intervals must be a fraction of small whole numbers."""
 
     step: Literal["resample"] = "resample"
     sampling_interval_s: float = Field(gt=0, le=1, description="New time between samples, s.")
+
+    def apply(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
+        from scipy.signal import resample_poly
+
+        exact = record.sampling_interval / self.sampling_interval_s
+        ratio = Fraction(exact).limit_denominator(LARGEST_RATIO)
+        if ratio.numerator > LARGEST_RATIO or ratio == 0 or not math.isclose(float(ratio), exact, rel_tol=1e-7):
+            what = f"resample.sampling_interval_s {self.sampling_interval_s:g} from {record.sampling_interval:g}"
+            raise _refused(record, what, f"their ratio must be a fraction of whole numbers up to {LARGEST_RATIO}")
+        if ratio == 1:
+            return samples
+        out = resample_poly(samples, ratio.numerator, ratio.denominator)
+        return np.ascontiguousarray(out, dtype=np.float64)
+
+    def interval(self, before: float) -> float:  # noqa: ARG002, D102
+        return self.sampling_interval_s
 
 
 class Cut(_Step):
@@ -108,6 +223,17 @@ class Cut(_Step):
             raise ValueError(f"end_s {self.end_s:g} must lie after start_s {self.start_s:g}")
         return self
 
+    def apply(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: D102
+        first = round(self.start_s / record.sampling_interval)
+        last = samples.size if self.end_s is None else round(self.end_s / record.sampling_interval) + 1
+        if last > samples.size or last - first < 2:
+            what = f"cut from {self.start_s:g} to {self.end_s} s"
+            raise _refused(record, what, f"the record ends at {record.duration:g} s")
+        return samples[first:last].copy()
+
+    def shift(self, interval: float) -> float:  # noqa: D102
+        return round(self.start_s / interval) * interval
+
 
 class Scale(_Step):
     """Multiply every sample by a factor."""
@@ -115,8 +241,11 @@ class Scale(_Step):
     step: Literal["scale"] = "scale"
     factor: float = Field(gt=0, description="Factor, without unit.")
 
+    def apply(self, samples: FloatArray, record: Record) -> FloatArray:  # noqa: ARG002, D102
+        return samples * self.factor
 
-class Rock(_Step):
+
+class Rock(_Part):
     """The half-space below the soil."""
 
     velocity_m_s: float = Field(gt=0, le=1e4, description="Shear-wave velocity, m/s.")
@@ -124,7 +253,7 @@ class Rock(_Step):
     damping: float = Field(default=0.01, ge=0, lt=0.5, description="Damping ratio.")
 
 
-class Layer(_Step):
+class Layer(_Part):
     """A layer of soil."""
 
     thickness_m: float = Field(gt=0, le=1e4, description="Thickness, m.")
@@ -136,7 +265,7 @@ class Layer(_Step):
     )
 
 
-class Site(_Step):
+class Site(_Part):
     """The ground of a study: takes the horizontal motion from rock through soil layers to the surface, after all steps.
 
     Needs pystrata (group `soil`). Linear, or equivalent-linear where a layer has a curve. The vertical motion is left
@@ -149,6 +278,25 @@ class Site(_Step):
     motion: Literal["outcrop", "within"] = Field(
         default="outcrop", description="Whether the record is of outcropping rock or of the rock below the layers."
     )
+
+    def apply(self, record: Record) -> tuple[Record, str]:
+        """The record at the surface, and where a layer has a curve what became of the iteration."""
+        from overturning.motion.soil import TAIL, Soil, through_soil
+
+        tail = (0, round(TAIL / record.sampling_interval))
+        layers = [
+            Soil(one.thickness_m, one.velocity_m_s, one.density_kg_m3, one.damping, one.curve) for one in self.layers
+        ]
+        layers.append(Soil(0, self.rock.velocity_m_s, self.rock.density_kg_m3, self.rock.damping))
+        surface: dict[str, Any] = {}
+        notes = []
+        for axis, samples in (("north", record.north), ("east", record.east)):
+            passed = through_soil(samples, record.sampling_interval, layers, outcrop=self.motion == "outcrop")
+            state = "converged" if passed.converged else f"not converged (last change {100 * passed.change:.1f} %)"
+            notes.append(f"{axis} {state}, strain {100 * passed.largest_strain:.2g} %")
+            surface[axis] = passed.samples
+        up = None if record.up is None else np.pad(record.up, tail)
+        return replace(record, up=up, **surface), "; ".join(notes) if any(one.curve for one in self.layers) else ""
 
 
 Step = Annotated[

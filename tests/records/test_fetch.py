@@ -105,7 +105,7 @@ def test_a_changed_file_is_fetched_again(server, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("status", "kind"), [("404", RecordError), ("401", MissingDataError), ("403", MissingDataError)]
+    ("status", "kind"), [("404", MissingDataError), ("401", MissingDataError), ("403", MissingDataError)]
 )
 def test_a_final_answer_is_not_asked_for_twice(server, tmp_path, status, kind):
     server.mode["file"] = [status] * 5

@@ -2,9 +2,9 @@
 
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Callable
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 from urllib.parse import urlsplit
 
 from overturning.errors import ArgumentError, MissingDataError, RecordError
@@ -25,12 +25,23 @@ def credentials() -> tuple[str, str] | None:
     return (user, password) if user and password else None
 
 
-def attempts(tries: int, wait: float) -> Iterator[int]:
-    """Numbers of the tries, from 0, with a pause before each but the first: ``wait`` seconds, doubled each time."""
+def retried(action: Callable[[], Any], what: str, tries: int, wait: float, kept: str = "nothing was kept") -> Any:
+    """Result of an action, tried again after trouble on the way, with a pause of ``wait`` s that doubles each time.
+
+    Wrong arguments and missing data are final; a RecordError says so where the last try has failed too.
+    """
+    last = ""
     for attempt in range(tries):
         if attempt:
             time.sleep(wait * 2.0 ** (attempt - 1))
-        yield attempt
+        try:
+            return action()
+        except (ArgumentError, MissingDataError):
+            raise
+        except Exception as problem:  # urllib, http, socket, requests, obspy: each a kind of its own
+            # The text of others' errors may hold the address with a query.
+            last = str(problem) if isinstance(problem, RecordError) else type(problem).__name__
+    raise RecordError(f"{what}: not to be had in {tries} tries ({last}); {kept}: try again later")
 
 
 def fetch_url(
@@ -66,7 +77,7 @@ def fetch_url(
     ArgumentError
         If URL, hash or name are unusable.
     MissingDataError
-        If the server needs an account that is not there (NIED), or refuses it.
+        If the server needs an account that is not there (NIED), refuses it, or has no such file.
     RecordError
         If the file cannot be had, or has another hash.
     """
@@ -77,8 +88,10 @@ def fetch_url(
     folder.mkdir(parents=True, exist_ok=True)
 
     def download(address: str, output: str, _pooch: object) -> None:
-        _continued(address, folder / f".{target}.part", tries, timeout, wait)
-        os.replace(folder / f".{target}.part", output)
+        part = folder / f".{target}.part"
+        kept = "what has come is kept and continued next time"
+        retried(lambda: _continued(address, part, timeout), shown(address), tries, wait, kept)
+        os.replace(part, output)
         with open(output, "rb") as file:
             if is_web_page(file.read(400)):
                 raise RecordError(
@@ -126,55 +139,29 @@ def shown(url: str) -> str:
     return f"{parts.scheme}://{parts.hostname or ''}{parts.path}"
 
 
-def _continued(url: str, part: Path, tries: int, timeout: float, wait: float) -> None:
-    """Bring the part to its full length, continuing where the last try broke off."""
-    import requests
-
-    last = ""
-    for _ in attempts(tries, wait):
-        try:
-            if _once(url, part, timeout):
-                return
-            last = "the connection broke off"
-        except requests.RequestException as problem:
-            last = type(problem).__name__  # its text may hold the address with a query
-    raise RecordError(
-        f"{shown(url)}: not to be had in {tries} tries ({last}); what has come is kept and continued next time: try "
-        "again later"
-    )
-
-
-def _once(url: str, part: Path, timeout: float) -> bool:
-    """One try; True when the file is whole."""
+def _continued(url: str, part: Path, timeout: float) -> None:
+    """Bring the part to its full length, continuing where the last try broke off; a RecordError where this one does."""
     import requests
 
     have = part.stat().st_size if part.exists() else 0
-    headers = {"Range": f"bytes={have}-"} if have else {}
     # Encoded bodies have another length than the file, so none are asked for.
-    headers["Accept-Encoding"] = "identity"
+    headers = {"Accept-Encoding": "identity"} | ({"Range": f"bytes={have}-"} if have else {})
     with requests.get(url, headers=headers, timeout=timeout, stream=True, auth=credentials()) as answer:
-        content_range = answer.headers.get("Content-Range", "")
-        if answer.status_code == 416:  # nothing left to send: the part is whole, or not of this file
-            if content_range.rpartition("/")[2] == str(have):
-                return True
-            part.unlink()
-            return False
-        if answer.status_code in (401, 403):
-            raise MissingDataError(
-                f"{shown(url)}: the server wants an account (status {answer.status_code}); {SET_CREDENTIALS}"
-            )
-        if answer.status_code in (404, 410):
-            raise RecordError(f"{shown(url)}: there is no such file (status {answer.status_code}); check the address")
-        if answer.status_code not in (200, 206):
-            answer.raise_for_status()
-            return False
-        continued = answer.status_code == 206 and content_range.startswith(f"bytes {have}-")
+        status, content_range = answer.status_code, answer.headers.get("Content-Range", "")
+        if status in (401, 403):
+            raise MissingDataError(f"{shown(url)}: the server wants an account (status {status}); {SET_CREDENTIALS}")
+        if status in (404, 410):
+            raise MissingDataError(f"{shown(url)}: there is no such file (status {status}); check the address")
+        if status == 416 and content_range.rpartition("/")[2] == str(have):
+            return  # nothing left to send: the part is whole
+        if status == 416:
+            part.unlink()  # it is not of this file
+        if status not in (200, 206):
+            raise RecordError(f"status {status}")
+        continued = status == 206 and content_range.startswith(f"bytes {have}-")
         length = answer.headers.get("Content-Length", "")
-        expected = int(length) + (have if continued else 0) if length.isdigit() else None
         with part.open("ab" if continued else "wb") as out:
-            try:
-                for block in answer.iter_content(BLOCK):
-                    out.write(block)
-            except requests.RequestException:
-                return False
-    return expected is None or part.stat().st_size == expected
+            for block in answer.iter_content(BLOCK):
+                out.write(block)
+    if length.isdigit() and part.stat().st_size != int(length) + (have if continued else 0):
+        raise RecordError("the connection broke off")

@@ -2,14 +2,17 @@
 
 import io
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from overturning.errors import ArgumentError, MissingDataError, RecordError
 from overturning.files import atomic_write
-from overturning.records.download import SET_CREDENTIALS, attempts, credentials
+from overturning.records.download import SET_CREDENTIALS, credentials, retried
 from overturning.records.source import SourceFile, is_web_page
+
+CODES = ("network", "station", "location", "channel")
 
 
 @dataclass(frozen=True)
@@ -28,7 +31,7 @@ class Request:
     after_s: float = 270.0
 
     def __post_init__(self) -> None:
-        for name in ("network", "station", "location", "channel"):
+        for name in CODES:
             if not re.fullmatch(r"[A-Za-z0-9?*-]{1,8}", getattr(self, name)):
                 raise ArgumentError(f"{name}: {getattr(self, name)!r}; a SEED code has letters, digits, ? and *")
         if bool(self.event_id) == bool(self.start or self.end):
@@ -58,16 +61,20 @@ def fetch_fdsn(
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    client = _retried(lambda: _client(request.server, timeout), request, tries, wait)
-    start, end = _window(client, request, tries, wait)
+    what = f"{request.server} {request.network}.{request.station}"
+
+    def ask(action: Callable[[], Any]) -> Any:
+        return retried(lambda: _answered(action, what), what, tries, wait)
+
+    client = ask(lambda: _client(request.server, timeout))
+    start, end = _window(request, lambda event_id: ask(lambda: client.get_events(eventid=event_id)))
     stem = ".".join([request.network, request.station, start.strftime("%Y%m%dT%H%M%S"), f"{end - start:.0f}s"])
     stem = re.sub(r"[?*]", "x", stem)
     waves, metadata = folder / f"{stem}.mseed", folder / f"{stem}.xml"
-    codes = (request.network, request.station, request.location, request.channel)
     if not metadata.exists():
-        _retried(lambda: _stations(client, codes, start, end, metadata), request, tries, wait)
+        ask(lambda: _stations(client, request, start, end, metadata))
     if not waves.exists():
-        _retried(lambda: _waveforms(client, codes, start, end, waves), request, tries, wait)
+        ask(lambda: _waveforms(client, request, start, end, waves))
     return [waves, metadata]
 
 
@@ -82,82 +89,67 @@ def _client(server: str, timeout: float) -> Any:
         raise ArgumentError(f"server: {server!r} ({problem}); give its address, or a name that obspy knows") from None
 
 
-def _window(client: Any, request: Request, tries: int, wait: float) -> tuple[Any, Any]:
+def _window(request: Request, events: Callable[[str], Any]) -> tuple[Any, Any]:
     import obspy
 
     if request.event_id:
-        catalogue = _retried(lambda: client.get_events(eventid=request.event_id), request, tries, wait)
         try:
-            origin = (catalogue[0].preferred_origin() or catalogue[0].origins[0]).time
+            event = events(request.event_id)[0]
+            origin = (event.preferred_origin() or event.origins[0]).time
         except IndexError:
-            raise MissingDataError(
-                f"{request.server}: event {request.event_id!r} has no origin; give start and end"
-            ) from None
+            why = f"event {request.event_id!r} has no origin; give start and end"
+            raise MissingDataError(f"{request.server}: {why}") from None
         return origin - request.before_s, origin + request.after_s
     try:
         start, end = obspy.UTCDateTime(request.start), obspy.UTCDateTime(request.end)
     except (ValueError, TypeError):
-        raise ArgumentError(
-            f"start, end: {request.start!r}, {request.end!r}; times read like 2016-11-13T11:02:00"
-        ) from None
+        said = f"{request.start!r}, {request.end!r}"
+        raise ArgumentError(f"start, end: {said}; times read like 2016-11-13T11:02:00") from None
     if not 0 < end - start <= 86400:
         raise ArgumentError(f"start, end: {end - start:g} s apart; a window is longer than nothing and at most a day")
     return start, end
 
 
-def _retried(action: Any, request: Request, tries: int, wait: float) -> Any:
-    """Do it, again after trouble on the way; what the server says for certain is not asked twice."""
+def _answered(action: Callable[[], Any], what: str) -> Any:
+    """Do it; an ArgumentError or a MissingDataError for what the server says for certain."""
     from obspy.clients.fdsn import header
 
-    what = f"{request.server} {request.network}.{request.station}"
     nothing = MissingDataError(f"{what}: the server has no such data; check codes, time window and event")
-    last = ""
-    for _ in attempts(tries, wait):
-        try:
-            return action()
-        except (ArgumentError, MissingDataError):
-            raise
-        except header.FDSNNoDataException:
-            raise nothing from None
-        except (header.FDSNUnauthorizedException, header.FDSNForbiddenException):
-            raise MissingDataError(f"{what}: the server wants an account; {SET_CREDENTIALS}") from None
-        except header.FDSNBadRequestException:
-            raise ArgumentError(f"{what}: the server does not understand the request; check codes and times") from None
-        except header.FDSNNoServiceException:
-            last = "no FDSN services at that address"
-        except RecordError as problem:
-            last = str(problem)
-        except Exception as problem:  # urllib, http, socket, obspy: each a kind of its own
-            if isinstance(problem, header.FDSNException) and "404" in str(problem).partition("\n")[0]:
-                raise nothing from None
-            last = type(problem).__name__
-    raise RecordError(f"{what}: not to be had in {tries} tries ({last}); nothing was kept: try again later")
+    try:
+        return action()
+    except header.FDSNNoDataException:
+        raise nothing from None
+    except (header.FDSNUnauthorizedException, header.FDSNForbiddenException):
+        raise MissingDataError(f"{what}: the server wants an account; {SET_CREDENTIALS}") from None
+    except header.FDSNBadRequestException:
+        raise ArgumentError(f"{what}: the server does not understand the request; check codes and times") from None
+    except header.FDSNNoServiceException:
+        raise RecordError("no FDSN services at that address") from None
+    except header.FDSNException as problem:
+        raise (nothing if "404" in str(problem).partition("\n")[0] else problem) from None
 
 
-def _stations(client: Any, codes: tuple[str, ...], start: Any, end: Any, path: Path) -> None:
+def _stations(client: Any, request: Request, start: Any, end: Any, path: Path) -> None:
     from overturning.records.formats.miniseed import read_inventory
 
     answer = io.BytesIO()
-    named = dict(zip(("network", "station", "location", "channel"), codes, strict=True))
-    client.get_stations(**named, starttime=start, endtime=end, level="response", filename=answer)
+    codes = {name: getattr(request, name) for name in CODES}
+    client.get_stations(**codes, starttime=start, endtime=end, level="response", filename=answer)
     data = _checked(answer, "StationXML")
     read_inventory([SourceFile("StationXML", data)])
     with atomic_write(path) as part:
         part.write_bytes(data)
 
 
-def _waveforms(client: Any, codes: tuple[str, ...], start: Any, end: Any, path: Path) -> None:
-    import obspy
+def _waveforms(client: Any, request: Request, start: Any, end: Any, path: Path) -> None:
+    from overturning.records.formats.miniseed import read_stream
 
     answer = io.BytesIO()
-    client.get_waveforms(*codes, start, end, filename=answer)
+    client.get_waveforms(*(getattr(request, name) for name in CODES), start, end, filename=answer)
     data = _checked(answer, "MiniSEED")
     if len(data) % 128:
         raise RecordError(f"MiniSEED of {len(data)} bytes, no whole number of records: the answer was cut")
-    try:
-        stream = obspy.read(io.BytesIO(data), format="MSEED")
-    except Exception as problem:
-        raise RecordError(f"no readable MiniSEED ({type(problem).__name__})") from None
+    stream = read_stream(SourceFile("MiniSEED", data), "MSEED")
     if any(abs(t.stats.endtime - end) > 60 + 0.5 * (end - start) for t in stream):
         raise RecordError("MiniSEED of another time than asked for")
     with atomic_write(path) as part:

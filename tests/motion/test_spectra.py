@@ -16,13 +16,20 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from overturning.errors import ArgumentError
-from overturning.motion.cumulative import arias_intensity, cumulative_absolute_velocity, significant_duration
+from overturning.motion.direction import cosines_of, largest_along
 from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi
-from overturning.motion.intensity import MEASURES, intensity_by_azimuth, measures_by_azimuth, record_measures
+from overturning.motion.intensity import (
+    MEASURES,
+    arias_intensity,
+    cumulative_absolute_velocity,
+    intensity_by_azimuth,
+    measures_by_azimuth,
+    record_measures,
+    significant_duration,
+)
 from overturning.motion.jma_intensity import SURVEY_RULE, instrumental_intensity, reported_intensity
 from overturning.motion.motion import Motion
 from overturning.motion.oscillator import Oscillators
-from overturning.motion.rotation import cosines_of, largest_along
 from overturning.motion.spectra import rotd, spectra_by_azimuth, spectrum_intensity
 from overturning.records.catalogue import read_catalogue
 from overturning.records.processing import process

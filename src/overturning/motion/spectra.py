@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
+from overturning.motion.direction import cosines_of, largest_along
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
 from overturning.motion.oscillator import POINTS_PER_PERIOD, Oscillators, Quantity, checked_periods
-from overturning.motion.rotation import cosines_of, largest_along
 
 SI_PERIODS = np.linspace(0.1, 2.5, 121)
 """Periods over which the spectrum intensity is integrated, s."""

@@ -10,9 +10,9 @@ from typing import Final
 import numpy as np
 
 from overturning.errors import ArgumentError
+from overturning.motion.direction import cosines_of, largest_along
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
-from overturning.motion.rotation import cosines_of, largest_along
 from overturning.records.catalogue import RecordEntry
 from overturning.records.processing import process
 from overturning.records.pulses import parse_pulse, pulse_record

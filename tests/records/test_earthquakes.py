@@ -95,7 +95,7 @@ def test_an_id_decides() -> None:
         entry("b", "Chi-Chi", event_id="e2", origin_time=moment),
     )
     assert apart.labels == ("Chi-Chi (e1)", "Chi-Chi (e2)")
-    assert apart.said == ()
+    assert apart.notes == ()
 
 
 @pytest.mark.parametrize(
@@ -128,7 +128,7 @@ def test_names_that_resemble_each_other_are_told_with_both_names(first: str, sec
     ],
 )
 def test_names_of_two_earthquakes_raise_no_doubt(first: str, second: str) -> None:
-    assert told_apart(entry("a", first), entry("b", second)).said == ()
+    assert told_apart(entry("a", first), entry("b", second)).notes == ()
 
 
 def test_capitals_and_blanks_make_no_other_earthquake() -> None:
@@ -150,7 +150,7 @@ def test_starts_tell_what_names_do_not() -> None:
     assert "records a and c start 13.5 h apart" in earthquakes_of([one, late]).doubtful[0]
     known = replace(one, extra={"origin_time": "2016-11-13T11:02:56Z"})
     assert "records a and c start 13.5 h apart" in earthquakes_of([known, late]).doubtful[0]
-    assert earthquakes_of([known, replace(one, record_id="b")]).said == ()
+    assert earthquakes_of([known, replace(one, record_id="b")]).notes == ()
 
 
 def test_the_shipped_records_keep_their_earthquakes() -> None:
@@ -158,7 +158,7 @@ def test_the_shipped_records_keep_their_earthquakes() -> None:
     entries = read_catalogue(TABLE)
     found = earthquakes_of(entries.values())
     assert found.labels == tuple(one.event for one in entries.values())
-    assert found.said == ()
+    assert found.notes == ()
 
 
 def test_the_names_of_the_packaged_sets_are_told_where_they_differ() -> None:

@@ -1,14 +1,15 @@
 """`overturning records`: say what record files are, and fetch new ones."""
 
+from collections.abc import Iterable
 from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
 
-from overturning.commands.add import add
 from overturning.commands.declared import Declared, grouped
 
+RESOURCES = Path("resources/records")
 app = typer.Typer(no_args_is_help=True, help="Check record files, or fetch them.")
 
 
@@ -28,8 +29,7 @@ def check(
     findings = check_paths(paths, given.declarations())
     for finding in findings:
         typer.echo(describe(finding))
-    for said in earthquakes_of(f.record for f in findings if f.record is not None).said:
-        typer.echo(f"earthquakes: {said}")
+    _echo_notes(earthquakes_of(f.record for f in findings if f.record is not None).notes)
     read = sum(f.record is not None for f in findings)
     if no_records := passed_over(paths):
         shown = ", ".join(no_records[:5]) + (" …" if len(no_records) > 5 else "")
@@ -37,6 +37,11 @@ def check(
     typer.echo(f"{read} read, {len(findings) - read} refused")
     if read < len(findings):
         raise typer.Exit(1)
+
+
+def _echo_notes(notes: Iterable[str]) -> None:
+    for note in notes:
+        typer.echo(f"earthquakes: {note}")
 
 
 @app.command()
@@ -93,13 +98,45 @@ def plot(
         raise typer.Exit(1)
 
 
-app.command()(add)
+@app.command()
+def add(
+    paths: Annotated[list[Path], typer.Argument(help="the files of one record")],
+    record_id: Annotated[
+        str, typer.Option("--id", help="short name, lower case; default: that of the first file")
+    ] = "",
+    values: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", help="a column of the table: event='Kaikoura 2016', unit=gal; may be given several times"
+        ),
+    ] = None,
+    table: Annotated[Path, typer.Option(help="record table")] = Path("config/records.tsv"),
+    folder: Annotated[Path, typer.Option(help="folder of the record files, to which they are copied")] = RESOURCES,
+) -> None:
+    """Read the files of a record, put them into the folder, and write the table's line."""
+    from overturning.errors import ArgumentError
+    from overturning.records.catalogue import read_catalogue
+    from overturning.records.earthquakes import earthquakes_of
+    from overturning.records.table_line import add_line
+
+    if wrong := [pair for pair in values or () if "=" not in pair]:
+        raise ArgumentError(f"--set {wrong[0]}: write column=value")
+    given = dict(pair.partition("=")[::2] for pair in values or ())
+    if record_id:
+        given["id"] = record_id
+    record = add_line(paths, given, table, folder)
+    place = ", ".join(text for text in (record.station, record.event) if text)
+    typer.echo(f"{table}: {record.record_id}{f' ({place})' if place else ''}")
+    others = [entry for entry in read_catalogue(table).values() if entry.id != record.record_id]
+    known = earthquakes_of(others).notes
+    _echo_notes(note for note in earthquakes_of([*others, record]).notes if note not in known)
+    typer.echo(f"look at it: overturning one --record {record.record_id} --azimuth 0 --animate {record.record_id}.html")
+
 
 fetch = typer.Typer(no_args_is_help=True, help="Fetch records into a folder, checked and whole.")
 app.add_typer(fetch, name="fetch")
 
 Folder = Annotated[Path, typer.Option(help="where files go; what is there already is not fetched again")]
-RESOURCES = Path("resources/records")
 
 
 @fetch.command()

@@ -33,7 +33,7 @@ ALIKE: Final = 0.85
 """Similarity of two names (difflib: twice the letters that match over all letters) from which on they may be one."""
 
 MOST_DOUBTS: Final = 10
-"""Doubts that are said one by one."""
+"""Doubts that are named one by one."""
 
 _FILLING: Final = re.compile(
     r"\b(rcrd|record|earthquake|eq|of|the|(?:mon|tue|wed|thu|fri|sat|sun)|jst|utc?|gmt|epicentre.*)\b"
@@ -71,20 +71,28 @@ class _Known:
 
 
 def _known(record: Record | RecordEntry) -> _Known:
-    """What a record says, or a line of the record table whose files have not been read."""
+    """What a record states, or a line of the record table whose files have not been read."""
     if isinstance(record, RecordEntry):
         place = (record.epicentre_latitude_deg, record.epicentre_longitude_deg)
-        given: tuple[Any, ...] = (record.id, record.event, record.event_id, record.origin_time)
-        given += (None, record.format)
+        named, stated, start = record.id, {"event_id": record.event_id, "origin_time": record.origin_time}, None
+        synthetic = record.format == "synthetic"
     else:
-        extra = record.extra
-        place = (extra.get("event_latitude"), extra.get("event_longitude"))
-        given = (record.record_id, record.event, extra.get("event_id", ""), extra.get("origin_time"))
-        given += (record.start, extra.get("format"))
-    record_id, name, event_id, origin, start, form = given
-    epicentre = None if place[0] is None or place[1] is None else (float(place[0]), float(place[1]))
-    moments = [datetime.fromisoformat(text) if text else None for text in (origin, start)]
-    return _Known(record_id, " ".join(name.split()), event_id, moments[0], epicentre, moments[1], form == "synthetic")
+        place = (record.extra.get("event_latitude"), record.extra.get("event_longitude"))
+        named, stated, start = record.record_id, record.extra, record.start
+        synthetic = stated.get("format") == "synthetic"
+    return _Known(
+        named,
+        " ".join(record.event.split()),
+        stated.get("event_id", ""),
+        _moment(stated.get("origin_time")),
+        None if place[0] is None or place[1] is None else (float(place[0]), float(place[1])),
+        _moment(start),
+        synthetic,
+    )
+
+
+def _moment(text: str | None) -> datetime | None:
+    return datetime.fromisoformat(text) if text else None
 
 
 def _distance(first: tuple[float, float], second: tuple[float, float]) -> float:
@@ -99,16 +107,16 @@ class _Earthquake:
     """Records that belong together, by their places among all."""
 
     members: dict[int, _Known] = field(default_factory=dict)
-    told: dict[tuple[Any, ...], _Known] = field(default_factory=dict)  # the first member with each id and origin
+    stated: dict[tuple[Any, ...], _Known] = field(default_factory=dict)  # the first member with each id and origin
     names: dict[str, str] = field(default_factory=dict)  # in small letters, and as written
 
     def add(self, index: int, one: _Known) -> None:
         self.members[index] = one
-        self.told.setdefault((one.event_id, one.origin, one.place), one)
+        self.stated.setdefault((one.event_id, one.origin, one.place), one)
         self.names.setdefault(one.name.casefold(), one.name)
 
     def holds(self, one: _Known) -> bool:
-        said = [same for member in self.told.values() if (same := member.same(one)) is not None]
+        said = [same for member in self.stated.values() if (same := member.same(one)) is not None]
         named = one.name.casefold() in self.names and (one.name != "" or not self.more)
         return all(said) if said else named
 
@@ -125,8 +133,8 @@ class _Earthquake:
     @property
     def more(self) -> str:
         """What tells it from another one of the same name."""
-        ids = [one.event_id for one in self.told.values() if one.event_id]
-        origins = [f"{one.origin:%Y-%m-%d %H:%M}" for one in self.told.values() if one.origin]
+        ids = [one.event_id for one in self.stated.values() if one.event_id]
+        origins = [f"{one.origin:%Y-%m-%d %H:%M}" for one in self.stated.values() if one.origin]
         return next(iter(ids + origins), "")
 
 
@@ -139,8 +147,8 @@ class Earthquakes:
     doubtful: tuple[str, ...]  # what may be wrong, with names and remedy, a sentence each
 
     @property
-    def said(self) -> tuple[str, ...]:
-        """What has to be said of it, of many doubts the first and their number."""
+    def notes(self) -> tuple[str, ...]:
+        """Earthquakes of several names, and doubts; of many doubts the first and their number."""
         left_out = len(self.doubtful) - MOST_DOUBTS
         more = (f"{left_out} more doubts of this kind",) if left_out > 0 else ()
         return (*self.merged, *self.doubtful[:MOST_DOUBTS], *more)
@@ -204,7 +212,7 @@ def _merged(found: list[_Earthquake]) -> Iterable[str]:
     for one in found:
         names = [name for name in one.names.values() if name]
         if len(names) > 1:
-            why = "one event_id" if any(each.event_id for each in one.told.values()) else "one origin"
+            why = "one event_id" if any(each.event_id for each in one.stated.values()) else "one origin"
             yield f"{' and '.join(map(repr, names))} are one earthquake ({why}, {one.more})"
 
 
@@ -214,7 +222,9 @@ def _within(found: list[_Earthquake]) -> Iterable[str]:
         loose = [each for each in one.members.values() if not (each.event_id or each.origin or each.synthetic)]
         started = sorted((each.start, each.record_id) for each in loose if each.start)
         if started:
-            started = sorted([*started, *((each.origin, each.record_id) for each in one.told.values() if each.origin)])
+            started = sorted(
+                [*started, *((each.origin, each.record_id) for each in one.stated.values() if each.origin)]
+            )
         if len(loose) > 1 and not one.name:
             yield f"{len(loose)} records ({_some(loose)}) name no earthquake and count as one; give event or event_id"
         elif started and started[-1][0] - started[0][0] > LONGEST:
@@ -227,7 +237,7 @@ def _split(found: list[_Earthquake]) -> Iterable[str]:
     """Doubts about earthquakes that count as several, although they have one name, because of their origins."""
     of_name: dict[str, list[_Earthquake]] = {}
     for one in found:
-        if one.name and not any(each.event_id for each in one.told.values()):
+        if one.name and not any(each.event_id for each in one.stated.values()):
             of_name.setdefault(one.name.casefold(), []).append(one)
     for several in of_name.values():
         if len(several) > 1:
@@ -245,14 +255,14 @@ def _some(records: list[_Known]) -> str:
 def _between(found: list[_Earthquake]) -> Iterable[str]:
     """Doubts about earthquakes that count as two only because of their names."""
     named = [(one, _name_and_date(one)) for one in found if one.name and not one.first.synthetic]
-    for (first, said), (second, other) in combinations(named, 2):
-        if said[1] and other[1] and said[1] != other[1]:
+    for (first, words), (second, others) in combinations(named, 2):
+        if words[1] and others[1] and words[1] != others[1]:
             continue
-        if any(a.same(b) is False for a in first.told.values() for b in second.told.values()):
+        if any(a.same(b) is False for a in first.stated.values() for b in second.stated.values()):
             continue
         begun, other_begun = first.first.start, second.first.start
         together = begun is not None and other_begun is not None and abs(begun - other_begun) <= SAME_SHAKING
-        if together or _resemble(said, other):
+        if together or _resemble(words, others):
             why = "have records that start together" if together else "resemble each other"
             yield (
                 f"{first.name!r} ({first.first.record_id}) and {second.name!r} ({second.first.record_id}) {why} and "

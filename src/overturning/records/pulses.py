@@ -54,8 +54,7 @@ class Sine(_Wave):
 
     shape: Literal["sine"] = "sine"
 
-    def acceleration(self, time: FloatArray) -> FloatArray:
-        """See the class."""
+    def acceleration(self, time: FloatArray) -> FloatArray:  # noqa: D102
         return self.amplitude_gal * GAL * np.sin(2.0 * np.pi * time / self.period_s)
 
 
@@ -64,8 +63,7 @@ class Cosine(_Wave):
 
     shape: Literal["cosine"] = "cosine"
 
-    def acceleration(self, time: FloatArray) -> FloatArray:
-        """See the class."""
+    def acceleration(self, time: FloatArray) -> FloatArray:  # noqa: D102
         return self.amplitude_gal * GAL * np.cos(2.0 * np.pi * time / self.period_s)
 
 
@@ -80,8 +78,7 @@ class Ricker(_Pulse):
         """3.2 T, s: beyond it the pulse is below 1e-9 of its amplitude."""
         return 3.2 * self.period_s
 
-    def acceleration(self, time: FloatArray) -> FloatArray:
-        """See the class."""
+    def acceleration(self, time: FloatArray) -> FloatArray:  # noqa: D102
         x = np.pi * (time - 0.5 * self.length) / self.period_s
         return self.amplitude_gal * GAL * (1.0 - 2.0 * x**2) * np.exp(-(x**2))
 
@@ -103,8 +100,7 @@ class MavroeidisPapageorgiou(_Pulse):
         """γ T, s."""
         return self.gamma * self.period_s
 
-    def acceleration(self, time: FloatArray) -> FloatArray:
-        """See the class."""
+    def acceleration(self, time: FloatArray) -> FloatArray:  # noqa: D102
         phase = 2.0 * np.pi * (time - 0.5 * self.length) / self.period_s
         slow, fast = phase / self.gamma, phase + math.radians(self.phase_deg)
         bracket = np.sin(slow) * np.cos(fast) / self.gamma + (1.0 + np.cos(slow)) * np.sin(fast)
@@ -125,8 +121,7 @@ class Constant(_Lasting):
 
     shape: Literal["constant"] = "constant"
 
-    def acceleration(self, time: FloatArray) -> FloatArray:
-        """See the class."""
+    def acceleration(self, time: FloatArray) -> FloatArray:  # noqa: D102
         return np.full_like(time, self.amplitude_gal * GAL)
 
 
@@ -144,8 +139,7 @@ class Noise(_Lasting):
     high_hz: float = Field(default=20.0, gt=0, le=1000, description="Highest frequency, Hz.")
     seed: int = Field(default=0, ge=0, description="Another seed, another burst.")
 
-    def acceleration(self, time: FloatArray) -> FloatArray:
-        """See the class."""
+    def acceleration(self, time: FloatArray) -> FloatArray:  # noqa: D102
         first = max(1, math.ceil(self.low_hz * self.duration_s))
         numbers = range(first, math.floor(self.high_hz * self.duration_s) + 1)
         if not numbers:

@@ -198,7 +198,7 @@ def _attributes(study: Study, records: Sequence[Record], variant: str) -> dict[s
         else "overturned: 1 when the body falls, towards fall_azimuth, 0 when it stands",
         "study": json.dumps(portable(study), ensure_ascii=False),
         "variant": variant,
-        "earthquakes": json.dumps(earthquakes_of(records).said, ensure_ascii=False),
+        "earthquakes": json.dumps(earthquakes_of(records).notes, ensure_ascii=False),
         "record_sources": json.dumps(sources, ensure_ascii=False),
         "record_processing": json.dumps(
             {record.record_id: account(record) for record in records}, ensure_ascii=False, default=str

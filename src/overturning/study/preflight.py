@@ -156,7 +156,7 @@ def check_records(study: Study, entries: dict[str, RecordEntry]) -> tuple[str, .
             faults.append(str(error) if entry.id in str(error) else f"record {entry.id}: {error}")
     if faults:
         raise ConfigError(_joined(faults))
-    return earthquakes_of(records).said
+    return earthquakes_of(records).notes
 
 
 def _joined(faults: list[str]) -> str:

@@ -51,12 +51,8 @@ soil: setup ## install what motion through soil needs (group `soil`)
 bench: peers ## how fast the kernel is, against scalar code and other engines; and than another checkout: OTHER=folder
 	$(if $(OTHER),$(BIN)/python -m verification.paired $(OTHER))
 	$(BIN)/python -m verification.bench
-	$(BIN)/python -m verification.default_step
-	$(BIN)/python -m verification.step_and_contact
-	$(BIN)/python -m verification.fine_steps
-	$(BIN)/python -m verification.rigid_limit
-	$(BIN)/python -m verification.scene_speed
-	$(BIN)/python -m verification.both_kernels
+	$(BIN)/python -m verification.experiments
+	$(BIN)/python -m verification.scenes
 	$(BIN)/python -m verification.space
 
 verify: setup ## error against run time, map of stability; puts the figures into the docs

@@ -7,8 +7,6 @@ import os
 import platform
 import re
 import resource
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -26,13 +24,13 @@ from overturning.model.cases import Cases
 from overturning.model.contact import SCENE_STATIC_PENETRATION, Contact
 from overturning.motion.motion import Motion
 from overturning.units import GRANITE_DENSITY
-from verification import leave_out, scalar, summary
-from verification.engines import installed, side_of_block
-from verification.inputs import half_grid, near_fault
-from verification.measures import difference, percent, wrong_sides
+from verification import scalar, summary
+from verification.engines import ENGINES, installed, side_of_block
+from verification.inputs import NO_SLIDING, Group, grid, near_fault, study_groups
+from verification.measures import answers, difference, joined, percent, shares
 from verification.reference.rocking import rocking_outcome
 from verification.tables import RESULTS, Figure, figures_table, publish, write_figures
-from verification.timing import fastest
+from verification.timing import fastest, process
 from verification.whole_run import whole_run
 
 IN_README = {
@@ -126,26 +124,19 @@ def throughput() -> list[Figure]:
 def against_peers(cases_of_peers: int = 150) -> list[Figure]:
     """Time per case in a sweep of more than 1000 20-s cases, and agreement with the rocking solution."""
     motion = near_fault()["rinaldi"]
-    axes = np.meshgrid(np.arange(0.0, 360.0, 5.0), [0.6, 1.2], [0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4], indexing="ij")
-    azimuth, height, ratio = (values.ravel() for values in axes)
-    waves = {angle: motion.along(angle) for angle in np.unique(azimuth)}
-    rigid = np.array(
-        [
-            [rocking_outcome(f * waves[a], motion.sampling_interval, h, r)[0] for f in (0.99, 1.0, 1.01)]
-            for a, h, r in zip(azimuth, height, ratio, strict=True)
-        ]
-    )
+    axes = (np.arange(0.0, 360.0, 5.0), [0.6, 1.2], [0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4], [NO_SLIDING])
+    cases = grid(*axes)
+    waves = Group(motion, cases)
+    sizes = list(zip(np.asarray(cases.height), np.asarray(cases.b_over_h), strict=True))
+    rigid = np.array([
+        [rocking_outcome(f * waves.wave(i), motion.sampling_interval, *size)[0] for f in (0.99, 1.0, 1.01)]
+        for i, size in enumerate(sizes)
+    ])  # fmt: skip
     firm = (rigid == rigid[:, :1]).all(axis=1)
-    cases = Cases(azimuth, height, ratio, 10.0)
     # As a user would: the grid, with its mirrored half left out in the second run.
-    grid: dict[str, Any] = {
-        "azimuth_deg": np.unique(azimuth),
-        "height": [0.6, 1.2],
-        "b_over_h": np.unique(ratio),
-        "friction": [10.0],
-    }
+    given: dict[str, Any] = dict(zip(("azimuth_deg", "height", "b_over_h", "friction"), axes, strict=True))
     whole = fastest(lambda: run_cases(motion, cases, leave_out=False), 15) / cases.size
-    default = fastest(lambda: simulate_arrays(motion, **grid), 15) / cases.size
+    default = fastest(lambda: simulate_arrays(motion, **given), 15) / cases.size
     agreement = float((run_cases(motion, cases).overturned == rigid[:, 1])[firm].mean())
     rows: list[Figure] = [
         Figure("cases of the sweep", cases.size, "", ">= 1000"),
@@ -154,10 +145,10 @@ def against_peers(cases_of_peers: int = 150) -> list[Figure]:
         Figure("agreement with the rocking solution", 100 * agreement, "%"),
     ]
     chosen = np.random.default_rng(1).choice(np.flatnonzero(firm), min(cases_of_peers, firm.sum()), replace=False)
-    for name, engine in installed().items():
+    for name, engine in installed(ENGINES, "Box2D", "pymunk").items():
         start = time.process_time()
         sides = [
-            side_of_block(engine, waves[azimuth[i]], motion.sampling_interval, height[i], ratio[i], 10.0)
+            side_of_block(engine, waves.wave(i), motion.sampling_interval, sizes[i][0], sizes[i][1], NO_SLIDING)
             for i in chosen
         ]
         each = (time.process_time() - start) / chosen.size
@@ -180,38 +171,51 @@ def compilation() -> list[Figure]:
         "run_cases(m, Cases(0, 0.6, 0.05, 1.0)); print(time.process_time() - t)"
     )
     with tempfile.TemporaryDirectory() as folder:
-        environment = {**os.environ, "NUMBA_CACHE_DIR": folder}
-        cold, warm = (
-            float(
-                subprocess.run([sys.executable, "-c", program], env=environment, check=True, capture_output=True).stdout
-            )
-            for _ in range(2)
-        )
+        cold, warm = (float(process(program, NUMBA_CACHE_DIR=folder)[0]) for _ in range(2))
     return [Figure("compilation, cold", cold - warm, "s", "<= 10"), Figure("loading a compiled kernel", warm, "s")]
 
 
 def default_study(azimuths: int = 36) -> list[Figure]:
     """Kernel time of the default study's 133,056 flags on two threads, and its wrong flags."""
-    cases, motions = half_grid(azimuths), near_fault()
-    run_cases(next(iter(motions.values())), half_grid(2))
+    groups = study_groups(azimuths)
+    run_cases(*study_groups(2, 28)[0])
     start, busy = time.perf_counter(), time.process_time()
-    found = {name: run_cases(motion, cases, threads=2) for name, motion in motions.items()}
+    found = joined([run_cases(*group, threads=2) for group in groups])
     seconds, busy = time.perf_counter() - start, time.process_time() - busy
-    fine = {name: run_cases(motion, cases, threads=2, time_step="0.125 stable") for name, motion in motions.items()}
-    far = difference(found, fine, (azimuths, 2, -1, 3))
-    named = {"where the neighbours agree": far.firm, "of all cells, against an eighth of the step": far.counts}
+    fine = answers(groups, threads=2, time_step="0.125 stable").results
+    far = difference(found, fine, (len(groups), azimuths, 2, -1, 3))
     rows = [
-        Figure("default study: flags, mirrored half included", 2 * cases.size * len(motions)),
+        Figure("default study: flags, mirrored half included", 2 * found.status.size),
         Figure("default study: kernel time on two threads", seconds, "s", "<= 20"),
         Figure("default study: processor time, both threads together", busy, "s"),
     ]
-    for where, counts in named.items():
-        target = "<= 0.5" if counts is far.firm else ""
-        rows += [
-            Figure(f"default study: wrong flags {where}", percent(counts.flags, counts.cases), "%", "<= 0.5"),
-            Figure(f"default study: wrong sides {where}", percent(wrong_sides(counts), counts.cases), "%", target),
-        ]
+    for where, counts, target in (
+        ("where the neighbours agree", far.firm, "<= 0.5"),
+        ("of all cells, against an eighth of the step", far.counts, ""),
+    ):
+        flags, sides = shares(counts)
+        rows.append(Figure(f"default study: wrong flags {where}", flags, "%", "<= 0.5"))
+        rows.append(Figure(f"default study: wrong sides {where}", sides, "%", target))
     return rows
+
+
+def left_out(azimuths: int = 18) -> list[Figure]:
+    """What is left out on the default study's records: the work saved, and that no flag and no side changes."""
+    groups = study_groups(azimuths)
+    short = answers(groups, threads=2).results
+    full = answers(groups, threads=2, leave_out=False).results
+    below = np.tile(np.asarray(groups[0].cases.friction) < np.asarray(groups[0].cases.b_over_h), len(groups))
+    moves, far = short.block_steps > 0, difference(short, full)
+    return [
+        Figure("cases, mirrored half left out", below.size),
+        Figure("of them above a threshold, so computed", int(moves.sum())),
+        Figure("block steps, of those with nothing left out", percent(far.block_steps, full.block_steps.sum()), "%"),
+        Figure("flags changed by leaving out", far.counts.flags, "", "0"),
+        Figure("sides changed by leaving out", far.counts.flags + far.counts.sides, "", "0"),
+        Figure("moving cases with μ < B/H", int((moves & below).sum())),
+        Figure("of them fallen", int((short.overturned[below] != 0).sum())),
+        Figure("their largest rotation over α", float(short.peak_rotation[below].max())),
+    ]
 
 
 def growth() -> list[Figure]:
@@ -240,7 +244,7 @@ def growth() -> list[Figure]:
 
 PARTS: dict[str, Callable[[], list[Figure]]] = {
     "growth": growth, "throughput": throughput, "peers": against_peers, "compilation": compilation,
-    "study": default_study, "whole-run": whole_run, "left-out": leave_out.counts,
+    "study": default_study, "whole-run": whole_run, "left-out": left_out,
 }  # fmt: skip
 
 

@@ -1,17 +1,19 @@
-"""The same stones in Box2D, pymunk and MuJoCo: rigid-body engines that solve contacts as constraints.
+"""The same stones in Box2D, pymunk, MuJoCo and Bullet: rigid-body engines that solve contacts as constraints.
 
 All get the shaking as a gravity vector that turns and stretches with time, which is exact for a rigid base. They are
-installed by `make peers` (dependency group `peers`); one that is not is left out.
+installed by `make peers` (dependency group `peers`); one that is not is left out. Directions: x and the horizontal
+direction s of a plane to the azimuth, y 90° anticlockwise of it, z up.
 """
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib.util import find_spec
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from overturning.model.geometry import Placed
+from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
 STEP: Final = 1.0 / 240.0
@@ -22,6 +24,9 @@ SCALE: Final = 20.0
 
 FALLEN: Final = 0.49 * math.pi
 """Rotation from which a stone has fallen, rad."""
+
+FLAT: Final = 0.05
+"""Vertical component of its axis below which a prism has fallen: no engine brings it to lie within the same step."""
 
 AFTER_BLOCK: Final = 5.0
 AFTER_SCENE: Final = 3.0
@@ -122,13 +127,9 @@ def mujoco(free: Sequence[Stone], ground: np.ndarray, friction: float, step: flo
 
     (stone,) = free
     (b, h) = stone.corners[2]
-    model = engine.MjModel.from_xml_string(
-        f"""<mujoco><option timestep="{step}" integrator="implicitfast" cone="elliptic"/>
-        <default><geom friction="{friction} 0 0" condim="3" solref="{2.0 * step} 1"/></default>
-        <worldbody><geom type="plane" size="100 100 1"/><body pos="0 0 {h}">
-        <joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/><joint type="hinge" axis="0 1 0"/>
-        <geom type="box" size="{b} 0.5 {h}" mass="1"/></body></worldbody></mujoco>"""
-    )
+    axes = (("slide", "1 0 0"), ("slide", "0 0 1"), ("hinge", "0 1 0"))
+    joints = "".join(f'<joint type="{kind}" axis="{axis}"/>' for kind, axis in axes)
+    model = _mujoco_model((b, 0.5, h), joints, friction, step)
     data = engine.MjData(model)
     model.opt.gravity[2] = -STANDARD_GRAVITY
     for acceleration in ground.tolist():
@@ -139,20 +140,98 @@ def mujoco(free: Sequence[Stone], ground: np.ndarray, friction: float, step: flo
     return [0]
 
 
+def _mujoco_model(half: tuple[float, float, float], joints: str, friction: float, step: float, ratio: int = 1) -> Any:
+    """A box of a kilogram on a plane; `ratio` is that of the resistances of friction and of the contact."""
+    import mujoco as engine
+
+    size = " ".join(map(str, half))
+    return engine.MjModel.from_xml_string(
+        f"""<mujoco><option timestep="{step}" integrator="implicitfast" cone="elliptic" impratio="{ratio}"/>
+        <default><geom friction="{friction} 0 0" condim="3" solref="{2.0 * step} 1"/></default>
+        <worldbody><geom type="plane" size="100 100 1"/><body pos="0 0 {half[2]}">{joints}
+        <geom type="box" size="{size}" mass="1"/></body></worldbody></mujoco>"""
+    )
+
+
+class Prism(NamedTuple):
+    """Half sizes along x, y and z, m, and the friction coefficient."""
+
+    b: float
+    d: float
+    h: float
+    friction: float
+
+
+def seen_from(motion: Motion, orientation_deg: float, step: float) -> np.ndarray:
+    """Gravity in the frame of the base, x to the orientation, at the middle of each step."""
+    along = [motion.along(orientation_deg), motion.along(orientation_deg - 90.0)]
+    waves = [*along, np.zeros(motion.samples) if motion.up is None else motion.up]
+    x, y, z = (resample(wave, motion.sampling_interval, step, AFTER_BLOCK) for wave in waves)
+    return np.stack([-x, -y, -STANDARD_GRAVITY - z], axis=1)
+
+
+def mujoco_in_space(prism: Prism, gravity: np.ndarray, step: float) -> tuple[float, float] | None:
+    """Horizontal direction of the axis when the prism has fallen in MuJoCo, none where it stands."""
+    import mujoco as engine
+
+    model = _mujoco_model((prism.b, prism.d, prism.h), "<freejoint/>", prism.friction, step, ratio=10)
+    data = engine.MjData(model)
+    for pull in gravity:
+        model.opt.gravity[:] = pull
+        engine.mj_step(model, data)
+        if data.xmat[1][8] < FLAT:
+            return float(data.xmat[1][2]), float(data.xmat[1][5])
+    return None
+
+
+def bullet_in_space(prism: Prism, gravity: np.ndarray, step: float) -> tuple[float, float] | None:
+    """The same in Bullet."""
+    import pybullet as engine
+
+    client = engine.connect(engine.DIRECT)
+    try:
+        engine.setPhysicsEngineParameter(
+            fixedTimeStep=step, numSolverIterations=100, numSubSteps=0, contactSlop=0.0, enableConeFriction=1,
+            erp=0.2, contactERP=0.2, frictionERP=0.2, restitutionVelocityThreshold=1e9, physicsClientId=client,
+        )  # fmt: skip
+        ground = engine.createMultiBody(
+            0, engine.createCollisionShape(engine.GEOM_PLANE, physicsClientId=client), physicsClientId=client
+        )
+        shape = engine.createCollisionShape(
+            engine.GEOM_BOX, halfExtents=[prism.b, prism.d, prism.h], physicsClientId=client
+        )
+        body = engine.createMultiBody(1.0, shape, basePosition=[0, 0, prism.h], physicsClientId=client)
+        for one, friction in ((ground, 1.0), (body, prism.friction)):
+            engine.changeDynamics(
+                one, -1, lateralFriction=friction, rollingFriction=0, spinningFriction=0, restitution=0,
+                linearDamping=0,
+                angularDamping=0, collisionMargin=0.0, activationState=engine.ACTIVATION_STATE_DISABLE_SLEEPING,
+                physicsClientId=client,
+            )  # fmt: skip
+        for pull in gravity.tolist():
+            engine.setGravity(*pull, physicsClientId=client)
+            engine.stepSimulation(physicsClientId=client)
+            x, y, z, w = engine.getBasePositionAndOrientation(body, physicsClientId=client)[1]
+            if 1.0 - 2.0 * (x * x + y * y) < FLAT:
+                return 2.0 * (x * z + w * y), 2.0 * (y * z - w * x)
+    finally:
+        engine.disconnect(client)
+    return None
+
+
 Engine = Callable[..., list[int]]
+SpaceEngine = Callable[[Prism, np.ndarray, float], tuple[float, float] | None]
 ENGINES: Final[dict[str, Engine]] = {"Box2D": box2d, "pymunk": pymunk, "MuJoCo": mujoco}
-"""By name."""
+SPACE_ENGINES: Final[dict[str, SpaceEngine]] = {"MuJoCo": mujoco_in_space, "Bullet": bullet_in_space}
+_MODULES: Final = {"Box2D": "Box2D", "pymunk": "pymunk", "MuJoCo": "mujoco", "Bullet": "pybullet"}
 
 
-def installed(names: Iterable[str] = ("Box2D", "pymunk")) -> dict[str, Engine]:
-    """The engines that are installed; a note for each that is not."""
-    found = {}
-    for name in names:
-        if find_spec(name if name == "Box2D" else name.lower()) is None:
-            print(f"{name} is not installed: make peers")
-        else:
-            found[name] = ENGINES[name]
-    return found
+def installed(engines: Mapping[str, Any], *names: str) -> dict[str, Any]:
+    """The engines that are installed, of those named or of all; a note for each that is not."""
+    missing = {name for name in names or engines if find_spec(_MODULES[name]) is None}
+    for name in missing:
+        print(f"{name} is not installed: make peers")
+    return {name: engines[name] for name in names or engines if name not in missing}
 
 
 def side_of_block(
@@ -170,6 +249,12 @@ def sides_of_scene(
 ) -> list[int]:  # fmt: skip
     """Sides to which the free elements of a scene fall in an engine."""
     return engine(stones(placed), resample(acceleration, interval, step, AFTER_SCENE), friction, step, early=early)
+
+
+def fall_azimuth(engine: SpaceEngine, motion: Motion, orientation_deg: float, prism: Prism, step: float) -> float:
+    """Azimuth to which the top points when the prism has fallen, degrees; NaN where it stands."""
+    axis = engine(prism, seen_from(motion, orientation_deg, step), step)
+    return np.nan if axis is None else float((orientation_deg - np.degrees(np.arctan2(axis[1], axis[0]))) % 360.0)
 
 
 def _area(stone: Stone) -> float:

@@ -1,16 +1,19 @@
-"""How far two answers to the same cases differ: flags, sides, and errors that are continuous."""
+"""Settings run over a set of cases, and how far two answers to it differ: flags, sides, errors that are continuous."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Final
+from collections.abc import Sequence
+from dataclasses import fields
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
+from overturning.dem.run import run_cases
 from overturning.model.results import Results
 from overturning.model.status import Status
 from overturning.study.convergence import Counts, compare
+from verification.inputs import Group
+from verification.timing import Answer, measured
 
 Peaks = NDArray[np.floating[Any]]
 Flags = NDArray[np.int8]
@@ -19,10 +22,26 @@ ROCKS: Final = 0.05
 """A block that stands counts for the error of peak rotation if it rocked to this share of the critical angle."""
 
 
+def joined(found: Sequence[Results]) -> Results:
+    """Results of several groups in a row."""
+    return Results(**{field.name: np.concatenate([getattr(one, field.name) for one in found])
+                      for field in fields(Results)})  # fmt: skip
+
+
+def answers(groups: Sequence[Group], repeats: int = 1, **settings: Any) -> Answer:
+    """Run settings, arguments of `run_cases`, over a set, so often; the first group, run before, warms up."""
+    found, seconds = measured(
+        lambda: [run_cases(group.motion, group.cases, **settings) for group in groups],
+        repeats,
+        lambda: run_cases(*groups[0], **settings),
+    )
+    return Answer(joined(found), seconds)
+
+
 def rotation_errors(flags: Flags, peaks: Peaks, right_flags: Flags, right_peaks: Peaks) -> FloatArray:
     """Error of peak rotation, as a share of the critical angle, of each block that rocks and stands in both."""
     both = (flags == 0) & (right_flags == 0) & (right_peaks > ROCKS)
-    return np.asarray(np.abs(peaks - right_peaks)[both])
+    return np.abs(np.asarray(peaks, np.float64) - right_peaks)[both]
 
 
 def rotation_error(flags: Flags, peaks: Peaks, right_flags: Flags, right_peaks: Peaks) -> float:
@@ -40,84 +59,68 @@ def order(steps: FloatArray, errors: FloatArray) -> float:
 
 
 def neighbours_agree(flags: Flags) -> NDArray[np.bool_]:
-    """Cells whose neighbours in azimuth and B/H have the same flag.
+    """Cells whose neighbours in azimuth, over half a turn, and B/H have the same flag.
 
-    Parameters
-    ----------
-    flags : ndarray of int8, shape (azimuth, height, b_over_h, friction)
-        Over half a turn.
+    The axes are those of `inputs.grid`, after any others.
     """
-    after = np.roll(flags, -1, axis=0)
-    after[-1] = -flags[0]  # half a turn further the sides are exchanged
-    before = np.roll(flags, 1, axis=0)
-    before[0] = -flags[-1]
-    agree = (after == flags) & (before == flags)
-    agree[:, :, 1:] &= flags[:, :, :-1] == flags[:, :, 1:]
-    agree[:, :, :-1] &= flags[:, :, 1:] == flags[:, :, :-1]
+    along = np.moveaxis(flags, -4, 0)
+    # Half a turn further the sides are exchanged.
+    after, before = np.concatenate([along[1:], -along[:1]]), np.concatenate([-along[-1:], along[:-1]])
+    agree = np.moveaxis((after == along) & (before == along), 0, -4)
+    agree[..., 1:, :] &= flags[..., :-1, :] == flags[..., 1:, :]
+    agree[..., :-1, :] &= flags[..., 1:, :] == flags[..., :-1, :]
     return np.asarray(agree)
 
 
-@dataclass(frozen=True)
-class Difference:
-    """Answers to the same cases under several motions, compared with a reference.
-
-    Attributes
-    ----------
-    counts, firm : Counts
-        Of all cases, and of those whose neighbours agree in the reference; none where the cases are no grid.
-    moving : Counts
-        Of those that the reference did not leave out.
-    rotation : ndarray
-        Errors of peak rotation.
-    marked : int
-        Cases without an answer.
-    unstable : int
-        Of them those whose energy does not balance or that sink in too far.
-    block_steps : int
-        Work.
-    energy_error : float
-        The largest of the simulated cases.
-    """
+class Difference(NamedTuple):
+    """Answers compared with a reference."""
 
     counts: Counts
     firm: Counts
+    """Of the cases whose neighbours agree in the reference; none where the set is no grid."""
     moving: Counts
+    """Of the cases that the reference did not leave out."""
     rotation: FloatArray
-    marked: int
+    """Errors of peak rotation."""
     unstable: int
     block_steps: int
     energy_error: float
+    """Largest of what was computed."""
+
+    def costs(self, seconds: float) -> dict[str, float]:
+        """What the answers cost and how far they are off, by the heads of the tables of the docs."""
+        flags, sides = shares(self.counts)
+        return {
+            "million block steps": round(self.block_steps / 1e6, 1),
+            "processor time, s": round(seconds, 2),
+            "wrong flags, %": round(flags, 3),
+            "wrong sides, %": round(sides, 3),
+            "median error of peak rotation": digits(np.median(self.rotation)),
+            "90th percentile": digits(np.quantile(self.rotation, 0.9)),
+            "marked": self.unstable,
+            "largest energy error": digits(self.energy_error),
+        }
 
 
-def difference(found: Mapping[str, Results], exact: Mapping[str, Results], shape: Sequence[int] = ()) -> Difference:
-    """Compare answers with a reference.
-
-    Parameters
-    ----------
-    found, exact : mapping of str to Results
-        Answers by motion.
-    shape : sequence of int, optional
-        Of the grid (azimuth, height, b_over_h, friction).
-    """
-    nothing = np.zeros(0, np.int8)
-    counts = firm = moving = compare(nothing, nothing)
-    rotation = []
-    for name, right in exact.items():
-        one = found[name]
-        counts += compare(right.overturned, one.overturned)
-        computed = right.status != Status.AT_REST
-        moving += compare(right.overturned[computed], one.overturned[computed])
-        if shape:
-            agree = neighbours_agree(right.overturned.reshape(shape)).ravel()
-            firm += compare(right.overturned[agree], one.overturned[agree])
-        rotation.append(rotation_errors(one.overturned, one.peak_rotation, right.overturned, right.peak_rotation))
-    status = np.concatenate([one.status for one in found.values()])
-    energy = np.concatenate([one.energy_error for one in found.values()])
+def difference(found: Results, exact: Results, shape: Sequence[int] = ()) -> Difference:
+    """Compare answers with a reference; `shape` is that of a grid, one of its sizes may be -1."""
+    right, flags = exact.overturned, found.overturned
+    firm = neighbours_agree(right.reshape(shape)).ravel() if shape else np.zeros(right.size, bool)
+    moves = exact.status != Status.AT_REST
     return Difference(
-        counts, firm, moving, np.concatenate(rotation), int((status > Status.AT_REST).sum()),
-        int((status == Status.UNSTABLE).sum()), sum(int(one.block_steps.sum()) for one in found.values()),
-        float(energy[status == Status.SIMULATED].max(initial=0.0)),
-    )  # fmt: skip
+        compare(right, flags),
+        compare(right[firm], flags[firm]),
+        compare(right[moves], flags[moves]),
+        rotation_errors(flags, found.peak_rotation, right, exact.peak_rotation),
+        int((found.status == Status.UNSTABLE).sum()),
+        int(found.block_steps.sum()),
+        float(found.energy_error[found.status == Status.SIMULATED].max(initial=0.0)),
+    )
+
+
+def digits(value: Any) -> float:
+    """A number with three digits."""
+    return float(f"{value:.3g}")
 
 
 def percent(part: float, of: float) -> float:
@@ -125,6 +128,6 @@ def percent(part: float, of: float) -> float:
     return 100.0 * part / of if of else float("nan")
 
 
-def wrong_sides(counts: Counts) -> int:
-    """Cases that do not end on the same side: those with another flag, and those that fall to the other side."""
-    return counts.flags + counts.sides
+def shares(counts: Counts) -> tuple[float, float]:
+    """Wrong flags in percent, and cases that do not end on the same side: wrong flags, or falls to the other side."""
+    return percent(counts.flags, counts.cases), percent(counts.flags + counts.sides, counts.cases)

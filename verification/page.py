@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Annotated
 
 import numpy as np
+import pandas as pd
 import typer
 
 from overturning.files import atomic_write
@@ -14,7 +15,7 @@ from verification.stability import page as map_page
 from verification.tables import RESULTS, ROOT, publish, read_table, write_csv, write_figures
 from verification.work_precision import figures as error_figures
 from verification.work_precision import page as error_page
-from verification.work_precision.table import read_parts
+from verification.work_precision.parts import PARTS
 
 
 def main(
@@ -23,7 +24,7 @@ def main(
     root: Annotated[Path, typer.Option(help="folder of README.md and docs/")] = ROOT,
 ) -> None:
     """Publish the tables of work-precision and of the map of stability."""
-    rows = read_parts(results)
+    rows = pd.concat([read_table(results / f"{part}.nc") for part in PARTS], ignore_index=True)
     blocks, scenes = read_table(results / "stability.nc"), read_table(results / "scenes.nc")
     images = root / "docs" / "images"
     error_figures.draw_against_finer_steps(rows, images / "work-precision-steps.svg")

@@ -11,12 +11,13 @@ import numpy as np
 import pandas as pd
 
 from overturning.errors import ArgumentError
-from overturning.model.geometry import native_size, place
+from overturning.model.cases import Cases
+from overturning.model.geometry import native_size
 from overturning.model.scene import load_scene
-from verification.engines import installed, sides_of_scene
-from verification.inputs import near_field
-from verification.scene_speed import SHAFT
-from verification.tables import RESULTS, ROOT, lines_of, write_csv
+from verification.engines import ENGINES, installed
+from verification.inputs import Group, near_field
+from verification.scenes import shaft_sides
+from verification.tables import RESULTS, ROOT, write_csv
 
 TABLE: Final = RESULTS / "three-tier-peers.csv"
 RECORDS: Final = (6, 7, 8, 9, 10)
@@ -40,19 +41,19 @@ def sample() -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["record", "azimuth_deg", "b_over_h", "friction"])
 
 
-def answers(cases: pd.DataFrame) -> dict[str, list[int]]:
+def answers(cases: pd.DataFrame) -> dict[str, np.ndarray]:
     """Side to which the shaft falls, by engine that is installed."""
     scene = load_scene("three-tier", ROOT)
     height, _ = native_size(scene)
-    found: dict[str, list[int]] = {}
-    for name, engine in installed(("pymunk", "Box2D")).items():
-        found[name.lower()] = []
-        for number, azimuth, ratio, friction in lines_of(cases):
-            motion, placed = near_field(number), place(scene, height, ratio)[1:]
-            wave = motion.along(azimuth)
-            sides = sides_of_scene(engine, placed, wave, motion.sampling_interval, friction, STEP)
-            found[name.lower()].append(sides[SHAFT])
-    return found
+    groups = [
+        Group(near_field(number), Cases(rows["azimuth_deg"], height, rows["b_over_h"], rows["friction"]))
+        for number in RECORDS
+        if (rows := cases[cases["record"] == number]).size
+    ]
+    return {
+        name.lower(): np.concatenate([shaft_sides(engine, scene, group, STEP) for group in groups])
+        for name, engine in installed(ENGINES, "pymunk", "Box2D").items()
+    }
 
 
 def main() -> None:

@@ -1,25 +1,39 @@
-"""What a computation costs: the least processor time of several runs, which a shared machine disturbs least."""
+"""What a computation costs: the least processor time of several runs, here, in a new process or of another checkout."""
 
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
 import time
-from collections.abc import Callable
-from typing import TypeVar
+from collections.abc import Callable, Sequence
+from dataclasses import fields
+from pathlib import Path
+from typing import Any, Final, NamedTuple, TypeVar
+
+import numpy as np
+
+from overturning.model.results import Results
+from verification.inputs import Group
+from verification.tables import ROOT
 
 Result = TypeVar("Result")
+
+
+class Answer(NamedTuple):
+    """Results of all groups of a set in a row, and the processor time that they took, s."""
+
+    results: Results
+    seconds: float
 
 
 def measured(
     run: Callable[[], Result], repeats: int = 3, warm_up: Callable[[], object] | None = None
 ) -> tuple[Result, float]:
-    """Result of a computation and its least processor time, all threads together.
+    """Result of a computation and its least processor time of so many runs, all threads together, s.
 
-    Parameters
-    ----------
-    run : callable
-        The computation.
-    repeats : int
-        Runs that are timed.
-    warm_up : callable, optional
-        What is run before them, to compile; the computation itself where not given.
+    Before them `warm_up` is run, to compile; the computation itself where it is not given.
     """
     (warm_up or run)()
     times = []
@@ -33,3 +47,99 @@ def measured(
 def fastest(run: Callable[[], object], repeats: int = 3) -> float:
     """Least processor time of several runs after a warm-up, s."""
     return measured(run, repeats)[1]
+
+
+def process(program: str, *arguments: object, **environment: str) -> tuple[str, float]:
+    """What a Python program prints, and the processor time of its process, s."""
+    begin = resource.getrusage(resource.RUSAGE_CHILDREN)
+    command = [sys.executable, "-c", program, *map(str, arguments)]
+    done = subprocess.run(
+        command, env=os.environ | environment, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True
+    )
+    end = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return done.stdout, (end.ru_utime + end.ru_stime) - (begin.ru_utime + begin.ru_stime)
+
+
+_CHILD: Final = """
+import json, sys, time
+from pathlib import Path
+import numpy as np
+given, asked = np.load(sys.argv[1]), json.loads(sys.argv[3])
+exec(asked["before"])
+from overturning import Cases, Motion, run_cases as run
+if asked["scene"]:
+    from overturning.dem.numerics import Numerics
+    from overturning.dem.run import run as run_scene
+    from overturning import load_scene
+    scene = load_scene(asked["scene"], Path(asked["root"]))
+    def run(motion, cases, **settings):
+        return run_scene(scene, motion, cases, Numerics(**settings))
+groups = [
+    (Motion(*given[f"motion{i}"], sampling_interval=float(given[f"interval{i}"])), Cases(*given[f"cases{i}"]))
+    for i in range(asked["groups"])
+]
+made = {}
+for i, settings in enumerate(asked["settings"]):
+    run(*groups[0], **settings)
+    times = []
+    for _ in range(asked["repeats"]):
+        begin = time.process_time()
+        found = [run(*group, **settings) for group in groups]
+        times.append(time.process_time() - begin)
+    made[f"seconds{i}"] = min(times)
+    made |= {f"{name}{i}": np.concatenate([getattr(one, name) for one in found]) for name in vars(found[0])}
+np.savez(sys.argv[2], **made)
+"""
+"""It uses what every checkout has had: Cases, Motion and run_cases, and for a scene Numerics, load_scene and run."""
+
+
+def elsewhere(
+    groups: Sequence[Group],
+    settings: Sequence[dict[str, Any]],
+    *,
+    checkout: Path = ROOT,
+    before: str = "",
+    scene: str = "",
+    repeats: int = 1,
+    **environment: str,
+) -> list[Answer]:
+    """Answers to a set with each of some settings, from a process of its own.
+
+    Parameters
+    ----------
+    groups : sequence of Group
+        Amplitudes of the cases are left out.
+    settings : sequence of dict
+        Arguments of `run_cases`, or of `Numerics` for a scene.
+    checkout : Path
+        The folder whose ``src`` is run.
+    before : str
+        Statements that are run before the kernel is imported.
+    scene : str
+        Name of a shipped scene; the block where empty.
+    repeats : int
+        Runs that are timed; the least time counts.
+    **environment : str
+        Variables of the process.
+    """
+    inputs: dict[str, Any] = {}
+    for i, (motion, cases) in enumerate(groups):
+        inputs |= {
+            f"cases{i}": np.stack([cases.azimuth_deg, cases.height, cases.b_over_h, cases.friction]),
+            f"motion{i}": np.stack([motion.north, motion.east]),
+            f"interval{i}": np.array(motion.sampling_interval),
+        }
+    asked = {"before": before, "scene": scene, "root": str(ROOT), "groups": len(groups), "repeats": repeats}
+    with tempfile.TemporaryDirectory() as scratch:
+        given, made = f"{scratch}/inputs.npz", f"{scratch}/found.npz"
+        np.savez(given, allow_pickle=False, **inputs)
+        source = str((checkout / "src").resolve())
+        process(_CHILD, given, made, json.dumps(asked | {"settings": list(settings)}), PYTHONPATH=source, **environment)
+        with np.load(made) as arrays:
+            return [
+                Answer(
+                    Results(**{field.name: arrays[f"{field.name}{i}"] for field in fields(Results)}),
+                    float(arrays[f"seconds{i}"]),
+                )
+                for i in range(len(settings))
+            ]

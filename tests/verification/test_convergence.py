@@ -1,38 +1,31 @@
 """Order of convergence, measured on continuous errors, and errors against rigid solutions."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 
 from overturning.dem.run import run_cases
 from overturning.model.cases import Cases
 from overturning.model.contact import SCENE_STATIC_PENETRATION, STATIC_PENETRATION
-from verification.measures import order, rotation_error
-from verification.work_precision.boundaries import BRACKET, answers, bisect, boundaries, ends, kernel
-from verification.work_precision.cases import Group, pulse_groups
-from verification.work_precision.rigid_solutions import rocking
-from verification.work_precision.table import settings
+from overturning.motion.motion import Motion
+from verification.inputs import Group, grid, pulse_groups, thinned
+from verification.measures import answers, order, rotation_error
+from verification.work_precision.boundaries import BRACKET, bisect, boundaries, ends
+from verification.work_precision.parts import Setting, reference, rocking
 
 STEPS = np.array([0.5, 0.25, 0.125])
 
 
-def soft(scheme: str, step: float) -> dict[str, Any]:
+def soft(scheme: str, step: float) -> Setting:
     """A contact of which the step's error stands far above what single digits of chaos and of rounding leave."""
-    return settings(scheme, step, SCENE_STATIC_PENETRATION)
+    return Setting(scheme, step, SCENE_STATIC_PENETRATION)
 
 
 def decaying_sine() -> Group:
     """Blocks that rock, and some that slide, under one strong motion of 3 s."""
     time = np.arange(300) * 0.01
     north = 5.0 * np.sin(2 * np.pi * time / 0.8) * np.exp(-time)
-    from overturning.motion.motion import Motion
-
     motion = Motion(north, 0 * north, sampling_interval=0.01)
-    height, ratio, friction = (
-        values.ravel() for values in np.meshgrid([0.6, 1.0], np.linspace(0.2, 0.4, 12), [0.45, 1.0], indexing="ij")
-    )
-    return Group(motion, Cases(0.0, height, ratio, friction))
+    return Group(motion, grid(0.0, [0.6, 1.0], np.linspace(0.2, 0.4, 12), [0.45, 1.0]))
 
 
 def test_order_is_that_of_a_known_line() -> None:
@@ -43,26 +36,20 @@ def test_order_is_that_of_a_known_line() -> None:
 @pytest.mark.parametrize(("scheme", "least"), [("centred", 1.0), ("cundall", 0.9)])
 def test_peak_rotation_converges(scheme: str, least: float) -> None:
     groups = [decaying_sine()]
-    right = answers(groups, kernel(**soft("centred", 0.004)))
-    errors = [rotation_error(*answers(groups, kernel(**soft(scheme, step))), *right) for step in STEPS]
+    right = reference(groups, soft("centred", 0.004))
+    errors = [rotation_error(*reference(groups, soft(scheme, step)), *right) for step in STEPS]
     assert errors[0] > errors[-1] > 0
     assert order(STEPS, np.array(errors)) >= least
 
 
 def test_a_rigid_contact_converges_from_smaller_errors() -> None:
     """Its changes take less than the finest step, which leaves the first order; but its whole steps err less by far."""
-    height, ratio, friction = (
-        values.ravel()
-        for values in np.meshgrid(np.linspace(0.5, 1.2, 8), np.linspace(0.2, 0.4, 24), [0.45, 1.0], indexing="ij")
-    )
-    groups, steps = (
-        [Group(decaying_sine().motion, Cases(0.0, height, ratio, friction))],
-        np.array([1.0, 0.5, 0.25, 0.125]),
-    )
+    cases = grid(0.0, np.linspace(0.5, 1.2, 8), np.linspace(0.2, 0.4, 24), [0.45, 1.0])
+    groups, steps = [Group(decaying_sine().motion, cases)], np.array([1.0, 0.5, 0.25, 0.125])
 
     def errors(penetration: float) -> np.ndarray:
-        right = answers(groups, kernel(**settings("centred", 0.016, penetration)))
-        found = [answers(groups, kernel(**settings("centred", step, penetration))) for step in steps]
+        right = reference(groups, Setting("centred", 0.016, penetration))
+        found = [reference(groups, Setting("centred", step, penetration)) for step in steps]
         return np.array([rotation_error(*one, *right) for one in found])
 
     rigid, soft_one = errors(STATIC_PENETRATION), errors(SCENE_STATIC_PENETRATION)
@@ -75,27 +62,22 @@ def test_a_rigid_contact_converges_from_smaller_errors() -> None:
 @pytest.mark.parametrize("scheme", ["centred", "cundall"])
 def test_energy_balance_converges(scheme: str) -> None:
     group, steps = decaying_sine(), [*STEPS, 0.0625]
-    residual = [np.mean(run_cases(group.motion, group.cases, **soft(scheme, step)).energy_error) for step in steps]
+    residual = [answers([group], **soft(scheme, step).arguments).results.energy_error.mean() for step in steps]
     assert order(np.array(steps), np.array(residual)) >= 0.9
 
 
 @pytest.mark.parametrize(("scheme", "least"), [("centred", 1.2), ("cundall", 0.9)])
 def test_overturning_boundary_converges(scheme: str, least: float) -> None:
     """The B/H at which the flag changes, found to 1e-8, against that at a far finer step."""
-    sine = decaying_sine()
-    height, ratio, friction = (
-        values.ravel()
-        for values in np.meshgrid([0.5, 0.8, 1.3], np.linspace(0.15, 0.45, 16), [0.45, 0.6, 1.0, 2.0], indexing="ij")
-    )
-    groups, usual = [Group(sine.motion, Cases(0.0, height, ratio, friction))], kernel()
-    where = boundaries(groups, usual(groups[0])[0], 30)
+    cases = grid(0.0, [0.5, 0.8, 1.3], np.linspace(0.15, 0.45, 16), [0.45, 0.6, 1.0, 2.0])
+    groups = [Group(decaying_sine().motion, cases)]
+    where = boundaries(groups, answers(groups).results.overturned, 30)
     assert len(where) >= 12
     low, high = ends(where)
-    near = bisect(groups, where, usual, low, high, 24)
+    near = bisect(groups, where, {}, low, high, 24)
 
     def found(scheme: str, step: float) -> np.ndarray:
-        run = kernel(**soft(scheme, step))
-        return bisect(groups, where, run, near * (1 - BRACKET), near * (1 + BRACKET), 20)
+        return bisect(groups, where, soft(scheme, step).arguments, near * (1 - BRACKET), near * (1 + BRACKET), 20)
 
     exact = found("centred", 0.015)
     assert np.isfinite(exact).sum() >= 10
@@ -105,41 +87,34 @@ def test_overturning_boundary_converges(scheme: str, least: float) -> None:
 
 
 def test_boundary_lies_between_its_cases_and_the_flag_changes_there() -> None:
-    group = decaying_sine()
-    group = group.taken(np.arange(0, group.cases.size, 2))
-    run = kernel()
-    where = boundaries([group], run(group)[0], 3)
+    groups = thinned([decaying_sine()], 2)
+    where = boundaries(groups, answers(groups).results.overturned, 3)
     assert where
     low, high = ends(where)
-    found = bisect([group], where, run, low, high)
+    found = bisect(groups, where, {}, low, high)
     assert (low < found).all()
     assert (found < high).all()
     for factor, falls in ((0.9995, True), (1.0005, False)):
         cases = Cases(b_over_h=found * factor, **{
             name: [place.falling[name] for place in where] for name in ("azimuth_deg", "height", "friction")
         })  # fmt: skip
-        assert ((run_cases(group.motion, cases).overturned != 0) == falls).all()
+        assert ((run_cases(groups[0].motion, cases).overturned != 0) == falls).all()
 
 
 def test_a_boundary_that_was_not_found_stays_unknown() -> None:
-    group = decaying_sine()
-    run = kernel()
-    where = boundaries([group], run(group)[0], 2)
+    groups = [decaying_sine()]
+    where = boundaries(groups, answers(groups).results.overturned, 2)
     low, high = ends(where)
-    exact = bisect([group], where, run, low, high, 3)
+    exact = bisect(groups, where, {}, low, high, 3)
     low[0] = np.nan
-    found = bisect([group], where, run, low, high, 3)
+    found = bisect(groups, where, {}, low, high, 3)
     assert np.isnan(found[0])
     np.testing.assert_array_equal(found[1:], exact[1:])
 
 
 def test_rigid_limit_error_falls_with_the_static_penetration() -> None:
     groups = pulse_groups(periods=3, blocks=12)
-    flags = np.concatenate([rocking(group)[0] for group in groups])
-    peaks = np.concatenate([rocking(group)[1] for group in groups])
-    errors = [
-        rotation_error(*answers(groups, kernel(**settings("centred", 0.5, delta))), flags, peaks)
-        for delta in (2e-4, 2e-5)
-    ]
+    right = [np.concatenate(part) for part in zip(*map(rocking, groups), strict=True)]
+    errors = [rotation_error(*reference(groups, Setting("centred", 0.5, delta)), *right) for delta in (2e-4, 2e-5)]
     assert errors[1] < 0.5 * errors[0]
     assert errors[1] < 0.01

@@ -18,7 +18,7 @@ from tests.dem.near_field import near_field as installed_near_field
 from tests.dem.polygon_scenes import shipped
 from verification.inputs import near_field
 from verification.scene_peers import TABLE, answers, sample
-from verification.scene_speed import SHAFT
+from verification.scenes import SHAFT
 
 
 def test_flags_agree_within_the_engines_mutual_disagreement() -> None:

@@ -1,7 +1,10 @@
-"""Overturning boundaries: the B/H at which the flag changes, a measure of error that is continuous."""
+"""Overturning boundaries: the B/H at which the flag changes, a measure of error that is continuous.
+
+Methods are given as arguments of `run_cases`, brackets as a share of B/H about a boundary that is nearly known.
+"""
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -11,12 +14,11 @@ from overturning.arrays import FloatArray
 from overturning.dem.block.state import COLUMNS
 from overturning.dem.run import run_cases
 from overturning.model.cases import Cases
-from overturning.model.results import Results
 from overturning.model.variables import INT8_MISSING
+from verification.inputs import Group
 from verification.measures import Flags
-from verification.work_precision.cases import Group
 
-Runner = Callable[[Group], tuple[Flags, FloatArray]]
+Method = Mapping[str, Any]
 
 HALVINGS: Final = 15
 """Of the bracket of an overturning boundary: it is then known to 3e-7 of B/H."""
@@ -42,33 +44,10 @@ class Boundary(NamedTuple):
     """B/H of its standing neighbour."""
 
 
-def kernel(**arguments: Any) -> Runner:
-    """The kernel with some settings, as a function of a group: flags and peak rotations."""
-
-    def run(group: Group) -> tuple[Flags, FloatArray]:
-        found: Results = run_cases(group.motion, group.cases, **arguments)
-        return found.overturned, found.peak_rotation.astype(np.float64)
-
-    return run
-
-
-def answers(groups: Sequence[Group], run: Runner) -> tuple[Flags, FloatArray]:
-    """Flags and peak rotations of all groups in a row."""
-    parts = [run(group) for group in groups]
-    return np.concatenate([flags for flags, _ in parts]), np.concatenate([peaks for _, peaks in parts])
-
-
 def boundaries(groups: Sequence[Group], flags: Flags, most: int) -> list[Boundary]:
-    """Where, along B/H, a falling block has a standing neighbour.
+    """Where, along B/H, a falling block has a standing neighbour; at most so many in each group.
 
-    Parameters
-    ----------
-    groups : sequence of Group
-        Whose cases differ in B/H and agree in the rest.
-    flags : ndarray of int8
-        Of all groups in a row.
-    most : int
-        Boundaries of one group.
+    The cases of a group differ in B/H and agree in the rest; the flags are those of all groups in a row.
     """
     found: list[Boundary] = []
     begin = 0
@@ -77,7 +56,7 @@ def boundaries(groups: Sequence[Group], flags: Flags, most: int) -> list[Boundar
         rows = np.stack([np.asarray(getattr(group.cases, name)) for name in names], axis=1)
         mine = flags[begin : begin + len(rows)]
         begin += len(rows)
-        order = np.lexsort((rows[:, 3], rows[:, 2], rows[:, 1], rows[:, 0]))
+        order = np.lexsort(rows.T[::-1])
         here = 0
         for falls, stands in itertools.pairwise(order):
             same = np.array_equal(rows[falls, :3], rows[stands, :3])
@@ -89,19 +68,9 @@ def boundaries(groups: Sequence[Group], flags: Flags, most: int) -> list[Boundar
 
 
 def located(
-    groups: Sequence[Group], where: Sequence[Boundary], usual: Runner, finest: Runner, bracket: float = BRACKET
+    groups: Sequence[Group], where: Sequence[Boundary], usual: Method, finest: Method, bracket: float = BRACKET
 ) -> tuple[FloatArray, FloatArray]:
-    """The boundaries of a usual method and, within a bracket about them, those of a fine one, as B/H.
-
-    Parameters
-    ----------
-    groups, where
-        As given to and by `boundaries`.
-    usual, finest : callable
-        The method of the way there, and that of its last piece.
-    bracket : float
-        Half the bracket's width, as a share of B/H.
-    """
+    """The boundaries of a usual method and, within a bracket about them, those of a fine one, as B/H."""
     near = bisect(groups, where, usual, *ends(where), 2 * HALVINGS)
     return near, bisect(groups, where, finest, near * (1 - bracket), near * (1 + bracket))
 
@@ -114,27 +83,18 @@ def ends(where: Sequence[Boundary]) -> tuple[FloatArray, FloatArray]:
 def bisect(
     groups: Sequence[Group],
     where: Sequence[Boundary],
-    run: Runner,
+    method: Method,
     low: FloatArray,
     high: FloatArray,
     halvings: int = HALVINGS,
 ) -> FloatArray:
-    """B/H between a falling and a standing block at which the flag changes, by bisection; all boundaries together.
+    """B/H at which the flag changes, by bisection of all boundaries together.
 
-    Parameters
-    ----------
-    groups, where
-        As given to and by `boundaries`.
-    run : callable
-        The method.
-    low, high : ndarray
-        B/H that fall and that stand; NaN comes back where they do not, or are NaN.
-    halvings : int
-        Of the brackets.
+    At `low` the block has to fall, at `high` to stand; where it does not, or they are NaN, NaN comes back.
     """
     known = np.isfinite(low) & np.isfinite(high)
     low, high = np.where(known, low, 1.0), np.where(known, high, 1.0)
-    fell = _falls(groups, where, run, np.stack([low, high]))
+    fell = _falls(groups, where, method, np.stack([low, high]))
     good = known & fell[0] & ~fell[1]
     most = max(sum(place.group == number for place in where) for number in range(len(groups)))
     together = max(1, min(AT_ONCE, int(np.log2(COLUMNS / max(most, 1) + 1))))
@@ -148,7 +108,7 @@ def bisect(
             middles.append(middle)
             lows = np.stack([lows, middle], axis=1).reshape(-1, low.size)
             highs = np.stack([middle, highs], axis=1).reshape(-1, low.size)
-        fell = _falls(groups, where, run, np.concatenate(middles))
+        fell = _falls(groups, where, method, np.concatenate(middles))
         node, begin, each = np.zeros(low.size, np.int64), 0, np.arange(low.size)
         for middle in middles:
             falls, at = fell[begin + node, each], middle[node, each]
@@ -157,7 +117,9 @@ def bisect(
     return np.where(good, 0.5 * (low + high), np.nan)
 
 
-def _falls(groups: Sequence[Group], where: Sequence[Boundary], run: Runner, b_over_h: FloatArray) -> NDArray[np.bool_]:
+def _falls(
+    groups: Sequence[Group], where: Sequence[Boundary], method: Method, b_over_h: FloatArray
+) -> NDArray[np.bool_]:
     """Whether blocks of other B/H fall at each boundary; shape (values, boundaries) as given."""
     fell = np.zeros(b_over_h.shape, bool)
     for number, group in enumerate(groups):
@@ -167,36 +129,27 @@ def _falls(groups: Sequence[Group], where: Sequence[Boundary], run: Runner, b_ov
                 name: np.tile([where[row].falling[name] for row in rows], len(b_over_h))
                 for name in ("azimuth_deg", "height", "friction")
             }
-            flags = run(Group(group.motion, Cases(b_over_h=b_over_h[:, rows].ravel(), **axes)))[0]
-            fell[:, rows] = (flags != 0).reshape(-1, len(rows))
+            found = run_cases(group.motion, Cases(b_over_h=b_over_h[:, rows].ravel(), **axes), **method)
+            fell[:, rows] = (found.overturned != 0).reshape(-1, len(rows))
     return fell
 
 
 def boundary_shift(
     groups: Sequence[Group],
     where: Sequence[Boundary],
-    run: Runner,
+    method: Method,
     near: FloatArray,
     right: FloatArray,
     bracket: float = BRACKET,
 ) -> float:
     """Median shift of the overturning boundary as a share of B/H; a boundary out of reach counts as the bracket's half.
 
-    Parameters
-    ----------
-    groups, where, run
-        As for `bisect`.
-    near : ndarray
-        Middles of the brackets, the same for the method and for the reference: where the flag changes more than once
-        within a bracket, both then look for the same change.
-    right : ndarray
-        The reference's boundaries; NaN where it has none in the bracket.
-    bracket : float
-        Half the bracket's width, as a share of B/H.
+    The brackets lie about `near`, the same for the method and for the reference, `right`: where the flag changes more
+    than once within a bracket, both then look for the same change. The reference is NaN where it has none there.
     """
     usable = np.isfinite(right)
     if not usable.any():
         return float("nan")
     chosen = [place for place, use in zip(where, usable, strict=True) if use]
-    found = bisect(groups, chosen, run, near[usable] * (1 - bracket), near[usable] * (1 + bracket))
+    found = bisect(groups, chosen, method, near[usable] * (1 - bracket), near[usable] * (1 + bracket))
     return float(np.median(np.where(np.isnan(found), bracket, np.abs(found / right[usable] - 1.0))))

@@ -11,7 +11,7 @@ from overturning.study.ensemble import wilson
 from verification.measures import order
 from verification.tables import Figure, lines_of, markdown
 from verification.work_precision.boundaries import RESOLUTION
-from verification.work_precision.table import SCHEMES
+from verification.work_precision.parts import SCHEMES
 
 ORDER_FRACTIONS: Final = (0.5, 0.05)
 """Largest and smallest Δt/Δt_stable between which the order of convergence is read off."""
@@ -108,11 +108,8 @@ def _marked(at: Any, text: str) -> str:
 
 def _shown(rows: pd.DataFrame) -> "pd.Series[bool]":
     """Time steps that the docs show, and every stiffness."""
-    engine = rows["penetration_ratio"].isna()
-    steps = np.where(
-        engine, rows["step_fraction"].isin(SHOWN_ENGINE_STEPS), rows["step_fraction"].isin(SHOWN_FRACTIONS)
-    )
-    return pd.Series(steps, index=rows.index).astype(bool)
+    steps, engine = rows["step_fraction"], rows["penetration_ratio"].isna()
+    return steps.isin(SHOWN_FRACTIONS).where(~engine, steps.isin(SHOWN_ENGINE_STEPS)).astype(bool)
 
 
 def _steps(rows: pd.DataFrame) -> str:

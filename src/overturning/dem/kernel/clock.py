@@ -38,7 +38,7 @@ class Pace(NamedTuple):
         return int(self.whole).bit_length() - 1
 
 
-# Where measured: the rigid limit and the default step, docs/measurements.md; scenes, `python -m verification.scene_steps`; in space,
+# Where measured: the rigid limit and the default step, docs/measurements.md; scenes, `python -m verification.scenes steps`; in space,
 # `python -m verification.space`. A body in space takes shorter steps, since its deepest point runs round a rim.
 BLOCK: Final = Pace(0.006, 0.08, 2.0**24, 4.0, 2.0, 8.0, 8.0, 2.0)
 SCENE: Final = Pace(0.0125, 0.08, 2.0**20, 4.0, 2.0, 8.0, float("inf"), 2.0)

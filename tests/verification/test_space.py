@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from verification.space_order import orders
+from verification.space import orders
 
 ROUNDING = np.radians(np.spacing(np.float32(360.0)))
 """Of an azimuth in single precision, rad."""

@@ -1,0 +1,305 @@
+"""`python -m verification.experiments [NAME ...]`: what contact, step and clock were read from, on the default study.
+
+Each experiment runs settings over cases of the default study's records, compares the answers with a reference and puts
+its tables between their marks in docs/measurements.md.
+"""
+
+import tempfile
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any, Final, NamedTuple
+
+import numpy as np
+import pandas as pd
+import typer
+from numpy.typing import NDArray
+
+from overturning.arrays import FloatArray
+from overturning.dem.body.cases import SpaceCases
+from overturning.dem.body.run import run_in_space
+from overturning.dem.numerics import Numerics
+from overturning.dem.run import run
+from overturning.model.contact import DAMPING_RATIO, STATIC_PENETRATION, Contact, VertexContact
+from overturning.model.scene import gravestone
+from overturning.model.shapes import shape_of
+from overturning.motion.motion import Motion
+from verification.inputs import NO_SLIDING, Group, grid, near_fault, study_groups
+from verification.measures import ROCKS, Flags, answers, difference, percent, shares
+from verification.reference.rocking import rocking_outcome
+from verification.tables import RESULTS, ROOT, markdown, publish, write_csv
+from verification.timing import Answer, elsewhere
+
+Bodies = dict[str, str]
+
+
+class Thinned(NamedTuple):
+    """How much of the default study an experiment runs."""
+
+    azimuths: int
+    every_record: int
+    checkout: Path | None = None
+    """Another state of the sources, to compare with."""
+    kept: Path = RESULTS
+    """Folder of the tables that are kept."""
+
+    def groups(self) -> list[Group]:
+        """The cases."""
+        return study_groups(self.azimuths, self.every_record)
+
+
+def table(first: str, rows: dict[str, dict[str, float]], heads: list[str]) -> str:
+    """The named columns of rows by name."""
+    return markdown((first, *heads), [(name, *(row[head] for head in heads)) for name, row in rows.items()])
+
+
+STEPS: Final = [("centred", share) for share in (0.0625, 0.125, 0.25, 0.5, 0.75, 1.0)] + [
+    ("cundall", share) for share in (0.25, 0.5, 0.9)
+]
+"""Schemes and shares of their longest step; the automatic step is the longest of the centred one."""
+FINEST: Final[dict[str, Any]] = {"scheme": "centred", "time_step": "0.03125 stable"}
+FIRM_FLAGS: Final = ["wrong flags, neighbours agree, %", "wrong sides, neighbours agree, %"]
+BOUNDARY: Final = "shift of the boundary, %"
+AT_EQUAL: Final = ["median error of peak rotation", BOUNDARY, "wrong flags, %", "wrong sides, %"]
+
+
+def default_step(thin: Thinned) -> Bodies:
+    """Error and cost over the step, from which the default scheme and step were read."""
+    groups = thin.groups()
+    ratios = np.unique(groups[0].cases.b_over_h)
+    shape = (len(groups), thin.azimuths, -1, ratios.size, np.unique(groups[0].cases.friction).size)
+
+    def boundary(flags: Flags) -> FloatArray:
+        """B/H below which the block falls, from the number of falling cells along B/H."""
+        return np.asarray(ratios[0] + (flags.reshape(shape) != 0).sum(axis=3) * (ratios[1] - ratios[0]))
+
+    exact, rows = answers(groups, threads=2, **FINEST).results, []
+    right = boundary(exact.overturned)
+    for scheme, share in STEPS:
+        found, seconds = answers(groups, threads=2, scheme=scheme, time_step=f"{share} stable")
+        far = difference(found, exact, shape)
+        shift = (np.abs(boundary(found.overturned) - right) / right)[right > ratios[0]]
+        rows.append(
+            {"scheme": scheme, "step": share, "cases": far.counts.cases}
+            | dict(zip(FIRM_FLAGS, np.round(shares(far.firm), 3).tolist(), strict=True))
+            | far.costs(seconds)
+            | {BOUNDARY: round(100 * float(shift.mean()), 3)}
+        )
+        print(rows[-1], flush=True)
+    curve = pd.DataFrame(rows)
+    write_csv(curve, thin.kept / "default-step.csv")
+    shown = ["scheme", "step", "processor time, s", *FIRM_FLAGS, *AT_EQUAL, "marked", "largest energy error"]
+    return {"default-step": markdown(shown, curve[shown].to_numpy(dtype=object)), "equal-error": equal_error(curve)}
+
+
+def equal_error(curve: pd.DataFrame) -> str:
+    """What the default costs over what Cundall's scheme does at the same error, by log-log interpolation."""
+    default = curve[curve["scheme"] == "centred"].iloc[-1]
+    yardstick, lines = curve[curve["scheme"] == "cundall"], []
+    for head in AT_EQUAL:
+        errors = np.log(yardstick[head].clip(lower=1e-12).to_numpy())
+        costs = np.log(yardstick["processor time, s"].to_numpy())
+        along, error = np.argsort(errors), np.log(max(default[head], 1e-12))
+        share = default["processor time, s"] / np.exp(np.interp(error, errors[along], costs[along]))
+        # Beyond the curve's ends the nearest end is taken, which understates the advantage at a smaller error.
+        where = ", at most" if error < errors.min() else ", at least" if error > errors.max() else ""
+        lines.append((head, f"{default[head]:.3g}", f"1/{1 / share:.1f}{where}"))
+    return markdown(("at the same", "of the default", "share of Cundall's processor time"), lines)
+
+
+def step_and_contact(thin: Thinned) -> Bodies:
+    """What softness and damping ask of the step: cases that lose their energy balance, and wrong flags."""
+    groups, lines = thin.groups(), []
+    steps = {"automatic": "auto"} | {f"{share:g}": f"{share} stable" for share in (0.25, 0.5, 0.75, 1.0)}
+    for penetration in (2e-3, 2e-4, 2e-5, 2e-6, 1e-7):
+        for ratio in (0.02, 0.1, 0.25, 1.0, 4.0):
+            given: dict[str, Any] = {"contact": Contact(static_penetration=penetration, damping_ratio=ratio)}
+            exact = answers(groups, threads=2, time_step="0.125 stable", **given).results
+            own = difference(exact, exact)
+            computed = own.moving.cases + own.moving.unanswered
+            cells = [f"{percent(own.unstable, computed):.2f}"]
+            for step in steps.values():
+                far = difference(answers(groups, threads=2, time_step=step, **given).results, exact)
+                cells.append(f"{percent(far.unstable, computed):.2f} / {shares(far.moving)[0]:.2f}")
+            lines.append((f"{penetration:g}", f"{ratio:g}", *cells))
+            print(*lines[-1], flush=True)
+    cells_of = markdown(("δ/B", "ξ", "0.125", *steps), lines)
+    about = f"Each row: the {computed} cases of {len(groups)} records and {thin.azimuths} azimuths that can move."
+    return {"step-and-contact": f"{cells_of}\n\n{about}"}
+
+
+CLOCK: Final = "from overturning.dem.kernel import clock; clock.BLOCK = clock.BLOCK._replace({})"
+RULES: Final = {
+    "as it is": "",
+    "finest step half as long": CLOCK.format("finest=0.04"),
+    "finest step twice as long": CLOCK.format("finest=0.16"),
+    "every change in a finest step": "from overturning.dem.block import state; state.GENTLE *= 0",
+    "four steps of each length": CLOCK.format("dwell=4.0"),
+    "sixteen steps of each length": CLOCK.format("dwell=16.0"),
+    "whole steps while standing": "from overturning.dem.block import state; state.RIGID *= 1e9",
+    "no step done once more, only shorter": CLOCK.format("tries=0.0"),
+}
+"""One rule of the clock changed at a time, before the kernel is imported."""
+
+
+def fine_steps(thin: Thinned) -> Bodies:
+    """What the steps after a change of contact give; each rule is compiled in a process of its own."""
+    groups, rows = thin.groups(), {}
+    exact = answers(groups, threads=2, time_step="0.125 stable").results
+    with tempfile.TemporaryDirectory() as folder:
+        for number, (name, before) in enumerate(RULES.items()):
+            (found,) = elsewhere(groups, [{}], before=before, NUMBA_CACHE_DIR=f"{folder}/{number}")
+            rows[name] = difference(found.results, exact).costs(found.seconds)
+            print(name, rows[name], flush=True)
+    return {"fine-steps": table("", rows, list(next(iter(rows.values()))))}
+
+
+def rigid_limit(thin: Thinned) -> Bodies:
+    """Error and cost over the contact's stiffness and the step, and what no computation settles."""
+    groups = thin.groups()
+    # The ninth digit of the shaking, less than is known of any.
+    moved = [Group(motion.times(1 + 1e-9), cases) for motion, cases in groups]
+
+    def under(contact: float, among: list[Group] = groups, **how: Any) -> Answer:
+        return answers(among, contact=Contact(static_penetration=contact), **how)
+
+    def wrong(one: Answer, other: Answer) -> tuple[str, ...]:
+        return tuple(f"{share:.2f}" for share in shares(difference(one.results, other.results).counts))
+
+    steps = {"0.125": "0.125 stable", "0.25": "0.25 stable", "0.5": "0.5 stable", "auto": "auto"}
+    exact, lines, costs = under(2e-8, time_step=steps["0.125"]), [], {}
+    if thin.checkout is not None:
+        (before,) = elsewhere(groups, [{}], checkout=thin.checkout)
+        costs["of the other checkout"] = difference(before.results, exact.results).costs(before.seconds)
+    for penetration in (2e-5, 2e-6, 5e-7, STATIC_PENETRATION, 2e-8):
+        found = {name: under(penetration, time_step=step) for name, step in steps.items()}
+        lines.append((f"{penetration:g}", *(" / ".join(wrong(one, exact)) for one in found.values())))
+        costs[f"{penetration:g}"] = difference(found["auto"].results, exact.results).costs(found["auto"].seconds)
+        print(lines[-1], costs[f"{penetration:g}"], flush=True)
+    own, finer = under(STATIC_PENETRATION), under(STATIC_PENETRATION, refinement=8)
+    stiffer = under(STATIC_PENETRATION / 4)
+    pairs = {
+        "the default, and steps 8 times finer": (own, finer),
+        "the default, and springs 4 times stiffer": (own, stiffer),
+        "steps 8 and 16 times finer": (finer, under(STATIC_PENETRATION, refinement=16)),
+        "springs 4 and 16 times stiffer": (stiffer, under(STATIC_PENETRATION / 16)),
+        "the default, and the default under the changed shaking": (own, under(STATIC_PENETRATION, moved)),
+        "steps 8 times finer, and these under the changed shaking": (
+            finer,
+            under(STATIC_PENETRATION, moved, refinement=8),
+        ),
+    }
+    heads = ["million block steps", "processor time, s", *AT_EQUAL[2:], AT_EQUAL[0], "marked"]
+    return {
+        "rigid-limit": table("δ/B", costs, heads),
+        "rigid-limit-map": markdown(("δ/B", *steps), lines),
+        "chaos": markdown(
+            ("between", "flags that differ, %", "sides that differ, %"),
+            [(name, *wrong(*pair)) for name, pair in pairs.items()],
+        ),
+    }
+
+
+class Peaks(NamedTuple):
+    """What a kernel says of the cases of all motions in a row: sides, peak rotations over α, and steps."""
+
+    sides: NDArray[Any]
+    rotations: FloatArray
+    steps: NDArray[Any]
+
+
+def in_planes(group: Group, damping: float, general: bool) -> Peaks:
+    """Blocks in their own kernel or in the general one."""
+    found = run(gravestone(Contact(damping_ratio=damping)), *group, Numerics(general=general))
+    return Peaks(found.overturned.ravel(), np.asarray(found.peak_rotation.ravel(), np.float64), found.block_steps)
+
+
+def in_space(group: Group, damping: float) -> Peaks:
+    """Square prisms that face along the shaking, which is of one component."""
+    parts, cases = [], group.cases
+    for azimuth in np.unique(cases.azimuth_deg):
+        chosen, along = np.asarray(cases.azimuth_deg) == azimuth, group.motion.along(float(azimuth))
+        ahead = Motion(along, 0.0 * along, sampling_interval=group.motion.sampling_interval)
+        shapes = SpaceCases(0.0, np.asarray(cases.height)[chosen], np.asarray(cases.b_over_h)[chosen], 1.0, NO_SLIDING)
+        contact = VertexContact(damping_ratio=damping)
+        found = run_in_space(shape_of("rectangle"), ahead, shapes, contact=contact)
+        side = np.where(np.cos(np.radians(found.fall_azimuth)) > 0, 1, -1)
+        parts.append((np.where(found.overturned == 1, side, found.overturned), found.peak_tilt, found.block_steps))
+    sides, tilts, steps = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return Peaks(sides, np.radians(tilts) / np.arctan(np.asarray(cases.b_over_h)), steps)
+
+
+def damping_ratio(thin: Thinned) -> Bodies:
+    """What each damping ratio leaves of Housner's answers to blocks that do not slide, in the three kernels.
+
+    A flag is firm that a motion 1 % weaker or stronger keeps; a peak is off by 0.01 α; squat is B/H from 0.4.
+    """
+    cases = grid(np.arange(1.24, 180.0, 15.0), [0.6, 1.6], np.arange(0.1, 0.51, 0.05), NO_SLIDING)
+    groups = [Group(motion, cases) for motion in list(near_fault().values())[:: thin.every_record]]
+    kernels: dict[str, Callable[[Group, float], Peaks]] = {
+        "block": partial(in_planes, general=False),
+        "general kernel": partial(in_planes, general=True),
+        "body in space": in_space,
+    }
+    exact = np.array([
+        [rocking_outcome(factor * group.wave(index), group.motion.sampling_interval, case["height"], case["b_over_h"])
+         for factor in (0.99, 1.0, 1.01)]
+        for group in groups
+        for index, case in ((index, group.case(index)) for index in range(cases.size))
+    ])  # fmt: skip
+    side, peak = exact[:, 1, 0], exact[:, 1, 1]
+    firm = (exact[:, :, 0] == side[:, None]).all(axis=1)
+    rocks = firm & (side == 0) & (peak > ROCKS)
+    squat = np.tile(np.asarray(cases.b_over_h) > 0.39, len(groups))
+    lines = []
+    for damping in (0.5, 1.0, 2.0, DAMPING_RATIO, 4.0, 6.0, 10.0):
+        cells = [f"{damping:g}"]
+        for kernel in kernels.values():
+            found = Peaks(*map(np.concatenate, zip(*(kernel(group, damping) for group in groups), strict=True)))
+            stands, away = rocks & (found.sides == 0), np.abs(found.rotations - peak)
+            off = (f"{percent((away[of] > 0.01).sum(), of.sum()):.1f}" for of in (stands, stands & squat))
+            wrong, spent = (firm & (found.sides != side)).sum(), found.steps.sum() / 1e6
+            cells.append(" / ".join([f"{wrong}", *off, f"{np.median(away[stands]):.2g}", f"{spent:.1f}"]))
+        lines.append(tuple(cells))
+        print(lines[-1], flush=True)
+    standing = f"{rocks.sum()} of which rock and stand, {(rocks & squat).sum()} of them squat."
+    about = f"{firm.sum()} firm cells of {firm.size}, {standing}"
+    return {"damping-ratio": markdown(("ξ", *kernels), lines) + f"\n\n{about}"}
+
+
+EXPERIMENTS: Final[dict[str, tuple[Callable[[Thinned], Bodies], Thinned]]] = {
+    "default-step": (default_step, Thinned(2, 1)),
+    "step-and-contact": (step_and_contact, Thinned(4, 10)),
+    "fine-steps": (fine_steps, Thinned(6, 4)),
+    "rigid-limit": (rigid_limit, Thinned(18, 4)),
+    "damping-ratio": (damping_ratio, Thinned(12, 4)),
+}
+"""By name, with the part of the default study that each runs."""
+
+
+def main(
+    names: Annotated[
+        list[str] | None, typer.Argument(help=f"{', '.join(EXPERIMENTS)}; all where none is named")
+    ] = None,
+    checkout: Annotated[
+        Path | None, typer.Option(help="another state of the sources, for a row of rigid-limit")
+    ] = None,
+    trial: Annotated[bool, typer.Option(help="two records, one azimuth: prints the tables and keeps none")] = False,
+) -> None:
+    """Measure, and put the tables into the docs."""
+    if unknown := set(names or ()) - set(EXPERIMENTS):
+        raise typer.BadParameter(f"{', '.join(unknown)}; known: {', '.join(EXPERIMENTS)}")
+    for name in names or EXPERIMENTS:
+        measure, thin = EXPERIMENTS[name]
+        if trial:
+            thin = Thinned(1, 14, kept=ROOT / "results" / "trial")
+        bodies = measure(thin._replace(checkout=checkout))
+        if trial:
+            print(*bodies.values(), sep="\n\n")
+        else:
+            publish(bodies)
+
+
+if __name__ == "__main__":
+    np.seterr(all="raise", under="ignore")
+    typer.run(main)

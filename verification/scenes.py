@@ -1,0 +1,234 @@
+"""`python -m verification.scenes [PART ...]`: how fast and how exact scenes are, and a gravestone in both kernels.
+
+Parts: `speed`, element steps per second; `peers`, a stacked grave against pymunk and Box2D; `steps`, error over the
+step, beside that of another checkout where one is given; `kernels`, whether the block's kernel and the general one
+agree. All times are processor times of one core in one run, the kernel's the least of two after a warm-up. Right is
+what the general kernel finds with a tenth of the default step, on cases whose outcome it finds with twice that step and
+with Cundall's scheme as well. Peers are compared at 1/240 s and 30 iterations.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any, Final
+
+import numpy as np
+import typer
+
+from overturning.dem.numerics import Numerics
+from overturning.dem.run import run
+from overturning.dem.simulate import simulate_arrays
+from overturning.model.cases import Cases
+from overturning.model.geometry import native_size, place
+from overturning.model.results import Results
+from overturning.model.scene import Scene, gravestone, load_scene
+from overturning.motion.motion import Motion
+from verification import summary
+from verification.engines import ENGINES, installed, sides_of_scene
+from verification.inputs import Group, grid, near_field
+from verification.measures import joined
+from verification.tables import RESULTS, ROOT, Figure, figures_table, markdown, publish, write_figures
+from verification.timing import elsewhere, fastest, measured
+
+SHAFT: Final = 2
+"""The element looked at, the topmost of three."""
+PEERS: Final = ("pymunk", "Box2D")
+
+GROUPS = (
+    ("default", 2e-5, 1.0, "centred", "auto"),
+    ("half the step", 2e-5, 1.0, "centred", "0.5 stable"),
+    ("cundall", 2e-5, 1.0, "cundall", "auto"),
+    ("less damping", 2e-5, 0.3, "centred", "auto"),
+    ("softer", 5e-5, 1.0, "centred", "auto"),
+    ("softest", 1e-4, 1.0, "centred", "auto"),
+)
+"""Label, static penetration over width, damping ratio, scheme, time step."""
+
+
+def stacked() -> tuple[Scene, Group]:
+    """A shaft on two bases, and the 96 cases of it that are run."""
+    scene = load_scene("three-tier", ROOT)
+    height, ratio = native_size(scene)
+    ratios = [0.2, 0.25, 0.3, round(ratio, 10)]
+    return scene, Group(near_field(7), grid(np.arange(0, 360, 30.0), height, ratios, [0.6, 1.0]))
+
+
+def off(found: Any, exact: Any, chosen: np.ndarray) -> float:
+    """Median error of peak rotations, percent."""
+    return 100 * float(np.median(np.abs(found[chosen] / np.where(exact > 0, exact, np.inf)[chosen] - 1)))
+
+
+def speed() -> Iterator[Figure]:
+    """Element steps per second and core; everything stands, nothing is left out."""
+    time_axis = np.arange(300) * 0.01
+    motion = Motion(2.0 * np.sin(9 * time_axis), 0 * time_axis, sampling_interval=0.01)
+    for name, bound in (("three-tier", ">= 10"), ("against-a-wall", ""), ("boulder", "")):
+        scene = load_scene(name, ROOT)
+        cases = Cases(0.0, *native_size(scene), np.linspace(0.5, 1.0, 192))
+        found, seconds = measured(partial(run, scene, motion, cases, Numerics(leave_out=False)), 2)
+        yield Figure(
+            f"element steps per second and core, {name}", found.block_steps.sum() / seconds / 1e6, "million/s", bound
+        )
+
+
+def with_law(scene: Scene, static_penetration: float, damping_ratio: float) -> Scene:
+    """The same scene with another contact law."""
+    law = {"between": ("stone", "stone"), "static_penetration": static_penetration, "damping_ratio": damping_ratio}
+    return Scene.model_validate(scene.model_dump() | {"contacts": [law]})
+
+
+def peers(count: int) -> Iterator[Figure]:
+    """A shaft on two bases: time per case and share of right outcomes."""
+    scene, (motion, cases) = stacked()
+    fine, firm = reference(scene, motion, cases)
+    right = fine.overturned[:, SHAFT]
+    yield Figure("cases of the sweep", cases.size)
+    yield Figure("cases in which the shaft falls", 100 * float((right != 0).mean()), "%")
+    yield Figure("cases without a firm outcome", 100 * float((~firm).mean()), "%")
+    chosen = np.random.default_rng(1).choice(np.flatnonzero(firm), min(count, int(firm.sum())), replace=False)
+    some = Group(motion, cases).taken(chosen)
+    times, ended, found = {}, {}, {}
+    for name, engine in installed(ENGINES, "Box2D", "pymunk").items():
+        _, ended[name] = measured(partial(shaft_sides, engine, scene, some, early=True), 1, int)
+        found[name], times[name] = measured(partial(shaft_sides, engine, scene, some), 1, int)
+        yield Figure(f"{name}: time per case", times[name] / chosen.size * 1e3, "ms")
+        yield Figure(f"{name}: time per case, ended when the shaft has fallen", ended[name] / chosen.size * 1e3, "ms")
+        yield Figure(f"{name}: shaft's side right", 100 * float((found[name] == right[chosen]).mean()), "%")
+    if len(found) == 2:
+        one, other = found.values()
+        yield Figure("agreement of the peers with each other", 100 * float((one == other).mean()), "%")
+    axes: dict[str, Any] = {name: np.unique(getattr(cases, name)) for name in ("azimuth_deg", "height", "b_over_h")}
+    for label, penetration, damping, scheme, step in GROUPS:
+        stones = with_law(scene, penetration, damping)
+        options: dict[str, Any] = {"scheme": scheme, "time_step": step}
+        coarse, whole = measured(partial(run, stones, motion, cases, Numerics(leave_out=False, **options)), 2)
+        used = partial(simulate_arrays, motion, scene=stones, friction=np.unique(cases.friction), **axes, **options)
+        whole, left = whole / cases.size, fastest(used, 2) / cases.size
+        same = coarse.overturned[:, SHAFT] == right
+        yield Figure(f"{label}: time per case, nothing left out", whole * 1e3, "ms")
+        yield Figure(
+            f"{label}: time per case, as a user runs it", left * 1e3, "ms", "<= 2" if label == "default" else ""
+        )
+        yield Figure(f"{label}: shaft's side right, peers' cases", 100 * float(same[chosen].mean()), "%")
+        yield Figure(f"{label}: shaft's side right, all firm", 100 * float(same[firm].mean()), "%")
+        stands = firm & same & (right == 0)
+        error = off(coarse.peak_rotation[:, SHAFT], fine.peak_rotation[:, SHAFT], stands)
+        yield Figure(f"{label}: error of the shaft's peak rotation, median", error, "%")
+        stands = firm[:, None] & (coarse.overturned == fine.overturned) & (fine.overturned == 0)
+        error = off(coarse.peak_rotation, fine.peak_rotation, stands)
+        yield Figure(f"{label}: error of all peak rotations, median", error, "%")
+        for name, each in times.items():
+            bound = ">= 50 at equal agreement" if name == "pymunk" and label == "default" else ""
+            yield Figure(f"{label}: faster than {name}, nothing left out", each / chosen.size / whole, "x")
+            yield Figure(f"{label}: faster than {name}, as a user runs it", each / chosen.size / left, "x", bound)
+        for name, each in ended.items() if label == "default" else ():
+            bound = ">= 25 at equal agreement" if name == "pymunk" else ""
+            text = f"{label}: faster than {name} that ends too when the shaft has fallen"
+            yield Figure(text, each / chosen.size / left, "x", bound)
+
+
+def shaft_sides(engine: Any, scene: Scene, group: Group, step: float = 1 / 240, early: bool = False) -> np.ndarray:
+    """Sides to which the shaft falls in an engine; `early` ends a case when it has."""
+    sides = []
+    for index in range(group.cases.size):
+        case = group.case(index)
+        placed = place(scene, case["height"], case["b_over_h"])[1:]
+        wave, interval = group.wave(index), group.motion.sampling_interval
+        sides.append(sides_of_scene(engine, placed, wave, interval, case["friction"], step, early)[SHAFT])
+    return np.array(sides)
+
+
+def reference(scene: Scene, motion: Motion, cases: Cases) -> tuple[Results, np.ndarray]:
+    """Outcome at a tenth of the default step, and where twice that step and Cundall's scheme find the same side."""
+    fine = run(scene, motion, cases, Numerics(time_step="0.1 stable", leave_out=False))
+    firm = np.ones(cases.size, dtype=bool)
+    for scheme, step in (("centred", "0.2 stable"), ("cundall", "0.3 stable")):
+        other = run(scene, motion, cases, Numerics(scheme=scheme, time_step=step))
+        firm &= other.overturned[:, SHAFT] == fine.overturned[:, SHAFT]
+    return fine, firm
+
+
+def steps(checkout: Path | None) -> str:
+    """Error against time over the step, nothing left out, against a twentieth of each state's own default step."""
+    states: list[tuple[str, Path, tuple[str, ...]]] = [
+        ("now", ROOT, ("auto", "0.9 stable", "0.5 stable", "0.25 stable"))
+    ]
+    if checkout:
+        states.insert(0, ("before", checkout, ("auto", "0.25 stable", "0.125 stable")))
+    group, rows = stacked()[1], []
+    for state, folder, chosen in states:
+        settings = [{"time_step": step, "leave_out": False} for step in (*chosen, "0.05 stable")]
+        found = elsewhere([group], settings, checkout=folder, scene="three-tier", repeats=2)
+        exact = found[-1].results
+        for step, (results, seconds) in zip(chosen, found, strict=False):
+            stands = (exact.overturned == 0) & (results.overturned == 0)
+            of_shaft = stands & (np.arange(stands.shape[1]) == SHAFT)
+            errors = (off(results.peak_rotation, exact.peak_rotation, part) for part in (stands, of_shaft))
+            time = f"{1e3 * seconds / len(stands):.3g}"
+            rows.append((f"{state}, {step.replace('auto', 'default')}", time, *(f"{one:.2g}" for one in errors)))
+    return markdown(("", "time per case, ms", "error of all peak rotations, %", "of the shaft's, %"), rows)
+
+
+def kernels(records: Sequence[int] = (6, 7, 8, 9, 10)) -> Iterator[Figure]:
+    """How often flags, sides and rotations of a gravestone differ between the block's kernel and the general one.
+
+    A cell is chaotic where either finds another flag with the motion a 10⁻⁹ stronger or weaker or with half the step:
+    there no computation of this kind tells. The others have to agree.
+    """
+    motions = [near_field(number) for number in records]
+    # Half of the azimuths, since the others mirror them.
+    cases = grid(np.arange(0, 180, 15.0), 0.6, np.arange(2, 13) * 0.05, [0.58, 1.0])
+
+    def answer(general: bool, factor: float = 1.0, step: str = "auto") -> Results:
+        numerics = Numerics(general=general, time_step=step, leave_out=False)
+        return joined([run(gravestone(), motion.times(factor), cases, numerics) for motion in motions]).element(0)
+
+    (own, seconds), (other, general_seconds) = (measured(partial(answer, general), 1) for general in (False, True))
+    chaos = np.zeros(own.status.size, bool)
+    for general, nominal in ((False, own), (True, other)):
+        for change in ({"factor": 1 + 1e-9}, {"factor": 1 - 1e-9}, {"step": "0.5 stable"}):
+            chaos |= (answer(general, **change).overturned != 0) != (nominal.overturned != 0)
+    fell, far = own.overturned != 0, (own.overturned != 0) != (other.overturned != 0)
+    stands = ~fell & ~far & ~chaos
+    rocked = np.maximum(other.peak_rotation, 1e-12)
+    same, side = (100 * float(np.mean(one[~chaos])) for one in (~far, own.overturned == other.overturned))
+    about = "a gravestone in both kernels"
+    yield Figure(f"{about}: cells", own.status.size)
+    yield Figure(f"{about}: that fall", 100 * float(fell.mean()), "%")
+    yield Figure(f"{about}: chaotic cells", int(chaos.sum()))
+    yield Figure(f"{about}: other flags, of all cells", int(far.sum()))
+    yield Figure(f"{about}: other flags, chaotic cells left out", int((far & ~chaos).sum()))
+    yield Figure(f"{about}: same flag, chaotic cells left out", same, "%", ">= 99.9")
+    yield Figure(f"{about}: same side, chaotic cells left out", side, "%")
+    apart = float(np.median(np.abs(own.peak_rotation[stands] / rocked[stands] - 1)))
+    yield Figure(f"{about}: peak rotation apart, median", apart)
+    yield Figure(f"{about}: time in the general one over that in its own", general_seconds / seconds, "x")
+
+
+def main(
+    parts: Annotated[list[str] | None, typer.Argument(help="speed, peers, steps, kernels; all where none")] = None,
+    checkout: Annotated[Path | None, typer.Option(help="another state of the sources, for `steps`")] = None,
+    peer_cases: Annotated[int, typer.Option(min=1, help="cases that the peers run")] = 40,
+) -> None:
+    """Measure, and put the figures where they belong; parts that are not named keep their figures."""
+    made: dict[str, tuple[str, Callable[[], Iterator[Figure]]]] = {
+        "speed": ("scenes.csv", speed),
+        "peers": ("scenes.csv", partial(peers, peer_cases)),
+        "kernels": ("both-kernels.csv", kernels),
+    }
+    if unknown := set(parts or ()) - {*made, "steps"}:
+        raise typer.BadParameter(f"{', '.join(unknown)}; known: {', '.join((*made, 'steps'))}")
+    others = tuple(f"{label}:" for label, *_ in GROUPS[1:])
+    for name, (file, measure) in made.items():
+        if not parts or name in parts:
+            figures = write_figures(list(measure()), RESULTS / file, keep=True)
+            shown = [figure for figure in figures if not figure.quantity.startswith(others)]
+            print(body := figures_table(shown), flush=True)
+            publish({"both-kernels" if name == "kernels" else "scene-speed": body})
+    if not parts or "steps" in parts:
+        publish({"scene-steps": steps(checkout)})
+    publish(summary.bodies())
+
+
+if __name__ == "__main__":
+    typer.run(main)

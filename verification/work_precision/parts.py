@@ -1,0 +1,282 @@
+"""The parts of error against run time: schemes over time steps, springs over stiffness, other engines.
+
+References are the kernel at a far finer step or with the stiffest springs, Housner's rocking block, the exact sliding
+block, and the balance of work and energy.
+"""
+
+import itertools
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from overturning.arrays import FloatArray
+from overturning.dem.time_step import AUTO_FRACTION, DEFAULT_SCHEME, scheme_of
+from overturning.model.contact import STATIC_PENETRATION, Contact
+from overturning.model.results import Results
+from overturning.study.convergence import compare
+from verification.engines import ENGINES, Engine, installed, side_of_block
+from verification.inputs import (
+    Group,
+    pulse_groups,
+    record_groups,
+    rigid_record_groups,
+    slide_groups,
+    thinned,
+    thinned_values,
+)
+from verification.measures import Flags, answers, rotation_error
+from verification.reference.rocking import rocking_outcome
+from verification.reference.sliding import slide
+from verification.timing import measured
+from verification.work_precision.boundaries import boundaries, boundary_shift, located
+
+Row = dict[str, Any]
+
+SCHEMES: Final = ("centred", "cundall")
+FRACTIONS: Final = (1.0, 0.9, 0.5, 0.25, 0.12, 0.06, 0.03, 0.01)
+"""Δt/Δt_stable."""
+LEAST_EXPLICIT: Final = 0.1
+"""Cundall's scheme is not run in finer steps: the springs set its longest, a fiftieth of the other's by default."""
+PENETRATIONS: Final = (2e-3, 2e-4, 2e-5, 2e-6, STATIC_PENETRATION, 2e-8)
+"""δ/B."""
+AUTOMATIC: Final = AUTO_FRACTION[scheme_of(DEFAULT_SCHEME)]
+FINEST: Final = 0.006
+"""Δt/Δt_stable of the reference, with the centred scheme."""
+THIN_BELOW, EVERY = 0.05, 3
+"""At finer steps every third case is run, so that the diagrams are made in minutes,"""
+LEAST_WITH_BOUNDARY: Final = 0.02
+"""and at still finer ones no boundary is looked for."""
+MOST: Final = 4
+"""Overturning boundaries of each record."""
+FINE_FOR_STIFFNESS: Final = 0.03
+"""Δt/Δt_stable of the references of other stiffnesses, whose errors are far below what the stiffness changes."""
+WIDE_BRACKET: Final = 0.02
+"""Half the bracket, as a share of B/H, in which the boundary of another stiffness is looked for."""
+ENGINES_EVERY: Final = {"sine pulses": 10, "records, no sliding": 5}
+"""The engines run every so many of the cases: each takes a hundred times a case of the kernel,"""
+ENGINE_STEPS: Final = (1 / 120, 1 / 240, 1 / 480, 1 / 960)
+"""with these steps, s."""
+
+MEANINGS: Final = {
+    "cases_of": ("set of cases", ""),
+    "method": ("scheme of the kernel, or engine", ""),
+    "against": ("what the error is against", ""),
+    "step_fraction": ("time step over the stable one; of an engine: time step in s", "1"),
+    "penetration_ratio": ("static penetration over width", "1"),
+    "default": ("1 at the default setting", "1"),
+    "seconds_per_case": ("processor time per case, least of the runs", "s"),
+    "block_steps_per_case": ("block steps per case", "1"),
+    "cases": ("cases with an answer in both", "1"),
+    "wrong_flags": ("cases that fall instead of standing, or the reverse", "1"),
+    "fallen": ("cases that fall in both", "1"),
+    "wrong_sides": ("cases that fall to the wrong side", "1"),
+    "unanswered": ("cases without an answer", "1"),
+    "rotation_error": ("median error of peak rotation over the critical angle where the block stands", "1"),
+    "boundary_shift": ("median shift of the overturning boundary over B/H", "1"),
+    "energy_error": ("mean residual of work and energy", "1"),
+    "slip_error": ("largest error of peak slip over peak slip", "1"),
+}
+"""Long name and unit of the columns."""
+
+
+def table_of(rows: Sequence[Row]) -> pd.DataFrame:
+    """The table of rows; what was not measured is NaN."""
+    table = pd.DataFrame(rows, columns=list(MEANINGS))
+    return table.astype({name: np.float64 for name, (_, unit) in MEANINGS.items() if unit})
+
+
+class Setting(NamedTuple):
+    """Scheme, share of its longest step, and static penetration over the width."""
+
+    scheme: str
+    fraction: float
+    penetration: float = STATIC_PENETRATION
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """Arguments of `run_cases`."""
+        contact = Contact(static_penetration=self.penetration)
+        return {"scheme": self.scheme, "time_step": f"{self.fraction:g} stable", "contact": contact}
+
+    def row(self, cases_of: str, against: str, **columns: Any) -> Row:
+        """A row of the table."""
+        own = {"method": self.scheme, "step_fraction": self.fraction, "penetration_ratio": self.penetration}
+        default = self == Setting(DEFAULT_SCHEME, AUTOMATIC)
+        return {"cases_of": cases_of, "against": against, "default": default} | own | columns
+
+    def run(self, groups: Sequence[Group]) -> tuple[Results, Row]:
+        """Results of a set, and what a case of it costs, as columns of the table."""
+        found, seconds = answers(groups, 3, **self.arguments)
+        count = found.status.size
+        return found, {"seconds_per_case": seconds / count, "block_steps_per_case": found.block_steps.sum() / count}
+
+
+def errors(found: Results, right: tuple[Flags, FloatArray]) -> Row:
+    """Counts and median error of peak rotation, as columns of the table."""
+    error = rotation_error(found.overturned, found.peak_rotation, *right)
+    return counted(found.overturned, right[0]) | {"rotation_error": error}
+
+
+def counted(flags: Flags, right: Flags) -> Row:
+    """Counts as columns of the table."""
+    found = compare(right, flags).model_dump()
+    return {"wrong_flags": found.pop("flags"), "wrong_sides": found.pop("sides"), **found}
+
+
+def over_steps(least: float = 0.0, finest: bool = True) -> Iterator[Setting]:
+    """Both schemes over their steps, which are longer than some share of the stable one, with or without the finest."""
+    for scheme in SCHEMES:
+        fractions = [share for share in FRACTIONS if scheme != "cundall" or share >= LEAST_EXPLICIT]
+        for fraction in fractions[: None if finest else -1]:
+            if fraction > least:
+                yield Setting(scheme, fraction)
+
+
+def reference(groups: Sequence[Group], setting: Setting) -> tuple[Flags, FloatArray]:
+    """Flags and peak rotations."""
+    found = answers(groups, **setting.arguments).results
+    return found.overturned, found.peak_rotation.astype(np.float64)
+
+
+def against_finer_steps(kind: str) -> Iterator[Row]:
+    """Schemes over time steps, against the centred scheme at a far finer step, on six real records."""
+    groups, finest = record_groups(kind), Setting("centred", FINEST)
+    right, few = reference(groups, finest), thinned(groups, EVERY)
+    right_few = (thinned_values(groups, right[0], EVERY), thinned_values(groups, right[1], EVERY))
+    where = boundaries(groups, right[0], MOST)
+    near, exact = located(groups, where, {}, finest.arguments)
+    for setting in over_steps():
+        thin = setting.fraction < THIN_BELOW
+        found, columns = setting.run(few if thin else groups)
+        columns |= errors(found, right_few if thin else right)
+        if setting.fraction >= LEAST_WITH_BOUNDARY:
+            columns["boundary_shift"] = boundary_shift(groups, where, setting.arguments, near, exact)
+        yield setting.row(f"records, {kind}", "finer step", **columns)
+
+
+def over_stiffness(kind: str) -> Iterator[Row]:
+    """Springs over stiffness at the automatic step, against finer steps at the same stiffness and at the largest."""
+    groups, stiffest = record_groups(kind), PENETRATIONS[-1]
+    exact = {
+        delta: reference(groups, Setting("centred", FINE_FOR_STIFFNESS, delta))
+        for delta in PENETRATIONS
+        if delta != STATIC_PENETRATION  # that has a row among the steps
+    }
+    usual = Setting(DEFAULT_SCHEME, AUTOMATIC, stiffest).arguments
+    slow = Setting("centred", 2 * FINE_FOR_STIFFNESS, stiffest).arguments
+    where = boundaries(groups, answers(groups, **usual).results.overturned, MOST)
+    near, right = located(groups, where, usual, slow, WIDE_BRACKET)
+    for delta in PENETRATIONS:
+        setting = Setting(DEFAULT_SCHEME, AUTOMATIC, delta)
+        found, spent = setting.run(groups)
+        shift = boundary_shift(groups, where, setting.arguments, near, right, WIDE_BRACKET)
+        columns = spent | errors(found, exact[stiffest]) | {"boundary_shift": shift}
+        yield setting.row(f"records, {kind}", "stiffest springs", **columns)
+        if delta in exact:
+            yield setting.row(f"records, {kind}", "finer step", **spent, **errors(found, exact[delta]))
+
+
+def energy_balance() -> Iterator[Row]:
+    """Mean residual of work and energy of cases that slide or rock, over time steps."""
+    groups = [part for kind in ("sliding", "rocking") for part in thinned(record_groups(kind), 6)]
+    for setting in over_steps(finest=False):
+        found = answers(groups, **setting.arguments).results
+        simulated = found.status == 0
+        residual = float(np.mean(found.energy_error[simulated]))
+        yield setting.row("records, all", "energy balance", cases=int(simulated.sum()), energy_error=residual)
+
+
+def rocking(group: Group) -> tuple[Flags, FloatArray]:
+    """Sides and peak rotations of Housner's rocking block on each case of a group."""
+    found = []
+    for index in range(group.cases.size):
+        case = group.case(index)
+        wave = group.wave(index)
+        found.append(rocking_outcome(wave, group.motion.sampling_interval, case["height"], case["b_over_h"]))
+    return np.array([side for side, _ in found], np.int8), np.array([peak for _, peak in found])
+
+
+def robust(groups: Sequence[Group]) -> tuple[list[Group], tuple[Flags, FloatArray]]:
+    """The cases whose rigid answer does not change with the amplitude by ±1 %, and these answers."""
+    kept, parts = [], []
+    for group in groups:
+        flags, peaks = rocking(group)
+        same = np.ones(group.cases.size, bool)
+        for factor in (0.99, 1.01):
+            stronger = replace(group.cases, amplitude=factor * np.asarray(group.cases.amplitude))
+            same &= rocking(Group(group.motion, stronger))[0] == flags
+        chosen = np.flatnonzero(same)
+        kept.append(group.taken(chosen))
+        parts.append((flags[chosen], peaks[chosen]))
+    flags_of, peaks_of = zip(*parts, strict=True)
+    return kept, (np.concatenate(flags_of), np.concatenate(peaks_of))
+
+
+def rigid_sets() -> dict[str, list[Group]]:
+    """Blocks that cannot slide, by name of the set."""
+    return {"sine pulses": pulse_groups(), "records, no sliding": rigid_record_groups()}
+
+
+def against_rigid_rocking() -> Iterator[Row]:
+    """Schemes over time steps, and the default one over stiffness, against Housner's rocking block."""
+    others = [Setting(DEFAULT_SCHEME, AUTOMATIC, delta) for delta in PENETRATIONS if delta != STATIC_PENETRATION]
+    for name, every in rigid_sets().items():
+        groups, right = robust(every)
+        for setting in (*over_steps(0.05), *others):
+            found, spent = setting.run(groups)
+            yield setting.row(name, "rigid rocking", **spent, **errors(found, right))
+
+
+def against_exact_sliding() -> Iterator[Row]:
+    """Peak slip of squat blocks against the exact sliding block, over time steps."""
+    groups = slide_groups()
+    exact = np.array([
+        slide(group.wave(index), group.motion.sampling_interval, group.case(index)["friction"])[0]
+        for group in groups
+        for index in range(group.cases.size)
+    ])  # fmt: skip
+    moved = exact > 1e-3
+    for setting in over_steps(finest=False):
+        found, spent = setting.run(groups)
+        error = float(np.max(np.abs(found.peak_slip[moved].astype(np.float64) / exact[moved] - 1.0)))
+        yield setting.row("sliding blocks", "exact sliding", **spent, cases=int(moved.sum()), slip_error=error)
+
+
+def engines_against_rigid_rocking() -> Iterator[Row]:
+    """Rigid-body engines that are installed, over their time steps, on the cases that cannot slide."""
+    engines, against = installed(ENGINES), {"against": "rigid rocking", "default": 0}
+    if not engines:  # a table without engines has one row that says so
+        yield {"cases_of": "sine pulses", "method": "no engine installed", **against}
+        return
+    for name, every in rigid_sets().items():
+        kept, right = robust(every)
+        few, flags = thinned(kept, ENGINES_EVERY[name]), thinned_values(kept, right[0], ENGINES_EVERY[name])
+        for (method, engine), step in itertools.product(engines.items(), ENGINE_STEPS):
+            sides, seconds = measured(partial(_sides, engine, few, step), 3, partial(_side, engine, few[0], 0, step))
+            own = {"method": method, "step_fraction": step, "seconds_per_case": seconds / sides.size}
+            yield {"cases_of": name, **against, **own, **counted(sides, flags)}
+
+
+def _sides(engine: Engine, groups: Sequence[Group], step: float) -> Flags:
+    sides = [_side(engine, group, index, step) for group in groups for index in range(group.cases.size)]
+    return np.array(sides, np.int8)
+
+
+def _side(engine: Engine, group: Group, index: int, step: float) -> int:
+    case, interval = group.case(index), group.motion.sampling_interval
+    return side_of_block(engine, group.wave(index), interval, case["height"], case["b_over_h"], case["friction"], step)
+
+
+PARTS: Final[dict[str, Sequence[Callable[[], Iterator[Row]]]]] = {
+    "rocking": [partial(against_finer_steps, "rocking")],
+    "sliding": [partial(against_finer_steps, "sliding")],
+    "stiffness": [partial(over_stiffness, "rocking"), partial(over_stiffness, "sliding")],
+    "rigid": [against_rigid_rocking, against_exact_sliding],
+    "energy": [energy_balance],
+    "peers": [engines_against_rigid_rocking],
+}
+"""Parts that can be computed beside one another, each a table."""

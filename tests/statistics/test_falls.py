@@ -1,36 +1,41 @@
+"""Falls by azimuth, shares, mean directions and axes of cubes whose answer is known; falls of elements."""
+
 import numpy as np
+import pytest
 import xarray as xr
 
+from overturning.errors import ResultError
+from overturning.model.falls import model_of
+from overturning.model.planes import Planes, fall_probability, plane_index, plane_weight
 from overturning.statistics.elements import falls_by_element
-from overturning.statistics.falls import falls_towards, near_boundary, overturns
+from overturning.statistics.falls import fall_means, fall_shares, falls_towards, near_boundary, overturns, whole_circle
 
 
-def cube(azimuth: list[int], overturned: list[float]) -> xr.Dataset:
+def line(azimuth: list[int], overturned: list[float]) -> xr.Dataset:
     return xr.Dataset(
         {"overturned": ("azimuth", np.array(overturned))}, coords={"azimuth": np.array(azimuth, np.int16)}
     )
 
 
-def test_each_fall_stands_once_at_the_azimuth_it_goes_to() -> None:
-    # A block under 30° falls back to 210°; the opposite motion says the same.
-    both = falls_towards(cube([30, 120, 210, 300], [-1, 0, 1, 0]))
-    assert both.to_series().to_dict() == {30: 0, 120: 0, 210: 1, 300: 0}
-
-
-def test_opposites_that_the_cube_does_not_hold_are_added() -> None:
-    half = falls_towards(cube([30, 120], [-1, 1]))
-    assert half.to_series().to_dict() == {30: 0, 120: 1, 210: 1, 300: 0}
+@pytest.mark.parametrize(
+    ("azimuth", "flags", "expected"),
+    [
+        # A block under 30° falls back to 210°; the opposite motion says the same.
+        ([30, 120, 210, 300], [-1, 0, 1, 0], {30: 0, 120: 0, 210: 1, 300: 0}),
+        # Opposites that the cube does not hold are added.
+        ([30, 120], [-1, 1], {30: 0, 120: 1, 210: 1, 300: 0}),
+    ],
+)
+def test_each_fall_stands_once_at_the_azimuth_it_goes_to(azimuth, flags, expected) -> None:
+    assert falls_towards(line(azimuth, flags)).to_series().to_dict() == expected
+    lazy = falls_towards(line(azimuth, flags).chunk({"azimuth": 2}))
+    assert lazy.chunks is not None
+    assert lazy.to_series().to_dict() == expected
 
 
 def test_missing_outcomes_stay_missing() -> None:
-    known = falls_towards(cube([0, 180], [np.nan, np.nan]))
-    assert np.isnan(known).all()
-    np.testing.assert_array_equal(overturns(cube([0, 90], [np.nan, -1])), [np.nan, 1])
-
-
-def test_lazy_cubes_stay_lazy() -> None:
-    lazy = falls_towards(cube([0, 90, 180, 270], [1, 0, -1, 0]).chunk({"azimuth": 2}))
-    assert lazy.chunks is not None
+    assert np.isnan(falls_towards(line([0, 180], [np.nan, np.nan]))).all()
+    np.testing.assert_array_equal(overturns(line([0, 90], [np.nan, -1])), [np.nan, 1])
 
 
 def test_blocks_near_the_boundary_fall_in_some_planes_and_in_at_most_half() -> None:
@@ -38,6 +43,118 @@ def test_blocks_near_the_boundary_fall_in_some_planes_and_in_at_most_half() -> N
     data = xr.Dataset({"overturned": (("azimuth", "b_over_h"), flags)}, coords={"azimuth": [0, 45, 90, 135]})
     assert near_boundary(data).values.tolist() == [False, True, False, False]
     assert near_boundary(data.isel(azimuth=[0, 1, 3], b_over_h=[2])).values.tolist() == [False]
+
+
+def test_a_plane_is_counted_once(make_cube, sector) -> None:
+    cube = make_cube(sector(60, 20))
+    whole = fall_shares(cube)["share_overturned"]
+    half = fall_shares(cube.isel(azimuth=cube["azimuth"] < 180))["share_overturned"]
+    assert whole.values == pytest.approx(9 / 36)  # 40° to 80° by 5° of 36 planes
+    xr.testing.assert_allclose(whole, half)
+    assert model_of(cube).falls(cube).sizes["azimuth"] == 36
+
+
+def both_ways(azimuth, *_):
+    """Within 10° of the axis 30°: eleven planes towards, ten away, nearly and not exactly cancelled."""
+    near = np.abs((azimuth - 30 + 90) % 180 - 90) <= 10
+    return np.where(near, np.where(azimuth.astype(int) % 2 == 0, 1, -1), 0)
+
+
+@pytest.mark.parametrize(
+    ("rule", "share", "direction", "axis"),
+    [
+        ("towards 60", 9 / 36, (60, (0.9, 1)), (60, (0.9, 1))),
+        ("away from 60", 9 / 36, (240, (0.9, 1)), (60, (0.9, 1))),
+        (both_ways, 21 / 180, (None, (0, 0.06)), (30, (0.9, 1))),
+        (lambda azimuth, *_: np.zeros_like(azimuth), 0, (np.nan, None), (np.nan, None)),
+        (lambda azimuth, *_: np.where(azimuth < 180, 1, -1), 1, (None, (0.6, 0.7)), (np.nan, (0, 1e-9))),
+    ],
+)
+def test_shares_directions_and_axes(make_cube, sector, rule, share, direction, axis) -> None:
+    if isinstance(rule, str):
+        rule = sector(60, 20, side=1 if rule == "towards 60" else -1)
+    cube = make_cube(rule, azimuth=range(360) if rule is both_ways else range(0, 360, 5))
+    means = fall_means(cube)
+    assert fall_shares(cube)["share_overturned"].values == pytest.approx(share)
+    for kind, (angle, resultant) in (("direction", direction), ("axis", axis)):
+        if angle is not None:
+            assert means[f"mean_{kind}"].values == pytest.approx(angle, nan_ok=True)
+        length = means[f"{kind}_resultant"].values
+        assert (
+            np.isnan(length).all() if resultant is None else ((resultant[0] <= length) & (length <= resultant[1])).all()
+        )
+
+
+def test_missing_is_not_standing(make_cube, sector) -> None:
+    cube = make_cube(sector(60, 20))
+    cube["overturned"] = cube["overturned"].where(cube["azimuth"] % 180 != 0)
+    shares = fall_shares(cube)
+    assert shares["share_overturned"].values == pytest.approx(9 / 35)
+    assert shares["share_missing"].values == pytest.approx(1 / 36)
+    raw = cube.assign(overturned=cube["overturned"].fillna(-128).astype("int8"))
+    xr.testing.assert_allclose(fall_shares(raw), shares)
+    assert fall_shares(cube.where(False))["share_overturned"].isnull().all()
+
+
+def test_over_more_dimensions(make_cube, sector) -> None:
+    shares = fall_shares(make_cube(sector(60, 20, largest=0.3)), over=Planes.case_dims)
+    assert float(shares["share_overturned"][0]) == pytest.approx(9 / 36 * 3 / 5)
+    assert shares["share_overturned"].dims == ("record",)
+
+
+def test_lazy_is_the_same(make_cube, sector) -> None:
+    cube = make_cube(sector(100, 30), events=("A", "B", "C"))
+    for function in (fall_shares, fall_means):
+        answer = function(cube.chunk({"record": 1, "azimuth": 12}))
+        assert all(variable.chunks is not None for variable in answer.values())
+        xr.testing.assert_allclose(answer.compute(), function(cube))
+
+
+def test_extra_azimuths_share_a_weight(make_cube, sector) -> None:
+    regular = make_cube(sector(60, 20))
+    extra = make_cube(sector(60, 20), azimuth=sorted([*range(0, 360, 5), 61, 62, 63, 64, 241, 242, 243, 244]))
+    assert plane_weight(extra["azimuth"].values[plane_index(extra["azimuth"].values)]).sum() == pytest.approx(1)
+    assert float(fall_shares(extra, over=("record", *Planes.case_dims))["share_overturned"]) == pytest.approx(9 / 36)
+    assert fall_means(extra)["mean_axis"].values == pytest.approx(fall_means(regular)["mean_axis"].values, abs=0.01)
+
+
+def test_a_scene_without_mirror_image_is_two_cases_at_opposite_azimuths(make_cube) -> None:
+    """It falls away from its wall: towards the azimuth of every motion, from 0 to 175° only, from 180° on it stands."""
+    cube = make_cube(lambda azimuth, *_: np.where(azimuth < 180, 1, 0))
+    falling = make_cube(lambda azimuth, *_: np.ones_like(azimuth))
+    for one in (cube, falling):
+        one["azimuth"].attrs["period"] = 360.0
+    assert fall_shares(cube)["share_overturned"].values == pytest.approx(0.5)
+    assert fall_means(falling)["direction_resultant"].values == pytest.approx(0, abs=1e-9)
+    # The whole of the eastern half, seen from −2.5 to 177.5°: its middle is 87.5°.
+    assert fall_means(cube)["mean_direction"].values == pytest.approx(87.5)
+    xr.testing.assert_identical(whole_circle(cube), cube)
+    block = cube.isel(record=0, height=0, b_over_h=0, friction=0)
+    for case, expected in ((block, [1, 1, 0, 0]), (-block, [0, 0, 1, 1])):
+        assert falls_towards(case).sel(azimuth=[0, 175, 180, 355]).values.tolist() == expected
+
+
+def test_ensemble_before_flag(make_cube, sector) -> None:
+    cube = make_cube(sector(60, 20))
+    towards = xr.full_like(cube["overturned"], np.nan)
+    towards[{"b_over_h": 1}] = 0.25
+    cube = cube.assign(probability_towards=towards, probability_away=towards * 0 + 0.5)
+    p, nominal = fall_probability(cube), fall_probability(cube, ensemble=False)
+    assert (p["towards"].isel(b_over_h=1) == 0.25).all()
+    assert (p["away"].isel(b_over_h=1) == 0.5).all()
+    xr.testing.assert_equal(p.isel(b_over_h=0), nominal.isel(b_over_h=0))
+    assert set(np.unique(nominal["towards"])) == {0, 1}
+
+
+def test_a_single_azimuth(make_cube) -> None:
+    cube = make_cube(lambda azimuth, *_rest: np.ones_like(azimuth), azimuth=(32,))
+    assert fall_means(cube)["mean_axis"].values == pytest.approx(32)
+    assert (fall_shares(cube)["share_overturned"] == 1).all()
+
+
+def test_not_a_cube() -> None:
+    with pytest.raises(ResultError, match="overturned"):
+        fall_probability(xr.Dataset({"x": 1}))
 
 
 def test_something_falls_where_any_element_does() -> None:

@@ -9,23 +9,12 @@ from scipy.stats import bootstrap, circmean
 
 from overturning.model.body import Body
 from overturning.model.falls import model_of
-from overturning.motion.heading import peak_azimuths, pulse_axis
-from overturning.motion.motion import Motion
 from overturning.statistics.circular import SECTORS
-from overturning.statistics.direction import fall_axis, fall_direction, fall_shares
-from overturning.statistics.earthquakes import axes_by_earthquake, summarise_axes
+from overturning.statistics.earthquakes import axes_by_earthquake, followed, summarise_axes, sums_by_record
+from overturning.statistics.falls import fall_alignment, fall_means, fall_shares
 from overturning.statistics.illustrative import illustrative_cases
 from overturning.statistics.roses import rose_of
-from overturning.statistics.space import (
-    alignment,
-    followed,
-    followed_by_slenderness,
-    plane_agreement,
-    plane_counts,
-    sums_by_slenderness,
-    turns,
-    twist,
-)
+from overturning.statistics.space import plane_agreement, plane_counts, turns, twist
 
 EVENTS = ("A", "A", "B", "C", "D")
 NORMALS = np.array([10.0, 10.0, 80.0, 150.0, 40.0])
@@ -61,14 +50,13 @@ def angles_of(cube: xr.Dataset, record: int) -> np.ndarray:
 def test_directions_and_axes_are_those_of_the_falls() -> None:
     cube = space_cube()
     assert isinstance(model_of(cube), Body)
-    direction, axis = fall_direction(cube, over=Body.case_dims), fall_axis(cube, over=Body.case_dims)
-    shares = fall_shares(cube, over=Body.case_dims)
+    means, shares = (of(cube, over=Body.case_dims) for of in (fall_means, fall_shares))
     for record in range(len(EVENTS)):
         angles = np.radians(angles_of(cube, record))
         expected = np.degrees(circmean(angles))
-        assert float(direction["mean_direction"][record]) == pytest.approx(expected, abs=1e-4)
-        assert float(axis["mean_axis"][record]) == pytest.approx(np.degrees(circmean(angles, high=np.pi)), abs=1e-4)
-        assert float(axis["axis_resultant"][record]) == pytest.approx(abs(np.exp(2j * angles).mean()), abs=1e-6)
+        assert float(means["mean_direction"][record]) == pytest.approx(expected, abs=1e-4)
+        assert float(means["mean_axis"][record]) == pytest.approx(np.degrees(circmean(angles, high=np.pi)), abs=1e-4)
+        assert float(means["axis_resultant"][record]) == pytest.approx(abs(np.exp(2j * angles).mean()), abs=1e-6)
         flags = cube["overturned"].isel(record=record).to_numpy()
         assert float(shares["share_overturned"][record]) == pytest.approx(np.nanmean(flags))
         assert float(shares["share_missing"][record]) == pytest.approx(np.isnan(flags).mean())
@@ -86,7 +74,7 @@ def test_an_ensemble_takes_the_place_of_the_nominal_falls_where_it_was_run() -> 
     everywhere = with_members.assign(
         {name: with_members[name].fillna(0.5 * part) for name, part in zip(names, parts, strict=True)}
     )
-    found = fall_direction(everywhere, over=Body.case_dims)
+    found = fall_means(everywhere, over=Body.case_dims)
     assert found["mean_direction"].to_numpy() == pytest.approx(70.0)
     assert found["direction_resultant"].to_numpy() == pytest.approx(1.0)
     mixed = fall_shares(with_members, over=("record", *Body.case_dims))["share_overturned"]
@@ -139,14 +127,16 @@ def test_a_rose_without_falls() -> None:
 
 
 def test_alignment_is_the_mean_cosine_of_the_falls() -> None:
-    cube, reference = space_cube(), np.array([0.0, 90.0, np.nan, 45.0, 300.0])
-    sums = sums_by_slenderness(cube)
+    cube, reference = space_cube(), xr.DataArray([0.0, 90.0, np.nan, 45.0, 300.0], dims="record")
+    sums = sums_by_record(cube, "b_over_h")
     for axial, factor in ((True, 2), (False, 1)):
         for part in (slice(None), slice(1, 2), slice(0, 2)):
-            found = alignment(sums, reference, axial=axial, part=part)
+            found = fall_alignment(sums.isel(b_over_h=part).sum("b_over_h"), reference, axial=axial)["cosine"]
             for record in range(5):
-                angles = angles_of(cube.isel(b_over_h=part), record) - reference[record]
-                assert found[record] == pytest.approx(np.cos(np.radians(factor * angles)).mean(), abs=1e-6, nan_ok=True)
+                angles = angles_of(cube.isel(b_over_h=part), record) - float(reference[record])
+                assert float(found[record]) == pytest.approx(
+                    np.cos(np.radians(factor * angles)).mean(), abs=1e-6, nan_ok=True
+                )
 
 
 def test_falls_that_go_along_a_reference_follow_it() -> None:
@@ -162,7 +152,7 @@ def test_falls_that_go_along_a_reference_follow_it() -> None:
     assert found["pulse", True][0].value == pytest.approx(-1.0)
     assert ("pulse", False) not in found
     cube["fall_azimuth"] = cube["fall_azimuth"] + xr.DataArray([0.0, 45.0, 90.0], dims="b_over_h")
-    (each,) = followed_by_slenderness(cube, intensity).values()
+    (each,) = followed(cube, intensity).values()
     assert [one.value for one in each["peak velocity", True]] == pytest.approx([1.0, 0.0, -1.0], abs=1e-6)
     assert [one.value for one in each["peak velocity", False]] == pytest.approx([-1.0, -np.sqrt(0.5), 0.0], abs=1e-6)
 
@@ -203,29 +193,6 @@ def test_quantiles_of_twist_are_numpys(size: int) -> None:
     expected = np.quantile(turned.astype(np.float64), [0.5, 0.9, 1.0])
     found = twist(turned.copy())
     assert (found.median, found.most, found.largest) == tuple(expected)
-
-
-@pytest.mark.parametrize("azimuth", [0.0, 33.0, 90.0, 145.0, 260.0])
-def test_axis_and_period_of_a_pulse_are_found_under_noise(azimuth: float) -> None:
-    time = np.arange(0, 20, 0.01)
-    velocity = np.exp(-(((time - 8.0) / 0.8) ** 2)) * np.cos(2 * np.pi * (time - 8.0) / 2.0 + 1.0)
-    noise = np.cumsum(np.random.default_rng(2).normal(size=(2, time.size)), axis=1) * 2e-4
-    angle = np.radians(azimuth)
-    along = np.stack([velocity * np.cos(angle), velocity * np.sin(angle)]) + noise
-    motion = Motion(*np.gradient(along, 0.01, axis=1), sampling_interval=0.01)
-    axis, period = pulse_axis(motion)
-    assert abs((axis - azimuth + 90) % 180 - 90) < 3
-    assert period == pytest.approx(2.0, rel=0.15)
-
-
-def test_peaks_point_where_the_vector_is_largest() -> None:
-    north, east = np.zeros(200), np.zeros(200)
-    north[50], east[50], north[120] = -3.0, 4.0, 4.9
-    towards = peak_azimuths(Motion(north, east, sampling_interval=0.01))
-    assert towards["pga"] == pytest.approx(np.degrees(np.arctan2(4.0, -3.0)))
-    still = Motion(np.zeros(10), np.zeros(10), sampling_interval=0.01)
-    assert np.isnan(peak_azimuths(still)["pgv"])
-    assert np.isnan(pulse_axis(still)[0])
 
 
 def test_illustrative_cases_are_the_extremes_of_their_rules() -> None:

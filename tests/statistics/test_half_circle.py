@@ -12,9 +12,8 @@ from overturning.figures.explore import explorer_data
 from overturning.figures.polar_panels import closed
 from overturning.figures.rose import rose_figure
 from overturning.report.sections.ensemble import ensemble
-from overturning.statistics.direction import fall_axis, fall_direction, fall_shares
 from overturning.statistics.earthquakes import axes_by_earthquake
-from overturning.statistics.falls import falls_towards, near_boundary
+from overturning.statistics.falls import fall_means, fall_shares, falls_towards, near_boundary
 from overturning.study.sections import Population
 from overturning.surveys.population import population_rates
 from overturning.surveys.prediction import SitePrediction
@@ -76,7 +75,7 @@ def test_a_stone_that_faces_250_is_answered_by_the_mirrored_plane_70() -> None:
 def test_shares_directions_axes_and_predictions(half: np.ndarray) -> None:
     cube = whole()
     part = cube.isel(azimuth=half)
-    for of in (fall_shares, fall_direction, fall_axis):
+    for of in (fall_shares, fall_means):
         xr.testing.assert_allclose(of(part, over=BLOCK), of(cube, over=BLOCK), rtol=1e-6)
     xr.testing.assert_allclose(axes_by_earthquake(part), axes_by_earthquake(cube), rtol=1e-6)
     one, other = (SitePrediction(each.isel(record=[0])) for each in (part, cube))

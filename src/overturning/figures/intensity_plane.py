@@ -10,7 +10,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from overturning.arrays import FloatArray
 from overturning.figures.style import DASHED, FALLS, INK, SERIES, STANDS, caption, grid, labels
 from overturning.model.falls import model_of
-from overturning.statistics.direction import fall_shares
+from overturning.statistics.falls import fall_shares
 from overturning.statistics.limits import CRITERIA, west_acceleration
 from overturning.statistics.logistic import LogisticFit
 from overturning.units import GAL, STANDARD_GRAVITY

@@ -23,9 +23,8 @@ from overturning.files import atomic_write
 from overturning.model.falls import model_of
 from overturning.model.scene import gravestone
 from overturning.records.store import read_motion, read_unprocessed
-from overturning.statistics.earthquakes import axes_by_group, summarise_axes
+from overturning.statistics.earthquakes import axes_by_group, followed, summarise_axes
 from overturning.statistics.logistic import overturning_fit
-from overturning.statistics.space import followed_by_slenderness
 from overturning.study.cube import open_cube, study_of
 from overturning.study.resume import DRAWN
 from overturning.study.scenes import scene_of
@@ -134,7 +133,7 @@ def draw_whole(cube_path: Path, intensity_path: Path, motions: Path, folder: Pat
         if not model_of(cube).one_component:
             write(earthquake_roses_figure(cube), folder / "earthquakes")
             slender = cube["b_over_h"].to_numpy().astype(np.float64)
-            write(follow_figure(followed_by_slenderness(cube, intensity), slender), folder / "follow")
+            write(follow_figure(followed(cube, intensity), slender), folder / "follow")
         else:
             fit = overturning_fit(cube, intensity)
             write(intensity_plane_figure(cube, intensity, fit, float(cube["friction"].max())), folder / "plane")

@@ -1,7 +1,7 @@
-"""Over earthquakes: the fall axis relative to the fault normal, one vector per earthquake.
+"""Over earthquakes: how fall axes lie about fault normals, and what falls follow.
 
 Records of one earthquake share its source, so they are averaged first and count as one. Which of the two directions of
-a fault normal is called positive is arbitrary; only axes are compared.
+a fault normal is called positive is arbitrary; only axes are compared with it.
 """
 
 import math
@@ -17,79 +17,56 @@ from overturning.model.falls import model_of
 from overturning.statistics.bootstrap import (
     FEWEST_EARTHQUAKES,
     Interval,
+    Mean,
     bootstrap,
     event_means,
     event_names,
     mean_of_sample,
+    mean_over_earthquakes,
     resampled,
 )
 from overturning.statistics.by_record import by_record
 from overturning.statistics.circular import NO_DIRECTION, TestResult, rayleigh_test, resultant, v_test, wrap_axis
-from overturning.statistics.direction import fall_vectors
+from overturning.statistics.falls import fall_alignment, fall_vectors
 from overturning.statistics.groups import record_groups
 
 
-def relative_axes(cube: xr.Dataset, *, over: Sequence[str] | None = None, ensemble: bool = True) -> xr.Dataset:
-    """Mean fall axis of each record, relative to its fault normal.
-
-    Parameters
-    ----------
-    cube : Dataset
-        The cube, with coordinate ``fault_normal(record)`` in degrees.
-    over : sequence of str
-        Dimensions taken together with the direction; all of the block where not given.
-    ensemble : bool
-        As of `Model.falls`.
-
-    Returns
-    -------
-    Dataset
-        ``cosine``, ``sine``: mean vector of 2 (fall axis − fault normal), length 0 to 1; missing where nothing fell or
-        the fault normal is not known.
-    """
-    v = fall_vectors(cube, over=model_of(cube).case_dims if over is None else over, ensemble=ensemble)
-    total = v["falls"].where(v["falls"] > 0)
-    turn = 2 * np.radians(cube["fault_normal"].astype("float64"))
-    cosine = (v["axis_cosine"] * np.cos(turn) + v["axis_sine"] * np.sin(turn)) / total
-    sine = (v["axis_sine"] * np.cos(turn) - v["axis_cosine"] * np.sin(turn)) / total
-    return xr.Dataset({"cosine": cosine, "sine": sine})
+def sums_by_record(cube: xr.Dataset, *keep: str) -> xr.Dataset:
+    """Sums of `fall_vectors` over all cells of each record but along some dimensions; read one record at a time."""
+    model = model_of(cube)
+    over = [name for name in model.case_dims if name not in keep]
+    return by_record(partial(fall_vectors, over=over), cube, model.reads).transpose("record", *keep)
 
 
-def axes_by_earthquake(cube: xr.Dataset, *, over: Sequence[str] | None = None, ensemble: bool = True) -> xr.Dataset:
+def axes_by_earthquake(cube: xr.Dataset) -> xr.Dataset:
     """Fall axis relative to the fault normal, per earthquake; the cube is read one record at a time.
 
     Parameters
     ----------
-    cube, over, ensemble
-        As in `relative_axes`; the coordinate ``event(record)`` says what counts as one earthquake.
+    cube : Dataset
+        With the coordinates ``fault_normal(record)``, degrees, and ``event(record)``, which says what counts as one
+        earthquake.
 
     Returns
     -------
     Dataset
         Over dimension ``event`` (in the order of first appearance): ``axis`` (degrees in (−90, 90], 0 is the fault
-        normal; missing where nothing fell), ``resultant``, ``cosine``, ``sine`` of the mean of the records' vectors,
-        ``records`` and ``records_with_falls``.
+        normal; missing where nothing fell), ``cosine``, ``sine`` and ``resultant`` of the mean of the records' vectors,
+        and ``records``.
     """
-    vectors = by_record(partial(relative_axes, over=over, ensemble=ensemble), cube, model_of(cube).reads)
+    vectors = fall_alignment(sums_by_record(cube), cube["fault_normal"])
     events = np.atleast_1d(cube["event"].values).astype(str)
+    cosine, sine = (event_means(vectors[name].values, events) for name in ("cosine", "sine"))
+    length = np.hypot(cosine, sine)
+    axis = np.where(length > NO_DIRECTION, wrap_axis(np.degrees(np.arctan2(sine, cosine)) / 2), np.nan)
+    about_axis = {"long_name": "mean fall axis relative to the fault normal", "units": "degree"}
+    about_length = {"long_name": "mean resultant length of doubled fall axes", "units": "1"}
     names = event_names(events)
-    vectors = vectors.transpose("record", ...).drop_vars(
-        [name for name in vectors.coords if vectors[name].dims == ("record",)]
-    )
-    mean = vectors.isel(record=[0] * len(names)).rename(record="event")
-    mean = mean.assign(
-        {name: (values.dims, event_means(vectors[name].values, events)) for name, values in mean.items()}
-    )
-    known = vectors["cosine"].notnull().values
-    counts = (mean["cosine"].dims, np.stack([known[events == name].sum(axis=0) for name in names]))
-    length = xr.apply_ufunc(np.hypot, mean["cosine"], mean["sine"])
-    axis = xr.apply_ufunc(wrap_axis, np.degrees(np.arctan2(mean["sine"], mean["cosine"])) / 2)
-    axis = axis.where(length > NO_DIRECTION)
-    axis.attrs = {"long_name": "mean fall axis relative to the fault normal", "units": "degree"}
-    length.attrs = {"long_name": "mean resultant length of doubled fall axes", "units": "1"}
-    records = ("event", np.array([(events == name).sum() for name in names]))
-    result = mean.assign(axis=axis, resultant=length, records=records, records_with_falls=counts)
-    return result.assign_coords(event=("event", np.array(names, dtype=str)))
+    found = {
+        "cosine": ("event", cosine), "sine": ("event", sine), "axis": ("event", axis, about_axis),
+        "resultant": ("event", length, about_length), "records": ("event", [(events == one).sum() for one in names]),
+    }  # fmt: skip
+    return xr.Dataset(found, {"event": ("event", np.array(names, dtype=str))})
 
 
 def axes_by_group(cube: xr.Dataset, by: str = "pulse", edges: Sequence[float] = ()) -> dict[str, xr.Dataset]:
@@ -112,12 +89,13 @@ class AxisSummary:
     mean_axis_deg : float
         Mean axis relative to the fault normal, (−90, 90]; NaN without falls.
     mean_axis_half_width_deg : float
-        Half-width of its bootstrap interval (Fisher 1993, section 8.3: symmetric about the mean axis); NaN below
-        `FEWEST_EARTHQUAKES`, 90 where the data do not tell an axis.
+        Half-width of its bootstrap interval, symmetric about the mean axis: the quantile of the resamples' distance
+        from it (Fisher 1993, Statistical Analysis of Circular Data, section 8.3.2); NaN below `FEWEST_EARTHQUAKES`, 90
+        where the data do not tell an axis.
     resultant : float
         Mean resultant length of the unit vectors of doubled angles.
     alignment, alignment_interval : float, Interval
-        Mean cos 2Δ over earthquakes: 1 normal to the fault, −1 parallel, 0 neither; its bootstrap percentile interval.
+        Mean cos 2Δ over earthquakes: 1 normal to the fault, −1 parallel, 0 neither; its interval as of `bootstrap`.
     closer_to_normal : int
         Earthquakes whose axis is within 45° of the fault normal.
     level : float
@@ -140,23 +118,7 @@ class AxisSummary:
 
 
 def summarise_axes(axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000, seed: int = 1) -> AxisSummary:
-    """Mean axis over earthquakes with tests and bootstrap over earthquakes.
-
-    Parameters
-    ----------
-    axes : Dataset
-        From `axes_by_earthquake`, without further dimensions.
-    level : float
-        Of the intervals.
-    draws, seed : int
-        Bootstrap resamples and their seed.
-
-    Returns
-    -------
-    AxisSummary
-        Intervals: percentile for the alignment (Efron & Tibshirani 1993, chapter 13); for the mean axis the quantile of
-        the resamples' distance from it (Fisher 1993, Statistical Analysis of Circular Data, section 8.3.2).
-    """
+    """Mean axis over earthquakes of `axes_by_earthquake`, with tests; level, draws and seed as of `bootstrap`."""
     angle = axes["axis"].values[np.isfinite(axes["axis"].values)]
     n = int(angle.size)
     mean, length = resultant(angle, axial=True)
@@ -198,39 +160,61 @@ class AlignmentDifference:
 
 
 def compare_alignment(
-    first: xr.Dataset, second: xr.Dataset, *, level: float = 0.95, draws: int = 10_000, seed: int = 1
+    first: xr.Dataset, second: xr.Dataset, *, draws: int = 10_000, seed: int = 1
 ) -> AlignmentDifference:
     """Compare the alignment with the fault normal of two sets of records, such as pulse records and the control.
 
-    An earthquake may have records in both; it is drawn once for both, so that its own orientation does not count as
-    a difference.
-
-    Parameters
-    ----------
-    first, second : Dataset
-        From `axes_by_earthquake`.
-    level, draws, seed
-        As in `summarise_axes`.
-
-    Returns
-    -------
-    AlignmentDifference
-        The interval is missing where either has fewer than `FEWEST_EARTHQUAKES`.
+    Sets are from `axes_by_earthquake`. An earthquake may have records in both; it is drawn once for both, so that its
+    own orientation does not count as a difference. There is no interval where either has fewer than
+    `FEWEST_EARTHQUAKES`.
     """
     names = event_names([*first["event"].values, *second["event"].values])
     angles = np.stack([axes["axis"].reindex(event=names).values for axes in (first, second)])
     values = np.cos(np.radians(2 * angles))
     n = [int(k) for k in np.isfinite(values).sum(axis=1)]
-    if min(n) == 0:
-        return AlignmentDifference(math.nan, Interval(), *n)
-    difference = float(np.nanmean(values[0]) - np.nanmean(values[1]))
-    if min(n) < FEWEST_EARTHQUAKES:
-        return AlignmentDifference(difference, Interval(), *n)
 
     def of_sample(drawn: FloatArray) -> FloatArray:
         counts = np.isfinite(drawn).sum(axis=1)
         means = np.nansum(drawn, axis=1) / np.where(counts > 0, counts, np.nan)
         return np.asarray(means[:, 0] - means[:, 1])
 
-    ends = bootstrap(of_sample, values.T, level=level, draws=draws, seed=seed)
+    difference = float(np.nanmean(values[0]) - np.nanmean(values[1])) if min(n) else math.nan
+    few = min(n) < FEWEST_EARTHQUAKES
+    ends = Interval() if few else bootstrap(of_sample, values.T, draws=draws, seed=seed)
     return AlignmentDifference(difference, ends, *n)
+
+
+_REFERENCES = {"peak velocity": "pgv_azimuth", "peak acceleration": "pga_azimuth", "pulse": "pulse_axis"}
+
+
+def followed(
+    cube: xr.Dataset, intensity: xr.Dataset, slenderness: Sequence[slice] | None = None
+) -> dict[str, dict[tuple[str, bool], list[Mean]]]:
+    """How far falls follow peaks, pulse and fault normal, over earthquakes, for parts of the B/H of a cube.
+
+    Parameters
+    ----------
+    cube, intensity : Dataset
+        The latter with ``pgv_azimuth``, ``pga_azimuth`` and ``pulse_axis`` of each record, degrees.
+    slenderness : sequence of slice
+        Parts of the B/H; each by itself where not given.
+
+    Returns
+    -------
+    dict
+        By group of records, then by name of the reference and whether it is taken as an axis (all are; peaks, which
+        have a head, as directions too): `Mean` of the cosine of `fall_alignment` of each record, one for each part.
+    """
+    sums = sums_by_record(cube, "b_over_h")
+    parts = slenderness or [slice(index, index + 1) for index in range(cube.sizes["b_over_h"])]
+    totals = [sums.isel(b_over_h=part).sum("b_over_h") for part in parts]
+    references = {name: intensity[of].drop_vars("record", errors="ignore") for name, of in _REFERENCES.items()}
+    events, groups = cube["event"].to_numpy().astype(str), record_groups(cube)
+    found: dict[str, dict[tuple[str, bool], list[Mean]]] = {group: {} for group in groups}
+    for name, azimuth in {**references, "fault normal": cube["fault_normal"]}.items():
+        for axial in (True, False)[: 1 + name.startswith("peak")]:
+            along = [fall_alignment(one, azimuth, axial=axial)["cosine"].to_numpy() for one in totals]
+            for group, members in groups.items():
+                means = [mean_over_earthquakes(np.where(members, one, np.nan), events) for one in along]
+                found[group][name, axial] = means
+    return found

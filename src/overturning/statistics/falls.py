@@ -1,4 +1,10 @@
-"""Falls by the azimuth towards which they go."""
+"""Which way blocks fall: flags by azimuth, shares of cases that overturn, mean fall directions and axes.
+
+Of fractions and means each plane counts once and azimuths added to a grid share the weight of their neighbourhood, as
+`Model.falls` weighs them. ``over`` names dimensions that are taken together with the direction, every case alike.
+"""
+
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
@@ -7,6 +13,7 @@ from overturning.model.falls import model_of
 from overturning.model.planes import FALLS, fall_probability, period_of
 from overturning.model.symmetry import PLANE_PERIOD, nearest_planes
 from overturning.model.variables import VARIABLES
+from overturning.statistics.circular import NO_DIRECTION
 from overturning.study.ensemble import ENSEMBLE_VARIABLES
 
 
@@ -37,25 +44,23 @@ def whole_circle(cube: xr.Dataset) -> xr.Dataset:
 
 
 def falls_towards(cube: xr.Dataset, *, ensemble: bool = False) -> xr.DataArray:
-    """Whether the block falls towards an azimuth.
+    """Number of falls towards each azimuth: 1 or 0, NaN where the outcome is missing; as lazy as the cube.
 
     A block that falls towards −1 at φ falls towards φ + 180°. So each fall stands exactly once in the result, at the
-    azimuth it goes to, whether the cube holds one or both azimuths of its plane.
+    azimuth it goes to, whether the cube holds one or both azimuths of its plane. Of a scene that is not its own mirror
+    image the falls of two cases go to an azimuth, its own and that of the opposite one.
 
     Parameters
     ----------
-    cube : xarray.Dataset
+    cube : Dataset
         With ``overturned`` and ``azimuth``.
     ensemble : bool
         Take probabilities rather than flags, as of `fall_probability`.
 
     Returns
     -------
-    xarray.DataArray
-        Number of falls towards the azimuth: 1 where the block falls to it, 0 where it does not (it stands, or falls the
-        other way), NaN where the outcome is missing. Of a scene that is not its own mirror image the falls of two cases
-        go to an azimuth, its own and that of the opposite one. Azimuths as of `whole_circle`, and of such a scene the
-        opposites beside them; lazy where the cube is.
+    DataArray
+        Azimuths as of `whole_circle`; of a scene without mirror image the opposites beside them.
     """
     used = [name for name in (FALLS if ensemble else FALLS[:1]) if name in cube]
     p = fall_probability(whole_circle(cube[used]), ensemble=ensemble)
@@ -84,3 +89,86 @@ def near_boundary(cube: xr.Dataset) -> xr.DataArray:
     """
     share = overturns(cube).isel(azimuth=model_of(cube).representative(cube)).mean("azimuth").compute()
     return (share > 0) & (share <= 0.5)
+
+
+def fall_shares(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True) -> xr.Dataset:
+    """Share of planes, or of a body's orientations, that overturn; ``ensemble`` as of `Model.falls`.
+
+    Returns
+    -------
+    Dataset
+        ``share_overturned`` (of the directions whose outcome is known; missing where none is) and ``share_missing``.
+    """
+    model = model_of(cube)
+    falls, dims = model.falls(cube, ensemble=ensemble), (model.direction, *over)
+    known = falls["weight"].where(falls["falls"].notnull(), 0.0)
+    weight = known.sum(dims)
+    cases = int(np.prod([cube.sizes[d] for d in over])) if over else 1
+    share = (falls["falls"] * falls["weight"]).sum(dims) / weight.where(weight > 0)
+    share.attrs = {"long_name": f"share of {model.direction}s in which the block falls", "units": "1"}
+    missing = (1 - weight / cases).clip(0)
+    missing.attrs = {"long_name": f"share of {model.direction}s without an outcome", "units": "1"}
+    return xr.Dataset({"share_overturned": share, "share_missing": missing})
+
+
+def fall_vectors(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True) -> xr.Dataset:
+    """Sums from which means are made: the variables of `Model.falls`, each the sum of its values times their weights.
+
+    They may be added up further before an angle is taken; ``ensemble`` as of `Model.falls`.
+    """
+    model = model_of(cube)
+    falls = model.falls(cube, ensemble=ensemble)
+    return (falls.drop_vars("weight") * falls["weight"]).sum((model.direction, *over))
+
+
+def fall_means(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True) -> xr.Dataset:
+    """Mean direction towards which blocks fall, and mean axis along which they do, whichever way.
+
+    Axes are averaged with their angles doubled (Mardia & Jupp 2000, eqs 2.2.2 to 2.2.4 and section 9.1); ``ensemble``
+    as of `Model.falls`.
+
+    Returns
+    -------
+    Dataset
+        ``mean_direction`` (degrees, 0 to 360; missing where nothing fell or the falls cancel), ``mean_axis`` (0 to 180;
+        missing where nothing fell or all planes overturn alike), ``direction_resultant`` and ``axis_resultant`` (mean
+        resultant lengths, 0 to 1, the latter of doubled angles; missing where nothing fell).
+    """
+    sums, means = fall_vectors(cube, over=over, ensemble=ensemble), dict[str, xr.DataArray]()
+    total = sums["falls"].where(sums["falls"] > 0)
+    for kind, full, of in (("direction", 360.0, "fall directions"), ("axis", 180.0, "doubled fall axes")):
+        cosine, sine = sums[f"{kind}_cosine"], sums[f"{kind}_sine"]
+        length = (xr.apply_ufunc(np.hypot, cosine, sine, dask="allowed") / total).clip(0, 1)
+        turned = xr.apply_ufunc(np.arctan2, sine, cosine, dask="allowed")
+        angle = (turned * (full / (2 * np.pi)) % full).where(length > NO_DIRECTION)
+        angle.attrs = {"long_name": f"mean fall {kind}", "units": "degree"}
+        length.attrs = {"long_name": f"mean resultant length of {of}", "units": "1"}
+        means |= {f"mean_{kind}": angle, f"{kind}_resultant": length}
+    return xr.Dataset(means)
+
+
+def fall_alignment(sums: xr.Dataset, reference_deg: xr.DataArray, *, axial: bool = True) -> xr.Dataset:
+    """Mean cos and sin of the angle from a reference azimuth to the falls, doubled for an axis, which has no head.
+
+    Parameters
+    ----------
+    sums : Dataset
+        From `fall_vectors`.
+    reference_deg : DataArray
+        Azimuth of each record, degrees; NaN where there is none.
+    axial : bool
+        Take falls and reference as axes.
+
+    Returns
+    -------
+    Dataset
+        ``cosine`` (1 where all falls go along the reference, 0 where they do not heed it, −1 where they go across an
+        axis or against a direction) and ``sine``; missing where nothing falls or there is no reference.
+    """
+    kind, times = ("axis", 2) if axial else ("direction", 1)
+    cosine, sine = sums[f"{kind}_cosine"], sums[f"{kind}_sine"]
+    total, turn = sums["falls"].where(sums["falls"] > 0), times * np.radians(reference_deg.astype("float64"))
+    return xr.Dataset({
+        "cosine": (cosine * np.cos(turn) + sine * np.sin(turn)) / total,
+        "sine": (sine * np.cos(turn) - cosine * np.sin(turn)) / total,
+    })  # fmt: skip

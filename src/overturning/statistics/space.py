@@ -1,97 +1,13 @@
-"""Falls that may go any way: what they follow, how good the plane is beside them, how far stones turn.
+"""What only a cube in space holds: how good the plane is beside it, and how far stones turn about the vertical."""
 
-Records of one earthquake are averaged first and count as one, as in `overturning.statistics.earthquakes`; intervals are
-percentiles of a bootstrap over earthquakes.
-"""
-
-from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from overturning.arrays import FloatArray
-from overturning.model.falls import model_of
-from overturning.statistics.bootstrap import Mean, mean_over_earthquakes
 from overturning.statistics.by_record import by_record, each_record
 from overturning.statistics.circular import wrap_axis
-from overturning.statistics.direction import fall_vectors
-from overturning.statistics.groups import record_groups
-
-
-def sums_by_slenderness(cube: xr.Dataset) -> xr.Dataset:
-    """Sums of `fall_vectors` over all cells of a record and B/H."""
-    model = model_of(cube)
-    over = [name for name in model.case_dims if name != "b_over_h"]
-    return by_record(partial(fall_vectors, over=over), cube, model.reads).transpose("record", "b_over_h")
-
-
-def alignment(sums: xr.Dataset, azimuth_deg: FloatArray, *, axial: bool, part: slice = slice(None)) -> FloatArray:
-    """Mean cos(Δ), or cos(2Δ) for an axis, of all falls of each record from a reference azimuth of it.
-
-    Parameters
-    ----------
-    sums : Dataset
-        From `sums_by_slenderness`.
-    azimuth_deg : ndarray, shape (records,)
-        NaN where there is none.
-    axial : bool
-        The reference has no head.
-    part : slice
-        Of the B/H.
-
-    Returns
-    -------
-    ndarray, shape (records,)
-        1 where all falls go along the reference, 0 where they do not heed it, −1 where they go across it (of an axis)
-        or against it (of a direction); NaN where nothing falls.
-    """
-    kind, turn = ("axis", np.radians(2.0 * azimuth_deg)) if axial else ("direction", np.radians(azimuth_deg))
-    falls, cosine, sine = (
-        sums[name].to_numpy()[:, part].sum(axis=1) for name in ("falls", f"{kind}_cosine", f"{kind}_sine")
-    )
-    along = cosine * np.cos(turn) + sine * np.sin(turn)
-    return np.asarray(np.where(falls > 0, along / np.where(falls > 0, falls, 1.0), np.nan))
-
-
-def references(cube: xr.Dataset, intensity: xr.Dataset) -> dict[str, tuple[FloatArray, bool]]:
-    """Azimuths that a fall may follow, by name: of each record, and whether they have a head."""
-    azimuth = {name: intensity[of].to_numpy().astype(np.float64) for name, of in (
-        ("peak velocity", "pgv_azimuth"), ("peak acceleration", "pga_azimuth"), ("pulse", "pulse_axis"),
-    )}  # fmt: skip
-    normal = cube["fault_normal"].to_numpy().astype(np.float64)
-    return {name: (values, name != "pulse") for name, values in azimuth.items()} | {"fault normal": (normal, False)}
-
-
-def followed(
-    cube: xr.Dataset, intensity: xr.Dataset, slenderness: Sequence[slice]
-) -> dict[str, dict[tuple[str, bool], list[Mean]]]:
-    """How far falls follow each of the `references`, over earthquakes, for parts of the B/H of a cube.
-
-    Returns
-    -------
-    dict
-        By group of records, then by name and whether it is taken as an axis (all are; those with a head as directions
-        too): `Mean` of the mean cos 2Δ, or cos Δ, of the falls of each record, one for each part.
-    """
-    sums = sums_by_slenderness(cube)
-    events, groups = cube["event"].to_numpy().astype(str), record_groups(cube)
-    found: dict[str, dict[tuple[str, bool], list[Mean]]] = {group: {} for group in groups}
-    for name, (azimuth, head) in references(cube, intensity).items():
-        for axial in (True, False)[: 1 + head]:
-            values = [alignment(sums, azimuth, axial=axial, part=part) for part in slenderness]
-            for group, members in groups.items():
-                found[group][name, axial] = [
-                    mean_over_earthquakes(np.where(members, one, np.nan), events) for one in values
-                ]
-    return found
-
-
-def followed_by_slenderness(cube: xr.Dataset, intensity: xr.Dataset) -> dict[str, dict[tuple[str, bool], list[Mean]]]:
-    """`followed` for each B/H of a cube."""
-    return followed(cube, intensity, [slice(index, index + 1) for index in range(cube.sizes["b_over_h"])])
 
 
 @dataclass(frozen=True)

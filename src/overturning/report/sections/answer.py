@@ -12,8 +12,8 @@ from overturning.report.sections.records import record_directions
 from overturning.report.text import counted, degrees, interval, number, percent
 from overturning.statistics.bootstrap import mean_over_earthquakes
 from overturning.statistics.by_record import by_record
-from overturning.statistics.direction import fall_axis
 from overturning.statistics.earthquakes import AxisSummary
+from overturning.statistics.falls import fall_means
 from overturning.statistics.groups import record_groups
 from overturning.study.cube import earthquakes_said
 from overturning.study.scenes import scene_of
@@ -115,7 +115,7 @@ def alignment_sentence(results: Results) -> str:
 def agreement_within(results: Results) -> str:
     """How far the fall axes of one record agree, over earthquakes, by group of records."""
     cube, model = results.cube, results.model
-    lengths = by_record(partial(fall_axis, over=model.case_dims), cube, model.reads)["axis_resultant"].to_numpy()
+    lengths = by_record(partial(fall_means, over=model.case_dims), cube, model.reads)["axis_resultant"].to_numpy()
     events = cube["event"].to_numpy().astype(str)
     parts = []
     for name, members in record_groups(cube).items():

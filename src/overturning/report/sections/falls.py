@@ -1,7 +1,6 @@
 """Where blocks fall: over all cases, and by the shape of the block."""
 
 import warnings
-from functools import partial
 
 import numpy as np
 
@@ -10,8 +9,8 @@ from overturning.report.results import Results
 from overturning.report.sections.answer import half_width
 from overturning.report.text import degrees, interval, number
 from overturning.statistics.bootstrap import event_means
-from overturning.statistics.by_record import by_record
-from overturning.statistics.earthquakes import AxisSummary, relative_axes
+from overturning.statistics.earthquakes import AxisSummary, sums_by_record
+from overturning.statistics.falls import fall_alignment
 from overturning.statistics.groups import record_groups
 
 
@@ -45,11 +44,8 @@ _ABOUT_AXES = (
 
 def _by_shape(results: Results) -> Table:
     """Mean alignment over earthquakes for each B/H and friction, heights taken together."""
-    cube, model = results.cube, results.model
-    over = [name for name in model.case_dims if name not in ("b_over_h", "friction")]
-    vectors = by_record(partial(relative_axes, over=over), cube, model.reads).transpose(
-        "record", "b_over_h", "friction"
-    )
+    cube = results.cube
+    vectors = fall_alignment(sums_by_record(cube, "b_over_h", "friction"), cube["fault_normal"])
     events = cube["event"].to_numpy().astype(str)
     heads, columns = ["B/H", "µ"], []
     for name, chosen in record_groups(cube).items():

@@ -7,7 +7,7 @@ import numpy as np
 from overturning.report.blocks import Block, Figure, Link, Note, Section
 from overturning.report.results import RecordName, Results
 from overturning.statistics.by_record import by_record
-from overturning.statistics.direction import fall_axis
+from overturning.statistics.falls import fall_means
 
 MOST_MAPS = 4
 """Maps that stand at the beginning; those of further records stand with the records."""
@@ -41,7 +41,7 @@ def records_first(results: Results) -> list[RecordName]:
     if len(results.names) <= MOST_MAPS:
         return list(results.names)
     model = results.model
-    axes = by_record(partial(fall_axis, over=model.case_dims), results.cube, model.reads)
+    axes = by_record(partial(fall_means, over=model.case_dims), results.cube, model.reads)
     best = np.argsort(-np.nan_to_num(axes["axis_resultant"].to_numpy(), nan=-1.0), kind="stable")[:MOST_MAPS]
     return [results.names[index] for index in sorted(best.tolist())]
 

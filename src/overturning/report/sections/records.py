@@ -16,8 +16,7 @@ from overturning.report.text import degrees, number, percent
 from overturning.statistics.boundary import boundary, easiest_azimuth
 from overturning.statistics.by_record import by_record
 from overturning.statistics.circular import wrap_axis
-from overturning.statistics.direction import fall_axis, fall_direction
-from overturning.statistics.falls import overturns
+from overturning.statistics.falls import fall_means, overturns
 from overturning.study.cube import processing_of
 from overturning.units import CM, GAL
 
@@ -144,17 +143,15 @@ def record_directions(cube: xr.Dataset) -> list[tuple[str, ...]]:
     instead. Dashes where nothing falls, and for a mean whose resultant is below `LEAST_RESULTANT`.
     """
     model = model_of(cube)
-    direction, axis = (
-        by_record(partial(of, over=model.case_dims), cube, model.reads) for of in (fall_direction, fall_axis)
-    )
+    found = by_record(partial(fall_means, over=model.case_dims), cube, model.reads)
     means = []
     for index in range(cube.sizes["record"]):
-        head, length = (float(direction[name][index]) for name in ("mean_direction", "direction_resultant"))
-        line, strength = (float(axis[name][index]) for name in ("mean_axis", "axis_resultant"))
+        head, length = (float(found[name][index]) for name in ("mean_direction", "direction_resultant"))
+        line, strength = (float(found[name][index]) for name in ("mean_axis", "axis_resultant"))
         shown = (head if length >= LEAST_RESULTANT else math.nan, line if strength >= LEAST_RESULTANT else math.nan)
         means.append((degrees(shown[0], 360), number(length), degrees(shown[1], 180), number(strength)))
     if not model.one_component:
-        off = np.abs(wrap_axis(axis["mean_axis"].to_numpy() - cube["fault_normal"].to_numpy()))
+        off = np.abs(wrap_axis(found["mean_axis"].to_numpy() - cube["fault_normal"].to_numpy()))
         return [(*cells, degrees(float(one))) for cells, one in zip(means, off, strict=True)]
     one = cube.isel(height=[0], friction=[cube.sizes["friction"] - 1])
     easiest = easiest_azimuth(boundary(one), cube["b_over_h"]).isel(height=0, friction=0)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from overturning.errors import ResultError
+from overturning.model.contact import Contact
 from verification.shaking_table.__main__ import main, measure
-from verification.shaking_table.clouds import PRISMS, RECTANGLES, Cloud, Kind, cloud, drawn
+from verification.shaking_table.clouds import PRISMS, RECTANGLES, Cloud, Kind, cloud, drawn, with_damping
 from verification.shaking_table.data import SPECIMENS, Tests, read_tests
 from verification.shaking_table.models import (
     B_OVER_H,
@@ -38,6 +39,13 @@ def test_stones_lie_within_their_bounds(kind: Kind) -> None:
     for name, (low, high) in kind.bounds.items():
         assert low <= rows[name].min() < (1.05 * low or 0.05 * high)
         assert high * 0.95 < rows[name].max() <= high
+
+
+def test_stones_of_one_damping_ratio() -> None:
+    """A case has its damping as a factor on the default contact's ratio."""
+    rows, any_ratio = drawn(with_damping(RECTANGLES, 6), 64), drawn(RECTANGLES, 64)
+    assert rows["damping"] * Contact().damping_ratio == pytest.approx(np.full(64, 6.0))
+    assert all((rows[name] == any_ratio[name]).all() for name in set(rows) - {"damping"})
 
 
 def test_prisms_and_rectangles_under_one_motion() -> None:

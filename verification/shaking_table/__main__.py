@@ -11,7 +11,7 @@ import typer
 from overturning.arrays import FloatArray
 from overturning.errors import ResultError
 from verification.shaking_table import page
-from verification.shaking_table.clouds import PRISMS, RECTANGLES, cloud
+from verification.shaking_table.clouds import PRISMS, RECTANGLES, cloud, with_damping
 from verification.shaking_table.data import SPECIMENS, Tests, read_tests
 from verification.shaking_table.models import (
     ENSEMBLE,
@@ -27,6 +27,9 @@ from verification.shaking_table.scores import DRAWS, NAMES, drawn_motions, inter
 from verification.tables import RESULTS, ROOT, publish, write_csv
 
 SPLITS = {"odd to even": odd_even, "motion left out": each_motion}
+DAMPING_RATIOS = (1, 2, 3, 6, 10)
+FEW_STONES = 512
+"""Rectangles of each damping ratio."""
 
 
 def measure(
@@ -61,6 +64,22 @@ def measure(
     return pd.DataFrame(rows), probabilities
 
 
+def by_damping(tests: Tests, kept: Path, threads: int, count: int = FEW_STONES) -> dict[float, FloatArray]:
+    """Scores of the ensemble of rectangles by damping ratio, from odd to even, shape (specimens, scores)."""
+    found: dict[float, FloatArray] = {}
+    for ratio in DAMPING_RATIOS:
+        fractions = ensemble_fractions(
+            cloud(with_damping(RECTANGLES, ratio), tests, kept, count=count, threads=threads)
+        )
+        model, rows = models(tests, fractions, fractions)[ENSEMBLE], []
+        for specimen in SPECIMENS:
+            fell = tests.fell[specimen]
+            p = foretold(model, specimen, odd_even(tests), fell.size)
+            rows.append(scores(p[np.isfinite(p)], fell[np.isfinite(p)]))
+        found[ratio] = np.array(rows)
+    return found
+
+
 def main(
     folder: Annotated[Path, typer.Argument(help="folder with tests.npz; docs/shaking-table.md says where it is from")],
     kept: Annotated[Path, typer.Option(help="folder for what takes long to compute")] = Path("results/shaking-table"),
@@ -77,7 +96,7 @@ def main(
     rows, probabilities = measure(tests, fractions)
     write_csv(rows, RESULTS / "shaking-table.csv")
     page.draw_reliability(tests, probabilities, ROOT / "docs" / "images" / "shaking-table-reliability.svg")
-    publish(page.bodies(tests, fractions, rows))
+    publish(page.bodies(tests, fractions, rows) | page.damping(by_damping(tests, kept, threads)))
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ from overturning.dem.numerics import Numerics
 from overturning.dem.run import run_cases
 from overturning.files import atomic_write
 from overturning.model.cases import Cases
+from overturning.model.contact import DAMPING_RATIO
 from overturning.model.shapes import Rectangle
 from overturning.motion.motion import Motion
 from overturning.study.sources import source_hash
@@ -70,6 +71,14 @@ PRISMS: Final = Kind(
     "prisms", 384, {"b_over_h": (0.05, 0.2), "height": (0.4, 1.5), **_CONTACT, "orientation": (0.0, 90.0)},
     _prisms_fell,
 )  # fmt: skip
+
+
+def with_damping(kind: Kind, ratio: float) -> Kind:
+    """A kind whose stones all land with one damping ratio, rather than with any between its ends."""
+    factor = ratio / DAMPING_RATIO
+    return kind._replace(name=f"{kind.name}-{ratio:g}", bounds=kind.bounds | {"damping": (factor, factor)})
+
+
 _EVEN: Final = ("friction", "orientation")
 """Spread evenly; all else is spread evenly over the logarithm."""
 

@@ -70,6 +70,13 @@ def bodies(tests: Tests, fractions: Mapping[str, FloatArray], rows: pd.DataFrame
     }
 
 
+def damping(found: Mapping[float, FloatArray]) -> dict[str, str]:
+    """The table of scores by damping ratio, by its mark."""
+    head = ("ξ", *(f"{name}, specimen {specimen}" for specimen in SPECIMENS for name in NAMES))
+    lines = [(f"{ratio:g}", *(f"{value:.3f}" for value in rows.ravel())) for ratio, rows in found.items()]
+    return {"shaking-table-damping": markdown(head, lines)}
+
+
 def _scores(rows: pd.DataFrame) -> str:
     lines = []
     for (split, specimen, model), own in rows.groupby(["split", "specimen", "model"], sort=False):

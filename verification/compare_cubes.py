@@ -2,12 +2,16 @@
 
 Each cube is compared with the one before it, and the last with the first, over the records that both have. For a change
 that must not change an answer, or whose changes must be counted: each state of the sources makes its cube of the same
-study, in a checkout of its own.
+study, in a checkout of its own. With ``--report`` the numbers of the report are compared, too: those of the folder in
+which the last cube lies, once with its own cubes and once with those beside the first one.
 """
 
-from collections.abc import Sequence
+import re
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from tempfile import TemporaryDirectory
+from typing import Annotated, Any, Final, NamedTuple
 
 import numpy as np
 import typer
@@ -17,6 +21,9 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ResultError
 from overturning.model.variables import INT8_MISSING
+from overturning.report.blocks import Answer, Bullets, Paragraph, Report, Section, Table, each_block
+from overturning.report.build import build_report
+from overturning.report.results import open_results
 from overturning.study.convergence import ASIDE, compare
 from overturning.study.cube import open_cube
 from verification.measures import ROCKS, percent
@@ -24,6 +31,9 @@ from verification.tables import markdown, publish
 
 SLIDES = 1e-3
 """Peak slip of a stone that slides, m."""
+
+PRINTED: Final = re.compile(r"[−-]?\d[\d,]*(?:\.\d+)?")
+"""A number in a report."""
 
 
 def apart(first: NDArray[Any], second: NDArray[Any]) -> NDArray[np.bool_]:
@@ -113,14 +123,78 @@ def table(cubes: Sequence[Path]) -> str:
     return markdown(("", *head), [(name, *(column[name] for column in columns)) for name in columns[0]])
 
 
+class Number(NamedTuple):
+    """A number of a report: its section, the line that it stands in, # for numbers, its place there, and as printed."""
+
+    section: str
+    line: str
+    place: int
+    value: str
+
+
+def texts(section: Section) -> Iterator[str]:
+    """What a section says, line by line; a table's lines begin with their first cell and the column's heading."""
+    for block in each_block(section):
+        if isinstance(block, Table):
+            for row in block.rows:
+                yield from (f"{row[0]}, {head}: {cell}" for head, cell in zip(block.heads[1:], row[1:], strict=True))
+        elif isinstance(block, Answer):
+            yield from block.sentences
+        elif isinstance(block, Bullets):
+            yield from block.lines
+        elif isinstance(block, Paragraph):
+            yield block.text
+
+
+def numbers(report: Report) -> list[Number]:
+    """All numbers of a report."""
+    return [
+        Number(section.title, PRINTED.sub("#", text), place, found)
+        for section in report.blocks
+        for text in texts(section)
+        for place, found in enumerate(PRINTED.findall(text))
+    ]
+
+
+def report_of(folder: Path, cubes: Path) -> Report:
+    """The report of a folder of results with the cubes of another."""
+    with TemporaryDirectory() as made:
+        for path in folder.resolve().iterdir():
+            own = cubes.resolve() / path.name if path.match("cube*.nc") else path
+            (Path(made) / path.name).symlink_to(own)
+        with open_results(Path(made)) as results:
+            return build_report(results)
+
+
+def figures(before: Report, after: Report) -> str:
+    """Markdown: how many numbers of each section changed, and each of the answer's sentences that did."""
+    old, new = numbers(before), numbers(after)
+    rows = []
+    for title in dict.fromkeys(one.section for one in new):
+        counted = [Counter(one for one in part if one.section == title) for part in (old, new)]
+        lines = [Counter(one.line for one in part if one.section == title and not one.place) for part in (old, new)]
+        rows.append((title, counted[1].total(), (counted[1] - counted[0]).total(), (lines[1] - lines[0]).total()))
+    answers = (next(iter(part.blocks)) for part in (before, after))
+    said = [(first, second) for first, second in zip(*map(texts, answers), strict=False) if first != second]
+    return "\n\n".join((
+        markdown(("section of the report", "numbers", "changed", "lines told differently"), rows),
+        markdown(("answer, before", "answer, after"), said),
+    ))  # fmt: skip
+
+
 def main(
     old: Annotated[Path, typer.Argument(help="a cube")],
     newer: Annotated[list[Path], typer.Argument(help="cubes of the same study after it, the latest last")],
     mark: Annotated[str, typer.Option(help="also put the table between these marks of the docs")] = "",
+    report: Annotated[bool, typer.Option("--report", help="compare the report's numbers too")] = False,
 ) -> None:
     """Print the table."""
     try:
-        print(found := table([old, *newer]))
+        found = table([old, *newer])
+        if report:
+            after = newer[-1].resolve().parent
+            found += "\n\n" + figures(report_of(after, old.resolve().parent), report_of(after, after))
+        print(found)
         publish({mark: found} if mark else {})
     except ResultError as error:
         raise SystemExit(str(error)) from None

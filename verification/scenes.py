@@ -1,10 +1,11 @@
 """`python -m verification.scenes [PART ...]`: how fast and how exact scenes are, and a gravestone in both kernels.
 
 Parts: `speed`, element steps per second; `peers`, a stacked grave against pymunk and Box2D; `steps`, error over the
-step, beside that of another checkout where one is given; `kernels`, whether the block's kernel and the general one
-agree. All times are processor times of one core in one run, the kernel's the least of two after a warm-up. Right is
-what the general kernel finds with a tenth of the default step, on cases whose outcome it finds with twice that step and
-with Cundall's scheme as well. Peers are compared at 1/240 s and 30 iterations.
+step, beside that of another checkout where one is given; `pillars`, what leaving out changes where stones may tip
+together; `kernels`, whether the block's kernel and the general one agree. All times are processor times of one core in
+one run, the kernel's the least of two after a warm-up. Right is what the general kernel finds with a tenth of the
+default step, on cases whose outcome it finds with twice that step and with Cundall's scheme as well. Peers are compared
+at 1/240 s and 30 iterations.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -21,11 +22,11 @@ from overturning.dem.simulate import simulate_arrays
 from overturning.model.cases import Cases
 from overturning.model.geometry import native_size, place
 from overturning.model.results import Results
-from overturning.model.scene import Scene, gravestone, load_scene
+from overturning.model.scene import Scene, check_scene, gravestone, load_scene
 from overturning.motion.motion import Motion
 from verification import summary
 from verification.engines import ENGINES, installed, sides_of_scene
-from verification.inputs import Group, grid, near_field
+from verification.inputs import Group, grid, near_fault, near_field
 from verification.measures import joined
 from verification.tables import RESULTS, ROOT, Figure, figures_table, markdown, publish, write_figures
 from verification.timing import elsewhere, fastest, measured
@@ -33,6 +34,13 @@ from verification.timing import elsewhere, fastest, measured
 SHAFT: Final = 2
 """The element looked at, the topmost of three."""
 PEERS: Final = ("pymunk", "Box2D")
+
+PILLARS: Final = (
+    ((0.40, 0.40), (0.36, 0.40), (0.06, 0.40)),
+    ((0.30, 0.45), (0.28, 0.45), (0.06, 0.30)),
+    ((0.60, 0.50), (0.50, 0.60), (0.08, 0.50)),
+)
+"""Width and height, m, of two stones and the finial on them: it falls first, and then both may tip as one."""
 
 GROUPS = (
     ("default", 2e-5, 1.0, "centred", "auto"),
@@ -169,6 +177,22 @@ def steps(checkout: Path | None) -> str:
     return markdown(("", "time per case, ms", "error of all peak rotations, %", "of the shaft's, %"), rows)
 
 
+def pillars() -> Iterator[Figure]:
+    """Flags of three pillars under the default study's records that leaving out changes."""
+    flags = changed = 0
+    for sizes in PILLARS:
+        elements: list[dict[str, Any]] = [{"name": "0", "kind": "driven", "width": 40, "height": 1, "at": [0, -1]}]
+        for number, (width, height) in enumerate(sizes, 1):
+            elements.append({"name": f"{number}", "width": width, "height": height, "stands_on": f"{number - 1}"})
+        scene = check_scene({"name": "pillar", "elements": elements})
+        cases = grid(np.arange(0, 360, 45.0), *native_size(scene), 1.0)
+        for motion in near_fault().values():
+            short, full = (run(scene, motion, cases, Numerics(leave_out=each)).overturned for each in (True, False))
+            flags, changed = flags + full.size, changed + int((short != full).sum())
+    yield Figure("three pillars under real records: flags", flags)
+    yield Figure("three pillars under real records: flags changed by leaving out", changed, "", "0")
+
+
 def kernels(records: Sequence[int] = (6, 7, 8, 9, 10)) -> Iterator[Figure]:
     """How often flags, sides and rotations of a gravestone differ between the block's kernel and the general one.
 
@@ -206,7 +230,9 @@ def kernels(records: Sequence[int] = (6, 7, 8, 9, 10)) -> Iterator[Figure]:
 
 
 def main(
-    parts: Annotated[list[str] | None, typer.Argument(help="speed, peers, steps, kernels; all where none")] = None,
+    parts: Annotated[
+        list[str] | None, typer.Argument(help="speed, peers, steps, pillars, kernels; all if none")
+    ] = None,
     checkout: Annotated[Path | None, typer.Option(help="another state of the sources, for `steps`")] = None,
     peer_cases: Annotated[int, typer.Option(min=1, help="cases that the peers run")] = 40,
 ) -> None:
@@ -214,6 +240,7 @@ def main(
     made: dict[str, tuple[str, Callable[[], Iterator[Figure]]]] = {
         "speed": ("scenes.csv", speed),
         "peers": ("scenes.csv", partial(peers, peer_cases)),
+        "pillars": ("scenes.csv", pillars),
         "kernels": ("both-kernels.csv", kernels),
     }
     if unknown := set(parts or ()) - {*made, "steps"}:

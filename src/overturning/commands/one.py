@@ -1,8 +1,8 @@
 """`overturning one`: a block, a scene or a body in space under one record, and the film of it."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from overturning.commands.declared import Declared, InPlane, InSpace, Outputs, Shaking, Stone, grouped
 
@@ -18,40 +18,62 @@ if TYPE_CHECKING:
 def one(shaking: Shaking, space: InSpace, plane: InPlane, stone: Stone, outputs: Outputs, given: Declared) -> None:
     """Simulate one block or scene, print what it does, and make a film or a figure of it."""
     from overturning.errors import ArgumentError
-    from overturning.motion.motion import Motion
-
-    _check_outputs(outputs)
-    record = _record(shaking, given)
-    motion = Motion.of(record if shaking.vertical else replace(record, up=None))
-    place = ", ".join(part for part in (record.station or record.record_id, record.event) if part)
-    if space.solid:
-        if plane != InPlane():
-            raise ArgumentError(
-                "--solid: takes --orientation and --damping-ratio; leave out azimuth, scene, density, damping, "
-                "stiffness"
-            )
-        from overturning.commands.one_in_space import one_in_space
-
-        one_in_space(motion, place, shaking.amplitude, space, stone, outputs)
-    elif not plane.azimuth:
-        raise ArgumentError("--azimuth: not given; name the plane of motion, or take --solid with --orientation")
-    else:
-        _one_in_planes(motion, place, shaking.amplitude, plane, stone, outputs)
-
-
-def _one_in_planes(
-    motion: "Motion", place: str, amplitude: float, plane: InPlane, stone: Stone, outputs: Outputs
-) -> None:
-    """Simulate a scene along each azimuth, print what it does, and make a film or a figure of it."""
-    from overturning.dem.trajectory import trajectory
     from overturning.figures.film_movie import write_film_movie
     from overturning.figures.film_of_trajectory import film_of
     from overturning.figures.film_page import write_film_page
-    from overturning.figures.response import response_figure
     from overturning.figures.style import save, style
+    from overturning.motion.motion import Motion
+
+    _check_outputs(outputs, space)
+    record = _record(shaking, given)
+    motion = Motion.of(record if shaking.vertical else replace(record, up=None))
+    if space.solid and plane != InPlane():
+        raise ArgumentError(
+            "--solid: takes --orientation and --damping-ratio; leave out azimuth, scene, density, damping, stiffness"
+        )
+    if not space.solid and not plane.azimuth:
+        raise ArgumentError("--azimuth: not given; name the plane of motion, or take --solid with --orientation")
+    found = (
+        _in_space(motion, shaking.amplitude, space, stone)
+        if space.solid
+        else _in_planes(motion, shaking.amplitude, plane, stone)
+    )
+    place = ", ".join(part for part in (record.station or record.record_id, record.event) if part)
+    title = f"{place}: {found.what}"
+    print(title, *found.lines, sep="\n  ")
+    if outputs.animate is not None:
+        note = f" The motion is {shaking.amplitude:g} times the record." if shaking.amplitude != 1 else ""
+        film = film_of(found.paths, motion, title, note=f"The frame moves with the base.{note}")
+        write = write_film_page if outputs.animate.suffix.lower() == ".html" else write_film_movie
+        write(film, outputs.animate)
+        print(f"film: {outputs.animate}")
+    if outputs.response is not None:
+        from overturning.figures.axis import axis_figure
+        from overturning.figures.response import response_figure
+
+        with style():
+            figure = axis_figure(found.paths[0], motion, title) if space.solid else response_figure(found.paths, title)
+            save(figure, outputs.response)
+        print(f"figure: {outputs.response}")
+
+
+@dataclass(frozen=True)
+class _Found:
+    """What was simulated, what each of its trajectories is, and these."""
+
+    what: str
+    lines: "list[str]"
+    paths: "list[xr.Dataset]"
+
+
+def _in_planes(motion: "Motion", amplitude: float, plane: InPlane, stone: Stone) -> _Found:
+    """A scene along each azimuth."""
+    from overturning.dem.trajectory import trajectory
+    from overturning.figures.film_of_trajectory import outcome
+    from overturning.figures.style import compass_name
     from overturning.model.geometry import native_size
 
-    stones, azimuth = _scene(plane, stone.damping_ratio), plane.azimuth or []
+    stones = _scene(plane, stone.damping_ratio)
     own_height, own_ratio = native_size(stones)
     height = own_height if stone.height is None else stone.height
     b_over_h = own_ratio if stone.b_over_h is None else stone.b_over_h
@@ -60,25 +82,50 @@ def _one_in_planes(
             motion, scene=stones, azimuth_deg=angle, height=height, b_over_h=b_over_h, friction=stone.friction,
             amplitude=amplitude,
         )
-        for angle in azimuth
+        for angle in plane.azimuth or []
     ]  # fmt: skip
+    lines = []
+    for path in paths:
+        text, shown = outcome(path), path.sel(element=stones.shown_name)
+        if shown["overturned"] == 0:
+            name = f" ({stones.shown_name})" if len(stones.free) > 1 else ""
+            text += f"; slipped {100 * float(shown['base_slip'][-1]):.1f} cm by the end{name}"
+        lines.append(f"motion along {compass_name(path.attrs['azimuth_deg'])}: {text}")
     what = "" if plane.scene is None else f"{stones.title or stones.name}, "
-    title = f"{place}: {what}B/H = {b_over_h:.3g}, H = {height:.3g} m, µ = {stone.friction:g}"
-    print(title)
-    _print_outcomes(paths, stones)
-    if outputs.animate is not None:
-        note = f" The motion is {amplitude:g} times the record." if amplitude != 1 else ""
-        film = film_of(paths, motion, title, note=f"The frame moves with the base.{note}")
-        write = write_film_page if outputs.animate.suffix.lower() == ".html" else write_film_movie
-        write(film, outputs.animate)
-        print(f"film: {outputs.animate}")
-    if outputs.response is not None:
-        with style():
-            save(response_figure(paths, title), outputs.response)
-        print(f"figure: {outputs.response}")
+    return _Found(f"{what}B/H = {b_over_h:.3g}, H = {height:.3g} m, µ = {stone.friction:g}", lines, paths)
 
 
-def _check_outputs(wanted: Outputs) -> None:
+def _in_space(motion: "Motion", amplitude: float, space: InSpace, stone: Stone) -> _Found:
+    """A body at each orientation."""
+    from overturning.dem.body.trajectory import trajectory_in_space
+    from overturning.figures.film_of_trajectory import heading_of, outcome
+    from overturning.model.contact import VertexContact
+    from overturning.model.mesh import read_mesh
+    from overturning.model.shapes import shape_of
+
+    plan: Any = int(space.plan) if space.plan.isdigit() else space.plan
+    shape = shape_of(read_mesh(Path(space.plan)) if Path(space.plan).suffix else plan)
+    height, b_over_h = stone.height, stone.b_over_h
+    if shape.sized:
+        height, b_over_h = 0.6 if height is None else height, 0.4 if b_over_h is None else b_over_h
+    contact = VertexContact() if stone.damping_ratio is None else VertexContact(damping_ratio=stone.damping_ratio)
+    paths = [
+        trajectory_in_space(
+            motion, orientation_deg=angle, height=height, b_over_h=b_over_h, friction=stone.friction,
+            aspect=space.aspect, body=shape, contact=contact, amplitude=amplitude,
+        )
+        for angle in space.orientation or [0.0]
+    ]  # fmt: skip
+    level = ["the motion has two components: the base moves level"] if motion.up is None else []
+    sizes, oblong = paths[0].attrs, f", D/B = {space.aspect:g}" if shape.oblong else ""
+    return _Found(
+        f"{shape.name}, B/H = {sizes['b_over_h']:.3g}{oblong}, H = {sizes['height']:.3g} m, µ = {stone.friction:g}",
+        [*level, *(f"{heading_of(path)}: {outcome(path)}" for path in paths)],
+        paths,
+    )
+
+
+def _check_outputs(wanted: Outputs, space: InSpace) -> None:
     """Refuse files that could not be written, before anything is computed for them."""
     from overturning.errors import ArgumentError
     from overturning.figures.film_movie import check_movie
@@ -92,6 +139,10 @@ def _check_outputs(wanted: Outputs) -> None:
             continue
         if file.suffix.lower() not in kinds:
             raise ArgumentError(f"{file.name}: unknown kind of file; end it in {', '.join(sorted(kinds))}")
+        if space.solid and option == "--animate" and file.suffix.lower() != ".html":
+            raise ArgumentError(f"{file.name}: a film in space is a page that can be turned; end it in .html")
+        if space.solid and option == "--response" and len(space.orientation or ()) > 1:
+            raise ArgumentError(f"{file.name}: one orientation at a time; give --orientation once")
         check_output(file, option)
         check_movie(file)
 
@@ -142,15 +193,3 @@ def _record(shaking: Shaking, given: Declared) -> "Record":
         hint = f"did you mean {near[0]!r}?" if near else f"ids: {', '.join(list(entries)[:8])} …"
         raise ConfigError(f"{table}: no record {name!r}, nor a file of that name or a pulse; {hint}")
     return rounded(process(read_record(entries[name], shaking.folder), None))
-
-
-def _print_outcomes(paths: "list[xr.Dataset]", stones: "Scene") -> None:
-    from overturning.figures.film_of_trajectory import outcome
-    from overturning.figures.style import compass_name
-
-    for path in paths:
-        text, shown = outcome(path), path.sel(element=stones.shown_name)
-        if shown["overturned"] == 0:
-            name = f" ({stones.shown_name})" if len(stones.free) > 1 else ""
-            text += f"; slipped {100 * float(shown['base_slip'][-1]):.1f} cm by the end{name}"
-        print(f"  motion along {compass_name(path.attrs['azimuth_deg'])}: {text}")

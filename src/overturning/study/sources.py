@@ -12,21 +12,16 @@ _ROOT = Path(__file__).parents[1]
 
 
 def _file_of(name: str, roots: tuple[Path, ...]) -> Path | None:
-    parts = name.split(".")
-    root = next((root for root in roots if root.name == parts[0]), None)
-    if root is None:
-        return None
-    path = root.joinpath(*parts[1:])
-    if (path / "__init__.py").is_file():
-        return path / "__init__.py"
-    return path.with_suffix(".py") if path.with_suffix(".py").is_file() else None
+    package, *parts = name.split(".")
+    paths = [root.joinpath(*parts) for root in roots if root.name == package]
+    files = [file for path in paths for file in (path / "__init__.py", path.with_suffix(".py"))]
+    return next((file for file in files if file.is_file()), None)
 
 
 def _named(name: str, roots: tuple[Path, ...]) -> tuple[Path, str]:
     """File and function of a name such as ``overturning.commands.workflow:sweep``."""
     module, _, function = name.partition(":")
-    path = _file_of(module, roots)
-    if path is None:
+    if (path := _file_of(module, roots)) is None:
         raise ValueError(f"{module} is no module of the package")
     return path, function
 
@@ -39,19 +34,16 @@ def _imports(path: Path, roots: tuple[Path, ...], function: str = "") -> frozens
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
             names |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
-    files = {_file_of(name, roots) for name in names}
-    return frozenset(file for file in files if file is not None)
+    return frozenset(file for name in names if (file := _file_of(name, roots)) is not None)
 
 
 def _part_of(path: Path, function: str) -> ast.Module:
     """A module without the functions that one of its functions does not call; the whole one without its name."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
-    if not function:
-        return tree
     functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
-    if function not in functions:
+    if function and function not in functions:
         raise ValueError(f"{path.name} has no function {function!r}")
-    kept = [function]
+    kept = [function] if function else list(functions)
     for name in kept:
         inside = list(ast.walk(functions[name]))
         named = {node.id for node in inside if isinstance(node, ast.Name)}
@@ -71,13 +63,10 @@ def sources_of(module: str, *others: Path) -> list[Path]:
     """
     roots = (_ROOT, *others)
     first, function = _named(module, roots)
-    seen = {first}
-    waiting = list(_imports(first, roots, function))
-    while waiting:
-        path = waiting.pop()
-        if path not in seen and path != _ROOT / "__init__.py":
-            seen.add(path)
-            waiting.extend(_imports(path, roots))
+    seen, waiting = {first}, set(_imports(first, roots, function))
+    while waiting := waiting - seen - {_ROOT / "__init__.py"}:
+        seen |= waiting
+        waiting = set().union(*(_imports(path, roots) for path in waiting))
     return sorted(seen)
 
 

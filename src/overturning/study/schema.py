@@ -1,5 +1,6 @@
 """The study configuration: the one source of defaults, of the JSON schema and of the key table in config/README.md."""
 
+from collections.abc import Iterator
 from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import (
@@ -156,53 +157,6 @@ class Study(Model):
             filled.setdefault("height", [round(getattr(shape, "height", 1.0), 10)])
         return filled
 
-    def _contacts(self) -> list[tuple[str, ContactSettings]]:
-        """Where contact settings stand, and what they are."""
-        return [("", self.contact), *((f"variants.{name}.", one.contact) for name, one in self.variants.items())]
-
-    @model_validator(mode="after")
-    def _body_fits(self) -> Self:
-        if self.body is None:
-            if self.orientation != Orientations():
-                raise ValueError("orientation: only a body in space has one; give `body`, or `azimuth` instead")
-            return self
-        for key, reason in _IN_PLANES_ONLY.items():
-            default = gravestone() if key == "scene" else Study.model_fields[key].default
-            if getattr(self, key) != default:
-                raise ValueError(f"{key}: {reason}")
-        if self.population is not None and (self.body.plan != "rectangle" or 1.0 not in self.body.aspect):
-            raise ValueError("population: its stones are of square plan; give body {plan: rectangle, aspect: [1]}")
-        self.orientation.values(self.body)
-        if self.simulation.scheme not in (None, DEFAULT_SCHEME):
-            raise ValueError(f"simulation.scheme: a body in space has {DEFAULT_SCHEME!r} alone; leave it out")
-        for where, contact in self._contacts():
-            if contact.stiffness != "auto" or contact.damping is not None:
-                raise ValueError(
-                    f"{where}contact: in space stiffness is auto and the dashpot is given as damping_ratio"
-                )
-        if self.ensemble.initial_tilt:
-            raise ValueError("ensemble.initial_tilt: a body in space starts at rest; leave it at 0")
-        return self
-
-    @model_validator(mode="after")
-    def _scene_has_its_own_contact(self) -> Self:
-        if "scene" not in self.model_fields_set:
-            named = [name for name, variant in self.variants.items() if variant.scene is not None]
-            if named:
-                raise ValueError(f"variants.{named[0]}.scene: only a study with a scene can have another one beside it")
-        if self.scene == gravestone():
-            return self  # it takes the study's contact and density
-        if self.population is not None:
-            raise ValueError("population: its stones are single blocks; leave out scene, or population")
-        for where, contact in self._contacts():
-            if contact != ContactSettings():
-                raise ValueError(f"{where}contact: the scene has contact laws of its own; set them in the scene file")
-        if self.density != GRANITE_DENSITY:
-            raise ValueError("density: the scene's materials have it; set it in the scene file")
-        if self.ensemble.members and self.ensemble.initial_tilt:
-            raise ValueError("ensemble.initial_tilt: a scene starts at rest; leave it at 0")
-        return self
-
     @field_validator("amplitude")
     @classmethod
     def _as_recorded_too(cls, amplitude: tuple[float, ...]) -> tuple[float, ...]:
@@ -224,26 +178,65 @@ class Study(Model):
 
     @model_validator(mode="after")
     def _parts_fit_together(self) -> Self:
+        if wrong := next(self._misfits(), ""):
+            raise ValueError(wrong)
+        return self
+
+    def _misfits(self) -> Iterator[str]:
+        """What does not go together, the key first."""
+        named = [name for name, variant in self.variants.items() if variant.scene is not None]
+        if named and "scene" not in self.model_fields_set:
+            yield f"variants.{named[0]}.scene: only a study with a scene can have another one beside it"
+        contacts = {"": self.contact} | {f"variants.{name}.": one.contact for name, one in self.variants.items()}
+        if self.body is not None:
+            yield from self._misfits_of_body(self.body, contacts)
+        elif self.orientation != Orientations():
+            yield "orientation: only a body in space has one; give `body`, or `azimuth` instead"
+        if self.scene != gravestone():  # which takes the study's contact and density
+            yield from self._misfits_of_scene(contacts)
         if "nominal" in self.variants:
-            raise ValueError("variants: the name nominal is that of the study's own contact; choose another")
+            yield "variants: the name nominal is that of the study's own contact; choose another"
         on_soil = [name for name, variant in self.variants.items() if variant.site is not None]
         if self.site is not None and on_soil:
-            raise ValueError(f"variants.{on_soil[0]}.site: the study has a site too; make that a variant as well")
+            yield f"variants.{on_soil[0]}.site: the study has a site too; make that a variant as well"
         for row in self.published:
             if row.record not in self.records.use:
-                raise ValueError(f"published: record {row.record!r} is not in records.use")
+                yield f"published: record {row.record!r} is not in records.use"
             if row.azimuth not in self.azimuth.values():
-                raise ValueError(f"published: azimuth {row.azimuth:g} is not computed; add it to azimuth.also")
+                yield f"published: azimuth {row.azimuth:g} is not computed; add it to azimuth.also"
             if row.b_over_h not in self.b_over_h:
-                raise ValueError(f"published: B/H {row.b_over_h:g} is not computed; add it to b_over_h")
+                yield f"published: B/H {row.b_over_h:g} is not computed; add it to b_over_h"
         for index, survey in enumerate(self.surveys):
             if survey.record is None:
-                raise ValueError(
-                    f"surveys.{index}.record: {len(self.records.use)} records; name the one of the survey's site"
-                )
-            if survey.record not in self.records.use:
-                raise ValueError(f"surveys.{index}.record: {survey.record!r} is not in records.use")
-        return self
+                yield f"surveys.{index}.record: {len(self.records.use)} records; name the one of the survey's site"
+            elif survey.record not in self.records.use:
+                yield f"surveys.{index}.record: {survey.record!r} is not in records.use"
+
+    def _misfits_of_body(self, body: BodySettings, contacts: dict[str, ContactSettings]) -> Iterator[str]:
+        for key, reason in _IN_PLANES_ONLY.items():
+            if getattr(self, key) != (gravestone() if key == "scene" else Study.model_fields[key].default):
+                yield f"{key}: {reason}"
+        if self.population is not None and (body.plan != "rectangle" or 1.0 not in body.aspect):
+            yield "population: its stones are of square plan; give body {plan: rectangle, aspect: [1]}"
+        self.orientation.values(body)
+        if self.simulation.scheme not in (None, DEFAULT_SCHEME):
+            yield f"simulation.scheme: a body in space has {DEFAULT_SCHEME!r} alone; leave it out"
+        for where, contact in contacts.items():
+            if contact.stiffness != "auto" or contact.damping is not None:
+                yield f"{where}contact: in space stiffness is auto and the dashpot is given as damping_ratio"
+        if self.ensemble.initial_tilt:
+            yield "ensemble.initial_tilt: a body in space starts at rest; leave it at 0"
+
+    def _misfits_of_scene(self, contacts: dict[str, ContactSettings]) -> Iterator[str]:
+        if self.population is not None:
+            yield "population: its stones are single blocks; leave out scene, or population"
+        for where, contact in contacts.items():
+            if contact != ContactSettings():
+                yield f"{where}contact: the scene has contact laws of its own; set them in the scene file"
+        if self.density != GRANITE_DENSITY:
+            yield "density: the scene's materials have it; set it in the scene file"
+        if self.ensemble.members and self.ensemble.initial_tilt:
+            yield "ensemble.initial_tilt: a scene starts at rest; leave it at 0"
 
     @property
     def cases(self) -> int:

@@ -7,6 +7,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from contextlib import chdir
 from pathlib import Path
 from typing import Any
@@ -39,20 +40,25 @@ class Plan(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         self.rules |= set(getattr(record, "stats", ())) - {"total"}
-        if command := getattr(record, "shellcmd", None):
+        command = getattr(record, "shellcmd", None)
+        if command and command not in self.commands:  # which more than one event has
             self.commands.append(command)
 
 
 class Checkout:
     """A copy of the project's workflow in a folder of its own."""
 
-    def __init__(self, folder: Path, config: str = SMALL) -> None:
+    def __init__(self, folder: Path, config: str = SMALL, like: "Checkout | None" = None) -> None:
         self.folder = folder
-        folder.mkdir(parents=True)
-        for name in (*WORKFLOW, "config"):
-            copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy2
-            copy(ROOT / name, folder / name)
-        (folder / "config" / "mine.yaml").write_text(config, encoding="utf-8")
+        if like is not None:  # as old as that one is
+            shutil.copytree(like.folder, folder, copy_function=shutil.copy2)
+        elif not folder.exists():
+            folder.mkdir(parents=True)
+            for name in (*WORKFLOW, "config"):
+                copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy2
+                copy(ROOT / name, folder / name)
+        if not (folder / "results").exists():
+            (folder / "config" / "mine.yaml").write_text(config, encoding="utf-8")
         self.environment = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
 
     @property
@@ -84,14 +90,14 @@ class Checkout:
         """Rules that a run would carry out with some keys of the study changed; raises what would stop it."""
         return self.plan(**config).rules
 
-    def plan(self, **config: Any) -> Plan:
-        """What a run would do with some keys of the study changed; raises what would stop it."""
+    def plan(self, look: bool = True, **config: Any) -> Plan:
+        """What a run would do with some keys of the study changed; raises what would stop it, or who only looks."""
         from snakemake.api import SnakemakeApi
         from snakemake.logging import logger
         from snakemake.settings import types
 
         found = Plan()
-        with chdir(self.folder), SnakemakeApi(types.OutputSettings(dryrun=True, quiet=set(types.Quietness))) as api:
+        with chdir(self.folder), SnakemakeApi(types.OutputSettings(dryrun=look, quiet=set(types.Quietness))) as api:
             logger.handlers = [found]
             workflow = api.workflow(
                 types.ResourceSettings(cores=1),
@@ -116,8 +122,6 @@ class Checkout:
 
 
 @pytest.fixture(scope="session")
-def finished(tmp_path_factory: pytest.TempPathFactory) -> Checkout:
+def finished(made_once: Callable[[str, Callable[[Path], object]], Path]) -> Checkout:
     """A study computed on two cores, from start to end. Tests must not change it."""
-    checkout = Checkout(tmp_path_factory.mktemp("finished") / "checkout")
-    checkout.run(cores=2)
-    return checkout
+    return Checkout(made_once("study", lambda folder: Checkout(folder).run(cores=2)))

@@ -128,6 +128,27 @@ def test_a_result_that_was_deleted_is_made_again(
         kept.rename(path)
 
 
+def test_a_changed_title_and_a_figure_that_has_gone_make_figures_and_report_and_nothing_else(
+    finished: Checkout, tmp_path: Path
+) -> None:
+    """By a run of Snakemake; one of the figures of which it does not know how many there are has gone."""
+    checkout = Checkout(tmp_path / "checkout", like=finished)
+    study = checkout.folder / "config" / "mine.yaml"
+    study.write_text(f"title: Another title\n{study.read_text(encoding='utf-8')}", encoding="utf-8")
+    before = bytes_of(checkout.results)
+    times = {name: (checkout.results / name).stat().st_mtime_ns for name in before}
+    gone = next((checkout.results / "figures" / "illustrative").glob("*.svg"))
+    gone.unlink()
+    done = checkout.run()
+    assert f"{gone.relative_to(checkout.folder)}" in done.stderr, "it is said"
+    after = bytes_of(checkout.results)
+    assert {name for name in after if after[name] != before.get(name)} == {"report.html", "report.pdf"}
+    assert after.keys() == before.keys()
+    assert b"Another title" in after["report.html"]
+    again = {name for name in after if (checkout.results / name).stat().st_mtime_ns != times[name]}
+    assert {name.partition("/")[0] for name in again} == {"figures", "report.html", "report.pdf"}
+
+
 def test_one_core_killed_in_the_sweep_and_resumed_in_another_folder_ends_in_the_bytes_of_two_cores(
     finished: Checkout, tmp_path: Path
 ) -> None:

@@ -4,37 +4,26 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.statistics.boundary import boundary, crossing_bounds, crossing_values, easiest_azimuth
+from overturning.statistics.boundary import boundary, easiest_azimuth, last_crossing
 
 
-def test_all_crossings_are_found() -> None:
-    grid = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]
-    found = crossing_values([1, 1, 0, 1, 0.25, 0], grid, 4)
-    assert found[:3] == pytest.approx([0.25, 0.35, 0.4 + 0.1 * 0.5 / 0.75])
-    assert np.isnan(found[3])
-
-
-def test_every_crossing_has_its_interval() -> None:
-    """Falls, stands, falls, stands: each crossing with the nearest likewise of either scramble."""
-    grid = [0.1, 0.2, 0.3, 0.4, 0.5]
-    whole, one, two = [1, 0, 1, 1, 0], [1, 0.25, 1, 1, 0], [1, 0, 0.25, 1, 0]
-    assert crossing_values(whole, grid, 3) == pytest.approx([0.15, 0.25, 0.45])
-    bounds = crossing_bounds(whole, one, two, grid, 3)
-    assert bounds[0] == pytest.approx([0.15, 0.1 + 0.1 * 0.5 / 0.75])
-    assert bounds[1] == pytest.approx([0.2 + 0.1 * 0.25 / 0.75, 0.3 + 0.1 * 0.25 / 0.75])
-    assert bounds[2] == pytest.approx([0.45, 0.45])
-    # A crossing that one scramble does not have has no interval.
-    only_one = crossing_bounds(whole, [1, 1, 1, 1, 0], whole, grid, 3)
-    assert np.isfinite(only_one[:, 0]).tolist() == [True, False, True]
-
-
-def test_none_and_gap() -> None:
-    assert np.isnan(crossing_values([[0, 0, 0], [1, 1, 1]], [0.1, 0.2, 0.3], 2)).all()
-    assert crossing_values([1, np.nan, 0], [0.1, 0.2, 0.3], 1) == pytest.approx([0.2])
-
-
-def test_of_too_many_the_last_are_kept() -> None:
-    assert crossing_values([1, 0, 1, 0], [0.1, 0.2, 0.3, 0.4], 1) == pytest.approx([0.35])
+@pytest.mark.parametrize(
+    ("probability", "crossing", "falls"),
+    [
+        ([1, 1, 0, 1, 0.25, 0], 0.4 + 0.1 * 0.5 / 0.75, False),
+        ([1, 0.25, 0, 0, 0, 0], 0.1 + 0.1 * 0.5 / 0.75, False),
+        ([0, 0, 0, 0, 0.25, 1], 0.5 + 0.1 * 0.25 / 0.75, True),
+        ([0, 0, 0, 0, 0, 0], np.nan, False),
+        ([1, 1, 1, 1, 1, 1], np.nan, True),
+        # Neighbours of a gap are joined across it, and the last that is known is the end.
+        ([1, np.nan, 0, 0, np.nan, np.nan], 0.2, False),
+        ([0, 1, np.nan, np.nan, np.nan, np.nan], 0.15, True),
+        ([np.nan] * 6, np.nan, False),
+    ],
+)
+def test_the_last_crossing(probability: list[float], crossing: float, falls: bool) -> None:
+    found = last_crossing(probability, [0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
+    assert found == (pytest.approx(crossing, nan_ok=True), falls)
 
 
 def test_boundary_of_a_cube(make_cube, sector) -> None:
@@ -87,15 +76,12 @@ def test_interval_between_scrambles(make_cube, sector) -> None:
     # Scrambles of 0.875/0.375 and 0.625/0.125.
     assert float(bounds["boundary_low"]) == pytest.approx(0.3 + 0.1 * 0.125 / 0.5)
     assert float(bounds["boundary_high"]) == pytest.approx(0.3 + 0.1 * 0.375 / 0.5)
-    assert float(bounds["crossing_low"][0]) == pytest.approx(float(bounds["boundary_low"]))
-    assert float(bounds["crossing_high"][0]) == pytest.approx(float(bounds["boundary_high"]))
-    assert bounds["crossing_low"][1:].isnull().all()
 
 
 def test_lazy_is_the_same(make_cube, sector) -> None:
     cube = make_cube(sector(60, 20, largest=0.3))
     lazy = boundary(cube.chunk({"azimuth": 10, "b_over_h": 2}))
-    assert lazy["crossing_b_over_h"].chunks is not None
+    assert lazy["boundary"].chunks is not None
     xr.testing.assert_allclose(lazy.compute(), boundary(cube))
 
 

@@ -14,7 +14,6 @@ from overturning.statistics.limits import (
     ishiyama_velocity,
     kaneko_hayashi_acceleration,
     kaneko_hayashi_frequency,
-    kaneko_hayashi_probability,
     pulse_acceleration,
     west_acceleration,
 )
@@ -57,13 +56,6 @@ def test_branches_of_kaneko_and_hayashi_meet(height: float, slender: float) -> N
     ratio, height_cm = border / np.array([2.0, 5.0]), 100 * height
     pgv = 100 * ratio * kaneko_hayashi_acceleration(height, slender, ratio)
     assert pgv == pytest.approx(10 * slender * height_cm / math.sqrt(height_cm) * (1 + slender) ** 2.5)
-
-
-def test_half_of_the_blocks_fall_at_the_median() -> None:
-    pgv = 0.1 * kaneko_hayashi_acceleration(0.6, 0.3, 0.1)
-    p = kaneko_hayashi_probability([pgv / 0.1, 2 * pgv / 0.1], [pgv, 2 * pgv], 0.6, 0.3)
-    assert p[0] == pytest.approx(0.5)
-    assert p[1] == pytest.approx(0.91717, abs=1e-5)  # the normal distribution at ln 2/0.5
 
 
 def one_sine(factor: float, ratio: float, height: float, slender: float) -> int:

@@ -41,19 +41,14 @@ class Mean:
 
 
 def event_means(values: FloatArray, events: Sequence[str] | NDArray[np.str_]) -> FloatArray:
-    """Means over the records of each earthquake.
+    """Means over the records of each earthquake, in the order of `event_names`.
 
     Parameters
     ----------
     values : ndarray, shape (records, …)
-        NaN where a record has none; such a record does not count.
+        NaN where a record has none; such a record does not count, and the mean of none is NaN.
     events : sequence of str, length records
         Earthquake of each record.
-
-    Returns
-    -------
-    ndarray, shape (earthquakes, …)
-        In the order of `event_names`; NaN where no record of an earthquake has a value.
     """
     of_record, means = np.asarray(events), []
     for name in event_names(events):
@@ -72,21 +67,17 @@ def event_names(events: Sequence[str] | NDArray[np.str_]) -> list[str]:
 def resampled(
     statistic: Callable[[NDArray[Any]], FloatArray], per_event: NDArray[Any], draws: int, seed: int
 ) -> FloatArray:
-    """Values of a statistic in bootstrap samples of earthquakes, where it has one.
+    """Values of a statistic in bootstrap samples of earthquakes, where it has one; shape (n,).
 
     Parameters
     ----------
     statistic : callable
         From samples, shape (draws, earthquakes, …), to its values, shape (draws,), NaN where a sample tells nothing.
     per_event : ndarray, shape (earthquakes, …)
-        What each earthquake says.
+        What each earthquake says. Of fewer than `FEWEST_EARTHQUAKES` there are no values, nor where less than half of
+        the samples tell anything.
     draws, seed : int
         Samples, each of as many earthquakes drawn with replacement, and their seed.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        None at all with fewer than `FEWEST_EARTHQUAKES`, or where less than half of the samples tell anything.
     """
     n = len(per_event)
     if n < FEWEST_EARTHQUAKES:
@@ -104,15 +95,7 @@ def bootstrap(
     draws: int = 4000,
     seed: int = 1,
 ) -> Interval:
-    """Percentile interval of a statistic over earthquakes (Efron & Tibshirani 1993, chapter 13).
-
-    Parameters
-    ----------
-    statistic, per_event, draws, seed
-        As of `resampled`.
-    level : float
-        Of the interval.
-    """
+    """Percentile interval of a statistic over earthquakes (Efron & Tibshirani 1993, chapter 13), as of `resampled`."""
     values = resampled(statistic, per_event, draws, seed)
     if not values.size:
         return Interval()
@@ -133,15 +116,7 @@ def mean_over_earthquakes(
     draws: int = 4000,
     seed: int = 1,
 ) -> Mean:
-    """Mean over earthquakes of the means of their records, with its bootstrap interval.
-
-    Parameters
-    ----------
-    values, events
-        As of `event_means`, of shape (records,).
-    level, draws, seed
-        As of `bootstrap`.
-    """
+    """Mean over earthquakes of the means of their records, as of `event_means`, with its `bootstrap` interval."""
     known = np.isfinite(values)
     means = event_means(values[known], np.asarray(events)[known])
     if means.size == 0:

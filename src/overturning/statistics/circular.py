@@ -16,12 +16,14 @@ from scipy.special import ndtr
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 
-# Below this resultant length a mean is rounding noise: the vectors cancel and point nowhere.
 NO_DIRECTION = 1e-9
-
+"""Resultant length below which a mean is rounding noise: the vectors cancel and point nowhere."""
 
 SECTORS: Final = 24
 """Of a rose, the first centred on its zero."""
+
+SIMULATIONS: Final = 20_000
+"""Draws from which a p-value is simulated."""
 
 
 def sector(angle_deg: ArrayLike, count: int) -> NDArray[np.intp]:
@@ -32,15 +34,7 @@ def sector(angle_deg: ArrayLike, count: int) -> NDArray[np.intp]:
 
 
 def sector_shares(angle_deg: ArrayLike, weight: FloatArray | None = None) -> FloatArray:
-    """Share of falls in each of `SECTORS`; all zero where nothing fell.
-
-    Parameters
-    ----------
-    angle_deg : array_like, shape (n,)
-        Azimuths, degrees.
-    weight : ndarray, shape (n,), optional
-        Falls towards each; 1 where not given.
-    """
+    """Share of falls in each of `SECTORS`, of azimuths with their weights, 1 where not given; 0 where nothing fell."""
     counts = np.bincount(sector(angle_deg, SECTORS), weight, SECTORS).astype(np.float64)
     total = counts.sum()
     return counts / total if total > 0 else counts
@@ -49,14 +43,8 @@ def sector_shares(angle_deg: ArrayLike, weight: FloatArray | None = None) -> Flo
 def resultant(angle_deg: ArrayLike, weight: ArrayLike | None = None, *, axial: bool = False) -> tuple[float, float]:
     """Mean direction or axis, and mean resultant length (Mardia & Jupp 2000, eqs 2.2.2 to 2.2.4).
 
-    Parameters
-    ----------
-    angle_deg : array_like, shape (n,)
-        Angles, degrees.
-    weight : array_like, shape (n,), optional
-        Weights, not negative; 1 where not given.
-    axial : bool
-        Average axes (angles doubled) instead of directions.
+    Angles in degrees and their weights, not negative, 1 where not given, have shape (n,); axes are averaged with their
+    angles doubled.
 
     Returns
     -------
@@ -100,50 +88,30 @@ class TestResult:
 
 
 def rayleigh_test(angle_deg: ArrayLike, *, axial: bool = False) -> TestResult:
-    """Rayleigh test of uniformity against one preferred direction or axis, with statistic z.
+    """Rayleigh test of uniformity of angles, degrees, against one preferred direction or axis, with statistic z.
 
     z = n R̄², p = exp(√(1 + 4n + 4(n² − R²)) − (1 + 2n)) with R = n R̄ (Zar 2010, Biostatistical Analysis, eqs 27.2 and
-    27.4, after Greenwood & Durand 1955).
-
-    Parameters
-    ----------
-    angle_deg : array_like, shape (n,)
-        Independent angles, degrees.
-    axial : bool
-        Test axes (angles doubled).
+    27.4, after Greenwood & Durand 1955). The angles of axes are doubled.
     """
-    angle = np.asarray(angle_deg, dtype=np.float64)
-    n = int(angle.size)
+    n = int(np.size(angle_deg))
     if n == 0:
         return TestResult("Rayleigh", 0)
-    length = resultant(angle, axial=axial)[1]
-    z = n * length**2
+    z = n * resultant(angle_deg, axial=axial)[1] ** 2
     p_value = math.exp(math.sqrt(1 + 4 * n + 4 * n * (n - z)) - (1 + 2 * n))
     return TestResult("Rayleigh", n, z, min(p_value, 1.0))
 
 
 def v_test(angle_deg: ArrayLike, expected_deg: float, *, axial: bool = False) -> TestResult:
-    """V test of uniformity against a preferred direction or axis that was stated beforehand, with statistic u.
+    """V test of uniformity of angles against a direction or axis that was stated beforehand, with statistic u.
 
     u = n R̄ cos(mean − expected) √(2/n), normal (one-sided) for large n (Zar 2010, eqs 27.5 and 27.6; Mardia & Jupp
-    2000, eq. 6.3.4).
-
-    Parameters
-    ----------
-    angle_deg : array_like, shape (n,)
-        Independent angles, degrees.
-    expected_deg : float
-        Direction or axis stated by the hypothesis, degrees.
-    axial : bool
-        Test axes (angles doubled).
+    2000, eq. 6.3.4). The angles of axes, degrees, are doubled.
     """
-    angle = np.asarray(angle_deg, dtype=np.float64)
-    n = int(angle.size)
-    if n == 0:
+    away = np.radians((2 if axial else 1) * (np.asarray(angle_deg, dtype=np.float64) - expected_deg))
+    if away.size == 0:
         return TestResult("V", 0)
-    twice = 2 if axial else 1
-    u = float(np.cos(np.radians(twice * (angle - expected_deg))).sum()) * math.sqrt(2.0 / n)
-    return TestResult("V", n, u, float(ndtr(-u)))
+    u = float(np.cos(away).sum()) * math.sqrt(2.0 / away.size)
+    return TestResult("V", int(away.size), u, float(ndtr(-u)))
 
 
 def watson_u2_test(uniform: ArrayLike) -> TestResult:
@@ -155,12 +123,8 @@ def watson_u2_test(uniform: ArrayLike) -> TestResult:
     Parameters
     ----------
     uniform : array_like, shape (n,)
-        The distribution function of the model at each observed angle, 0 to 1; for uniformity the angle over 360°.
-
-    Raises
-    ------
-    ArgumentError
-        If a value lies outside 0 to 1.
+        The distribution function of the model at each observed angle; for uniformity the angle over 360°. An
+        `ArgumentError` where a value lies outside 0 to 1.
     """
     ordered = np.sort(np.asarray(uniform, dtype=np.float64))
     n = int(ordered.size)
@@ -183,35 +147,25 @@ def _grouped_u2(counts: FloatArray, probability: FloatArray) -> FloatArray:
     return np.asarray((((difference - centre) ** 2) * probability).sum(axis=-1) / total[..., 0])
 
 
-def grouped_watson_test(
-    counts: ArrayLike, probability: ArrayLike, *, simulations: int = 20_000, seed: int = 1
-) -> TestResult:
+def grouped_watson_test(counts: ArrayLike, probability: ArrayLike) -> TestResult:
     """Watson's U² for counts in sectors, in their order round the circle.
 
     U²_G = (1/n) Σ_j (S_j − S̄)² p_j with S_j the running sum of observed minus expected and S̄ = Σ S_j p_j (Choulakian,
-    Lockhart & Stephens 1994, Canadian Journal of Statistics 22). The p-value is simulated from the multinomial
-    distribution of the null hypothesis, so small counts and unequal sectors need no table.
+    Lockhart & Stephens 1994, Canadian Journal of Statistics 22). The p-value is simulated, so small counts and unequal
+    sectors need no table.
 
     Parameters
     ----------
-    counts : array_like of int, shape (k,)
-        Observed counts per sector.
-    probability : array_like, shape (k,)
-        Of each sector under the null hypothesis; they sum to 1.
-    simulations, seed : int
-        Number of draws and their seed; p is (1 + draws at least as extreme)/(1 + draws).
-
-    Raises
-    ------
-    ArgumentError
-        If shapes differ, or the probabilities are negative or do not sum to 1.
+    counts, probability : array_like, shape (k,)
+        Observed counts per sector, and probability of each under the null hypothesis. An `ArgumentError` where shapes
+        differ, or the probabilities are negative or do not sum to 1.
     """
     observed, expected = np.asarray(counts, dtype=np.float64), np.asarray(probability, dtype=np.float64)
     if observed.shape != expected.shape or observed.ndim != 1:
         raise ArgumentError(f"probability: shape {expected.shape}, counts {observed.shape}; one probability per sector")
     if (expected < 0).any() or abs(expected.sum() - 1) > 1e-9:
         raise ArgumentError(f"probability: sums to {expected.sum():.6g}; it must sum to 1 without negative values")
-    return _simulated_test("grouped Watson U²", _grouped_u2, observed, expected, simulations, seed)
+    return _simulated_test("grouped Watson U²", _grouped_u2, observed, expected)
 
 
 def _chi_square(counts: FloatArray, probability: FloatArray) -> FloatArray:
@@ -219,30 +173,26 @@ def _chi_square(counts: FloatArray, probability: FloatArray) -> FloatArray:
     return np.asarray(((counts - expected) ** 2 / expected).sum(axis=-1))
 
 
-def chi_square_test(
-    counts: FloatArray, probability: FloatArray, *, simulations: int = 20_000, seed: int = 1
-) -> TestResult:
-    """Pearson's X² of counts against probabilities, with a p-value simulated from the multinomial distribution.
+def chi_square_test(counts: FloatArray, probability: FloatArray) -> TestResult:
+    """Pearson's X² of counts against probabilities, as of `grouped_watson_test`.
 
     Simulated because octants of a survey often hold fewer than the five expected stones that the chi-square
-    distribution needs (Mardia & Jupp 2000, section 6.3.3). Parameters as in `grouped_watson_test`.
+    distribution needs (Mardia & Jupp 2000, section 6.3.3).
     """
-    return _simulated_test("chi-square", _chi_square, counts, probability, simulations, seed)
+    return _simulated_test("chi-square", _chi_square, counts, probability)
 
 
 def _simulated_test(
-    name: str,
-    function: Callable[[FloatArray, FloatArray], FloatArray],
-    counts: FloatArray,
-    probability: FloatArray,
-    simulations: int,
-    seed: int,
+    name: str, statistic_of: Callable[[FloatArray, FloatArray], FloatArray], counts: FloatArray, probability: FloatArray
 ) -> TestResult:
-    """A test of counts against probabilities by simulation; the function takes counts of shape (…, k)."""
+    """A test of counts, shape (…, k), against probabilities; p from the multinomial distribution of the null hypothesis.
+
+    It is (1 + draws at least as extreme)/(1 + `SIMULATIONS`).
+    """
     n = int(counts.sum())
     if n == 0:
         return TestResult(name, 0)
-    statistic = float(function(counts, probability))
-    draws = np.random.Generator(np.random.PCG64(seed)).multinomial(n, probability / probability.sum(), size=simulations)
-    extreme = int((function(draws.astype(np.float64), probability) >= statistic * (1 - 1e-12)).sum())
-    return TestResult(name, n, statistic, (1 + extreme) / (1 + simulations))
+    statistic = float(statistic_of(counts, probability))
+    draws = np.random.Generator(np.random.PCG64(1)).multinomial(n, probability / probability.sum(), size=SIMULATIONS)
+    extreme = int((statistic_of(draws.astype(np.float64), probability) >= statistic * (1 - 1e-12)).sum())
+    return TestResult(name, n, statistic, (1 + extreme) / (1 + SIMULATIONS))

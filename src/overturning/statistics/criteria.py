@@ -15,13 +15,7 @@ from overturning.units import STANDARD_GRAVITY
 
 @dataclass(frozen=True)
 class Score:
-    """Counts of a criterion, each plane and case weighted alike.
-
-    Attributes
-    ----------
-    hits, misses, false_alarms, rejections : float
-        Falls foretold, falls not foretold, falls foretold that did not come, and stands foretold.
-    """
+    """Falls foretold, falls not foretold, falls foretold that did not come, and stands foretold, as they are weighted."""
 
     hits: float
     misses: float
@@ -87,15 +81,9 @@ class CriteriaScores:
 def criteria_scores(
     cube: xr.Dataset, intensity: xr.Dataset, *, draws: int = 500, seed: int = 1
 ) -> CriteriaScores | None:
-    """Score the field's criteria on a cube; None where no outcome is known.
+    """Score the field's criteria on a cube, as of `overturning_rows`; None where no outcome is known.
 
-    Parameters
-    ----------
-    cube, intensity : Dataset
-        As in `overturning_rows`: every plane of every record with its own PGA and PGV. The cells' own outcomes count,
-        not the ensemble's probabilities.
-    draws, seed : int
-        Of the bootstrap.
+    The cells' own outcomes count, not the ensemble's probabilities; draws and seed are those of the bootstrap.
     """
     predictors, falls, event, weight = overturning_rows(cube, intensity, ensemble=False)
     if not falls.size:

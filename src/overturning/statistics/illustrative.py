@@ -1,13 +1,11 @@
 """Illustrative cases: those that a reader should watch, chosen by rule and not by eye."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
-from overturning.arrays import FloatArray
 from overturning.model.falls import model_of
 from overturning.model.planes import FALLS, fall_probability
 from overturning.statistics.by_record import one_record
@@ -61,13 +59,29 @@ class Rule(NamedTuple):
     """variables without which a cube has no such case."""
 
 
-def _largest(score: FloatArray, which: NDArray[np.bool_]) -> Candidate | None:
-    """The case with the largest score of those that may be chosen, of equals the first; None where none may."""
-    if not which.any():
+def _largest(one: xr.Dataset, flag: int, score: xr.DataArray, which: xr.DataArray) -> Candidate | None:
+    """The case of that outcome with the largest score of those that may be chosen, of equals the first; None where none."""
+    may = ((one["overturned"] == flag) & which).to_numpy()
+    if not may.any():
         return None
-    place = int(np.where(which, score, -np.inf).argmax())
-    at, *block = (int(index) for index in np.unravel_index(place, which.shape))
-    return Candidate((float(score.flat[place]),), block, (at,))
+    values = score.broadcast_like(one["overturned"]).transpose(*one["overturned"].dims).to_numpy()
+    place = int(np.where(may, values, -np.inf).argmax())
+    at, *block = (int(index) for index in np.unravel_index(place, may.shape))
+    return Candidate((float(values.flat[place]),), block, (at,))
+
+
+def _largest_standing(one: xr.Dataset, name: str) -> Candidate | None:
+    size = abs(one[name])
+    return _largest(one, 0, size, size > 0.0)
+
+
+def _broadest_falling(one: xr.Dataset, which: xr.DataArray) -> Candidate | None:
+    return _largest(one, 1, one["b_over_h"], which)
+
+
+def _over_a_corner(one: xr.Dataset) -> Candidate | None:
+    off = (one["fall_azimuth"].astype("float64") - one["orientation"]) % 90.0
+    return _broadest_falling(one, abs(off - 45.0) < CORNER_DEG)
 
 
 def _normal_against_parallel(one: xr.Dataset) -> Candidate | None:
@@ -99,41 +113,12 @@ def _which_side(one: xr.Dataset) -> Candidate | None:
     return Candidate((float(split.max()),), place, (at,) * 3, AMPLITUDES)
 
 
-def _closest_call(one: xr.Dataset) -> Candidate | None:
-    rotation = np.nan_to_num(one["peak_rotation"].to_numpy())
-    return _largest(rotation, (one["overturned"].to_numpy() == 0) & (rotation > 0.0))
-
-
-def _slenderness(one: xr.Dataset) -> FloatArray:
-    """B/H of every cell."""
-    everywhere: Any = one["b_over_h"].broadcast_like(one["overturned"])
-    return np.asarray(everywhere.transpose(*one["overturned"].dims).to_numpy())
-
-
-def _against_its_planes(one: xr.Dataset) -> Candidate | None:
-    alone = (one["overturned"].to_numpy() == 1) & (one["plane_overturned"].to_numpy() == 0)
-    return _largest(_slenderness(one), alone)
-
-
-def _over_a_corner(one: xr.Dataset) -> Candidate | None:
-    off = ((one["fall_azimuth"].astype("float64") - one["orientation"]) % 90.0).to_numpy()
-    near = np.abs(np.nan_to_num(off) - 45.0) < CORNER_DEG
-    return _largest(_slenderness(one), (one["overturned"].to_numpy() == 1) & near)
-
-
-def _turned(one: xr.Dataset) -> Candidate | None:
-    twist = np.abs(np.nan_to_num(one["residual_twist"].to_numpy()))
-    return _largest(twist, (one["overturned"].to_numpy() == 0) & (twist != 0))
-
-
 RULES: Final = (
     Rule(
         "Falls normal to the fault, stands along it",
         "the broadest block of any record that falls in the plane nearest to the fault normal and rocks but stands in "
-        "the "
-        "one nearest to the fault (of several the first record, with the highest friction; where none rocks there, one "
-        "that "
-        "only stands)",
+        "the one nearest to the fault (of several the first record, with the highest friction; where none rocks there, "
+        "one that only stands)",
         _normal_against_parallel,
         ("peak_rotation",),
     ),
@@ -147,25 +132,25 @@ RULES: Final = (
     Rule(
         "Stands, but only just",
         "the block with the largest rotation, in parts of α, of all that stand",
-        _closest_call,
+        lambda one: _largest_standing(one, "peak_rotation"),
         ("peak_rotation",),
     ),
     Rule(
         "Falls, though both planes of its faces say it stands",
         "the broadest block that does so",
-        _against_its_planes,
+        lambda one: _broadest_falling(one, one["plane_overturned"] == 0),
         ("plane_overturned",),
     ),
     Rule(
         "Falls over a corner",
-        "the broadest block whose fall lies within 10° of the middle between the normals of two faces",
+        f"the broadest block whose fall lies within {CORNER_DEG:g}° of the middle between the normals of two faces",
         _over_a_corner,
         ("plane_overturned", "fall_azimuth"),
     ),
     Rule(
         "Stands, and has turned",
         "the block with the largest turn about the vertical of all that stand",
-        _turned,
+        lambda one: _largest_standing(one, "residual_twist"),
         ("residual_twist",),
     ),
 )

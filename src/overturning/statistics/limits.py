@@ -1,7 +1,8 @@
 """The field's overturning criteria: limits of peak acceleration and velocity, as functions of a block's size and shape.
 
-Every limit is given as a peak ground acceleration that a block survives, some of them for a motion of given PGV/PGA.
-How each formula was checked stands with it; where its source could not be read, that is said.
+Every limit is given as a peak ground acceleration, m/s², that a block of height H, m, survives, some of them for a
+motion of given PGV/PGA, s. How each formula was checked stands with it; where its source could not be read, that is
+said. An `ArgumentError` is raised where an argument is not positive.
 """
 
 from collections.abc import Callable
@@ -10,14 +11,10 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import ndtr
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.units import CM, GAL, STANDARD_GRAVITY
-
-KANEKO_HAYASHI_SPREAD: Final = 0.5
-"""Standard deviation of the logarithm of the overturning acceleration; not checked against a source."""
 
 
 def _positive(name: str, values: ArrayLike) -> FloatArray:
@@ -28,7 +25,7 @@ def _positive(name: str, values: ArrayLike) -> FloatArray:
 
 
 def west_acceleration(b_over_h: ArrayLike) -> FloatArray:
-    """Acceleration, m/s², at which a rigid block begins to rock: a = g B/H; `ArgumentError` if B/H is not positive.
+    """Acceleration at which a rigid block begins to rock: a = g B/H.
 
     West's formula as given by Milne (1885, Transactions of the Seismological Society of Japan 8).
     """
@@ -36,11 +33,10 @@ def west_acceleration(b_over_h: ArrayLike) -> FloatArray:
 
 
 def ishiyama_velocity(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
-    """Peak ground velocity, m/s, below which a block of height H, m, that rocks does not overturn.
+    """Peak ground velocity, m/s, below which a block that rocks does not overturn.
 
     v = 0.4 √(8 g R/3 · (1 − cos α)/cos² α), R half the diagonal, tan α = B/H (Ishiyama 1982, Earthquake Engineering and
-    Structural Dynamics 10); about 10 B/√H in cm and cm/s for slender blocks. `ArgumentError` if H or B/H is not
-    positive.
+    Structural Dynamics 10); about 10 B/√H in cm and cm/s for slender blocks.
     """
     tall, slenderness = _positive("height", height), _positive("b_over_h", b_over_h)
     alpha = np.arctan(slenderness)
@@ -52,7 +48,7 @@ def ishiyama_velocity(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
 
 
 def ishiyama_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
-    """PGA, m/s², from which both of Ishiyama's limits are passed: West's, and `ishiyama_velocity` over PGV/PGA (s)."""
+    """PGA from which both of Ishiyama's limits are passed: West's, and `ishiyama_velocity` over PGV/PGA."""
     by_velocity = ishiyama_velocity(height, b_over_h) / _positive("pgv_over_pga", pgv_over_pga)
     return np.maximum(west_acceleration(b_over_h), by_velocity)
 
@@ -64,33 +60,18 @@ def kaneko_hayashi_frequency(height: ArrayLike, b_over_h: ArrayLike) -> FloatArr
 
 
 def kaneko_hayashi_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
-    """PGA, m/s², at which half of the blocks of height H, m, overturn, for a motion of given PGV/PGA, s.
+    """PGA at which half of the blocks overturn.
 
     A₅₀ = g B/H (1 + B/H) up to the frequency F_b, 10 B/√H (1 + B/H)^2.5 · 2π F above, in cm, cm/s² and Hz, with the
     motion's frequency F = PGA/(2π PGV) (Kaneko & Hayashi 2000, Journal of Structural and Construction Engineering, AIJ,
     536). The paper could not be read; the branches meet at F_b to 0.05 % (10 · 15.6 · 2π = 980.2 cm/s², which is g), so
     each coefficient is confirmed by the others.
-
-    Raises
-    ------
-    ArgumentError
-        If an argument is not positive.
     """
     tall, slenderness = _positive("height", height) / CM, _positive("b_over_h", b_over_h)
     frequency = 1 / (2 * np.pi * _positive("pgv_over_pga", pgv_over_pga))
     low = STANDARD_GRAVITY * slenderness * (1 + slenderness)
     high = 10 * slenderness * np.sqrt(tall) * (1 + slenderness) ** 2.5 * 2 * np.pi * frequency * GAL
     return np.where(frequency > kaneko_hayashi_frequency(height, b_over_h), high, low)
-
-
-def kaneko_hayashi_probability(pga: ArrayLike, pgv: ArrayLike, height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
-    """Probability of overturning, lognormal about `kaneko_hayashi_acceleration`; PGA in m/s², PGV in m/s, H in m.
-
-    The spread, `KANEKO_HAYASHI_SPREAD`, could not be checked.
-    """
-    peak = _positive("pga", pga)
-    median = kaneko_hayashi_acceleration(height, b_over_h, _positive("pgv", pgv) / peak)
-    return np.asarray(ndtr(np.log(peak / median) / KANEKO_HAYASHI_SPREAD))
 
 
 def frequency_parameter(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
@@ -105,23 +86,22 @@ def _pulse_frequency_ratio(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga:
 
 
 def pulse_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
-    """PGA, m/s², at which a block overturns under a one-sine pulse of given PGV/PGA, s, after one impact.
+    """PGA at which a block overturns under a one-sine pulse, after one impact.
 
     a = g B/H (1 + ω/6p), ω = 2 PGA/PGV the pulse's frequency (Makris & Roussos 2000, Géotechnique 50, for near-source
     pulses). The paper could not be read; against the rocking block the formula is 0 to 11 % high for ω/p of 1 to 4 and
-    B/H = 0.1, and far too low beyond ω/p = 5. `ArgumentError` if an argument is not positive.
+    B/H = 0.1, and far too low beyond ω/p = 5.
     """
     ratio = _pulse_frequency_ratio(height, b_over_h, pgv_over_pga)
     return west_acceleration(b_over_h) * (1 + ratio / 6)
 
 
 def direct_pulse_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
-    """PGA, m/s², at which a block overturns under a one-sine pulse of given PGV/PGA, s, without any impact.
+    """PGA at which a block overturns under a one-sine pulse, without any impact.
 
     a = A g B/H with √(A² − 1) − A exp(−(2π − arcsin 1/A) p/ω) = ω/p: the slender block, linear, ends the pulse exactly
     at the top (the mode without impact of Zhang & Makris 2001, Journal of Engineering Mechanics 127; in closed form as
-    in Dimitrakopoulos & DeJong 2012, Proceedings of the Royal Society A 468). `ArgumentError` if an argument is not
-    positive.
+    in Dimitrakopoulos & DeJong 2012, Proceedings of the Royal Society A 468).
     """
     ratio = _pulse_frequency_ratio(height, b_over_h, pgv_over_pga)
 
@@ -140,15 +120,7 @@ def direct_pulse_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_p
 
 @dataclass(frozen=True)
 class Criterion:
-    """A criterion that the field uses.
-
-    Attributes
-    ----------
-    name, rule : str
-        What it is called, and what it says.
-    acceleration : callable
-        PGA, m/s², from which a block falls by it, from height (m), B/H and PGV/PGA (s).
-    """
+    """A criterion of the field: its name, what it says, and its PGA by height, B/H and PGV/PGA."""
 
     name: str
     rule: str

@@ -85,18 +85,13 @@ def logistic_fit(
         Without intercept; what they are called.
     outcome, weight, cluster, level : array_like, shape (n,), float
         0 and 1, or a share between; weight of each row, 1 where not given; which rows belong together; of the
-        intervals.
+        intervals. An `ArgumentError` where shapes do not fit or an outcome lies outside 0 to 1.
 
     Returns
     -------
     LogisticFit
         With ``note`` instead of estimates where all outcomes are equal, or where a combination of predictors separates
         them, so that no finite estimate exists (Albert & Anderson 1984, Biometrika 71).
-
-    Raises
-    ------
-    ArgumentError
-        If shapes do not fit or an outcome lies outside 0 to 1.
     """
     x, y = np.asarray(predictors, dtype=np.float64), np.asarray(outcome, dtype=np.float64)
     if x.ndim != 2 or y.shape != x.shape[:1]:
@@ -110,8 +105,7 @@ def logistic_fit(
     coefficient = variance = np.full(len(label), np.nan)
     note = ""
     if y.size == 0 or y.min() == y.max():
-        which = "no outcome is known" if y.size == 0 else ("everything falls" if y[0] else "nothing falls")
-        note = f"no fit: {which}"
+        note = "no fit: " + ("no outcome is known" if y.size == 0 else "everything falls" if y[0] else "nothing falls")
     else:
         # Predictors are centred and scaled while iterating, so that the information matrix is well conditioned.
         centre, scale = x.mean(axis=0), x.std(axis=0)
@@ -187,7 +181,8 @@ def overturning_rows(
     cube : Dataset
         The cube; read one record at a time.
     intensity : Dataset
-        ``pga`` (m/s²) and ``pgv`` (m/s) over ``record`` and ``azimuth``, with every azimuth of the cube.
+        ``pga`` (m/s²) and ``pgv`` (m/s) over ``record`` and ``azimuth``; an `ArgumentError` where one of the cube's
+        azimuths is missing.
     ensemble : bool
         As of `Model.falls`.
 
@@ -198,11 +193,6 @@ def overturning_rows(
     outcome, event, weight : ndarray, shape (n,)
         No predictor depends on friction, so that a mean over it, weighted by how much of it is known, is the same to a
         fit. Events are numbers, in the order of their names; weights average 1.
-
-    Raises
-    ------
-    ArgumentError
-        If an azimuth of the cube is missing from the intensities.
     """
     model, parts = model_of(cube), []
     number = np.unique(np.atleast_1d(cube["event"].values), return_inverse=True)[1]

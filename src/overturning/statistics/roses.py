@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import xarray as xr
@@ -51,17 +52,10 @@ class Rose:
 def rose_of(
     cube: xr.Dataset, *, from_normal: bool = False, level: float = 0.95, draws: int = 2000, seed: int = 1
 ) -> Rose:
-    """Rose of the nominal fall azimuths of a cube that has them.
+    """Rose of the nominal fall azimuths of a cube that has them, read one record at a time.
 
-    Parameters
-    ----------
-    cube : Dataset
-        Of the records to take together, read one at a time: each record's shares are averaged over the records of an
-        earthquake, and these over earthquakes.
-    from_normal : bool
-        Azimuths from the fault normal, of the records for which it is known.
-    level, draws, seed
-        As in `mean_over_earthquakes`.
+    Each record's shares are averaged over the records of an earthquake, and these over earthquakes, as of `bootstrap`;
+    ``from_normal`` takes azimuths from the fault normal, of the records for which it is known.
     """
     zero = cube["fault_normal"].to_numpy() if from_normal else np.zeros(cube.sizes["record"])
     events = np.atleast_1d(cube["event"].to_numpy().astype(str))
@@ -93,22 +87,18 @@ def study_roses(cube: xr.Dataset) -> dict[str, tuple[Rose, Rose | None]]:
     `rose_of`.
     """
     groups, known = record_groups(cube), np.isfinite(cube["fault_normal"].to_numpy())
-    of = _counted_roses(cube) if model_of(cube).one_component else _roses_over_earthquakes(cube)
+    of = _counted_roses(cube) if model_of(cube).one_component else partial(_rose_of_records, cube)
     return {
         name: (of(members, False), of(members & known, True) if known.any() else None)
         for name, members in groups.items()
     }
 
 
-OfRecords = Callable[[NDArray[np.bool_], bool], Rose]
-"""Rose of some records, from north or from the fault normal."""
+def _rose_of_records(cube: xr.Dataset, members: NDArray[np.bool_], from_normal: bool) -> Rose:
+    return rose_of(cube.isel(record=np.flatnonzero(members)), from_normal=from_normal)
 
 
-def _roses_over_earthquakes(cube: xr.Dataset) -> OfRecords:
-    return lambda members, from_normal: rose_of(cube.isel(record=np.flatnonzero(members)), from_normal=from_normal)
-
-
-def _counted_roses(cube: xr.Dataset) -> OfRecords:
+def _counted_roses(cube: xr.Dataset) -> Callable[[NDArray[np.bool_], bool], Rose]:
     near = near_boundary(cube)
     some = bool(near.any())
     falls = falls_towards(cube).where(near | (not some)).sum(["height", "b_over_h", "friction"]).compute()
@@ -118,11 +108,12 @@ def _counted_roses(cube: xr.Dataset) -> OfRecords:
     zero, nowhere = cube["fault_normal"].to_numpy(), np.full(SECTORS, np.nan)
 
     def of(members: NDArray[np.bool_], from_normal: bool) -> Rose:
-        if from_normal:
-            relative = (azimuth[None, :] - zero[members][:, None]) % 360.0
-            shares = sector_shares(relative.ravel(), weighted[members].ravel())
-        else:
-            shares = sector_shares(azimuth, weighted[members].sum(axis=0))
+        relative = (azimuth - zero[members][:, None]) % 360.0
+        shares = (
+            sector_shares(relative.ravel(), weighted[members].ravel())
+            if from_normal
+            else sector_shares(azimuth, weighted[members].sum(axis=0))
+        )
         what = "falls near the boundary" if some else "falls"
         return Rose(round(counts[members].sum()), shares, nowhere, nowhere, what=what)
 

@@ -133,7 +133,7 @@ class Posterior:
         return np.asarray(self.probability.sum(axis=(1, 2)))
 
     def of_axes(self) -> FloatArray:
-        """Probability of each azimuth of the largest velocity, in steps of `TURN_DEG` from north; shape (180 / step,)."""
+        """Probability of each azimuth of the largest velocity, in steps of `TURN_DEG`; shape (180 / step,)."""
         place, weight = (self.axis[:, None] + self.turn) / TURN_DEG, self.probability.sum(axis=1)
         below, count = np.floor(place).astype(np.intp), 180 // TURN_DEG
         # An axis between two steps is shared out to both.

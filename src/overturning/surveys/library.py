@@ -91,28 +91,18 @@ def shipped_records() -> list[Candidate]:
 
 def pulses() -> list[Candidate]:
     """One-cycle sine and cosine pulses towards the north."""
-    named = [(shape, period) for shape in ("sine", "cosine") for period in PERIODS]
     line = "{} amplitude_gal=400 period_s={} sampling_interval_s=0.01"
     return [
         Candidate.of(f"{shape} {period:g} s", "", Motion.of(pulse_record(parse_pulse(line.format(shape, period)))))
-        for shape, period in named
+        for shape in ("sine", "cosine")
+        for period in PERIODS
     ]
 
 
 def candidates(own: Iterable[Record] = (), *, alone: bool = False) -> list[Candidate]:
-    """Every motion to ask about, each once: the user's own records, then what comes with the package.
+    """Every motion to ask about, each once: the user's own processed records, then what comes with the package.
 
-    Parameters
-    ----------
-    own : iterable of Record
-        Processed records.
-    alone : bool
-        The user's own only.
-
-    Raises
-    ------
-    ArgumentError
-        If there is none, or one never moves.
+    ``alone`` leaves the latter out; an `ArgumentError` where there is none, or one never moves.
     """
     every = [Candidate.of(one.record_id, one.event, Motion.of(one)) for one in own]
     every += [] if alone else [*shipped_records(), *pulses()]

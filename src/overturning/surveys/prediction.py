@@ -71,7 +71,7 @@ class SitePrediction:
         self.start = float((self.azimuth[0] + self.azimuth[-1] - 360) / 2)
 
     def _at(self, azimuth_deg: float, b_over_h: float) -> tuple[FloatArray, FloatArray]:
-        """Interpolated probability of falling towards an azimuth and away from it, and the nearest cell's time of the fall.
+        """Interpolated probability of falling towards an azimuth and away, and the nearest cell's time of the fall.
 
         Of each block: shapes (2, blocks) and (blocks,).
         """

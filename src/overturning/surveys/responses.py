@@ -124,10 +124,8 @@ class Responses:
 
     Parameters
     ----------
-    motions : sequence of Candidate
-        The motions.
-    kinds : sequence of StoneKind
-        The stones' kinds.
+    motions, kinds : sequence of Candidate, sequence of StoneKind
+        The motions and the stones' kinds; an `ArgumentError` where there is none of either.
     population : Population, optional
         From which height and B/H are drawn where they are not known.
     folder : Path, optional
@@ -136,11 +134,6 @@ class Responses:
         Threads.
     progress : callable, optional
         Called with the number of motions that are done, and of all.
-
-    Raises
-    ------
-    ArgumentError
-        If there is no motion or no kind.
     """
 
     def __init__(

@@ -113,18 +113,15 @@ class SurveyRow(BaseModel):
 
     def stone(self, line: int) -> Stone:
         """The stone, its directions counted from true north."""
-        azimuth = self.azimuth_deg if self.octant is None else 45.0 * self.octant
+        azimuth, north = self.azimuth_deg if self.octant is None else 45.0 * self.octant, self.magnetic_declination_deg
         return Stone(
             fell=math.isfinite(azimuth),
-            azimuth_deg=(azimuth + self.magnetic_declination_deg) % 360,
+            azimuth_deg=(azimuth + north) % 360,
             octant=self.octant is not None,
-            count=self.count,
-            b_over_h=self.b_over_h,
-            b_over_h_side=self.b_over_h_side,
-            face_azimuth_deg=(self.face_azimuth_deg + self.magnetic_declination_deg) % 360,
+            face_azimuth_deg=(self.face_azimuth_deg + north) % 360,
             line=line,
             height=self.height_m,
-            round=self.round,
+            **{name: getattr(self, name) for name in ("count", "b_over_h", "b_over_h_side", "round")},
         )
 
 
@@ -135,13 +132,9 @@ COLUMNS = tuple(SurveyRow.model_fields)
 def read_survey(path: Path) -> list[Stone]:
     """Read a survey, its stones in the order of the file.
 
-    A CSV with a header; columns as `COLUMNS`. ``magnetic_declination_deg`` (east positive) is added to the stone's
-    directions, so leave it empty where they were taken from true north. Lines that begin with ``#`` are comments.
-
-    Parameters
-    ----------
-    path : Path
-        The file, UTF-8 with or without byte order mark.
+    A CSV with a header, UTF-8 with or without byte order mark; columns as `COLUMNS`. ``magnetic_declination_deg`` (east
+    positive) is added to the stone's directions, so leave it empty where they were taken from true north. Lines that
+    begin with ``#`` are comments.
 
     Raises
     ------
@@ -149,10 +142,8 @@ def read_survey(path: Path) -> list[Stone]:
         If the file cannot be read, has no stone or an unknown column, or a cell is wrong; names file, line, column.
     """
     one_of = ("azimuth_deg", "octant")
-    stones = [
-        row.stone(line)
-        for line, row in read_rows(path, SurveyRow, delimiter=",", error=RecordError, kind="survey", one_of=one_of)
-    ]
+    rows = read_rows(path, SurveyRow, delimiter=",", error=RecordError, kind="survey", one_of=one_of)
+    stones = [row.stone(line) for line, row in rows]
     if not stones:
         raise RecordError(f"{path}: no stone; write one row per stone below the header")
     return stones

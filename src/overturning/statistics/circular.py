@@ -185,7 +185,7 @@ def chi_square_test(counts: FloatArray, probability: FloatArray) -> TestResult:
 def _simulated_test(
     name: str, statistic_of: Callable[[FloatArray, FloatArray], FloatArray], counts: FloatArray, probability: FloatArray
 ) -> TestResult:
-    """A test of counts, shape (…, k), against probabilities; p from the multinomial distribution of the null hypothesis.
+    """A test of counts, shape (…, k), against probabilities, with p from their multinomial distribution.
 
     It is (1 + draws at least as extreme)/(1 + `SIMULATIONS`).
     """

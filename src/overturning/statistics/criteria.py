@@ -15,7 +15,7 @@ from overturning.units import STANDARD_GRAVITY
 
 @dataclass(frozen=True)
 class Score:
-    """Falls foretold, falls not foretold, falls foretold that did not come, and stands foretold, as they are weighted."""
+    """Falls foretold, falls not foretold, falls foretold that did not come, stands foretold, as they are weighted."""
 
     hits: float
     misses: float

@@ -60,7 +60,7 @@ class Rule(NamedTuple):
 
 
 def _largest(one: xr.Dataset, flag: int, score: xr.DataArray, which: xr.DataArray) -> Candidate | None:
-    """The case of that outcome with the largest score of those that may be chosen, of equals the first; None where none."""
+    """The case of that outcome with the largest score of those that may be chosen, of equals the first, if any."""
     may = ((one["overturned"] == flag) & which).to_numpy()
     if not may.any():
         return None

@@ -14,8 +14,7 @@ from overturning.model.results import Results
 from overturning.model.scene import Scene
 from tests.dem.polygon_scenes import shipped
 from tests.verification.test_stability_scenes import pulse
-from verification.stability.fallen import falls_from, flags_fit, lies_from
-from verification.stability.scenes import contradiction
+from verification.stability.checks import falls_from, flags_fit, lies_from, scene_contradiction
 
 
 def case(scene: Scene) -> Results:
@@ -50,7 +49,7 @@ def test_flags_that_do_not_fit_the_rotations_are_found(turned_deg: list[float], 
     scene = shipped("three-tier")
     prepared, found = prepare(scene), case(scene)
     answer = with_row(prepared, found, turned_deg, flags)
-    assert contradiction(prepared, 0.7, pulse(6.0), answer) == ("" if fits else "flag and rotation")
+    assert scene_contradiction(prepared, 0.7, pulse(6.0), answer) == ("" if fits else "flag and rotation")
 
 
 def test_a_softer_contact_lies_flat_earlier_as_its_springs_say() -> None:

@@ -1,21 +1,13 @@
 """No case of the map is silent, on a small sample; the checks find what is wrong."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
 from overturning.dem.run import run_cases
-from verification.stability.blocks import (
-    MEANINGS,
-    Ending,
-    contact_of_case,
-    contradiction,
-    demand_of,
-    run_case,
-    run_map,
-    table_of,
-)
+from overturning.model.cases import Cases
 from verification.stability.cases import (
     ADVERSARIAL,
     StabilityCase,
@@ -23,6 +15,8 @@ from verification.stability.cases import (
     motion_of_case,
     space_filling,
 )
+from verification.stability.checks import Ending, block_contradiction, demand_of
+from verification.stability.maps import MEANINGS, contact_of_case, run_case, run_map
 
 BUDGET = 100_000
 SOUND = StabilityCase(1e8, 1.0, 0.3, 1.0, 2650.0, 0.6, 6.0, 0.01, float("nan"), "centred", "pulse", 80.0, 0.0)
@@ -30,13 +24,9 @@ SOUND = StabilityCase(1e8, 1.0, 0.3, 1.0, 2650.0, 0.6, 6.0, 0.01, float("nan"), 
 
 def test_no_case_is_silent_and_the_bounds_are_kept() -> None:
     cases = [*space_filling(256, 5), *(case for case in adversarial_cases(2, 5) if case.motion != "ten minutes")]
-    outcomes = run_map(cases, budget=BUDGET)
-    found = table_of(cases, outcomes)
+    found = run_map(partial(run_case, budget=BUDGET), cases)
     assert set(found) == set(MEANINGS)
-    silent = [
-        (case, outcome) for case, outcome in zip(cases, outcomes, strict=True) if outcome["ending"] == Ending.SILENT
-    ]
-    assert not silent
+    assert found[found["ending"] == Ending.SILENT].empty
     marked = ~np.isin(found["ending"], (Ending.RIGHT, Ending.AT_REST))
     assert (found["overturned"][marked] == -128).all()
     assert (found["overturned"][~marked] != -128).all()
@@ -69,8 +59,13 @@ def test_adversarial_motions_are_what_they_are_called(name: str) -> None:
 
 def test_the_checks_find_a_wrong_answer() -> None:
     motion = motion_of_case(SOUND, 0)
-    found = run_cases(motion, _cases(SOUND), contact=contact_of_case(SOUND), density=SOUND.density)
-    assert contradiction(SOUND, motion, found) == ""
+    found = run_cases(
+        motion,
+        Cases(0.0, SOUND.height, SOUND.b_over_h, SOUND.friction),
+        contact=contact_of_case(SOUND),
+        density=SOUND.density,
+    )
+    assert block_contradiction(SOUND, motion, found) == ""
     wrong = {
         "flag and rotation": {"overturned": np.array([1 - abs(found.overturned[0])], np.int8)},
         "energy balance": {"energy_error": np.array([0.02], np.float32)},
@@ -81,13 +76,7 @@ def test_the_checks_find_a_wrong_answer() -> None:
         "left out above a threshold": {"status": np.array([1], np.int8)},
     }
     for reason, change in wrong.items():
-        assert contradiction(SOUND, motion, replace(found, **change)) == reason
-
-
-def _cases(case: StabilityCase):  # type: ignore[no-untyped-def]
-    from overturning.model.cases import Cases
-
-    return Cases(0.0, case.height, case.b_over_h, case.friction)
+        assert block_contradiction(SOUND, motion, replace(found, **change)) == reason
 
 
 def test_what_numbers_cannot_hold_is_refused_by_name() -> None:

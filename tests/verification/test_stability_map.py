@@ -5,8 +5,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from verification.stability.blocks import GROUPS, Ending
+from verification.stability.checks import Ending
 from verification.stability.figures import draw_map
+from verification.stability.maps import GROUPS
 
 
 def test_a_map_of_twenty_thousand_cases_stays_small(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """No case of a shipped scene is silent, on a small sample; what is out of reach is marked or refused."""
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +19,9 @@ from overturning.model.results import Results
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
 from tests.dem.polygon_scenes import shipped
-from verification.stability.blocks import Ending
-from verification.stability.scene_cases import SCENES, TOGETHER, scene_settings
-from verification.stability.scenes import MEANINGS, contradiction, rocking_bound, run_scene_map
+from verification.stability.cases import SCENES, TOGETHER, scene_settings
+from verification.stability.checks import Ending, rocking_bound, scene_contradiction
+from verification.stability.maps import SCENE_MEANINGS, run_map, run_setting
 
 ROOT = Path(__file__).parents[2]
 
@@ -35,8 +36,8 @@ def pulse(peak: float) -> Motion:
 def test_no_case_of_a_scene_is_silent() -> None:
     settings = [setting for setting in scene_settings(8, 1, 7) if setting.common.motion != "ten minutes"]
     assert {setting.scene for setting in settings} == set(SCENES)
-    found = run_scene_map(settings, threads=2, root=ROOT)
-    assert set(found) == set(MEANINGS)
+    found = run_map(partial(run_setting, root=ROOT), settings, threads=2)
+    assert set(found) == set(SCENE_MEANINGS)
     assert len(found["ending"]) == len(settings) * TOGETHER
     silent = found["ending"] == Ending.SILENT
     assert not silent.any(), list(zip(found["scene"][silent], found["reason"][silent], strict=True))
@@ -49,7 +50,7 @@ def test_no_case_of_a_scene_is_silent() -> None:
     compared = found["as_block"][found["scene"] == "gravestone"]
     assert (compared >= 0).sum() > 30
     assert (compared == 0).sum() <= 3, "the block's own kernel has the same flags"
-    again = run_scene_map(settings[:4], root=ROOT)
+    again = run_map(partial(run_setting, root=ROOT), settings[:4])
     for name, values in again.items():
         np.testing.assert_array_equal(values, found[name][: 4 * TOGETHER], name)
 
@@ -68,7 +69,7 @@ def test_the_checks_find_a_wrong_answer_of_one_element() -> None:
     found = run(made, motion, Cases([0.0], 0.636, 0.3805031447, 0.7))
     assert found.status[0] == Status.SIMULATED
     assert (found.overturned[0] != 0).tolist() == [False, False, True], "the shaft falls"
-    assert contradiction(prepared, 0.7, motion, found) == ""
+    assert scene_contradiction(prepared, 0.7, motion, found) == ""
 
     def changed(name: str, column: int, value: float) -> Results:
         values = getattr(found, name).copy()
@@ -86,8 +87,8 @@ def test_the_checks_find_a_wrong_answer_of_one_element() -> None:
         "left out above a threshold": replace(found, status=np.array([Status.AT_REST], np.int8)),
     }
     for reason, answer in wrong.items():
-        assert contradiction(prepared, 0.7, motion, answer) == reason
-    assert contradiction(prepared, 0.7, pulse(0.1), found) == "fell below the threshold"
+        assert scene_contradiction(prepared, 0.7, motion, answer) == reason
+    assert scene_contradiction(prepared, 0.7, pulse(0.1), found) == "fell below the threshold of rocking"
 
 
 @pytest.mark.parametrize("name", SCENES)

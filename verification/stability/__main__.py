@@ -1,25 +1,34 @@
 """`python -m verification.stability blocks|scenes --output MAP.nc`: run extreme cases and check how each ends."""
 
 import sys
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from verification.stability import blocks as block_map
-from verification.stability import scenes as scene_map
-from verification.stability.cases import adversarial_cases, space_filling
-from verification.stability.scene_cases import TOGETHER, scene_settings
+from verification.stability.cases import TOGETHER, adversarial_cases, scene_settings, space_filling
+from verification.stability.maps import (
+    ADVERSARIAL_BUDGET,
+    BUDGET,
+    MEANINGS,
+    SCENE_BUDGET,
+    SCENE_MEANINGS,
+    run_case,
+    run_map,
+    run_setting,
+)
 from verification.tables import write_table
-
-say = partial(print, file=sys.stderr, flush=True)
 
 app = typer.Typer(rich_markup_mode=None, no_args_is_help=True, help="The map of stability.")
 
 Map = Annotated[Path, typer.Option(help="map to make (NetCDF, CSV beside it)")]
 Seed = Annotated[int, typer.Option(min=0, help="seed of the sample")]
 Threads = Annotated[int, typer.Option(min=1, help="number of threads")]
+
+
+def say(done: int, total: int) -> None:
+    """Tell how far a map is."""
+    print(f"stability: {done} of {total}", file=sys.stderr, flush=True)
 
 
 @app.command()
@@ -32,10 +41,9 @@ def blocks(
 ) -> None:
     """Run stiff and extreme blocks."""
     cases = [*space_filling(count, seed), *adversarial_cases(adversarial, seed)]
-    found = block_map.run_map(cases, threads=threads, progress=lambda done, total: say(f"stability: {done} of {total}"))
-    about = {"space_filling": count, "adversarial": adversarial, "seed": seed, "budget": block_map.BUDGET}
-    rows = block_map.table_of(cases, found)
-    write_table(rows, output, meanings=block_map.MEANINGS, attributes=about, dimension="case")
+    about = {"space_filling": count, "adversarial": adversarial, "seed": seed, "budget": BUDGET}
+    rows = run_map(run_case, cases, threads=threads, progress=say)
+    write_table(rows, output, meanings=MEANINGS, attributes=about, dimension="case")
 
 
 @app.command()
@@ -47,14 +55,10 @@ def scenes(
     threads: Threads = 1,
 ) -> None:
     """Run the shipped scenes under the map's extremes."""
-    rows = scene_map.run_scene_map(
-        scene_settings(settings, adversarial, seed),
-        threads=threads,
-        progress=lambda done, total: say(f"scenes: {done * TOGETHER} of {total * TOGETHER}"),
-    )
+    rows = run_map(run_setting, scene_settings(settings, adversarial, seed), threads=threads, progress=say)
     about = {"settings": settings, "adversarial": adversarial, "together": TOGETHER, "seed": seed}
-    about |= {"budget": scene_map.BUDGET, "adversarial_budget": scene_map.ADVERSARIAL_BUDGET}
-    write_table(rows, output, meanings=scene_map.MEANINGS, attributes=about, dimension="case")
+    about |= {"budget": SCENE_BUDGET, "adversarial_budget": ADVERSARIAL_BUDGET}
+    write_table(rows, output, meanings=SCENE_MEANINGS, attributes=about, dimension="case")
 
 
 if __name__ == "__main__":

@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 
 from overturning.figures.style import save, style
-from verification.stability.blocks import Ending
-from verification.stability.scene_cases import SCENES
+from verification.stability.cases import SCENES
+from verification.stability.checks import Ending
 
 _KINDS: Final = (
     ("right", (Ending.RIGHT,), "#9ecae1"),

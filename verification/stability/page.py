@@ -11,9 +11,8 @@ from overturning.dem.kernel.balance import ENERGY_BOUND
 from overturning.dem.numerics import BUDGET
 from overturning.dem.plan import DEEPEST
 from overturning.model.contact import PRECISION_FLOOR
-from verification.stability.blocks import Ending
-from verification.stability.cases import ADVERSARIAL
-from verification.stability.scene_cases import SCENES
+from verification.stability.cases import ADVERSARIAL, SCENES
+from verification.stability.checks import Ending
 from verification.tables import Figure, markdown, wrapped
 
 STIFF: Final = 1e-5

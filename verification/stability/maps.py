@@ -1,0 +1,243 @@
+"""The stability maps: every case ends with a checked answer, with a mark, or with a refusal, and none is silent."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from overturning.arrays import FloatArray
+from overturning.dem.numerics import ELEMENT_STEP, Numerics
+from overturning.dem.polygon.prepare import Prepared, prepare
+from overturning.dem.run import run, run_cases
+from overturning.dem.time_step import highest_eigenvalue, rocking_time, scheme_of, stable_step, steps_per_sample
+from overturning.errors import ArgumentError
+from overturning.model.cases import Cases
+from overturning.model.contact import Contact
+from overturning.model.geometry import native_size
+from overturning.model.status import Status
+from overturning.model.variables import INT8_MISSING
+from overturning.motion.motion import Motion
+from overturning.units import STANDARD_GRAVITY
+from verification.stability.cases import (
+    ADVERSARIAL,
+    PAPER_DAMPING,
+    TOGETHER,
+    SceneSetting,
+    StabilityCase,
+    motion_of_case,
+    scene_of_setting,
+)
+from verification.stability.checks import (
+    Ending,
+    block_contradiction,
+    deepest_at_rest,
+    rocking_bound,
+    scene_contradiction,
+    static_penetration,
+)
+
+BUDGET: Final = 1_000_000
+"""Block steps of a case of the map; fewer than a study's case may take, so that the map is made in minutes."""
+SCENE_BUDGET: Final = 300_000
+"""Steps of a case of a scene, fewer than a block's: each costs as much as some tens of a block's."""
+ADVERSARIAL_BUDGET: Final = 600_000
+"""Steps of a case of a scene under an adversarial motion."""
+
+GROUPS: Final = ("penetration_ratio", "damping", "step_ratio", "acceleration_ratio", "friction_ratio")
+
+_BOTH: Final = {
+    "friction": ("friction coefficient", "1"),
+    "peak": ("largest horizontal acceleration", "m s-2"),
+    "scheme": ("integration scheme", ""),
+    "motion": ("kind of motion", ""),
+    "ending": ("how the case ended: " + ", ".join(f"{e.value} {e.name.lower()}" for e in Ending), "1"),
+    "reason": ("argument that a refusal names, or check that does not hold", ""),
+    "energy_error": ("residual of work and energy", "1"),
+    "step_ratio": ("time step over the stable one", "1"),
+}
+MEANINGS: Final = _BOTH | {
+    "stiffness": ("normal stiffness of a corner, per metre of depth", "N m-1"),
+    "damping_ratio": ("damping ratio of heave asked for; NaN: the paper's dashpot", "1"),
+    "b_over_h": ("slenderness", "1"),
+    "height": ("height of the block", "m"),
+    "density": ("density", "kg m-3"),
+    "sampling_interval": ("sampling interval of the motion", "s"),
+    "step_fraction": ("time step over the stable one, asked for; NaN: automatic", "1"),
+    "period": ("period of pulse and square wave, in samples", "1"),
+    "vertical": ("largest upward over largest horizontal acceleration", "1"),
+    "overturned": ("side to which the block falls; -128: no answer", "1"),
+    "penetration": ("largest penetration over the width", "1"),
+    "rotation": ("largest rotation over the critical angle", "1"),
+    "slip": ("largest slip of the base's midpoint", "m"),
+    "block_steps": ("block steps computed", "1"),
+    "penetration_ratio": ("static penetration over width", "1"),
+    "damping": ("damping ratio of heave", "1"),
+    "acceleration_ratio": ("largest acceleration over g B/H", "1"),
+    "friction_ratio": ("friction coefficient over B/H", "1"),
+}
+"""Long name and unit of the columns of the blocks' map,"""
+SCENE_MEANINGS: Final = _BOTH | {
+    "scene": ("scene", ""),
+    "height": ("height of the reference element", "m"),
+    "b_over_h": ("slenderness of the reference element", "1"),
+    "fallen": ("elements that fall; -1: no answer", "1"),
+    "as_block": ("1 where the block's kernel has the same flag, 0 where another; -1: not both answer", "1"),
+    "block_steps": ("steps computed, times free elements", "1"),
+    "penetration_ratio": ("largest static penetration over the smallest side of a free element", "1"),
+    "damping": ("largest damping ratio of heave of a loaded contact", "1"),
+    "acceleration_ratio": ("largest acceleration over g times the least threshold of rocking", "1"),
+    "friction_ratio": ("friction coefficient over the least threshold of rocking", "1"),
+}
+"""and of the scenes'."""
+
+
+def contact_of_case(case: StabilityCase) -> Contact:
+    """The contact of a case of the map."""
+    if np.isnan(case.damping_ratio):
+        return Contact(stiffness=case.stiffness, damping=PAPER_DAMPING)
+    return Contact(stiffness=case.stiffness, damping_ratio=case.damping_ratio)
+
+
+def run_case(case: StabilityCase, number: int, budget: int = BUDGET) -> dict[str, Any]:
+    """Run one case within some block steps and check its answer: a row of the map.
+
+    The number is its place on the map; it seeds the noise.
+    """
+    motion, contact = motion_of_case(case, number), contact_of_case(case)
+    row: dict[str, Any] = vars(case) | {
+        "ending": Ending.REFUSED,
+        "reason": "",
+        "overturned": INT8_MISSING,
+        "block_steps": 0,
+    }
+    row |= dict.fromkeys(("energy_error", "penetration", "rotation", "slip"), float("nan"))
+    row = vars(case) | row | _groups(case, contact, motion)
+    cases = Cases(0.0, case.height, case.b_over_h, case.friction)
+    given: dict[str, Any] = {"scheme": case.scheme, "time_step": case.time_step, "budget": budget}
+    try:
+        found = run_cases(motion, cases, density=case.density, contact=contact, **given)
+    except ArgumentError as error:
+        return row | {"reason": str(error).partition(":")[0]}
+    reason = block_contradiction(case, motion, found)
+    return row | {
+        "ending": Ending.SILENT if reason else Ending(int(found.status[0])),
+        "reason": reason,
+        "overturned": int(found.overturned[0]),
+        "energy_error": float(found.energy_error[0]),
+        "penetration": float(found.peak_penetration[0]) / (case.b_over_h * case.height),
+        "rotation": float(found.peak_rotation[0]),
+        "slip": float(found.peak_slip[0]),
+        "block_steps": int(found.block_steps[0]),
+    }
+
+
+def _groups(case: StabilityCase, contact: Contact, motion: Motion) -> dict[str, float]:
+    width, height = np.array([case.b_over_h * case.height]), np.array([case.height])
+    normal, tangential, dashpot = contact.specific(width, height, case.density)
+    square = highest_eigenvalue(normal, tangential, 0.5 * width, 0.5 * height)
+    rate = highest_eigenvalue(dashpot, dashpot, 0.5 * width, 0.5 * height)
+    groups = (
+        static_penetration(case) / float(width[0]),
+        float(dashpot[0]) / (2.0 * np.sqrt(0.5 * float(normal[0]))),
+        _step_ratio(case, square, rate, motion.sampling_interval, rocking_time(width, height)),
+        case.peak / (STANDARD_GRAVITY * case.b_over_h),
+        case.friction / case.b_over_h,
+    )
+    return dict(zip(GROUPS, groups, strict=True))
+
+
+def _step_ratio(
+    case: StabilityCase, square: FloatArray, rate: FloatArray, interval: float, period: FloatArray | None = None
+) -> float:
+    """Δt/Δt_stable of a case, from the highest eigenvalues of springs and dashpots; what was asked for if refused."""
+    scheme = scheme_of(case.scheme)
+    try:
+        per_sample = float(steps_per_sample(scheme, case.time_step, square, rate, interval, period)[0])
+    except ArgumentError:
+        return case.step_fraction
+    return interval / per_sample / float(stable_step(scheme, square, rate, period)[0])
+
+
+def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> dict[str, NDArray[Any]]:
+    """Run the cases of a setting and check their answers: columns of the map of scenes, shape (TOGETHER,).
+
+    The number is its place on the map; it seeds the noise. Below `root` lies config/scenes.
+    """
+    case = setting.common
+    scene, motion = scene_of_setting(setting, root), motion_of_case(setting.common, number)
+    ratio = native_size(scene)[1] * case.b_over_h
+    alike = {
+        "scene": setting.scene, "motion": case.motion, "scheme": case.scheme, "height": case.height, "b_over_h": ratio,
+        "ending": np.int8(Ending.REFUSED), "fallen": np.int8(-1), "as_block": np.int8(-1), "energy_error": np.nan,
+        "block_steps": np.int64(0),
+    }  # fmt: skip
+    rows: dict[str, NDArray[Any]] = {name: np.full(TOGETHER, value) for name, value in alike.items()}
+    rows["friction"], rows["reason"] = setting.friction, np.full(TOGETHER, "", object)
+    rows["peak"] = setting.amplitude * np.abs(motion.north).max()
+    budget = ADVERSARIAL_BUDGET if case.motion in ADVERSARIAL else SCENE_BUDGET
+    prepared = None
+    try:
+        prepared = prepare(scene, case.height, ratio)
+        cases = Cases(setting.azimuth_deg, case.height, ratio, setting.friction, setting.amplitude)
+        numerics = Numerics(
+            scheme=case.scheme, time_step=case.time_step, budget=ELEMENT_STEP * budget * len(scene.free), general=True
+        )
+        found = run(scene, motion, cases, numerics)
+    except ArgumentError as error:
+        rows["reason"][:] = str(error).partition(":")[0].partition(" ")[0]
+        return rows | _scene_groups(setting, prepared, motion)
+    for row, (friction, factor) in enumerate(zip(setting.friction, setting.amplitude, strict=True)):
+        reason = scene_contradiction(prepared, float(friction), motion.times(float(factor)), found, row)
+        rows["ending"][row] = Ending.SILENT if reason else int(found.status[row])
+        rows["reason"][row] = reason
+        if not reason and found.status[row] in (Status.SIMULATED, Status.AT_REST):
+            rows["fallen"][row] = np.count_nonzero(found.overturned[row])
+    rows["energy_error"][:], rows["block_steps"][:] = found.energy_error, found.block_steps
+    if scene.single_block:
+        block = run(scene, motion, cases, replace(numerics, general=False)).element(0)
+        # The scene's ground ends somewhere, the block's does not.
+        there = found.peak_slip[:, 0] < 0.5 * prepared.placed[0].shape.width
+        both = (found.overturned[:, 0] != INT8_MISSING) & (block.overturned != INT8_MISSING) & there
+        rows["as_block"][both] = (found.overturned[:, 0] == block.overturned)[both]
+    return rows | _scene_groups(setting, prepared, motion)
+
+
+def _scene_groups(setting: SceneSetting, prepared: Prepared | None, motion: Motion) -> dict[str, NDArray[Any]]:
+    if prepared is None:
+        return dict.fromkeys(GROUPS, np.full(TOGETHER, np.nan))
+    laws, bound = prepared.laws, max(rocking_bound(prepared.placed), 1e-9)
+    loaded = laws.carried > 0
+    heave = 2.0 * np.sqrt(0.5 * laws.normal * laws.carried / STANDARD_GRAVITY)
+    damping = laws.dashpot[loaded] / heave[loaded]
+    groups = (
+        deepest_at_rest(prepared) / min(item.size for item in prepared.placed if not item.fixed),
+        float(damping.max()) if damping.size else np.nan,
+        _step_ratio(setting.common, np.array([prepared.square]), np.array([prepared.rate]), motion.sampling_interval),
+        setting.amplitude * np.abs(motion.north).max() / (STANDARD_GRAVITY * bound),
+        setting.friction / bound,
+    )
+    return {name: np.broadcast_to(value, TOGETHER) for name, value in zip(GROUPS, groups, strict=True)}
+
+
+def run_map(
+    run: Callable[..., dict[str, Any]],
+    items: Sequence[Any],
+    *,
+    threads: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> pd.DataFrame:
+    """What `run_case` or `run_setting` makes of each item and its number, in their order, whatever the threads."""
+    found: list[dict[str, Any]] = []
+    with ThreadPoolExecutor(max_workers=threads) as pool:
+        for one in pool.map(run, items, range(len(items))):
+            found.append(one)
+            if progress and len(found) % max(len(items) // 20, 1) == 0:
+                progress(len(found), len(items))
+    of_scenes = "scene" in found[0]
+    rows = pd.concat(map(pd.DataFrame, found), ignore_index=True) if of_scenes else pd.DataFrame(found)
+    return rows.astype({name: np.int8 for name in ("ending", "overturned") if name in rows})

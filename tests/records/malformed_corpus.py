@@ -5,35 +5,13 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from tests.records.record_writers import cosmos_text, csmip_text, esm_text, geonet_text, knet_text, peer_text, smc_text
-from tests.records.world_writers import bhrc_text, counts_text, cwa_text, nsmn_text, renadic_text, unam_text
+from tests.records.written import FORMS
 
 random = np.random.default_rng(5)
-A, B = (np.round(random.normal(0, 50, 203), 1) for _ in range(2))
 COUNTS = [random.integers(-400_000, 400_000, 200) for _ in range(2)]
-# Per format: names and contents of the files of one record (the first is the one that is spoilt), and the number of
-# header lines before the samples of the first component.
-WHOLE: dict[str, tuple[dict[str, str], int]] = {
-    "knet": ({"T.NS": knet_text(COUNTS[0]), "T.EW": knet_text(COUNTS[1], direction="E-W")}, 17),
-    "geonet": ({"x.V2A": geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02)}, 26),
-    "geonet-raw": ({"x.V1A": geonet_text({"N28W": (332, A), "S62W": (242, B)}, 0.02, corrected=False)}, 26),
-    "csmip1": ({"x.v1": csmip_text({"90 Deg": (90, A / 1000), "360 Deg": (360, B / 1000)}, 100)}, 28),
-    "csmip2": ({"x.v2": csmip_text({"90 Deg": (90, A), "360 Deg": (360, B)}, 100, volume=2)}, 46),
-    "cosmos": ({"x.v2c": cosmos_text({"340 deg": (340, A), "70 deg": (70, B)}, 0.01)}, 45),
-    "smc": ({"0a.smc": smc_text(A, 200.0, "360"), "0b.smc": smc_text(B, 200.0, "270")}, 29),
-    "peer": ({"x1.AT2": peer_text(A / 1000, 0.01, "228"), "x2.AT2": peer_text(B / 1000, 0.01, "318")}, 4),
-    "peer-old": (
-        {"x1.AT2": peer_text(A / 1000, 0.01, "228", header="oldest"), "x2.AT2": peer_text(B / 1000, 0.01, "318")},
-        4,
-    ),
-    "cosmos0": ({"x.V0": counts_text(np.round(2 * A), np.round(2 * B))}, 45),
-    "renadic": ({"x.v1": renadic_text({"NS": np.round(A / 100, 3), "EW": np.round(B / 100, 3)})}, 27),
-    "cwa": ({"x.dat": cwa_text(A, B, A)}, 22),
-    "nsmn": ({"x.txt": nsmn_text(A, B, A)}, 18),
-    "bhrc": ({"x.V1": bhrc_text({"L": A / 100, "T": B / 100})}, 27),
-    "unam": ({"x.asa": unam_text({"N00E": A, "N90W": B})}, 23),
-    "esm": ({"x.HNE.ASC": esm_text(A, 0.01, "HNE"), "x.HNN.ASC": esm_text(B, 0.01, "HNN")}, 23),
-}
+STEPS = [np.round(random.normal(0, 500, 203)) for _ in range(2)]
+WHOLE = {form: (written.files(*STEPS), written.header) for form, written in FORMS.items()}
+"""Names and contents of the files of one record, of which the first is spoilt, and the number of its header lines."""
 
 
 def on_lines(change: Callable[[list[str]], list[str]]) -> Callable[[str], bytes]:
@@ -80,169 +58,155 @@ def generic(header: int) -> Iterator[tuple[str, Callable[[str], bytes]]]:
     yield "a page instead", lambda _t: b"<!DOCTYPE html><html><body>Please sign in</body></html>"
     yield "binary", lambda t: bytes(range(256)) * (len(t) // 256)
     yield "text behind", lambda t: (t + "end of file, have a nice day\n").encode()
+    joined = on_lines(lambda ls: [*ls[:header], re.sub(r"(\d) +(-\d)", r"\1\2", "".join(ls[header:]), count=1)])
+    yield "columns that touch", joined
     for word in ("NaN", "inf", "******", "1.2.3", "--5", "0x1F", "1_0", "", "1,5", "abc", "1E", "٣"):
         yield f"sample is {word!r}", on_lines(sample_replaced(header + 5, word))
     for line in range(header):
-        yield (
-            f"header line {line + 1} starred",
-            on_lines(lambda ls, i=line: [*ls[:i], re.sub(r"\d", "*", ls[i]), *ls[i + 1 :]]),
-        )
-        yield (
-            f"header line {line + 1} without its numbers",
-            on_lines(lambda ls, i=line: [*ls[:i], re.sub(r"\d", " ", ls[i]), *ls[i + 1 :]]),
-        )
+        for digit in "* ":
+            starred = on_lines(lambda ls, i=line, d=digit: [*ls[:i], re.sub(r"\d", d, ls[i]), *ls[i + 1 :]])
+            yield f"header line {line + 1} with {digit!r} for its digits", starred
         yield f"header line {line + 1} missing", on_lines(lambda ls, i=line: ls[:i] + ls[i + 1 :])
-    yield "Shift-JIS in the first text", on_lines_sjis(1)
+    yield "Shift-JIS in the first text", lambda t: t.replace("\n", "\n地震 ", 1).encode("shift_jis")
 
 
-def on_lines_sjis(index: int) -> Callable[[str], bytes]:
-    def change(text: str) -> bytes:
-        lines = text.splitlines(keepends=True)
-        return "".join([*lines[:index], "地震 " + lines[index], *lines[index + 1 :]]).encode("shift_jis")
-
-    return change
-
-
-def replaced(old: str, new: str) -> Callable[[str], bytes]:
-    def change(text: str) -> bytes:
-        assert old in text, f"{old!r} is not in the file"
-        return text.replace(old, new, 1).encode()
-
-    return change
-
-
-SPECIAL: dict[str, dict[str, Callable[[str], bytes]]] = {
-    "knet": {
-        "zero rate": replaced("100Hz", "0Hz"),
-        "fractional rate": replaced("100Hz", "99.5Hz"),
-        "negative rate": replaced("100Hz", "-100Hz"),
-        "senseless rate": replaced("100Hz", "1e9Hz"),
-        "blank magnitude": replaced("Mag.              6.1", "Mag.              "),
-        "zero scale": replaced("2000(gal)", "0(gal)"),
-        "scale over zero": replaced("/8388608", "/0"),
-        "negative scale": replaced("2000(gal)", "-2000(gal)"),
-        "swapped components": replaced("N-S", "E-W"),
-        "unknown direction": replaced("N-S", "H1"),
-        "peak 1 % off": lambda t: re.sub(
-            r"(Max\. Acc\. \(gal\)\s+)([\d.]+)", lambda m: m[1] + f"{float(m[2]) * 1.01:.3f}", t
-        ).encode(),
-        "peak blank": lambda t: re.sub(r"(Max\. Acc\. \(gal\)\s+)([\d.]+)", r"\1", t).encode(),
-        "wrong duration": replaced("Duration Time(s)  2", "Duration Time(s)  3"),
-        "touching columns": lambda t: re.sub(r"(\d) +(-\d+ )", r"\1\2", t, count=1).encode(),
-        "station of 9 letters": replaced("TST001", "TST001XYZ"),
-        "no station": replaced("TST001", ""),
-        "month 13": replaced("Record Time       2001/02", "Record Time       2001/13"),
-    },
-    "geonet": {
-        "swapped components": replaced("Component N28W", "Component S62W"),
-        "unknown axis": replaced("Component N28W", "Component H1  "),
-        "another unit": replaced("mm/s/s at", "g      at"),
-        "interval contradicts": replaced("at 0.020 sec", "at 0.010 sec"),
-        "zero interval": lambda t: t.replace("at 0.020 sec", "at 0.000 sec").replace("  0.0200", "  0.0000").encode(),
-        "count contradicts": replaced("points  203", "points  202"),
-        "peak 1 % off": lambda t: re.sub(
-            r"peak +(-?[\d.]+) mm/s/s", lambda m: f"peak {float(m[1]) * 1.01:.1f} mm/s/s", t, count=1
-        ).encode(),
-    },
-    "csmip1": {
-        "swapped components": replaced("Chan  1: 90 Deg", "Chan  1: 360 Deg"),
-        "unknown axis": replaced("Chan  1: 90 Deg", "Chan  1: H1"),
-        "counts": replaced("in units of g.", "in units of counts."),
-        "zero rate": replaced("points at 100 pts/sec", "points at 0 pts/sec"),
-        "another rate": replaced("points at 100 pts/sec", "points at 200 pts/sec"),
-        "peak 1 % off": lambda t: re.sub(
-            r"Max  = +([\d.]+) g", lambda m: f"Max  = {float(m[1]) * 1.02:.4f} g", t, count=1
-        ).encode(),
-        "no end mark": lambda t: t.replace("/&", "  ").replace("End of Data", "").encode(),
-        "volume 3": lambda t: ("RESPONSE AND FOURIER AMPLITUDE SPECTRA\n" + t).encode(),
-    },
-    "cosmos": {
-        "swapped components": replaced("1: 340 deg", "1: 70 deg"),
-        "unknown axis": lambda t: t.replace("1: 340 deg", "1: H1", 1).replace("     340", "     700", 1).encode(),
-        "counts": replaced("cm/sec2(04)", "counts(50)"),
-        "velocity": replaced("acceleration pts", "velocity pts"),
-        "unit contradicts": replaced("cm/sec2(04)", "g(02)"),
-        "count too large": replaced("    203  acceleration", "    999  acceleration"),
-        "count too small": replaced("    203  acceleration", "    195  acceleration"),
-        "senseless format": replaced("Format=(8F10.5)", "Format=(0F00.0)"),
-        "huge count": replaced("    203  acceleration", "999999999999  acceleration"),
-    },
-    "smc": {
-        "swapped components": replaced("component=    360", "component=    270"),
-        "velocity": replaced("2 CORRECTED ACCELEROGRAM", "3 VELOCITY"),
-        "zero rate": replaced("2.0000000E+02", "0.0000000E+00"),
-        "huge rate": replaced("2.0000000E+02", "2.0000000E+32"),
-        "count too large": replaced("       203", "       999"),
-        "count too small": replaced("       203", "       100"),
-    },
-    "peer": {
-        "count too large": replaced("NPTS=    203", "NPTS=    999"),
-        "count too small": replaced("NPTS=    203", "NPTS=    195"),
-        "zero interval": replaced("DT=   0.0100", "DT=   0.0000"),
-        "interval of a day": replaced("DT=   0.0100", "DT=   86400."),
-        "another unit": replaced("IN UNITS OF G", "IN UNITS OF CM/S/S"),
-        "unknown axis": replaced(", 228", ", H1"),
-        "parallel axes": replaced(", 228", ", 318"),
-    },
-    "cosmos0": {
-        "no sensitivity": lambda t: t.replace("     1.250000", "  -999.000000").encode(),
-        "no step": lambda t: t.replace("  2000.000000", "     0.000000").encode(),
-        "unit contradicts": replaced("counts(50)", "cm/sec2(04)"),
-    },
-    "renadic": {
-        "another unit": replaced("SEC AND G/10", "SEC AND VOLT"),
-        "count too large": replaced("NO. OF POINTS =    203", "NO. OF POINTS =    999"),
-        "count too small": replaced("NO. OF POINTS =    203", "NO. OF POINTS =    190"),
-        "uneven time": replaced("  0.050", "  0.053"),
-        "peak 1 % off": lambda t: re.sub(
-            r"MAX  = *([\d.]+) G", lambda m: f"MAX  ={float(m[1]) * 1.02:7.4f} G", t, count=1
-        ).encode(),
-        "no end mark": replaced("/&", "  "),
-    },
-    "cwa": {
-        "another unit": replaced("gal. DC", "counts DC"),
-        "swapped columns": replaced("Time U(+); N(+); E(+)", "Time N(+); U(+); E(+)"),
-        "unknown column": replaced("N(+)", "H1(+)"),
-        "no sign": replaced("N(+)", "N"),
-        "zero rate": replaced("SampleRate(Hz): 100", "SampleRate(Hz): 0"),
-        "another rate": replaced("SampleRate(Hz): 100", "SampleRate(Hz): 200"),
-        "length too large": replaced("RecordLength(sec): 2.03", "RecordLength(sec): 4.06"),
-        "touching columns": lambda t: re.sub(r"(\.\d{3}) +(-\d+\.\d{3}\n)", r"\1\2", t, count=1).encode(),
-        "uneven time": replaced("     0.050", "     0.055"),
-    },
-    "nsmn": {
-        "count too large": replaced("NUMBER OF DATA\t:\t203", "NUMBER OF DATA\t:\t999"),
-        "zero interval": replaced("(sec)\t:\t0.010000", "(sec)\t:\t0.000000"),
-        "another unit": replaced("RAW PGA VALUES (gal)", "RAW PGA VALUES (g)"),
-        "columns swapped": replaced("N-S          E-W", "E-W          N-S"),
-        "no such day": replaced("17/08/1999 00:01:47", "37/08/1999 00:01:47"),
-        "half a place": replaced("40.84370N-31.14888E", "40.84370N"),
-    },
-    "bhrc": {
-        "another unit": replaced("SECONDS AND G/10", "SECONDS AND G"),
-        "count too large": replaced("NO. OF POINTS =    203", "NO. OF POINTS =    999"),
-        "count too small": replaced("NO. OF POINTS =    203", "NO. OF POINTS =    190"),
-        "volume 2": replaced("* VOL1DS", "* VOL2DS"),
-        "unknown component": replaced("\nL\n", "\nX\n"),
-        "component contradicts": replaced("COMP L1", "COMP T1"),
-        "no end mark": replaced("/&", "  "),
-    },
-    "unam": {
-        "another unit": replaced(": Gal (cm/s/s)", ": g"),
-        "count too large": replaced(": /203/203/", ": /999/999/"),
-        "zero interval": replaced(": /0.01/0.01/", ": /0.0/0.0/"),
-        "an axis too few": replaced(": /N00E/N90W/", ": /N00E/"),
-        "unknown axis": replaced("/N00E/", "/H1/"),
-        "no such day": replaced("1995/09/14", "1995/19/14"),
-    },
-    "esm": {
-        "another unit": replaced("UNITS: cm/s^2", "UNITS: cm"),
-        "count too large": replaced("NDATA: 203", "NDATA: 999"),
-        "zero interval": replaced("INTERVAL_S: 0.010000", "INTERVAL_S: 0.000000"),
-        "velocity": replaced("DATA_TYPE: ACCELERATION", "DATA_TYPE: VELOCITY"),
-        "unknown axis": replaced("STREAM: HNE", "STREAM: HN1"),
-        "peak 1 % off": lambda t: re.sub(
-            r"(PGA_CM/S\^2: )(\S+)", lambda m: m[1] + f"{float(m[2]) * 1.01:.6f}", t
-        ).encode(),
-    },
+OTHERWISE: dict[str, list[tuple[str, ...]]] = {
+    "knet": [
+        ("100Hz", "0Hz", "99.5Hz", "-100Hz", "1e9Hz"),
+        ("Mag.              6.1", "Mag.              "),
+        ("2000(gal)", "0(gal)", "-2000(gal)"),
+        ("/8388608", "/0"),
+        ("N-S", "E-W", "H1"),
+        ("Duration Time(s)  2", "Duration Time(s)  3"),
+        ("TST001", "TST001XYZ", ""),
+        ("Record Time       2001/02", "Record Time       2001/13"),
+    ],
+    "geonet": [
+        ("Component N28W", "Component S62W", "Component H1  "),
+        ("mm/s/s at", "g      at"),
+        ("at 0.020 sec", "at 0.010 sec"),
+        ("points  203", "points  202"),
+    ],
+    "csmip1": [
+        ("Uncorrected Accelerogram", "RESPONSE AND FOURIER AMPLITUDE SPECTRA"),
+        ("Chan  1: 90 Deg", "Chan  1: 360 Deg", "Chan  1: H1"),
+        ("in units of g.", "in units of counts."),
+        ("points at 100 pts/sec", "points at 0 pts/sec", "points at 200 pts/sec"),
+    ],
+    "csmip-pairs": [
+        ("SEC AND G/10", "SEC AND VOLT"),
+        ("NO. OF POINTS = 203", "NO. OF POINTS = 999", "NO. OF POINTS = 190"),
+        ("  0.200", "  0.207"),
+    ],
+    "cosmos": [
+        ("1: 340 deg", "1: 70 deg"),
+        ("cm/sec2(04)", "counts(50)", "g(02)"),
+        ("acceleration pts", "velocity pts"),
+        ("    203  acceleration", "    999  acceleration", "    195  acceleration", "999999999999  acceleration"),
+        ("Format=(8F10.5)", "Format=(0F00.0)"),
+    ],
+    "smc": [
+        ("component=    360", "component=    270"),
+        ("2 CORRECTED ACCELEROGRAM", "3 VELOCITY"),
+        ("2.0000000E+02", "0.0000000E+00", "2.0000000E+32"),
+        ("       203", "       999", "       100"),
+    ],
+    "peer": [
+        ("NPTS=    203", "NPTS=    999", "NPTS=    195"),
+        ("DT=   0.0100", "DT=   0.0000", "DT=   86400."),
+        ("IN UNITS OF G", "IN UNITS OF CM/S/S"),
+        (", 228", ", H1", ", 318"),
+    ],
+    "cosmos0": [
+        ("     1.250000", "  -999.000000"),
+        ("  2000.000000", "     0.000000"),
+        ("counts(50)", "cm/sec2(04)"),
+    ],
+    "renadic": [
+        ("SEC AND G/10", "SEC AND VOLT"),
+        ("NO. OF POINTS =    203", "NO. OF POINTS =    999", "NO. OF POINTS =    190"),
+        ("  0.050", "  0.053"),
+        ("/&", "  "),
+    ],
+    "cwa": [
+        ("gal. DC", "counts DC"),
+        ("Time U(+); N(+); E(+)", "Time N(+); U(+); E(+)"),
+        ("N(+)", "H1(+)", "N"),
+        ("SampleRate(Hz): 100", "SampleRate(Hz): 0", "SampleRate(Hz): 200"),
+        ("RecordLength(sec): 2.03", "RecordLength(sec): 4.06"),
+        ("     0.050", "     0.055"),
+    ],
+    "nsmn": [
+        ("NUMBER OF DATA\t:\t203", "NUMBER OF DATA\t:\t999"),
+        ("(sec)\t:\t0.010000", "(sec)\t:\t0.000000"),
+        ("RAW PGA VALUES (gal)", "RAW PGA VALUES (g)"),
+        ("N-S          E-W", "E-W          N-S"),
+        ("17/08/1999 00:01:47", "37/08/1999 00:01:47"),
+        ("40.84370N-31.14888E", "40.84370N"),
+    ],
+    "bhrc": [
+        ("SECONDS AND G/10", "SECONDS AND G"),
+        ("NO. OF POINTS =    203", "NO. OF POINTS =    999", "NO. OF POINTS =    190"),
+        ("* VOL1DS", "* VOL2DS"),
+        ("\nL\n", "\nX\n"),
+        ("COMP L1", "COMP T1"),
+        ("/&", "  "),
+    ],
+    "unam": [
+        (": Gal (cm/s/s)", ": g"),
+        (": /203/203/", ": /999/999/"),
+        (": /0.01/0.01/", ": /0.0/0.0/"),
+        (": /N00E/N90W/", ": /N00E/", ": /H1/N90W/"),
+        ("1995/09/14", "1995/19/14"),
+    ],
+    "esm": [
+        ("UNITS: cm/s^2", "UNITS: cm"),
+        ("NDATA: 203", "NDATA: 999"),
+        ("INTERVAL_S: 0.010000", "INTERVAL_S: 0.000000"),
+        ("DATA_TYPE: ACCELERATION", "DATA_TYPE: VELOCITY"),
+        ("STREAM: HNE", "STREAM: HN1"),
+    ],
 }
+"""By form: what stands in its first file, and what could stand there instead."""
+
+AT_ODDS = {
+    "csmip1": (("/&", "  "), ("End of Data", "")),
+    "cosmos": (("1: 340 deg", "1: H1"), ("     340", "     700")),
+    "geonet": (("at 0.020 sec", "at 0.000 sec"), ("  0.0200", "  0.0000")),
+}
+"""What is wrong only where both are changed: no end mark, an axis that nothing states, an interval of zero."""
+
+PEAKS = {
+    "knet": r"(Max\. Acc\. \(gal\)\s+)([\d.]+)",
+    "geonet": r"(peak +)(-?[\d.]+)(?= mm/s/s)",
+    "csmip1": r"(Max  = +)([\d.]+)",
+    "csmip2": r"(Peak acceleration = +)([\d.]+)",
+    "renadic": r"(MAX  = *)([\d.]+)",
+    "nsmn": r"(\(N-S\) )([\d.]+)",
+    "unam": r"(ACEL\. MAX\.\(Gal\), C1-C6 +: /)([\d.-]+)",
+    "esm": r"(PGA_CM/S\^2: )(\S+)",
+}
+"""Where the first peak is stated."""
+
+
+def corpus(form: str) -> Iterator[tuple[str, Callable[[str], bytes]]]:
+    """The ways in which a file of a form is spoilt, each with its name."""
+    first = next(iter(WHOLE[form][0].values()))
+
+    def replaced(*changes: tuple[str, str]) -> Callable[[str], bytes]:
+        spoilt = first
+        for old, new in changes:
+            assert old in spoilt, f"{old!r} is not in the file"
+            spoilt = spoilt.replace(old, new, -1 if len(changes) > 1 else 1)
+        return lambda _text: spoilt.encode()
+
+    yield from generic(WHOLE[form][1])
+    for old, *others in OTHERWISE.get(form, []):
+        for new in others:
+            yield f"{old!r} became {new!r}", replaced((old, new))
+    if form in AT_ODDS:
+        yield f"{AT_ODDS[form]}", replaced(*AT_ODDS[form])
+    if form in PEAKS:
+        off = re.sub(PEAKS[form], lambda match: f"{match[1]}{1.02 * float(match[2]):.4f}", first, count=1)
+        assert off != first
+        yield "peak 2 % off", lambda _text: off.encode()

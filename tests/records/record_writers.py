@@ -1,34 +1,19 @@
 """Small files in the formats that the readers know, written from numbers: the fixtures of the tests."""
 
+from collections.abc import Callable
 from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
 
-KNET_EXTENSION = {
-    "N-S": "NS",
-    "E-W": "EW",
-    "U-D": "UD",
-    "1": "NS1",
-    "2": "EW1",
-    "3": "UD1",
-    "4": "NS2",
-    "5": "EW2",
-    "6": "UD2",
-}
+KNET_SENSORS = {None: ("N-S", "E-W", "U-D"), 1: ("1", "2", "3"), 2: ("4", "5", "6")}
+"""Direction codes by the number of the sensor, which KiK-net's files have after NS, EW or UD."""
 
 
 def knet_text(
-    counts,
-    *,
-    direction="N-S",
-    rate="100Hz",
-    station="TST001",
-    scale=(2000, 8388608),
-    start=datetime(2001, 2, 3, 4, 5, 6),
-    magnitude="6.1",
-    memo="",
-) -> str:
+    counts, *, direction="N-S", rate="100Hz", station="TST001", scale=(2000, 8388608),
+    start=datetime(2001, 2, 3, 4, 5, 6), magnitude="6.1", memo="",
+) -> str:  # fmt: skip
     """K-NET ASCII; ``start`` is the first sample's time in UTC, counts carry their offset."""
     counts = np.asarray(counts, dtype=int)
     gain = float(scale[0]) / float(scale[1])
@@ -62,11 +47,10 @@ def knet_text(
 
 def write_knet_set(folder: Path, stem: str, north, east, up=None, *, kik: int | None = None, **header) -> list[Path]:
     """A set of component files of counts; ``kik`` 1 for the borehole sensor, 2 for the surface one."""
-    codes = {None: ("N-S", "E-W", "U-D"), 1: ("1", "2", "3"), 2: ("4", "5", "6")}[kik]
     paths = []
-    for code, counts in zip(codes, (north, east, up), strict=True):
+    for code, axis, counts in zip(KNET_SENSORS[kik], ("NS", "EW", "UD"), (north, east, up), strict=True):
         if counts is not None:
-            path = folder / f"{stem}.{KNET_EXTENSION[code]}"
+            path = folder / f"{stem}.{axis}{kik or ''}"
             path.write_text(knet_text(counts, direction=code, **header), encoding="ascii")
             paths.append(path)
     return paths
@@ -82,15 +66,7 @@ def fixed(values, width: int, decimals: int, per_line: int, form: str = "f") -> 
     return "".join("".join(words[i : i + per_line]) + "\n" for i in range(0, len(words), per_line))
 
 
-def geonet_text(
-    components: dict,
-    interval: float,
-    *,
-    corrected: bool = True,
-    start=datetime(2016, 11, 13, 11, 2, 19),
-    prepended: int = 0,
-    magnitude: float = 7.82,
-) -> str:
+def geonet_text(components: dict, interval: float, *, corrected=True, prepended=0, magnitude=7.82) -> str:
     """GeoNet V2A or V1A; ``components`` maps axis (N28W) to (bearing, samples in mm/s²)."""
     text = ""
     for axis, (bearing, samples) in components.items():
@@ -118,12 +94,11 @@ def geonet_text(
             "Displacement:  peak  234.852 mm     at  46.36 sec     rms   38.013 mm",
         ]
         whole = [0] * 40
-        whole[8:10] = start.year, start.month
-        whole[18:20] = start.day, start.hour
+        whole[8:10], whole[18:20] = (2016, 11), (13, 11)
         whole[27] = bearing
         whole[31] = prepended
         whole[33:36] = n, n if corrected else 0, n if corrected else 0
-        whole[38:40] = start.minute, start.second * 1000
+        whole[38:40] = 2, 19_000
         real = [0.0] * 60
         real[14], real[24], real[25] = magnitude, interval, interval
         text += "\n".join(lines) + "\n" + fixed(whole, 8, 0, 10)
@@ -174,26 +149,34 @@ def csmip_text(channels: dict, rate: int, *, volume: int = 1) -> str:
     return text
 
 
-def csmip_pairs_text(channels: dict, interval: float) -> str:
-    """Old volume 1 / RAW: time and acceleration in g/10, ten columns of seven."""
+def pairs_text(channels: dict, interval: float, lines: Callable[[int, str, int, float], list[str]]) -> str:
+    """Channels of volume 1 that hold pairs of time and acceleration, ten columns of seven."""
     text = ""
     for number, (axis, (azimuth, samples)) in enumerate(channels.items(), 1):
         samples = np.asarray(samples, dtype=float)
-        lines = [
+        head = lines(number, axis, samples.size, np.abs(samples).max() / 10)
+        whole = [0] * 100
+        whole[26:28] = azimuth, samples.size
+        pairs = np.column_stack([np.arange(samples.size) * interval, samples]).ravel()
+        text += "\n".join(head + [""] * (13 - len(head))) + "\n" + fixed(whole, 5, 0, 16) + fixed([0.0] * 50, 10, 6, 8)
+        text += fixed(pairs, 7, 3, 10) + f"/&  ----------  END OF DATA FOR CHANNEL {number}  ----------\n"
+    return text
+
+
+def csmip_pairs_text(channels: dict, interval: float) -> str:
+    """Old volume 1 / RAW, g/10; ``channels`` maps axis to (azimuth, samples)."""
+
+    def lines(number: int, axis: str, size: int, peak: float) -> list[str]:
+        return [
             "UNCORRECTED ACCELEROGRAM DATA              PROCESSED: 02/28/94",
             "RECORD OF NORTHRIDGE EARTHQUAKE",
             "STATION NO. 24436   34.160N, 118.534W   SMA-1  S/N 0001",
             f"CHAN  {number}: {axis}",
-            f"NO. OF POINTS = {samples.size}  RECORD LENGTH = {(samples.size - 1) * interval:.3f} SEC",
-            f"UNITS OF UNCOR ACCEL ARE SEC AND G/10.     MAX  = {np.abs(samples).max() / 10:.4f} G.",
+            f"NO. OF POINTS = {size}  RECORD LENGTH = {(size - 1) * interval:.3f} SEC",
+            f"UNITS OF UNCOR ACCEL ARE SEC AND G/10.     MAX  = {peak:.4f} G.",
         ]
-        lines += [""] * (13 - len(lines))
-        whole = [0] * 100
-        whole[26] = azimuth
-        pairs = np.column_stack([np.arange(samples.size) * interval, samples]).ravel()
-        text += "\n".join(lines) + "\n" + fixed(whole, 5, 0, 16) + fixed([0.0] * 50, 10, 6, 8)
-        text += fixed(pairs, 7, 3, 10) + f"----- END OF DATA FOR CHANNEL {number} -----\n"
-    return text
+
+    return pairs_text(channels, interval, lines)
 
 
 def cosmos_text(channels: dict, interval: float, *, unit: int = 4, kind: str = "Corrected") -> str:
@@ -229,8 +212,10 @@ def cosmos_text(channels: dict, interval: float, *, unit: int = 4, kind: str = "
         text += "\n".join(lines) + "\n" + fixed(whole, 8, 0, 10)
         text += " 100 Real-header values follow on  17 lines, Format= (6F13.6)\n" + fixed(real, 13, 6, 6)
         text += '   1 Comment line(s) follow, each starting with a "|":\n| a comment\n'
-        text += f"{n:7d}  acceleration pts, approx {n * interval:4.0f} secs, units={word}({unit:02d}),Format=(8F10.5)\n"
-        text += fixed(samples, 10, 5, 8) + f"/&  ----------  End of data for channel  {number}  ----------\n"
+        text += f"{n:7d}  acceleration pts, approx {n * interval:4.0f} secs, units={word}({unit:02d}),"
+        decimals = 1 if unit == 50 else 5
+        text += f"Format=(8F10.{decimals})\n" + fixed(samples, 10, decimals, 8)
+        text += f"/&  ----------  End of data for channel  {number}  ----------\n"
     return text
 
 

@@ -1,7 +1,6 @@
 """Which earthquake a record belongs to."""
 
 from dataclasses import replace
-from datetime import datetime
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +12,9 @@ from overturning.errors import ConfigError
 from overturning.records.catalogue import RecordEntry, read_catalogue
 from overturning.records.earthquakes import Earthquakes, earthquakes_of
 from overturning.records.formats import fema_p695
-from overturning.records.read import read_path, read_record
+from overturning.records.read import read_record
 from overturning.records.record import Record
-from overturning.records.source import Declarations
-from tests.records.record_writers import cosmos_text, esm_text, geonet_text, write_knet_set
-from tests.records.world_writers import cwa_text, nsmn_text
+from tests.records.record_writers import write_knet_set
 
 TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
 
@@ -177,40 +174,6 @@ WAVE = np.round(900 * np.sin(np.arange(800) / 7.0))
 def _file(folder: Path, name: str, text: str) -> Path:
     (folder / name).write_text(text)
     return folder / name
-
-
-@pytest.mark.parametrize(
-    ("form", "origin", "place"),
-    [
-        ("knet", "2001-02-03T04:05:01", (35.275, 133.348)),
-        ("geonet", "2016-11-13T11:02:56", (-42.6925, 173.02194)),
-        ("cosmos", "2005-06-16T20:53:26", (34.058, -117.011)),
-        ("esm", "2016-10-30T06:40:18", None),
-        ("cwa", "2018-02-06T15:50:42", (24.14, 121.69)),
-        ("nsmn", "1999-08-17T00:01:39", (40.7, 29.987)),
-    ],
-)
-def test_headers_state_the_origin(tmp_path: Path, form: str, origin: str, place: tuple[float, float] | None) -> None:
-    """Origin times in UTC, read off the headers that the writers write."""
-    match form:
-        case "knet":
-            paths = write_knet_set(tmp_path, "TST0010102031305", WAVE, -WAVE, WAVE)
-        case "geonet":
-            axes = {"N28W": (332, WAVE), "S62W": (242, -WAVE), "Up": (0, WAVE)}
-            paths = [_file(tmp_path, "a.V2A", geonet_text(axes, 0.02))]
-        case "cosmos":
-            axes = {"90 Deg": (90, WAVE), "360 Deg": (360, -WAVE)}
-            paths = [_file(tmp_path, "a.v2", cosmos_text(axes, 0.01))]
-        case "esm":
-            paths = [_file(tmp_path, f"{axis}.asc", esm_text(WAVE, 0.01, axis)) for axis in ("HNN", "HNE")]
-        case "cwa":
-            paths = [_file(tmp_path, "a.txt", cwa_text(WAVE, -WAVE, WAVE))]
-        case _:
-            paths = [_file(tmp_path, "a.txt", nsmn_text(WAVE, -WAVE, WAVE))]
-    record = read_path(paths, Declarations(trust_data=True))
-    assert datetime.fromisoformat(record.extra["origin_time"]).replace(tzinfo=None) == datetime.fromisoformat(origin)
-    if place is not None:
-        assert (record.extra["event_latitude"], record.extra["event_longitude"]) == pytest.approx(place, abs=1e-4)
 
 
 def test_the_table_knows_better_than_the_header(tmp_path: Path) -> None:

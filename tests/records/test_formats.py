@@ -1,69 +1,106 @@
-"""Each format: written from numbers by the tests, read back as those numbers, in m/s², towards north, east and up."""
+"""Every text format is read to the numbers it was written from, in m/s², towards north, east and up."""
 
-import math
 import re
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from overturning.errors import RecordError
+from overturning.records.assembly import assemble
 from overturning.records.catalogue import RecordEntry
 from overturning.records.component import channel_axis, parse_axis
-from overturning.records.read import read_path, read_record
-from overturning.records.source import Declarations
-from tests.records.record_writers import (
-    cosmos_text,
-    csmip_pairs_text,
-    csmip_text,
-    esm_text,
-    geonet_text,
-    peer_text,
-    smc_text,
-)
+from overturning.records.read import read_files, read_path, read_record
+from overturning.records.record import Record
+from overturning.records.source import Declarations, SourceFile
+from tests.expect import refused
+from tests.records.record_writers import cosmos_text, csmip_text, esm_text, geonet_text, peer_text, smc_text
+from tests.records.world_writers import bhrc_text, counts_text, cwa_text, nsmn_text, renadic_text, unam_text
+from tests.records.written import FORMS, G
 
-G = 9.80665
 MG = G / 1000
-random = np.random.default_rng(7)
-A, B, C = (np.round(random.normal(0, 50, 210), 1) for _ in range(3))
+STEPS = np.random.default_rng(7).integers(-999, 999, (3, 210))
+A, B, C = STEPS / 10
 
 
-def turned(first, first_deg, second, second_deg):
-    """North and east by projecting onto each axis's own direction (right angles only), not by the package's solver."""
-    north = first * math.cos(math.radians(first_deg)) + second * math.cos(math.radians(second_deg))
-    east = first * math.sin(math.radians(first_deg)) + second * math.sin(math.radians(second_deg))
-    return north, east
+def put(folder, files: dict[str, str] | str, **declared) -> Record:
+    """Write files and read them, or a text as a file of its own."""
+    files = {"x.txt": files} if isinstance(files, str) else files
+    for name, text in files.items():
+        (folder / name).write_text(text)
+    return read_path([folder / name for name in files], Declarations(**declared))
 
 
 def check(record, north, east, up=None, rtol=1e-9):
     scale = max(np.abs(north).max(), np.abs(east).max())
     np.testing.assert_allclose(record.north, north, atol=rtol * scale)
     np.testing.assert_allclose(record.east, east, atol=rtol * scale)
-    if up is None:
-        assert record.up is None
-    else:
+    assert (record.up is None) == (up is None)
+    if up is not None:
         np.testing.assert_allclose(record.up, up, atol=rtol * scale)
+
+
+def turned(first, first_deg, second, second_deg):
+    angles = np.radians([first_deg, second_deg])
+    return [f(angles[0]) * first + f(angles[1]) * second for f in (np.cos, np.sin)]
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_every_format_is_read_to_its_numbers_and_what_its_header_states(tmp_path, form):
+    written = FORMS[form]
+    for name, text in written.files(*STEPS).items():
+        (tmp_path / name).write_text(text)
+    # Of a record in several files the others are found beside the first.
+    record = read_path(next(tmp_path.iterdir()), written.declared)
+    up = None if "up" in written.stated else STEPS[2] * written.step * written.unit
+    check(record, *written.north_east(*STEPS[:2]), up, rtol=1e-8)
+    assert record.sampling_interval == pytest.approx(written.interval, rel=1e-9)
+    for name, value in written.stated.items():
+        found = getattr(record, name) if hasattr(record, name) else record.extra[name]
+        assert found == (pytest.approx(value, abs=1e-4) if isinstance(value, float) else value), name
+
+
+@pytest.mark.parametrize("form", FORMS)
+@settings(max_examples=20, deadline=None, suppress_health_check=list(HealthCheck))
+@given(st.integers(2, 60).flatmap(lambda n: arrays(np.int64, (2, n), elements=st.integers(-9999, 9999))))
+def test_any_samples_written_are_read_back(form, samples):
+    written = FORMS[form]
+    if form.startswith("smc"):
+        samples = samples // 10  # four digits
+    files = [SourceFile(name, text.encode()) for name, text in written.files(*samples).items()]
+    declared = Declarations(vertical_sense="none", trust_data=True)
+    record = assemble(read_files(files, declared), "x", declared)
+    north, east = written.north_east(*samples)
+    np.testing.assert_allclose([record.north, record.east], [north, east], atol=1e-8 * max(1, np.abs(samples).max()))
+
+
+@pytest.mark.parametrize("form", [form for form, written in FORMS.items() if written.peak])
+def test_every_header_peak_is_compared(tmp_path, form):
+    """Samples doubled behind the header's back are refused, and read only on trust."""
+    written = FORMS[form]
+    files = written.files(*STEPS)
+    for name, text in written.files(*(2 * STEPS)).items():
+        head, data = files[name].splitlines(), text.splitlines()
+        last = len(head) if len(files) > 1 or written.header < 25 else written.header + 20
+        lines = head[: written.header] + data[written.header : last] + head[last:]
+        files[name] = "\n".join(lines) + "\n"
+    declared = {"vertical_sense": "up"}
+    with refused(RecordError, "the header states a peak of", "--trust-data"):
+        put(tmp_path, files, **declared)
+    record = put(tmp_path, files, **declared, trust_data=True)
+    assert record.extra["trusted_data"] is True
+    assert record.extra["trusted"]
+    assert all("header states a peak" in why for why in record.extra["trusted"])
 
 
 @pytest.mark.parametrize(
     ("text", "azimuth", "vertical"),
     [
-        ("N28W", 332, 0),
-        ("S62W", 242, 0),
-        ("S90E", 90, 0),
-        ("N00E", 0, 0),
-        ("S74E", 106, 0),
-        ("270", 270, 0),
-        ("360 Deg", 0, 0),
-        ("N", 0, 0),
-        ("East", 90, 0),
-        ("Up", None, 1),
-        ("DWN", None, -1),
-        ("H1", None, 0),
-        ("RAD", None, 0),
-        ("--L", None, 0),
-        ("Vert", None, 0),
-        ("N95E", None, 0),
-        ("400", None, 0),
+        *(("N28W", 332, 0), ("S62W", 242, 0), ("S90E", 90, 0), ("N00E", 0, 0), ("S74E", 106, 0), ("270", 270, 0)),
+        *(("360 Deg", 0, 0), ("N", 0, 0), ("East", 90, 0), ("Up", None, 1), ("DWN", None, -1), ("H1", None, 0)),
+        *(("RAD", None, 0), ("--L", None, 0), ("Vert", None, 0), ("N95E", None, 0), ("400", None, 0)),
     ],
 )
 def test_axis_names(text, azimuth, vertical):
@@ -71,275 +108,191 @@ def test_axis_names(text, azimuth, vertical):
 
 
 def test_channel_codes():
-    assert channel_axis("HNE") == (90.0, 0)
-    assert channel_axis("HNZ") == (None, 1)
-    assert channel_axis("HN1") == (None, 0)
+    assert [channel_axis(code) for code in ("HNE", "HNZ", "HN1")] == [(90.0, 0), (None, 1), (None, 0)]
 
 
-@pytest.mark.parametrize("corrected", [True, False])
-def test_geonet_with_odd_axes(tmp_path, corrected):
-    path = tmp_path / "x.V2A"
-    path.write_text(geonet_text({"N28W": (332, A), "S62W": (242, B), "Up": (0, C)}, 0.02, corrected=corrected))
-    record = read_path(path)
-    check(record, *turned(A * 1e-3, 332, B * 1e-3, 242), C * 1e-3)
-    assert record.start == "2016-11-13T11:02:19Z"
-    assert record.extra["processed"] is corrected
-    assert (round(record.latitude, 4), round(record.longitude, 4)) == (-42.6194, 173.0536)
-    epicentre = record.extra["event_latitude"], record.extra["event_longitude"]
-    assert epicentre == pytest.approx((-42.6925, 173.0219), abs=1e-4)
-    assert record.component_azimuths_deg == (332.0, 242.0)
-
-
-def test_geonet_counts_samples_put_before_the_buffer(tmp_path):
-    path = tmp_path / "x.V2A"
-    path.write_text(geonet_text({"N00E": (0, A), "N90E": (90, B)}, 0.02, prepended=250))
-    assert read_path(path).start == "2016-11-13T11:02:14Z"
-
-
-def test_geonet_writes_0_for_a_magnitude_that_is_not_known(tmp_path):
-    path = tmp_path / "x.V2A"
-    path.write_text(geonet_text({"N00E": (0, A), "N90E": (90, B)}, 0.02))
-    assert read_path(path).extra["magnitude"] == 7.82
-    path.write_text(geonet_text({"N00E": (0, A), "N90E": (90, B)}, 0.02, magnitude=0.0))
-    assert "magnitude" not in read_path(path).extra
-
-
-def test_csmip_volume_1_and_2(tmp_path):
-    a, b, c = A / 1000, B / 1000, C / 1000
-    path = tmp_path / "x.v1"
-    path.write_text(csmip_text({"90 Deg": (90, a), "360 Deg": (360, b), "Up": (0, c)}, 100))
-    record = read_path(path)
-    check(record, b * G, a * G, c * G)
-    assert record.start == "2019-07-06T03:16:08Z"
-    assert (record.station, record.latitude, record.longitude) == ("CLC", 35.816, -117.598)
-    path = tmp_path / "x.v2"
-    path.write_text(
-        csmip_text({"90 Deg": (90, A), "360 Deg": (360, B), "Up": (0, C)}, 100, volume=2).replace("\n", "\r\n")
-    )
-    check(read_path(path), B * 0.01, A * 0.01, C * 0.01)
-    assert read_path(path).extra["processed"] is True
+def test_geonet_counts_samples_put_before_the_buffer_and_writes_0_for_an_unknown_magnitude(tmp_path):
+    axes = {"N00E": (0, A), "N90E": (90, B)}
+    record = put(tmp_path, geonet_text(axes, 0.02, prepended=250, magnitude=0.0))
+    assert record.start == "2016-11-13T11:02:14Z"
+    assert "magnitude" not in record.extra
 
 
 def test_csmip_volume_2_of_the_eighties(tmp_path):
     """Capitals, CMS/SEC/SEC, and a data line without unit and format: the unit is that of the stated peak."""
     text = csmip_text({"90 Deg": (90, A), "360 Deg": (360, B)}, 100, volume=2).upper()
     text = text.replace("CM/SEC/SEC", "CMS/SEC/SEC").replace(", IN CM/SEC2. (8F10.4)", ".")
-    path = tmp_path / "x.V2"
-    path.write_text(text)
-    check(read_path(path), B * 0.01, A * 0.01)
-    path.write_text(text.replace("CMS/SEC/SEC", "FURLONGS"))
-    with pytest.raises(RecordError, match="unit 'missing'"):
-        read_path(path)
-
-
-def test_csmip_raw_with_pairs_of_time_and_acceleration(tmp_path):
-    a, b = np.round(A / 100, 3), np.round(B / 100, 3)
-    path = tmp_path / "x.RAW"
-    text = csmip_pairs_text({"090 DEG": (90, a), "180 DEG": (180, b)}, 0.02)
-    path.write_text(text)
-    check(read_path(path), -b * G / 10, a * G / 10, rtol=1e-6)
-    path.write_text(text.replace("  0.200", "  0.207"))
-    with pytest.raises(RecordError, match="not evenly spaced"):
-        read_path(path)
-
-
-@pytest.mark.parametrize(("unit", "scale"), [(2, G), (4, 0.01)])
-def test_cosmos(tmp_path, unit, scale):
-    path = tmp_path / "x.v2"
-    a, b, c = (x / 100 if unit == 2 else x for x in (A, B, C))
-    path.write_text(cosmos_text({"340 deg": (340, a), "70 deg": (70, b), "Up": (400, c)}, 0.01, unit=unit))
-    record = read_path(path)
-    check(record, *turned(a * scale, 340, b * scale, 70), c * scale)
-    assert record.start == "2005-06-16T20:53:04.4Z"
+    check(put(tmp_path, text), B * 0.01, A * 0.01)
+    with refused(RecordError, "unit 'missing'"):
+        put(tmp_path, text.replace("CMS/SEC/SEC", "FURLONGS"))
 
 
 @pytest.mark.parametrize(
-    ("place", "deep"),
+    "place", ["Downhole", "Borehole -12m", "Depth: 30 m", "100 ft below ground", "", "1.5 m deep vault"]
+)
+@pytest.mark.parametrize("form", ["cosmos", "csmip2"])
+def test_the_location_of_a_channel_tells_a_borehole(tmp_path, form, place):
+    (text,) = FORMS[form].files(*STEPS).values()
+    text = text.replace("Location: free field", f"Location: {place or 'Ground floor'}")
+    text = re.sub(r"(?m)^(Chan .*?(?:Deg|Up))\s*$", rf"\1   Location: {place or 'Ground floor'}", text)
+    deep = place not in ("", "1.5 m deep vault")
+    if deep:
+        with refused(RecordError, "of the borehole sensor"):
+            put(tmp_path, text)
+    assert put(tmp_path, text, sensor="borehole" if deep else "surface").north.size == A.size
+
+
+def test_the_end_of_a_file_may_lack_its_line_end_or_have_more_but_no_digits_less(tmp_path):
+    for write in (cwa_text, nsmn_text):
+        north, east, up = (np.append(x, end) for x, end in ((A, -12.3), (B, -1.2), (C, 123.4)))
+        whole = write(north, east, up)
+        for end in ("", "\n \n\n"):  # the last two numbers have unlike many digits, and as many decimals
+            check(put(tmp_path, whole.rstrip("\n") + end), north / 100, east / 100, up / 100)
+        with refused(RecordError, f"x.txt line {whole.count(chr(10))}", "is cut"):
+            put(tmp_path, whole.rstrip("\n")[:-1])
+
+
+def test_cwa_has_its_columns_in_any_order_and_sense(tmp_path):
+    record = put(tmp_path, cwa_text(A, B, C, sequence="Time E(-); U(-); N(+)"))
+    check(record, A / 100, -B / 100, -C / 100)
+
+
+def test_nsmn_is_in_the_code_page_of_the_place(tmp_path):
+    (tmp_path / "z.txt").write_bytes(nsmn_text(A, B, C).replace("TEST MERKEZ", "DÜZCE ĞI").encode("cp1254"))
+    check(read_path(tmp_path / "z.txt"), A / 100, B / 100, C / 100)
+
+
+def test_bhrc_ends_each_component_with_a_mark(tmp_path):
+    lines = bhrc_text({"L": A / 100, "V": C / 100, "T": B / 100}).splitlines()
+    mark = lines.index("/&")
+    for cut, last in ((lines[:mark] + lines[mark + 1 :], mark + 1), (lines[:-1], len(lines) - 1)):
+        with refused(RecordError, f"x.txt line {last}: no end mark"):
+            put(tmp_path, "\n".join(cut))
+
+
+def test_unam_counts_the_hours_from_the_earthquake_s_day(tmp_path):
+    late = unam_text({"N00E": A, "N90E": B}, first="00:00:03").replace("07:19:10.0", "23:59:50.0")
+    assert put(tmp_path, late).start == "1995-09-15T00:00:03Z"
+
+
+def test_renadic_asks_for_azimuths_and_has_clocks_that_were_never_set(tmp_path):
+    a, b = (np.round(x / 100, 3) for x in (A, B))
+    never_set = renadic_text({"L": a, "T": b}, trigger="1/1/1980 0:00:00.000")
+    with refused(RecordError, "x.txt", "says nothing about north"):
+        put(tmp_path, never_set)
+    record = put(tmp_path, never_set, azimuths_deg=(0, 90))
+    check(record, a * G / 10, b * G / 10)
+    assert record.start is None
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
     [
-        ("Downhole", True),
-        ("Borehole -12m", True),
-        ("Depth: 30 m", True),
-        ("100 ft below ground", True),
-        ("1.5 m deep vault", False),
-        ("Ground floor", False),
+        (cosmos_text({"340 deg": (340, A), "70 deg": (70, B)}, 0.01, unit=5), ["only acceleration"]),
+        (
+            cosmos_text({"340 deg": (340, A), "70 deg": (70, B)}, 0.01, unit=50),
+            ["counts, but real 22", "is not stated"],
+        ),
+        (counts_text(np.round(A), np.round(B), volts_per_g=-999.0), ["real 42", "not stated"]),
+        (smc_text(A, 200.0, "360", kind="3 VELOCITY"), ["line 1: '3 VELOCITY'"]),
+        (smc_text(A, 200.0, "360").replace("2.0000000E+02", "1.7000000E+38", 1), ["line 18", "1.7e+38", "undefined"]),
+        (peer_text(A, 0.01, "0").replace("ACCELERATION TIME SERIES IN UNITS OF G", "VELOCITY"), ["line 3", "AT2"]),
+        (peer_text(A, 0.01, "228").replace(peer_text(A, 0.01, "228").split()[-1], "1.7e308"), ["sample 209 of 228"]),
     ],
 )
-@pytest.mark.parametrize("form", ["cosmos", "csmip"])
-def test_the_location_of_a_channel_tells_a_borehole(tmp_path, form, place, deep):
-    if form == "cosmos":
-        text = cosmos_text({"360 Deg": (360, A), "90 Deg": (90, B)}, 0.01)
-        text = text.replace("Location: free field", f"Location: {place}")
-    else:
-        text = csmip_text({"360 Deg": (360, A), "90 Deg": (90, B)}, 100, volume=2)
-        text = re.sub(r"(?m)^(Chan .*?Deg)\s*$", rf"\1   Location: {place}", text)
-    (tmp_path / "a.v").write_text(text)
-    if deep:
-        with pytest.raises(RecordError, match="of the borehole sensor"):
-            read_path(tmp_path / "a.v")
-    assert read_path(tmp_path / "a.v", Declarations(sensor="borehole" if deep else "surface")).north.size == A.size
+def test_other_quantities_and_what_is_no_number_are_refused(tmp_path, text, words):
+    with refused(RecordError, "x.txt", *words):
+        put(tmp_path, text)
 
 
-@pytest.mark.parametrize(("unit", "words"), [(5, "only acceleration"), (50, "counts, but real 22 .* is not stated")])
-def test_cosmos_of_other_quantities_is_refused(tmp_path, unit, words):
-    path = tmp_path / "x.v2"
-    path.write_text(cosmos_text({"340 deg": (340, A), "70 deg": (70, B)}, 0.01, unit=unit))
-    with pytest.raises(RecordError, match=words):
-        read_path(path)
+def test_cosmos_peaks_are_compared_to_half_a_count_or_to_the_decimals_of_the_samples(tmp_path):
+    a, b = np.zeros(200), np.zeros(200)
+    a[50], b[70] = 40.0, 30.0
+    put(tmp_path, counts_text(a, b).replace(f"{40:13.6f}", f"{40.4:13.6f}"))
+    text = cosmos_text({"340 deg": (340, a / 50), "70 deg": (70, b / 50)}, 0.01)
+    put(tmp_path, text)
+    with refused(RecordError, "x.txt", "states a peak of 0.808 Gal"):
+        put(tmp_path, text.replace(f"{0.8:13.6f}", f"{0.808:13.6f}"))
 
 
-def test_smc_with_touching_columns_and_its_sisters(tmp_path):
-    values = np.array([float(f"{v:.4E}") for v in -np.abs(A) * 1.237]), np.array([float(f"{v:.4E}") for v in B]), C
-    for name, samples, axis, vertical in (
-        ("a", values[0], "360", 90),
-        ("b", values[2], "up", 0),
-        ("c", values[1], "270", 90),
-    ):
-        (tmp_path / f"0111{name}.smc").write_text(smc_text(samples, 200.0, axis, vertical=vertical))
-    text = (tmp_path / "0111a.smc").read_text()
-    assert "E+1-" in text
-    for name in ("a", "b", "c"):
-        record = read_path(tmp_path / f"0111{name}.smc")
-        check(record, values[0] * 0.01, -values[1] * 0.01, values[2] * 0.01, rtol=1e-4)
-    assert record.start == "1989-10-18T00:04:12.5Z"
-    assert record.station == "Test, 1 Main Street"
+def test_esm_raw_files_are_raw_and_may_have_the_epicentre(tmp_path):
+    place = "EVENT_LATITUDE_DEGREE: 42.8322\nEVENT_LONGITUDE_DEGREE: 13.1107\nMAGNITUDE_W:"
+    changes = {"DATA_TYPE: ACCELERATION": "DATA_TYPE: Acceleration", "LINE REM": "LINE NOT REM", "MAGNITUDE_W:": place}
+    files = {f"x.{stream}.ASC": esm_text(x, 0.01, stream) for stream, x in (("HNE", B), ("HNN", A))}
+    for old, new in changes.items():
+        files = {name: text.replace(old, new) for name, text in files.items()}
+    extra = put(tmp_path, files).extra
+    assert (extra["processed"], extra["event_latitude"], extra["event_longitude"]) == (False, 42.8322, 13.1107)
 
 
-def test_smc_velocity_is_refused(tmp_path):
-    (tmp_path / "x.smc").write_text(smc_text(A, 200.0, "360", kind="3 VELOCITY"))
-    with pytest.raises(RecordError, match="line 1: '3 VELOCITY'"):
-        read_path(tmp_path / "x.smc")
-
-
-@pytest.mark.parametrize("header", ["new", "old", "oldest"])
-def test_peer_with_each_header(tmp_path, header):
-    for name, samples, axis in (("228", A, "228"), ("318", B, "318"), ("-UP", C, "UP")):
-        (tmp_path / f"RSN1_TEST_TRS{name}.AT2").write_text(peer_text(samples / 1000, 0.01, axis, header=header))
-    record = read_path(tmp_path / "RSN1_TEST_TRS228.AT2")
-    check(record, *turned(A / 1000 * G, 228, B / 1000 * G, 318), C / 1000 * G, rtol=1e-6)
-    assert "94" in record.event
-
-
-def test_a_sample_beyond_all_numbers_is_refused_without_a_warning(tmp_path):
-    text = peer_text(A / 1000, 0.01, "228")
-    (tmp_path / "x228.AT2").write_text(text.replace(text.split()[-1], "1.7e308"))
-    (tmp_path / "x318.AT2").write_text(peer_text(B / 1000, 0.01, "318"))
-    with pytest.raises(RecordError, match=r"x228.AT2: sample 209 of 228 is not a number"):
-        read_path(tmp_path / "x228.AT2")
-
-
-def test_peer_velocity_is_refused(tmp_path):
-    (tmp_path / "x.VT2").write_text(
-        peer_text(A / 1000, 0.01, "228").replace(
-            "ACCELERATION TIME SERIES IN UNITS OF G", "VELOCITY TIME SERIES IN UNITS OF CM/S"
-        )
-    )
-    with pytest.raises(RecordError, match=r"line 3: .*AT2"):
-        read_path(tmp_path / "x.VT2")
-
-
-def test_esm(tmp_path):
-    for stream, samples in (("HNE", A), ("HNN", B), ("HNZ", C)):
-        text = esm_text(samples, 0.005, stream)
-        event = "EVENT_LATITUDE_DEGREE: 42.8322\nEVENT_LONGITUDE_DEGREE: 13.1107\nMAGNITUDE_W:"
-        (tmp_path / f"IT.AMT.00.{stream}.D.20161030.C.ACC.ASC").write_text(text.replace("MAGNITUDE_W:", event))
-    record = read_path(tmp_path / "IT.AMT.00.HNE.D.20161030.C.ACC.ASC")
-    check(record, B * 0.01, A * 0.01, C * 0.01)
-    assert record.start == "2016-10-30T06:40:10.45Z"
-    assert record.extra["magnitude"] == 6.5
-    assert (record.extra["event_latitude"], record.extra["event_longitude"]) == (42.8322, 13.1107)
+def pair(first, second, axes=("0", "90"), intervals=(0.01, 0.01)) -> dict[str, str]:
+    """Two PEER files of thousandths of g."""
+    texts = zip((first, second), axes, intervals, strict=True)
+    return {f"x{n}.AT2": peer_text(x / 1000, dt, axis) for n, (x, axis, dt) in enumerate(texts, 1)}
 
 
 @pytest.mark.parametrize(("axes", "word"), [(("H1", "H2"), "H1"), (("RAD", "TAN"), "RAD"), (("--L", "--T"), "--L")])
 def test_axes_that_do_not_say_where_north_is_are_refused_unless_given(tmp_path, axes, word):
-    paths = [tmp_path / "x1.AT2", tmp_path / "x2.AT2"]
-    for path, samples, axis in zip(paths, (A, B), axes, strict=True):
-        path.write_text(peer_text(samples / 1000, 0.01, axis))
-    with pytest.raises(RecordError, match=f"{word}.*says nothing about north.*azimuths"):
-        read_path(paths)
-    check(read_path(paths, Declarations(azimuths_deg=(60, 330))), *turned(A * MG, 60, B * MG, 330), rtol=1e-6)
+    with refused(RecordError, word, "says nothing about north", "azimuths"):
+        put(tmp_path, pair(A, B, axes))
+    check(put(tmp_path, pair(A, B, axes), azimuths_deg=(60, 330)), *turned(A * MG, 60, B * MG, 330), rtol=1e-6)
 
 
-@pytest.mark.parametrize("axis", ["V", "VER", "Vert"])
+@pytest.mark.parametrize("axis", ["V", "+V", "VER", "Vert"])
 def test_a_vertical_axis_of_unknown_sense_is_refused_unless_declared(tmp_path, axis):
-    for name, samples, word in (("1", A, "0"), ("2", B, "90"), ("3", C, axis)):
-        (tmp_path / f"x{name}.AT2").write_text(peer_text(samples / 1000, 0.01, word))
-    with pytest.raises(RecordError, match="whether up or down"):
-        read_path(tmp_path / "x1.AT2")
+    files = pair(A, B) | {"x3.AT2": peer_text(C / 1000, 0.01, axis)}
+    with refused(RecordError, repr(axis), "whether up or down"):
+        put(tmp_path, files)
     for sense, up in (("up", C * MG), ("down", -C * MG), ("none", None)):
-        entry = RecordEntry(id="x", source="x1.AT2 x2.AT2 x3.AT2", vertical_sense=sense)
+        entry = RecordEntry(id="x", source=" ".join(files), vertical_sense=sense)
         check(read_record(entry, tmp_path), A * MG, B * MG, up, rtol=1e-6)
 
 
 def test_a_fault_normal_pulse_keeps_its_sense(tmp_path):
     """N60E positive comes out of S60W recorded negative: the flip that would turn every gravestone round."""
-    paths = [tmp_path / "x1.AT2", tmp_path / "x2.AT2"]
-    paths[0].write_text(peer_text(-A / 1000, 0.01, "240"))
-    paths[1].write_text(peer_text(B / 1000, 0.01, "150"))
-    check(read_path(paths), *turned(A * MG, 60, B * MG, 150), rtol=1e-6)
+    check(put(tmp_path, pair(-A, B, ("240", "150"))), *turned(A * MG, 60, B * MG, 150), rtol=1e-6)
 
 
 def test_components_of_unlike_length_are_cut_and_far_apart_refused(tmp_path):
-    paths = [tmp_path / "x1.AT2", tmp_path / "x2.AT2"]
-    paths[0].write_text(peer_text(A / 1000, 0.01, "0"))
-    paths[1].write_text(peer_text(B[:160] / 1000, 0.01, "90"))
-    check(read_path(paths), A[:160] * MG, B[:160] * MG, rtol=1e-6)
-    paths[1].write_text(peer_text(B[:159] / 1000, 0.01, "90"))
-    with pytest.raises(RecordError, match=r"210 and 159 samples, 0\.51 s apart"):
-        read_path(paths)
-    assert read_path(paths, Declarations(trust_data=True)).north.size == 159
+    check(put(tmp_path, pair(A, B[:160])), A[:160] * MG, B[:160] * MG, rtol=1e-6)
+    with refused(RecordError, "210 and 159 samples, 0.51 s apart"):
+        put(tmp_path, pair(A, B[:159]))
+    assert put(tmp_path, pair(A, B[:159]), trust_data=True).north.size == 159
 
 
 def test_unlike_starts_are_aligned(tmp_path):
-    paths = [tmp_path / "x.HNN.ASC", tmp_path / "x.HNE.ASC"]
-    paths[0].write_text(esm_text(A, 0.01, "HNN"))
-    late = esm_text(B, 0.01, "HNE").replace("064010.450", "064010.520")
-    paths[1].write_text(late)
-    record = read_path(paths)
+    files = {"x.HNN.ASC": esm_text(A, 0.01, "HNN"), "x.HNE.ASC": esm_text(B, 0.01, "HNE")}
+    late = files | {"x.HNE.ASC": files["x.HNE.ASC"].replace("064010.450", "064010.520")}
+    record = put(tmp_path, late)
     check(record, A[7:] * 0.01, B[:-7] * 0.01)
     assert record.start == "2016-10-30T06:40:10.52Z"
-    paths[1].write_text(late.replace("064010.520", "064011.000"))
-    with pytest.raises(RecordError, match=r"start 0\.55 s apart"):
-        read_path(paths)
+    with refused(RecordError, "start 0.55 s apart"):
+        put(tmp_path, files | {"x.HNE.ASC": files["x.HNE.ASC"].replace("064010.450", "064011.000")})
 
 
 def test_unlike_rates_parallel_axes_and_doubled_components_are_refused(tmp_path):
-    paths = [tmp_path / "x1.AT2", tmp_path / "x2.AT2"]
-    paths[0].write_text(peer_text(A / 1000, 0.01, "0"))
-    paths[1].write_text(peer_text(B / 1000, 0.02, "90"))
-    with pytest.raises(RecordError, match=r"sampling interval 0.02 s"):
-        read_path(paths)
-    paths[1].write_text(peer_text(B / 1000, 0.01, "30"))
-    with pytest.raises(RecordError, match="right angle"):
-        read_path(paths)
-    with pytest.raises(RecordError, match="two horizontal components"):
-        read_path([*paths, paths[0]])
+    for files, words in (
+        (pair(A, B, intervals=(0.01, 0.02)), "sampling interval 0.02 s"),
+        (pair(A, B, ("0", "30")), "right angle"),
+        (pair(A, B) | {"x3.AT2": peer_text(A / 1000, 0.01, "0")}, "two horizontal components"),
+    ):
+        with refused(RecordError, words):
+            put(tmp_path, files)
 
 
-@pytest.mark.parametrize("form", ["geonet", "csmip", "cosmos", "smc", "esm"])
-def test_every_header_peak_is_compared(tmp_path, form):
-    """Samples doubled behind the header's back are refused, and read only on trust."""
-    one, two = {"N": A, "E": B}, {"N": 2 * A, "E": 2 * B}
-
-    def text(c, axis="N"):
-        match form:
-            case "geonet":
-                return geonet_text({"N00E": (0, c["N"]), "N90E": (90, c["E"])}, 0.02)
-            case "csmip":
-                return csmip_text({"360 Deg": (360, c["N"] / 1e3), "90 Deg": (90, c["E"] / 1e3)}, 100)
-            case "cosmos":
-                return cosmos_text({"360 deg": (360, c["N"]), "90 deg": (90, c["E"])}, 0.01)
-            case "smc":
-                return smc_text(c[axis], 100.0, {"N": "360", "E": "90"}[axis])
-        return esm_text(c[axis], 0.01, f"HN{axis}")
-
-    first_sample = {"geonet": 26, "csmip": 28, "cosmos": 45, "smc": 29, "esm": 23}[form]
-    paths = []
-    for axis in ("N", "E") if form in ("smc", "esm") else ("N",):
-        head, data = text(one, axis).splitlines(), text(two, axis).splitlines()
-        path = tmp_path / f"x.{axis}"
-        last = len(head) if form in ("smc", "esm") else first_sample + 20
-        path.write_text("\n".join(head[:first_sample] + data[first_sample:last] + head[last:]) + "\n")
-        paths.append(path)
-    with pytest.raises(RecordError, match=r"the header states a peak of .*--trust-data"):
-        read_path(paths)
-    assert read_path(paths, Declarations(trust_data=True)).extra["trusted_data"] is True
+@given(
+    arrays(np.int64, (2, 20), elements=st.integers(-999, 999)),
+    st.floats(0, 360),
+    st.booleans(),
+    st.floats(-20, 20),
+)
+@settings(max_examples=30, deadline=None)
+def test_turning_there_and_back(samples, azimuth, left_handed, correction):
+    """Motion along a sensor's axis is what that sensor recorded, whichever way the axes run."""
+    azimuths = (azimuth, azimuth - 90 if left_handed else azimuth + 90)
+    declared = Declarations(azimuths_deg=azimuths, correction_deg=correction, trust_data=True)
+    files = [SourceFile(name, text.encode()) for name, text in pair(*samples, intervals=(0.01, 0.01)).items()]
+    record = assemble(read_files(files, declared), "x", declared)
+    for along, expected in zip(np.radians(np.add(azimuths, correction)), samples, strict=True):
+        found = record.north * np.cos(along) + record.east * np.sin(along)
+        np.testing.assert_allclose(found, expected * MG, atol=1e-8)

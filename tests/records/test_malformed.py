@@ -17,12 +17,12 @@ from overturning.records.read import read_files, read_path
 from overturning.records.record import Record
 from overturning.records.source import Declarations, SourceFile
 from tests.bounds import bounded
-from tests.records.malformed_corpus import COUNTS, SPECIAL, WHOLE, generic
+from tests.records.malformed_corpus import COUNTS, WHOLE, corpus
 from tests.records.seed_writers import write_inventory, write_mseed, write_sac
 
 OPTIONS = Declarations(unit="gal")
 
-CORPUS = {form: {**dict(generic(header)), **SPECIAL.get(form, {})} for form, (_, header) in WHOLE.items()}
+CORPUS = {form: dict(corpus(form)) for form in WHOLE}
 
 
 def test_the_corpus_is_large_enough():

@@ -3,17 +3,21 @@ import struct
 import numpy as np
 import obspy
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from overturning.errors import RecordError
 from overturning.records.catalogue import RecordEntry
 from overturning.records.check import check_paths, describe
 from overturning.records.formats.table import format_named
-from overturning.records.read import read, read_path, read_record
+from overturning.records.read import read, read_files, read_path, read_record
 from overturning.records.record import state_of
 from overturning.records.source import Declarations, SourceFile
 from tests.expect import refused
 from tests.records.seed_writers import START, trace, write_inventory, write_mseed, write_sac
 
+quick = settings(max_examples=30, deadline=None, suppress_health_check=list(HealthCheck))
 random = np.random.default_rng(11)
 N, E, Z = (random.integers(-400_000, 400_000, 500) for _ in range(3))
 CHANNELS = {"HNN": (0.0, 0.0), "HNE": (90.0, 0.0), "HNZ": (0.0, -90.0)}
@@ -139,6 +143,16 @@ def test_sac_of_velocity_by_its_header_is_refused(tmp_path):
         read_path(path, Declarations(unit="m/s2"))
 
 
+@pytest.mark.parametrize(("unit", "scale"), [("M/S**2", 1.0), ("CM/S**2", 0.01), ("G", 9.80665)])
+def test_sac_takes_its_unit_from_stationxml(tmp_path, unit, scale):
+    write_inventory(tmp_path / "s.xml", CHANNELS, gain=4e5, unit=unit)
+    paths = [write_sac(tmp_path / f"{name}.sac", x, name, 0.0, 90.0) for name, x in (("HNN", N), ("HNE", E))]
+    np.testing.assert_allclose(read_path([*paths, tmp_path / "s.xml"]).north, N / 4e5 * scale, rtol=1e-6)
+    write_inventory(tmp_path / "s.xml", CHANNELS, unit="V")
+    with refused(RecordError, "HNN.sac", "V in the StationXML"):
+        read_path([*paths, tmp_path / "s.xml"])
+
+
 @pytest.mark.parametrize("order", ["<", ">"])
 def test_sac_is_told_by_its_version_and_a_length_that_a_record_can_have(tmp_path, order):
     """Words 76 and 79 of the header: NVHDR, 6 or 7, and NPTS, 32-bit whole numbers of either byte order."""
@@ -199,3 +213,37 @@ def test_columns_that_do_not_hold_what_is_declared(tmp_path, text, columns, inte
     path.write_text(text)
     with refused(RecordError, "x.csv", *words):
         read_path(path, Declarations(columns=columns, sampling_interval_s=interval, processed=True))
+
+
+@quick
+@given(st.integers(2, 60).flatmap(lambda n: arrays(np.int64, (2, n), elements=st.integers(-99999, 99999))), st.data())
+def test_any_columns_are_read_back(samples, data):
+    unit, scale = data.draw(st.sampled_from([("g", 9.80665), ("gal", 0.01), ("m/s2", 1.0)]))
+    text = "".join(f"{a!r},{b!r}\n" for a, b in (samples.T / 10).tolist())
+    declared = Declarations(columns=f"north:{unit} east:{unit}", sampling_interval_s=0.01, processed=True)
+    for component, expected in zip(read_files([SourceFile("x", text.encode())], declared), samples, strict=True):
+        np.testing.assert_allclose(component.samples, expected / 10 * scale, rtol=1e-15)
+
+
+@quick
+@given(
+    # Steim2 has 30 bits for the difference of two samples.
+    st.integers(2, 60).flatmap(lambda n: arrays(np.int32, n, elements=st.integers(-(2**28), 2**28 - 1))),
+    st.sampled_from([50.0, 100.0, 200.0]),
+)
+def test_any_miniseed_is_read_back(tmp_path_factory, counts, rate):
+    folder = tmp_path_factory.mktemp("mseed")
+    metadata = write_inventory(folder / "s.xml", {"HNN": (0.0, 0.0)})
+    paths = [write_mseed(folder / "x.mseed", {"HNN": counts}, rate=rate), metadata]
+    (component,) = read_files([SourceFile(p.name, p.read_bytes()) for p in paths], Declarations())
+    np.testing.assert_allclose(component.samples, counts / 400_000, rtol=1e-14)
+    assert component.sampling_interval == pytest.approx(1 / rate)
+
+
+@quick
+@given(arrays(np.float32, st.integers(2, 60), elements=st.floats(-1e4, 1e4, width=32)), st.floats(0, 359))
+def test_any_sac_is_read_back(tmp_path_factory, samples, azimuth):
+    path = write_sac(tmp_path_factory.mktemp("sac") / "x.sac", samples, "HN1", azimuth, 90.0)
+    (component,) = read_files([SourceFile("x.sac", path.read_bytes())], Declarations(unit="gal"))
+    np.testing.assert_array_equal(component.samples, samples.astype(np.float64) * 0.01)
+    assert component.azimuth_deg == pytest.approx(azimuth, rel=1e-6)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tests.records.record_writers import cosmos_text, fixed
+from tests.records.record_writers import cosmos_text, fixed, pairs_text
 
 
 def cwa_text(north, east, up, rate: int = 100, sequence: str = "Time U(+); N(+); E(+)") -> str:
@@ -133,10 +133,9 @@ def unam_text(channels: dict, interval: float = 0.01, first: str = "07:19:20.50"
 
 def renadic_text(channels: dict, interval: float = 0.005, trigger: str = "2/27/2010 6:34:50.000") -> str:
     """RENADIC (Chile): ``channels`` maps L, T and V to samples in g/10."""
-    text = ""
-    for number, (axis, samples) in enumerate(channels.items(), 1):
-        samples = np.asarray(samples, float)
-        lines = [
+
+    def lines(number: int, axis: str, size: int, peak: float) -> list[str]:
+        return [
             "UNCORRECTED ACCELEROGRAM DATA              PROCESSED: 06/30/2011",
             "0911131",
             "02/27/2010 6:34:00 (GMT)                (ORIGIN: 01/01/1980 0:00:00 GMT)",
@@ -147,16 +146,12 @@ def renadic_text(channels: dict, interval: float = 0.005, trigger: str = "2/27/2
             "UNIVERSIDAD DE CHILE - RENADIC",
             "HYPOCENTER:   0.000N    0.000E  H=   0.0KM   ML= 0.00",
             "INSTR PERIOD = 0.0400 SEC,  DAMPING =0.6000,  SENSITIVITY =1.000 VDC/G",
-            f"NO. OF POINTS ={samples.size:7d}  RECORD LENGTH ={samples.size * interval:7.3f} SEC",
-            f"UNITS OF UNCOR ACCEL ARE SEC AND G/10.     MAX  ={np.abs(samples).max() / 10:7.4f} G, AT  11.895 SEC",
+            f"NO. OF POINTS ={size:7d}  RECORD LENGTH ={size * interval:7.3f} SEC",
+            f"UNITS OF UNCOR ACCEL ARE SEC AND G/10.     MAX  ={peak:7.4f} G, AT  11.895 SEC",
             "RMS ACCEL OF COMPLETE RECORD = 0.021 G",
         ]
-        whole = [0] * 100
-        whole[27] = samples.size
-        pairs = np.column_stack([np.arange(samples.size) * interval, samples]).ravel()
-        text += "\n".join(lines) + "\n" + fixed(whole, 5, 0, 16) + fixed([0.0] * 50, 10, 3, 8)
-        text += fixed(pairs, 7, 3, 10) + f"/&  ----------  END OF DATA FOR CHANNEL {number}  ----------\n"
-    return text
+
+    return pairs_text({axis: (0, samples) for axis, samples in channels.items()}, interval, lines)
 
 
 def counts_text(a, b, *, microvolts=2000.0, volts_per_g=1.25, gain=2.0):

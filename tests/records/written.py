@@ -1,0 +1,167 @@
+"""One record of three components in every text format: how it is written, and what must be read back."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from overturning.records.source import Declarations
+from tests.records.record_writers import (
+    cosmos_text,
+    csmip_pairs_text,
+    csmip_text,
+    esm_text,
+    geonet_text,
+    knet_text,
+    peer_text,
+    smc_text,
+)
+from tests.records.world_writers import bhrc_text, counts_text, cwa_text, nsmn_text, renadic_text, unam_text
+
+G = 9.80665
+
+
+@dataclass(frozen=True)
+class Written:
+    """A text format: whole numbers of its smallest step in, files out, and what the record must state."""
+
+    write: Callable[..., dict[str, str]]  # first and second axis and, but for ``up`` None, vertical samples
+    step: float  # smallest difference of two samples in the unit of the file
+    unit: float  # m/s²
+    axes: tuple[float, float]  # azimuths of the first two
+    header: int  # lines before the samples of the first component
+    interval: float
+    stated: dict[str, Any] = field(default_factory=dict)  # fields of the record, or of its ``extra``
+    peak: bool = True  # whether the header states it
+    declared: Declarations | None = None
+
+    def files(self, *samples: np.ndarray) -> dict[str, str]:
+        """Names and contents of the files of a record, of whole numbers of steps."""
+        return self.write(*(np.round(x * self.step, 6) for x in samples))
+
+    def north_east(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        """By projecting onto each axis's own direction (right angles only), not by the package's solver; m/s²."""
+        angles = np.radians(self.axes)
+        return (
+            self.step * self.unit * np.array([f(angles[0]) * first + f(angles[1]) * second for f in (np.cos, np.sin)])
+        )
+
+
+def one(name: str, text: Callable[..., str], *axes: Any, **more: Any) -> Callable[..., dict[str, str]]:
+    """A file that holds all components by the names of their axes."""
+    return lambda *samples: {name: text(dict(zip(axes, samples, strict=False)), **more)}
+
+
+def coded(name: str, text: Callable[..., str], *axes: tuple[str, int], **more: Any) -> Callable[..., dict[str, str]]:
+    """A file that holds all components by the names of their axes, with a code each."""
+
+    def files(*samples: np.ndarray) -> dict[str, str]:
+        return {name: text({a: (code, x) for (a, code), x in zip(axes, samples, strict=False)}, **more)}
+
+    return files
+
+
+def each(text: Callable[..., str], **axes: Any) -> Callable[..., dict[str, str]]:
+    """A file for each component; its keyword is the name, with two underscores for the dot."""
+    names = {name.replace("__", "."): more for name, more in axes.items()}
+    return lambda *samples: {n: text(x, **more) for (n, more), x in zip(names.items(), samples, strict=False)}
+
+
+def rows(name: str, text: Callable[..., str]) -> Callable[..., dict[str, str]]:
+    """A file with a column for each component."""
+    return lambda first, second, up=None: {name: text(first, second, 0 * first if up is None else up)}
+
+
+def at2(header: str) -> Callable[..., dict[str, str]]:
+    text = partial(peer_text, interval=0.01, header=header)
+    return each(text, x228__AT2={"axis": "228"}, x318__AT2={"axis": "318"}, x_UP__AT2={"axis": "UP"})
+
+
+UP = Declarations(vertical_sense="up")
+GEONET = coded("x.V2A", geonet_text, ("N28W", 332), ("S62W", 242), ("Up", 0), interval=0.02)
+GEONET_RAW = coded("x.V1A", geonet_text, ("N28W", 332), ("S62W", 242), ("Up", 0), interval=0.02, corrected=False)
+SMC = each(
+    partial(smc_text, rate=200.0), a__smc={"axis": "360"}, b__smc={"axis": "270"}, c__smc={"axis": "up", "vertical": 0}
+)
+ESM = each(partial(esm_text, interval=0.01), **{f"x__{s}__ASC": {"stream": s} for s in ("HNE", "HNN", "HNZ")})
+OF_GEONET = {
+    "start": "2016-11-13T11:02:19Z", "station": "TEST", "latitude": -42.61944, "longitude": 173.05361,
+    "origin_time": "2016-11-13T11:02:56Z", "event_latitude": -42.6925, "event_longitude": 173.02194, "magnitude": 7.82,
+}  # fmt: skip
+OF_CSMIP = {"start": "2019-07-06T03:16:08Z", "station": "CLC", "latitude": 35.816, "longitude": -117.598}
+OF_COSMOS = {
+    "start": "2005-06-16T20:53:04.4Z", "station": "CE-J2236", "latitude": 34.046, "longitude": -117.035,
+    "origin_time": "2005-06-16T20:53:26Z", "event_latitude": 34.058, "event_longitude": -117.011, "magnitude": 4.8,
+}  # fmt: skip
+DEGREES = (("90 Deg", 90), ("360 Deg", 360), ("Up", 0))
+TURNED = (("340 deg", 340), ("70 deg", 70), ("Up", 400))
+FORMS: dict[str, Written] = {
+    "knet": Written(
+        each(knet_text, T__NS={"direction": "N-S"}, T__EW={"direction": "E-W"}, T__UD={"direction": "U-D"}),
+        1, 2000 / 8388608 * 0.01, (0, 90), 17, 0.01,
+        {"start": "2001-02-03T04:05:06Z", "station": "TST001", "latitude": 35.2289, "longitude": 133.3904,
+         "origin_time": "2001-02-03T04:05:01Z", "event_latitude": 35.275, "event_longitude": 133.348, "magnitude": 6.1},
+    ),
+    "geonet": Written(GEONET, 0.1, 1e-3, (332, 242), 26, 0.02, OF_GEONET | {"processed": True}),
+    "geonet-raw": Written(GEONET_RAW, 0.1, 1e-3, (332, 242), 26, 0.02, OF_GEONET | {"processed": False}),
+    "csmip1": Written(coded("x.v1", csmip_text, *DEGREES, rate=100), 1e-4, G, (90, 0), 28, 0.01, OF_CSMIP),
+    "csmip2": Written(
+        coded("x.v2", csmip_text, *DEGREES, rate=100, volume=2), 0.1, 0.01, (90, 0), 46, 0.01,
+        OF_CSMIP | {"processed": True},
+    ),
+    "csmip-pairs": Written(
+        coded("x.RAW", csmip_pairs_text, ("090 DEG", 90), ("180 DEG", 180), ("UP", 0), interval=0.02),
+        1e-3, 0.1 * G, (90, 180), 27, 0.02, {"station": "24436"},
+    ),
+    "cosmos": Written(
+        coded("x.v2c", cosmos_text, *TURNED, interval=0.01), 0.1, 0.01, (340, 70), 45, 0.01,
+        OF_COSMOS | {"processed": True},
+    ),
+    "cosmos-g": Written(coded("x.v2", cosmos_text, *TURNED, interval=0.01, unit=2), 1e-4, G, (340, 70), 45, 0.01),
+    "cosmos0": Written(
+        lambda *x: {"x.V0": counts_text(*x[:2])}, 1, 2.0e-3 / (1.25 * 2.0) * G, (340, 70), 45, 0.01,
+        {"processed": False, "up": None},
+    ),
+    "smc": Written(
+        SMC,
+        0.1, 0.01, (0, 270), 29, 0.005,
+        {"start": "1989-10-18T00:04:12.5Z", "station": "Test, 1 Main Street", "latitude": 37.728, "magnitude": 7.1},
+    ),
+    "peer": Written(at2("new"), 1e-4, G, (228, 318), 4, 0.01, {"event": "Test-01 1/17/1994"}, peak=False),
+    "peer-old": Written(at2("old"), 1e-4, G, (228, 318), 4, 0.01, {"event": "TEST 01/17/94 12:31"}, peak=False),
+    "peer-oldest": Written(at2("oldest"), 1e-4, G, (228, 318), 4, 0.01, {"station": "TEST RECEIVING STA"}, peak=False),
+    "renadic": Written(
+        one("x.v1", renadic_text, "NS", "EW", "V"), 1e-3, 0.1 * G, (0, 90), 27, 0.005,
+        {"start": "2010-02-27T06:34:50Z", "station": "PRUEBA S/N 4561", "latitude": None}, declared=UP,
+    ),
+    "cwa": Written(
+        rows("x.dat", cwa_text), 0.1, 0.01, (0, 90), 22, 0.01,
+        {"start": "2018-02-06T15:50:29Z", "station": "TST", "latitude": 22.86, "magnitude": 6.0, "depth_km": 10.0,
+         "origin_time": "2018-02-06T15:50:42Z", "event_latitude": 24.14, "event_longitude": 121.69},
+    ),
+    "nsmn": Written(
+        rows("x.txt", nsmn_text), 0.1, 0.01, (0, 90), 18, 0.01,
+        {"start": "1999-08-17T00:01:47.5Z", "station": "8101", "latitude": 40.8437, "longitude": 31.14888,
+         "origin_time": "1999-08-17T00:01:39Z", "event_latitude": 40.7, "event_longitude": 29.987},
+    ),
+    "bhrc": Written(
+        one("x.V1", bhrc_text, "L", "T", "V"), 1e-3, 0.1 * G, (324, 54), 27, 0.005,
+        {"station": "Test Shir", "latitude": 37.485, "longitude": 45.891, "magnitude": 6.1, "event_latitude": 38.52},
+        peak=False, declared=UP,
+    ),
+    "unam": Written(
+        one("x.asa", unam_text, "N00E", "N90W", "+V"), 0.1, 0.01, (0, 270), 23, 0.01,
+        {"start": "1995-09-14T07:19:20.5Z", "station": "TEST", "latitude": 17.211, "longitude": -100.642,
+         "origin_time": "1995-09-14T07:19:10Z"},
+        declared=UP,
+    ),
+    "esm": Written(
+        ESM,
+        0.1, 0.01, (90, 0), 23, 0.01,
+        {"start": "2016-10-30T06:40:10.45Z", "station": "AMT", "latitude": 42.6325, "magnitude": 6.5, "vs30": 670.0,
+         "origin_time": "2016-10-30T06:40:18Z"},
+    ),
+}  # fmt: skip
+"""By name; what is not among the formats' names in the record table is a volume or an age of one."""

@@ -123,25 +123,23 @@ class Component:
 
     @classmethod
     def of(
-        cls, source: SourceFile, axis: str, direction: Direction, samples: FloatArray, interval: float, **more: Any
-    ) -> "Component":
-        """A component of a file: its axis with azimuth and vertical sense, samples, and what else is known."""
-        azimuth, vertical = direction
-        return cls(samples, interval, axis, azimuth, vertical, source.name, source.sha256, **more)
+        cls, source: SourceFile, axis: str, direction: Direction, samples: FloatArray, interval: float,
+        *, place: tuple[float | None, float | None] = (None, None), **more: Any,
+    ) -> "Component":  # fmt: skip
+        """A component of a file: axis with azimuth and vertical sense, samples, place of the station, and the rest."""
+        more |= {"latitude": place[0], "longitude": place[1]}
+        return cls(samples, interval, axis, *direction, source.name, source.sha256, **more)
 
     def __post_init__(self) -> None:
         bad = np.flatnonzero(~np.isfinite(self.samples))
         if bad.size:
-            raise RecordError(
-                f"{self.file}: sample {int(bad[0])} of {self.axis} is not a number; repair the file or leave it out"
-            )
+            what = f"sample {int(bad[0])} of {self.axis} is not a number"
+            raise RecordError(f"{self.file}: {what}; repair the file or leave it out")
         if self.samples.size < 2:
             raise RecordError(f"{self.file}: {self.samples.size} samples along {self.axis}; a record needs at least 2")
         if not (np.isfinite(self.sampling_interval) and 1e-5 <= self.sampling_interval <= 1.0):
-            raise RecordError(
-                f"{self.file}: sampling interval {self.sampling_interval:g} s; 0.00001 to 1 s is what accelerographs "
-                "have: correct the header"
-            )
+            what = f"sampling interval {self.sampling_interval:g} s"
+            raise RecordError(f"{self.file}: {what}; 0.00001 to 1 s is what accelerographs have: correct the header")
 
 
 def largest(component: Component) -> float:

@@ -55,7 +55,6 @@ def _component(source: SourceFile, block: Lines) -> tuple[Component, int]:
     if end >= len(text) or not text[end].startswith("/&"):
         at = min(end, len(text) - 1)
         raise block.error(at, f"no end mark /& after {count} samples; the file is cut: get it again")
-    latitude, longitude = header.place("coordinates")
     component = Component.of(
         source,
         axis,
@@ -64,8 +63,7 @@ def _component(source: SourceFile, block: Lines) -> tuple[Component, int]:
         interval,
         station=header.text("station"),
         event=re.sub(r"\s+", " ", f"earthquake of {header.text('origin')}") if header.text("origin") else "",
-        latitude=latitude,
-        longitude=longitude,
+        place=header.place("coordinates"),
         extra=header.numbers({"magnitude": "magnitude"}) | epicentre(*header.place("epicentre")),
     )
     return component, end + 1

@@ -57,8 +57,7 @@ def read(source: SourceFile) -> list[Component]:
                 station=header.text("StationCode"),
                 event=f"earthquake of {header.text('Origin Time(GMT+08)')} (GMT+8)",
                 origin=stated_time(header.text("Origin Time(GMT+08)"), "%Y/%m/%d-%H:%M:%S", ahead=TAIWAN),
-                latitude=header.number("StationLatitude(N)"),
-                longitude=header.number("StationLongitude(E)"),
+                place=(header.number("StationLatitude(N)"), header.number("StationLongitude(E)")),
                 peak=_peak(header, f"AmplitudeMAX. {letter}"),
                 extra=extra,
             )

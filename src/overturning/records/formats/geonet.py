@@ -62,7 +62,6 @@ def _component(source: SourceFile, block: Lines) -> tuple[Component, int]:
     end = HEADER_LINES + sum(-(-int(n) // 10) for n in whole[33 : 36 if corrected else 34])
     if end > len(text):
         raise block.error(len(text) - 1, f"the file ends in the data of {axis}; get it again")
-    latitude, longitude = _coordinates(header.match("site"), 2)
     return Component.of(
         source,
         axis,
@@ -74,8 +73,7 @@ def _component(source: SourceFile, block: Lines) -> tuple[Component, int]:
         station=header.text("site"),
         event=_event(header),
         origin=stated_time(" ".join(text[7].split()), "%Y %B %d %H:%M:%S UT"),
-        latitude=latitude,
-        longitude=longitude,
+        place=_coordinates(header.match("site"), 2),
         peak=header.peak("Acceleration: Peak in mm/s/s", MM),
         processed=corrected,
         extra=_extra(header, float(real[14]), corrected),

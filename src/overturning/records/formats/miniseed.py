@@ -109,8 +109,7 @@ def _component(trace: Any, inventory: Any, source: SourceFile, declared: str | N
         float(trace.stats.delta),
         start=moment.datetime.replace(tzinfo=UTC),
         station=trace.stats.station,
-        latitude=place["latitude"],
-        longitude=place["longitude"],
+        place=(place["latitude"], place["longitude"]),
         sensor=sensor_at(place["local_depth"]),
         extra={"removed": removed, "network": trace.stats.network},
     )

@@ -37,7 +37,6 @@ def read(source: SourceFile) -> list[Component]:
     values = lines.rows(HEADER_LINES, 3)
     header.check_count("number of data", values.shape[0])
     moment, _, fraction = header.text("time of the record").partition(".")
-    latitude, longitude = header.place("a place like 40.84N-31.15E")
     components = []
     for column, (axis, direction) in enumerate(AXES.items()):
         stated = re.search(rf"{axis}[\s):=]*({FLOAT})", header.text("PGA in Gal (no other unit is read)"))
@@ -54,8 +53,7 @@ def read(source: SourceFile) -> list[Component]:
                 station=header.text("station"),
                 event=f"earthquake of {header.text('origin')}",
                 origin=stated_time(header.text("origin").partition(".")[0], "%d/%m/%Y %H:%M:%S"),
-                latitude=latitude,
-                longitude=longitude,
+                place=header.place("a place like 40.84N-31.15E"),
                 peak=header.peak("PGA in Gal (no other unit is read)", GAL, stated[1]),
                 extra=epicentre(*header.place("an epicentre like 40.84N-31.15E")),
             )

@@ -5,7 +5,7 @@ format. The header states no peak; the earthquake's date has no time.
 """
 
 import re
-from typing import Final
+from typing import Any, Final
 
 from overturning.records.component import Component, parse_axis
 from overturning.records.formats.lines import FLOAT, Fields, Header, Lines
@@ -35,5 +35,5 @@ def read(source: SourceFile) -> list[Component]:
         event, station = f"{parts[0]} {parts[1]}", parts[2:-1]
     corners = header.match("corners")
     filtered = {"agency_processing": f"band-pass filter {corners[1]} to {corners[2]} Hz"} if corners else {}
-    more = {"station": ", ".join(station), "event": event, "processed": True, "extra": filtered}
+    more: Any = {"station": ", ".join(station), "event": event, "processed": True, "extra": filtered}
     return [Component.of(source, axis, parse_axis(axis), samples * STANDARD_GRAVITY, header.number("DT"), **more)]

@@ -51,8 +51,7 @@ def read(source: SourceFile) -> list[Component]:
             start=_start(whole, text),
             station=(station[1] if station else "") or lines[2].strip(),
             event=re.sub(r"^\s*\d+\s+\d+\s+\d+\s+\d*\s*", "", lines[3]).strip(),
-            latitude=known.get(10),
-            longitude=known.get(11),
+            place=(known.get(10), known.get(11)),
             # Seven digits in the header, five in the data: half a unit of the data's last digit is what may differ.
             peak=StatedPeak(max(peaks) * GAL, 1e-4 * max(peaks) * GAL, line=23) if peaks else None,
             processed=KINDS[kind],

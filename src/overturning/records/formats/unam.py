@@ -52,7 +52,6 @@ def read(source: SourceFile) -> list[Component]:
     for count in counts:
         header.check_count("NUM. TOTAL DE MUESTRAS", values.shape[0], count)
     peaks = _list(header, "ACEL. MAX.") if header.match("ACEL. MAX.") else []
-    latitude, longitude = _place(header)
     origin, start = _moments(header)
     return [
         Component.of(
@@ -66,8 +65,7 @@ def read(source: SourceFile) -> list[Component]:
             station=header.text("CLAVE DE LA ESTACION"),
             event=f"earthquake of {header.text('FECHA DEL SISMO')} {header.text('HORA EPICENTRO')} GMT",
             origin=origin,
-            latitude=latitude,
-            longitude=longitude,
+            place=_place(header),
             peak=header.peak("ACEL. MAX.", GAL, peaks[column]) if column < len(peaks) else None,
         )
         for column, axis in enumerate(axes)

@@ -27,49 +27,23 @@ TOLERANCE: Final = 0.01
 
 @dataclass(frozen=True)
 class Soil:
-    """A layer, or the half-space below.
+    """A layer, or the half-space below."""
 
-    Attributes
-    ----------
-    thickness : float
-        m; 0 for the half-space.
-    velocity : float
-        Shear-wave velocity, m/s.
-    density : float
-        kg/m³.
-    damping : float
-        Damping ratio; that at small strain where there is a curve.
-    curve : str or None
-        Name of a published modulus-reduction and damping curve in pystrata; None: linear.
-    """
-
-    thickness: float
-    velocity: float
-    density: float
-    damping: float
-    curve: str | None = None
+    thickness: float  # m; 0 for the half-space
+    velocity: float  # of shear waves, m/s
+    density: float  # kg/m³
+    damping: float  # ratio; that at small strain where there is a curve
+    curve: str | None = None  # published modulus-reduction and damping curve, by pystrata's name; None: linear
 
 
 @dataclass(frozen=True)
 class Passed:
-    """A component at the surface.
+    """A component at the surface."""
 
-    Attributes
-    ----------
-    samples : ndarray, shape (n + tail,)
-        Acceleration, m/s².
-    converged : bool
-        Whether the last iteration changed modulus and damping by less than `TOLERANCE`; a linear run has none.
-    change : float
-        That change.
-    largest_strain : float
-        Largest shear strain of any layer.
-    """
-
-    samples: FloatArray
-    converged: bool
-    change: float
-    largest_strain: float
+    samples: FloatArray  # acceleration, m/s², shape (n + tail,)
+    converged: bool  # whether the last iteration changed modulus and damping by less than `TOLERANCE`
+    change: float  # that change; 0 of a linear run, which has no iterations
+    largest_strain: float  # largest shear strain of any layer; NaN of a linear run
 
 
 def pystrata() -> Any:

@@ -6,7 +6,7 @@ import struct
 import tarfile
 import zipfile
 import zlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path, PurePosixPath
@@ -107,9 +107,8 @@ def open_archive(source: SourceFile, *, _depth: int = 0, _budget: list[int] | No
     budget = _budget if _budget is not None else [MAXIMUM_BYTES, MAXIMUM_MEMBERS]
     if _depth > 2:
         raise RecordError(f"{source.name}: archives nested more than twice; unpack it first")
-    members = _zip_members if source.data[:2] == b"PK" else _tar_members
     try:
-        for member in members(source, budget):
+        for member in _members(source, budget):
             if is_archive(member.data):
                 yield from open_archive(member, _depth=_depth + 1, _budget=budget)
             else:
@@ -122,49 +121,48 @@ def open_archive(source: SourceFile, *, _depth: int = 0, _budget: list[int] | No
         raise RecordError(f"{source.name}: {problem}; unpack it first") from problem
 
 
-def _checked_name(archive: str, name: str) -> str:
-    pure = PurePosixPath(name.replace("\\", "/"))
-    if pure.is_absolute() or ".." in pure.parts or (pure.parts and ":" in pure.parts[0]):
-        raise RecordError(f"{archive}: member {name!r} points out of the archive; unpack by hand what you trust")
-    return pure.name
+def _members(source: SourceFile, budget: list[int]) -> Iterator[SourceFile]:
+    """Files of an archive, not of those in it; ``budget`` is what bytes and members may still come."""
+    for name, plain, folder, data in (_zipped if source.data[:2] == b"PK" else _tarred)(source):
+        pure = PurePosixPath(name.replace("\\", "/"))
+        if pure.is_absolute() or ".." in pure.parts or (pure.parts and ":" in pure.parts[0]):
+            why = f"member {name!r} points out of the archive; unpack by hand what you trust"
+            raise RecordError(f"{source.name}: {why}")
+        if folder:
+            continue
+        if not plain:
+            raise RecordError(f"{source.name}: member {name!r} is a link or a device; put the file itself there")
+        budget[1] -= 1
+        if budget[1] < 0:
+            raise RecordError(f"{source.name}: more than {MAXIMUM_MEMBERS} members; unpack by hand the ones you need")
+        member = data(budget[0] + 1)
+        budget[0] -= len(member)
+        if budget[0] < 0:
+            why = f"unpacks to more than {MAXIMUM_BYTES} bytes; unpack by hand the files you need"
+            raise RecordError(f"{source.name}: {why}")
+        yield SourceFile(pure.name, member)
 
 
-def _spend(archive: str, budget: list[int], stream: io.BufferedIOBase | object, name: str) -> SourceFile:
-    budget[1] -= 1
-    if budget[1] < 0:
-        raise RecordError(f"{archive}: more than {MAXIMUM_MEMBERS} members; unpack by hand the ones you need")
-    data: bytes = stream.read(budget[0] + 1)  # type: ignore[union-attr]
-    budget[0] -= len(data)
-    if budget[0] < 0:
-        raise RecordError(f"{archive}: unpacks to more than {MAXIMUM_BYTES} bytes; unpack by hand the files you need")
-    return SourceFile(name, data)
+_Member = tuple[str, bool, bool, Callable[[int], bytes]]
+"""Of an archive: name, whether it is a plain file, whether it is a folder, and its first so many bytes."""
 
 
-def _zip_members(source: SourceFile, budget: list[int]) -> Iterator[SourceFile]:
+def _zipped(source: SourceFile) -> Iterator[_Member]:
     with zipfile.ZipFile(io.BytesIO(source.data)) as archive:
         for info in archive.infolist():
-            name = _checked_name(source.name, info.filename)
-            if info.is_dir():
-                continue
-            if (info.external_attr >> 16) & 0o170000 == 0o120000:
-                raise RecordError(f"{source.name}: member {info.filename!r} is a link; put the file itself there")
-            with archive.open(info) as stream:
-                yield _spend(source.name, budget, stream, name)
+
+            def data(most: int, info: zipfile.ZipInfo = info) -> bytes:
+                with archive.open(info) as stream:
+                    return stream.read(most)
+
+            yield info.filename, (info.external_attr >> 16) & 0o170000 != 0o120000, info.is_dir(), data
 
 
-def _tar_members(source: SourceFile, budget: list[int]) -> Iterator[SourceFile]:
+def _tarred(source: SourceFile) -> Iterator[_Member]:
     with tarfile.open(fileobj=io.BytesIO(source.data), mode="r|*") as archive:
         for info in archive:
-            name = _checked_name(source.name, info.name)
-            if info.isdir():
-                continue
-            if not info.isreg():
-                raise RecordError(
-                    f"{source.name}: member {info.name!r} is a link or a device; put the file itself there"
-                )
-            stream = archive.extractfile(info)
-            if stream is not None:
-                yield _spend(source.name, budget, stream, name)
+            stream = archive.extractfile(info) if info.isreg() else None
+            yield info.name, stream is not None, info.isdir(), stream.read if stream else bytes
 
 
 Unit = Literal["m/s2", "cm/s2", "gal", "mm/s2", "nm/s2", "g", "mg"]

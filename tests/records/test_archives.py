@@ -18,7 +18,7 @@ COUNTS = np.arange(-100, 100) * 1000
 NS, EW = knet_text(COUNTS).encode(), knet_text(COUNTS[::-1], direction="E-W").encode()
 
 
-def tar_of(members: dict[str, bytes], extra: Sequence[tarfile.TarInfo] = (), mode: str = "w:gz") -> bytes:
+def tar_of(members: dict[str, bytes], mode: str = "w:gz", extra: Sequence[tarfile.TarInfo] = ()) -> bytes:
     buffer = io.BytesIO()
     with tarfile.open(fileobj=buffer, mode=mode) as archive:
         for name, data in members.items():
@@ -68,10 +68,10 @@ HARMFUL = {
     "zip out of the folder": (zip_of({"a/../../T.NS": NS}), "points out"),
     "zip with backslashes": (zip_of({"..\\T.NS": NS}), "points out"),
     "zip on a drive": (zip_of({"C:\\T.NS": NS}), "points out"),
-    "tar with a symbolic link": (tar_of(WHOLE, [link(tarfile.SYMTYPE)]), "link"),
-    "tar with a hard link": (tar_of(WHOLE, [link(tarfile.LNKTYPE, "x", "T.NS")]), "link"),
-    "tar with a device": (tar_of(WHOLE, [link(tarfile.CHRTYPE)]), "device"),
-    "tar with a pipe": (tar_of(WHOLE, [link(tarfile.FIFOTYPE)]), "device"),
+    "tar with a symbolic link": (tar_of(WHOLE, extra=[link(tarfile.SYMTYPE)]), "link"),
+    "tar with a hard link": (tar_of(WHOLE, extra=[link(tarfile.LNKTYPE, "x", "T.NS")]), "link"),
+    "tar with a device": (tar_of(WHOLE, extra=[link(tarfile.CHRTYPE)]), "device"),
+    "tar with a pipe": (tar_of(WHOLE, extra=[link(tarfile.FIFOTYPE)]), "device"),
     "zip with a link": (zip_link(), "link"),
     "encrypted zip": (encrypted_zip(), "encrypted"),
     "cut tar.gz": (tar_of(WHOLE)[:-200], "damaged"),
@@ -96,12 +96,6 @@ def test_harmful_archives_are_refused(tmp_path, name):
     with pytest.raises(RecordError, match=word):
         read_path(path)
     assert sorted(p.name for p in tmp_path.rglob("*")) == ["archive.bin", "in"]
-
-
-def test_a_whole_archive_is_read(tmp_path):
-    for name, data in (("a.tar.gz", tar_of(WHOLE)), ("a.tar", tar_of(WHOLE, mode="w")), ("a.zip", zip_of(WHOLE))):
-        (tmp_path / name).write_bytes(data)
-        assert read_path(tmp_path / name).north.size == 200
 
 
 def bomb(kind: str) -> bytes:

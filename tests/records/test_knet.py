@@ -1,8 +1,5 @@
 import hashlib
-import io
-import tarfile
-import zipfile
-from datetime import UTC, datetime
+from datetime import UTC
 from pathlib import Path
 
 import numpy as np
@@ -21,23 +18,11 @@ from overturning.records.record import account
 from overturning.records.source import Declarations, SourceFile, read_source
 from tests.expect import lacking, refused
 from tests.records.record_writers import knet_text, write_knet_set
+from tests.records.test_archives import tar_of, zip_of
 
 GAIN = 2000 / 8388608 * 0.01
 random = np.random.default_rng(20001006)
 NORTH, EAST, UP = (random.integers(-400_000, 400_000, 1000) + 12_345 for _ in range(3))
-
-
-def test_counts_times_gain_once(tmp_path):
-    record = read_path(write_knet_set(tmp_path, "TST0010102031305", NORTH, EAST, UP))
-    np.testing.assert_allclose(record.north, NORTH * GAIN, rtol=1e-12)
-    np.testing.assert_allclose(record.east, EAST * GAIN, rtol=1e-12)
-    np.testing.assert_allclose(record.up, UP * GAIN, rtol=1e-12)
-
-
-def test_start_is_utc_without_the_trigger_delay(tmp_path):
-    record = read_path(write_knet_set(tmp_path, "T", NORTH, EAST, start=datetime(2000, 10, 6, 4, 30, 6)))
-    assert record.start == "2000-10-06T04:30:06Z"
-    assert (record.latitude, record.longitude, record.station) == (35.2289, 133.3904, "TST001")
 
 
 def test_surface_and_borehole_are_told_apart_and_have_their_own_gains(tmp_path):
@@ -91,28 +76,13 @@ def test_commands_refuse_or_name_the_borehole(tmp_path):
 
 @pytest.mark.parametrize("kind", ["tar.gz", "zip", "nested"])
 def test_reads_straight_from_the_archive(tmp_path, kind):
-    inside = tmp_path / "in"
-    inside.mkdir()
-    files = write_knet_set(inside, "TTRH020010061330", NORTH, EAST, UP, kik=2, station="TTRH02")
-    files += write_knet_set(inside, "SMNH010010061330", UP, UP, UP, kik=2, station="SMNH01")
+    files = write_knet_set(tmp_path, "TTRH020010061330", NORTH, EAST, UP, kik=2, station="TTRH02")
+    files += write_knet_set(tmp_path, "SMNH010010061330", UP, UP, UP, kik=2, station="SMNH01")
+    members = {f"20001006/{file.name}": file.read_bytes() for file in files}
     out = tmp_path / "data"
     out.mkdir()
-    if kind == "zip":
-        with zipfile.ZipFile(out / "event.zip", "w", zipfile.ZIP_DEFLATED) as archive:
-            for file in files:
-                archive.write(file, f"20001006/{file.name}")
-    else:
-        buffer = io.BytesIO()
-        with tarfile.open(fileobj=buffer, mode="w:gz") as archive:
-            for file in files:
-                archive.add(file, f"20001006/{file.name}")
-        if kind == "nested":
-            with tarfile.open(out / "all.tar", "w") as archive:
-                info = tarfile.TarInfo("20001006.kik.tar.gz")
-                info.size = len(buffer.getvalue())
-                archive.addfile(info, io.BytesIO(buffer.getvalue()))
-        else:
-            (out / "20001006.kik.tar.gz").write_bytes(buffer.getvalue())
+    data = {"zip": zip_of(members), "tar.gz": tar_of(members), "nested": tar_of({"kik.tar.gz": tar_of(members)}, "w")}
+    (out / f"20001006.{kind.replace('nested', 'tar')}").write_bytes(data[kind])
     entry = RecordEntry(id="ttrh02", format="kik-net", source="TTRH020010061330", event="Western Tottori 2000")
     record = read_record(entry, out)
     np.testing.assert_allclose(record.north, NORTH * GAIN, rtol=1e-12)
@@ -179,56 +149,42 @@ def test_what_is_wrong_is_named_with_its_line(change, line, word):
         assert f"line {line}" in str(problem.value)
 
 
-def test_a_peak_that_contradicts_the_header_is_refused_unless_trusted(tmp_path):
-    paths = write_knet_set(tmp_path, "T", NORTH, EAST)
-    text = paths[0].read_text()
-    peak = next(line for line in text.splitlines() if line.startswith("Max. Acc."))
-    wrong = float(peak.split()[-1]) * 1.006
-    paths[0].write_text(text.replace(peak, f"Max. Acc. (gal)   {wrong:.3f}"))
-    with pytest.raises(RecordError, match=r"T.NS line 15: .*--trust-data"):
-        read_path(paths)
-    assert read_path(paths, Declarations(trust_data=True)).extra["trusted_data"] is True
-
-
 def test_an_archive_of_many_stations_asks_which(tmp_path):
-    path = tmp_path / "event.zip"
-    with zipfile.ZipFile(path, "w") as archive:
-        for station in ("TST001", "TST002"):
-            for file in write_knet_set(tmp_path, f"{station}0102031305", NORTH, EAST, UP, station=station):
-                archive.write(file, file.name)
-                file.unlink()
-    with pytest.raises(RecordError, match=r"2 records \(TST001, TST002\)"):
+    files = [
+        file
+        for station in ("TST001", "TST002")
+        for file in write_knet_set(tmp_path, f"{station}0102031305", NORTH, EAST, UP, station=station)
+    ]
+    path = tmp_path / "data" / "event.zip"
+    path.parent.mkdir()
+    path.write_bytes(zip_of({file.name: file.read_bytes() for file in files}))
+    with refused(RecordError, "2 records (TST001, TST002)"):
         read_path(path)
-    with pytest.raises(RecordError, match="2 records"):
-        read_record(RecordEntry(id="all", source="event.zip"), tmp_path)
+    with refused(RecordError, "2 records"):
+        read_record(RecordEntry(id="all", source="event.zip"), path.parent)
     entry = RecordEntry(id="two", format="kik-net", source="TST0020102031305")
-    assert read_record(entry, tmp_path).station == "TST002"
+    assert read_record(entry, path.parent).station == "TST002"
 
 
 def test_corrections_of_the_table_turn_the_sensor(tmp_path):
     """A sensor whose north points to N7W where magnetic north is 5° east of true: its azimuths are −2 and 88."""
     write_knet_set(tmp_path, "T", NORTH, EAST)
-    plain = read_record(RecordEntry(id="t", format="kik-net", source="T"), tmp_path)
     entry = RecordEntry(id="t", format="kik-net", source="T", orientation_correction_deg=-7, magnetic_declination_deg=5)
-    turned = read_record(entry, tmp_path)
-    assert set(turned.component_azimuths_deg) == {358.0, 88.0}
+    record = read_record(entry, tmp_path)
+    assert set(record.component_azimuths_deg) == {358.0, 88.0}
     c, s = np.cos(np.radians(-2)), np.sin(np.radians(-2))
-    np.testing.assert_allclose(turned.north, plain.north * c - plain.east * s, atol=1e-9)
-    np.testing.assert_allclose(turned.east, plain.north * s + plain.east * c, atol=1e-9)
+    np.testing.assert_allclose(record.north, (NORTH * c - EAST * s) * GAIN, atol=1e-9)
+    np.testing.assert_allclose(record.east, (NORTH * s + EAST * c) * GAIN, atol=1e-9)
 
 
-def test_the_table_s_hash_is_compared(tmp_path):
-    write_knet_set(tmp_path, "T", NORTH, EAST)
-    right = read_record(RecordEntry(id="t", format="kik-net", source="T"), tmp_path).sha256
-    assert read_record(RecordEntry(id="t", format="kik-net", source="T", sha256=right), tmp_path).sha256 == right
-    with pytest.raises(RecordError, match="the record table says 0000"):
-        read_record(RecordEntry(id="t", format="kik-net", source="T", sha256="0" * 64), tmp_path)
-
-
-def test_a_record_in_several_files_has_the_hash_of_their_hashes(tmp_path):
+def test_a_record_in_several_files_has_the_hash_of_their_hashes_and_the_table_s_is_compared(tmp_path):
     paths = write_knet_set(tmp_path, "T", NORTH, EAST, UP)
-    own = [hashlib.sha256(path.read_bytes()).hexdigest() for path in paths]
-    assert read_path(paths).sha256 == hashlib.sha256("".join(own).encode("ascii")).hexdigest()
+    own = [hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(paths)]
+    joint = hashlib.sha256("".join(own).encode("ascii")).hexdigest()
+    line = {"id": "t", "format": "kik-net", "source": "T"}
+    assert read_record(RecordEntry(**line, sha256=joint), tmp_path).sha256 == joint
+    with refused(RecordError, "the record table says 0000"):
+        read_record(RecordEntry(**line, sha256="0" * 64), tmp_path)
 
 
 @pytest.mark.parametrize("end", ["", "\n"])

@@ -27,7 +27,7 @@ from overturning.motion.intensity import (
     record_measures,
     significant_duration,
 )
-from overturning.motion.jma_intensity import SURVEY_RULE, instrumental_intensity, reported_intensity
+from overturning.motion.jma_intensity import SURVEY_RULE, instrumental_intensity
 from overturning.motion.motion import Motion
 from overturning.motion.oscillator import Oscillators
 from overturning.motion.spectra import rotd, spectra_by_azimuth, spectrum_intensity
@@ -218,14 +218,6 @@ def test_jma_intensity_of_a_steady_sine():
         assert found == pytest.approx(2 * math.log10(gain) + 0.94, abs=0.005)
 
 
-@pytest.mark.parametrize(
-    ("value", "reported"),
-    [(6.378, 6.3), (4.449, 4.4), (4.494, 4.4), (4.495, 4.5), (4.444, 4.4), (4.994, 4.9), (-0.06, -0.1), (5.0, 5.0)],
-)
-def test_intensity_is_rounded_to_two_and_cut_to_one_decimal(value, reported):
-    assert reported_intensity(value) == pytest.approx(reported)
-
-
 def test_the_survey_rule_goes_up_to_all_stones_through_jmas_degrees():
     """JMA's degrees are 6 upper from 6.0 to below 6.5, 7 from 6.5 on; a share of stones is at most 1."""
     (low, high, *upper), (then, whole, *seven) = SURVEY_RULE
@@ -345,3 +337,23 @@ def test_no_rotated_motion_is_held():
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak < 40e6
+
+
+def test_a_sine_has_the_peaks_of_calculus():
+    """A = A sin ωt from rest: v = A/ω (1 − cos ωt), PGV 2A/ω; d = A/ω t − A/ω² sin ωt, at one period 2πA/ω²."""
+    amplitude, period = 3.0, 1.0
+    omega = 2 * np.pi / period
+    time = np.arange(0, 1.0005, 0.001)
+    motion = Motion(amplitude * np.sin(omega * time), np.zeros_like(time), sampling_interval=0.001)
+    found = intensity_by_azimuth(motion, [0, 60, 90, 180])
+    np.testing.assert_allclose(found.pga, amplitude * np.array([1, 0.5, 0, 1]), atol=1e-9)
+    np.testing.assert_allclose(found.pgv, 2 * amplitude / omega * np.array([1, 0.5, 0, 1]), rtol=1e-5)
+    np.testing.assert_allclose(found.pgd, 2 * np.pi * amplitude / omega**2 * np.array([1, 0.5, 0, 1]), rtol=1e-4)
+    assert found.pga.attrs["units"] == "m s-2"
+    assert found.azimuth.attrs["units"] == "degree"
+
+
+@pytest.mark.parametrize("azimuths", [[], [[0, 1]], [np.nan]])
+def test_senseless_azimuths_are_refused(azimuths):
+    with pytest.raises(ArgumentError, match="azimuth_deg"):
+        intensity_by_azimuth(Motion([0, 1], [0, 1], sampling_interval=1), azimuths)

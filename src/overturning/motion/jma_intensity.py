@@ -56,8 +56,3 @@ def instrumental_intensity(motion: Motion, *, horizontal: bool = False) -> float
     filtered = np.fft.irfft(spectrum, motion.samples, axis=1)
     level = np.partition(np.sqrt((filtered**2).sum(axis=0)), -count)[-count]
     return 2.0 * math.log10(level) + 0.94 if level > 0 else -math.inf
-
-
-def reported_intensity(intensity: float) -> float:
-    """The value as JMA publishes it: rounded to two decimals, then cut to one."""
-    return math.floor(math.floor(intensity * 100.0 + 0.5) / 10.0 + 1e-9) / 10.0

@@ -101,7 +101,7 @@ def test_as_the_site_of_a_study() -> None:
 def test_a_variant_has_motions_of_its_own(tmp_path: Path) -> None:
     from overturning.commands.workflow import surface
     from overturning.records.pulses import parse_pulse, pulse_record
-    from overturning.records.record import account
+    from overturning.records.record import provenance
     from overturning.records.store import read_motion, rounded, write_motion
 
     record = rounded(pulse_record(parse_pulse("sine amplitude_gal=300 period_s=0.4 azimuth_deg=0")))
@@ -113,4 +113,4 @@ def test_a_variant_has_motions_of_its_own(tmp_path: Path) -> None:
     found = read_motion(tmp_path / "soft" / "pulse.nc")
     alone = through_soil(record.north, record.sampling_interval, [Soil(20, 200, 1800, 0.05), Soil(0, 1000, 2200, 0.01)])
     assert found.north == pytest.approx(alone.samples, abs=1e-9)
-    assert account(found)["peaks"]["pga"] == pytest.approx([np.abs(record.north).max(), np.abs(alone.samples).max()])
+    assert provenance(found)["peaks"]["pga"] == pytest.approx([np.abs(record.north).max(), np.abs(alone.samples).max()])

@@ -23,13 +23,13 @@ def entry(name: str, event: str = "", **more: object) -> RecordEntry:
     return RecordEntry(id=name, source=name, event=event, **more)  # type: ignore[arg-type]
 
 
-def told_apart(*entries: RecordEntry) -> Earthquakes:
+def decided(*entries: RecordEntry) -> Earthquakes:
     return earthquakes_of(entries)
 
 
 def test_one_origin_under_two_names_is_one_earthquake_and_said() -> None:
     """The origin of the Loma Prieta earthquake as the ISC and the USGS have it: half a second and 2 km apart."""
-    found = told_apart(
+    found = decided(
         entry("a", "Loma Prieta 10/18/1989", origin_time="1989-10-18T00:04:15.2Z"),
         entry("b", "Northridge 1994"),
         entry(
@@ -47,7 +47,7 @@ def test_one_origin_under_two_names_is_one_earthquake_and_said() -> None:
 
 
 def test_an_origin_time_reads_the_same_in_any_zone() -> None:
-    found = told_apart(
+    found = decided(
         entry("a", "x", origin_time="2000-10-06T13:30:18+09:00"), entry("b", "y", origin_time="2000-10-06T04:30:00Z")
     )
     assert found.labels == ("x", "x")
@@ -63,7 +63,7 @@ def test_an_origin_time_that_is_none_is_refused(tmp_path: Path, text: str) -> No
 
 def test_one_name_with_two_origins_is_two_earthquakes() -> None:
     """Foreshock and mainshock of Kumamoto, 28 h apart; a record without an origin counts as the first and is named."""
-    found = told_apart(
+    found = decided(
         entry("fore", "Kumamoto 2016", origin_time="2016-04-14T12:26:36Z"),
         entry("main", "Kumamoto 2016", origin_time="2016-04-15T16:25:06Z"),
         entry("open", "Kumamoto 2016"),
@@ -79,15 +79,15 @@ def test_one_time_far_apart_is_two_earthquakes() -> None:
     place = ("epicentre_latitude_deg", "epicentre_longitude_deg")
     first, second = (dict(zip(place, at, strict=True)) for at in ((35.27, 133.35), (38.27, 141.0)))
     moment = "2000-10-06T04:30:18Z"
-    found = told_apart(entry("a", "x", origin_time=moment, **first), entry("b", "y", origin_time=moment, **second))
+    found = decided(entry("a", "x", origin_time=moment, **first), entry("b", "y", origin_time=moment, **second))
     assert found.labels == ("x", "y")
 
 
 def test_an_id_decides() -> None:
-    same = told_apart(entry("a", "Chi-Chi", event_id="e1"), entry("b", "Taiwan 1999", event_id="e1"))
+    same = decided(entry("a", "Chi-Chi", event_id="e1"), entry("b", "Taiwan 1999", event_id="e1"))
     assert same.labels == ("Chi-Chi", "Chi-Chi")
     moment = "1999-09-20T17:47:16Z"
-    apart = told_apart(
+    apart = decided(
         entry("a", "Chi-Chi", event_id="e1", origin_time=moment),
         entry("b", "Chi-Chi", event_id="e2", origin_time=moment),
     )
@@ -106,8 +106,8 @@ def test_an_id_decides() -> None:
         ("Earthquake of Fri Nov 30, 2018 17:29 UTC", "Anchorage 11/30/2018"),
     ],
 )
-def test_names_that_resemble_each_other_are_told_with_both_names(first: str, second: str) -> None:
-    found = told_apart(entry("a", first), entry("b", "Gazli 1976"), entry("c", second))
+def test_names_that_resemble_each_other_are_noted_with_both_names(first: str, second: str) -> None:
+    found = decided(entry("a", first), entry("b", "Gazli 1976"), entry("c", second))
     assert len(set(found.labels)) == 3
     assert len(found.doubtful) == 1
     assert first in found.doubtful[0]
@@ -125,20 +125,20 @@ def test_names_that_resemble_each_other_are_told_with_both_names(first: str, sec
     ],
 )
 def test_names_of_two_earthquakes_raise_no_doubt(first: str, second: str) -> None:
-    assert told_apart(entry("a", first), entry("b", second)).notes == ()
+    assert decided(entry("a", first), entry("b", second)).notes == ()
 
 
 def test_capitals_and_blanks_make_no_other_earthquake() -> None:
-    assert told_apart(entry("a", "LOMA PRIETA  1989"), entry("b", "Loma Prieta 1989")).labels[1] == "LOMA PRIETA 1989"
+    assert decided(entry("a", "LOMA PRIETA  1989"), entry("b", "Loma Prieta 1989")).labels[1] == "LOMA PRIETA 1989"
 
 
-def test_records_without_an_earthquake_count_as_one_and_are_told() -> None:
-    found = told_apart(entry("a"), entry("b", "Gazli 1976"), entry("c"))
+def test_records_without_an_earthquake_count_as_one_and_are_noted() -> None:
+    found = decided(entry("a"), entry("b", "Gazli 1976"), entry("c"))
     assert found.labels == ("", "Gazli 1976", "")
     assert "2 records (a, c) name no earthquake and count as one" in found.doubtful[0]
 
 
-def test_starts_tell_what_names_do_not() -> None:
+def test_starts_show_what_names_do_not() -> None:
     rest = np.zeros(2)
     one = Record("a", rest, rest, None, 0.01, start="2016-11-13T11:03:00Z", event="Kaikoura 2016")
     other = replace(one, record_id="b", event="Culverden", start="2016-11-13T11:03:20Z")
@@ -158,12 +158,12 @@ def test_the_shipped_records_keep_their_earthquakes() -> None:
     assert found.notes == ()
 
 
-def test_the_names_of_the_packaged_sets_are_told_where_they_differ() -> None:
+def test_the_names_of_the_packaged_sets_are_noted_where_they_differ() -> None:
     """FEMA P-695 writes three of its earthquakes in two ways, with and without PEER's number."""
     sources = [f"{kind}:{number}" for kind, number in (("farfield", 1), ("nearfield_pulse", 9), ("nearfield_pulse", 8))]
     names = [fema_p695.read(source)[0].event for source in sources]
     assert names[:2] == ["Northridge", "Northridge-01"]
-    found = told_apart(*(entry(f"r{index}", name) for index, name in enumerate(names)))
+    found = decided(*(entry(f"r{index}", name) for index, name in enumerate(names)))
     assert len(found.doubtful) == 1
     assert "'Northridge' (r0) and 'Northridge-01' (r1)" in found.doubtful[0]
 
@@ -185,7 +185,7 @@ def test_the_table_knows_better_than_the_header(tmp_path: Path) -> None:
     assert (extra["origin_time"], extra["event_id"]) == ("2000-10-06T04:30:18+00:00", "e1")
 
 
-def test_records_check_and_records_add_tell(tmp_path: Path) -> None:
+def test_records_check_and_records_add_print_it(tmp_path: Path) -> None:
     for number in (1, 2):
         write_knet_set(tmp_path, f"TST00{number}0102031305", WAVE, -WAVE, station=f"TST00{number}")
     files = [str(tmp_path / f"TST0020102031305.{end}") for end in ("NS", "EW")]

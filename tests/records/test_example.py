@@ -9,7 +9,7 @@ from overturning.errors import MissingDataError
 from overturning.records.catalogue import RecordEntry, find_paths, read_catalogue
 from overturning.records.processing import process
 from overturning.records.read import read_record
-from overturning.records.record import account
+from overturning.records.record import provenance
 from overturning.records.steps import Highpass
 from overturning.records.store import read_motion, read_unprocessed, write_motion
 from tests.expect import refused
@@ -38,7 +38,7 @@ def test_another_example_is_not_there_and_the_message_says_which_is(tmp_path):
 def test_the_account_tells_who_did_what_and_the_store_keeps_what_was_before(tmp_path):
     raw = read_record(read_catalogue(TABLE)["wtmc"], tmp_path)
     assert process(raw, None) is raw
-    told = account(raw)
+    told = provenance(raw)
     assert told["data"] == "processed by GNS Science"
     assert told["agency"].startswith("band-pass filter")
     assert told["peaks"]["pga"][0] == told["peaks"]["pga"][1]
@@ -49,6 +49,6 @@ def test_the_account_tells_who_did_what_and_the_store_keeps_what_was_before(tmp_
     np.testing.assert_allclose(before.north, raw.north, atol=1e-9)
     assert (before.start, kept.start) == (raw.start, done.start)
     assert kept.start != before.start
-    assert account(kept)["peaks"]["pgd"][0] > 2 * account(kept)["peaks"]["pgd"][1]
+    assert provenance(kept)["peaks"]["pgd"][0] > 2 * provenance(kept)["peaks"]["pgd"][1]
     write_motion(raw, tmp_path / "m.nc")
     assert read_unprocessed(tmp_path / "m.nc") is None

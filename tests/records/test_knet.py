@@ -14,7 +14,7 @@ from overturning.records.component import check_peak
 from overturning.records.formats import knet
 from overturning.records.processing import process
 from overturning.records.read import read_path, read_record
-from overturning.records.record import account
+from overturning.records.record import provenance
 from overturning.records.source import Declarations, SourceFile, read_source
 from tests.expect import lacking, refused
 from tests.records.record_writers import knet_text, write_knet_set
@@ -56,7 +56,7 @@ def test_a_borehole_alone_is_refused_unless_declared_and_then_named_with_its_sta
     named = RecordEntry.model_validate(line | {"sensor": "borehole", "station": "ISKH01 Otani"})
     record = read_record(named, tmp_path)
     assert record.station == "ISKH01 Otani (borehole)"
-    assert account(process(record, None))["declared"] == ["borehole sensor"]
+    assert provenance(process(record, None))["declared"] == ["borehole sensor"]
 
 
 def test_commands_refuse_or_name_the_borehole(tmp_path):

@@ -78,7 +78,7 @@ class Declared:
             pair = [float(a) for a in self.azimuths.replace(",", " ").split()] or None
         except ValueError:
             raise ArgumentError(f"--azimuths: {self.azimuths!r}; two numbers of degrees, e.g. 0,90") from None
-        said: Any = self  # words of any kind: Declarations knows which there are
+        words: Any = self  # words of any kind: Declarations knows which there are
         try:
             format_named(self.form or None)
             return Declarations(
@@ -88,9 +88,9 @@ class Declared:
                 processed=self.processed,
                 azimuths_deg=pair,
                 trust_data=self.trust_data,
-                unit=said.unit or None,
-                sensor=said.sensor or None,
-                vertical_sense=said.vertical_sense or None,
+                unit=words.unit or None,
+                sensor=words.sensor or None,
+                vertical_sense=words.vertical_sense or None,
             )
         except ArgumentError as problem:
             raise ArgumentError(f"--{str(problem).replace('_', '-', 1)}") from None

@@ -23,7 +23,7 @@ def check(
 
     Folders are read with the folders in them. Exit status 1 if anything was refused.
     """
-    from overturning.records.check import check_paths, describe, passed_over
+    from overturning.records.check import check_paths, describe, no_records_of
     from overturning.records.earthquakes import earthquakes_of
 
     findings = check_paths(paths, given.declarations())
@@ -31,7 +31,7 @@ def check(
         typer.echo(describe(finding))
     _echo_notes(earthquakes_of(f.record for f in findings if f.record is not None).notes)
     read = sum(f.record is not None for f in findings)
-    if no_records := passed_over(paths):
+    if no_records := no_records_of(paths):
         shown = ", ".join(no_records[:5]) + (" …" if len(no_records) > 5 else "")
         typer.echo(f"passed over, no records by their names: {len(no_records)} ({shown})")
     typer.echo(f"{read} read, {len(findings) - read} refused")

@@ -65,5 +65,5 @@ def _other_unit(peak: float, unit: str) -> str:
         for name, shown in names.items()
         if UNITS[name] != scale and _LIKELY[0] <= peak / scale * UNITS[name] <= _LIKELY[1]
     ]
-    said = names.get(unit, unit)
-    return f"numbers declared in {said} look like {' or '.join(likely)}" if likely else f"{said} is not their unit"
+    name = names.get(unit, unit)
+    return f"numbers declared in {name} look like {' or '.join(likely)}" if likely else f"{name} is not their unit"

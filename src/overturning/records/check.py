@@ -61,8 +61,8 @@ def _sources(paths: Sequence[Path]) -> tuple[list[SourceFile], list[Finding]]:
     sources, findings = [], []
     for path in paths:
         inside = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else []
-        members = [p for p in inside if not is_passed_over(p)] if path.is_dir() else [path]
-        if len(paths) > 1 and not path.is_dir() and is_passed_over(path):
+        members = [p for p in inside if not is_no_record(p)] if path.is_dir() else [path]
+        if len(paths) > 1 and not path.is_dir() and is_no_record(path):
             continue
         if not members:
             why = f"{len(inside)} files, none of them a record" if inside else "an empty folder"
@@ -75,16 +75,16 @@ def _sources(paths: Sequence[Path]) -> tuple[list[SourceFile], list[Finding]]:
     return sources, findings
 
 
-def is_passed_over(path: Path) -> bool:
+def is_no_record(path: Path) -> bool:
     """Whether a file is none that could be a record, by its extension, or hidden."""
     return path.suffix.lower().lstrip(".") in NO_RECORDS or path.name.startswith(".")
 
 
-def passed_over(paths: Sequence[Path]) -> list[str]:
+def no_records_of(paths: Sequence[Path]) -> list[str]:
     """Names of the files that are passed over: those in folders, and those among several that are named."""
     files = [p for folder in paths if folder.is_dir() for p in folder.rglob("*") if p.is_file()]
     files += [path for path in paths if path.is_file() and len(paths) > 1]
-    return sorted(p.name for p in files if is_passed_over(p))
+    return sorted(p.name for p in files if is_no_record(p))
 
 
 def describe(finding: Finding) -> str:

@@ -59,7 +59,7 @@ def channel_axis(code: str) -> Direction:
     return {"Z": (None, 1), "N": (0.0, 0), "E": (90.0, 0)}.get(code[-1:].upper(), UNKNOWN)
 
 
-def agree(file: str, line: int, text: str, first: float | None, second: float | None) -> None:
+def check_azimuth(file: str, line: int, text: str, first: float | None, second: float | None) -> None:
     """Refuse two statements of an azimuth in one file that are more than a degree apart."""
     if first is None or second is None:
         return

@@ -116,9 +116,9 @@ class _Earthquake:
         self.names.setdefault(one.name.casefold(), one.name)
 
     def holds(self, one: _Known) -> bool:
-        said = [same for member in self.stated.values() if (same := member.same(one)) is not None]
+        certain = [same for member in self.stated.values() if (same := member.same(one)) is not None]
         named = one.name.casefold() in self.names and (one.name != "" or not self.more)
-        return all(said) if said else named
+        return all(certain) if certain else named
 
     @property
     def first(self) -> _Known:

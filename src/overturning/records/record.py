@@ -98,7 +98,7 @@ def state_of(record: Record) -> str:
     return "processed, as declared" if "processed" in record.extra.get("declared", ()) else "processed"
 
 
-def account(record: Record) -> dict[str, Any]:
+def provenance(record: Record) -> dict[str, Any]:
     """All that a reader of the results has to know of how a processed record came about, as plain data.
 
     ``data`` (raw or processed, and by whom), ``agency`` (its processing), ``steps`` (as `process` writes them down),

@@ -272,7 +272,7 @@ class Site(_Part):
     as it is (`overturning.motion.soil`).
     """
 
-    step: ClassVar[str] = "site"  # in the account of what was done to a record
+    step: ClassVar[str] = "site"  # among the steps that were applied to a record
     layers: tuple[Layer, ...] = Field(min_length=1, description="Layers from the surface down.")
     rock: Rock = Field(description="The half-space below them.")
     motion: Literal["outcrop", "within"] = Field(

@@ -159,5 +159,5 @@ def earthquakes_said(cube: "xr.Dataset") -> list[str]:
 
 
 def processing_of(cube: "xr.Dataset") -> dict[str, dict[str, Any]]:
-    """How each record of a cube came about, by id; see `overturning.records.record.account`."""
+    """How each record of a cube came about, by id; see `overturning.records.record.provenance`."""
     return dict(_stated(cube, "record_processing", dict))

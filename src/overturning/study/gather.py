@@ -17,7 +17,7 @@ from overturning.model.grid import Axes
 from overturning.model.variables import INT8_MISSING, Variable
 from overturning.records.catalogue import METADATA
 from overturning.records.earthquakes import earthquakes_of
-from overturning.records.record import Record, account
+from overturning.records.record import Record, provenance
 from overturning.study.grid import grid_of
 from overturning.study.netcdf import add_coordinate, add_grid, add_variable, content_hash
 from overturning.study.parts import opened_part, record_of
@@ -201,7 +201,7 @@ def _attributes(study: Study, records: Sequence[Record], variant: str) -> dict[s
         "earthquakes": json.dumps(earthquakes_of(records).notes, ensure_ascii=False),
         "record_sources": json.dumps(sources, ensure_ascii=False),
         "record_processing": json.dumps(
-            {record.record_id: account(record) for record in records}, ensure_ascii=False, default=str
+            {record.record_id: provenance(record) for record in records}, ensure_ascii=False, default=str
         ),
         "versions": json.dumps({name: metadata.version(name) for name in _PACKAGES}),
     }

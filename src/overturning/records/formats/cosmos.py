@@ -124,8 +124,8 @@ def _of_a_count(lines: Lines, reals_at: int, real: FloatArray) -> float:
     gain = 1.0 if real[46] == NULL else float(real[46])
     for number, value, what in ((22, microvolts, "µV per count"), (42, volts_per_g, "V/g"), (47, gain, "gain")):
         if not value > 0:
-            said = "is not stated" if value == NULL else f"is {value:g}"
-            raise lines.error(reals_at, f"counts, but real {number} ({what}) {said}; get volume 1 or 2")
+            why = "is not stated" if value == NULL else f"is {value:g}"
+            raise lines.error(reals_at, f"counts, but real {number} ({what}) {why}; get volume 1 or 2")
     return microvolts * 1e-6 / (volts_per_g * gain) * STANDARD_GRAVITY
 
 

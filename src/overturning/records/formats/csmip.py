@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from overturning.records.component import Component, agree, parse_axis, sensor_at
+from overturning.records.component import Component, check_azimuth, parse_axis, sensor_at
 from overturning.records.formats.lines import EARTHQUAKE, FLOAT, Fields, Header, Lines, channels
 from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY
@@ -77,7 +77,7 @@ def _channel(source: SourceFile, block: Lines) -> tuple[Component, int]:
     azimuth, vertical = parse_axis(axis)
     whole = block.fixed_integers(text_lines, width=5, per_line=16, count=100)
     if 0 < whole[26] <= 360:
-        agree(block.file, block.before + at + 1, axis, azimuth, float(whole[26]))
+        check_azimuth(block.file, block.before + at + 1, axis, azimuth, float(whole[26]))
     introduced = re.compile(str(DATA["number of samples"]), re.IGNORECASE)
     data_at = next((i for i in range(text_lines + 7, end) if introduced.match(block.lines[i])), 0)
     samples, interval = _evenly(block, data_at, header) if data_at else _pairs(block, text_lines, header)

@@ -11,7 +11,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from overturning.records.component import Component, agree, parse_axis
+from overturning.records.component import Component, check_azimuth, parse_axis
 from overturning.records.formats.lines import FLOAT, Fields, Header, Lines, channels, epicentre, stated_time
 from overturning.records.source import SourceFile
 
@@ -57,7 +57,7 @@ def _component(source: SourceFile, block: Lines) -> tuple[Component, int]:
     axis = header.text("component")
     azimuth, vertical = parse_axis(axis)
     if not vertical:
-        agree(block.file, block.before + 13, axis, azimuth, float(whole[27]))
+        check_azimuth(block.file, block.before + 13, axis, azimuth, float(whole[27]))
     samples = block.fixed_columns(HEADER_LINES, width=8, per_line=10, count=count)
     end = HEADER_LINES + sum(-(-int(n) // 10) for n in whole[33 : 36 if corrected else 34])
     if end > len(text):

@@ -81,8 +81,8 @@ class Lines:
         try:
             return datetime(year, month, of_month, hour, minute, tzinfo=UTC) + timedelta(seconds=seconds)
         except ValueError as problem:
-            said = f"start {year}-{month}-{of_month} {hour}:{minute}"
-            raise self.error(index, f"{said} ({problem}); correct it") from problem
+            stated = f"start {year}-{month}-{of_month} {hour}:{minute}"
+            raise self.error(index, f"{stated} ({problem}); correct it") from problem
 
     def check_header(self, length: int) -> None:
         """Refuse lines that end within a header of so many."""
@@ -162,7 +162,7 @@ class Lines:
         return cells
 
     def _wrong(self, index: int, cells: Sequence[str], why: str) -> RecordError:
-        """What is wrong with a line: one of its cells, which is raised at once, or what is said of the whole line."""
+        """What is wrong with a line: one of its cells, which is raised at once, or what is stated of the whole line."""
         for cell in cells:
             self.number(cell, index, "a sample")
         return self.error(index, f"{why}: get the file again")
@@ -268,17 +268,17 @@ class Header:
 
     def peak(self, name: str, scale: float, text: str | None = None, *, after_mean: bool = False) -> StatedPeak:
         """The peak that a field, or a part of its text, states in a unit of ``scale`` m/s²."""
-        said = self.text(name) if text is None else text
-        size = abs(self.number(name, said))
-        return StatedPeak(size * scale, resolution(said) * scale, after_mean, self.lines.before + self.at(name) + 1)
+        stated = self.text(name) if text is None else text
+        size = abs(self.number(name, stated))
+        return StatedPeak(size * scale, resolution(stated) * scale, after_mean, self.lines.before + self.at(name) + 1)
 
     def time(self, name: str, *patterns: str, text: str | None = None, ahead: timedelta = timedelta()) -> datetime:
         """Time of a field, or in a part of its text, in one of the patterns, of a clock that is ahead of UTC."""
-        said = self.text(name) if text is None else text
-        index, moment = self.at(name), stated_time(said, *patterns, ahead=ahead)
+        stated = self.text(name) if text is None else text
+        index, moment = self.at(name), stated_time(stated, *patterns, ahead=ahead)
         if moment is None:
             like = datetime(2000, 10, 6, 13, 30).strftime(patterns[0])
-            raise self.lines.error(index, f"{name} {said!r} is no time like {like}; correct it")
+            raise self.lines.error(index, f"{name} {stated!r} is no time like {like}; correct it")
         return moment
 
     def clock(self, name: str) -> datetime | None:
@@ -300,8 +300,8 @@ class Header:
 
     def earthquake(self) -> tuple[datetime | None, dict[str, Any]]:
         """Origin time, UTC, and epicentre, degrees, as `EARTHQUAKE` has them; None and empty where not stated."""
-        said = re.sub(r"\s+|,", "", re.sub(r",?\s+(?=\d+:)", "-", self.text("origin")))
-        origin = stated_time(said, "%Y/%m/%d-%H:%M:%S", "%m/%d/%Y-%H:%M:%S", "%m/%d/%y-%H:%M:%S")
+        stated = re.sub(r"\s+|,", "", re.sub(r",?\s+(?=\d+:)", "-", self.text("origin")))
+        origin = stated_time(stated, "%Y/%m/%d-%H:%M:%S", "%m/%d/%Y-%H:%M:%S", "%m/%d/%y-%H:%M:%S")
         return origin, epicentre(*self.place("hypocentre")) if any(self.place("hypocentre")) else {}
 
     def check_unit(self, name: str, pattern: str, read: str) -> None:

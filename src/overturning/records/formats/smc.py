@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from overturning.errors import RecordError
-from overturning.records.component import Component, Direction, StatedPeak, agree, parse_axis
+from overturning.records.component import Component, Direction, StatedPeak, check_azimuth, parse_axis
 from overturning.records.formats.lines import Lines
 from overturning.records.source import SourceFile
 from overturning.units import GAL
@@ -81,7 +81,7 @@ def _axis(text: Lines, whole: np.ndarray) -> tuple[str, Direction]:
     axis = word[1] if word else str(whole[13])
     azimuth, vertical = parse_axis(axis)
     if whole[12] == 90 and not vertical and whole[13] != NULL:
-        agree(text.file, 6, axis, azimuth, float(whole[13]))
+        check_azimuth(text.file, 6, axis, azimuth, float(whole[13]))
         return axis, (float(whole[13]) % 360.0, 0)
     if whole[12] in (0, 180):
         return axis, (None, 1 if whole[12] == 0 else -1)

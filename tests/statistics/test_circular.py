@@ -6,10 +6,11 @@ import math
 import numpy as np
 import pytest
 from pycircstat2 import hypothesis, load_data
-from scipy.stats import multinomial
+from scipy.stats import chisquare, multinomial
 
 from overturning.errors import ArgumentError
 from overturning.statistics.circular import (
+    chi_square_test,
     grouped_watson_test,
     rayleigh_test,
     resultant,
@@ -33,52 +34,44 @@ def test_sectors_are_centred_on_north_and_none_lies_beyond_the_last() -> None:
     assert int(sector(math.nextafter(-22.5, -90.0), 8)) in (0, 7)
 
 
-def test_mean_across_north() -> None:
-    mean, length = resultant([15, 355])
-    assert mean == pytest.approx(5)
-    assert length == pytest.approx(math.cos(math.radians(10)))
-
-
-def test_mean_of_the_roulette_wheel() -> None:
-    mean, length = resultant(ROULETTE)
-    assert mean == pytest.approx(51, abs=0.5)
-    assert length == pytest.approx(0.711, abs=5e-4)
-
-
-def test_mean_of_leaning_trees() -> None:
-    mean, length = resultant(TREES)
-    assert mean == pytest.approx(99, abs=0.5)
-    assert length == pytest.approx(0.82522, abs=1e-5)
-
-
-def test_axes_have_no_head() -> None:
-    assert resultant([10, 190], axial=True) == pytest.approx((10, 1))
-    assert resultant([170, 10], axial=True)[0] == pytest.approx(0, abs=1e-9)
-    assert resultant([10, 190])[1] == pytest.approx(0, abs=1e-12)
-    assert math.isnan(resultant([10, 190])[0])
-    assert math.isnan(resultant([0, 90], axial=True)[0])
+@pytest.mark.parametrize(
+    ("angles", "axial", "mean", "length"),
+    [
+        ([15, 355], False, (5, 1e-9), (math.cos(math.radians(10)), 1e-9)),
+        (ROULETTE, False, (51, 0.5), (0.711, 5e-4)),
+        (TREES, False, (99, 0.5), (0.82522, 1e-5)),
+        # Axes have no head, so that opposite directions cancel and axes at right angles do.
+        ([10, 190], True, (10, 1e-9), (1, 1e-9)),
+        ([170, 10], True, (0, 1e-9), (math.cos(math.radians(20)), 1e-9)),
+        ([10, 190], False, (math.nan, 0), (0, 1e-12)),
+        ([0, 90], True, (math.nan, 0), (0, 1e-12)),
+        ([], False, (math.nan, 0), (math.nan, 0)),
+    ],
+)
+def test_means(angles, axial, mean, length) -> None:
+    for value, (expected, within) in zip(resultant(angles, axial=axial), (mean, length), strict=True):
+        assert value == pytest.approx(expected, abs=within, nan_ok=True)
 
 
 def test_weights_are_repetitions() -> None:
     assert resultant([20, 100], [2, 1]) == pytest.approx(resultant([20, 20, 100]))
-    assert all(math.isnan(v) for v in resultant([], []))
 
 
 def test_difference_of_axes() -> None:
     assert wrap_axis([0, 90, -90, 91, 180, 270, -1]).tolist() == [0, 90, 90, -89, 0, 90, -1]
 
 
-def test_rayleigh_of_leaning_trees() -> None:
-    result = rayleigh_test(TREES)
-    assert (result.n, result.statistic) == (8, pytest.approx(5.448, abs=1e-3))
-    assert 0.001 < result.p_value < 0.002
-
-
-def test_v_test_of_bearings() -> None:
-    result = v_test(BEARINGS, 90)
-    assert result.statistic / math.sqrt(2 / 10) == pytest.approx(9.498, abs=5e-4)
-    assert result.statistic == pytest.approx(4.248, abs=1e-3)
-    assert result.p_value < 0.0005
+def test_worked_examples_of_tests() -> None:
+    trees, bearings = rayleigh_test(TREES), v_test(BEARINGS, 90)
+    assert (trees.n, trees.statistic) == (8, pytest.approx(5.448, abs=1e-3))
+    assert 0.001 < trees.p_value < 0.002
+    assert bearings.statistic / math.sqrt(2 / 10) == pytest.approx(9.498, abs=5e-4)
+    assert bearings.statistic == pytest.approx(4.248, abs=1e-3)
+    assert bearings.p_value < 0.0005
+    # Kanji (2006), 100 Statistical Tests, test 96; vanishing directions of thirteen pigeons.
+    pigeons = watson_u2_test(np.array([20, 135, 145, 165, 170, 200, 300, 325, 335, 350, 350, 350, 355]) / 360)
+    assert pigeons.statistic == pytest.approx(0.1361, abs=5e-5)
+    assert pigeons.p_value > 0.1
 
 
 def test_rayleigh_p_value_is_calibrated() -> None:
@@ -107,36 +100,17 @@ def test_stephens_critical_values(n: int) -> None:
         assert result.p_value == pytest.approx(level, rel=0.05)  # the table has three digits
 
 
-def test_against_pycircstat2() -> None:
-    for name in ("B3", "B7", "B11", "B12"):  # Fisher (1993), appendix B
-        angle = load_data(name, source="fisher")["θ"].to_numpy(dtype=float)
-        radians = np.radians(angle)
-        theirs = hypothesis.rayleigh_test(radians)
-        assert rayleigh_test(angle).p_value == pytest.approx(theirs.pval, rel=1e-9)
-        assert v_test(angle, 70).p_value == pytest.approx(hypothesis.V_test(math.radians(70), radians).pval, rel=1e-6)
-        watson = hypothesis.watson_test(radians, n_simulation=4999)
-        ours = watson_u2_test(angle % 360 / 360)
+@pytest.mark.parametrize("name", ["B3", "B7", "B11", "B12"])  # Fisher (1993), appendix B
+def test_against_pycircstat2(name: str) -> None:
+    angle = load_data(name, source="fisher")["θ"].to_numpy(dtype=float)
+    radians = np.radians(angle)
+    assert rayleigh_test(angle).p_value == pytest.approx(hypothesis.rayleigh_test(radians).pval, rel=1e-9)
+    assert v_test(angle, 70).p_value == pytest.approx(hypothesis.V_test(math.radians(70), radians).pval, rel=1e-6)
+    watson = hypothesis.watson_test(radians, n_simulation=4999)
+    for turn in (0, 77, 200):  # whatever the origin
+        ours = watson_u2_test((angle + turn) % 360 / 360)
         assert ours.statistic == pytest.approx(watson.U2, rel=1e-9)
         assert ours.p_value == pytest.approx(watson.pval, abs=0.02)
-
-
-def test_watson_of_homing_pigeons() -> None:
-    # Kanji (2006), 100 Statistical Tests, test 96; vanishing directions of thirteen pigeons.
-    angle = np.array([20, 135, 145, 165, 170, 200, 300, 325, 335, 350, 350, 350, 355])
-    result = watson_u2_test(angle / 360)
-    assert result.statistic == pytest.approx(0.1361, abs=5e-5)
-    assert result.p_value > 0.1
-
-
-def test_watson_does_not_depend_on_the_origin() -> None:
-    angle = np.array(ROULETTE, dtype=float)
-    statistics = [watson_u2_test((angle + turn) % 360 / 360).statistic for turn in (0, 77, 200)]
-    assert statistics == pytest.approx([statistics[0]] * 3)
-
-
-def test_watson_refuses_what_is_no_probability() -> None:
-    with pytest.raises(ArgumentError, match="0 to 1"):
-        watson_u2_test([0.2, 1.2])
 
 
 def test_grouped_watson_against_all_tables() -> None:
@@ -155,17 +129,24 @@ def test_grouped_watson_against_all_tables() -> None:
 
 def test_grouped_watson_knows_order_chi_square_does_not() -> None:
     even = np.full(8, 1 / 8)
-    together = grouped_watson_test([6, 6, 0, 0, 0, 0, 0, 0], even)
-    apart = grouped_watson_test([6, 0, 0, 0, 6, 0, 0, 0], even)
+    counts = ([6, 6, 0, 0, 0, 0, 0, 0], [0, 0, 6, 6, 0, 0, 0, 0], [6, 0, 0, 0, 6, 0, 0, 0])
+    together, rotated, apart = (grouped_watson_test(one, even) for one in counts)
     assert together.statistic > 2 * apart.statistic
-    rotated = grouped_watson_test([0, 0, 6, 6, 0, 0, 0, 0], even)
     assert rotated.statistic == pytest.approx(together.statistic)
 
 
+def test_chi_square_is_scipys() -> None:
+    counts, p = np.array([30, 22, 25, 43.0]), np.full(4, 0.25)
+    ours, theirs = chi_square_test(counts, p), chisquare(counts)
+    assert (ours.statistic, ours.p_value) == (pytest.approx(theirs.statistic), pytest.approx(theirs.pvalue, abs=0.01))
+
+
 @pytest.mark.parametrize("probability", [[0.5, 0.6], [1.5, -0.5], [1.0]])
-def test_grouped_watson_refuses(probability: list[float]) -> None:
+def test_what_is_no_probability_is_refused(probability: list[float]) -> None:
     with pytest.raises(ArgumentError):
         grouped_watson_test([1, 2], probability)
+    with pytest.raises(ArgumentError, match="0 to 1"):
+        watson_u2_test([0.2, 1.2])
 
 
 def test_nothing_observed() -> None:

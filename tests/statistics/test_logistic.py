@@ -49,15 +49,14 @@ def test_intervals_cover_with_clusters() -> None:
     assert held / 150 > 0.88
 
 
-def test_separation_is_said() -> None:
-    fit = logistic_fit([[1.0], [2.0], [3.0], [4.0]], [0, 0, 1, 1], [0, 1, 2, 3])
-    assert "separate" in fit.note
+@pytest.mark.parametrize(
+    ("outcome", "word"),
+    [([0, 0, 0, 0], "nothing falls"), ([1, 1, 1, 1], "everything falls"), ([0, 0, 1, 1], "separate")],
+)
+def test_where_there_is_no_fit_it_is_said_why(outcome: list[int], word: str) -> None:
+    fit = logistic_fit([[1.0], [2.0], [3.0], [4.0]], outcome, [0, 1, 2, 3])
+    assert word in fit.note
     assert np.isnan(fit.coefficient).all()
-
-
-@pytest.mark.parametrize(("outcome", "word"), [([0, 0, 0], "nothing falls"), ([1, 1, 1], "everything falls")])
-def test_one_outcome_only(outcome: list[int], word: str) -> None:
-    assert word in logistic_fit([[1.0], [2.0], [3.0]], outcome, [0, 1, 2]).note
 
 
 @pytest.mark.parametrize("earthquakes", [1, 2, 7, 8])
@@ -76,11 +75,10 @@ def test_a_constant_predictor_has_no_coefficient() -> None:
     assert np.isnan(fit.coefficient[2])
 
 
-def test_bad_shapes() -> None:
+@pytest.mark.parametrize(("x", "outcome"), [([[1.0]], [1, 0]), ([[1.0], [2.0]], [0, 2])])
+def test_bad_shapes(x: list[list[float]], outcome: list[int]) -> None:
     with pytest.raises(ArgumentError):
-        logistic_fit([[1.0]], [1, 0], [0])
-    with pytest.raises(ArgumentError):
-        logistic_fit([[1.0], [2.0]], [0, 2], [0, 1])
+        logistic_fit(x, outcome, range(len(outcome)))
 
 
 def test_fit_of_a_cube(make_cube) -> None:

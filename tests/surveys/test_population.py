@@ -1,5 +1,7 @@
 """Fall rates of a population whose stones are known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -42,9 +44,8 @@ def cube(motion: Motion, **axes: list[float]) -> xr.Dataset:
 
 def test_a_stone_falls_in_the_plane_of_the_pulse() -> None:
     # A pulse towards the east throws a slender stone west, or east after an impact: never north or south.
-    stones = Stones(
-        np.array([0.7, 0.7]), np.array([0.15, 0.15]), np.array([0.8, 0.8]), np.array([90.0, 0.0]), np.full((3, 2), 0.5)
-    )
+    stones = stones_of(0.7, 0.15, 0.8, 0.0, count=2)
+    stones = replace(stones, face=np.array([90.0, 0.0]))
     size = {"height": [0.7], "b_over_h": [0.15], "friction": [0.8]}
     weak, strong = (stone_outcomes(cube(pulse(4.0, 1.0, 90).times(f), **size), stones) for f in (0.01, 1.0))
     assert not weak.fell.any()
@@ -79,9 +80,8 @@ def test_rate_against_stones_one_by_one() -> None:
 
 def test_a_stone_that_slides_is_shifted_and_no_plane_tells_a_turn() -> None:
     # µ far below B/H: it slides and cannot rock.
-    stones = Stones(np.array([0.5]), np.array([0.8]), np.array([0.1]), np.array([0.0]), np.full((3, 1), 0.5))
-    outcomes = stone_outcomes(cube(pulse(4.0, 1.0), height=[0.5], b_over_h=[0.8], friction=[0.1]), stones)
-    found = rates(outcomes, Population(shifted=0.001))
+    site = cube(pulse(4.0, 1.0), height=[0.5], b_over_h=[0.8], friction=[0.1])
+    found = rates(stone_outcomes(site, stones_of(0.5, 0.8, 0.1, 0.0)), Population(shifted=0.001))
     assert found["shift_rate"] == [1]
     assert found["fall_rate"] == [0]
     assert np.isnan(found["rotation_rate"]).all()
@@ -95,34 +95,34 @@ def test_places_between_two_of_the_grid_are_linear_in_the_mean() -> None:
     assert (grid_places(np.array([0.2, 0.4]), np.array([0.1, 0.9]), lot[:2]) == [0, 1]).all()
 
 
-def test_a_stone_that_rocks_takes_no_friction_at_which_its_cell_slides() -> None:
-    """µ = 0.5 is between 0.33 and 0.58: above B/H = 0.4 it rocks as at 0.58, below 0.55 it slides as at 0.33."""
-    count = 200
-    stones = Stones(
-        *(np.full(count, value) for value in (0.6, 0.4, 0.5, 0.0)), np.tile((np.arange(count) + 0.5) / count, (3, 1))
-    )
-    grid = {"azimuth": [0, 90, 180, 270], "height": [0.6], "b_over_h": [0.4, 0.55], "friction": [0.33, 0.58, 1.0]}
-    values = np.zeros((4, 1, 2, 3))
-    values[:, :, :, 1] = 1  # only at µ = 0.58 it falls
-    site = xr.Dataset(
+def cells(values: np.ndarray, **grid: list[float]) -> xr.Dataset:
+    """A record whose flags, times and slips are these values, of blocks 0.6 m high; its other dimensions."""
+    grid = {"azimuth": [0, 90], "height": [0.6], "b_over_h": [0.4], "friction": [0.7]} | grid
+    return xr.Dataset(
         {name: (tuple(grid), values) for name in ("overturned", "overturning_time", "residual_slip")}, grid
     )
-    assert stone_outcomes(site, stones).fell.all()
-    stout = Stones(stones.height, stones.b_over_h + 0.15, stones.friction, stones.face, stones.lot)
-    assert not stone_outcomes(site, stout).fell.any()
 
 
-def test_a_stone_of_which_one_plane_is_unknown_is_unknown() -> None:
+def stones_of(*size: float, count: int = 1) -> Stones:
+    """Like stones of height, B/H, µ and face, with even lots."""
+    lot = np.tile((np.arange(count) + 0.5) / count, (3, 1))
+    return Stones(*(np.full(count, value) for value in size), lot)
+
+
+def test_a_stone_that_rocks_takes_no_friction_at_which_its_cell_slides() -> None:
+    """µ = 0.5 is between 0.33 and 0.58: above B/H = 0.4 it rocks as at 0.58, below 0.55 it slides as at 0.33."""
+    values = np.zeros((4, 1, 2, 3))
+    values[:, :, :, 1] = 1  # only at µ = 0.58 it falls
+    site = cells(values, azimuth=[0, 90, 180, 270], b_over_h=[0.4, 0.55], friction=[0.33, 0.58, 1.0])
+    assert stone_outcomes(site, stones_of(0.6, 0.4, 0.5, 0.0, count=200)).fell.all()
+    assert not stone_outcomes(site, stones_of(0.6, 0.55, 0.5, 0.0, count=200)).fell.any()
+
+
+@pytest.mark.parametrize("flag", [1, 0, np.nan])
+def test_a_stone_of_which_one_plane_is_unknown_is_unknown(flag: float) -> None:
     """Plane 0 falls, stands or is unknown, plane 90 is unknown: a fall over its edge may have come first."""
-    grid = {"azimuth": [0, 90], "height": [0.6], "b_over_h": [0.4], "friction": [0.7]}
-    stones = Stones(*(np.array([value]) for value in (0.6, 0.4, 0.7, 0.0)), np.full((3, 1), 0.5))
-    for flag in (1, 0, np.nan):
-        values = np.reshape([flag, np.nan], (2, 1, 1, 1))
-        site = xr.Dataset(
-            {name: (tuple(grid), values) for name in ("overturned", "overturning_time", "residual_slip")}, grid
-        )
-        found = stone_outcomes(site, stones)
-        assert (found.known.item(), found.fell.item()) == (False, False)
+    found = stone_outcomes(cells(np.reshape([flag, np.nan], (2, 1, 1, 1))), stones_of(0.6, 0.4, 0.7, 0.0))
+    assert (found.known.item(), found.fell.item()) == (False, False)
 
 
 def test_rotated_in_space_by_hand() -> None:
@@ -132,12 +132,10 @@ def test_rotated_in_space_by_hand() -> None:
               "residual_slip_north": [9, 0.03, 0, 0.03], "residual_slip_east": [9, 0.04, 0, 0.04]}  # fmt: skip
     grid = {"orientation": [0, 30, 45, 60], "height": [0.7], "b_over_h": [0.5], "aspect": [1.0], "friction": [0.7]}
     site = xr.Dataset({name: (tuple(grid), np.reshape(v, (4, 1, 1, 1, 1))) for name, v in values.items()}, grid)
-    one = np.ones(4)
     for turn in (0, 90, 270):
         face = np.array([1.0, 29.0, 44.0, 61.0]) + turn
-        found = rates(
-            stone_outcomes(site, Stones(0.7 * one, 0.5 * one, 0.7 * one, face, np.full((3, 4), 0.5))), Population()
-        )
+        stones = replace(stones_of(0.7, 0.5, 0.7, 0.0, count=4), face=face)
+        found = rates(stone_outcomes(site, stones), Population())
         assert found["fall_rate"] == [0.25]
         assert found["shift_rate"] == [0.5]
         assert found["rotation_rate"] == [0.5]

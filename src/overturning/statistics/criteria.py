@@ -1,4 +1,4 @@
-"""How well criteria of peak motion foretell the falls of a cube: hits, false alarms and skill, by size and shape."""
+"""How well criteria of peak motion predict the falls of a cube: hits, false alarms and skill, by size and shape."""
 
 from dataclasses import dataclass
 
@@ -15,7 +15,7 @@ from overturning.units import STANDARD_GRAVITY
 
 @dataclass(frozen=True)
 class Score:
-    """Falls foretold, falls not foretold, falls foretold that did not come, stands foretold, as they are weighted."""
+    """Falls predicted, falls not predicted, falls predicted that did not come, and stands predicted, as weighted."""
 
     hits: float
     misses: float
@@ -24,12 +24,12 @@ class Score:
 
     @property
     def hit_rate(self) -> float:
-        """Share of the falls that were foretold; NaN without a fall."""
+        """Share of the falls that were predicted; NaN without a fall."""
         return _share(self.hits, self.hits + self.misses)
 
     @property
     def false_alarm_rate(self) -> float:
-        """Share of the stands for which a fall was foretold; NaN where nothing stands."""
+        """Share of the stands for which a fall was predicted; NaN where nothing stands."""
         return _share(self.false_alarms, self.false_alarms + self.rejections)
 
     @property
@@ -39,7 +39,7 @@ class Score:
 
     @property
     def right(self) -> float:
-        """Share of all that was foretold rightly."""
+        """Share of all that was predicted rightly."""
         total = self.hits + self.misses + self.false_alarms + self.rejections
         return _share(self.hits + self.rejections, total)
 
@@ -48,11 +48,11 @@ def _share(part: float, of: float) -> float:
     return part / of if of > 0 else float("nan")
 
 
-def score(foretold: ArrayLike, falls: ArrayLike, weight: ArrayLike | None = None) -> Score:
-    """Score of what was foretold, yes or no, against what fell, a share of 0 to 1, each shape (n,)."""
-    said, fell = np.asarray(foretold, dtype=bool), np.asarray(falls, dtype=np.float64)
+def score(predicted: ArrayLike, falls: ArrayLike, weight: ArrayLike | None = None) -> Score:
+    """Score of what was predicted, yes or no, against what fell, a share of 0 to 1, each shape (n,)."""
+    falling, fell = np.asarray(predicted, dtype=bool), np.asarray(falls, dtype=np.float64)
     w = np.ones_like(fell) if weight is None else np.asarray(weight, dtype=np.float64)
-    counts = ((w * fell)[said], (w * fell)[~said], (w * (1 - fell))[said], (w * (1 - fell))[~said])
+    counts = ((w * fell)[falling], (w * fell)[~falling], (w * (1 - fell))[falling], (w * (1 - fell))[~falling])
     return Score(*(float(each.sum()) for each in counts))
 
 

@@ -10,8 +10,8 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from overturning.arrays import FloatArray
 from overturning.figures.style import DASHED, FALLS, INK, SERIES, STANDS, caption, grid, labels
 from overturning.model.falls import model_of
+from overturning.statistics.criteria import CRITERIA, west_acceleration
 from overturning.statistics.falls import fall_shares
-from overturning.statistics.limits import CRITERIA, west_acceleration
 from overturning.statistics.logistic import LogisticFit
 from overturning.units import GAL, STANDARD_GRAVITY
 

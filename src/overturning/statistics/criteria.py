@@ -1,16 +1,147 @@
-"""How well criteria of peak motion predict the falls of a cube: hits, false alarms and skill, by size and shape."""
+"""The field's overturning criteria: limits of peak motion by a block's size and shape, and how well they predict falls.
 
+Every limit is given as a peak ground acceleration, m/s², that a block of height H, m, survives, some of them for a
+motion of given PGV/PGA, s. How each formula was checked stands with it; where its source could not be read, that is
+said. An `ArgumentError` is raised where an argument is not positive.
+"""
+
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
+from overturning.errors import ArgumentError
 from overturning.statistics.bootstrap import Interval, bootstrap
-from overturning.statistics.limits import CRITERIA
 from overturning.statistics.logistic import overturning_rows
-from overturning.units import STANDARD_GRAVITY
+from overturning.units import CM, GAL, STANDARD_GRAVITY
+
+
+def _positive(name: str, values: ArrayLike) -> FloatArray:
+    array = np.asarray(values, dtype=np.float64)
+    if not (np.isfinite(array).all() and (array > 0).all()):
+        raise ArgumentError(f"{name}: {array.min() if array.size else 'nothing'}; it must be positive and finite")
+    return array
+
+
+def west_acceleration(b_over_h: ArrayLike) -> FloatArray:
+    """Acceleration at which a rigid block begins to rock: a = g B/H.
+
+    West's formula as given by Milne (1885, Transactions of the Seismological Society of Japan 8).
+    """
+    return STANDARD_GRAVITY * _positive("b_over_h", b_over_h)
+
+
+def ishiyama_velocity(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
+    """Peak ground velocity, m/s, below which a block that rocks does not overturn.
+
+    v = 0.4 √(8 g R/3 · (1 − cos α)/cos² α), R half the diagonal, tan α = B/H (Ishiyama 1982, Earthquake Engineering and
+    Structural Dynamics 10); about 10 B/√H in cm and cm/s for slender blocks.
+    """
+    tall, slenderness = _positive("height", height), _positive("b_over_h", b_over_h)
+    alpha = np.arctan(slenderness)
+    radius = tall * np.sqrt(1 + slenderness**2) / 2
+    # 1 − cos α = 2 sin²(α/2), which keeps its digits for slender blocks.
+    return np.asarray(
+        0.4 * np.sqrt(8 * STANDARD_GRAVITY * radius / 3 * 2 * np.sin(alpha / 2) ** 2) / np.cos(alpha), dtype=np.float64
+    )
+
+
+def ishiyama_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
+    """PGA from which both of Ishiyama's limits are passed: West's, and `ishiyama_velocity` over PGV/PGA."""
+    by_velocity = ishiyama_velocity(height, b_over_h) / _positive("pgv_over_pga", pgv_over_pga)
+    return np.maximum(west_acceleration(b_over_h), by_velocity)
+
+
+def kaneko_hayashi_frequency(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
+    """Frequency F_b, Hz, that parts both branches of `kaneko_hayashi_acceleration`: 15.6/√H (1 + B/H)^−1.5, H in cm."""
+    tall, slenderness = _positive("height", height) / CM, _positive("b_over_h", b_over_h)
+    return np.asarray(15.6 / np.sqrt(tall) * (1 + slenderness) ** -1.5)
+
+
+def kaneko_hayashi_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
+    """PGA at which half of the blocks overturn.
+
+    A₅₀ = g B/H (1 + B/H) up to the frequency F_b, 10 B/√H (1 + B/H)^2.5 · 2π F above, in cm, cm/s² and Hz, with the
+    motion's frequency F = PGA/(2π PGV) (Kaneko & Hayashi 2000, Journal of Structural and Construction Engineering, AIJ,
+    536). The paper could not be read; the branches meet at F_b to 0.05 % (10 · 15.6 · 2π = 980.2 cm/s², which is g), so
+    each coefficient is confirmed by the others.
+    """
+    tall, slenderness = _positive("height", height) / CM, _positive("b_over_h", b_over_h)
+    frequency = 1 / (2 * np.pi * _positive("pgv_over_pga", pgv_over_pga))
+    low = STANDARD_GRAVITY * slenderness * (1 + slenderness)
+    high = 10 * slenderness * np.sqrt(tall) * (1 + slenderness) ** 2.5 * 2 * np.pi * frequency * GAL
+    return np.where(frequency > kaneko_hayashi_frequency(height, b_over_h), high, low)
+
+
+def frequency_parameter(height: ArrayLike, b_over_h: ArrayLike) -> FloatArray:
+    """The block's p = √(3g/4R), rad/s, R half the diagonal of a rectangle of height H, m."""
+    tall, slenderness = _positive("height", height), _positive("b_over_h", b_over_h)
+    return np.asarray(np.sqrt(1.5 * STANDARD_GRAVITY / (tall * np.sqrt(1 + slenderness**2))))
+
+
+def _pulse_frequency_ratio(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
+    # One sine of amplitude a and frequency ω has the peak velocity 2a/ω.
+    return 2 / _positive("pgv_over_pga", pgv_over_pga) / frequency_parameter(height, b_over_h)
+
+
+def pulse_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
+    """PGA at which a block overturns under a one-sine pulse, after one impact.
+
+    a = g B/H (1 + ω/6p), ω = 2 PGA/PGV the pulse's frequency (Makris & Roussos 2000, Géotechnique 50, for near-source
+    pulses). The paper could not be read; against the rocking block the formula is 0 to 11 % high for ω/p of 1 to 4 and
+    B/H = 0.1, and far too low beyond ω/p = 5.
+    """
+    ratio = _pulse_frequency_ratio(height, b_over_h, pgv_over_pga)
+    return west_acceleration(b_over_h) * (1 + ratio / 6)
+
+
+def direct_pulse_acceleration(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
+    """PGA at which a block overturns under a one-sine pulse, without any impact.
+
+    a = A g B/H with √(A² − 1) − A exp(−(2π − arcsin 1/A) p/ω) = ω/p: the slender block, linear, ends the pulse exactly
+    at the top (the mode without impact of Zhang & Makris 2001, Journal of Engineering Mechanics 127; in closed form as
+    in Dimitrakopoulos & DeJong 2012, Proceedings of the Royal Society A 468).
+    """
+    ratio = _pulse_frequency_ratio(height, b_over_h, pgv_over_pga)
+
+    def excess(factor: FloatArray) -> FloatArray:
+        length = (2 * np.pi - np.arcsin(1 / factor)) / ratio
+        return np.asarray(np.sqrt(factor**2 - 1) - factor * np.exp(-length) - ratio)
+
+    # The left side grows with A without bound, so the root is found by halving.
+    low, high = np.ones_like(ratio), 2.0 + ratio + ratio**2
+    for _ in range(60):
+        middle = (low + high) / 2
+        above = excess(middle) > 0
+        low, high = np.where(above, low, middle), np.where(above, middle, high)
+    return west_acceleration(b_over_h) * high
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """A criterion of the field: its name, what it says, and its PGA by height, B/H and PGV/PGA."""
+
+    name: str
+    rule: str
+    acceleration: Callable[[ArrayLike, ArrayLike, ArrayLike], FloatArray]
+
+
+def _west(height: ArrayLike, b_over_h: ArrayLike, pgv_over_pga: ArrayLike) -> FloatArray:
+    return west_acceleration(b_over_h) * np.ones(np.broadcast_shapes(np.shape(height), np.shape(pgv_over_pga)))
+
+
+CRITERIA: Final = (
+    Criterion("West", "PGA above g B/H", _west),
+    Criterion("Ishiyama", "PGA above g B/H, and PGV above the velocity of Ishiyama (1982)", ishiyama_acceleration),
+    Criterion("Kaneko–Hayashi", "PGA above the median of Kaneko and Hayashi (2000)", kaneko_hayashi_acceleration),
+    Criterion("pulse, one impact", "PGA above g B/H (1 + ω/6p), ω = 2 PGA/PGV", pulse_acceleration),
+    Criterion("pulse, no impact", "PGA above that of the one-sine pulse without impact", direct_pulse_acceleration),
+)
+"""In the order in which tables and figures show them."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +189,7 @@ def score(predicted: ArrayLike, falls: ArrayLike, weight: ArrayLike | None = Non
 
 @dataclass(frozen=True)
 class CriteriaScores:
-    """Scores of `limits.CRITERIA`, in their order.
+    """Scores of `CRITERIA`, in their order.
 
     Attributes
     ----------

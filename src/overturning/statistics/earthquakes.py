@@ -25,10 +25,9 @@ from overturning.statistics.bootstrap import (
     mean_over_earthquakes,
     resampled,
 )
-from overturning.statistics.by_record import by_record
+from overturning.statistics.by_record import by_record, record_groups
 from overturning.statistics.circular import NO_DIRECTION, TestResult, rayleigh_test, resultant, v_test, wrap_axis
 from overturning.statistics.falls import fall_alignment, fall_vectors
-from overturning.statistics.groups import record_groups
 
 
 def sums_by_record(cube: xr.Dataset, *keep: str) -> xr.Dataset:
@@ -38,7 +37,7 @@ def sums_by_record(cube: xr.Dataset, *keep: str) -> xr.Dataset:
     return by_record(partial(fall_vectors, over=over), cube, model.reads).transpose("record", *keep)
 
 
-def axes_by_earthquake(cube: xr.Dataset) -> xr.Dataset:
+def axes_by_earthquake(cube: xr.Dataset, *keep: str) -> xr.Dataset:
     """Fall axis relative to the fault normal, per earthquake; the cube is read one record at a time.
 
     Parameters
@@ -46,15 +45,17 @@ def axes_by_earthquake(cube: xr.Dataset) -> xr.Dataset:
     cube : Dataset
         With the coordinates ``fault_normal(record)``, degrees, and ``event(record)``, which says what counts as one
         earthquake.
+    keep : str
+        Dimensions of the block that are not taken together.
 
     Returns
     -------
     Dataset
-        Over dimension ``event`` (in the order of first appearance): ``axis`` (degrees in (−90, 90], 0 is the fault
-        normal; missing where nothing fell), ``cosine``, ``sine`` and ``resultant`` of the mean of the records' vectors,
-        and ``records``.
+        Over dimension ``event`` (in the order of first appearance) and those kept: ``axis`` (degrees in (−90, 90], 0 is
+        the fault normal; missing where nothing fell), ``cosine``, ``sine`` and ``resultant`` of the mean of the
+        records' vectors, and ``records``.
     """
-    vectors = fall_alignment(sums_by_record(cube), cube["fault_normal"])
+    vectors = fall_alignment(sums_by_record(cube, *keep), cube["fault_normal"])
     events = np.atleast_1d(cube["event"].values).astype(str)
     cosine, sine = (event_means(vectors[name].values, events) for name in ("cosine", "sine"))
     length = np.hypot(cosine, sine)
@@ -62,9 +63,10 @@ def axes_by_earthquake(cube: xr.Dataset) -> xr.Dataset:
     about_axis = {"long_name": "mean fall axis relative to the fault normal", "units": "degree"}
     about_length = {"long_name": "mean resultant length of doubled fall axes", "units": "1"}
     names = event_names(events)
+    dims, counts = ("event", *keep), [(events == one).sum() for one in names]
     found = {
-        "cosine": ("event", cosine), "sine": ("event", sine), "axis": ("event", axis, about_axis),
-        "resultant": ("event", length, about_length), "records": ("event", [(events == one).sum() for one in names]),
+        "cosine": (dims, cosine), "sine": (dims, sine), "axis": (dims, axis, about_axis),
+        "resultant": (dims, length, about_length), "records": ("event", counts),
     }  # fmt: skip
     return xr.Dataset(found, {"event": ("event", np.array(names, dtype=str))})
 

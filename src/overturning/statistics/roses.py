@@ -12,10 +12,9 @@ from overturning.arrays import FloatArray
 from overturning.model.falls import model_of
 from overturning.model.planes import azimuth_weight, period_of
 from overturning.statistics.bootstrap import bootstrap, event_means, mean_of_sample
-from overturning.statistics.by_record import each_record
+from overturning.statistics.by_record import each_record, record_groups
 from overturning.statistics.circular import SECTORS, sector_shares
 from overturning.statistics.falls import falls_towards, near_boundary
-from overturning.statistics.groups import record_groups
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,9 @@ from overturning.report.sections.convergence import dependence
 from overturning.report.sections.records import record_directions
 from overturning.report.text import counted, degrees, interval, number, percent
 from overturning.statistics.bootstrap import mean_over_earthquakes
-from overturning.statistics.by_record import by_record
+from overturning.statistics.by_record import by_record, record_groups
 from overturning.statistics.earthquakes import AxisSummary
 from overturning.statistics.falls import fall_means
-from overturning.statistics.groups import record_groups
 from overturning.study.cube import earthquakes_said
 from overturning.study.scenes import scene_of
 

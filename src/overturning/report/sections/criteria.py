@@ -5,8 +5,7 @@ import math
 from overturning.report.blocks import Block, Disclosure, Note, Paragraph, Section, Table
 from overturning.report.results import Results
 from overturning.report.text import interval, number, percent
-from overturning.statistics.criteria import CriteriaScores, Score, criteria_scores
-from overturning.statistics.limits import CRITERIA
+from overturning.statistics.criteria import CRITERIA, CriteriaScores, Score, criteria_scores
 
 
 def criteria(results: Results) -> Section | None:

@@ -1,17 +1,13 @@
 """Where blocks fall: over all cases, and by the shape of the block."""
 
-import warnings
-
 import numpy as np
 
 from overturning.report.blocks import Block, Disclosure, Figure, Note, Section, Table
 from overturning.report.results import Results
 from overturning.report.sections.answer import half_width
 from overturning.report.text import degrees, interval, number
-from overturning.statistics.bootstrap import event_means
-from overturning.statistics.earthquakes import AxisSummary, sums_by_record
-from overturning.statistics.falls import fall_alignment
-from overturning.statistics.groups import record_groups
+from overturning.statistics.by_record import record_groups
+from overturning.statistics.earthquakes import AxisSummary, axes_by_earthquake
 
 
 def falls(results: Results) -> Section | None:
@@ -45,18 +41,11 @@ _ABOUT_AXES = (
 def _by_shape(results: Results) -> Table:
     """Mean alignment over earthquakes for each B/H and friction, heights taken together."""
     cube = results.cube
-    vectors = fall_alignment(sums_by_record(cube, "b_over_h", "friction"), cube["fault_normal"])
-    events = cube["event"].to_numpy().astype(str)
     heads, columns = ["B/H", "µ"], []
     for name, chosen in record_groups(cube).items():
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)  # the mean of no falls is nothing, not a mistake
-            cosine, sine = (
-                event_means(vectors[name].to_numpy()[chosen], events[chosen]) for name in ("cosine", "sine")
-            )
-            length = np.hypot(cosine, sine)
-            alignment = np.where(length > 1e-9, cosine / length, np.nan)
-            columns += [np.isfinite(alignment).sum(axis=0), np.nanmean(alignment, axis=0)]
+        axes = axes_by_earthquake(cube.isel(record=np.flatnonzero(chosen)), "b_over_h", "friction")["axis"]
+        alignment = axes.copy(data=np.cos(np.radians(2 * axes.to_numpy())))
+        columns += [alignment.count("event").to_numpy(), alignment.mean("event").to_numpy()]
         heads += [f"earthquakes with falls, {name}", f"alignment, {name}"]
     rows = []
     for i, b_over_h in enumerate(cube["b_over_h"].to_numpy()):

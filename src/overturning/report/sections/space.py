@@ -9,8 +9,8 @@ from overturning.report.blocks import Block, Figure, Note, Paragraph, Section, T
 from overturning.report.results import Results
 from overturning.report.text import counted, degrees, interval, number, percent
 from overturning.statistics.bootstrap import Mean
+from overturning.statistics.by_record import record_groups
 from overturning.statistics.earthquakes import followed
-from overturning.statistics.groups import record_groups
 from overturning.statistics.space import plane_agreement, plane_counts, turns, twist
 
 CLASSES = 3

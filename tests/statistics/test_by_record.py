@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from overturning.errors import ArgumentError
+from overturning.statistics.by_record import record_groups
 from overturning.statistics.earthquakes import axes_by_group
-from overturning.statistics.groups import record_groups
 
 
 @pytest.fixture

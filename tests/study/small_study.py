@@ -1,7 +1,17 @@
-"""A small study with a convergence check."""
+"""Small studies: settings, a record, and the cube of them."""
 
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from overturning.records.record import Record
+from overturning.records.store import read_motion, write_motion
+from overturning.study.gather import gather
 from overturning.study.load import check_study
+from overturning.study.parts import WHOLE, Chunk, parts_of
 from overturning.study.schema import Study
+from overturning.study.sweep import sweep_record
 
 
 def study(**more: object) -> Study:
@@ -10,3 +20,27 @@ def study(**more: object) -> Study:
         "height": [0.6], "friction": [0.58], "verification": {"at_least": 10},
     }  # fmt: skip
     return check_study(base | more, "small")
+
+
+def pulse(name: str = "a", peak: float = 6.0, across: float = 0.3) -> Record:
+    """One cycle of a sine of 0.8 s northwards after 1 s, with a share of it across; as it stands in a file."""
+    time = np.arange(0, 4, 0.01)
+    cycle = np.round(np.where((time > 1) & (time < 1.8), peak * np.sin(2 * np.pi * (time - 1) / 0.8), 0.0), 9)
+    about = {"station": "S", "event": "E", "source": "made", "licence": "none", "sha256": "0" * 64}
+    return Record(name, cycle, np.round(across * cycle, 9), None, 0.01, **about)
+
+
+def cube_of(
+    settings: Study, records: Sequence[Record], folder: Path, variant: str = "nominal", chunks: int = 1
+) -> Path:
+    """The cube of a study's variant in a folder, as the workflow makes it, with the motions beside it."""
+    for record in records:
+        write_motion(record, folder / "motion" / f"{record.record_id}.nc")
+    kept = [read_motion(folder / "motion" / f"{record.record_id}.nc") for record in records]
+    parts = parts_of(folder / "sweep" / variant, [record.record_id for record in records], chunks)
+    for number, part in enumerate(parts):
+        chunk = Chunk(number % chunks + 1, chunks) if chunks > 1 else WHOLE
+        sweep_record(settings, kept[number // chunks], part, variant, chunk=chunk)
+    path = folder / ("cube.nc" if variant == "nominal" else f"cube.{variant}.nc")
+    gather(settings, kept, parts, path, variant)
+    return path

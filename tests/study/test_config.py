@@ -10,12 +10,7 @@ from overturning.study.values import AzimuthRange, Range, parse_quantity
 
 CONFIG = Path(__file__).parents[2] / "config"
 SMALL = {"name": "small", "records": {"use": ["rinaldi"]}}
-
-
-def message(data: dict) -> str:
-    with pytest.raises(ConfigError) as caught:
-        check_study(data, "mine.yaml")
-    return str(caught.value)
+SPACE = {"body": {"aspect": [1, 2]}, "orientation": {"step": 45}, "b_over_h": [0.15, 0.25, 0.4]}
 
 
 def test_range_includes_its_stop_without_rounding_dust() -> None:
@@ -65,39 +60,102 @@ def test_filled_in_study_reads_back_equal() -> None:
         study_from("{name:")
 
 
+SOIL = {"site": {"layers": [{"thickness_m": 20, "velocity_m_s": 150}], "rock": {"velocity_m_s": 760}}}
+BOULDER = [[x, y, 0.0] for x in (-0.2, 0.2) for y in (-0.15, 0.15)] + [[0.05, 0.0, 0.7]]
+
+IN_PLANES = [
+    ({"frictoin": [1.0]}, "mine.yaml: frictoin: unknown key; did you mean friction?"),
+    ({"contact": {"dampingratio": 1}}, "mine.yaml: contact.dampingratio: unknown key; did you mean damping_ratio?"),
+    ({"b_over_h": [0.2, 0.0]}, "mine.yaml: b_over_h.1: 0.0 – it should be greater than 0"),
+    ({"b_over_h": {"start": 0.5, "stop": 0.4, "step": 0.1}}, "empty range: stop 0.4 lies below start 0.5"),
+    ({"friction": []}, "mine.yaml: friction: [] – empty list; give at least one value"),
+    ({"friction": [-0.1]}, "mine.yaml: friction.0: -0.1 – it should be greater than or equal to 0"),
+    ({"friction": [0.5, 0.5]}, "a value stands twice"),
+    ({"height": ["60 kg"]}, "mine.yaml: height.0: \"60 kg\" – unit 'kg' does not fit; use m"),
+    ({"contact": {"damping": 3500, "damping_ratio": 1}}, "damping_ratio and damping are both given"),
+    ({"azimuth": {"start": 90, "stop": 90}}, "empty range: stop 90 does not lie above start 90"),
+    ({"name": "Near Fault"}, 'mine.yaml: name: "Near Fault"'),
+    ({"variants": {"nominal": {}}}, "choose another"),
+    ({"records": {"use": ["rinaldi", "rinaldi"]}}, "rinaldi stands twice"),
+    ({"records": {}}, "mine.yaml: records.use: this key is needed"),
+    (
+        {"surveys": [{"stones": "a.csv", "rekord": "x"}]},
+        "mine.yaml: surveys.0.rekord: unknown key; did you mean record?",
+    ),
+    ({"surveys": [{"stones": "a.csv", "record": "x"}]}, "surveys.0.record: 'x' is not in records.use"),
+    (
+        {"records": {"use": ["a", "b"]}, "surveys": [{"stones": "a.csv"}]},
+        "surveys.0.record: 2 records; name the one",
+    ),
+    ({"azimuth": {"step": 7}}, "azimuth: step 7° does not close the circle; take 6 or 8"),
+    ({"azimuth": {"step": 1e-9}}, "azimuth: more than 36,000 azimuths"),
+    ({"height": [60]}, "60 m; a stone is 0.01 to 50 m high; is that in centimetres"),
+    ({"height": [0.001]}, "0.001 m; a stone is 0.01 to 50 m high; heights are in m"),
+    ({"population": {"height": {"low": 0.6, "high": 90}}}, "90 m; a stone is 0.01 to 50 m high"),
+    ({"records": {"use": "rinaldi"}}, 'records.use: "rinaldi" – a list is needed: [rinaldi]'),
+    ({"name": "A b"}, 'name: "A b" – only small letters, digits and hyphens are allowed'),
+    ({"corner": 1}, "corner: unknown key; known here: "),
+    ({"contact": {"stiffness": 0}}, "stiffness 0 N/m; it must be above 0, or auto"),
+    ({"ensemble": {"members": 7}}, "ensemble.members: 7 – an even number is needed"),
+    ({"amplitude": [0.5, 2]}, "amplitude: [0.5, 2] – 1 is missing"),
+    ({"population": {"width": {"low": 0.2, "high": 0.1}}}, "high 0.1 lies below low 0.2"),
+    (SOIL | {"variants": {"soft": SOIL}}, "variants.soft.site: the study has a site too"),
+    ({"site": SOIL["site"] | {"layers": [{"thickness_m": 20, "velocity_m_s": -1}]}}, "site.layers.0.velocity_m_s: -1"),
+    ({"variants": {"one": {"scene": "monolith"}}}, "only a study with a scene"),
+]
+IN_SCENES = [
+    ({"scene": "three-teir"}, "no file"),
+    ({"contact": {"damping_ratio": 0.5}}, "contact: the scene has contact laws of its own"),
+    ({"density": 2000}, "density: the scene's materials have it"),
+    ({"ensemble": {"members": 4, "initial_tilt": 0.01}}, "ensemble.initial_tilt: a scene starts at rest"),
+    ({"population": {}}, "population: its stones are single blocks"),
+]
+IN_SPACE = [
+    (
+        {"orientation": {"step": 4}},
+        "orientation: a step of 4° does not divide 90°, after which the body looks the same",
+    ),
+    ({"orientation": {"step": 45, "start": 50}}, "orientation.start: 50°; it must lie below the step, 45°"),
+    ({"body": {"plan": 6}, "orientation": {"step": 25}}, "does not divide 60°"),
+    ({"body": None}, "orientation: only a body in space has one"),
+    ({"body": {"plan": "circle", "aspect": [2]}}, "only a rectangle has one"),
+    ({"body": {"plan": "oval"}}, 'mine.yaml: body.plan: "oval" – it should be a valid integer'),
+    ({"body": {"aspekt": [2]}}, "body.aspekt: unknown key; did you mean aspect?"),
+    ({"body": {"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]]}}, "body"),
+    ({"body": {"vertices": [[1000 * x for x in vertex] for vertex in BOULDER]}, "b_over_h": None}, "millimetres"),
+    ({"body": {"vertices": BOULDER}}, "b_over_h: the body of these vertices has its own"),
+    ({"height": [60]}, "60 m; a stone is 0.01 to 50 m high; is that in centimetres"),
+    ({"azimuth": {"step": 30}}, "azimuth: a body in space moves in all directions at once; give orientation"),
+    ({"scene": {"name": "x"}}, "scene"),
+    ({"density": 2000}, "density: nothing depends on it in space"),
+    ({"surveys": [{"stones": "a.csv"}]}, "surveys: surveys are compared with a study in planes"),
+    ({"contact": {"stiffness": 1e6}}, "in space stiffness is auto"),
+    ({"variants": {"hard": {"contact": {"damping": 3500}}}}, "variants.hard.contact: in space stiffness is auto"),
+    ({"ensemble": {"initial_tilt": 0.01}}, "a body in space starts at rest"),
+    ({"simulation": {"scheme": "cundall"}}, "simulation.scheme: a body in space has 'centred' alone"),
+    ({"population": {}, "body": {"plan": "circle"}}, "of square plan; give body"),
+    ({"population": {}, "body": {"aspect": [2]}}, "of square plan; give body"),
+]
+
+
 @pytest.mark.parametrize(
     ("change", "expected"),
     [
-        ({"frictoin": [1.0]}, "mine.yaml: frictoin: unknown key; did you mean friction?"),
-        ({"contact": {"dampingratio": 1}}, "mine.yaml: contact.dampingratio: unknown key; did you mean damping_ratio?"),
-        ({"b_over_h": [0.2, 0.0]}, "mine.yaml: b_over_h.1: 0.0 – it should be greater than 0"),
-        ({"b_over_h": {"start": 0.5, "stop": 0.4, "step": 0.1}}, "empty range: stop 0.4 lies below start 0.5"),
-        ({"friction": []}, "mine.yaml: friction: [] – empty list; give at least one value"),
-        ({"friction": [-0.1]}, "mine.yaml: friction.0: -0.1 – it should be greater than or equal to 0"),
-        ({"friction": [0.5, 0.5]}, "a value stands twice"),
-        ({"height": ["60 kg"]}, "mine.yaml: height.0: \"60 kg\" – unit 'kg' does not fit; use m"),
-        ({"contact": {"damping": 3500, "damping_ratio": 1}}, "damping_ratio and damping are both given"),
-        ({"azimuth": {"start": 90, "stop": 90}}, "empty range: stop 90 does not lie above start 90"),
-        ({"name": "Near Fault"}, 'mine.yaml: name: "Near Fault"'),
-        ({"variants": {"nominal": {}}}, "choose another"),
-        ({"records": {"use": ["rinaldi", "rinaldi"]}}, "rinaldi stands twice"),
-        ({"records": {}}, "mine.yaml: records.use: this key is needed"),
-        (
-            {"surveys": [{"stones": "a.csv", "rekord": "x"}]},
-            "mine.yaml: surveys.0.rekord: unknown key; did you mean record?",
-        ),
-        ({"surveys": [{"stones": "a.csv", "record": "x"}]}, "surveys.0.record: 'x' is not in records.use"),
-        (
-            {"records": {"use": ["a", "b"]}, "surveys": [{"stones": "a.csv"}]},
-            "surveys.0.record: 2 records; name the one",
-        ),
+        *IN_PLANES,
+        *(({"scene": "three-tier"} | change, expected) for change, expected in IN_SCENES),
+        *((SPACE | change, expected) for change, expected in IN_SPACE),
     ],
 )
-def test_wrong_key_or_value_is_one_line_that_says_what_to_write(change: dict, expected: str) -> None:
-    text = message(SMALL | change)
+def test_wrong_key_or_value_is_a_line_that_says_what_to_write(
+    change: dict, expected: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(CONFIG.parent)  # from where scenes are named
+    with pytest.raises(ConfigError) as caught:
+        check_study({key: value for key, value in (SMALL | change).items() if value is not None}, "mine.yaml")
+    text = str(caught.value)
     assert expected in text
-    assert "\n" not in text
-    assert text.startswith("mine.yaml: ")
+    assert all(line.strip().startswith("mine.yaml: ") for line in text.split("\n"))
+    assert not {"^", "constrained"} & set(text.replace("-", " ").split()), "the file has no such key"
 
 
 def test_record_that_is_not_in_the_table() -> None:
@@ -128,30 +186,12 @@ def test_studies_are_frozen() -> None:
         study.density = 1.0
 
 
-def test_a_population_is_of_single_blocks():
-    study = {"name": "x", "records": {"use": ["rinaldi"]}, "population": {"width": {"low": 0.2, "high": 0.3}}}
-    assert check_study(study, "x.yaml").population.height.high == 0.9
-    with pytest.raises(ConfigError, match="population: its stones are single blocks"):
-        check_study(study | {"scene": "three-tier"}, "x.yaml")
-    with pytest.raises(ConfigError, match=r"high 0.1 lies below low 0.2"):
-        check_study(study | {"population": {"width": {"low": 0.2, "high": 0.1}}}, "x.yaml")
-
-
-def test_a_population_in_space_is_of_square_prisms():
-    study = {"name": "x", "records": {"use": ["rinaldi"]}, "population": {}}
-    assert check_study(study | {"body": {}}, "x.yaml").population.rotated == 5.0
-    for body in ({"plan": "circle"}, {"aspect": [2]}):
-        with pytest.raises(ConfigError, match="of square plan; give body"):
-            check_study(study | {"body": body, "orientation": {"step": 90}}, "x.yaml")
-
-
-def test_soil_is_of_the_study_or_of_its_variants():
-    soil = {"site": {"layers": [{"thickness_m": 20, "velocity_m_s": 150}], "rock": {"velocity_m_s": 760}}}
-    assert check_study(SMALL | {"variants": {"soft": soil}}, "x.yaml").variants["soft"].site.motion == "outcrop"
-    with pytest.raises(ConfigError, match=r"variants.soft.site: the study has a site too"):
-        check_study(SMALL | soil | {"variants": {"soft": soil}}, "x.yaml")
-    with pytest.raises(ConfigError, match=r"site.layers.0.velocity_m_s: -1"):
-        check_study(SMALL | {"site": {**soil["site"], "layers": [{"thickness_m": 20, "velocity_m_s": -1}]}}, "x.yaml")
+def test_what_goes_together_is_taken() -> None:
+    """A population of blocks and of square prisms, soil of a variant, a spring of any stiffness above 0."""
+    assert check_study(SMALL | {"population": {"width": {"low": 0.2, "high": 0.3}}}, "x").population.height.high == 0.9
+    assert check_study(SMALL | {"body": {}, "population": {}}, "x").population.rotated == 5.0
+    assert check_study(SMALL | {"variants": {"soft": SOIL}}, "x").variants["soft"].site.motion == "outcrop"
+    assert check_study(SMALL | {"contact": {"stiffness": 0.5}}, "x").contact.stiffness == 0.5
 
 
 @pytest.mark.parametrize("key", ["[]", "../../etc/passwd", "", "<b>"])

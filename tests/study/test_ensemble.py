@@ -12,23 +12,19 @@ from scipy.stats import binom
 from overturning.dem.numerics import Progress
 from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate_arrays
-from overturning.errors import ConfigError, ResultError
+from overturning.errors import ResultError
 from overturning.model.cases import Cases
 from overturning.model.grid import Grid
 from overturning.model.results import Results
 from overturning.motion.motion import Motion
-from overturning.records.record import Record
-from overturning.records.store import write_motion
 from overturning.study import ensemble
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import BATCH, ENSEMBLE_VARIABLES, PlaneEnsemble, cells_to_run, settled, wilson
-from overturning.study.gather import gather
 from overturning.study.load import check_study
 from overturning.study.members import Members, draw_members, read_members, write_members
 from overturning.study.recheck import recheck
-from overturning.study.scenes import numerics_of
 from overturning.study.sections import Ensemble
-from overturning.study.sweep import sweep_record
+from tests.study.small_study import cube_of, pulse
 
 AZIMUTH = np.arange(0, 360, 60, dtype=np.int16)
 GRID = Grid(AZIMUTH, np.array([0.6]), np.array([0.1, 0.2, 0.3, 0.4, 0.5]), np.array([0.5, 1.0]))
@@ -36,9 +32,8 @@ GRID = Grid(AZIMUTH, np.array([0.6]), np.array([0.1, 0.2, 0.3, 0.4, 0.5]), np.ar
 
 @pytest.fixture(scope="module")
 def motion() -> Motion:
-    time = np.arange(0, 4, 0.01)
-    pulse = np.where((time > 1) & (time < 1.8), 6.0 * np.sin(2 * np.pi * (time - 1) / 0.8), 0.0)
-    return Motion(pulse, 0.3 * np.roll(pulse, 20), sampling_interval=0.01)
+    cycle = pulse().north
+    return Motion(cycle, 0.3 * np.roll(cycle, 20), sampling_interval=0.01)
 
 
 @pytest.fixture(scope="module")
@@ -89,11 +84,6 @@ def test_a_wrong_table(tmp_path: Path) -> None:
         (tmp_path / "members.csv").write_text(text)
         with pytest.raises(ResultError, match=r"members\.csv"):
             read_members(tmp_path / "members.csv")
-
-
-def test_odd_members_are_refused() -> None:
-    with pytest.raises(ConfigError, match=r"ensemble.members.*even"):
-        check_study({"name": "x", "records": {"use": ["a"]}, "ensemble": {"members": 7}}, "x.yaml")
 
 
 def test_cells_near_a_change() -> None:
@@ -228,16 +218,7 @@ def test_a_cube_with_settled_cells_is_found_again_bit_for_bit(tmp_path: Path) ->
         },
         "few.yaml",
     )  # fmt: skip
-    time = np.arange(0, 4, 0.01)
-    pulse = np.where((time > 1) & (time < 1.8), 6.0 * np.sin(2 * np.pi * (time - 1) / 0.8), 0.0)
-    record = Record(
-        "pulse", np.round(pulse, 9), np.round(0.3 * pulse, 9), None, 0.01,
-        station="S", event="E", source="made", licence="none", sha256="0" * 64,
-    )  # fmt: skip
-    (tmp_path / "motion").mkdir()
-    write_motion(record, tmp_path / "motion" / "pulse.nc")
-    sweep_record(study, record, tmp_path / "part.nc", numerics=numerics_of(study, 2))
-    gather(study, [record], [tmp_path / "part.nc"], tmp_path / "cube.nc")
+    cube_of(study, [pulse("pulse")], tmp_path)
     with open_cube(tmp_path / "cube.nc") as cube:
         assert len(np.unique(cube["members"].to_numpy())) > 1
     with netCDF4.Dataset(tmp_path / "cube.nc", "a") as cube:

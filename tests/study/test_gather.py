@@ -2,13 +2,15 @@
 
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
 import netCDF4
 import numpy as np
 import pytest
+import xarray as xr
 
 from overturning.errors import ResultError
 from overturning.model.grid import Grid
@@ -29,36 +31,17 @@ Outcome = dict[str, np.ndarray]
 
 @pytest.fixture
 def study() -> Study:
-    return check_study(
-        {
-            "name": "small",
-            "records": {"use": list(NAMES)},
-            "azimuth": {"step": 45},
-            "b_over_h": [0.2, 0.4, 0.6],
-            "friction": [0.5, 1.0],
-            "ensemble": {"members": 0},
-        },
-        "test",
-    )
+    axes = {"azimuth": {"step": 45}, "b_over_h": [0.2, 0.4, 0.6], "friction": [0.5, 1.0]}
+    return check_study({"name": "small", "records": {"use": list(NAMES)}, **axes, "ensemble": {"members": 0}}, "test")
 
 
 @pytest.fixture
 def records() -> list[Record]:
     samples = np.zeros(10)
+    place = {"latitude": 35.2, "longitude": 133.4, "fault_strike_deg": 30.0}
+    extra = {"pulse": True, "event_latitude": 35.3, "event_longitude": 133.3}
     return [
-        Record(
-            "first",
-            samples,
-            samples,
-            None,
-            0.01,
-            station="A",
-            event="E",
-            fault_strike_deg=30.0,
-            latitude=35.2,
-            longitude=133.4,
-            extra={"pulse": True, "event_latitude": 35.3, "event_longitude": 133.3},
-        ),
+        Record("first", samples, samples, None, 0.01, station="A", event="E", **place, extra=extra),
         Record("second", samples, samples, samples, 0.01, station="<script>", event="E"),
     ]
 
@@ -87,26 +70,37 @@ def parts(study: Study, tmp_path: Path) -> Callable[..., list[Path]]:
     return make
 
 
-def test_every_cell_is_in_its_place(
+@pytest.fixture
+def cube(
     study: Study, records: list[Record], parts: Callable[..., list[Path]], tmp_path: Path
-) -> None:
-    gather(study, records, parts(), tmp_path / "cube.nc")
-    with open_cube(tmp_path / "cube.nc") as cube:
-        assert cube.attrs["block_steps"] == 2 * grid_of(study).azimuth.size, "one a direction"
-        for seed in range(2):
-            for name, values in outcome(grid_of(study).shape, seed).items():
-                np.testing.assert_array_equal(cube[name].isel(record=seed), values)
-        assert cube["fault_normal"].values.tolist()[0] == 120.0
-        assert np.isnan(cube["fault_normal"].values[1])
-        assert cube["vertical"].values.tolist() == [0, 1]
-        assert cube["pulse"].values[0] == 1
-        assert np.isnan(cube["pulse"].values[1])
-        assert cube["station_latitude"].values.tolist()[0] == 35.2
-        assert cube["station_longitude"].values.tolist()[0] == 133.4
-        assert cube["epicentre_latitude"].values.tolist()[0] == 35.3
-        assert cube["epicentre_longitude"].values.tolist()[0] == 133.3
-        assert np.isnan([cube[name].values[1] for name in cube.coords if "itude" in name]).all()
-        assert study_of(cube) == study
+) -> Iterator[Callable[..., xr.Dataset]]:
+    """Gathers the parts of the study, or of another one or of other records, and opens the cube."""
+    with ExitStack() as opened:
+
+        def make(of: list[Record] = records, settings: Study = study) -> xr.Dataset:
+            gather(settings, of, parts(), tmp_path / "cube.nc")
+            return opened.enter_context(open_cube(tmp_path / "cube.nc"))
+
+        yield make
+
+
+def test_every_cell_is_in_its_place(cube: Callable[..., xr.Dataset], study: Study) -> None:
+    found = cube()
+    assert found.attrs["block_steps"] == 2 * grid_of(study).azimuth.size, "one a direction"
+    for seed in range(2):
+        for name, values in outcome(grid_of(study).shape, seed).items():
+            np.testing.assert_array_equal(found[name].isel(record=seed), values)
+    assert found["fault_normal"].values.tolist()[0] == 120.0
+    assert np.isnan(found["fault_normal"].values[1])
+    assert found["vertical"].values.tolist() == [0, 1]
+    assert found["pulse"].values[0] == 1
+    assert np.isnan(found["pulse"].values[1])
+    assert found["station_latitude"].values.tolist()[0] == 35.2
+    assert found["station_longitude"].values.tolist()[0] == 133.4
+    assert found["epicentre_latitude"].values.tolist()[0] == 35.3
+    assert found["epicentre_longitude"].values.tolist()[0] == 133.3
+    assert np.isnan([found[name].values[1] for name in found.coords if "itude" in name]).all()
+    assert study_of(found) == study
 
 
 @pytest.mark.parametrize(("scene", "period"), [("gravestone", 180.0), ("three-tier", 180.0), ("against-a-wall", 360.0)])
@@ -125,47 +119,38 @@ def test_a_cube_says_whether_opposite_azimuths_are_one_case(
 
 
 def test_what_describes_a_record_is_carried_into_the_cube(
-    study: Study, records: list[Record], parts: Callable[..., list[Path]], tmp_path: Path
+    cube: Callable[..., xr.Dataset], records: list[Record]
 ) -> None:
-    known = {
-        "magnitude": 7.8,
-        "rupture_distance": 1.5,
-        "vs30": 410.0,
-        "pulse_period": 2.2,
-        "site_class": "C",
-        "wall": "foot",
-        "agency_processing": "gefiltert in Zürich",
-    }
+    numbers = {"magnitude": 7.8, "rupture_distance": 1.5, "vs30": 410.0, "pulse_period": 2.2}
+    known = numbers | {"site_class": "C", "wall": "foot", "agency_processing": "gefiltert in Zürich"}
     described = [replace(records[0], extra=records[0].extra | known), records[1]]
-    gather(study, described, parts(), tmp_path / "cube.nc")
-    with open_cube(tmp_path / "cube.nc") as cube:
-        processing = known.pop("agency_processing")
-        for name, value in known.items():
-            assert cube[name].values[0] == value
-            assert cube[name].values[1] == "" if isinstance(value, str) else np.isnan(cube[name].values[1])
-        assert cube["rupture_distance"].attrs["units"] == "km"
-        accounts = processing_of(cube)
-        assert set(accounts) == set(NAMES)
-        assert accounts["first"]["data"] == "raw"
-        assert accounts["first"]["duration_s"] == 0.09
-        assert accounts["first"]["agency"] == processing
-        assert processing in cube.attrs["record_processing"], "as it is written, for those who look at it with ncdump"
+    found = cube(described)
+    processing = known.pop("agency_processing")
+    for name, value in known.items():
+        assert found[name].values[0] == value
+        assert found[name].values[1] == "" if isinstance(value, str) else np.isnan(found[name].values[1])
+    assert found["rupture_distance"].attrs["units"] == "km"
+    accounts = processing_of(found)
+    assert set(accounts) == set(NAMES)
+    assert accounts["first"]["data"] == "raw"
+    assert accounts["first"]["duration_s"] == 0.09
+    assert accounts["first"]["agency"] == processing
+    assert processing in found.attrs["record_processing"], "as it is written, for those who look at it with ncdump"
 
 
 def test_one_earthquake_under_two_names_is_one_in_the_cube_and_said(
-    study: Study, records: list[Record], parts: Callable[..., list[Path]], tmp_path: Path
+    cube: Callable[..., xr.Dataset], records: list[Record]
 ) -> None:
     names = ("Loma Prieta 10/18/1989", "Loma Prieta, CA")
     named = [
         replace(record, event=name, extra={"origin_time": f"1989-10-18T00:04:{second}Z"})
         for record, name, second in zip(records, names, (15, 14), strict=True)
     ]
-    gather(study, named, parts(), tmp_path / "cube.nc")
-    with open_cube(tmp_path / "cube.nc") as cube:
-        assert cube["event"].to_numpy().tolist() == [names[0]] * 2
-        assert earthquakes_said(cube) == [
-            f"'{names[0]}' and '{names[1]}' are one earthquake (one origin, 1989-10-18 00:04)"
-        ]
+    found = cube(named)
+    assert found["event"].to_numpy().tolist() == [names[0]] * 2
+    assert earthquakes_said(found) == [
+        f"'{names[0]}' and '{names[1]}' are one earthquake (one origin, 1989-10-18 00:04)"
+    ]
 
 
 def test_pieces_in_any_order_give_the_same_bytes(
@@ -216,14 +201,11 @@ def test_missing_outcomes_are_missing_and_never_a_flag(
         assert cube["status"][0, 2, 0, 1, 1] == Status.UNDECIDED
 
 
-def test_flags_of_records_say_what_their_values_mean(
-    study: Study, records: list[Record], parts: Callable[..., list[Path]], tmp_path: Path
-) -> None:
-    gather(study, records, parts(), tmp_path / "cube.nc")
-    with open_cube(tmp_path / "cube.nc") as cube:
-        for name, meanings in (("pulse", "no_pulse pulse"), ("vertical", "horizontal_only with_vertical")):
-            assert cube[name].attrs["flag_values"].tolist() == [0, 1]
-            assert cube[name].attrs["flag_meanings"] == meanings
+def test_flags_of_records_say_what_their_values_mean(cube: Callable[..., xr.Dataset]) -> None:
+    found = cube()
+    for name, meanings in (("pulse", "no_pulse pulse"), ("vertical", "horizontal_only with_vertical")):
+        assert found[name].attrs["flag_values"].tolist() == [0, 1]
+        assert found[name].attrs["flag_meanings"] == meanings
 
 
 def test_cube_passes_the_checker_of_the_convention_it_claims(
@@ -252,9 +234,8 @@ def test_opening_something_else_is_refused(tmp_path: Path, study: Study) -> None
 
 
 def test_paths_of_this_machine_stay_out_of_the_cube(
-    study: Study, records: list[Record], parts: Callable[..., list[Path]], tmp_path: Path
+    cube: Callable[..., xr.Dataset], study: Study, tmp_path: Path
 ) -> None:
     folder = study.records.model_copy(update={"folder": str(tmp_path / "mine")})
-    gather(study.model_copy(update={"records": folder}), records, parts(), tmp_path / "cube.nc")
-    with open_cube(tmp_path / "cube.nc") as cube:
-        assert str(tmp_path) not in repr(dict(cube.attrs))
+    found = cube(settings=study.model_copy(update={"records": folder}))
+    assert str(tmp_path) not in repr(dict(found.attrs))

@@ -69,32 +69,6 @@ def test_the_memory_of_an_ensemble_holds_the_answers_of_its_members() -> None:
     assert with_members.memory_bytes - without.memory_bytes >= 9 * 24 * with_members.cases / 4
 
 
-@pytest.mark.parametrize(
-    ("wrong", "message"),
-    [
-        ({"azimuth": {"step": 7}}, "azimuth: step 7° does not close the circle; take 6 or 8"),
-        ({"azimuth": {"step": 1e-9}}, "azimuth: more than 36,000 azimuths"),
-        ({"height": [60]}, "60 m; a stone is 0.01 to 50 m high; is that in centimetres"),
-        ({"height": [0.001]}, "0.001 m; a stone is 0.01 to 50 m high; heights are in m"),
-        ({"population": {"height": {"low": 0.6, "high": 90}}}, "90 m; a stone is 0.01 to 50 m high"),
-        ({"records": {"use": "rinaldi"}}, 'records.use: "rinaldi" – a list is needed: [rinaldi]'),
-        ({"name": "A b"}, 'name: "A b" – only small letters, digits and hyphens are allowed'),
-        ({"corner": 1}, "corner: unknown key; known here: "),
-        ({"contact": {"stiffness": 0}}, "stiffness 0 N/m; it must be above 0, or auto"),
-    ],
-)
-def test_values_that_cannot_be_meant(wrong: dict[str, Any], message: str) -> None:
-    with pytest.raises(ConfigError) as found:
-        check_study({"name": "mine", "records": {"use": ["rinaldi"]}} | wrong, "mine.yaml")
-    assert message in str(found.value)
-    assert "^" not in str(found.value)
-
-
-def test_a_spring_of_any_stiffness_above_0_is_taken() -> None:
-    study = check_study({"name": "mine", "records": {"use": ["rinaldi"]}, "contact": {"stiffness": 0.5}}, "mine.yaml")
-    assert study.contact.stiffness == 0.5
-
-
 def test_pulses_need_no_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

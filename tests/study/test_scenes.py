@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import psutil
 import pytest
-from netCDF4 import Dataset
 
 from overturning.dem.run import run, run_cases
 from overturning.errors import ConfigError, ResultError
@@ -16,20 +15,18 @@ from overturning.model.geometry import native_size
 from overturning.model.scene import gravestone, load_scene
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.records.store import write_motion
 from overturning.report.blocks import Paragraph, Table
 from overturning.report.results import Results
 from overturning.report.sections.scene import scene as scene_section
 from overturning.report.sections.scene import spread_sentence
 from overturning.statistics.elements import compare_stones, falls_by_element
 from overturning.study.cube import open_cube
-from overturning.study.gather import gather
 from overturning.study.load import check_study
 from overturning.study.members import draw_members
 from overturning.study.recheck import recheck
 from overturning.study.scenes import scene_of
 from overturning.study.schema import Study
-from overturning.study.sweep import sweep_record
+from tests.study.small_study import cube_of
 
 ROOT = Path(__file__).parents[2]
 
@@ -60,21 +57,6 @@ def test_sizes_are_the_scenes_own_where_none_is_given() -> None:
     assert Study.model_validate(study.model_dump(mode="json")) == study
 
 
-@pytest.mark.parametrize(
-    ("keys", "said"),
-    [
-        ({"scene": "three-teir"}, "no file.*known: .*three-tier"),
-        ({"contact": {"damping_ratio": 0.5}}, "contact: the scene has contact laws of its own"),
-        ({"density": 2000}, "density: the scene's materials have it"),
-        ({"ensemble": {"members": 4, "initial_tilt": 0.01}}, "ensemble.initial_tilt: a scene starts at rest"),
-        ({"scene": None, "variants": {"one": {"scene": "monolith"}}}, "only a study with a scene"),
-    ],
-)
-def test_refused(keys: dict[str, Any], said: str) -> None:
-    with pytest.raises(ConfigError, match=said):
-        _study(**keys)
-
-
 def test_a_study_without_a_scene_has_the_shipped_gravestone_with_its_own_contact_and_density() -> None:
     study = check_study(
         {
@@ -102,10 +84,9 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
         variants={"monolith": {"scene": "monolith"}, "alone": {"scene": "shaft-alone"}},
         azimuth={"start": 0, "stop": 360, "step": 60}, b_over_h=[0.2, 0.25], friction=[0.5, 0.9],
     )  # fmt: skip
-    for variant in ("nominal", *study.variants):
-        sweep_record(study, _record(), tmp_path / f"{variant}.part.nc", variant)
-        gather(study, [_record()], [tmp_path / f"{variant}.part.nc"], tmp_path / f"{variant}.nc", variant)
-    with open_cube(tmp_path / "nominal.nc", element=None) as cube:
+    paths = {name: cube_of(study, [_record()], tmp_path, name) for name in ("nominal", *study.variants)}
+    nominal = paths["nominal"]
+    with open_cube(nominal, element=None) as cube:
         assert cube["overturned"].dims == ("record", "azimuth", "height", "b_over_h", "friction", "element")
         assert cube["status"].dims == ("record", "azimuth", "height", "b_over_h", "friction")
         rows = {row.name: row for row in falls_by_element(cube)}
@@ -114,7 +95,7 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
         assert rows["shaft"].falls == int((cube["overturned"].sel(element="shaft") != 0).sum()) > 0
         assert rows["shaft"].first == rows["shaft"].falls == rows["any element"].falls
         assert rows["lower-base"].falls == 0
-    with open_cube(tmp_path / "nominal.nc") as shaft, open_cube(tmp_path / "alone.nc") as alone:
+    with open_cube(nominal) as shaft, open_cube(paths["alone"]) as alone:
         assert str(shaft["element"].item()) == "shaft"
         assert shaft["overturned"].dims == alone["overturned"].dims
         found = compare_stones("shaft", shaft, "alone", alone)
@@ -124,19 +105,15 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
         sides = shaft["overturned"].to_numpy()
         np.testing.assert_array_equal(sides[:, 3:], -sides[:, :3])
     for element in (None, "shaft"):
-        with open_cube(tmp_path / "nominal.nc", chunks={"record": 1}, element=element) as lazy:
+        with open_cube(nominal, chunks={"record": 1}, element=element) as lazy:
             assert lazy["overturned"].chunks is not None
             assert lazy["event"].chunks is None, "what describes a record is read at once"
-            assert str(tmp_path / "nominal.nc") in {file.path for file in psutil.Process().open_files()}
-        assert str(tmp_path / "nominal.nc") not in {file.path for file in psutil.Process().open_files()}
-    with open_cube(tmp_path / "monolith.nc") as monolith:
+            assert str(nominal) in {file.path for file in psutil.Process().open_files()}
+        assert str(nominal) not in {file.path for file in psutil.Process().open_files()}
+    with open_cube(paths["monolith"]) as monolith:
         # Its own shape is not that of the swept shaft, so its outcome is the same for each B/H.
         values = monolith["peak_rotation"].to_numpy()
         np.testing.assert_array_equal(values[:, :, :, 0], values[:, :, :, 1])
-    (tmp_path / "nominal.nc").rename(tmp_path / "cube.nc")
-    for variant in study.variants:
-        (tmp_path / f"{variant}.nc").rename(tmp_path / f"cube.{variant}.nc")
-    paths = {"nominal": tmp_path / "cube.nc"} | {name: tmp_path / f"cube.{name}.nc" for name in study.variants}
     cubes = {name: open_cube(path, element=None) for name, path in paths.items()}
     results = Results(study, cubes["nominal"], cubes, cubes["nominal"], tmp_path, tmp_path, [], None, ())
     shown = scene_section(results)
@@ -152,9 +129,8 @@ def test_a_cube_with_elements(tmp_path: Path) -> None:
     assert len(comparisons) == 2
     assert f"Of 24 cases the shaft of the three-tier scene falls in {rows['shaft'].falls}" in comparisons[0]
     assert all(name in drawn for name in ("upper-base", "monolith"))
-    (tmp_path / "cube.nc").rename(tmp_path / "nominal.nc")
     with pytest.raises(ResultError, match="no element 'roof'; known: lower-base"):
-        open_cube(tmp_path / "nominal.nc", element="roof")
+        open_cube(nominal, element="roof")
 
 
 def test_comparisons_count_what_they_say() -> None:
@@ -180,11 +156,11 @@ def test_an_ensemble_of_a_scene_says_how_often_each_element_falls(tmp_path: Path
         variants={"monolith": {"scene": "monolith"}, "gravestone": {"scene": "gravestone"}},
     )  # fmt: skip
     record, members = _record(), draw_members(study.ensemble)
-    sweep_record(study, record, tmp_path / "part.nc", variant)
-    with Dataset(tmp_path / "part.nc") as part:
-        towards, away = (part[f"probability_{name}"][:] for name in ("towards", "away"))
-        several = "element" in part["probability_towards"].dimensions
-        assert (part["members"][:] == 8).all()
+    path = cube_of(study, [record], tmp_path, variant)
+    with open_cube(path, element=None) as cube:
+        towards, away = (cube[f"probability_{name}"].to_numpy()[0] for name in ("towards", "away"))
+        several = "element" in cube["probability_towards"].dims
+        assert (cube["members"] == 8).all()
     assert several == (variant == "nominal")
     scene = scene_of(study, variant)
     height, own = native_size(scene)
@@ -200,8 +176,7 @@ def test_an_ensemble_of_a_scene_says_how_often_each_element_falls(tmp_path: Path
     last = (..., -1) if several else ...
     assert towards[last].ravel()[0] == pytest.approx((flags == 1).mean())
     assert away[last].ravel()[0] == pytest.approx((flags == -1).mean())
-    gather(study, [record], [tmp_path / "part.nc"], tmp_path / "cube.nc", variant)
-    with open_cube(tmp_path / "cube.nc") as cube:
+    with open_cube(path) as cube:
         said = spread_sentence("stone", cube)
     assert said is not None
     assert "of the 4 cases near a change" in said
@@ -217,11 +192,6 @@ def test_a_scenes_cube_is_found_again_cell_by_cell(tmp_path: Path, variant: str)
         azimuth={"start": 0, "stop": 360, "step": 180}, b_over_h=[0.25, 0.3, 0.35], friction=[0.8],
         ensemble={"members": 2, "where": "everywhere"}, variants={"wall": {"scene": "against-a-wall"}},
     )  # fmt: skip
-    record = _record()
-    (tmp_path / "motion").mkdir()
-    write_motion(record, tmp_path / "motion" / "pulse.nc")
-    sweep_record(study, record, tmp_path / "part.nc", variant)
-    gather(study, [record], [tmp_path / "part.nc"], tmp_path / "cube.nc", variant)
-    found = recheck(tmp_path / "cube.nc", cells=6)
+    found = recheck(cube_of(study, [_record()], tmp_path, variant), cells=6)
     assert found.differences == []
     assert found.cells == found.ensemble_cells == 6

@@ -13,7 +13,7 @@ from overturning.dem.simulate import simulate_arrays
 from overturning.errors import ConfigError, ResultError
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.records.store import read_motion, write_motion
+from overturning.records.store import read_motion
 from overturning.study.convergence import check_convergence, compare, differ, elsewhere, read_sample, unanswered
 from overturning.study.cube import open_cube, study_of
 from overturning.study.gather import gather
@@ -24,6 +24,7 @@ from overturning.study.schema import Study
 from overturning.study.sections import Verification
 from overturning.study.space import body_of
 from overturning.study.sweep import sweep_record
+from tests.study.small_study import cube_of
 
 SMALL: dict[str, Any] = {
     "name": "space",
@@ -53,12 +54,7 @@ def settings() -> Study:
 
 @pytest.fixture(scope="module")
 def cube_file(settings: Study, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("space")
-    write_motion(record(), folder / "motion" / "a.nc")
-    kept = read_motion(folder / "motion" / "a.nc")
-    sweep_record(settings, kept, folder / "a.nc")
-    gather(settings, [kept], [folder / "a.nc"], folder / "cube.nc")
-    return folder / "cube.nc"
+    return cube_of(settings, [record()], tmp_path_factory.mktemp("space"))
 
 
 @pytest.fixture(scope="module")
@@ -193,9 +189,7 @@ def test_vertical_motion_is_applied_and_said(tmp_path: Path) -> None:
     cubes = []
     for vertical in (True, False):
         study = check_study(data | {"simulation": {"vertical": vertical}}, "space")
-        sweep_record(study, record(up=True), tmp_path / "a.nc")
-        gather(study, [record(up=True)], [tmp_path / "a.nc"], tmp_path / "cube.nc")
-        with open_cube(tmp_path / "cube.nc") as opened:
+        with open_cube(cube_of(study, [record(up=True)], tmp_path)) as opened:
             cubes.append(opened.load())
     assert [cube["vertical"].item() for cube in cubes] == [1, 0]
     assert float(cubes[0]["peak_tilt"].max()) != float(cubes[1]["peak_tilt"].max())
@@ -216,40 +210,6 @@ def test_a_polyhedron_has_its_own_sizes() -> None:
     assert study.height == (0.7,)
     assert len(study.orientation.values(body_of(study))) == 72
     assert study_from(study.model_dump_json()) == study
-
-
-@pytest.mark.parametrize(
-    ("change", "expected"),
-    [
-        (
-            {"orientation": {"step": 4}},
-            "orientation: a step of 4° does not divide 90°, after which the body looks the same",
-        ),
-        ({"orientation": {"step": 45, "start": 50}}, "orientation.start: 50°; it must lie below the step, 45°"),
-        ({"body": {"plan": 6}, "orientation": {"step": 25}}, "does not divide 60°"),
-        ({"body": None}, "orientation: only a body in space has one"),
-        ({"body": {"plan": "circle", "aspect": [2]}}, "only a rectangle has one"),
-        ({"body": {"plan": "oval"}}, "body.plan"),
-        ({"body": {"aspekt": [2]}}, "body.aspekt: unknown key; did you mean aspect?"),
-        ({"body": {"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]]}}, "body"),
-        ({"body": {"vertices": (1000 * np.array(BOULDER)).tolist()}, "b_over_h": None}, "millimetres"),
-        ({"body": {"vertices": BOULDER}}, "b_over_h: the body of these vertices has its own"),
-        ({"height": [60]}, "60 m; a stone is 0.01 to 50 m high; is that in centimetres"),
-        ({"azimuth": {"step": 30}}, "azimuth: a body in space moves in all directions at once; give orientation"),
-        ({"scene": {"name": "x"}}, "scene"),
-        ({"density": 2000}, "density: nothing depends on it in space"),
-        ({"surveys": [{"stones": "a.csv"}]}, "surveys: surveys are compared with a study in planes"),
-        ({"contact": {"stiffness": 1e6}}, "in space stiffness is auto"),
-        ({"variants": {"hard": {"contact": {"damping": 3500}}}}, "variants.hard.contact: in space stiffness is auto"),
-        ({"ensemble": {"initial_tilt": 0.01}}, "a body in space starts at rest"),
-        ({"simulation": {"scheme": "cundall"}}, "simulation.scheme: a body in space has 'centred' alone"),
-    ],
-)
-def test_what_does_not_fit_is_one_line_that_says_why(change: dict[str, Any], expected: str) -> None:
-    data = {name: value for name, value in (SMALL | change).items() if value is not None}
-    with pytest.raises(ConfigError) as caught:
-        check_study(data, "mine.yaml")
-    assert expected in str(caught.value)
 
 
 def test_a_mesh_becomes_part_of_the_study(tmp_path: Path) -> None:

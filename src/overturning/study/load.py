@@ -84,7 +84,14 @@ def _short(value: object) -> str:
 
 
 def _is_key(part: str) -> bool:
-    return part.replace("_", "").replace("-", "").isalnum() and part not in {"float", "int", "str", "tuple", "literal"}
+    return part.replace("_", "").replace("-", "").isalnum() and part not in {
+        "float",
+        "int",
+        "str",
+        "tuple",
+        "literal",
+        "constrained-int",
+    }
 
 
 def _forms(annotation: Any) -> list[Any]:

@@ -11,10 +11,10 @@ import pytest
 import xarray as xr
 from scipy.stats import binomtest
 
+from overturning.commands import workflow
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.prepare import prepare
 from overturning.dem.run import plan, run, run_cases
-from overturning.dem.simulate import simulate_arrays
 from overturning.errors import ResultError
 from overturning.model.cases import Cases
 from overturning.model.contact import STATIC_PENETRATION, Contact
@@ -22,6 +22,7 @@ from overturning.model.planes import Planes
 from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
+from overturning.records.store import rounded
 from overturning.report.blocks import Paragraph, Table
 from overturning.report.sections.convergence import convergence
 from overturning.study.convergence import (
@@ -36,13 +37,14 @@ from overturning.study.convergence import (
     stiffer_scene,
     unanswered,
 )
+from overturning.study.cube import open_cube
 from overturning.study.ensemble import wilson
 from overturning.study.grid import grid_of
 from overturning.study.load import check_study
 from overturning.study.schema import Study
-from overturning.study.sections import Verification
+from overturning.study.sections import Ensemble, Verification
 from tests.dem.near_field import near_field
-from tests.study.small_study import study
+from tests.study.small_study import cube_of, study
 
 
 def test_intervals_are_scipys() -> None:
@@ -79,12 +81,6 @@ def test_choice_has_the_wanted_size_no_mirrored_cell_and_none_twice() -> None:
     assert not np.array_equal(other[1], cells)
 
 
-def record(motion: Motion, name: str) -> Record:
-    return Record(
-        record_id=name, north=motion.north, east=motion.east, up=None, sampling_interval=motion.sampling_interval
-    )
-
-
 def reported(settings: Study, found: Convergence, folder: Path) -> tuple[Any, ...]:
     """What the report says of an outcome, by way of its file."""
     found.write(folder / "convergence.json")
@@ -100,12 +96,12 @@ def paragraphs(blocks: tuple[Any, ...]) -> list[str]:
     return [block.text for block in blocks[:-1] if isinstance(block, Paragraph)]
 
 
-def short(number: int) -> Motion:
+def short(number: int, name: str = "a") -> Record:
     """The strong part of a record."""
     motion, _, _ = near_field(number)
     peak = int(np.argmax(np.abs(motion.north) + np.abs(motion.east)))
     part = slice(max(peak - 200, 0), peak + 400)
-    return Motion(motion.north[part], motion.east[part], sampling_interval=motion.sampling_interval)
+    return rounded(Record(name, motion.north[part], motion.east[part], None, motion.sampling_interval))
 
 
 @dataclass(frozen=True)
@@ -122,31 +118,16 @@ class Swept:
         return replace(self.sample, answers=answers, divided=self.sample.divided if divided is None else divided)
 
 
-def swept(settings: Study, motions: list[Motion]) -> Swept:
-    """All of a small study, and its sample as the rule draws it from the cube."""
-    flags, status, mirrored, work = [], [], None, 0
-    for motion in motions:
-        grid = grid_of(settings)
-        axes = {name: getattr(grid, name) for name in ("height", "b_over_h", "friction")}
-        azimuth = grid.azimuth.astype(np.float64)
-        found = simulate_arrays(motion, scene=settings.scene, azimuth_deg=azimuth, **axes)
-        flags.append(found["overturned"].reshape(*grid.shape, -1))
-        status.append(found["status"])
-        mirrored, work = found["mirrored"], work + int(found["block_steps"].sum())
+def swept(settings: Study, records: list[Record], folder: Path) -> Swept:
+    """All of a small study, without an ensemble, and its sample as the rule draws it from the cube."""
+    alone = settings.model_copy(update={"ensemble": Ensemble(members=0)})
     assert isinstance(settings.verification, Verification)
-    assert mirrored is not None
-    chosen, index = choose(settings.verification, len(motions), mirrored == 0)
-    where = (chosen, *index.T)
-    answers = unanswered(len(chosen), flags[0].shape[-1])
-    answers["overturned"] = np.stack(flags)[where]
-    computed, at_rest = len(motions) * int((mirrored == 0).sum()), np.stack(status)[where] == 1
-    sample = Sample(chosen, index, answers, at_rest, answers["overturned"] == 2, computed, work)
-    return Swept([record(motion, name) for motion, name in zip(motions, "abcd", strict=False)], sample)
+    return Swept(records, read_sample(cube_of(alone, records, folder), settings.verification))
 
 
-def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threads() -> None:
+def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threads(tmp_path: Path) -> None:
     settings = study(verification={"at_least": 10, "cost": 20})
-    done = swept(settings, [short(7), short(8)])
+    done = swept(settings, [short(7, "a"), short(8, "b")], tmp_path)
     found = check_convergence(settings, done.records, done.sample)
     assert found.chosen == found.wanted == 10
     (finer,), (stiffer,) = found.finer.outcomes, found.stiffer.outcomes
@@ -154,14 +135,13 @@ def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threa
 
     def steps(**changed: Any) -> int:
         chosen = (cases_of(settings, done.sample.index[done.sample.record == number]) for number in (0, 1))
-        return sum(
-            int(run_cases(short(7 + number), one, **changed).block_steps.sum()) for number, one in enumerate(chosen)
-        )
+        each = zip(map(Motion.of, done.records), chosen, strict=True)
+        return sum(int(run_cases(motion, one, **changed).block_steps.sum()) for motion, one in each)
 
     def whole(**changed: Any) -> np.ndarray:
         scene = gravestone(changed.pop("contact", None))
         numerics = Numerics(time_step="0.01 stable", **changed)
-        return plan(scene, short(7), cases_of(settings, done.sample.index), numerics).steps
+        return plan(scene, Motion.of(short(7)), cases_of(settings, done.sample.index), numerics).steps
 
     stiff = {"contact": Contact(static_penetration=STATIC_PENETRATION / 4)}
     np.testing.assert_array_equal(whole(refinement=8), 8 * whole())
@@ -182,9 +162,9 @@ def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threa
     assert again == found
 
 
-def test_what_changes_is_settled_by_finer_steps_or_chaotic(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_changes_is_settled_by_finer_steps_or_chaotic(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     settings = study(verification={"at_least": 10, "cost": 30})
-    done = swept(settings, [short(7)])
+    done = swept(settings, [short(7)], tmp_path)
     own = done.sample.answers["overturned"][:, 0]
     other = np.where(own == 0, 1, 0).astype(np.int8)
     position = {tuple(cell): row for row, cell in enumerate(done.sample.index.tolist())}
@@ -236,7 +216,7 @@ def cases_of(settings: Study, index: np.ndarray) -> Cases:
 @pytest.mark.parametrize(("step", "least"), [(90, 0), (20, 3), (5, 12)])
 def test_repetition_of_a_small_study_costs_no_more_than_the_study(step: int, least: int, tmp_path: Path) -> None:
     settings = study(azimuth={"step": step}, verification={})
-    done = swept(settings, [short(7), short(8)])
+    done = swept(settings, [short(7, "a"), short(8, "b")], tmp_path)
     found = check_convergence(settings, done.records, done.sample)
     assert found.wanted == min(200, done.sample.computed)
     spent = found.finer.block_steps + found.stiffer.block_steps
@@ -252,8 +232,8 @@ def test_repetition_goes_on_with_finer_steps_where_stiffer_springs_are_refused()
     settings = study(contact={"stiffness": 3e13}, verification={"at_least": 4, "cost": 50})
     none = np.zeros(2, np.bool_)
     sample = Sample(np.zeros(2, np.int64), np.zeros((2, 4), np.int64), unanswered(2, 1), none, none[:, None], 36, 0)
-    quiet = Motion(np.zeros(50), np.zeros(50), sampling_interval=0.01)
-    found = check_convergence(settings, [record(quiet, "a")], sample)
+    quiet = Record("a", np.zeros(50), np.zeros(50), None, 0.01)
+    found = check_convergence(settings, [quiet], sample)
     assert "stiffness" in found.stiffer.refused
     assert found.finer.outcomes[0].cases == found.chosen == 2
 
@@ -279,7 +259,7 @@ def test_convergence_of_scenes_is_checked_element_by_element(row_of_two: dict[st
         },
         "row",
     )  # fmt: skip
-    done = swept(settings, [short(7)])
+    done = swept(settings, [short(7)], tmp_path)
     found = check_convergence(settings, done.records, done.sample)
     assert [one.element for one in found.finer.outcomes] == ["slender", "squat"]
     for outcome in (*found.finer.outcomes, *found.stiffer.outcomes):
@@ -303,7 +283,7 @@ def test_scene_repetitions_are_finer_and_stiffer(row_of_two: dict[str, object]) 
     settings = check_study(
         {"name": "row", "records": {"use": ["a"]}, "scene": row_of_two, "simulation": {"time_step": "auto"}}, "row"
     )
-    motion, cases = short(7), Cases([0.0, 60.0], 0.4, 0.25, 0.7)
+    motion, cases = Motion.of(short(7)), Cases([0.0, 60.0], 0.4, 0.25, 0.7)
     own = run(settings.scene, motion, cases)
     steps = {
         name: again(motion, cases).block_steps.sum() / own.block_steps.sum()
@@ -320,9 +300,9 @@ def test_scene_repetitions_are_finer_and_stiffer(row_of_two: dict[str, object]) 
 def test_the_gravestone_scene_is_checked_with_the_fast_kernel() -> None:
     scene = study(scene="gravestone", ensemble={"members": 0}, b_over_h=[0.2], height=[0.6])
     block = study(ensemble={"members": 0}, b_over_h=[0.2])
-    cases = Cases([0.0, 60.0], 0.6, 0.2, 0.58)
+    motion, cases = Motion.of(short(7)), Cases([0.0, 60.0], 0.6, 0.2, 0.58)
     for kind, again in computations(scene).items():
-        found, expected = again(short(7), cases), computations(block)[kind](short(7), cases)
+        found, expected = again(motion, cases), computations(block)[kind](motion, cases)
         np.testing.assert_array_equal(found.overturned, expected.overturned)
         np.testing.assert_array_equal(found.block_steps, expected.block_steps)
 
@@ -330,29 +310,19 @@ def test_the_gravestone_scene_is_checked_with_the_fast_kernel() -> None:
 def test_the_command_reads_a_scenes_cube_and_writes_what_the_report_reads(
     row_of_two: dict[str, object], tmp_path: Path
 ) -> None:
-    from overturning.commands import workflow
-    from overturning.records.store import read_motion, write_motion
-    from overturning.study.cube import open_cube
-    from overturning.study.gather import gather
-    from overturning.study.sweep import sweep_record
-
     data = {
         "name": "row", "records": {"use": ["a"]}, "azimuth": {"step": 30}, "scene": row_of_two, "friction": [0.4, 0.7],
         "verification": {"cost": 4},
     }  # fmt: skip
     settings = check_study(data, "row")
-    (tmp_path / "motion").mkdir()
-    write_motion(record(short(7), "a"), tmp_path / "motion" / "a.nc")
-    kept = read_motion(tmp_path / "motion" / "a.nc")
-    sweep_record(settings, kept, tmp_path / "a.nc")
-    gather(settings, [kept], [tmp_path / "a.nc"], tmp_path / "cube.nc")
+    cube = cube_of(settings, [short(7)], tmp_path)
     output = tmp_path / "convergence.json"
-    workflow.check_convergence(json.dumps(data), tmp_path / "motion", tmp_path / "cube.nc", output)
+    workflow.check_convergence(json.dumps(data), tmp_path / "motion", cube, output)
     found = Convergence.read(output)
     assert 6 <= found.chosen < found.wanted == 24, "none of the scene's azimuths is mirrored"
     spent = sum(part.block_steps for part in (found.finer, found.stiffer, found.settling))
-    with open_cube(tmp_path / "cube.nc", element=None) as cube:
-        assert 0 < spent <= 4 * found.study_block_steps == 4 * cube.attrs["block_steps"]
+    with open_cube(cube, element=None) as opened:
+        assert 0 < spent <= 4 * found.study_block_steps == 4 * opened.attrs["block_steps"]
     assert "Each element of the scene is counted by itself" in paragraphs(reported(settings, found, tmp_path))[-1]
     # Few change with the step, so the answers read from the cube are those of the same cells.
     assert sum(outcome.fallen for outcome in found.finer.outcomes) > 0

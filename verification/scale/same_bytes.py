@@ -42,7 +42,7 @@ CUBE, REPORT = "cube.nc", "report.html"
 
 SLURM: Final = (
     *("--workflow-profile", "profiles/slurm"),
-    *(*OPTIONS, "--slurm-init-seconds-before-status-checks", "2", "--seconds-between-status-checks", "2"),
+    *(*OPTIONS, "--slurm-init-seconds-before-status-checks", "1", "--seconds-between-status-checks", "1"),
     *("--latency-wait", "10"),
 )
 """The project's profile for SLURM, with what the cluster of one node needs, and quicker to ask after its jobs."""
@@ -111,26 +111,29 @@ def on_slurm(study: str = STUDY, chunks: int = 3, files: tuple[str, ...] = (CUBE
         return [folder.run(words, *SLURM, "--set-scatter", f"sweep={chunks}", file=file) for file in files]
 
 
+def without_snakemake(folder: Folder, way: str, client: object = None) -> Run:
+    """By the package alone, in one piece, from motions that the workflow has read; on a dask cluster where given."""
+    begin = time.perf_counter()
+    with open_cube(folder.cube) as cube:
+        settings = study_of(cube)
+    records = [read_motion(folder.cube.parent / "motion" / f"{name}.nc") for name in settings.records.use]
+    parts = [part_path(folder.folder / "again", name, WHOLE) for name in settings.records.use]
+    for record, part in zip(records, parts, strict=True):
+        sweep_record(settings, record, part, numerics=numerics_of(settings, client=client))
+    gather(settings, records, parts, folder.folder / "cube.nc")
+    content = (folder.folder / "cube.nc").read_bytes()
+    return Run(way, CUBE, time.perf_counter() - begin, hashlib.sha256(content).hexdigest(), len(parts))
+
+
 def on_dask(study: str, workers: int = 2) -> Run:
-    """By the package alone on a dask cluster, from motions that the workflow has read."""
+    """On a dask cluster."""
     from distributed import Client, LocalCluster
 
     with fresh(study) as folder:
         folder.run("first", "--cores", "1")
-        with open_cube(folder.cube) as cube:
-            settings = study_of(cube)
-        records = [read_motion(folder.cube.parent / "motion" / f"{name}.nc") for name in settings.records.use]
-        parts = [part_path(folder.folder / "again", name, WHOLE) for name in settings.records.use]
         cluster = LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None, host="127.0.0.1")
         with cluster, Client(cluster) as client:
-            begin = time.perf_counter()
-            for record, part in zip(records, parts, strict=True):
-                sweep_record(settings, record, part, numerics=numerics_of(settings, client=client))
-            gather(settings, records, parts, folder.folder / "cube.nc")
-            seconds = time.perf_counter() - begin
-        content = (folder.folder / "cube.nc").read_bytes()
-    way = f"dask, {workers} workers, without Snakemake"
-    return Run(way, CUBE, seconds, hashlib.sha256(content).hexdigest(), len(parts))
+            return without_snakemake(folder, f"dask, {workers} workers, without Snakemake", client)
 
 
 def here(study: str = STUDY) -> list[Run]:

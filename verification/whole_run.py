@@ -2,16 +2,13 @@
 
 import csv
 import resource
-import shutil
-import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
 from typing import Final
 
-from overturning.commands.init import WORKFLOW
-from verification.tables import ROOT, Figure
+from verification.project import Project
+from verification.tables import Figure
 
 CORES: Final = 2
 LONG: Final = 10.0
@@ -24,12 +21,11 @@ TARGET: Final = "<= 75"
 def whole_run() -> list[Figure]:
     """Time and processor time, kernels compiled before; the ensemble, figures and report are most of it."""
     with tempfile.TemporaryDirectory() as scratch:
-        copy_project(Path(scratch))
+        project = Project(Path(scratch), "", "--cores", str(CORES))
         before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-        command = [sys.executable, "-m", "snakemake", "--cores", str(CORES)]
-        subprocess.run(command, cwd=scratch, check=True, stdout=subprocess.DEVNULL)
+        project.run(file="").check_returncode()
         wall, after = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
-        longest = job_times(Path(scratch, "results", "near-fault", "benchmarks"))
+        longest = job_times(project.results / "benchmarks")
     spent = (after.ru_utime - before.ru_utime) + (after.ru_stime - before.ru_stime)
     return [
         Figure("default study, whole run: time on two cores", wall, "s", TARGET),
@@ -40,14 +36,6 @@ def whole_run() -> list[Figure]:
             if seconds >= LONG
         ),
     ]
-
-
-def copy_project(folder: Path) -> None:
-    """Make a folder with all that the workflow needs."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for name in (*WORKFLOW, "config"):
-        copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy2
-        copy(ROOT / name, folder / name)
 
 
 def job_times(benchmarks: Path) -> dict[str, tuple[int, float]]:

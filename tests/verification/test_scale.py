@@ -14,7 +14,7 @@ pytestmark = pytest.mark.workflow
 @pytest.fixture(scope="module")
 def whole_and_chunks() -> Iterator[tuple[same_bytes.Run, same_bytes.Run]]:
     with same_bytes.fresh(same_bytes.SMALL) as folder:
-        chunks = folder.run("chunks", "--cores", "2", "--set-scatter", "sweep=3")
+        chunks = same_bytes.made(folder, "chunks", "--cores", "2", "--set-scatter", "sweep=3")
         yield same_bytes.without_snakemake(folder, "whole"), chunks
 
 

@@ -12,14 +12,14 @@ from typing import Annotated, Final
 import typer
 
 from overturning.study.resume import DAMAGED
-from verification.faults.kinds import KINDS, Kind, mounts_undone
-from verification.faults.place import Place
+from verification.faults.kinds import KINDS, STUDY, Kind, mounts_undone
+from verification.project import Project
 from verification.tables import markdown, publish
 
 SEED: Final = 18
 
 
-def objection(kind: Kind, place: Place, dice: random.Random, seconds: float, wanted: bytes, brief: bool) -> str:
+def objection(kind: Kind, place: Project, dice: random.Random, seconds: float, wanted: bytes, brief: bool) -> str:
     """Do a fault to a place and run the command, and but for a brief look once more; what is wrong then, or nothing."""
     with mounts_undone(place):
         try:
@@ -45,14 +45,15 @@ def put(
 
     A brief look uses the kernels that are there and does not ask whether a further run has nothing to do.
     """
-    study, dice = Place(folder / "study", own_kernels=not brief), random.Random(seed)
+    options = ("--cores", "1", "--set-scatter", "sweep=2")
+    study, dice = Project(folder / "study", STUDY, *options, own_kernels=not brief), random.Random(seed)
     seconds = _undisturbed(study)
     wanted = study.cube.read_bytes()
-    fresh = Place(folder / "fresh", study)
+    fresh = study.copied(folder / "fresh")
     for name in ("results", ".snakemake"):
         shutil.rmtree(fresh.folder / name)
     if not brief:  # the kernels have been compiled now
-        again = Place(folder / "again", fresh)
+        again = fresh.copied(folder / "again")
         seconds = _undisturbed(again)
         assert again.cube.read_bytes() == wanted
     found = {}
@@ -62,7 +63,7 @@ def put(
             continue
         good = 0
         for _ in range(times):
-            place = Place(folder / "place", study if kind.finished else fresh)
+            place = (study if kind.finished else fresh).copied(folder / "place")
             wrong = objection(kind, place, dice, seconds, wanted, brief)
             good += not wrong
             print(f"{kind.says}: {wrong or 'the same cube'}", flush=True)
@@ -70,7 +71,7 @@ def put(
     return found
 
 
-def _undisturbed(place: Place) -> float:
+def _undisturbed(place: Project) -> float:
     """Run the study and return how long that takes, s."""
     begin = time.monotonic()
     done = place.run()

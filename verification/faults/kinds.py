@@ -9,23 +9,46 @@ import signal
 import subprocess
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 import psutil
 
-from verification.faults.place import Place, jobs
+from verification.project import Project
 
-Fault = Callable[[Place, random.Random, float], Path | None]
+Fault = Callable[[Project, random.Random, float], Path | None]
 """Given a place, dice, and the seconds that an undisturbed run takes; returns the file that is damaged."""
 
+STUDY: Final = """\
+name: faults
+records: {use: [rinaldi, petrolia]}
+azimuth: {step: 45}
+b_over_h: [0.2, 0.3]
+height: [0.6]
+friction: [0.5]
+ensemble: {members: 0}
+verification: none
+"""
 PART, MOTION = "sweep/nominal/*.nc", "motion/*.nc"
 JOBS: Final = 7  # of the study: two records to read, two parts of each to compute, and to gather
 SMALL_DISK: Final = (100, 400)  # kB: too small for the first motion, and for all of the parts
 
 
-def kill_all(place: Place, dice: random.Random, seconds: float) -> None:
+def jobs(run: psutil.Popen) -> Iterator[psutil.Process]:
+    """Each step of a run when it begins, until the run ends."""
+    seen: set[int] = set()
+    while run.poll() is None:
+        with suppress(psutil.Error):  # it has just ended
+            for process in run.children(recursive=True):
+                words = process.cmdline() if process.pid not in seen else []
+                if any(Path(word).name == "overturning" for word in words[:2]):
+                    seen.add(process.pid)
+                    yield process
+        time.sleep(0.01)
+
+
+def kill_all(place: Project, dice: random.Random, seconds: float) -> None:
     """SIGKILL of the process group at any moment."""
     run = place.begin()
     time.sleep(dice.uniform(0.05, 0.95) * seconds)
@@ -33,38 +56,33 @@ def kill_all(place: Place, dice: random.Random, seconds: float) -> None:
     run.wait()
 
 
-def kill_job(place: Place, dice: random.Random, _seconds: float) -> None:
+def kill_job(place: Project, dice: random.Random, _seconds: float) -> None:
     """SIGKILL of one job, whichever; Snakemake goes on with the others."""
     run, chosen = place.begin(), dice.randrange(JOBS)
     for number, job in enumerate(jobs(run)):
         if number == chosen:
             time.sleep(dice.uniform(0.0, 1.0))
-            _kill(job)
+            with suppress(psutil.NoSuchProcess):
+                job.kill()
     run.wait()
 
 
-def kill_snakemake(place: Place, dice: random.Random, _seconds: float) -> None:
+def kill_snakemake(place: Project, dice: random.Random, _seconds: float) -> None:
     """SIGKILL of Snakemake alone while its job goes on."""
     run, chosen = place.begin(), dice.randrange(JOBS)
     for number, _ in enumerate(jobs(run)):
         if number == chosen:
             time.sleep(dice.uniform(0.0, 0.7))
-            _kill(run)
+            with suppress(psutil.NoSuchProcess):
+                run.kill()
             break
     run.wait()
-
-
-def _kill(process: psutil.Process) -> None:
-    try:
-        process.kill()
-    except psutil.NoSuchProcess:
-        return
 
 
 def damage(pattern: str, how: str) -> Fault:
     """A file of the results, or of the kernels, cut, emptied, or with one byte changed; its time tells nothing."""
 
-    def do(place: Place, dice: random.Random, _seconds: float) -> Path | None:
+    def do(place: Project, dice: random.Random, _seconds: float) -> Path | None:
         kernel = pattern.startswith("*.nb")
         path = dice.choice(sorted((place.folder / "kernels").rglob(pattern) if kernel else place.results.glob(pattern)))
         content, time_ns = bytearray(path.read_bytes()), path.stat().st_mtime_ns
@@ -82,7 +100,7 @@ def damage(pattern: str, how: str) -> Fault:
     return do
 
 
-def full_disk(place: Place, dice: random.Random, _seconds: float) -> None:
+def full_disk(place: Project, dice: random.Random, _seconds: float) -> None:
     """A disk that is too small, and then is not."""
     size = dice.choice(SMALL_DISK)
     (place.folder / "results").mkdir()
@@ -93,7 +111,7 @@ def full_disk(place: Place, dice: random.Random, _seconds: float) -> None:
     _mount("-o", "remount,size=100m", str(place.folder / "results"))
 
 
-def read_only(place: Place, _dice: random.Random, _seconds: float) -> None:
+def read_only(place: Project, _dice: random.Random, _seconds: float) -> None:
     """A folder of results that cannot be written to, and then can."""
     place.cube.unlink()
     results = str(place.folder / "results")
@@ -105,7 +123,7 @@ def read_only(place: Place, _dice: random.Random, _seconds: float) -> None:
     _mount("-o", "remount,rw,bind", results)
 
 
-def two_at_once(place: Place, _dice: random.Random, _seconds: float) -> None:
+def two_at_once(place: Project, _dice: random.Random, _seconds: float) -> None:
     """A second run in the same folder."""
     first = place.begin()
     next(jobs(first))
@@ -116,7 +134,7 @@ def two_at_once(place: Place, _dice: random.Random, _seconds: float) -> None:
     assert first.wait() == 0
 
 
-def clock_back(place: Place, dice: random.Random, seconds: float) -> None:
+def clock_back(place: Project, dice: random.Random, seconds: float) -> None:
     """A clock set back by two hours after a run was killed: all that there is comes from the future."""
     kill_all(place, dice, seconds)
     for path in (path for name in ("results", ".snakemake") for path in (place.folder / name).rglob("*")):
@@ -125,7 +143,7 @@ def clock_back(place: Place, dice: random.Random, seconds: float) -> None:
             os.utime(path, (moment, moment))
 
 
-def kill_worker(_place: Place, dice: random.Random, _seconds: float) -> None:
+def kill_worker(_place: Project, dice: random.Random, _seconds: float) -> None:
     """A worker of a dask cluster killed while it computes: the outcome has the bits of one process."""
     import numpy as np
     from distributed import Client, LocalCluster
@@ -157,7 +175,7 @@ def _mount(*words: str) -> None:
 
 
 @contextmanager
-def mounts_undone(place: Place) -> Iterator[None]:
+def mounts_undone(place: Project) -> Iterator[None]:
     """Take down what a fault has mounted."""
     try:
         yield
@@ -169,26 +187,16 @@ def mounts_undone(place: Place) -> Iterator[None]:
             pass
 
 
-class Kind:
-    """A kind of fault.
+class Kind(NamedTuple):
+    """A kind of fault."""
 
-    Parameters
-    ----------
-    says : str
-        What it is.
-    fault : Fault
-        What does it.
-    times : int
-        How often it is done.
-    finished : bool
-        Whether it is done to a finished study; else to one that has not begun.
-    root : bool
-        Whether only the owner of the machine can do it.
-    """
-
-    def __init__(self, says: str, fault: Fault, times: int, finished: bool = False, root: bool = False) -> None:
-        self.says, self.fault, self.times = says, fault, times
-        self.finished, self.root = finished, root
+    says: str
+    fault: Fault
+    times: int
+    finished: bool = False
+    """Whether it is done to a finished study; else to one that has not begun."""
+    root: bool = False
+    """Whether only the owner of the machine can do it."""
 
 
 KINDS: Final = (

@@ -4,14 +4,13 @@ import json
 import os
 import resource
 import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from verification.scale.same_bytes import Folder
+from verification.project import Project
 from verification.tables import Figure
 
 RECORDS: Final = 10_000
@@ -44,18 +43,15 @@ def planned(records: int) -> Planned:
         names = [f"record-{number:05d}" for number in range(records)]
         # Few cases of each, which planning does not count, so that the disk would hold them.
         study = {"name": "scale", "records": {"use": names}, "verification": "none", "b_over_h": [0.3]}
-        folder = Folder(Path(name) / "project", json.dumps(study))
+        folder = Project(Path(name) / "project", json.dumps(study))
         table = folder.folder / "config" / "records.tsv"
         head, *rows = table.read_text(encoding="utf-8").splitlines()
         one = next(row for row in rows if row.startswith("rinaldi\t"))
         made = [one.replace("rinaldi", each, 1) for each in names]
         table.write_text("\n".join([head, *made]) + "\n", encoding="utf-8")
-        command = [sys.executable, "-m", "snakemake", "--configfile", "study.yaml", "--dry-run", "--printshellcmds"]
+        how = folder.how("--dry-run", "--printshellcmds", "--set-scatter", f"sweep={CHUNKS}", file="")
         begin = time.perf_counter()
-        process = subprocess.Popen(
-            [*command, "--set-scatter", f"sweep={CHUNKS}"], cwd=folder.folder, stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-        )  # fmt: skip
+        process = subprocess.Popen(**how, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
         assert process.stdout
         longest = max((len(line) for line in process.stdout if line.startswith(b"Shell command: ")), default=0)
         _, status, usage = os.wait4(process.pid, 0)

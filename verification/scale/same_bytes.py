@@ -1,9 +1,6 @@
 """One study on one core, on two, in chunks, on SLURM and on a dask cluster: the cube's bytes, and the time of each."""
 
 import hashlib
-import os
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -18,7 +15,7 @@ from overturning.study.parts import WHOLE, part_path
 from overturning.study.scenes import numerics_of
 from overturning.study.sweep import sweep_record
 from verification.one_node_slurm import OPTIONS, missing, one_node_slurm
-from verification.whole_run import copy_project
+from verification.project import CUBE, Project
 
 STUDY: Final = """\
 name: scale
@@ -38,7 +35,7 @@ SMALL: Final = (
 )
 """Much the same in a few seconds."""
 
-CUBE, REPORT = "cube.nc", "report.html"
+REPORT: Final = "report.html"
 
 SLURM: Final = (
     *("--workflow-profile", "profiles/slurm"),
@@ -46,8 +43,6 @@ SLURM: Final = (
     *("--latency-wait", "10"),
 )
 """The project's profile for SLURM, with what the cluster of one node needs, and quicker to ask after its jobs."""
-
-_PATIENCE: Final = 900.0  # s, after which a run is killed
 
 
 class Run(NamedTuple):
@@ -60,46 +55,28 @@ class Run(NamedTuple):
     kept: int  # parts of the sweep that are still there
 
 
-class Folder:
-    """A folder with the project's workflow and a study."""
-
-    def __init__(self, folder: Path, study: str) -> None:
-        self.folder = folder
-        copy_project(folder)
-        (folder / "study.yaml").write_text(study, encoding="utf-8")
-
-    @property
-    def cube(self) -> Path:
-        """The study's cube."""
-        return self.folder / "results" / "scale" / "cube.nc"
-
-    def run(self, way: str, *options: str, file: str = CUBE) -> Run:
-        """Run the study up to a file of its results; a RuntimeError with what Snakemake says where that fails."""
-        search = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
-        command = ["timeout", "-s", "KILL", str(_PATIENCE), "snakemake", "--configfile", "study.yaml", *options]
-        begin, made = time.perf_counter(), self.cube.with_name(file)
-        done = subprocess.run(
-            [*command, "--", str(made.relative_to(self.folder))],
-            cwd=self.folder, env=os.environ | {"PATH": search}, capture_output=True, text=True, check=False,
-        )  # fmt: skip
-        if done.returncode:
-            raise RuntimeError(f"{way}: {done.stdout[-2000:]}{done.stderr[-4000:]}")
-        seconds, kept = time.perf_counter() - begin, len(list(self.cube.parent.glob("sweep/*/*.nc")))
-        return Run(way, file, seconds, hashlib.sha256(made.read_bytes()).hexdigest(), kept)
-
-
 @contextmanager
-def fresh(study: str) -> Iterator[Folder]:
+def fresh(study: str) -> Iterator[Project]:
     """A folder with a study that has not run."""
     with tempfile.TemporaryDirectory(prefix="scale-") as name:
-        yield Folder(Path(name) / "project", study)
+        yield Project(Path(name) / "project", study)
+
+
+def made(project: Project, way: str, *options: str, file: str = CUBE) -> Run:
+    """Run a study up to a file of its results; a RuntimeError with what Snakemake says where that fails."""
+    begin = time.perf_counter()
+    done = project.run(*options, file=file)
+    if done.returncode:
+        raise RuntimeError(f"{way}: {done.stdout[-2000:]}{done.stderr[-4000:]}")
+    seconds, kept = time.perf_counter() - begin, len(list(project.results.glob("sweep/*/*.nc")))
+    return Run(way, file, seconds, hashlib.sha256((project.results / file).read_bytes()).hexdigest(), kept)
 
 
 def local(study: str, cores: int, chunks: int, file: str = CUBE) -> Run:
     """On some cores of this machine."""
     words = f"{cores} core{'s' * (cores > 1)}" + (f", {chunks} chunks of each record" if chunks > 1 else "")
     with fresh(study) as folder:
-        return folder.run(words, "--cores", str(cores), "--set-scatter", f"sweep={chunks}", file=file)
+        return made(folder, words, "--cores", str(cores), "--set-scatter", f"sweep={chunks}", file=file)
 
 
 def on_slurm(study: str = STUDY, chunks: int = 3, files: tuple[str, ...] = (CUBE,)) -> list[Run]:
@@ -108,10 +85,10 @@ def on_slurm(study: str = STUDY, chunks: int = 3, files: tuple[str, ...] = (CUBE
         return []
     words = f"SLURM, one node of two cores, {chunks} chunks of each record"
     with one_node_slurm(), fresh(study) as folder:
-        return [folder.run(words, *SLURM, "--set-scatter", f"sweep={chunks}", file=file) for file in files]
+        return [made(folder, words, *SLURM, "--set-scatter", f"sweep={chunks}", file=file) for file in files]
 
 
-def without_snakemake(folder: Folder, way: str, client: object = None) -> Run:
+def without_snakemake(folder: Project, way: str, client: object = None) -> Run:
     """By the package alone, in one piece, from motions that the workflow has read; on a dask cluster where given."""
     begin = time.perf_counter()
     with open_cube(folder.cube) as cube:
@@ -130,7 +107,7 @@ def on_dask(study: str, workers: int = 2) -> Run:
     from distributed import Client, LocalCluster
 
     with fresh(study) as folder:
-        folder.run("first", "--cores", "1")
+        made(folder, "first", "--cores", "1")
         cluster = LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None, host="127.0.0.1")
         with cluster, Client(cluster) as client:
             return without_snakemake(folder, f"dask, {workers} workers, without Snakemake", client)

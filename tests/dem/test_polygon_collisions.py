@@ -46,10 +46,12 @@ def test_momenta_are_conserved(friction: float, damping: float, seed: int) -> No
     assert np.abs(momenta[-1, 2] - momenta[0, 2]) < 2e-4 * scale
 
 
-@pytest.mark.parametrize(("time_step", "bound"), [("auto", 2e-2), ("0.05 stable", 1e-3), ("0.01 stable", 5e-5)])
-def test_a_collision_without_friction_and_damping_keeps_the_energy(time_step: str, bound: float) -> None:
+@pytest.mark.parametrize(
+    ("time_step", "bound", "seeds"), [("auto", 2e-2, 6), ("0.05 stable", 1e-3, 6), ("0.01 stable", 5e-5, 2)]
+)
+def test_a_collision_without_friction_and_damping_keeps_the_energy(time_step: str, bound: float, seeds: int) -> None:
     """The moment at which a contact begins is known to one step, so the error falls with the step."""
-    for seed in range(6):
+    for seed in range(seeds):
         _, _, energy = _flight(0.0, 0.0, seed, time_step)
         assert energy.min() < 0.97 * energy[0]  # some of it was in the springs: they did meet
         assert energy[-1] == pytest.approx(energy[0], rel=bound)

@@ -100,21 +100,13 @@ def test_score_by_hand() -> None:
     assert found.right == pytest.approx(3 / 5)
 
 
-def test_what_falls_by_wests_formula_is_predicted_by_it() -> None:
+def test_what_falls_by_wests_formula_is_predicted_by_it(make_cube) -> None:
     azimuth, slender = np.arange(0, 180, 20), np.array([0.1, 0.2, 0.3, 0.4])
     pga = STANDARD_GRAVITY * np.linspace(0.05, 0.45, azimuth.size)
-    falls = pga[:, None] >= STANDARD_GRAVITY * slender
-    events = list("abcdefgh")
-    cube = xr.Dataset(
-        {
-            "overturned": (
-                ("record", "azimuth", "height", "b_over_h", "friction"),
-                np.tile(falls.astype(float)[None, :, None, :, None], (8, 1, 2, 1, 1)),
-            ),
-            "event": ("record", events),
-        },
-        {"azimuth": azimuth, "height": [0.6, 1.2], "b_over_h": slender, "friction": [1.0]},
-    )
+    cube = make_cube(
+        lambda at, _, ratio, *__: np.interp(at, azimuth, pga) >= STANDARD_GRAVITY * ratio, azimuth=azimuth,
+        b_over_h=slender, friction=[1.0], events="abcdefgh",
+    )  # fmt: skip
     peaks = {
         name: (("record", "azimuth"), np.tile(values, (8, 1))) for name, values in (("pga", pga), ("pgv", pga / 30))
     }
@@ -124,5 +116,5 @@ def test_what_falls_by_wests_formula_is_predicted_by_it() -> None:
     assert found.overall[names.index("West")].skill == pytest.approx(1.0)
     assert found.interval[names.index("West")] == pytest.approx((1.0, 1.0))
     assert all(one.skill < 1 for one in found.overall[1:])
-    assert found.falls[0.6, 0.1] == pytest.approx(falls[:, 0].mean())
+    assert found.falls[0.6, 0.1] == pytest.approx(np.mean(pga >= 0.1 * STANDARD_GRAVITY))
     assert len(found.blocks) == 8

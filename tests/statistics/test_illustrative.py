@@ -1,43 +1,39 @@
 """The first film shows two blocks that both move."""
 
+from collections.abc import Callable
+
 import numpy as np
+import pytest
 import xarray as xr
 
 from overturning.statistics.illustrative import illustrative_cases
 
-DIMS = ("record", "azimuth", "height", "b_over_h", "friction")
+
+@pytest.fixture
+def shown(make_cube) -> Callable[[list[float]], dict[str, float]]:
+    """B/H of the cases by title: both fall along the fault normal, 0°; along the fault they stand and rock so far."""
+
+    def of(rocks: list[float]) -> dict[str, float]:
+        cube = make_cube(
+            lambda azimuth, *_: np.cos(np.radians(azimuth)).round(), azimuth=[0, 90, 180, 270], height=[0.6],
+            b_over_h=[0.2, 0.4], friction=[1.0], fault_normal=0.0,
+        )  # fmt: skip
+        rotation = xr.where(cube["overturned"] == 0, xr.DataArray(rocks, dims="b_over_h"), 1.0)
+        cube["peak_rotation"] = rotation.transpose(*cube["overturned"].dims)
+        return {case.title: case.block["b_over_h"] for case in illustrative_cases(cube)}
+
+    return of
 
 
-def cube(rocks: list[float]) -> xr.Dataset:
-    """Falls along the fault normal, 0°, at both B/H; along the fault the blocks stand and rock so far."""
-    flags = np.zeros((1, 4, 1, 2, 1))
-    flags[:, 0], flags[:, 2] = 1, -1
-    rotation = np.ones_like(flags)
-    rotation[:, 1] = rotation[:, 3] = np.reshape(rocks, (1, 2, 1))
-    return xr.Dataset(
-        {"overturned": (DIMS, flags), "peak_rotation": (DIMS, rotation)},
-        coords={
-            "azimuth": [0, 90, 180, 270],
-            "height": [0.6],
-            "b_over_h": [0.2, 0.4],
-            "friction": [1.0],
-            "fault_normal": ("record", [0.0]),
-        },
-    )
+@pytest.mark.parametrize(
+    ("rocks", "broad"),
+    [([0.5, 0.0], 0.2), ([0.5, 0.5], 0.4), ([0.0, 0.0], 0.4)],
+    ids=["the one that rocks along the fault too", "of those the broadest", "where none rocks one that only stands"],
+)
+def test_falls_normal_to_the_fault(shown, rocks: list[float], broad: float) -> None:
+    assert shown(rocks)["Falls normal to the fault, stands along it"] == broad
 
 
-def test_of_two_blocks_the_one_that_rocks_along_the_fault_too() -> None:
-    assert illustrative_cases(cube([0.5, 0.0]))[0].block["b_over_h"] == 0.2
-    assert illustrative_cases(cube([0.5, 0.5]))[0].block["b_over_h"] == 0.4, "of those that rock the broadest"
-    assert illustrative_cases(cube([0.0, 0.0]))[0].block["b_over_h"] == 0.4, "where none rocks, one that only stands"
-
-
-def test_the_closest_call_is_the_largest_rotation_of_what_stands_and_none_where_nothing_moves() -> None:
-    def closest(rocks: list[float]) -> list[float]:
-        return [
-            case.block["b_over_h"] for case in illustrative_cases(cube(rocks)) if case.title == "Stands, but only just"
-        ]
-
-    assert closest([0.3, 0.7]) == [0.4]
-    assert closest([0.3, 0.0]) == [0.2]
-    assert closest([0.0, 0.0]) == []
+@pytest.mark.parametrize(("rocks", "broad"), [([0.3, 0.7], 0.4), ([0.3, 0.0], 0.2), ([0.0, 0.0], None)])
+def test_the_closest_call_is_the_largest_rotation_of_what_stands(shown, rocks: list[float], broad: float) -> None:
+    assert shown(rocks).get("Stands, but only just") == broad

@@ -12,8 +12,7 @@ from typing import Final
 import numpy as np
 import platformdirs
 from numpy.typing import NDArray
-from scipy.special import i0e
-from scipy.stats import qmc
+from scipy.stats import qmc, vonmises
 
 from overturning.arrays import FloatArray
 from overturning.dem.body.cases import SpaceCases
@@ -231,10 +230,8 @@ def _shares(ways: dict[str, NDArray[np.int8]], weight: FloatArray) -> NDArray[np
     _, frictions, levels, orientations = outcome.shape
     place = np.arange(levels * orientations).reshape(levels, orientations) * (UNKNOWN + 1) + outcome
     mass = np.broadcast_to(weight[weight > 0][:, None, None, None] / frictions, outcome.shape)
-    counts = np.bincount(place.ravel(), mass.ravel(), levels * orientations * (UNKNOWN + 1))
-    counts = counts.reshape(levels, -1)
-    apart = np.log(LEVELS[:, None] / LEVELS) / SITE
-    near = np.exp(-0.5 * apart**2)
+    counts = np.bincount(place.ravel(), mass.ravel(), levels * orientations * (UNKNOWN + 1)).reshape(levels, -1)
+    near = np.exp(-0.5 * (np.log(LEVELS[:, None] / LEVELS) / SITE) ** 2)
     shares = (near / near.sum(axis=1, keepdims=True) @ counts).reshape(levels, orientations, UNKNOWN + 1)[..., :UNKNOWN]
     # Where nothing is known a stone may do anything.
     shares += 1e-6 * blind()
@@ -252,6 +249,6 @@ def blind() -> FloatArray:
 def scatter() -> FloatArray:
     """Probability that a fall each way (rows) is found as each other one, shape (ways, ways)."""
     angle = np.radians(WAY_DEG * np.arange(WAYS))
-    density = np.exp(CONCENTRATION * (np.cos(angle) - 1)) / (WAYS * i0e(CONCENTRATION))
+    density = vonmises.pdf(angle, CONCENTRATION)
     row = (1 - ANY_WAY) * density / density.sum() + ANY_WAY / WAYS
     return np.asarray(row[(np.arange(WAYS) - np.arange(WAYS)[:, None]) % WAYS])

@@ -85,8 +85,10 @@ def test_lazy_is_the_same(make_cube, sector) -> None:
     xr.testing.assert_allclose(lazy.compute(), boundary(cube))
 
 
-def test_nothing_falls(make_cube) -> None:
+def test_nothing_falls_where_an_outcome_is_missing_too(make_cube) -> None:
     cube = make_cube(lambda azimuth, *_rest: np.zeros_like(azimuth))
+    cube["overturned"][{"b_over_h": 2}] = np.nan
+    assert boundary(cube)["stands_throughout"].all()
     easiest = easiest_azimuth(boundary(cube), cube["b_over_h"])
     assert easiest["easiest_axis"].isnull().all()
     assert easiest["ratio"].isnull().all()

@@ -158,3 +158,4 @@ def test_rates_over_amplitudes_of_a_cube() -> None:
         > found["fall_rate"].sel(amplitude=1.0).item()
     )
     assert found.attrs["outside"] == 0
+    assert found["octant"].values.tolist() == [0, 45, 90, 135, 180, 225, 270, 315]

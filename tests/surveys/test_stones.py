@@ -29,6 +29,7 @@ def test_azimuths_octants_and_counts(tmp_path: Path) -> None:
     assert (stones[1].azimuth_deg, stones[1].octant) == (315, True)
     assert math.isnan(stones[1].b_over_h)
     assert not stones[2].fell
+    assert not any(stone.round for stone in stones)
     assert math.isnan(stones[2].azimuth_deg)
 
 

@@ -56,27 +56,21 @@ def kill_all(place: Project, dice: random.Random, seconds: float) -> None:
     run.wait()
 
 
-def kill_job(place: Project, dice: random.Random, _seconds: float) -> None:
-    """SIGKILL of one job, whichever; Snakemake goes on with the others."""
-    run, chosen = place.begin(), dice.randrange(JOBS)
-    for number, job in enumerate(jobs(run)):
-        if number == chosen:
-            time.sleep(dice.uniform(0.0, 1.0))
-            with suppress(psutil.NoSuchProcess):
-                job.kill()
-    run.wait()
+def kill_one(snakemake: bool, within: float) -> Fault:
+    """SIGKILL when one of the jobs, whichever, has begun: of the job alone, while Snakemake goes on, or the reverse."""
 
+    def do(place: Project, dice: random.Random, _seconds: float) -> None:
+        run, chosen = place.begin(), dice.randrange(JOBS)
+        for number, job in enumerate(jobs(run)):
+            if number == chosen:
+                time.sleep(dice.uniform(0.0, within))
+                with suppress(psutil.NoSuchProcess):
+                    (run if snakemake else job).kill()
+                if snakemake:
+                    break
+        run.wait()
 
-def kill_snakemake(place: Project, dice: random.Random, _seconds: float) -> None:
-    """SIGKILL of Snakemake alone while its job goes on."""
-    run, chosen = place.begin(), dice.randrange(JOBS)
-    for number, _ in enumerate(jobs(run)):
-        if number == chosen:
-            time.sleep(dice.uniform(0.0, 0.7))
-            with suppress(psutil.NoSuchProcess):
-                run.kill()
-            break
-    run.wait()
+    return do
 
 
 def damage(pattern: str, how: str) -> Fault:
@@ -215,6 +209,6 @@ KINDS: Final = (
     Kind("a byte of a compiled kernel changed", damage("*.nbc", "changed"), 2, finished=True),
     Kind("the index of the kernels emptied", damage("*.nbi", "emptied"), 1, finished=True),
     Kind("process group killed", kill_all, 10),
-    Kind("one job killed", kill_job, 7),
-    Kind("Snakemake alone killed", kill_snakemake, 7),
+    Kind("one job killed", kill_one(snakemake=False, within=1.0), 7),
+    Kind("Snakemake alone killed", kill_one(snakemake=True, within=0.7), 7),
 )

@@ -25,13 +25,10 @@ def read_outcomes(path: Path = KEPT) -> Outcomes:
     if not path.is_file():
         return {}
     with path.open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
+        _, *rows = csv.reader(file)
     return {
-        Mutant(row["file"], row["text"], int(row["turn"]), int(row["column"]), row["old"], row["new"]): (
-            row["outcome"],
-            row["word"],
-        )
-        for row in rows
+        Mutant(name, text, int(turn), int(column), old, new): (outcome, word)
+        for name, text, turn, column, old, new, outcome, word in rows
     }
 
 

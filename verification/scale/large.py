@@ -6,7 +6,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from overturning.study.members import draw_members, write_members
 from verification.scale.made import made_study, write_made_cube, write_made_motions, write_made_parts, write_study
@@ -22,24 +22,25 @@ class Taken(NamedTuple):
     seconds: float
     processor_s: float
     memory_mb: float  # largest resident set
+    longest: int = 0  # bytes of the longest line that it printed of those asked for
 
 
 def taken(*command: object) -> Taken:
-    """Run a subcommand of the package to its end; a RuntimeError with its last words where it fails."""
+    """Run a subcommand of the package to its end."""
     return taken_by([sys.executable, "-m", "overturning.cli", *map(str, command)])
 
 
-def taken_by(words: list[str]) -> Taken:
-    """Run a program to its end; a RuntimeError with its last words where it fails."""
+def taken_by(args: list[str], begins: bytes = b"", **where: Any) -> Taken:
+    """Run a program to its end, and measure the lines that begin so; a RuntimeError where it fails."""
     begin = time.perf_counter()
-    process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    assert process.stderr is not None
-    said = process.stderr.read()
+    process = subprocess.Popen(args, stdout=subprocess.PIPE, **where)
+    assert process.stdout
+    longest = max((len(line) for line in process.stdout if begins and line.startswith(begins)), default=0)
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:
-        raise RuntimeError(f"{words[-1]}: {said[-1000:]}")
-    return Taken(time.perf_counter() - begin, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024)
+        raise RuntimeError(f"{args[-1]} failed")
+    return Taken(time.perf_counter() - begin, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024, longest)
 
 
 def measure_chunk(folder: Path, chunks: int = 8) -> list[Figure]:

@@ -1,16 +1,15 @@
 """What a study of ten thousand records and a million cases each would take, worked out from what was measured."""
 
 import json
-import os
 import resource
 import subprocess
 import tempfile
-import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final
 
 from verification.project import Project
+from verification.scale.large import Taken, taken_by
 from verification.tables import Figure
 
 RECORDS: Final = 10_000
@@ -29,36 +28,20 @@ NEEDED: Final = {
 """What must have been measured for it."""
 
 
-class Planned(NamedTuple):
-    """What Snakemake takes to plan a run before the first job begins, and the bytes of its longest command."""
-
-    seconds: float
-    memory_mb: float
-    longest_command: int
-
-
-def planned(records: int) -> Planned:
-    """Plan a study of so many records, each the same file under a name of its own."""
+def planned(records: int) -> Taken:
+    """Plan a study of so many records, each the same file under a name of its own, and measure its longest command."""
     with tempfile.TemporaryDirectory(prefix="scale-") as name:
         names = [f"record-{number:05d}" for number in range(records)]
         # Few cases of each, which planning does not count, so that the disk would hold them.
         study = {"name": "scale", "records": {"use": names}, "verification": "none", "b_over_h": [0.3]}
-        folder = Project(Path(name) / "project", json.dumps(study))
-        table = folder.folder / "config" / "records.tsv"
+        project = Project(Path(name) / "project", json.dumps(study), "--dry-run", "--printshellcmds")
+        table = project.folder / "config" / "records.tsv"
         head, *rows = table.read_text(encoding="utf-8").splitlines()
         one = next(row for row in rows if row.startswith("rinaldi\t"))
         made = [one.replace("rinaldi", each, 1) for each in names]
         table.write_text("\n".join([head, *made]) + "\n", encoding="utf-8")
-        how = folder.how("--dry-run", "--printshellcmds", "--set-scatter", f"sweep={CHUNKS}", file="")
-        begin = time.perf_counter()
-        process = subprocess.Popen(**how, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
-        assert process.stdout
-        longest = max((len(line) for line in process.stdout if line.startswith(b"Shell command: ")), default=0)
-        _, status, usage = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(status)
-        if process.returncode:
-            raise RuntimeError(f"snakemake --dry-run of {records} records failed")
-        return Planned(time.perf_counter() - begin, usage.ru_maxrss / 1024, longest)
+        how = project.how("--set-scatter", f"sweep={CHUNKS}", file="")
+        return taken_by(**how, begins=b"Shell command: ", stderr=subprocess.DEVNULL)
 
 
 def measure_planning(few: int = 20, many: int = 220) -> list[Figure]:
@@ -70,7 +53,7 @@ def measure_planning(few: int = 20, many: int = 220) -> list[Figure]:
     }
     each = [Figure(f"planning: {name} per record, {CHUNKS} chunks each", *value) for name, value in per_record.items()]
     said = f"planning: longest command, {many} records in {CHUNKS} chunks each"
-    return [*each, Figure(said, more.longest_command, "bytes", f"<= {LONGEST_ARGUMENT}")]
+    return [*each, Figure(said, more.longest, "bytes", f"<= {LONGEST_ARGUMENT}")]
 
 
 def on_paper(measured: Mapping[str, float]) -> list[Figure]:

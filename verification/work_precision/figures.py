@@ -91,9 +91,9 @@ def _panel(
     from matplotlib.ticker import NullFormatter
 
     for method in _LOOK:
-        _line(axis, rows[rows["method"] == method], across, measure, method)
-    if springs is not None:
-        _line(axis, springs, across, measure, "stiffness")
+        own = rows[rows["method"] == method] if method != "stiffness" else springs
+        if own is not None:
+            _line(axis, own, across, measure, method)
     axis.set_xscale("log")
     axis.set_yscale("log")
     # Whole decades, so that every axis has at least two labelled ticks.

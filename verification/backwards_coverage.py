@@ -19,7 +19,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.body.cases import SpaceCases
 from overturning.dem.body.run import run_in_space
 from overturning.model.shapes import Circle, Rectangle
-from overturning.report.sections.backwards import backwards_sentences, cautions, draw_posterior
+from overturning.report.sections.surveys import backwards_sentences, cautions, draw_posterior
 from overturning.surveys.inversion import NO_FIT, POWER, Backwards, Inversion, Posterior
 from overturning.surveys.library import Candidate, candidates
 from overturning.surveys.responses import LEVELS, Responses, StoneKind

@@ -18,7 +18,7 @@ from overturning.model.cases import Cases
 from overturning.records.store import read_motion
 from overturning.report.blocks import Paragraph, Report, Table, each_block
 from overturning.report.results import Results, open_results
-from overturning.report.sections.criteria import criteria
+from overturning.report.sections.causes import criteria
 from overturning.report.sections.population import population
 from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL, motion_of

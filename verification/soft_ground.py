@@ -10,7 +10,7 @@ import pandas as pd
 from overturning.motion.soil import Soil, fundamental_period
 from overturning.report.blocks import Answer, Paragraph, Table
 from overturning.report.results import Results, open_results
-from overturning.report.sections.ground import ground
+from overturning.report.sections.population import ground
 from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL, site_of
 from verification.tables import RESULTS, ROOT, markdown, publish, wrapped, write_csv

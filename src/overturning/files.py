@@ -51,6 +51,12 @@ def atomic_write(path: Path) -> Iterator[Path]:
             part.unlink()
 
 
+def write_text(path: Path, text: str) -> None:
+    """Write a text file (UTF-8), as of `atomic_write`."""
+    with atomic_write(path) as part:
+        part.write_text(text, encoding="utf-8")
+
+
 _MARK = b"\n# sha256 "
 _SEAL = len(_MARK) + 65  # bytes: 64 digits and the end of the line
 

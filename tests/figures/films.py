@@ -1,10 +1,18 @@
-"""A film made from closed forms: one block falls towards +s, one stands."""
+"""A film made from closed forms: one block falls towards +s, one stands; and the path of a body in space that falls."""
 
 import math
 
 import numpy as np
+import xarray as xr
 
+from overturning.dem.body.trajectory import trajectory_in_space
 from overturning.figures.film import Body, Film, Panel
+from overturning.motion.motion import Motion
+
+
+def falling_body(motion: Motion, b_over_h: float = 0.25) -> xr.Dataset:
+    """A slender body under a motion."""
+    return trajectory_in_space(motion, orientation_deg=10.0, height=0.6, b_over_h=b_over_h, friction=0.8)
 
 
 def block(rotation: np.ndarray, width: float = 0.24, height: float = 0.6) -> Body:
@@ -25,17 +33,14 @@ def two_panels(duration: float = 4.0, title: str = "Test block", forces: bool = 
     falls = np.clip((time - 1.0) / 1.5, 0, 1) ** 3 * math.pi / 2
     rocks = 0.1 * np.sin(2 * np.pi * time) * np.exp(-time)
     acceleration = 3 * np.sin(2 * np.pi * np.arange(0, duration, 0.01))
-    panels = []
-    for name, rotation, outcome, at in (
-        ("N60°E", falls, "falls towards N60°E at 2.10 s", 2.1),
-        ("N330°E", rocks, "stands", math.nan),
-    ):
-        force = np.zeros((time.size, 2, 2))
-        force[:, :, 1] = 0.5
-        point = np.zeros((time.size, 2, 2))
-        point[:, 0, 0], point[:, 1, 0] = -0.12, 0.12
-        panels.append(
-            Panel(name, outcome, at, "N240°E", name, (BASE, block(rotation)), acceleration, 0.01,
-                  point if forces else None, force if forces else None)
-        )  # fmt: skip
+    force, point = np.zeros((2, time.size, 2, 2))
+    force[:, :, 1], point[:, 0, 0], point[:, 1, 0] = 0.5, -0.12, 0.12
+    contacts = (point, force) if forces else (None, None)
+    panels = (
+        Panel(name, outcome, at, (BASE, block(rotation)), acceleration, 0.01, ("N240°E", name), *contacts)
+        for name, rotation, outcome, at in (
+            ("N60°E", falls, "falls towards N60°E at 2.10 s", 2.1),
+            ("N330°E", rocks, "stands", math.nan),
+        )
+    )
     return Film(title, 0.0, 0.02, tuple(panels), note="The frame moves with the base.")

@@ -1,4 +1,4 @@
-"""The page to look around in a cube: its data are the cube's, and it works in a real browser."""
+"""The page to look around in a cube: its data are the cube's."""
 
 import base64
 from pathlib import Path
@@ -9,8 +9,7 @@ import xarray as xr
 
 from overturning.errors import ArgumentError
 from overturning.figures import explore
-from overturning.figures.explore import explorer_data, explorer_page, write_explorer
-from tests.figures.chromium import browser
+from overturning.figures.explore import explorer_data, write_explorer
 
 DIMENSIONS = ("record", "azimuth", "height", "b_over_h", "friction")
 BAD = "</script><script>window.hurt = 1</script>"
@@ -77,53 +76,3 @@ def test_a_cube_too_large_for_a_page(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(explore, "MOST_CELLS", 10)
     with pytest.raises(ArgumentError, match="too many for a page, at most 10; choose records with --record"):
         explorer_data(cube())
-
-
-@pytest.mark.browser
-def test_in_a_browser(tmp_path: Path) -> None:
-    whole = cube()
-    (tmp_path / "explore.html").write_text(explorer_page(explorer_data(whole)), encoding="utf-8")
-    said = "document.querySelector('.said').textContent"
-
-    def expected(record: int, azimuth: int, ratio: int) -> str:
-        flag = float(whole["overturned"][record, azimuth, 0, ratio, 1])
-        return {1.0: "falls towards", -1.0: "falls towards", 0.0: "stands"}.get(flag, "no outcome was found")
-
-    with browser(tmp_path / "profile", 1200, 900) as page:
-        page.open(tmp_path / "explore.html")
-        page.wait("document.getElementById('explorer').dataset.ready === 'true'")
-        assert page.evaluate("window.hurt") is None
-        assert page.evaluate("document.title").startswith(BAD)
-        page.evaluate(
-            "(() => { const s = document.querySelector('select[data-name=record]'); s.value = 1;"
-            " s.dispatchEvent(new Event('change')); })()"
-        )
-        # Point at every ring to the east: 90° is the fourth azimuth.
-        for ratio, share in enumerate((0.1, 0.35, 0.6)):
-            page.evaluate(
-                "(() => { const m = document.querySelector('canvas'), r = m.getBoundingClientRect();"
-                f" const x = r.left + r.width / 2 + (r.width / 2 - 22) * {share} / 0.725, y = r.top + r.height / 2;"
-                " m.dispatchEvent(new PointerEvent('pointermove', { clientX: x, clientY: y })); })()"
-            )
-            text = page.evaluate(said)
-            assert text.startswith(f"Motion along E, B/H = {float(whole['b_over_h'][ratio]):g}: ")
-            assert expected(1, 3, ratio) in text
-        assert page.evaluate("document.querySelectorAll('td').length") == 6  # no ring beyond the outermost
-        # Slide, and go by the keys.
-        page.evaluate(
-            "(() => { const s = document.querySelector('input[data-name=b]'); s.value = 0;"
-            " s.dispatchEvent(new Event('input')); })()"
-        )
-        assert page.evaluate(said).startswith("Motion along E, B/H = 0.1: ")
-        page.evaluate("document.querySelector('canvas').focus()")
-        page.press("ArrowRight")
-        assert page.evaluate(said).startswith("Motion along S60°E, B/H = 0.1: ")
-        assert expected(1, 4, 0) in page.evaluate(said)
-        for colour in ("flag", "rotation", "time"):
-            page.evaluate(
-                "(() => { const s = document.querySelector('select[data-name=colour]');"
-                f" s.value = '{colour}'; s.dispatchEvent(new Event('change')); }})()"
-            )
-        assert page.complaints == []
-        page.call("Emulation.setDeviceMetricsOverride", width=390, height=800, deviceScaleFactor=1, mobile=True)
-        assert page.evaluate("document.documentElement.scrollWidth") <= 390

@@ -1,4 +1,4 @@
-"""Films of real trajectories."""
+"""Films of trajectories, of blocks in planes and of bodies in space, and the figure of a body's axis."""
 
 import re
 from pathlib import Path
@@ -10,9 +10,12 @@ import xarray as xr
 from overturning.dem.simulate import simulate_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
-from overturning.figures.film import corners
-from overturning.figures.film_of_trajectory import film_of, movement, outcome
-from overturning.figures.film_page import film_page
+from overturning.figures.film import way
+from overturning.figures.film_movie import write_film_movie
+from overturning.figures.film_of_trajectory import faces_of, film_of, movement, outcome
+from overturning.figures.page import film_page
+from overturning.figures.response import axis_figure
+from overturning.figures.style import style
 from overturning.model.scene import check_scene
 from overturning.motion.motion import Motion
 from overturning.records.catalogue import read_catalogue
@@ -20,6 +23,7 @@ from overturning.records.processing import process
 from overturning.records.read import read_record
 from overturning.records.store import rounded
 from tests.dem.paths import depths, stone
+from tests.figures.films import falling_body
 
 TABLE = Path(__file__).parents[2] / "config" / "records.tsv"
 
@@ -45,12 +49,11 @@ def test_a_fall(motion: Motion) -> None:
     assert film.start == pytest.approx(1.0, abs=0.3)  # the quiet second before is not shown
     body = film.panels[0].bodies[1]
     assert body.rotation[-1] == pytest.approx(side * np.pi / 2)
-    assert sorted(corners(body, film.frames - 1)[:, 1]) == pytest.approx([0, 0, 0.18, 0.18]), "it lies on its side"
+    assert sorted(way(body)[-1, :, 1]) == pytest.approx([0, 0, 0.18, 0.18]), "it lies on its side"
     turned = np.abs(stone(path)["rotation"].to_numpy()[-1])
     assert turned < np.pi / 2, "the path itself ends before"
     assert np.abs(np.diff(body.position[:, 0])).max() < 0.06, "and does not jump"
-    lowest = min(corners(body, frame)[:, 1].min() for frame in range(0, film.frames, 5))
-    assert lowest > -0.01  # nothing sinks into the base
+    assert way(body)[..., 1].min() > -0.01, "nothing sinks into the base"
 
 
 def test_falls_of_opposite_planes_mirror_each_other(motion: Motion) -> None:
@@ -160,3 +163,63 @@ def test_a_stone_that_begins_oblique_is_told_in_degrees() -> None:
 def test_no_trajectory() -> None:
     with pytest.raises(ArgumentError, match="at least one"):
         film_of([], Motion(np.zeros(2), np.zeros(2), sampling_interval=0.01), "none")
+
+
+@pytest.fixture(scope="module")
+def pulse() -> Motion:
+    time = np.arange(0, 2.5, 0.01)
+    samples = 7.0 * np.sin(2 * np.pi * time / 1.0) * (time < 1.0)
+    return Motion(samples * np.cos(0.5), samples * np.sin(0.5), sampling_interval=0.01)
+
+
+@pytest.fixture(scope="module")
+def bodies(pulse: Motion) -> list:
+    return [falling_body(pulse, ratio) for ratio in (0.25, 0.6)]
+
+
+def test_a_box_has_six_faces_that_look_outwards() -> None:
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-2, 2) for z in (-3, 3)], float)
+    faces = faces_of(corners)
+    assert sorted(map(len, faces)) == [4] * 6
+    for face in faces:
+        a, b, c = corners[list(face[:3])]
+        assert np.cross(b - a, c - b) @ corners[list(face)].mean(axis=0) > 0
+
+
+def test_the_corners_of_its_poses_stand_on_the_base_and_lie_where_it_fell(bodies: list, pulse: Motion) -> None:
+    film = film_of(bodies, pulse, "title")
+    panel = film.panels[0]
+    (body,) = panel.bodies
+    rest = body.vertices
+
+    def corners(frame: int) -> np.ndarray:
+        w, *u = body.rotation[frame] / np.linalg.norm(body.rotation[frame])
+        return body.position[frame] + rest + 2 * np.cross(u, np.cross(u, rest) + w * rest)
+
+    lowest = [corners(frame)[:, 2].min() for frame in range(film.frames)]
+    assert np.abs(lowest).max() < 0.02, "between samples it may hover, but does not sink"
+    moved = corners(film.frames - 1)[rest[:, 2] > 0].mean(axis=0) - body.position[0]
+    azimuth = np.degrees(np.arctan2(moved[0], moved[1])) % 360
+    assert azimuth == pytest.approx(float(bodies[0]["fall_azimuth"]), abs=15)
+    assert panel.outcome.startswith("falls towards ")
+    assert "slipped" in film.panels[1].outcome
+    assert "stands" in outcome(bodies[1])
+    assert len(film.data()["panels"][0]["motions"]) == 2
+
+
+def test_a_film_in_space_is_a_page(bodies: list, pulse: Motion, tmp_path: Path) -> None:
+    film = film_of(bodies, pulse, "title")
+    with pytest.raises(ArgumentError, match=r"end it in \.html"):
+        write_film_movie(film, tmp_path / "film.gif")
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_figure_of_the_axis(bodies: list, pulse: Motion) -> None:
+    with style():
+        figure = axis_figure(bodies[0], pulse, "title")
+        titles = [axes.get_title() for axes in figure.axes]
+        line = next(line for line in figure.axes[0].lines if line.get_label() == "axis of the body")
+    assert "falls towards" in titles[0]
+    end = np.array([line.get_xdata()[-1], line.get_ydata()[-1]])
+    assert np.degrees(np.arctan2(*end)) % 360 == pytest.approx(float(bodies[0]["fall_azimuth"]), abs=3)
+    assert np.hypot(*end) > 80, "nearly lying"

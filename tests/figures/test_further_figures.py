@@ -13,15 +13,13 @@ from matplotlib.text import Text
 
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
-from overturning.figures.axes_by_earthquake import axes_figure
+from overturning.figures.alignment import axes_figure
 from overturning.figures.boundary import boundary_figure
-from overturning.figures.hodograph import hodograph_figure
-from overturning.figures.illustrative import spectra
+from overturning.figures.ground import hodograph_figure, spectra_figure
 from overturning.figures.intensity_plane import intensity_plane_figure, plane_points
-from overturning.figures.probability import probability_map_figure
+from overturning.figures.maps import plane_map_figure
 from overturning.figures.response import response_figure
 from overturning.figures.site_map import local_km, site_map_figure
-from overturning.figures.spectra import spectra_figure
 from overturning.figures.style import PAGE_WIDTH, save, style
 from overturning.model.scene import load_scene
 from overturning.motion.motion import Motion
@@ -81,10 +79,7 @@ def intensity() -> xr.Dataset:
 
 
 def hodograph() -> Figure:
-    time = np.linspace(0, 6, 400)
-    names = [f"{what}_{way}" for what in ("acceleration", "velocity", "displacement") for way in ("north", "east")]
-    data = {name: ("time", np.sin((i + 2) * time) * np.exp(-0.3 * time)) for i, name in enumerate(names)}
-    return hodograph_figure(xr.Dataset(data), 60.0, "A long station name with $ and _, an earthquake")
+    return hodograph_figure(motion(), 60.0, "A long station name with $ and _, an earthquake")
 
 
 def axes() -> Figure:
@@ -116,11 +111,6 @@ def paths() -> list[xr.Dataset]:
     return [trajectory(motion(), azimuth_deg=a, **block) for a in (0, 120)]
 
 
-@cache
-def spectra_of_motion() -> tuple[xr.DataArray, xr.DataArray]:
-    return spectra(motion(), [0.0, 60.0])
-
-
 def survey() -> Figure:
     stones = [Stone(True, float(a), False) for a in (20, 40, 41, 60, 200)]
     return survey_figure(compare_survey(stones, cube().isel(record=[0])), "survey.csv, E 0")
@@ -132,14 +122,14 @@ def fit():  # type: ignore[no-untyped-def]
 
 
 FIGURES: dict[str, Callable[[], Figure]] = {
-    "probability": lambda: probability_map_figure(cube().isel(record=0), "Station, earthquake"),
+    "probability": lambda: plane_map_figure(cube().isel(record=0), "Station, earthquake"),
     "boundary": lambda: boundary_figure(boundary(cube().isel(record=0)), 0.4, 30.0, "Station, earthquake"),
     "plane": lambda: intensity_plane_figure(cube(), intensity(), fit(), 1.0),
     "hodograph": hodograph,
     "axes": axes,
     "map": site,
     "response": responses,
-    "spectra": lambda: spectra_figure(*spectra_of_motion(), "Station"),
+    "spectra": lambda: spectra_figure(motion(), [0.0, 60.0], "Station"),
     "survey": survey,
 }
 
@@ -186,7 +176,7 @@ def test_boundary_curves_close() -> None:
 
 def test_the_probability_stands_at_the_azimuth_of_the_fall() -> None:
     with style():
-        figure = probability_map_figure(cube().isel(record=0), "A")
+        figure = plane_map_figure(cube().isel(record=0), "A")
         mesh = figure.axes[0].collections[0]
         values = mesh.get_array().reshape(3, AZIMUTH.size, -1)[..., 0]
         assert int(AZIMUTH[np.argmax(values[2])]) in range(91)  # 0.9 towards the north-east, 0.05 elsewhere

@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.figures.intensity import intensity_figure
-from overturning.figures.polar import fall_map_figure
-from overturning.figures.polar_panels import azimuth_edges, cell_edges, rows_and_columns
-from overturning.figures.probability import probability_map_figure
+from overturning.figures.ground import intensity_figure
+from overturning.figures.maps import azimuth_edges, cell_edges, plane_map_figure, rows_and_columns
 from overturning.figures.rose import rose_figure
 from overturning.figures.style import PAGE_WIDTH, compass_name, save, style
 from overturning.model.planes import azimuth_weight
@@ -66,7 +64,7 @@ def test_figures_are_the_same_bytes_each_time(cube: xr.Dataset, tmp_path: Path, 
     )
     for folder in ("one", "two"):
         with style():
-            save(fall_map_figure(cube.isel(record=0), "A <script>"), tmp_path / folder / f"map.{kind}")
+            save(plane_map_figure(cube.isel(record=0), "A <script>"), tmp_path / folder / f"map.{kind}")
             save(rose_figure(cube), tmp_path / folder / f"rose.{kind}")
             save(intensity_figure(intensity, 30.0, "A"), tmp_path / folder / f"intensity.{kind}")
     for path in (tmp_path / "one").iterdir():
@@ -78,7 +76,7 @@ def test_the_map_shows_the_fall_at_the_azimuth_it_goes_to(cube: xr.Dataset) -> N
     import matplotlib.pyplot as plt
 
     with style():
-        figure = fall_map_figure(cube.isel(record=0), "A")
+        figure = plane_map_figure(cube.isel(record=0), "A")
         axes = figure.axes[0]
         parts = axes.collections[0].get_array().reshape(2, 12, -1)
         kinds = parts[..., 0]
@@ -99,7 +97,7 @@ def test_studies_without_falls_without_faults_and_with_one_azimuth_are_drawn(cub
             "unknown": cube.assign(overturned=cube["overturned"] * np.nan),
             "single": cube.isel(azimuth=[1], b_over_h=[0]),
         }.items():
-            save(fall_map_figure(odd.isel(record=1), name), tmp_path / f"{name}.png")
+            save(plane_map_figure(odd.isel(record=1), name), tmp_path / f"{name}.png")
             save(rose_figure(odd), tmp_path / f"rose-{name}.png")
     assert len(list(tmp_path.iterdir())) == 6
 
@@ -121,7 +119,7 @@ def test_the_other_side_standing_and_no_outcome_look_different(cube: xr.Dataset)
     import matplotlib.pyplot as plt
 
     with style():
-        figure = probability_map_figure(probability_cube(cube).isel(record=0), "A")
+        figure = plane_map_figure(probability_cube(cube).isel(record=0), "A")
         figure.canvas.draw()
         chance, kinds = (mesh.to_rgba(mesh.get_array()).reshape(-1, 4) for mesh in figure.axes[1].collections[:2])
         seen = {tuple(np.round(row, 2)) for row in np.where(kinds[:, 3:] > 0, kinds, chance)}
@@ -135,9 +133,9 @@ def test_the_other_side_standing_and_no_outcome_look_different(cube: xr.Dataset)
 def test_cells_are_arcs_and_fill_the_page(cube: xr.Dataset, step: int) -> None:
     import matplotlib.pyplot as plt
 
-    one = cube.isel(record=0, friction=[0], azimuth=slice(None, None, step // 30))
+    one = probability_cube(cube).isel(record=0, friction=[0], azimuth=slice(None, None, step // 30))
     with style():
-        figure = probability_map_figure(one, "A")
+        figure = plane_map_figure(one, "A")
         figure.canvas.draw()
         axes = figure.axes[0]
         corners = axes.collections[0].get_coordinates()[0, :, 0]

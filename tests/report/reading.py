@@ -11,6 +11,8 @@ from overturning.report.write import write_report
 
 NO_TEXT = {"kinds", "anchor", "medium", "file"}
 
+NUMBER = re.compile(r"[−-]?\d+(?:[.,]\d+)*")
+
 BAD = "<script>window.hurt = 1</script>"
 """A name from a stranger's file."""
 
@@ -31,6 +33,11 @@ def texts(part: Any) -> list[str]:
 def text_of(part: Any) -> str:
     """All texts as one."""
     return "\n".join(texts(part))
+
+
+def numbers(text: str) -> list[str]:
+    """Every number of a text, in its order."""
+    return NUMBER.findall(text)
 
 
 def tables(section: Report | Section) -> list[Table]:

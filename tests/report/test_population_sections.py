@@ -12,8 +12,7 @@ import xarray as xr
 from overturning.motion.jma_intensity import SURVEY_RULE
 from overturning.records.steps import Layer, Rock, Site
 from overturning.report.results import Results
-from overturning.report.sections.ground import ground
-from overturning.report.sections.population import population
+from overturning.report.sections.population import ground, population
 from overturning.study.sections import Population, Variant
 from overturning.surveys.population import jma_intensities, population_rates
 from tests.report.reading import tables, text_of

@@ -29,6 +29,7 @@ from overturning.report.blocks import (
     Section,
     Table,
     each_block,
+    table,
 )
 from overturning.report.html import render_html
 from overturning.report.pdf import paper_data, render_pdf
@@ -72,11 +73,12 @@ def everything(tmp_path: Path) -> Report:
     """Every kind of block, each of its texts harmful."""
     figure = Figure(tmp_path / "figure.svg", HARM, HARM, width=0.5)
     figure.path.write_text(SQUARE, encoding="utf-8")
-    table = Table((HARM, HARM, HARM, HARM), ((HARM, HARM, HARM, HARM), ("b", "–", "one", "f" * 64)), "tnlc", HARM, True)
+    rows = ((HARM, HARM, HARM, HARM), ("b", "–", "one", "f" * 64))
+    four = table((HARM, HARM, HARM, HARM), rows, "tnlc", anchor=HARM, sortable=True)
     blocks: tuple[Block, ...] = (
         Answer((HARM, HARM)), Link(HARM, "beside.html"), Paragraph(HARM), Note(HARM), Caution(HARM),
-        Bullets((HARM, HARM)), Code(HARM), figure, table,
-        Table(("", ""), ((HARM, HARM),)), Film({"title": HARM}, HARM), Row((figure, table), (1.0, 2.0)),
+        Bullets((HARM, HARM)), Code(HARM), figure, four,
+        table(("", ""), ((HARM, HARM),)), Film({"title": HARM}, HARM), Row((figure, four), (1.0, 2.0)),
         Disclosure(HARM, (Row((figure,)),)), Section(HARM, (Section(HARM, (Paragraph(HARM),)),), HARM, together=True),
     )  # fmt: skip
     return Report(HARM, HARM, (Section(HARM, blocks, HARM),))
@@ -168,6 +170,6 @@ def test_a_missing_or_torn_figure_is_named(hostile: Path, tmp_path: Path, everyt
 
 
 def test_a_section_on_a_terminal() -> None:
-    table = Table(("what", "number"), (("apples", "7"), ("a", "123456789")))
-    lines = list(plain_lines(Section("", (Answer(("Yes.",)), table, Note("small"), Paragraph("So.")))))
+    fruit = table(("what", "number"), (("apples", 7), ("a", "123456789")), "t")
+    lines = list(plain_lines(Section("", (Answer(("Yes.",)), fruit, Note("small"), Paragraph("So.")))))
     assert lines == ["Yes.", "", "  what       number", "  apples          7", "  a       123456789", "\nSo."]

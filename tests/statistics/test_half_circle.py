@@ -9,9 +9,9 @@ import pytest
 import xarray as xr
 
 from overturning.figures.explore import explorer_data
-from overturning.figures.polar_panels import closed
+from overturning.figures.maps import closed
 from overturning.figures.rose import rose_figure
-from overturning.report.sections.ensemble import ensemble
+from overturning.report.sections.exactness import ensemble
 from overturning.statistics.earthquakes import axes_by_earthquake
 from overturning.statistics.falls import fall_means, fall_shares, falls_towards, near_boundary
 from overturning.study.sections import Population

@@ -24,7 +24,7 @@ from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import rounded
 from overturning.report.blocks import Paragraph, Table
-from overturning.report.sections.convergence import convergence
+from overturning.report.sections.exactness import convergence
 from overturning.study.convergence import (
     Convergence,
     Counts,

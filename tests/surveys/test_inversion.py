@@ -11,7 +11,7 @@ from overturning.dem.body.run import run_in_space
 from overturning.errors import ArgumentError, ResultError
 from overturning.model.shapes import Circle
 from overturning.motion.motion import Motion
-from overturning.report.sections.backwards import backwards_sentences, cautions, draw_posterior
+from overturning.report.sections.surveys import backwards_sentences, cautions, draw_posterior
 from overturning.surveys import responses as computed
 from overturning.surveys.inversion import TURNS, Backwards, Inversion, found, read_backwards, write_backwards
 from overturning.surveys.library import Candidate, candidates, shipped_records

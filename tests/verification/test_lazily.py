@@ -11,7 +11,7 @@ from overturning.figures.rose import rose_figure
 from overturning.figures.scene import element_roses_figure
 from overturning.figures.style import style
 from overturning.report.results import Results, open_results
-from overturning.report.sections import cause, criteria, ensemble, space
+from overturning.report.sections import causes, exactness, space
 from overturning.report.sections.scene import spread_sentence
 from overturning.statistics.elements import compare_stones, falls_by_element
 from overturning.statistics.illustrative import illustrative_cases
@@ -54,15 +54,15 @@ STATISTICS: dict[str, dict[str, Statistic]] = {
         "share that falls": lambda results: results.fallen,
         "statuses": lambda results: results.statuses,
         "rose": lambda results: rose_figure(results.cube),
-        "logistic fit": cause.cause,
-        "criteria": criteria.criteria,
+        "logistic fit": causes.cause,
+        "criteria": causes.criteria,
     },
     "space": {
         "roses": lambda results: rose_figure(results.cube),
         "what falls follow": space.follows,
         "planes beside space": space.plane_beside,
         "twist": space.twists,
-        "ensemble": ensemble.ensemble,
+        "ensemble": exactness.ensemble,
         "population": lambda results: population_rates(results.cube, Population()),
         "illustrative cases": lambda results: illustrative_cases(results.cube),
     },

@@ -32,7 +32,7 @@ def backwards(
     from overturning.errors import ArgumentError
     from overturning.records.store import read_motion
     from overturning.report.plain import plain_lines
-    from overturning.report.sections.backwards import backwards_section, draw_posterior
+    from overturning.report.sections.surveys import backwards_section, draw_posterior
     from overturning.surveys.inversion import Backwards, Inversion, write_backwards
     from overturning.surveys.library import candidates
     from overturning.surveys.responses import Responses, StoneKind

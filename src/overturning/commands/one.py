@@ -20,7 +20,7 @@ def one(shaking: Shaking, space: InSpace, plane: InPlane, stone: Stone, outputs:
     from overturning.errors import ArgumentError
     from overturning.figures.film_movie import write_film_movie
     from overturning.figures.film_of_trajectory import film_of
-    from overturning.figures.film_page import write_film_page
+    from overturning.figures.page import write_film_page
     from overturning.figures.style import save, style
     from overturning.motion.motion import Motion
 
@@ -48,8 +48,7 @@ def one(shaking: Shaking, space: InSpace, plane: InPlane, stone: Stone, outputs:
         write(film, outputs.animate)
         print(f"film: {outputs.animate}")
     if outputs.response is not None:
-        from overturning.figures.axis import axis_figure
-        from overturning.figures.response import response_figure
+        from overturning.figures.response import axis_figure, response_figure
 
         with style():
             figure = axis_figure(found.paths[0], motion, title) if space.solid else response_figure(found.paths, title)

@@ -19,7 +19,7 @@ def survey(
     """Compare the directions in which stones fell with those that the cube predicts."""
     from overturning.errors import ArgumentError
     from overturning.report.plain import plain_lines
-    from overturning.report.sections.survey import survey_section
+    from overturning.report.sections.surveys import survey_section
     from overturning.study.cube import open_cube
     from overturning.surveys.comparison import compare_survey, survey_result, write_survey
     from overturning.surveys.stones import read_survey

@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from overturning.figures.polar_panels import PANEL, closed, rows_and_columns
+from overturning.figures.maps import PANEL, closed, rows_and_columns
 from overturning.figures.style import DASHES, SERIES, caption, compass, grid, mark_fault_normal, slenderness_ticks
 
 
@@ -61,9 +61,7 @@ def boundary_figure(bounds: xr.Dataset, top: float, fault_normal_deg: float, tit
     heights = loaded["height"].to_numpy()
     rows, columns = rows_and_columns(heights.size, 1)
     side = min(PANEL[columns], 3.6)
-    figure, panels = grid(rows, columns, max(side * columns, 4.0), (side + 0.3) * rows + 1.0, polar=True)
-    for axes in panels.flat[heights.size :]:
-        axes.set_visible(False)
+    figure, panels = grid(rows, columns, max(side * columns, 4.0), (side + 0.3) * rows + 1.0, heights.size, polar=True)
     for axes, height in zip(panels.flat, heights, strict=False):
         _draw_boundary(axes, loaded.sel(height=height), top)
         mark_fault_normal(axes, fault_normal_deg)

@@ -1,7 +1,6 @@
 """A cube as one self-contained page: a polar map of each block, and what is known of the cell pointed at."""
 
 import base64
-from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,10 +9,10 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.figures.film_page import embedded_json
-from overturning.figures.polar_panels import azimuth_edges, cell_edges, closed
+from overturning.figures.maps import azimuth_edges, cell_edges, closed
+from overturning.figures.page import page, template
 from overturning.figures.style import DARKEST, FALLS, FAULT, MISSING, OTHER_SIDE, STANDS
-from overturning.files import atomic_write
+from overturning.files import write_text
 from overturning.model.planes import fall_probability
 from overturning.study.preflight import MOST_CELLS
 
@@ -102,20 +101,9 @@ def _packed(values: FloatArray, step: float, kind: str) -> str:
 
 def explorer_page(data: dict[str, Any]) -> str:
     """The page (HTML) from `explorer_data`, which needs nothing from outside; the same each time."""
-    import jinja2
-    from markupsafe import Markup
-
-    folder = resources.files("overturning").joinpath("figures/templates")
-    text = {name: folder.joinpath(f"explore.{name}").read_text(encoding="utf-8") for name in ("html.j2", "css", "js")}
-    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, keep_trailing_newline=True)
-    # The style and the script are the package's own; the data are escaped as JSON.
-    return environment.from_string(text["html.j2"]).render(
-        title=data["title"], css=Markup(text["css"]), js=Markup(text["js"]), data=Markup(embedded_json(data))
-    )
+    return page("explore.html.j2", template("explore.css"), template("explore.js"), data, title=data["title"])
 
 
 def write_explorer(cube: "xr.Dataset", path: Path) -> None:
     """Write the page of a cube to a .html file."""
-    page = explorer_page(explorer_data(cube))
-    with atomic_write(path) as part:
-        part.write_text(page, encoding="utf-8")
+    write_text(path, explorer_page(explorer_data(cube)))

@@ -45,9 +45,7 @@ def fall_rate_figure(
     count = several + len(shown) + with_jma
     columns = min(count, 2)
     rows = math.ceil(count / columns)
-    figure, panels = grid(rows, columns, 3.5 * columns, 2.9 * rows)
-    for spare in panels.ravel()[count:]:
-        spare.set_axis_off()
+    figure, panels = grid(rows, columns, 3.5 * columns, 2.9 * rows, count)
     places = iter(panels.ravel())
     first = None
     if several:

@@ -7,8 +7,7 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.figures.film import FRAME_INTERVAL, Body, Film, Panel, SpacePanel, about_the_peak, frame_times
-from overturning.figures.film_in_space import space_movement, space_outcome, space_panel
+from overturning.figures.film import FRAME_INTERVAL, Body, Film, Panel, frame_times
 from overturning.figures.style import compass_name
 from overturning.model.status import Status
 from overturning.model.variables import INT8_MISSING
@@ -17,12 +16,11 @@ from overturning.motion.motion import Motion
 if TYPE_CHECKING:
     import xarray as xr
 
-
 GROUND_SHOWN = 3.0
 """Half of the width to which a ground far wider than the picture is cut, as a multiple of the scene's height."""
 
 MOVED = 1e-3
-"""An element moves where it is so far from where it began and from where it ends, m and rad."""
+"""What moves is so far from where it began and from where it ends: m, rad, and parts of a direction or quaternion."""
 
 LAST_TURN = 0.5
 """A path that ends with a stone about to lie down goes on while the rest of the turn takes no longer than this, s."""
@@ -45,7 +43,54 @@ def outcome(path: "xr.Dataset") -> str:
     return kind_of(path).outcome(path)
 
 
-def _outcome(path: "xr.Dataset") -> str:
+def movement(path: "xr.Dataset") -> tuple[float, float] | None:
+    """First and last time, s, at which anything free is away from where it began and where it ends; None if never."""
+    poses, time = kind_of(path).poses(path), path["time"].to_numpy()
+    away = np.minimum(np.abs(poses - poses[:1]), np.abs(poses - poses[-1:])).max(axis=1) > MOVED
+    moving = np.flatnonzero(away)
+    return (float(time[moving[0]]), float(time[moving[-1]])) if moving.size else None
+
+
+def window(paths: Sequence["xr.Dataset"]) -> tuple[float, float]:
+    """Time worth showing, s: from the first movement of any trajectory to the last, or 3 s about the motion's peak."""
+    spans = [span for path in paths if (span := movement(path)) is not None]
+    if spans:
+        return min(first for first, _ in spans), max(last for _, last in spans)
+    ground, time = paths[0]["ground_acceleration"].to_numpy(), paths[0]["time"].to_numpy()
+    size = np.hypot(*ground[:, :2].T) if ground.ndim > 1 else np.abs(ground)
+    peak = float(time[int(size.argmax())])
+    return max(0.0, peak - 3.0), min(float(time[-1]), peak + 3.0)
+
+
+def film_of(
+    paths: Sequence["xr.Dataset"],
+    motion: Motion,
+    title: str,
+    *,
+    headings: Sequence[str] | None = None,
+    note: str = "",
+) -> Film:
+    """A film of trajectories in step, from shortly before the first movement to shortly after the last.
+
+    All are under the motion, times the amplitude of each; a heading is by default as of `heading_of`. What can be done
+    with the film is added to the `note`, the line below it. An ArgumentError where there is no trajectory.
+    """
+    if not paths:
+        raise ArgumentError("paths: none; a film needs at least one trajectory")
+    time = frame_times(*window(paths))
+    names = headings or [heading_of(path) for path in paths]
+    panels = tuple(
+        kind_of(path).panel(path, motion, time, (name, outcome(path))) for path, name in zip(paths, names, strict=True)
+    )
+    return Film(title, float(time[0]), FRAME_INTERVAL, panels, note=f"{note} {kind_of(paths[0]).note}".strip())
+
+
+def _frames(time: FloatArray, clock: FloatArray, values: FloatArray) -> FloatArray:
+    """Columns over a clock at the times of a film's frames."""
+    return np.stack([np.interp(time, clock, column) for column in values.T], axis=1)
+
+
+def _plane_outcome(path: "xr.Dataset") -> str:
     """How many elements fall and which, in the order in which they do; a single one goes without its name."""
     free, azimuth = free_elements(path), path.attrs["azimuth_deg"]
     several = free.sizes["element"] > 1
@@ -70,25 +115,15 @@ def _largest_rotation(free: "xr.Dataset") -> str:
     return ", ".join(texts)
 
 
-def movement(path: "xr.Dataset") -> tuple[float, float] | None:
-    """First and last time, s, at which a free element is away from where it began and where it ends; None if never."""
+def _plane_poses(path: "xr.Dataset") -> FloatArray:
+    """Places and rotations of the free elements, shape (time, 3 elements)."""
     free = free_elements(path)
-    poses = np.stack([free[name].to_numpy() for name in ("x", "z", "rotation")])
-    away = np.minimum(np.abs(poses - poses[:, :1]), np.abs(poses - poses[:, -1:])).max(axis=(0, 2)) > MOVED
-    moving, time = np.flatnonzero(away), path["time"].to_numpy()
-    return (float(time[moving[0]]), float(time[moving[-1]])) if moving.size else None
+    return np.concatenate(
+        [free[name].transpose("time", "element").to_numpy() for name in ("x", "z", "rotation")], axis=1
+    )
 
 
-def window(paths: Sequence["xr.Dataset"]) -> tuple[float, float]:
-    """Time worth showing, s: from the first movement of any trajectory to the last, or about the peak of the motion."""
-    spans = [span for path in paths if (span := kind_of(path).movement(path)) is not None]
-    if spans:
-        return min(first for first, _ in spans), max(last for _, last in spans)
-    ground = paths[0]["ground_acceleration"].to_numpy()
-    return about_the_peak(paths[0]["time"].to_numpy(), np.hypot(*ground[:, :2].T) if ground.ndim > 1 else ground)
-
-
-def _poses(path: "xr.Dataset", index: int) -> tuple[FloatArray, FloatArray]:
+def _until_it_lies(path: "xr.Dataset", index: int) -> tuple[FloatArray, FloatArray]:
     """Times, and x, z and rotation of an element then.
 
     The path of a single block ends with the last sample before it has fallen, which for a coarse record is some degrees
@@ -121,9 +156,9 @@ def _bodies(path: "xr.Dataset", time: FloatArray) -> tuple[Body, ...]:
     for index, name in enumerate(path["element"].to_numpy()):
         shape = vertices[index][np.isfinite(vertices[index, :, 0])]
         if index in free:
-            clock, poses = _poses(path, index)
-            pose = [np.interp(time, clock, column) for column in poses.T]
-            bodies.append(Body(str(name), shape, np.stack(pose[:2], axis=1), pose[2]))
+            clock, poses = _until_it_lies(path, index)
+            frames = _frames(time, clock, poses)
+            bodies.append(Body(str(name), shape, frames[:, :2], frames[:, 2]))
         else:
             place = np.array([[x[0, index], float(path["z"][0, index])]])
             if np.ptp(shape[:, 0]) > 2 * reach:  # the ground, cut to the picture
@@ -156,19 +191,50 @@ def _filled(values: FloatArray) -> FloatArray:
 
 def _plane_panel(path: "xr.Dataset", motion: Motion, time: FloatArray, texts: tuple[str, str]) -> Panel:
     azimuth, times = float(path.attrs["azimuth_deg"]), path["overturning_time"].to_numpy()
-    point, force = _forces(path, time)
-    return Panel(
-        title=texts[0],
-        outcome=texts[1],
-        outcome_time=float(min(times[np.isfinite(times)], default=np.nan)),
-        left=compass_name(azimuth + 180.0),
-        right=compass_name(azimuth),
-        bodies=_bodies(path, time),
-        acceleration=float(path.attrs["amplitude"]) * motion.along(azimuth),
-        sampling_interval=motion.sampling_interval,
-        force_point=point,
-        force=force,
-    )
+    first = float(min(times[np.isfinite(times)], default=np.nan))
+    moved = float(path.attrs["amplitude"]) * motion.along(azimuth)
+    sides = (compass_name(azimuth + 180.0), compass_name(azimuth))
+    return Panel(*texts, first, _bodies(path, time), moved, motion.sampling_interval, sides, *_forces(path, time))
+
+
+def _space_outcome(path: "xr.Dataset") -> str:
+    """What a body in space does."""
+    if int(path["overturned"]) == 1:
+        towards = compass_name(round(float(path["fall_azimuth"])))
+        return f"falls towards {towards} at {float(path['overturning_time']):.2f} s"
+    tilt, twist = float(path["peak_tilt"]), float(path["residual_twist"])
+    slip = 100.0 * float(np.hypot(path["residual_slip_north"], path["residual_slip_east"]))
+    side = "clockwise" if twist >= 0 else "anticlockwise"
+    return f"stands (largest tilt {tilt:.1f}°); turned {abs(twist):.1f}° {side}, slipped {slip:.1f} cm by the end"
+
+
+def _space_poses(path: "xr.Dataset") -> FloatArray:
+    """Tilt, quaternion and place, shape (time, 9)."""
+    return np.column_stack([path["tilt_north"], path["tilt_east"], path["quaternion"], path["place"]])
+
+
+def _space_panel(path: "xr.Dataset", motion: Motion, time: FloatArray, texts: tuple[str, str]) -> Panel:
+    clock, outline = path["time"].to_numpy(), path["outline"].to_numpy()
+    position, quaternion = (_frames(time, clock, path[name].to_numpy()) for name in ("place", "quaternion"))
+    body = Body("body", outline, position, quaternion, faces=faces_of(outline))
+    moved = float(path.attrs["amplitude"]) * motion.horizontal
+    return Panel(*texts, float(path["overturning_time"]), (body,), moved, motion.sampling_interval)
+
+
+def faces_of(corners: FloatArray) -> tuple[tuple[int, ...], ...]:
+    """Faces of the convex body of some corners: the positions of each one's corners, anticlockwise from outside."""
+    from scipy.spatial import ConvexHull
+
+    hull = ConvexHull(corners)
+    faces = []
+    for normal in np.unique(np.round(hull.equations, 6), axis=0):
+        on = np.flatnonzero(np.abs(corners @ normal[:3] + normal[3]) < 1e-5 * np.ptp(corners))
+        middle = corners[on].mean(axis=0)
+        first = corners[on[0]] - middle
+        second = np.cross(normal[:3], first)
+        turn = np.arctan2((corners[on] - middle) @ second, (corners[on] - middle) @ first)
+        faces.append(tuple(int(one) for one in on[np.argsort(turn)]))
+    return tuple(faces)
 
 
 class Kind(NamedTuple):
@@ -180,47 +246,23 @@ class Kind(NamedTuple):
     """of a panel, around the name of that direction;"""
     outcome: Callable[["xr.Dataset"], str]
     """what happens, of a valid simulation;"""
-    movement: Callable[["xr.Dataset"], tuple[float, float] | None]
-    """first and last time at which anything moves, s;"""
-    panel: Callable[["xr.Dataset", Motion, FloatArray, tuple[str, str]], Panel | SpacePanel]
+    poses: Callable[["xr.Dataset"], FloatArray]
+    """what tells whether it moves, shape (time, n);"""
+    panel: Callable[["xr.Dataset", Motion, FloatArray, tuple[str, str]], Panel]
     """the panel at the times of the frames, with its heading and outcome;"""
     note: str
     """what can be done with the film, or seen in it."""
 
 
 _PLANE: Final = Kind(
-    "azimuth_deg", "{}", _outcome, movement, _plane_panel,
+    "azimuth_deg", "{}", _plane_outcome, _plane_poses, _plane_panel,
     "Contact forces: means over a sampling interval, over the weight of all stones that are free.",
 )  # fmt: skip
 _SPACE: Final = Kind(
-    "orientation_deg", "facing {}", space_outcome, space_movement, space_panel,
-    "Drag to turn the view.",
-)  # fmt: skip
+    "orientation_deg", "facing {}", _space_outcome, _space_poses, _space_panel, "Drag to turn the view."
+)
 
 
 def kind_of(path: "xr.Dataset") -> Kind:
     """The kind of a trajectory."""
     return _SPACE if "quaternion" in path else _PLANE
-
-
-def film_of(
-    paths: Sequence["xr.Dataset"],
-    motion: Motion,
-    title: str,
-    *,
-    headings: Sequence[str] | None = None,
-    note: str = "",
-) -> Film:
-    """A film of trajectories in step, from shortly before the first movement to shortly after the last.
-
-    All are under the motion, times the amplitude of each; a heading is by default as of `heading_of`. What can be done
-    with the film is added to the `note`, the line below it. An ArgumentError where there is no trajectory.
-    """
-    if not paths:
-        raise ArgumentError("paths: none; a film needs at least one trajectory")
-    time = frame_times(*window(paths))
-    names = headings or [heading_of(path) for path in paths]
-    panels = tuple(
-        kind_of(path).panel(path, motion, time, (name, outcome(path))) for path, name in zip(paths, names, strict=True)
-    )
-    return Film(title, float(time[0]), FRAME_INTERVAL, panels, note=f"{note} {kind_of(paths[0]).note}".strip())

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import DASHED, FALLS, INK, MISSING, SERIES, labels, short
+from overturning.figures.style import DASHED, FALLS, INK, MISSING, SERIES, extremes, labels, short
 from overturning.motion.fourier import band_amplitude
 from overturning.motion.integration import integrate
 from overturning.motion.noise import NoiseRatio, noise_ratio
@@ -88,11 +88,8 @@ def envelope(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArr
     width = -(-time.size // BINS)
     if width <= 2:
         return time, values
-    starts = np.arange(0, time.size, width)
-    padded = np.pad(values, (0, starts.size * width - time.size), mode="edge").reshape(-1, width)
-    chosen = np.sort(np.stack([padded.argmin(axis=1), padded.argmax(axis=1)], axis=1), axis=1) + starts[:, None]
-    index = np.minimum(chosen.ravel(), time.size - 1)
-    return time[index], values[index]
+    places, drawn = extremes(values, width)
+    return time[np.minimum(places, time.size - 1)], drawn
 
 
 def shift_of(record: Record) -> float:

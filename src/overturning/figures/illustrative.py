@@ -4,23 +4,15 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from overturning.dem.trajectory import trajectory
-from overturning.figures.axis import axis_figure
 from overturning.figures.boundary import boundary_figure
-from overturning.figures.film import film_data
 from overturning.figures.film_of_trajectory import film_of, heading_of, outcome
-from overturning.figures.hodograph import hodograph_figure
-from overturning.figures.response import response_figure
-from overturning.figures.spectra import spectra_figure
+from overturning.figures.ground import hodograph_figure, spectra_figure
+from overturning.figures.response import axis_figure, response_figure
 from overturning.figures.style import save
-from overturning.files import atomic_write
+from overturning.files import write_text
 from overturning.model.falls import model_of
-from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi
-from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
-from overturning.motion.spectra import spectra_by_azimuth
 from overturning.records.store import read_motion
 from overturning.statistics.boundary import boundary
 from overturning.statistics.illustrative import IllustrativeCase, illustrative_cases
@@ -41,8 +33,7 @@ def draw_illustrative_cases(cube: "xr.Dataset", motions: Path, folder: Path) -> 
     body in space ``K-axis.svg``.
     """
     rows = [_draw(cube, case, motions, folder, number) for number, case in enumerate(illustrative_cases(cube), 1)]
-    with atomic_write(folder / "cases.json") as part:
-        part.write_text(json.dumps(rows, ensure_ascii=False, separators=(",", ":")), encoding="utf-8")
+    write_text(folder / "cases.json", json.dumps(rows, ensure_ascii=False, separators=(",", ":")))
 
 
 Drawn = tuple[str, "Figure", str, dict[str, float]]
@@ -61,8 +52,11 @@ def _draw(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder: Pat
         for path, factor in zip(paths, case.amplitude, strict=True)
     ]
     film = film_of(paths, motion, title, headings=headings, note="The frame moves with the base.")
-    behind = _in_planes if model_of(one).one_component else _in_space
-    drawn = behind(one, paths, motion, (title, place), headings)
+    if model_of(one).one_component:
+        drawn = _in_planes(one, paths, motion, (title, place), headings)
+    else:
+        about = "tilt of the axis towards north and east, and hodographs of the ground"
+        drawn = [("axis", axis_figure(paths[0], motion, title), about, {})]
     figures = {}
     for name, figure, alt, options in drawn:
         save(figure, folder / f"{number}-{name}.svg")
@@ -73,7 +67,7 @@ def _draw(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder: Pat
         "block": title,
         "record": record,
         "outcomes": [f"{heading}: {outcome(path)}" for heading, path in zip(headings, paths, strict=True)],
-        "film": film_data(film),
+        "film": film.data(),
         "keys": film.panels[0].keys,
         "figures": figures,
     }
@@ -93,27 +87,19 @@ def _in_planes(
     azimuths = list(dict.fromkeys(float(path.attrs["azimuth_deg"]) for path in paths))
     if len(azimuths) == 1:
         azimuths.append((azimuths[0] + 90.0) % 360.0)
-    response, largest = response_figure(paths, title, headings), float(one["b_over_h"].max())
-    edge = boundary_figure(boundary(one), largest, normal, place)
+    edge = boundary_figure(boundary(one), float(one["b_over_h"].max()), normal, place)
     seen = "acceleration, velocity and displacement seen from above"
     return [
-        ("response", response, "rotation, slip and uplift against time", {"most_height": 14}),
+        (
+            "response",
+            response_figure(paths, title, headings),
+            "rotation, slip and uplift against time",
+            {"most_height": 14},
+        ),
         ("boundary", edge, "largest B/H that falls, by azimuth", {"most_height": 11}),
-        ("spectra", spectra_figure(*spectra(motion, azimuths), place), "Fourier and response spectra", {}),
-        ("hodograph", hodograph_figure(_hodograph(motion), normal, place), seen, {}),
+        ("spectra", spectra_figure(motion, azimuths, place), "Fourier and response spectra", {}),
+        ("hodograph", hodograph_figure(motion, normal, place), seen, {}),
     ]
-
-
-def _in_space(
-    one: "xr.Dataset",  # noqa: ARG001, no boundary
-    paths: list["xr.Dataset"],
-    motion: Motion,
-    texts: tuple[str, str],
-    headings: list[str],  # noqa: ARG001, one panel
-) -> list[Drawn]:
-    """The figure behind a film in space: of the body's axis."""
-    about = "tilt of the axis towards north and east, and hodographs of the ground"
-    return [("axis", axis_figure(paths[0], motion, texts[0]), about, {})]
 
 
 def trajectories(
@@ -132,34 +118,3 @@ def trajectories(
     options |= {"body": shape, "contact": vertex_contact(study.contact)}
     options |= vars(numerics_of(study))
     return [trajectory_in_space(motion, **options, orientation_deg=angle, amplitude=factor) for angle, factor in panels]
-
-
-def _hodograph(motion: Motion) -> "xr.Dataset":
-    import xarray as xr
-
-    acceleration = motion.horizontal
-    velocity = integrate(acceleration, motion.sampling_interval)
-    displacement = integrate(velocity, motion.sampling_interval)
-    return xr.Dataset(
-        {
-            f"{name}_{towards}": ("time", values[row])
-            for name, values in (("acceleration", acceleration), ("velocity", velocity), ("displacement", displacement))
-            for row, towards in enumerate(("north", "east"))
-        }
-    )
-
-
-def spectra(motion: Motion, azimuth_deg: list[float]) -> tuple["xr.DataArray", "xr.DataArray"]:
-    """Smoothed Fourier amplitude (azimuth, frequency; m/s) and pseudo-acceleration (azimuth, period; 5 %, m/s²)."""
-    import xarray as xr
-
-    nyquist = 0.5 / motion.sampling_interval
-    at = np.geomspace(max(0.1, 2.0 / motion.duration), min(25.0, 0.8 * nyquist), 120)
-    pairs = (amplitude_spectrum(motion.along(angle), motion.sampling_interval) for angle in azimuth_deg)
-    smooth = [konno_ohmachi(frequency, amplitude, at) for frequency, amplitude in pairs]
-    periods = np.geomspace(0.05, 10.0, 60)
-    acceleration = spectra_by_azimuth(motion, periods, azimuth_deg)["acceleration"].T
-    return (
-        xr.DataArray(np.array(smooth), dims=("azimuth", "frequency"), coords={"azimuth": azimuth_deg, "frequency": at}),
-        xr.DataArray(acceleration, dims=("azimuth", "period"), coords={"azimuth": azimuth_deg, "period": periods}),
-    )

@@ -1,19 +1,30 @@
-"""Response of a scene's elements along several azimuths: rotation, slip and uplift (the paper's figure 6)."""
+"""What a stone does under a motion: rotation, slip and uplift (the paper's figure 6); in space, its axis from above."""
 
 from collections.abc import Sequence
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
 
-from overturning.figures.film_of_trajectory import free_elements, window
-from overturning.figures.style import DASHED, DASHES, PAGE_WIDTH, SERIES, caption, compass_name, labels
+from overturning.figures.film_of_trajectory import free_elements, outcome, window
+from overturning.figures.ground import draw_hodographs
+from overturning.figures.style import (
+    DASHED,
+    DASHES,
+    FALLS,
+    INK,
+    PAGE_WIDTH,
+    SERIES,
+    caption,
+    compass_name,
+    grid,
+    labels,
+)
 from overturning.model.variables import INT8_MISSING
+from overturning.motion.motion import Motion
 from overturning.units import CM, GAL
-
-if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.figure import Figure
 
 ROWS = ("base acceleration, Gal", "rotation, °", "slip of the base, cm", "uplift, cm")
 
@@ -21,7 +32,7 @@ LIMIT_SHOWN = 3.0
 """The angle of no return is drawn within so many times the largest rotation of all: a wider one hides them."""
 
 
-def response_series(one: "xr.Dataset") -> list[Any]:
+def response_series(one: xr.Dataset) -> list[Any]:
     """Rotation, slip and uplift of one element in the units of `ROWS`; uplift is of its base's highest vertex."""
     p, q = one["vertices"].to_numpy()[np.isfinite(one["vertices"].to_numpy()[:, 0])].T
     lower = q <= q.min() + 1e-9 * np.ptp(q)
@@ -34,7 +45,7 @@ def response_series(one: "xr.Dataset") -> list[Any]:
     ]
 
 
-def response_figure(paths: Sequence["xr.Dataset"], title: str, headings: Sequence[str] = ()) -> "Figure":
+def response_figure(paths: Sequence[xr.Dataset], title: str, headings: Sequence[str] = ()) -> Figure:
     """Figure with a column per trajectory, all with the same scales; its heading is the azimuth where not given.
 
     Every free element has a curve of its own, named where there are several, and a dashed line at its angle of no
@@ -80,7 +91,7 @@ def response_figure(paths: Sequence["xr.Dataset"], title: str, headings: Sequenc
     return figure
 
 
-def _does(path: "xr.Dataset") -> str:
+def _does(path: xr.Dataset) -> str:
     """Which free elements fall."""
     free = free_elements(path)
     fell = [
@@ -91,3 +102,29 @@ def _does(path: "xr.Dataset") -> str:
     if not fell:
         return "stands"
     return "falls" if free.sizes["element"] == 1 else f"{', '.join(fell)} {'falls' if len(fell) == 1 else 'fall'}"
+
+
+def axis_figure(path: xr.Dataset, motion: Motion, title: str) -> Figure:
+    """Figure of a body's axis seen from above, beside it hodographs of the ground's velocity and displacement."""
+    figure, panels = grid(1, 3, 9.2, 3.9)
+    axes = panels[0, 0]
+    east, north = path["tilt_east"].to_numpy(), path["tilt_north"].to_numpy()
+    up = np.sqrt(np.maximum(0.0, 1.0 - east**2 - north**2))
+    angle = np.degrees(np.arctan2(np.hypot(east, north), up))
+    length = np.hypot(east, north)
+    scale = np.where(length > 0, angle / np.where(length > 0, length, 1.0), 0.0)
+    x, y = east * scale, north * scale
+    critical = np.degrees(np.arctan(float(path.attrs["b_over_h"])))
+    largest = 1.12 * max(float(angle.max(initial=0.0)), critical)
+    for radius, dash, name in ((critical, "--", "least critical angle"), (90.0, ":", "lying")):
+        if radius < largest:
+            turn = np.linspace(0.0, 2.0 * np.pi, 181)
+            axes.plot(radius * np.cos(turn), radius * np.sin(turn), dash, color=INK, linewidth=0.8, label=name)
+    axes.plot(x, y, color=SERIES[0], linewidth=0.8, label="axis of the body")
+    axes.plot(x[-1], y[-1], "o", color=FALLS, markersize=4, label="end")
+    axes.set(xlim=(-largest, largest), ylim=(-largest, largest), aspect="equal")
+    axes.set_title(f"tilt of the axis, degrees\n{outcome(path).split('(')[0].split(' at ')[0].strip()}", fontsize=9)
+    labels(axes, "east", "north")
+    draw_hodographs(panels[0, 1:], motion.times(float(path.attrs["amplitude"])))
+    caption(figure, title, axes, 4)
+    return figure

@@ -64,7 +64,7 @@ def earthquake_roses_figure(cube: xr.Dataset) -> Figure:
     shown = {name: found for name, found in roses.items() if found[0].falls}
     columns = min(ROSES_IN_A_ROW, max(1, len(shown)))
     rows = max(1, -(-len(shown) // columns))
-    figure, panels = grid(rows, columns, max(2.1 * columns, 4.2), 2.35 * rows + 0.3, polar=True)
+    figure, panels = grid(rows, columns, max(2.1 * columns, 4.2), 2.35 * rows + 0.3, len(shown), polar=True)
     for axes, (name, (rose, members)) in zip(panels.flat, shown.items(), strict=False):
         draw_rose(axes, rose.shares)
         axes.set_xticklabels(["N", "", "E", "", "S", "", "W", ""])
@@ -72,8 +72,6 @@ def earthquake_roses_figure(cube: xr.Dataset) -> Figure:
         for normal in cube["fault_normal"].to_numpy()[members]:
             mark_fault_normal(axes, float(normal), label=None)
         axes.set_title(f"{name}\n{rose.falls} falls", fontsize=8, pad=3, parse_math=False)
-    for axes in panels.flat[len(shown) :]:
-        axes.set_visible(False)
     return figure
 
 

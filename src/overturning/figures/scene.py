@@ -57,9 +57,7 @@ def element_roses_figure(cubes: Mapping[str, "xr.Dataset"]) -> "Figure":
     """Roses of fall azimuths, one for each name, from cubes of a single element each."""
     columns = min(len(cubes), 3)
     rows = -(-len(cubes) // columns)
-    figure, panels = grid(rows, columns, 3.0 * columns, 3.3 * rows, polar=True)
-    for axes in panels.ravel()[len(cubes) :]:
-        axes.remove()
+    figure, panels = grid(rows, columns, 3.0 * columns, 3.3 * rows, len(cubes), polar=True)
     for axes, (name, cube) in zip(panels.ravel(), cubes.items(), strict=False):
         falls = falls_towards(cube).sum(["record", "height", "b_over_h", "friction"]).compute()
         counts = falls.to_numpy().astype(np.float64)

@@ -9,17 +9,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from overturning.figures.axes_by_earthquake import axes_figure
+from overturning.figures.alignment import axes_figure, follow_figure
+from overturning.figures.ground import intensity_figure
 from overturning.figures.history import history_figure
-from overturning.figures.intensity import intensity_figure
 from overturning.figures.intensity_plane import intensity_plane_figure
-from overturning.figures.polar import fall_map_figure
-from overturning.figures.probability import probability_map_figure
+from overturning.figures.maps import map_figure
 from overturning.figures.rose import earthquake_roses_figure, rose_figure
 from overturning.figures.site_map import site_map_figure, sites_by_earthquake
-from overturning.figures.space import follow_figure, space_map_figure
 from overturning.figures.style import save, style
-from overturning.files import atomic_write
+from overturning.files import write_text
 from overturning.model.falls import model_of
 from overturning.model.scene import gravestone
 from overturning.records.store import read_motion, read_unprocessed
@@ -77,8 +75,7 @@ def draw_study(
             for drawn in [pool.submit(task) for task in tasks]:
                 drawn.result()
     names = sorted(path.relative_to(folder).as_posix() for name in COUNTED for path in (folder / name).iterdir())
-    with atomic_write(folder / DRAWN) as part:
-        part.write_text("".join(f"{name}\n" for name in names), encoding="utf-8")
+    write_text(folder / DRAWN, "".join(f"{name}\n" for name in names))
 
 
 Write = Callable[["Figure", Path], None]
@@ -103,13 +100,6 @@ def draw_record(cube_path: Path, intensity_path: Path, motions: Path, folder: Pa
         motion = motions / f"{name}.nc"
         used = read_motion(motion)
         save(history_figure(read_unprocessed(motion) or used, used), folder / "history" / f"{name}.svg")
-
-
-def map_figure(one: xr.Dataset, title: str) -> "Figure":
-    """Where a record's blocks fall: by orientation, or round the compass, as probabilities where there are any."""
-    if not model_of(one).one_component:
-        return space_map_figure(one, title)
-    return (probability_map_figure if "members" in one else fall_map_figure)(one, title)
 
 
 def _stone(cube: xr.Dataset) -> str:

@@ -7,7 +7,9 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
+from overturning.arrays import FloatArray
 from overturning.figures.svg import compact
 from overturning.files import atomic_write
 
@@ -100,6 +102,14 @@ def _lay_out_once(figure: "Figure") -> None:
     figure.draw = draw_or_lay_out  # type: ignore[method-assign]
 
 
+def extremes(values: FloatArray, group: int) -> tuple[NDArray[np.intp], FloatArray]:
+    """Places and values of the least and the largest of every so many values, in their order, shape (2 groups,)."""
+    padded = np.pad(values, (0, -values.size % group), mode="edge").reshape(-1, group)
+    within = np.sort(np.stack([padded.argmin(axis=1), padded.argmax(axis=1)], axis=1), axis=1)
+    places = (within + group * np.arange(len(padded))[:, None]).ravel()
+    return places, padded.ravel()[places]
+
+
 def short(value: float) -> str:
     """A number as a title shows it: three digits, whole from 100 on, never with an exponent of ten up to a million."""
     return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"
@@ -115,12 +125,24 @@ def compass_name(azimuth_deg: float) -> str:
     return f"{'N' if north else 'S'}{round(from_pole, 2):g}°{'E' if east else 'W'}"
 
 
-def grid(rows: int, columns: int, width: float, height: float, polar: bool = False, layout: Any = "constrained") -> Any:
-    """A figure of that size, inches, and its panels, an array of shape (rows, columns)."""
+def grid(
+    rows: int,
+    columns: int,
+    width: float,
+    height: float,
+    used: int | None = None,
+    *,
+    polar: bool = False,
+    layout: Any = "constrained",
+) -> Any:
+    """A figure of that size, inches, and its panels, an array of shape (rows, columns), of which all can be `used`."""
     import matplotlib.pyplot as plt
 
     kind = {"projection": "polar"} if polar else None
-    return plt.subplots(rows, columns, figsize=(width, height), subplot_kw=kind, squeeze=False, layout=layout)
+    figure, panels = plt.subplots(rows, columns, figsize=(width, height), subplot_kw=kind, squeeze=False, layout=layout)
+    for axes in panels.flat[used:] if used is not None else ():
+        axes.set_visible(False)
+    return figure, panels
 
 
 def caption(

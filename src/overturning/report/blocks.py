@@ -1,9 +1,11 @@
 """What a report is made of: sections of paragraphs, figures, tables. All text is text, never markup."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
+
+from overturning.report.text import WRITTEN, cell
 
 
 @dataclass(frozen=True)
@@ -68,36 +70,45 @@ class Figure:
 
 @dataclass(frozen=True)
 class Table:
+    """A table, as of `table`.
+
+    ``kinds`` has a letter for each column: t text, w text that is wide and shares the place with other wide ones, n
+    number, l link to the section of that anchor, c code, which may break anywhere.
+    """
+
+    heads: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    kinds: str
+    anchor: str
+    sortable: bool
+
+
+def table(
+    heads: Sequence[str], rows: Iterable[Sequence[Any]], kinds: str = "", *, anchor: str = "", sortable: bool = False
+) -> Table:
     """A table.
 
-    Attributes
+    Parameters
     ----------
-    heads : tuple of str
+    heads : sequence of str
         Headings of the columns; where all are empty there is no row of headings.
-    rows : tuple of tuple of str
-        Cells.
+    rows : iterable of sequence
+        Cells: text, or numbers, which are written as the letter of their column says.
     kinds : str
-        A letter for each column: t text, w text that is wide and shares the place with other wide ones, n number, l
-        link to the section of that anchor, c code, which may break anywhere; n for the columns that have no letter.
+        A letter for each column, one of `Table` or of `text.WRITTEN`; n for the columns that have none.
     anchor : str
         Name to find it by.
     sortable : bool
         Whether the page sorts it by the column whose heading is clicked.
     """
-
-    heads: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    kinds: str = "t"
-    anchor: str = ""
-    sortable: bool = False
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "kinds", self.kinds.ljust(len(self.heads), "n"))
+    letters = kinds.ljust(len(heads), "n")
+    cells = tuple(tuple(cell(*pair) for pair in zip(row, letters, strict=True)) for row in rows)
+    return Table(tuple(heads), cells, "".join("n" if each in WRITTEN else each for each in letters), anchor, sortable)
 
 
 @dataclass(frozen=True)
 class Film:
-    """A film on the page, from `figures.film.film_data`, and the text in its place on paper."""
+    """A film on the page, from `figures.film.Film.data`, and the text in its place on paper."""
 
     data: dict[str, Any]
     text: str

@@ -9,46 +9,28 @@ from typing import Final
 
 from overturning.report.blocks import Report, Section
 from overturning.report.results import Results
-from overturning.report.sections import (
-    answer,
-    backwards,
-    cause,
-    convergence,
-    criteria,
-    ensemble,
-    falls,
-    ground,
-    illustrative,
-    maps,
-    method,
-    population,
-    published,
-    records,
-    scene,
-    space,
-    survey,
-)
+from overturning.report.sections import answer, causes, exactness, method, population, records, scene, space, surveys
 
 SECTIONS: Final[tuple[Callable[[Results], Section | None], ...]] = (
     answer.answer,
-    ground.ground,
-    maps.maps,
+    population.ground,
+    records.maps,
     scene.scene,
-    survey.surveys,
-    backwards.backwards,
-    published.published,
-    illustrative.illustrative,
-    falls.falls,
+    surveys.surveys,
+    surveys.backwards,
+    causes.published,
+    records.illustrative,
+    answer.falls,
     space.follows,
     space.plane_beside,
     space.twists,
-    cause.cause,
-    criteria.criteria,
+    causes.cause,
+    causes.criteria,
     population.population,
-    ensemble.ensemble,
+    exactness.ensemble,
     records.records,
     records.record_by_record,
-    convergence.convergence,
+    exactness.convergence,
     method.method,
 )
 

@@ -4,13 +4,12 @@ import base64
 import re
 from collections.abc import Iterator
 from html import escape
-from importlib import resources
 from itertools import count
 from pathlib import Path
 from typing import assert_never
 from urllib.parse import quote
 
-from overturning.figures.film_page import embedded_json, player_script, player_style
+from overturning.figures.page import embedded_json, player_script, template
 from overturning.report import blocks
 
 
@@ -22,16 +21,16 @@ def render_html(report: blocks.Report) -> str:
 def pieces_of(report: blocks.Report) -> Iterator[str]:
     """The page piece by piece: with the figures of many records it need not be in memory at once."""
     title = escape(report.title)
-    style, script = _file("report.css") + player_style(), _file("sort.js") + player_script()
+    style, script = (template(name, "report") for name in ("report.css", "sort.js"))
     question = f'<p class="question">{escape(report.question)}</p>\n' if report.question else ""
     yield (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{title}</title>\n<style>\n{style}\n</style>\n</head>\n<body>\n"
+        f"<title>{title}</title>\n<style>\n{style}{template('player.css')}\n</style>\n</head>\n<body>\n"
         f"<header>\n<h1>{title}</h1>\n{question}</header>\n{_contents(report)}\n<main>\n"
     )
     yield from _Page().inside(report, 2)
-    yield f"\n</main>\n<script>\n{script}\n</script>\n</body>\n</html>\n"
+    yield f"\n</main>\n<script>\n{script}{player_script()}\n</script>\n</body>\n</html>\n"
 
 
 def _contents(report: blocks.Report) -> str:
@@ -39,10 +38,6 @@ def _contents(report: blocks.Report) -> str:
     parts = [part for part in report.blocks if part.anchor]
     links = "".join(f'<li><a href="#{escape(part.anchor)}">{escape(part.title)}</a></li>' for part in parts)
     return f'<nav class="contents"><ol>{links}</ol></nav>' if links else ""
-
-
-def _file(name: str) -> str:
-    return resources.files("overturning").joinpath("report/templates", name).read_text(encoding="utf-8")
 
 
 class _Page:

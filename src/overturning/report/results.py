@@ -2,23 +2,25 @@
 
 import json
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import xarray as xr
 
+from overturning.figures.style import save, style
 from overturning.files import without_folders
 from overturning.model.falls import model_of
 from overturning.model.model import Model
-from overturning.model.scene import gravestone
 from overturning.report.words import Words, words_of
 from overturning.statistics import earthquakes
+from overturning.statistics.by_record import by_record
 from overturning.statistics.elements import ElementFalls, falls_by_element
-from overturning.statistics.falls import overturns
+from overturning.statistics.falls import fall_means, overturns
 from overturning.study.convergence import Convergence
 from overturning.study.cube import open_cube, study_of
 from overturning.study.scenes import NOMINAL, scene_of
@@ -27,10 +29,8 @@ from overturning.surveys.comparison import SurveyResult, read_survey_result
 from overturning.surveys.inversion import Backwards, read_backwards
 from overturning.surveys.population import population_rates
 
-
-def has_scene(study: Study) -> bool:
-    """Whether there is a scene to describe: not where the study is of the default gravestone alone."""
-    return study.scene != gravestone() or any(variant.scene for variant in study.variants.values())
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -133,15 +133,19 @@ class Results:
     def statuses(self) -> dict[str, tuple[int, int]]:
         """Number of cells by status, and of those among them without an outcome."""
         status, unknown = self.cube["status"], self.cube["overturned"].isnull()
-        names = status.attrs["flag_meanings"].split()
         counts = {}
-        for code, name in zip(status.attrs["flag_values"], names, strict=True):
+        for code, name in zip(status.attrs["flag_values"], status.attrs["flag_meanings"].split(), strict=True):
             cells = status == code
             counts[name.replace("_", " ")] = (int(cells.sum().compute()), int((cells & unknown).sum().compute()))
         return counts
 
     @cached_property
-    def _axes(self) -> "dict[str, xr.Dataset]":
+    def record_means(self) -> xr.Dataset:
+        """Mean direction and axis of each record's falls with their resultants, over all cases."""
+        return by_record(partial(fall_means, over=self.model.case_dims), self.cube, self.model.reads)
+
+    @cached_property
+    def _axes(self) -> dict[str, xr.Dataset]:
         return earthquakes.axes_by_group(self.cube)
 
     @cached_property
@@ -164,12 +168,30 @@ class Results:
         """Whether there is an axis relative to a fault to speak of."""
         return self.faults_known and 0 < self.fallen < 1 and not self.one_axis
 
+    @cached_property
+    def first_records(self) -> list[RecordName]:
+        """Records whose maps stand first: all, or the few in whose falls the axes agree most, in the cube's order."""
+        if len(self.names) <= MOST_MAPS:
+            return list(self.names)
+        agreement = np.nan_to_num(self.record_means["axis_resultant"].to_numpy(), nan=-1.0)
+        return [self.names[index] for index in sorted(np.argsort(-agreement, kind="stable")[:MOST_MAPS].tolist())]
+
     def reference_cube(self, variant: str) -> xr.Dataset:
         """Cube of the reference element of a variant's scene."""
         return _reference_cube(self.study, variant, self.cubes[variant])
 
+    def drawn(self, name: str, draw: "Callable[[], Figure]") -> Path:
+        """The file of a figure that the report draws itself."""
+        with style():
+            save(draw(), self.drawings / f"{name}.svg")
+        return self.drawings / f"{name}.svg"
 
-def _reference_cube(study: Study, variant: str, cube: "xr.Dataset") -> "xr.Dataset":
+
+MOST_MAPS = 4
+"""Maps that stand at the beginning; those of further records stand with the records."""
+
+
+def _reference_cube(study: Study, variant: str, cube: xr.Dataset) -> xr.Dataset:
     return cube.sel(element=scene_of(study, variant).shown_name) if "element" in cube.dims else cube
 
 
@@ -200,7 +222,7 @@ def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]
             study = study.model_copy(update=own | {"surveys": tuple(named)})
         whole = {NOMINAL: nominal} | {name: cube_of(name) for name in study.variants}
         cubes = {name: recorded(cube) for name, cube in whole.items()}
-        stones = study.population
+        stones, files = study.population, [folder / "survey" / f"{n + 1}" for n in range(len(study.surveys))]
         yield Results(
             study,
             _reference_cube(study, NOMINAL, cubes[NOMINAL]),
@@ -210,7 +232,7 @@ def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]
             Path(stack.enter_context(tempfile.TemporaryDirectory())),
             json.loads((folder / "figures" / "illustrative" / "cases.json").read_text(encoding="utf-8")),
             Convergence.read(folder / "convergence.json") if study.verification != "none" else None,
-            tuple(read_survey_result(folder / "survey" / f"{n}.json") for n, _ in enumerate(study.surveys, 1)),
+            tuple(read_survey_result(file.with_suffix(".json")) for file in files),
             {name: population_rates(cube, stones) for name, cube in whole.items()} if stones else {},
-            tuple(read_backwards(folder / "survey" / f"{n}.motion.nc") for n, _ in enumerate(study.surveys, 1)),
+            tuple(read_backwards(file.with_suffix(".motion.nc")) for file in files),
         )

@@ -1,6 +1,7 @@
 """Numbers as the report writes them: a true minus sign, a dash where there is none, spaces that do not break."""
 
 import math
+from typing import Any, Final
 
 
 def number(value: float, digits: int = 2) -> str:
@@ -21,6 +22,11 @@ def interval(low: float, high: float) -> str:
     return "–" if math.isnan(low) else f"{low:.2f} to {high:.2f}".replace("-", "−")
 
 
+def estimate(value: float, low: float, high: float) -> str:
+    """A number with its interval where it has one, 0.5 (0.2 to 0.7)."""
+    return number(value) + ("" if math.isnan(low) else f" ({interval(low, high)})")
+
+
 def degrees(value: float, full: int = 0) -> str:
     """Whole degrees; with ``full`` brought into 0 to below it, so that 359.6° is 0° and not 360°."""
     if math.isnan(value):
@@ -31,3 +37,19 @@ def degrees(value: float, full: int = 0) -> str:
 def counted(count: int, what: str) -> str:
     """So many of something: 1 record, 2 records."""
     return f"{count} {what}{'' if count == 1 else 's'}"
+
+
+WRITTEN: Final = {
+    "g": lambda value: f"{value:g}",
+    "d": lambda value: f"{value:,}",
+    "1": lambda value: number(value, 1),
+    "2": number,
+    "%": percent,
+    "°": degrees,
+}
+"""How a cell of a table is written that is a number, by the letter of its column."""
+
+
+def cell(value: Any, letter: str) -> str:
+    """A cell of a table; what is text already stays."""
+    return value if isinstance(value, str) else WRITTEN.get(letter, str)(value)

@@ -45,8 +45,7 @@ class Words:
 
 _MEANS: Final = (
     "A direction has a head (towards 60°), an axis has none (60° and 240° are the same); a resultant of 1 means all "
-    "falls "
-    "alike, of 0 falls to every side alike"
+    "falls alike, of 0 falls to every side alike"
 )
 
 WORDS: Final[dict[type[Model], Words]] = {
@@ -71,8 +70,7 @@ WORDS: Final[dict[type[Model], Words]] = {
     Body: Words(
         model="A rigid convex body on a base that moves with all components of the record, computed by the distinct "
         "element method in space: contact at vertices, friction in both directions, free to turn. Its orientation is "
-        "the "
-        "azimuth that its first side faces.",
+        "the azimuth that its first side faces.",
         limit="The body is one rigid stone on a level, flat base; a real one may be a stack, or stand in a socket.",
         copies="the same",
         rose="Azimuths towards which blocks fall. Each earthquake counts once, its records alike; the area of a sector "

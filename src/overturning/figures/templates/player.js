@@ -62,21 +62,12 @@
     if (film.note) element("p", { class: "film-note" }, root, film.note);
 
     function prepare(panel) {
-      const made = Object.assign({}, panel);
-      if (panel.quaternion) {
-        made.position = unpack(panel.position);
-        made.quaternion = unpack(panel.quaternion);
-        made.top = Math.max.apply(null, panel.corners.map(function (v) { return v[2]; }));
-        made.reach = spaceView.reach(made);
-        made.traces = panel.motions.map(unpack);
-        made.motion = { values: made.traces[0], interval: panel.motion.interval };
-        return made;
-      }
+      const made = Object.assign({}, panel, { traces: panel.motions.map(unpack) });
       made.bodies = panel.bodies.map(function (body) {
         return Object.assign({}, body, { position: unpack(body.position), rotation: unpack(body.rotation) });
       });
-      made.motion = { values: unpack(panel.motion), interval: panel.motion.interval };
-      made.traces = [made.motion.values];
+      made.solid = made.bodies.find(function (body) { return body.faces.length > 0; });
+      if (made.solid) made.solid.reach = spaceView.reach(made.solid);
       if (panel.force) { made.force = unpack(panel.force); made.forcePoint = unpack(panel.forcePoint); }
       return made;
     }
@@ -103,9 +94,9 @@
     }
 
     function drawScene(panel, at) {
-      if (panel.quaternion) {
+      if (panel.solid) {
         const { context, width, height } = surface(panel.scene, 0.82);
-        spaceView.draw(context, width, height, panel, at, pick, state.view);
+        spaceView.draw(context, width, height, panel.solid, at, pick, state.view);
         return;
       }
       const ratio = Math.min(1.1, (top - bottom) / (right - left));
@@ -130,9 +121,9 @@
       context.fillStyle = INK;
       context.textBaseline = "top";
       context.textAlign = "left";
-      context.fillText("← " + panel.left, 4, 4);
+      context.fillText("← " + panel.sides[0], 4, 4);
       context.textAlign = "right";
-      context.fillText(panel.right + " →", width - 4, 4);
+      context.fillText(panel.sides[1] + " →", width - 4, 4);
     }
 
     // An arrow as long as a third of the view stands for one weight.
@@ -161,7 +152,6 @@
 
     function drawTrace(panel) {
       const { context, width, height } = surface(panel.trace, 0.26);
-      const interval = panel.motion.interval;
       const edge = 4, foot = 16, head = 14, middle = head + (height - head - foot) / 2;
       let largest = 0;
       panels.forEach(function (other) {
@@ -179,7 +169,7 @@
         context.strokeStyle = which ? SECOND : LINE;
         context.beginPath();
         for (let i = 0; i < values.length; i++) {
-          const at = film.start + i * interval;
+          const at = film.start + i * panel.motionInterval;
           if (at > end) break;
           context.lineTo(x(at), middle - values[i] * tall);
         }
@@ -281,7 +271,7 @@
       }
       event.preventDefault();
     });
-    panels.forEach(function (panel) { if (panel.quaternion) spaceView.listen(panel.scene, state.view, draw); });
+    panels.forEach(function (panel) { if (panel.solid) spaceView.listen(panel.scene, state.view, draw); });
     window.addEventListener("resize", draw);
     window.addEventListener("beforeprint", function () { seek(end); });
     root.dataset.end = end.toFixed(4);

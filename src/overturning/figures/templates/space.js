@@ -19,10 +19,10 @@ const spaceView = (function () {
     return [v[0] + 2 * (y * c - z * b), v[1] + 2 * (z * a - x * c), v[2] + 2 * (x * b - y * a)];
   }
 
-  function pose(panel, at, pick) {
-    const q = [0, 1, 2, 3].map(function (k) { return pick(panel.quaternion, 4, k, at); });
+  function pose(body, at, pick) {
+    const q = [0, 1, 2, 3].map(function (k) { return pick(body.rotation, 4, k, at); });
     const size = Math.hypot(q[0], q[1], q[2], q[3]) || 1;
-    const place = [0, 1, 2].map(function (k) { return pick(panel.position, 3, k, at); });
+    const place = [0, 1, 2].map(function (k) { return pick(body.position, 3, k, at); });
     return { place: place, q: q.map(function (part) { return part / size; }) };
   }
 
@@ -32,18 +32,18 @@ const spaceView = (function () {
   }
 
   // Half of the extent that holds the body in every frame, standing or lying.
-  function reach(panel) {
+  function reach(body) {
     let far = 0, size = 0;
-    panel.corners.forEach(function (v) { size = Math.max(size, Math.hypot(v[0], v[1], v[2])); });
-    for (let i = 0; i < panel.position.length; i += 3) {
-      far = Math.max(far, Math.hypot(panel.position[i] - panel.position[0], panel.position[i + 1] - panel.position[1]));
+    body.vertices.forEach(function (v) { size = Math.max(size, Math.hypot(v[0], v[1], v[2])); });
+    for (let i = 0; i < body.position.length; i += 3) {
+      far = Math.max(far, Math.hypot(body.position[i] - body.position[0], body.position[i + 1] - body.position[1]));
     }
     return { size: size, extent: far + 1.25 * size };
   }
 
-  function draw(context, width, height, panel, at, pick, view) {
-    const rows = camera(view), extent = panel.reach.extent, size = panel.reach.size;
-    const scale = Math.min(width / 2.25, height / 1.75) / extent, begin = pose(panel, 0, pick).place;
+  function draw(context, width, height, body, at, pick, view) {
+    const rows = camera(view), extent = body.reach.extent, size = body.reach.size;
+    const scale = Math.min(width / 2.25, height / 1.75) / extent, begin = pose(body, 0, pick).place;
     const centre = [begin[0], begin[1], 0.6 * size];
     function screen(p) {
       const d = [p[0] - centre[0], p[1] - centre[1], p[2] - centre[2]];
@@ -74,14 +74,14 @@ const spaceView = (function () {
       context.fillText(mark[0], x, y);
     });
 
-    const now = pose(panel, at, pick), corners = panel.corners.map(function (v) { return corner(now, v); });
-    panel.faces.forEach(function (face) {
+    const now = pose(body, at, pick), corners = body.vertices.map(function (v) { return corner(now, v); });
+    body.faces.forEach(function (face) {
       fill(face.map(function (k) { return [corners[k][0], corners[k][1], 0]; }), SHADOW);
     });
     // The way of the middle of the top.
-    const trail = [], top = [0, 0, panel.top];
-    for (let i = 0; i <= at; i++) trail.push(corner(pose(panel, i, pick), top));
-    panel.faces.forEach(function (face) {
+    const trail = [], top = [0, 0, Math.max.apply(null, body.vertices.map(function (v) { return v[2]; }))];
+    for (let i = 0; i <= at; i++) trail.push(corner(pose(body, i, pick), top));
+    body.faces.forEach(function (face) {
       const [a, b, c] = [corners[face[0]], corners[face[1]], corners[face[2]]];
       const u = [b[0] - a[0], b[1] - a[1], b[2] - a[2]], v = [c[0] - a[0], c[1] - a[1], c[2] - a[2]];
       const n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];

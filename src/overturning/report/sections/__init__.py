@@ -1,1 +1,1 @@
-"""What the report says: a file for each section, a function from the results to what stands below its heading."""
+"""What the report says: functions from the results to a section, those of one subject in a file."""

@@ -1,45 +1,45 @@
-"""The answer to the study's question: how falls lie to the fault normal, with their uncertainty."""
+"""The answer to the study's question: how falls lie to the fault normal, with their uncertainty; and where they go."""
 
 import math
-from functools import partial
 
 import numpy as np
 
-from overturning.report.blocks import Answer, Block, Figure, Note, Paragraph, Section
+from overturning.report.blocks import Answer, Block, Disclosure, Figure, Note, Paragraph, Section, Table, table
 from overturning.report.results import Results
-from overturning.report.sections.convergence import dependence
+from overturning.report.sections.exactness import dependence
 from overturning.report.sections.records import record_directions
-from overturning.report.text import counted, degrees, interval, number, percent
+from overturning.report.text import counted, degrees, estimate, interval, number, percent
 from overturning.statistics.bootstrap import mean_over_earthquakes
-from overturning.statistics.by_record import by_record, record_groups
-from overturning.statistics.earthquakes import AxisSummary
-from overturning.statistics.falls import fall_means
+from overturning.statistics.by_record import record_groups
+from overturning.statistics.earthquakes import AxisSummary, axes_by_earthquake
 from overturning.study.cube import earthquakes_said
 from overturning.study.scenes import scene_of
 
 MOST_RECORDS_IN_WORDS = 5
 """Records whose directions still stand in sentences; of more the table tells."""
 
+_ABOUT_AXES = (
+    "Fall axis of each earthquake relative to its fault normal, over all blocks. Alignment is the mean of cos 2Δ over "
+    "earthquakes, Δ the angle between fall axis and fault normal: 1 normal to the fault, −1 along it, 0 neither. "
+    "Intervals: 95 %, bootstrap over earthquakes. Rayleigh: any preferred axis; V: the fault normal, stated "
+    "beforehand; both on doubled angles."
+)
+
 
 def answer(results: Results) -> Section:
     """The answer, what it is counted over, and the axes it comes from."""
+    said = [*scene_sentences(results), *answer_sentences(results)]
     axes: tuple[Block, ...] = ()
-    within: tuple[str, ...] = ()
     if results.tells_axes:
-        within = (agreement_within(results),)
-        figure = Figure(
-            results.figures / "axes.svg",
-            "fall axis of each earthquake relative to its fault normal",
+        said.append(agreement_within(results))
+        caption = (
             "Fall axis of each earthquake relative to its fault normal, over all blocks of the study; the point grows "
-            "with "
-            "how strongly the axes agree. Below, the mean over earthquakes with its bootstrap interval. Which side of "
-            "the "
-            "fault normal counts as positive is arbitrary, so only axes are compared.",
-            width=0.82,
+            "with how strongly the axes agree. Below, the mean over earthquakes with its bootstrap interval. Which "
+            "side of the fault normal counts as positive is arbitrary, so only axes are compared."
         )
-        axes = (figure,)
-    sentences = Answer((*scene_sentences(results), *answer_sentences(results), *within, *_directions_in_words(results)))
-    exact = dependence(results)
+        alt = "fall axis of each earthquake relative to its fault normal"
+        axes = (Figure(results.figures / "axes.svg", alt, caption, width=0.82),)
+    exact, sentences = dependence(results), Answer((*said, *_directions_in_words(results)))
     blocks = (sentences, *((exact,) if exact else ()), Paragraph(_counted(results)), *axes, Note(_cases(results)))
     return Section("Answer", blocks, anchor="answer")
 
@@ -113,14 +113,11 @@ def alignment_sentence(results: Results) -> str:
 
 def agreement_within(results: Results) -> str:
     """How far the fall axes of one record agree, over earthquakes, by group of records."""
-    cube, model = results.cube, results.model
-    lengths = by_record(partial(fall_means, over=model.case_dims), cube, model.reads)["axis_resultant"].to_numpy()
-    events = cube["event"].to_numpy().astype(str)
+    lengths, events = results.record_means["axis_resultant"].to_numpy(), results.cube["event"].to_numpy().astype(str)
     parts = []
-    for name, members in record_groups(cube).items():
+    for name, members in record_groups(results.cube).items():
         found = mean_over_earthquakes(np.where(members, lengths, np.nan), events)
-        known = "" if math.isnan(found.low) else f" ({interval(found.low, found.high)})"
-        parts.append(f"{number(found.value)}{known}{_name(name)}")
+        parts.append(estimate(found.value, found.low, found.high) + _name(name))
     return (
         f"Within a record the fall axes agree with a mean resultant of {' and '.join(parts)}; 1 means all alike, 0 any."
     )
@@ -172,9 +169,8 @@ def _directions_in_words(results: Results) -> list[str]:
         return []
     return [
         f"{name.station}: mean fall direction {direction} (resultant {one}), mean fall axis {axis} (resultant "
-        f"{other}), over "
-        "all blocks, each plane once; a resultant near 0 means falls to nearly every side."
-        for name, (direction, one, axis, other, *_) in zip(results.names, record_directions(results.cube), strict=True)
+        f"{other}), over all blocks, each plane once; a resultant near 0 means falls to nearly every side."
+        for name, (direction, one, axis, other, *_) in zip(results.names, record_directions(results), strict=True)
         if direction != "–" or axis != "–"
     ]
 
@@ -183,25 +179,21 @@ def _counted(results: Results) -> str:
     """How many records and earthquakes, and what their number means."""
     records, with_vertical = len(results.names), results.with_vertical
     names = "".join(f" {said}." for said in earthquakes_said(results.cube))
-    text = (
-        f"{counted(records, 'record')} of {counted(results.earthquake_count, 'earthquake')}.{names} Records of one "
-        "earthquake are not "
-        f"independent, so earthquakes are counted, not records; {results.model.direction}s of one "
-        "record are the same motion seen from many sides, so they are no samples at all."
-    )
-    if with_vertical == 0:
-        return f"{text} None of these records has vertical motion; what it would change is not in these numbers."
+    vertical = {
+        0: " None of these records has vertical motion; what it would change is not in these numbers.",
+        records: "",
+    }.get(with_vertical, f" {with_vertical} records have vertical motion, the others none.")
     return (
-        text if with_vertical == records else f"{text} {with_vertical} records have vertical motion, the others none."
+        f"{counted(records, 'record')} of {counted(results.earthquake_count, 'earthquake')}.{names} Records of one "
+        f"earthquake are not independent, so earthquakes are counted, not records; {results.model.direction}s of one "
+        f"record are the same motion seen from many sides, so they are no samples at all.{vertical}"
     )
 
 
 def _cases(results: Results) -> str:
     """Of how many cases the report speaks, and how many have no outcome."""
-    cases, computed = (
-        int(results.cube["overturned"].size),
-        int((results.cube[results.model.copied] == 0).sum().compute()),
-    )
+    cases = int(results.cube["overturned"].size)
+    computed = int((results.cube[results.model.copied] == 0).sum().compute())
     falls = results.elements[-1].share if results.elements else results.fallen
     what = "In {} of them something falls." if results.elements else "{} of them overturn."
     share = "" if math.isnan(falls) else f" {what.format(percent(falls))}"
@@ -210,8 +202,53 @@ def _cases(results: Results) -> str:
     absent = ", ".join(f"{count:,} {name}" for name, (_, count) in results.statuses.items() if count)
     missing = f"Without an outcome: {absent}." if absent else "No outcome is missing."
     of = " × ".join(("record", *results.model.dims)).replace("b_over_h", "B/H")
-    others_too = len(results.study.amplitude) - 1
-    more = (
-        f" The cube has them under the records times {counted(others_too, 'other factor')} too." if others_too else ""
-    )
+    factors = len(results.study.amplitude) - 1
+    more = f" The cube has them under the records times {counted(factors, 'other factor')} too." if factors else ""
     return f"The study has {cases:,} cases ({of}); {others}.{share} {missing}{more}"
+
+
+def falls(results: Results) -> Section | None:
+    """Rose of fall azimuths, and the alignment with the fault normal by shape; none where nothing falls."""
+    if not results.fallen > 0:
+        return None
+    folder = results.figures
+    blocks: list[Block] = [Figure(folder / "rose.svg", "rose of fall azimuths", results.words.rose, width=0.8)]
+    if not results.model.one_component:
+        of_each = "The same for each earthquake, its records taken together; dashed: fault normals."
+        alt = "roses of fall azimuths by earthquake"
+        blocks.append(Figure(folder / "earthquakes.svg", alt, of_each, width=0.9))
+    if results.tells_axes:
+        blocks += [_summary(results.axes), Note(_ABOUT_AXES)]
+        note = Note("No p-value is given here: with so many shapes some would look small by chance.")
+        blocks.append(Disclosure("Alignment with the fault normal by B/H and friction", (_by_shape(results), note)))
+    return Section("Where blocks fall", tuple(blocks), anchor="rose")
+
+
+def _by_shape(results: Results) -> Table:
+    """Mean alignment over earthquakes for each B/H and friction, heights taken together."""
+    cube = results.cube
+    heads, columns = ["B/H", "µ"], []
+    for name, chosen in record_groups(cube).items():
+        axes = axes_by_earthquake(cube.isel(record=np.flatnonzero(chosen)), "b_over_h", "friction")["axis"]
+        alignment = axes.copy(data=np.cos(np.radians(2 * axes.to_numpy())))
+        columns += [alignment.count("event").to_numpy(), alignment.mean("event").to_numpy()]
+        heads += [f"earthquakes with falls, {name}", f"alignment, {name}"]
+    rows = [
+        (b_over_h, friction, *(column[i, j] for column in columns))
+        for i, b_over_h in enumerate(cube["b_over_h"].to_numpy())
+        for j, friction in enumerate(cube["friction"].to_numpy())
+    ]
+    return table(heads, rows, "gg" + "n2" * (len(columns) // 2), sortable=True)
+
+
+def _summary(axes: dict[str, AxisSummary]) -> Table:
+    rows = [
+        (
+            *(name, s.earthquakes, s.n, abs(s.mean_axis_deg), half_width(s)),
+            *("–" if s.n == 0 else s.alignment, interval(*s.alignment_interval), f"{s.closer_to_normal} of {s.n}"),
+            *("–" if s.n < 2 else f"{test.p_value:.2g}" for test in (s.rayleigh, s.v)),
+        )
+        for name, s in axes.items()
+    ]
+    heads = ("records", "earthquakes", "with falls", "mean axis from normal", "interval", "alignment", "interval")
+    return table((*heads, "closer to normal", "Rayleigh p", "V test p"), rows, "tnn°n2")

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from overturning.figures.style import short
-from overturning.report.blocks import Bullets, Code, Note, Paragraph, Section, Table
+from overturning.report.blocks import Bullets, Code, Note, Paragraph, Section, Table, table
 from overturning.report.results import Results
 from overturning.study.cube import sources_of_records
 
@@ -19,7 +19,7 @@ def method(results: Results) -> Section:
         "Simulated cells. “overturning recheck cube.nc” computes a random sample of cells again and compares them bit "
         "for bit."
     )
-    sources = tuple(tuple(str(row[key]) for key in ("id", "source", "licence", "sha256")) for row in records)
+    sources = [[str(row[key]) for key in ("id", "source", "licence", "sha256")] for row in records]
     packages = ", ".join(f"{name} {version}" for name, version in versions.items())
     digest = (Paragraph("SHA-256 of the cube's numerical content:"), Code(results.cube.attrs["content_sha256"]))
     blocks = (
@@ -27,7 +27,7 @@ def method(results: Results) -> Section:
         Section("What this does not say", (Bullets(_limits(results)),)),
         Section("Energy, penetration, outcomes", (_quality(results), Note(recheck))),
         Section("How to cite", (Bullets(_citations(records, versions)),)),
-        Section("Sources", (Table(("record", "source", "licence", "SHA-256"), sources, "tttc", sortable=True),)),
+        Section("Sources", (table(("record", "source", "licence", "SHA-256"), sources, "tttc", sortable=True),)),
         Section("Study", (Code(study_text(results.study.model_dump(mode="json"))),)),
         Section("Versions", (Paragraph(f"{packages}."), *digest)),
     )
@@ -64,7 +64,7 @@ def _quality(results: Results) -> Table:
                 (f"{label}: {of}", short(factor * one) + unit) for of, one in (("mean", mean), ("largest", largest))
             ]
     rows += [(f"cells {name}", f"{count:,}") for name, (count, _) in results.statuses.items()]
-    return Table(("", ""), tuple(rows))
+    return table(("", ""), rows, "t")
 
 
 def _citations(records: list[dict[str, Any]], versions: dict[str, str]) -> tuple[str, ...]:

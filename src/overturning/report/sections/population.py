@@ -1,26 +1,33 @@
-"""How many of a cemetery's stones fall: rates by record and amplitude, intensity, and fragility."""
+"""How many of a cemetery's stones fall, by record, amplitude and intensity, and what soft ground changes."""
 
 import math
+from functools import partial
+from typing import Final
 
 import numpy as np
 import xarray as xr
 
+from overturning.arrays import FloatArray
+from overturning.figures.fall_rate import fall_rate_figure
 from overturning.motion.jma_intensity import SURVEY_RULE
-from overturning.report.blocks import Block, Disclosure, Figure, Note, Paragraph, Section, Table
+from overturning.records.steps import Site
+from overturning.report.blocks import Answer, Block, Disclosure, Figure, Note, Paragraph, Section, Table, table
 from overturning.report.results import Results
 from overturning.report.text import degrees, interval, number, percent
 from overturning.report.words import Words
+from overturning.statistics.circular import wrap_axis
 from overturning.statistics.fragility import Fragility
-from overturning.study.scenes import NOMINAL
+from overturning.study.cube import processing_of
+from overturning.study.scenes import NOMINAL, site_of
 from overturning.study.sections import Population
-from overturning.surveys.population import (
-    fragility_curves,
-    intensities,
-    jma_intensities,
-)
+from overturning.surveys.population import fragility_curves, intensities, jma_intensities
+from overturning.units import STANDARD_GRAVITY
 
 _DEGREES = (("5 upper", 5, 5.5), ("6 lower", 5.5, 6), ("6 upper", 6, 6.5), ("7", 6.5, 99))
 """Of the JMA scale, with their instrumental intensities."""
+
+LEAST_FALLS: Final = 0.05
+"""Fall rate from which the falls of a record have an axis to compare."""
 
 
 def population(results: Results) -> Section | None:
@@ -28,32 +35,26 @@ def population(results: Results) -> Section | None:
     stones = results.study.population
     if stones is None:
         return None
-    from overturning.figures.fall_rate import fall_rate_figure
-    from overturning.figures.style import save, style
-
     found = results.populations[NOMINAL]
     curves = fragility_curves(found, results.intensity)
     jma, rates = jma_intensities(found, results.intensity), found["fall_rate"].to_numpy()
     missing = int(results.intensity["jma_intensity"].isnull().sum())
-    drawing = results.drawings / "fall-rate.svg"
     whole = [one for one in curves if one.name == "all stones"]
-    with style():
-        levels = intensities(found, results.intensity)
-        save(fall_rate_figure(found["amplitude"].to_numpy(), rates, levels, whole, jma), drawing)
+    levels = intensities(found, results.intensity)
+    draw = partial(fall_rate_figure, found["amplitude"].to_numpy(), rates, levels, whole, jma)
     shown = "Each thin line or point is a record; PGA and PGV are medians over azimuths (RotD50)."
     scale = " Dashed: JMA 5 upper, 6 lower, 6 upper, 7; shaded: the rates from which surveys infer the last two."
-    fitted: list[Block] = [_curves(curves)] if any(math.isfinite(one.median) for one in curves) else []
-    unfit = [one.measure for one in whole if math.isnan(one.median)]
-    fitted += (
-        [Note(f"No lognormal curve fits over {' and '.join(unfit)}: the rate hardly grows with it.")] if unfit else []
-    )
+    caption = shown + (scale if np.isfinite(jma).any() else "")
     blocks: list[Block] = [
         *(Paragraph(text) for text in (_as_recorded(found), *_over_intensity(rates, jma, missing))),
-        Figure(drawing, "fall rate over amplitude and intensity", shown + (scale if np.isfinite(jma).any() else "")),
+        Figure(results.drawn("fall-rate", draw), "fall rate over amplitude and intensity", caption),
         Note(_assumed(stones, float(found.attrs["outside"]), results.words)),
-        *fitted,
-        Disclosure("By record", (_by_record(results, found), *_by_amplitude(results, found))),
     ]
+    if any(math.isfinite(one.median) for one in curves):
+        blocks.append(_curves(curves))
+    if unfit := [one.measure for one in whole if math.isnan(one.median)]:
+        blocks.append(Note(f"No lognormal curve fits over {' and '.join(unfit)}: the rate hardly grows with it."))
+    blocks.append(Disclosure("By record", (_by_record(results, found), *_by_amplitude(results, found))))
     return Section("How many stones of a cemetery fall", tuple(blocks), anchor="population")
 
 
@@ -66,8 +67,7 @@ def _as_recorded(found: xr.Dataset) -> str:
     stands += f" and {percent(turn)} stand rotated" if math.isfinite(turn) else ""
     return (
         f"Under the records as they are the fall rate is {percent(middle)} in the median, {percent(low)} to "
-        f"{percent(high)} "
-        f"for the middle half of them, {percent(rate.min())} to {percent(rate.max())} for all; {stands}."
+        f"{percent(high)} for the middle half of them, {percent(rate.min())} to {percent(rate.max())} for all; {stands}."
     )
 
 
@@ -86,17 +86,16 @@ def _over_intensity(rates: np.ndarray, jma: np.ndarray, horizontal: int) -> list
     rules = []
     for low, high, least, most, text in SURVEY_RULE:
         own = known & (rates >= low) & ((rates < high) | (high >= 1))
-        if own.sum() >= 3:
-            hit, above = (
-                float(np.mean(share)) for share in ((jma[own] >= least) & (jma[own] < most), jma[own] >= most)
-            )
-            ends = f"{100 * low:.0f} to {100 * high:.0f} %" if high < 1 else f"{100 * low:.0f} % or more"
-            beyond = f", in {percent(above)} it is higher" if most < 99 else ""
-            rules.append(
-                f"where {ends} fall, which they take for {text}, the instrumental intensity is "
-                f"{number(float(np.median(jma[own])), 1)} "
-                f"in the median, and is of that degree in {percent(hit)} of {int(own.sum())} motions{beyond}"
-            )
+        if own.sum() < 3:
+            continue
+        hit = float(np.mean((jma[own] >= least) & (jma[own] < most)))
+        ends = f"{100 * low:.0f} to {100 * high:.0f} %" if high < 1 else f"{100 * low:.0f} % or more"
+        beyond = f", in {percent(float(np.mean(jma[own] >= most)))} it is higher" if most < 99 else ""
+        rules.append(
+            f"where {ends} fall, which they take for {text}, the instrumental intensity is "
+            f"{number(float(np.median(jma[own])), 1)} in the median, and is of that degree in {percent(hit)} of "
+            f"{int(own.sum())} motions{beyond}"
+        )
     if rules:
         said.append(f"Surveys infer the intensity from the rate of fallen stones: {'; '.join(rules)}.")
     return said
@@ -111,60 +110,125 @@ def _assumed(stones: Population, outside: float, words: Words) -> str:
     return (
         f"{stones.stones} stones of square footprint, {stones.width.low:g} to {stones.width.high:g} m wide and "
         f"{stones.height.low:g} to {stones.height.high:g} m high, µ {stones.friction.low:g} to "
-        f"{stones.friction.high:g}, faces "
-        f"looking {looks}; {fixed}. A "
-        f"stone {words.stone_falls} in the cell of the cube that is like it, of two neighbours by lot.{beyond} "
-        "Shifted: it "
-        f"stands, its base moved by {100 * stones.shifted:g} cm or more. {turned} Intervals are those of a cemetery of "
-        "so many "
-        "stones (95 %, Wilson)."
+        f"{stones.friction.high:g}, faces looking {looks}; {fixed}. A stone {words.stone_falls} in the cell of the "
+        f"cube that is like it, of two neighbours by lot.{beyond} Shifted: it stands, its base moved by "
+        f"{100 * stones.shifted:g} cm or more. {turned} Intervals are those of a cemetery of so many stones (95 %, "
+        "Wilson)."
     )
 
 
 def _curves(curves: list[Fragility]) -> Table:
-    rows = tuple(
-        (one.name, f"{one.measure}, {one.unit}", number(one.median), interval(*one.median_interval), number(one.spread))
+    rows = [
+        (one.name, f"{one.measure}, {one.unit}", one.median, interval(*one.median_interval), one.spread)
         for one in curves
         if math.isfinite(one.median)
-    )
+    ]
     heads = ("stones", "measure", "half of them fall at", "95 % interval", "spread of the logarithm")
-    return Table(heads, rows, "tt", anchor="fragility")
+    return table(heads, rows, "tt2n2", anchor="fragility")
 
 
 def _share(own: xr.Dataset, rate: str, ends: str) -> str:
-    low, high = own[ends].to_numpy()
-    value = float(own[rate])
+    (low, high), value = own[ends].to_numpy(), float(own[rate])
     return "–" if math.isnan(value) else f"{percent(value)} ({100 * low:.0f} to {100 * high:.0f})"
 
 
 def _by_record(results: Results, found: xr.Dataset) -> Table:
     """Rates as recorded, with intervals, and the octant into which most stones fell."""
-    outcomes = [("fell", "fall"), ("shifted", "shift"), *([("rotated", "rotation")] if results.model.twists else [])]
+    outcomes = {"fell": "fall", "shifted": "shift"} | ({"rotated": "rotation"} if results.model.twists else {})
     rows = []
     for index, name in enumerate(results.names):
         own = found.isel(record=index).sel(amplitude=1.0)
         most = own.isel(octant=int(np.argmax(own["fall_octant"].to_numpy())))
-        fell = float(own["fall_rate"]) > 0
-        rows.append((
-            name.heading, *(_share(own, f"{what}_rate", f"{what}_interval") for _, what in outcomes),
-            degrees(float(most["octant"])) if fell else "–",
-            _share(most, "fall_octant", "octant_interval") if fell else "–",
-        ))  # fmt: skip
-    heads = (
-        "record",
-        *(f"{text}, % (95 %)" for text, _ in outcomes),
-        "most fell towards ± 22.5°",
-        "share of all (95 %)",
-    )
-    return Table(heads, tuple(rows), "t", sortable=True)
+        towards = (degrees(float(most["octant"])), _share(most, "fall_octant", "octant_interval"))
+        shares = (_share(own, f"{what}_rate", f"{what}_interval") for what in outcomes.values())
+        rows.append((name.heading, *shares, *(towards if float(own["fall_rate"]) > 0 else "––")))
+    shown = (f"{text}, % (95 %)" for text in outcomes)
+    heads = ("record", *shown, "most fell towards ± 22.5°", "share of all (95 %)")
+    return table(heads, rows, "t", sortable=True)
 
 
 def _by_amplitude(results: Results, found: xr.Dataset) -> tuple[Table, ...]:
     amplitude = found["amplitude"].to_numpy()
     if amplitude.size == 1:
         return ()
-    rows = tuple(
-        (name.heading, *(percent(float(value)) for value in rates))
-        for name, rates in zip(results.names, found["fall_rate"].to_numpy(), strict=True)
+    rates = zip(results.names, found["fall_rate"].to_numpy(), strict=True)
+    heads = ("fall rate of the record", *(f"× {factor:g}" for factor in amplitude))
+    rows = [(name.heading, *of_record) for name, of_record in rates]
+    return (table(heads, rows, "t" + "%" * amplitude.size, sortable=True),)
+
+
+def ground(results: Results) -> Section | None:
+    """Variants through soil beside the study's own motions; none where there are none, or no population."""
+    sites = {name: site for name in results.study.variants if (site := site_of(results.study, name))}
+    if not sites or not results.populations:
+        return None
+    grounds = {NOMINAL: "rock"} | {name: _soil(site) for name, site in sites.items()}
+    sentences, rows = [], []
+    for factor in map(float, results.populations[NOMINAL]["amplitude"].to_numpy()):
+        found = {name: results.populations[name].sel(amplitude=factor) for name in grounds}
+        angles = {name: turned(found[name], found[NOMINAL]) for name in sites}
+        turns = {name: degrees(float(np.median(angle))) for name, angle in angles.items() if angle.size}
+        sentences.append(_sentence(grounds, found, turns, factor))
+        for name, soil in grounds.items():
+            rate, accounts = found[name]["fall_rate"].to_numpy(), processing_of(results.cubes[name]).values()
+            pga = np.median([one["peaks"]["pga"][1] for one in accounts]) * factor / STANDARD_GRAVITY
+            shift = f"{turns[name]} ({angles[name].size})" if name in turns else "–"
+            rates = (float(rate.mean()), float(np.median(rate)), int((rate >= 0.5).sum()))
+            rows.append((factor, soil, float(pga), *rates, shift))
+    heads = ("factor", "ground", "PGA, g, median", "fall rate, mean", "median", "records with half or more")
+    by_ground = table((*heads, "axis turned, median (records)"), rows, "gt2%%", anchor="soft-ground")
+    failed, motions = failures(results, grounds), len(sites) * len(results.names)
+    converged = f"Every iteration of the {motions} motions converged."
+    if failed:
+        have = "has" if len(failed) == 1 else "have"
+        converged = (
+            f"{len(failed)} of {motions} motions {have} an iteration that did not converge: {'. '.join(failed)}."
+        )
+    limits = _limits(sorted({site.rock.velocity_m_s for site in sites.values()}), results.with_vertical > 0)
+    blocks = (Answer(tuple(sentences)), by_ground, Paragraph(converged), Note(limits))
+    return Section("What soft ground changes", blocks, anchor="ground")
+
+
+def _soil(site: Site) -> str:
+    return " over ".join(f"{one.thickness_m:g} m of soil ({one.velocity_m_s:g} m/s)" for one in site.layers)
+
+
+def turned(ground: xr.Dataset, rock: xr.Dataset) -> FloatArray:
+    """Angles, degrees, by which the fall axes of records differ from those on rock, where enough falls on both."""
+    enough = np.minimum(ground["fall_rate"].to_numpy(), rock["fall_rate"].to_numpy()) >= LEAST_FALLS
+    apart = np.abs(wrap_axis(ground["fall_axis"].to_numpy() - rock["fall_axis"].to_numpy()))
+    return np.asarray(apart[enough & np.isfinite(apart)])
+
+
+def _sentence(grounds: dict[str, str], found: dict[str, xr.Dataset], turns: dict[str, str], factor: float) -> str:
+    """Mean fall rate on each ground, and how far the axes of falls are turned there."""
+    parts = []
+    for name, soil in grounds.items():
+        axis = f", the axis of falls turned by {turns[name]}" if name in turns else ""
+        over = "on" if name == NOMINAL else "through"
+        parts.append(f"{percent(float(found[name]['fall_rate'].mean()))} {over} {soil}{axis}")
+    times = "as they are" if factor == 1 else f"times {factor:g}"
+    told = " (turns are medians over the records)" if turns else ""
+    return f"Under the records {times} the mean fall rate is {'; '.join(parts)}{told}."
+
+
+def failures(results: Results, grounds: dict[str, str]) -> list[str]:
+    """Which iterations did not converge: record, soil, and what the computation says of its components."""
+    found = []
+    for name, soil in grounds.items():
+        for record, account in processing_of(results.cubes[name]).items() if name != NOMINAL else ():
+            said = (account["steps"] or [{}])[-1].get("chosen", "")
+            parts = [part for part in said.split("; ") if "not converged" in part]
+            found += [f"{record}, {soil}: {'; '.join(parts)}"] if parts else []
+    return found
+
+
+def _limits(velocities: list[float], with_vertical: bool) -> str:
+    vertical = " The vertical motion is that of the record." if with_vertical else ""
+    return (
+        f"The records are taken for rock, over which the soil lies (half-space of "
+        f"{' and '.join(f'{velocity:g}' for velocity in velocities)} m/s); some of them were taken on soil themselves, "
+        "so this is what a layer changes and not what happened there. Strong motion on soft clay takes an "
+        f"equivalent-linear computation to strains where it is no longer trusted.{vertical} PGA is that of the larger "
+        "of north and east. Axes are compared where 5 % of the stones or more fall on both grounds."
     )
-    return (Table(("fall rate of the record", *(f"× {factor:g}" for factor in amplitude)), rows, "t", sortable=True),)

@@ -1,27 +1,68 @@
-"""The records: their peaks, where blocks fall under each, where they were recorded, and their figures."""
+"""The records: maps of a few, cases to watch, their peaks, where blocks fall under each, their figures."""
 
 import math
-from functools import partial
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
-from overturning.model.falls import model_of
+from overturning.figures.site_map import distances, sites_by_earthquake
 from overturning.records.record import summary
-from overturning.report.blocks import Block, Figure, Note, Row, Section, Table
-from overturning.report.results import Results
-from overturning.report.sections.maps import polar_map, records_first
-from overturning.report.text import degrees, number, percent
+from overturning.report.blocks import Block, Bullets, Disclosure, Figure, Film, Link, Note, Row, Section, Table, table
+from overturning.report.results import RecordName, Results
+from overturning.report.text import degrees, number
 from overturning.statistics.boundary import boundary, easiest_azimuth
-from overturning.statistics.by_record import by_record
 from overturning.statistics.circular import wrap_axis
-from overturning.statistics.falls import fall_means, overturns
+from overturning.statistics.falls import overturns
 from overturning.study.cube import processing_of
 from overturning.units import CM, GAL
 
 LEAST_RESULTANT = 0.05
 """Resultant below which falls go every way alike and a mean direction or axis would be chance."""
+
+EXPLORER = "explore.html"
+"""Name of the page of `overturning explore`, beside the report."""
+
+_PEAKS = (("pga", GAL, 0), ("pgv", CM, 1), ("pgd", CM, 1))
+"""Measures with unit and decimals of a table."""
+
+
+def maps(results: Results) -> Section:
+    """Maps of all records, or of the few in whose falls the axes agree most."""
+    chosen, blocks = results.first_records, list[Block]()
+    if len(chosen) < len(results.names):
+        few = (
+            f"Of the {len(results.names)} records the {len(chosen)} whose fall axes agree most (largest resultant over "
+            "all blocks); the maps of the others stand with the records, below."
+        )
+        blocks.append(Note(few))
+    blocks += [_map(results, name) for name in chosen]
+    chance = "Colour: the probability of that fall over the neighbourhood of each case. "
+    blocks.append(Note(results.words.map.format(chance=chance if "members" in results.cube else "")))
+    if results.model.one_component:
+        blocks.append(Link("Look around in all cases: point at a cell, see what is known of it", EXPLORER))
+    return Section("Which way blocks fall", tuple(blocks), anchor="maps")
+
+
+def _map(results: Results, name: RecordName) -> Figure:
+    alt = f"{name.heading}: where blocks fall, by {results.model.direction} and B/H"
+    return Figure(results.figures / "polar" / f"{name.id}.svg", alt)
+
+
+def illustrative(results: Results) -> Section | None:
+    """The illustrative cases as films; none where there is none."""
+    if not results.illustrative:
+        return None
+    cases: list[Block] = [Note("The page report.html shows them as films.", medium="paper")]
+    for case in results.illustrative:
+        behind = tuple(
+            Figure(results.figures / "illustrative" / file, **about) for file, about in case["figures"].items()
+        )
+        rule = Note(f"Chosen by rule: {case['rule']}.")
+        film = Film(case["film"], case["block"])
+        shown = (film, Bullets(tuple(case["outcomes"])), rule, Disclosure("Motion and response", behind))
+        cases.append(Section(case["title"], shown))
+    keys = f"Keys: space plays and pauses, ← and → step, Home and End, s changes the speed, {case['keys']}."
+    return Section("Cases to watch", (*cases, Note(keys, medium="page")), anchor="illustrative")
 
 
 def records(results: Results) -> Section:
@@ -34,30 +75,32 @@ def records(results: Results) -> Section:
     blocks += _processing(results)
     if results.fallen > 0:
         blocks.append(_directions(results))
-    if maps := _maps(results):
-        about_maps = Note(
+    sites = enumerate(sites_by_earthquake(results.cube).items(), 1)
+    site_maps = tuple(
+        Figure(results.figures / "maps" / f"{number}.svg", f"map: {event}", " ".join(distances(site)))
+        for number, (event, site) in sites
+    )
+    blocks += [Row(site_maps[i : i + 2], shares=(1.0, 1.0)) for i in range(0, len(site_maps), 2)]
+    if site_maps:
+        about_maps = (
             "Stations and epicentres as the records or the record table state them; a fault whose strike is known is "
-            "drawn "
-            "through the epicentre."
+            "drawn through the epicentre."
         )
-        blocks += [*(Row(maps[i : i + 2], shares=(1.0, 1.0)) for i in range(0, len(maps), 2)), about_maps]
+        blocks.append(Note(about_maps))
     return Section("Records", tuple(blocks), anchor="records")
 
 
 def record_by_record(results: Results) -> Section:
     """The figures of each record."""
     sections = []
-    first = records_first(results)
     for name in results.names:
-        peaks = Figure(
-            results.figures / "intensity" / f"{name.id}.svg", "peak acceleration and velocity by azimuth", width=0.7
-        )
-        shown = (peaks,) if name in first else (polar_map(results, name), peaks)
+        path = results.figures / "intensity" / f"{name.id}.svg"
+        peaks = Figure(path, "peak acceleration and velocity by azimuth", width=0.7)
+        shown = (peaks,) if name in results.first_records else (_map(results, name), peaks)
         sections.append(Section(name.heading, shown, anchor=name.id, together=True))
     beside = Note(
         f"Beside the report, {results.figures.name}/history/ has a page of each record (record.svg): time histories "
-        "before and "
-        "after processing, Fourier amplitudes, signal-to-noise ratio, Husid plot, and what was taken away."
+        "before and after processing, Fourier amplitudes, signal-to-noise ratio, Husid plot, and what was taken away."
     )
     return Section("Record by record", (beside, *sections), anchor="figures")
 
@@ -70,15 +113,15 @@ def _peaks(results: Results) -> Table:
     azimuth = results.intensity["azimuth"].to_numpy()
     rows = []
     for index, name in enumerate(results.names):
-        cells = []
-        for measure, unit, digits in (("pga", GAL, 0), ("pgv", CM, 1), ("pgd", CM, 1)):
+        cells: list[Any] = []
+        for measure, unit, digits in _PEAKS:
             values = results.intensity[measure].isel(record=index).to_numpy()
-            cells += [f"{values.max() / unit:.{digits}f}", degrees(float(azimuth[int(values.argmax())] % 180))]
+            cells += [f"{values.max() / unit:.{digits}f}", float(azimuth[int(values.argmax())] % 180)]
         pulse = {1.0: "yes", 0.0: "no"}.get(float(pulses[index]), "–")
-        named = (name.id, name.station, name.event, pulse, degrees(float(normals[index])))
-        rows.append((*named, *cells[:-1], percent(float(shares[index]))))
+        named = (name.id, name.station, name.event, pulse, float(normals[index]))
+        rows.append((*named, *cells[:-1], float(shares[index])))
     heads = ("record", "station", "earthquake", "pulse", "fault normal", "PGA, Gal", "along", "PGV, cm/s", "along")
-    return Table((*heads, "PGD, cm", "overturned"), tuple(rows), "lttt", anchor="peaks", sortable=True)
+    return table((*heads, "PGD, cm", "overturned"), rows, "lttt°n°n°n%", anchor="peaks", sortable=True)
 
 
 def _processing(results: Results) -> list[Block]:
@@ -88,22 +131,20 @@ def _processing(results: Results) -> list[Block]:
     named = [(name.id, accounts[name.id]) for name in results.names if name.id in accounts]
     if not named:
         return []
-    rows = tuple((name, *_account(account)) for name, account in named)
+    rows = [(name, *_account(account)) for name, account in named]
     note = Note(
         "Raw data is as the recorder gave it; what an agency did to processed data is told as far as its file tells "
-        "it. Peaks "
-        "are the largest of north and east, before → after what was done here. Computed is the length of the motion, "
-        "from its "
-        "first sample (UTC); of it each case leaves out the beginning that cannot move its block."
+        "it. Peaks are the largest of north and east, before → after what was done here. Computed is the length of the "
+        "motion, from its first sample (UTC); of it each case leaves out the beginning that cannot move its block."
     )
-    return [Section("Processing of the records", (Table(heads, rows, "lwnnntw", anchor="processing"), note))]
+    return [Section("Processing of the records", (table(heads, rows, "lwnnntw", anchor="processing"), note))]
 
 
 def _account(account: dict[str, Any]) -> tuple[str, ...]:
     """Cells of a record's row, after its name."""
     steps = [summary(step) for step in account["steps"]]
     peaks = []
-    for measure, unit, digits in (("pga", GAL, 0), ("pgv", CM, 1), ("pgd", CM, 1)):
+    for measure, unit, digits in _PEAKS:
         before, after = (f"{value / unit:.{digits}f}" for value in account["peaks"][measure])
         peaks.append(after if before == after else f"{before} → {after}")
     clock = account["start"].partition("T")[2].partition(".")[0].removesuffix("Z")
@@ -115,26 +156,15 @@ def _account(account: dict[str, Any]) -> tuple[str, ...]:
 
 
 def _directions(results: Results) -> Section:
-    named = zip(results.names, record_directions(results.cube), strict=True)
-    rows = tuple((name.id, *cells) for name, cells in named)
+    rows = [(name.id, *cells) for name, cells in zip(results.names, record_directions(results), strict=True)]
     heads = ["record", "mean fall direction", "resultant", "mean fall axis", "resultant", "from the fault normal"]
     if results.model.one_component:
         heads[-1:] = ["easiest axis", "from the fault normal", "easier by"]
-    table = Table(tuple(heads), rows, "l", anchor="directions", sortable=True)
-    return Section("Where blocks fall, by record", (table, Note(results.words.means)))
+    directions = table(heads, rows, "l", anchor="directions", sortable=True)
+    return Section("Where blocks fall, by record", (directions, Note(results.words.means)))
 
 
-def _maps(results: Results) -> tuple[Figure, ...]:
-    """The map of each earthquake whose epicentre or stations are known, with the distances."""
-    from overturning.figures.site_map import distances, sites_by_earthquake
-
-    return tuple(
-        Figure(results.figures / "maps" / f"{number}.svg", f"map: {event}", " ".join(distances(site)))
-        for number, (event, site) in enumerate(sites_by_earthquake(results.cube).items(), 1)
-    )
-
-
-def record_directions(cube: xr.Dataset) -> list[tuple[str, ...]]:
+def record_directions(results: Results) -> list[tuple[str, ...]]:
     """Where blocks fall under each record, as cells of a table.
 
     Mean fall direction and its resultant, mean fall axis and its resultant, over all cases; azimuth of easiest
@@ -142,23 +172,23 @@ def record_directions(cube: xr.Dataset) -> list[tuple[str, ...]]:
     it over that along the hardest azimuth; where cases have no azimuth the angle of the mean axis from the fault normal
     instead. Dashes where nothing falls, and for a mean whose resultant is below `LEAST_RESULTANT`.
     """
-    model = model_of(cube)
-    found = by_record(partial(fall_means, over=model.case_dims), cube, model.reads)
-    means = []
+    cube, found = results.cube, results.record_means
+    normal, means = cube["fault_normal"].to_numpy(), []
     for index in range(cube.sizes["record"]):
-        head, length = (float(found[name][index]) for name in ("mean_direction", "direction_resultant"))
-        line, strength = (float(found[name][index]) for name in ("mean_axis", "axis_resultant"))
-        shown = (head if length >= LEAST_RESULTANT else math.nan, line if strength >= LEAST_RESULTANT else math.nan)
-        means.append((degrees(shown[0], 360), number(length), degrees(shown[1], 180), number(strength)))
-    if not model.one_component:
-        off = np.abs(wrap_axis(found["mean_axis"].to_numpy() - cube["fault_normal"].to_numpy()))
+        shown: list[str] = []
+        for kind, full in (("direction", 360), ("axis", 180)):
+            angle, length = (float(found[name][index]) for name in (f"mean_{kind}", f"{kind}_resultant"))
+            shown += [degrees(angle if length >= LEAST_RESULTANT else math.nan, full), number(length)]
+        means.append(shown)
+    if not results.model.one_component:
+        off = np.abs(wrap_axis(found["mean_axis"].to_numpy() - normal))
         return [(*cells, degrees(float(one))) for cells, one in zip(means, off, strict=True)]
     one = cube.isel(height=[0], friction=[cube.sizes["friction"] - 1])
     easiest = easiest_azimuth(boundary(one), cube["b_over_h"]).isel(height=0, friction=0)
     rows: list[tuple[str, ...]] = []
-    for index, normal in enumerate(cube["fault_normal"].to_numpy()):
+    for index, cells in enumerate(means):
         best, ratio = float(easiest["easiest_axis"][index]), float(easiest["ratio"][index])
         bound = "" if math.isnan(ratio) or bool(easiest["bounded"][index]) else "≥ "
-        apart = abs(float(wrap_axis(best - normal))) if np.isfinite(normal) else math.nan
-        rows.append((*means[index], degrees(best, 180), degrees(apart), bound + number(ratio)))
+        apart = abs(float(wrap_axis(best - normal[index]))) if np.isfinite(normal[index]) else math.nan
+        rows.append((*cells, degrees(best, 180), degrees(apart), bound + number(ratio)))
     return rows

@@ -1,25 +1,27 @@
 """The study's scenes: their drawing, how often and which way each element falls, stack against monolith."""
 
+from functools import partial
+
 import numpy as np
 import xarray as xr
 
+from overturning.figures.scene import element_roses_figure, scenes_figure
 from overturning.model.planes import FALLS, fall_probability
-from overturning.report.blocks import Block, Figure, Note, Paragraph, Section, Table
-from overturning.report.results import Results, has_scene
-from overturning.report.text import number, percent
+from overturning.model.scene import gravestone
+from overturning.report.blocks import Block, Figure, Note, Paragraph, Section, table
+from overturning.report.results import Results
+from overturning.report.text import percent
 from overturning.statistics.by_record import each_record
 from overturning.statistics.elements import StoneComparison, compare_stones, falls_by_element
 from overturning.study.scenes import NOMINAL, scene_of
 
 
 def scene(results: Results) -> Section | None:
-    """Drawing, table and comparisons of the study's scenes; none for a single block."""
-    if not has_scene(results.study):
+    """Drawing, table and comparisons of the study's scenes; none where it is of the default gravestone alone."""
+    study = results.study
+    if study.scene == gravestone() and not any(variant.scene for variant in study.variants.values()):
         return None
-    from overturning.figures.scene import element_roses_figure, scenes_figure
-    from overturning.figures.style import save, style
-
-    scenes = {name: scene_of(results.study, name) for name in results.cubes}
+    scenes = {name: scene_of(study, name) for name in results.cubes}
     stones: dict[str, xr.Dataset] = {}
     rows = []
     for name, cube in results.cubes.items():
@@ -28,33 +30,30 @@ def scene(results: Results) -> Section | None:
         stones[title] = results.reference_cube(name)
         for row in results.elements if name == NOMINAL and several else falls_by_element(cube):
             element = row.name if several else one.free[0]
-            falls = (str(row.cases), str(row.falls), percent(row.share), str(row.first), number(row.median_time))
+            falls = (row.cases, row.falls, row.share, row.first, row.median_time)
             rows.append((one.title or one.name, element, *falls))
     first, *others = stones.items()
     sentences = [comparison_sentence(compare_stones(*first, *other)) for other in others]
     sentences += [text for title, cube in stones.items() if (text := spread_sentence(title, cube))]
-    drawing, roses = results.drawings / "scene.svg", results.drawings / "scene-roses.svg"
-    with style():
-        save(scenes_figure(list(scenes.values())), drawing)
-        save(element_roses_figure(stones), roses)
+    drawing = results.drawn("scene", partial(scenes_figure, list(scenes.values())))
+    roses = results.drawn("scene-roses", partial(element_roses_figure, stones))
     to_scale = "To scale; crosses are centres of mass, grey moves with the record."
     note = Note(
         "A stone has fallen that no longer stands where it stood: turned past the angle from which it could come back, "
-        "lower "
-        "by more than a tenth of its height or what the scene file sets, or without what carried it. Cases without an "
-        "outcome "
-        "are not counted. Elsewhere in this report “the block” is the reference element of the study's own scene."
+        "lower by more than a tenth of its height or what the scene file sets, or without what carried it. Cases "
+        "without an outcome are not counted. Elsewhere in this report “the block” is the reference element of the "
+        "study's own scene."
     )
     towards = "Azimuths towards which each stone falls, over all cases."
     heads = ("scene", "element", "cases", "falls", "share", "falls first in", "median time, s")
-    blocks: tuple[Block, ...] = (
+    blocks: list[Block] = [
         Figure(drawing, "the scenes, drawn to scale", to_scale, width=0.85),
         *map(Paragraph, sentences),
-        Table(heads, tuple(rows), "tt"),
+        table(heads, rows, "ttnn%n2"),
         note,
         Figure(roses, "roses of fall azimuths of each stone", towards, width=0.85),
-    )
-    return Section("The scene", blocks, anchor="scene")
+    ]
+    return Section("The scene", tuple(blocks), anchor="scene")
 
 
 def comparison_sentence(found: StoneComparison) -> str:
@@ -62,14 +61,12 @@ def comparison_sentence(found: StoneComparison) -> str:
     text = (
         f"Of {found.cases} cases the {found.name} falls in {found.both + found.only_this} and the {found.other} in "
         f"{found.both + found.only_other}; in {found.only_this} only the {found.name} falls, in {found.only_other} "
-        "only "
-        f"the {found.other}."
+        f"only the {found.other}."
     )
     if found.both:
         text += (
             f" Where both fall ({found.both}), they go to the same side in {percent(found.same_side / found.both)}, "
-            "and the "
-            f"{found.name} falls first in {percent(found.earlier / found.both)}."
+            f"and the {found.name} falls first in {percent(found.earlier / found.both)}."
         )
     elif found.only_this and not found.only_other:
         text += f" So the {found.name} falls first in every case in which anything falls."
@@ -93,6 +90,5 @@ def spread_sentence(name: str, cube: xr.Dataset) -> str | None:
     return (
         f"With amplitude, shape, friction, damping and azimuth spread as the study states, the {name} falls with a "
         f"probability of {percent(total / known if known else np.nan)}, the mean over all cases; of the {again} cases "
-        "near "
-        f"a change of outcome some runs fall and others stand in {divided}."
+        f"near a change of outcome some runs fall and others stand in {divided}."
     )

@@ -1,10 +1,16 @@
-"""How exact the answers are: part of the study, run again with finer steps and with stiffer springs."""
+"""How exact the answers are: the spread over the neighbourhood of each case, and part of the study run again."""
 
-from typing import Final
+from functools import partial
+from typing import Any, Final
 
-from overturning.report.blocks import Block, Caution, Note, Paragraph, Section, Table
+import numpy as np
+import xarray as xr
+
+from overturning.model.model import Model
+from overturning.report.blocks import Block, Caution, Note, Paragraph, Section, table
 from overturning.report.results import Results
-from overturning.report.text import percent
+from overturning.report.text import counted, number, percent
+from overturning.statistics.by_record import by_record
 from overturning.study.convergence import ASIDE, NUDGE, WARN_ABOVE, Convergence, Repetition
 from overturning.study.ensemble import wilson
 
@@ -41,16 +47,19 @@ def convergence(results: Results) -> Section | None:
         several = any(len(part.outcomes) > 1 for _, part in repetitions)
         text += " Each element of the scene is counted by itself." if several else ""
         text += " The variants were not run again." if results.study.variants else ""
-    heads = ("run again with", "what changed", "changed", "compared", "share", "95 % interval", "no answer")
     note = (
         f"Interval by Wilson. The study itself took {found.study_block_steps:.3g} block steps. Seed of the choice: "
         f"{found.seed}."
     )
     way = "side" if results.model.one_component else f"azimuth, by {ASIDE:g}° or more"
-    side = f"{way}, where it falls"
     agreed = bool(results.study.ensemble.members)
-    rows = tuple(row for name, part in repetitions for row in _rows(name, part, found.study_block_steps, side, agreed))
-    blocks += [Paragraph(text), Table((*heads, "block steps", "of the study's"), rows, "tt"), Note(note)]
+    rows = [
+        row
+        for name, part in repetitions
+        for row in _rows(name, part, found.study_block_steps, f"{way}, where it falls", agreed)
+    ]
+    heads = ("run again with", "what changed", "changed", "compared", "share", "95 % interval", "no answer")
+    blocks += [Paragraph(text), table((*heads, "block steps", "of the study's"), rows, "tt"), Note(note)]
     return Section("How exact these answers are", tuple(blocks), anchor="convergence")
 
 
@@ -101,34 +110,32 @@ def _settled(found: Convergence) -> str:
     changed, looked, settled, chaotic = settling.changed, settling.looked_at, settling.settled, settling.chaotic
     if not changed:
         return ""
+    head = f" With finer steps {counted(changed, 'case')} changed; "
     if not looked:
-        return f" With finer steps {_cases(changed)} changed; verification.cost leaves no room to look why."
-    which = _were(changed, "it", "they") if looked == changed else _were(looked, f"{looked} of them")
-    low, high = map(float, wilson(chaotic, found.chosen))
-    interval = f"95 % interval {100 * low:.2f} to {percent(high, 2)}"
-    share = f"{percent(chaotic / found.chosen, 2)} of the cases run again ({interval})"
-    decided = f"; no computation decides these{f', {share}' if looked == changed else ''}" if chaotic else ""
+        return f"{head}verification.cost leaves no room to look why."
+    all_of_them, were = looked == changed, "was" if looked == 1 else "were"
+    which = ("it" if changed == 1 else "they") if all_of_them else f"{looked} of them"
+    share = f", {percent(chaotic / found.chosen, 2)} of the cases run again (95 % interval {_wilson(chaotic, found.chosen)})"
+    decided = f"; no computation decides these{share if all_of_them else ''}" if chaotic else ""
     return (
-        f" With finer steps {_cases(changed)} changed; {which} computed twice more, in steps half as long as those, "
-        f"and in those under a motion stronger by a factor of 1 + {NUDGE:g}, less than is known of any. {settled} kept "
-        f"the answer of the finer steps, which so is settled; {looked - settled - chaotic} changed with the shorter steps "
-        f"only and would need finer ones yet; {chaotic or 'none'} changed with the motion{decided}."
+        f"{head}{which} {were} computed twice more, in steps half as long as those, and in those under a motion "
+        f"stronger by a factor of 1 + {NUDGE:g}, less than is known of any. {settled} kept the answer of the finer "
+        f"steps, which so is settled; {looked - settled - chaotic} changed with the shorter steps only and would need "
+        f"finer ones yet; {chaotic or 'none'} changed with the motion{decided}."
     )
 
 
-def _were(count: int, one: str, more: str = "") -> str:
-    return f"{one} was" if count == 1 else f"{more or one} were"
+def _wilson(count: int, of: int) -> str:
+    """The interval of a share, %."""
+    low, high = map(float, wilson(count, of))
+    return f"{100 * low:.2f} to {percent(high, 2)}"
 
 
-def _cases(count: int) -> str:
-    return "1 case" if count == 1 else f"{count} cases"
-
-
-def _rows(name: str, part: Repetition, own: int, side: str, agreed: bool) -> list[tuple[str, ...]]:
+def _rows(name: str, part: Repetition, own: int, side: str, agreed: bool) -> list[tuple[Any, ...]]:
     """Rows of one repetition; its name and its work, also as a share of the study's own, stand in the first."""
     if not part.outcomes:
         return [(name, f"not possible: {part.refused}", *[""] * 7)]
-    rows: list[tuple[str, ...]] = []
+    rows: list[tuple[Any, ...]] = []
     for outcome in part.outcomes:
         whose = f"{outcome.element} " if outcome.element else ""
         undivided = ("of these where the neighbourhood agrees", outcome.flags_undivided, outcome.cases)
@@ -137,11 +144,53 @@ def _rows(name: str, part: Repetition, own: int, side: str, agreed: bool) -> lis
             *([undivided] if agreed else []),
             (side, outcome.sides, outcome.fallen),
         ):
-            low, high = map(float, wilson(changed, compared))
-            share, bounds = "–", "–"
-            if compared:
-                share, bounds = percent(changed / compared, 2), f"{100 * low:.2f} to {percent(high, 2)}"
-            rows.append(("", whose + what, str(changed), str(compared), share, bounds, "", "", ""))
+            share = (percent(changed / compared, 2), _wilson(changed, compared)) if compared else "––"
+            rows.append(("", whose + what, changed, compared, *share, "", "", ""))
     unanswered, steps = max(outcome.unanswered for outcome in part.outcomes), part.block_steps
-    work = (str(unanswered), f"{steps:.3g}", percent(steps / own) if own else "")
-    return [(name, *rows[0][1:-3], *work), *rows[1:]]
+    return [(name, *rows[0][1:-3], unanswered, f"{steps:.3g}", percent(steps / own) if own else ""), *rows[1:]]
+
+
+def ensemble(results: Results) -> Section | None:
+    """How many cells near a change of flag have runs that are divided; none without an ensemble."""
+    cube, model = results.cube, results.model
+    if "members" not in cube:
+        return None
+    found = by_record(partial(_counts, model), cube, (*model.reads, *model.reads_spread, "members"))
+    sums = found.drop_vars(("fewest", "most")).sum()
+    count, divided, agree = (int(sums[name]) for name in ("run", "divided", "agree"))
+    text = "No cell lies near a change of flag, so the ensemble had nothing to run."
+    if count:
+        fewest, times, until = f"{float(found['fewest'].min()):.0f}", f"{float(found['most'].max()):.0f}", ""
+        if fewest != times:
+            mean = f"{float(sums['members']) / int(sums['with_members']):.0f}"
+            until = f" (on average {mean}; no more once the 95 % intervals of its probabilities are narrow enough)"
+            times = f"{fewest} to {times}"
+        apart = results.words.apart.format(percent(float(sums["apart"]) / agree if agree else float("nan"), 1))
+        halves = " Where runs are divided, the two halves of the ensemble differ by {} in probability on average."
+        text = (
+            f"Each cell near a change of flag ({percent(count / int(sums['cells']))} of all) was run {times} more "
+            f"times with slightly different amplitude, shape, friction, damping and {model.direction}{until}. In "
+            f"{percent(divided / count, 1)} of them some runs fall and others stand; {apart}"
+            f"{halves.format(number(float(sums['gap']) / divided)) if divided else ''} This is the spread over the "
+            "neighbourhood stated in the study, not a probability of what happened."
+        )
+    return Section("Uncertainty", (Paragraph(text),), anchor="uncertainty")
+
+
+def _counts(model: Model, cube: xr.Dataset) -> xr.Dataset:
+    """Of each record: cells, those that were run, divided, agreed on and apart, and how many members they had."""
+    found, half = model.spread(cube), cube.isel({model.direction: model.representative(cube)})
+    run, members = found["falls"].notnull(), half["members"].where(half["members"] > 0)
+    divided = (found["falls"] > 0) & (found["falls"] < 1)
+    over = [name for name in run.dims if name != "record"]
+    counts = xr.Dataset({
+        "cells": xr.ones_like(run),
+        "run": run,
+        "divided": divided,
+        "agree": found["agree"],
+        "apart": found["apart"],
+        "gap": np.abs(found["gap"].where(divided).astype("float64")),
+        "members": members,
+        "with_members": members.notnull(),
+    }).sum(over)  # fmt: skip
+    return counts.assign(fewest=members.min(), most=members.max())

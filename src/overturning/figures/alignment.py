@@ -1,10 +1,12 @@
-"""Fall axes of the earthquakes relative to their fault normals."""
+"""How falls lie to what they may follow: axes to the fault normals, by earthquake, and all of it by slenderness."""
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from overturning.figures.style import DASHED, FAULT, INK, SERIES, caption, grid
+from overturning.arrays import FloatArray
+from overturning.figures.style import DASHED, FAULT, INK, SERIES, caption, grid, labels
+from overturning.statistics.bootstrap import Mean
 from overturning.statistics.earthquakes import AxisSummary
 
 MARKERS = ("o", "D", "s")
@@ -52,4 +54,38 @@ def axes_figure(groups: dict[str, xr.Dataset], summaries: dict[str, AxisSummary]
     axes.set_xlabel("fall axis relative to the fault normal", fontsize=8)
     axes.grid(True, axis="x")
     caption(figure, "", axes, 3)
+    return figure
+
+
+def follow_figure(found: dict[str, dict[tuple[str, bool], list[Mean]]], b_over_h: FloatArray) -> Figure:
+    """What falls follow, by slenderness: a column per group of records; above as axes, below with their heads.
+
+    Parameters
+    ----------
+    found : dict
+        By group, then by name of the reference and whether it is taken as an axis: its mean for each B/H.
+    b_over_h : ndarray, shape (n,)
+        The slendernesses.
+    """
+    figure, panels = grid(2, len(found), max(3.4 * len(found), 4.4), 5.4)
+    names = list(dict.fromkeys(name for group in found.values() for name, _ in group))
+    apart = 0.12 * float(np.diff(b_over_h).min(initial=0.05))
+    for column, (group, means) in enumerate(found.items()):
+        for row, axial in enumerate((True, False)):
+            axes = panels[row, column]
+            axes.axhline(0.0, color="#c8c8c8", linewidth=0.8)
+            for place, name in enumerate(names):
+                if (name, axial) not in means:
+                    continue
+                value, low, high = np.array([(one.value, one.low, one.high) for one in means[name, axial]]).T
+                x, colour = b_over_h + (place - 0.5 * (len(names) - 1)) * apart, SERIES[place % len(SERIES)]
+                axes.vlines(x, low, high, color=colour, linewidth=1.0)
+                axes.plot(x, value, "osD^"[place % 4], color=colour, markersize=3.5, label=name)
+            axes.set_ylim(-1.05, 1.05)
+            measure = "mean cos 2Δ of axes" if axial else "mean cos Δ of directions"
+            labels(axes, "B/H" if row else "", measure if column == 0 else "")
+            axes.grid(True, axis="y")
+            if row == 0:
+                axes.set_title(group, fontsize=9)
+    caption(figure, "", panels[0, 0], 4 if len(found) > 1 else 2)
     return figure

@@ -1,0 +1,207 @@
+"""Where blocks fall under a record: polar maps of planes by slenderness, and maps of bodies in space by orientation."""
+
+from typing import Any, Final
+
+import numpy as np
+import xarray as xr
+from matplotlib.colors import LinearSegmentedColormap, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.ticker import MultipleLocator
+
+from overturning.arrays import FloatArray
+from overturning.figures.rose import draw_rose
+from overturning.figures.style import (
+    DARKEST,
+    FALLS,
+    INK,
+    MISSING,
+    OTHER_SIDE,
+    STANDS,
+    caption,
+    compass,
+    grid,
+    labels,
+    mark_fault_normal,
+    patch,
+    slenderness_ticks,
+)
+from overturning.model.falls import model_of
+from overturning.model.planes import fall_probability
+from overturning.statistics.falls import whole_circle
+from overturning.statistics.roses import rose_of
+
+PANEL: Final = {1: 4.6, 2: 2.9, 3: 1.95}
+"""Width of a panel, inches, by the number in a row: together they fill a page. More panels go into further rows."""
+
+STEP_DEG: Final = 2.0
+"""Cells are drawn in parts no wider than this, so that their inner and outer edges are arcs and not chords."""
+
+MORE_LIKELY: Final = 0.5
+"""A cell whose block falls to one side with a larger probability than this is of that kind."""
+
+_KINDS: Final = {
+    "stands": STANDS,
+    "falls to the other side": OTHER_SIDE,
+    "falls towards the azimuth": FALLS,
+    "no outcome": MISSING,
+}
+
+_CHANCE: Final = LinearSegmentedColormap.from_list("probability", [STANDS, "#f6c9a0", "#e58a4b", FALLS, DARKEST])
+"""Probability from 0 (paper) to 1 (the colour of falls, then darker): lightness falls all the way."""
+
+_TURN = np.linspace(0.0, 2.0 * np.pi, 256, endpoint=False)[:, None]
+COLOURS: Final = ListedColormap(np.clip(0.58 + 0.36 * np.cos(_TURN - np.radians([0.0, 130.0, 250.0])), 0.0, 1.0))
+"""Of azimuths: a hue for each, north red; arrows say the same."""
+
+MOST_ARROWS: Final = 36
+"""Arrows along each side of a map."""
+
+
+def map_figure(cube: xr.Dataset, title: str) -> Figure:
+    """Where the blocks of one record of a cube fall: round the compass, or, of bodies in space, by orientation."""
+    return (plane_map_figure if model_of(cube).one_component else space_map_figure)(cube, title)
+
+
+def plane_map_figure(cube: xr.Dataset, title: str) -> Figure:
+    """Azimuth of the fall × slenderness, a compass per friction and height.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        One record of the cube, or any dataset with ``overturned`` over azimuth, height, b_over_h and friction; where it
+        has the ensemble's probabilities, these are shown.
+    """
+    spread = "probability_towards" in cube
+    chance = fall_probability(closed(cube))[["towards", "away"]].compute()
+    blocks = list(np.ndindex(chance["height"].size, chance["friction"].size))
+    rows, columns = rows_and_columns(chance["height"].size, chance["friction"].size)
+    apart = ConstrainedLayoutEngine(h_pad=0.11)  # the letters below a panel stay clear of the title of the next
+    width, height = PANEL[columns] * columns + 0.85 * spread, (PANEL[columns] + 0.2) * rows + 0.8
+    figure, panels = grid(rows, columns, width, height, used=len(blocks), polar=True, layout=apart)
+    for axes, (row, column) in zip(panels.flat, blocks, strict=False):
+        cells = chance.isel(height=row, friction=column)
+        axes.set_title(f"µ = {float(cells['friction']):g}, H = {float(cells['height']):g} m", pad=3, fontsize=9)
+        towards, away = (cells[name].transpose("b_over_h", "azimuth").to_numpy() for name in ("towards", "away"))
+        kinds = np.select([np.isnan(towards), away > MORE_LIKELY, towards > MORE_LIKELY], [3, 1, 2], 0)
+        if spread:
+            shaded = (kinds == 0) | (kinds == 2)
+            mesh = draw_cells(axes, cells, np.ma.masked_where(~shaded, towards), cmap=_CHANCE, vmin=0.0, vmax=1.0)
+            kinds = np.ma.masked_where(shaded, kinds)
+        draw_cells(axes, cells, kinds, cmap=ListedColormap(list(_KINDS.values())), vmin=-0.5, vmax=3.5)
+        if "fault_normal" in cube.variables:
+            mark_fault_normal(axes, float(cube["fault_normal"]))
+    marks = [patch(colour, kind) for kind, colour in _KINDS.items()]
+    if spread:
+        last = next(axes for axes in panels[0][::-1] if axes.get_visible())
+        bar = figure.colorbar(mesh, cax=last.inset_axes([1.22, 0.0, 0.06, 1.0]))
+        bar.set_label("probability of falling\ntowards the azimuth", fontsize=8)
+        bar.ax.tick_params(labelsize=8)
+        del marks[2]
+    if bool(chance["towards"].notnull().all()):
+        del marks[-1]
+    caption(figure, f"{title}\nradius: slenderness B/H", panels[0, 0], 2, first=marks)
+    return figure
+
+
+def rows_and_columns(heights: int, frictions: int) -> tuple[int, int]:
+    """Rows and columns of panels for heights and frictions: a row per height where they fit, at most three columns."""
+    count = heights * frictions
+    columns = frictions if heights > 1 and 1 < frictions <= max(PANEL) else min(count, max(PANEL))
+    columns = 2 if count == 4 else columns
+    return -(-count // columns), columns
+
+
+def closed(cube: xr.Dataset) -> xr.Dataset:
+    """A cube whose cells reach round the compass: half of the azimuths give the others; a single one stays alone."""
+    return whole_circle(cube) if cube["azimuth"].size > 1 else cube
+
+
+def cell_edges(centres: FloatArray) -> FloatArray:
+    """Edges of cells half-way between centres, the outer ones symmetric; a single cell spans a tenth of its value."""
+    if centres.size == 1:
+        return np.array([0.95, 1.05]) * centres[0]
+    between = (centres[1:] + centres[:-1]) / 2
+    return np.concatenate([[2 * centres[0] - between[0]], between, [2 * centres[-1] - between[-1]]])
+
+
+def azimuth_edges(azimuth_deg: FloatArray) -> FloatArray:
+    """Edges of azimuth cells closed around the compass, radians: one more than azimuths, ascending over one turn."""
+    if azimuth_deg.size == 1:
+        return np.radians(azimuth_deg[0] + np.array([-2.5, 2.5]))
+    next_one = np.append(azimuth_deg[1:], azimuth_deg[0] + 360.0)
+    after = (azimuth_deg + next_one) / 2
+    return np.radians(np.append(after[-1] - 360.0, after))
+
+
+def draw_cells(axes: Any, cells: xr.Dataset, values: Any, **colours: Any) -> Any:
+    """Colour the cells of a compass by ``values`` (b_over_h, azimuth), and return the mesh for a colour bar."""
+    compass(axes)
+    axes.grid(False)
+    edges = azimuth_edges(cells["azimuth"].to_numpy().astype(np.float64))
+    parts = int(np.ceil(np.degrees(np.diff(edges).max()) / STEP_DEG))
+    theta = np.append((edges[:-1, None] + np.diff(edges)[:, None] * np.arange(parts) / parts).ravel(), edges[-1])
+    radius = cell_edges(cells["b_over_h"].to_numpy().astype(np.float64))
+    mesh = axes.pcolormesh(theta, radius, np.repeat(values, parts, axis=1), rasterized=True, shading="flat", **colours)
+    slenderness_ticks(axes, radius[-1], float(radius.mean()))
+    axes.yaxis.grid(True, linewidth=0.4)
+    return mesh
+
+
+def space_map_figure(cube: xr.Dataset, title: str) -> Figure:
+    """Fall azimuth by orientation and B/H, a panel per friction, height and aspect; and the record's rose.
+
+    Parameters
+    ----------
+    cube : xarray.Dataset
+        One record of a cube in space.
+    """
+    blocks = [(height, aspect) for height in cube["height"].to_numpy() for aspect in cube["aspect"].to_numpy()]
+    frictions = cube["friction"].to_numpy()
+    figure, panels = grid(len(blocks), len(frictions) + 1, 2.2 * (len(frictions) + 1), 1.95 * len(blocks) + 0.9)
+    for row, (height, aspect) in enumerate(blocks):
+        for column, friction in enumerate(frictions):
+            axes = panels[row, column]
+            _draw_orientations(axes, cube.sel(height=height, aspect=aspect, friction=friction))
+            several = f", D/B = {aspect:g}" if cube.sizes["aspect"] > 1 else ""
+            axes.set_title(f"µ = {friction:g}, H = {height:g} m{several}", fontsize=8)
+            labels(axes, "orientation" if row == len(blocks) - 1 else "", "B/H" if column == 0 else "")
+        panels[row, -1].set_visible(False)
+    around = figure.add_subplot(panels[0, -1].get_subplotspec(), projection="polar")
+    draw_rose(around, rose_of(cube.expand_dims("record")).shares)
+    around.set_yticklabels([])
+    around.tick_params(labelsize=7)
+    top = around.get_ylim()[1]
+    around.set_ylim(0.0, 1.22 * top)
+    ring, rim = np.linspace(0.0, 2.0 * np.pi, 73), [1.08 * top, 1.22 * top]
+    hues = ((ring[:-1] + ring[1:]) / 2)[None, :]
+    around.pcolormesh(ring, rim, hues, cmap=COLOURS, vmin=0, vmax=2 * np.pi, rasterized=True)
+    mark_fault_normal(around, float(cube["fault_normal"]))
+    around.set_title("all falls of the record", fontsize=8, pad=3)
+    marks = [patch(STANDS, "stands")]
+    if bool(cube["overturned"].isnull().any()):
+        marks.append(patch(MISSING, "not found"))
+    caption(figure, f"{title}\ncolour and arrow: azimuth of the fall, north up", around, 3, first=marks)
+    return figure
+
+
+def _draw_orientations(axes: Any, cells: xr.Dataset) -> None:
+    x, y = (cells[name].to_numpy().astype(np.float64) for name in ("orientation", "b_over_h"))
+    azimuth = np.radians(cells["fall_azimuth"].transpose("b_over_h", "orientation").to_numpy().astype(np.float64))
+    missing = cells["overturned"].isnull().transpose("b_over_h", "orientation").to_numpy()
+    edges = cell_edges(x) if x.size > 1 else x[0] + np.array([-2.5, 2.5]), cell_edges(y)
+    axes.set_facecolor(STANDS)
+    axes.pcolormesh(*edges, np.ma.masked_invalid(azimuth), cmap=COLOURS, vmin=0.0, vmax=2.0 * np.pi, rasterized=True)
+    if missing.any():
+        axes.pcolormesh(*edges, np.ma.masked_where(~missing, missing), cmap=ListedColormap([MISSING]), rasterized=True)
+    across, up = np.meshgrid(x, y)
+    # Of finer grids arrows of every second cell, or third: more could not be told apart.
+    fell = np.zeros(azimuth.shape, bool)
+    thin = tuple(slice(None, None, -(-count // MOST_ARROWS)) for count in azimuth.shape)
+    fell[thin] = np.isfinite(azimuth)[thin]
+    axes.quiver(
+        across[fell], up[fell], np.sin(azimuth[fell]), np.cos(azimuth[fell]), pivot="mid", angles="uv", color=INK,
+        scale=30, width=0.006, headwidth=4, headlength=4, headaxislength=3.5,
+    )  # fmt: skip
+    axes.set(xlim=(edges[0][0], edges[0][-1]), ylim=(edges[1][0], edges[1][-1]))
+    axes.xaxis.set_major_locator(MultipleLocator(30 if np.ptp(x) <= 100 else 60 if np.ptp(x) <= 200 else 90))

@@ -1,0 +1,206 @@
+"""What makes a block fall, how well the field's criteria foretell it, and findings beside published ones."""
+
+import math
+from typing import Final
+
+import numpy as np
+
+from overturning.figures.style import short
+from overturning.report.blocks import Block, Disclosure, Figure, Note, Paragraph, Section, Table, table
+from overturning.report.results import Results
+from overturning.report.text import counted, interval, number, percent
+from overturning.statistics.criteria import CRITERIA, CriteriaScores, Score, criteria_scores
+from overturning.statistics.logistic import LogisticFit, describe, overturning_fit
+from overturning.study.sections import Published
+from overturning.units import CM, GAL
+
+DOUBLED = {1: "PGA, and PGV with it,", 2: "PGV alone", 4: "the size of a block alone"}
+"""What doubles where a predictor of `statistics.logistic.overturning_fit` grows by ln 2, by its place."""
+
+WIDEST = 100.0
+"""An interval of odds whose ends differ by more than this factor tells nothing."""
+
+# How far a peak may lie from a published one whose processing is not known: each integration lets its choices in.
+_PEAKS: Final = (
+    ("pga", "pga_gal", "PGA, Gal", GAL, 0.01),
+    ("pgv", "pgv_cm_s", "PGV, cm/s", CM, 0.05),
+    ("pgd", "pgd_cm", "PGD, cm", CM, 0.20),
+)
+
+
+def cause(results: Results) -> Section | None:
+    """Falls in the plane of PGA and PGV/PGA, and the logistic fit; none where cases have no azimuth of their own."""
+    if not results.model.one_component:
+        return None
+    fit = overturning_fit(results.cube, results.intensity)
+    caption = (
+        "Each point is one plane of one record. Lines: the field's criteria, by which a block falls to the right of "
+        "them, and the fit to this study."
+    )
+    blocks: list[Block] = [
+        Figure(results.figures / "plane.svg", "falls in the plane of PGA and PGV/PGA", caption, width=0.92)
+    ]
+    if sentence := doubling_sentence(fit):
+        blocks.append(Paragraph(sentence))
+    if fit.note:
+        blocks.append(Paragraph(f"{fit.note[:1].upper()}{fit.note[1:]}."))
+    if not fit.note.startswith("no fit"):
+        note = (
+            f"Logistic fit of the probability of overturning to {fit.rows:,} planes and blocks of "
+            f"{counted(fit.clusters, 'earthquake')}; intervals clustered by earthquake. PGV/PGA in s, H in m. It says "
+            "nothing outside the range of the data."
+        )
+        blocks += [_table(fit), Note(note)]
+    return Section("What makes a block fall", tuple(blocks), anchor="intensity")
+
+
+def _table(fit: LogisticFit) -> Table:
+    rows = [
+        (name, value, interval(low, high), interval(least, most))
+        for name, value, low, high, least, most in describe(fit)
+    ]
+    return table(("predictor", "coefficient", "95 % interval", "range of the data"), rows, "t2")
+
+
+def doubling_sentence(fit: LogisticFit) -> str:
+    """What doubling the motion or the block does to the odds of a fall; empty where nothing was fitted."""
+    parts, untold = [], []
+    for place, what in DOUBLED.items():
+        factor, low, high = (2.0 ** float(values[place]) for values in (fit.coefficient, fit.low, fit.high))
+        if math.isnan(factor):
+            continue
+        if high <= WIDEST * low:
+            parts.append(f"by {short(factor)} ({short(low)} to {short(high)}) where {what} doubles")
+        else:
+            untold.append(what.strip(","))
+    told = f"The odds of a fall are multiplied {'; '.join(parts)}." if parts else ""
+    if not untold:
+        return told
+    unknown = (
+        f"{counted(fit.clusters, 'earthquake')} cannot tell by how much the odds of a fall grow where "
+        f"{' or '.join(untold)} doubles."
+    )
+    return f"{told} {unknown}".strip()
+
+
+def criteria(results: Results) -> Section | None:
+    """Hits and misses of each criterion, over all and by block; none where outcomes or azimuths are not known."""
+    if not results.model.one_component:
+        return None
+    found = criteria_scores(results.cube, results.intensity)
+    if found is None:
+        return None
+    about = Note(
+        "Each plane of every record with its own PGA and PGV, all frictions together, the cells' own outcomes. Hits: "
+        "falls that were foretold, of all falls. False alarms: stands for which a fall was foretold, of all stands. "
+        "Skill: hits less false alarms, 1 perfect, 0 a guess; its 95 % interval by bootstrap over earthquakes. The "
+        "criteria were made for the ground's peak values, not for those of a plane."
+    )
+    by_block = Disclosure("By size and slenderness", (_by_block(found),))
+    blocks = (Paragraph(_sentence(found)), _summary(found), about, by_block)
+    return Section("How well the field's criteria foretell these falls", blocks, anchor="criteria")
+
+
+def _sentence(found: CriteriaScores) -> str:
+    """Which criterion has the most skill, and how the others err."""
+    skills = [one.skill for one in found.overall]
+    if any(math.isnan(skill) for skill in skills):
+        return "Everything falls or everything stands, so no criterion can show skill."
+    best = max(range(len(skills)), key=skills.__getitem__)
+    parts = [
+        f"{one.name} foretells {percent(score.hit_rate)} of the falls at {percent(score.false_alarm_rate)} false alarms"
+        for one, score in zip(CRITERIA, found.overall, strict=True)
+    ]
+    head = f"Of the field's criteria {CRITERIA[best].name} has the most skill here ({number(skills[best])})."
+    return f"{head} {'; '.join(parts)}."
+
+
+def _summary(found: CriteriaScores) -> Table:
+    rows = [
+        (one.name, one.rule, score.hit_rate, score.false_alarm_rate, score.skill, interval(*bounds), score.right)
+        for one, score, bounds in zip(CRITERIA, found.overall, found.interval, strict=True)
+    ]
+    heads = ("criterion", "a block falls where", "hits", "false alarms", "skill", "interval", "right")
+    return table(heads, rows, "tt%%2n%", anchor="criteria-summary")
+
+
+def _by_block(found: CriteriaScores) -> Table:
+    rows = [
+        (height, shape, found.falls[height, shape], *map(_cell, scores))
+        for (height, shape), scores in found.blocks.items()
+    ]
+    heads = ("H, m", "B/H", "falls", *(f"{one.name}: hits, false alarms, skill" for one in CRITERIA))
+    return table(heads, rows, "gg%", anchor="criteria-blocks", sortable=True)
+
+
+def _cell(score: Score) -> str:
+    return f"{percent(score.hit_rate)}, {percent(score.false_alarm_rate)}, {number(score.skill)}"
+
+
+def published(results: Results) -> Section | None:
+    """Peaks and findings beside the published ones; none where nothing was published."""
+    there = results.study.published
+    if not there:
+        return None
+    rows, sentences = [], []
+    for variant in results.cubes:
+        found = outcomes(results, variant)
+        holding = {size for size, overturns in found.items() if overturns == tuple(row.overturns for row in there)}
+        heights = ", ".join(f"{height:g}" for height in sorted({height for height, _ in holding}))
+        where = f"for H = {heights} m" if holding else "for none of the sizes"
+        count = f"({len(holding)} of {len(found)})"
+        sentences.append(f"With the {variant} contact the published outcomes are found {where} {count}.")
+        for size, overturns in found.items():
+            holds = "holds" if size in holding else "does not hold"
+            rows.append((variant, *size, *map(_does, overturns), holds))
+    heads = (f"{_label(row)}: {_does(row.overturns)}" for row in there)
+    findings = table(("contact", "H, m", "µ", *heads, "finding"), rows, "tgg" + "t" * (len(there) + 1))
+    blocks = (Paragraph(" ".join(sentences)), _peaks(results), findings)
+    return Section("Beside the published values", blocks, anchor="published")
+
+
+def _peaks(results: Results) -> Table:
+    """Peaks along the published azimuths beside the published peaks."""
+    ids = [name.id for name in results.names]
+    rows = []
+    for row in results.study.published:
+        measures = results.intensity.isel(record=ids.index(row.record)).sel(azimuth=row.azimuth)
+        for name, key, quantity, unit, tolerance in _PEAKS:
+            there = getattr(row, key)
+            if there is not None:
+                found = float(measures[name]) / unit
+                difference = found / there - 1
+                shown = f"{100 * difference:+.1f}\u00a0%".replace("-", "−")
+                agrees = "agrees" if abs(difference) <= tolerance else "differs"
+                rows.append((_label(row), quantity, f"{there:.1f}", f"{found:.1f}", shown, tolerance, agrees))
+    heads = ("component", "quantity", "published", "found", "difference", "expected within", "")
+    return table(heads, rows, "ttnnn%t")
+
+
+def outcomes(results: Results, variant: str) -> dict[tuple[float, float], tuple[bool | None, ...]]:
+    """Whether the block overturns where something was published, None where it is not known, by height and friction."""
+    cube, ids = results.reference_cube(variant), [name.id for name in results.names]
+    # The published cells only: a cube larger than memory is not read.
+    cells = [
+        cube["overturned"]
+        .isel(record=ids.index(row.record))
+        .sel(azimuth=row.azimuth, b_over_h=row.b_over_h)
+        .transpose("height", "friction")
+        .to_numpy()
+        for row in results.study.published
+    ]
+    return {
+        (float(height), float(friction)): tuple(
+            None if np.isnan(cell[i, j]) else bool(cell[i, j] != 0) for cell in cells
+        )
+        for i, height in enumerate(cube["height"].to_numpy())
+        for j, friction in enumerate(cube["friction"].to_numpy())
+    }
+
+
+def _does(overturns: bool | None) -> str:
+    return "not found" if overturns is None else ("overturns" if overturns else "stands")
+
+
+def _label(row: Published) -> str:
+    return row.label or f"{row.record}, {row.azimuth:g}°"

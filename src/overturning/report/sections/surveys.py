@@ -1,0 +1,231 @@
+"""Surveys beside the prediction for their site, and what they say of the motion, for report and terminal."""
+
+import math
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from overturning.figures.style import save, short, style
+from overturning.report.blocks import Answer, Block, Caution, Figure, Note, Paragraph, Row, Section, Table, table
+from overturning.report.results import Results
+from overturning.report.text import counted, degrees, number, percent
+from overturning.surveys.comparison import SurveyComparison, SurveyResult
+from overturning.surveys.inversion import LEVEL, NO_FIT, POWER, Backwards
+from overturning.surveys.prediction import SIDES
+from overturning.surveys.stones import OCTANTS
+from overturning.units import CM
+
+SIGNIFICANT: Final = 0.05
+"""Below this p-value a test is said to show something."""
+
+SHOWN: Final = 12
+"""Motions in the table, the likeliest first."""
+
+BLUNT: Final = 135.0
+"""Width of the axis's arc, degrees, from which no axis is told; 162 hold nine tenths where nothing is known."""
+
+
+def surveys(results: Results) -> Section | None:
+    """The study's surveys; none where it has none."""
+    stations = {name.id: name.station for name in results.names}
+    sections = tuple(
+        survey_section(result, stations[result.record], results.figures / "survey" / f"{number}.svg")
+        for number, result in enumerate(results.surveys, 1)
+    )
+    return Section("Fallen stones beside the prediction", sections, anchor="surveys") if sections else None
+
+
+def survey_section(result: SurveyResult, station: str = "", figure: Path | None = None) -> Section:
+    """What is shown of a survey, with its figure where it has one; ``station`` is the name of its record's station."""
+    found = result.comparison
+    blocks: list[Block] = [Answer(tuple(survey_sentences(found)))]
+    if found.fallen:
+        octants, alt = _octants(found), "observed and predicted stones by octant"
+        caption = "Fallen stones by compass octant: observed (filled) and as many as the prediction expects (outline)."
+        about_tests = Note(
+            "p: how often chance alone would give a statistic at least as large if the answer were yes; a small p says "
+            "no. Octants are grouped, so their tests are too, with p simulated for counts as small as these; exact "
+            "azimuths need no groups."
+        )
+        blocks += [Row((Figure(figure, alt, caption), octants)) if figure else octants, _tests(found), about_tests]
+    if found.confusion is not None and found.confusion.sum():
+        shaped = counted(int(found.confusion.sum()), "stone")
+        agreement = (
+            f"{int(found.confusion.trace())} of {shaped} of known face did what was most probable for them. Observed "
+            "(rows) against most probable (columns):"
+        )
+        about_sides = Note(
+            "Stones whose face azimuth and B/H are known, as seen looking the way the front face looks. A rectangular "
+            "stone falls over one of its edges, so the prediction runs in the planes of its two pairs of faces, each "
+            "with its own B/H; where it would fall in both, the plane in which it first passes the point of no return "
+            "decides."
+        )
+        sides = [(side, *row) for side, row in zip(SIDES, found.confusion, strict=True)]
+        blocks += [Paragraph(agreement), table(("", *SIDES), sides, "t"), about_sides]
+    blocks.append(Note(f"{result.stones}, SHA-256 {result.sha256}"))
+    return Section(f"Survey: {result.stones}, {station or result.record}", tuple(blocks))
+
+
+def _p(value: float) -> str:
+    return "–" if math.isnan(value) else ("< 0.001" if value < 0.001 else f"{value:.2g}")
+
+
+def _p_is(value: float) -> str:
+    text = _p(value)
+    # The spaces do not break.
+    return f"p\u00a0{text}" if text.startswith("<") else f"p\u00a0=\u00a0{text}"
+
+
+def survey_sentences(found: SurveyComparison) -> list[str]:
+    """What was seen, and whether the prediction does better than "any way"; the answer first."""
+    seen = f"{counted(found.fallen, 'stone')} fell, {found.stood} stood."
+    if found.fallen == 0:
+        return [f"{seen} Without a fall there is no direction to compare."]
+    p = found.likelihood_ratio_p
+    if found.log_likelihood_ratio <= 0:
+        better = "The prediction does no better than the guess that stones fall any way"
+    elif p < SIGNIFICANT:
+        better = "The prediction does better than the guess that stones fall any way"
+    else:
+        better = "That the prediction does better than the guess that stones fall any way is not shown"
+    reach = percent(p, 1) if p >= 0.001 else "fewer than 0.1\u00a0%"
+    if not math.isnan(found.mean_direction_deg):
+        mean = f"{round(found.mean_direction_deg) % 360}° (resultant {found.resultant:.2f})"
+        seen += f" Mean fall direction {mean}."
+    fits = [test for test in (found.fit_octants, found.fit_octants_watson, found.fit_exact) if test.n]
+    against = ", ".join(f"{test.name} {_p_is(test.p_value)}" for test in fits if test.p_value < SIGNIFICANT)
+    differ = "The directions do not differ from the predicted ones by more than chance would have it."
+    sentences = [
+        f"{better}: log likelihood ratio {number(found.log_likelihood_ratio)} ({reach} of surveys of stones that fall "
+        "any way reach as much).",
+        seen,
+        f"The directions differ from the predicted ones ({against})." if against else differ,
+    ]
+    if found.turned_every_way:
+        every = found.turned_every_way == found.fallen
+        known = "Their" if every else f"For {found.turned_every_way} of them the"
+        of = ", of every B/H of the study where none is given" if every else ""
+        faces = f"{known} faces or B/H are not given, so the prediction assumes stones turned every way{of}."
+        sentences.append(faces)
+    background = percent(found.background)
+    return [*sentences, f"{background} of the stones are taken to fall any way, pushed or on a bad footing."]
+
+
+def _octants(found: SurveyComparison) -> Table:
+    """Stones by octant: name, observed, predicted."""
+    pairs = zip(OCTANTS, found.octant_observed, found.octant_predicted, strict=True)
+    rows = [(name, number(seen, 0), expected) for name, seen, expected in pairs]
+    return table(("fell towards", "observed", "predicted"), rows, "tn1")
+
+
+def _tests(found: SurveyComparison) -> Table:
+    """Tests: question, name, stones, statistic, p; dashes where no stone has what a test needs."""
+    tests = {
+        "Does the prediction fit the octants?": found.fit_octants,
+        "Does it fit them in their order?": found.fit_octants_watson,
+        "Does it fit the exact azimuths?": found.fit_exact,
+        "Do stones fall any way?": found.uniform_octants,
+    }
+    rows = [
+        (question, test.name, test.n, *((short(test.statistic), _p(test.p_value)) if test.n else "––"))
+        for question, test in tests.items()
+    ]
+    return table(("question", "test", "stones", "statistic", "p"), rows, "tt")
+
+
+def backwards(results: Results) -> Section | None:
+    """What each survey of the study says of the motion; none where it has none."""
+    sections = tuple(
+        backwards_section(found, draw_posterior(found, results.drawings / f"backwards-{number}.svg"))
+        for number, found in enumerate(results.backwards, 1)
+    )
+    return Section("From the stones back to the motion", sections, anchor="backwards") if sections else None
+
+
+def draw_posterior(found: Backwards, path: Path) -> Path:
+    """Draw a posterior into a file."""
+    from overturning.figures.backwards import posterior_figure
+
+    one, curves = found.posterior, {}
+    for name, values in found.strengths.items():
+        order = np.argsort(values.ravel(), kind="stable")
+        below = [each.sum(axis=2).ravel()[order].cumsum() for each in (one.probability, one.prior)]
+        curves[name] = (values.ravel()[order], *below, one.interval(values))
+    shares = dict(zip(one.sources, one.of_sources().tolist(), strict=True))
+    with style():
+        save(posterior_figure(found.name, one.of_axes(), one.axis_arc(), shares, curves), path)
+    return path
+
+
+def backwards_section(found: Backwards, figure: Path | None = None) -> Section:
+    """What a survey says of the motion, with its figure where it has one."""
+    one = found.posterior
+    blocks: list[Block] = [Answer(tuple(backwards_sentences(found))), *map(Caution, cautions(found))]
+    if figure is not None:
+        caption = (
+            "Axis of the largest velocity with the arc of 90 %, the likeliest motions, and how strong they were, "
+            "before and after the survey; the band is the stated interval, an arrow stands where the library ends "
+            "before it."
+        )
+        blocks.append(Figure(figure, "posterior of axis, motion, PGV and PGA", caption))
+    shares, before = one.of_sources(), one.prior.sum(axis=(1, 2))
+    rows = [(one.sources[i], float(shares[i]), float(before[i])) for i in np.argsort(-shares)[:SHOWN]]
+    about = (
+        f"Every motion, scaled to peak velocities of {one.level[0] / CM:.0f} to {one.level[-1] / CM:.0f} cm/s and "
+        "turned every way, was equally likely before. Peaks are the largest over all azimuths. No motion of the "
+        "library is taken to be the true one: stones that are written down alike differ, the motion differs over the "
+        f"site, and directions count to the power {POWER:g}, so that such intervals hold the truth of simulated "
+        f"surveys under records that are left out (docs/surveys.md). {percent(found.fixed)} of the stones are taken to "
+        "be fixed. Whether fallen bodies tell the intensity at all is doubted (Aslam et al. 1980, J. Struct. Div. ASCE "
+        "106(2), 377)."
+    )
+    blocks += [table(("motion", "probability", "before"), rows, "t%%"), Note(about)]
+    return Section(f"What moved the ground: {found.name}", tuple(blocks))
+
+
+def backwards_sentences(found: Backwards) -> list[str]:
+    """Bounds on PGV and PGA, and the axis of the motion."""
+    one, parts = found.posterior, []
+    for name, values in found.strengths.items():
+        (low, high), (least, most) = one.interval(values), one.interval(values, prior=True)
+        measure, unit = name.split(", ")
+        parts.append(f"{measure} {_between(low, high, unit)} (before the survey {_between(least, most, unit)})")
+    seen = f"From {counted(found.fell, 'stone')} that fell and {found.stood} that stood"
+    middle, width = one.axis_arc()
+    axis = (
+        f"No axis of the motion can be told: {percent(LEVEL)} of the probability takes {degrees(width)} of the 180°."
+        if width >= BLUNT
+        else f"The motion's axis, that of its largest velocity, is {degrees(middle, 180)} ± {degrees(width / 2)}, with {percent(LEVEL)} "
+        "probability."
+    )
+    return [f"{seen}, with {percent(LEVEL)} probability: {'; '.join(parts)}.", axis]
+
+
+def cautions(found: Backwards) -> list[str]:
+    """What is to be said where the library ends before the answer, or does not fit the survey."""
+    weakest, strongest = found.posterior.edges()
+    tail, levels = (1 - LEVEL) / 2, found.posterior.level
+    said = [
+        f"The survey asks for {more} than any motion here: {percent(share)} of the probability lies on the {end} "
+        f"level, {level / CM:.0f} cm/s. No {bound} bound is given."
+        for share, more, end, level, bound in (
+            (strongest, "more", "strongest", levels[-1], "upper"),
+            (weakest, "less", "weakest", levels[0], "lower"),
+        )
+        if share > tail
+    ]
+    if found.fit < NO_FIT:
+        said.append(
+            "No motion here fits this survey: of surveys drawn from the answer, so few fit as badly that p is "
+            f"{found.fit:.2g} (posterior predictive check). The bounds above do not hold; look for stones that were "
+            "pushed or moved, or for sizes or directions that were mistaken."
+        )
+    return said
+
+
+def _between(low: float, high: float, unit: str) -> str:
+    """An interval in words, of which an end may be missing."""
+    if math.isinf(high):
+        return f"at least {short(low)} {unit}" if low > 0 else "of any size"
+    return f"{short(low)} to {short(high)} {unit}" if low > 0 else f"at most {short(high)} {unit}"

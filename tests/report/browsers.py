@@ -1,0 +1,98 @@
+"""Runs scripts inside pages in headless browsers: pages and answers go over a server on this machine."""
+
+import json
+import shutil
+import subprocess
+from http.server import BaseHTTPRequestHandler, HTTPServer
+from pathlib import Path
+from typing import Any
+
+from tests.expect import lacking
+
+SECONDS = 90
+PROGRAMS = {
+    "chromium": (
+        ("chromium", "chromium-browser", "google-chrome"),
+        "--headless --no-sandbox --disable-gpu --no-first-run --disable-background-networking --disable-sync "
+        "--disable-component-update --remote-debugging-port=0 --window-size=1200,900 --user-data-dir=",
+    ),
+    "firefox": (("firefox-esr", "firefox"), "--headless --no-remote --width 1200 --height 900 --profile "),
+}
+CALLER = """<script>
+const faults = [];
+addEventListener("error", (event) => faults.push(event.message));
+for (const kind of ["error", "warn"]) console[kind] = (...words) => faults.push(words.join(" "));
+const until = async (holds) => {
+  for (let i = 0; i < 400 && !holds(); i++) await new Promise((done) => setTimeout(done, 50));
+  if (!holds()) throw new Error(`did not come true: ${holds}`); };
+const press = (on, key) => on.dispatchEvent(new KeyboardEvent("keydown", {key, bubbles: true, cancelable: true}));
+const set = (box, value, kind) => { box.value = value; box.dispatchEvent(new Event(kind)); };
+const onPhone = async (look, before = () => {}) => {
+  const frame = document.createElement("iframe");
+  Object.assign(frame, {width: 390, height: 800, src: location.pathname + "?plain"});
+  frame.style = "border: 0; padding: 0; position: fixed; left: 0";
+  document.body.append(frame);
+  await new Promise((done) => frame.addEventListener("load", done));
+  const page = frame.contentDocument;
+  before(page);
+  return {wide: page.documentElement.scrollWidth, seen: look(page)}; };
+addEventListener("load", async () => {
+  let said;
+  try { said = await (async () => { SCRIPT })(); } catch (fault) { faults.push(String(fault)); }
+  await fetch("/", {method: "POST", body: JSON.stringify({said, faults})});
+  location.assign("/NEXT");
+});
+</script>"""
+
+
+class _Server(HTTPServer):
+    pages: list[tuple[str, str]]
+    said: list[dict[str, Any]]
+
+
+class _Handler(BaseHTTPRequestHandler):
+    server: _Server
+
+    def do_GET(self) -> None:
+        name, _, plain = self.path[1:].partition("?")
+        there = name.isdigit() and int(name) < len(self.server.pages)
+        self.send_response(200 if there else 404)
+        self.send_header("Content-Type", "text/html; charset=utf-8")
+        self.end_headers()
+        if there:
+            page, caller = self.server.pages[int(name)]
+            self.wfile.write((page if plain else page.replace("<head>", f"<head>{caller}", 1)).encode())
+
+    def do_POST(self) -> None:
+        self.server.said.append(json.loads(self.rfile.read(int(self.headers["Content-Length"]))))
+        self.send_response(204)
+        self.end_headers()
+
+    def log_message(self, *args: Any) -> None:
+        pass
+
+
+def answers(kind: str, pages: dict[str, tuple[str, str]], profile: Path) -> dict[str, Any]:
+    """What async scripts return, each inside its page, by name; the test is skipped where there is no such browser."""
+    programs, options = PROGRAMS[kind]
+    program = next((found for name in programs if (found := shutil.which(name))), None)
+    if program is None:
+        lacking(f"needs one of {', '.join(programs)}")
+    profile.mkdir()
+    with _Server(("127.0.0.1", 0), _Handler) as server:
+        server.said, server.timeout = [], 1.0
+        scripts = (script for _, script in pages.values())
+        callers = [CALLER.replace("SCRIPT", one).replace("NEXT", str(n)) for n, one in enumerate(scripts, 1)]
+        server.pages = [(page, caller) for (page, _), caller in zip(pages.values(), callers, strict=True)]
+        command = [program, *f"{options}{profile}".split(), f"http://127.0.0.1:{server.server_port}/0"]
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        try:
+            for _ in range(SECONDS):
+                server.handle_request()
+                if len(server.said) == len(pages):
+                    break
+        finally:
+            process.terminate()
+            process.wait()
+    assert {name: one["faults"] for name, one in zip(pages, server.said, strict=True)} == {name: [] for name in pages}
+    return {name: one.get("said") for name, one in zip(pages, server.said, strict=True)}

@@ -1,0 +1,135 @@
+"""The answer in words, from summaries whose meaning is known, and how numbers are written."""
+
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from overturning.report.blocks import table
+from overturning.report.sections.answer import alignment_sentence, answer_sentences, headline
+from overturning.report.sections.causes import doubling_sentence
+from overturning.report.sections.scene import comparison_sentence
+from overturning.report.sections.space import follow_sentences
+from overturning.report.text import counted, degrees, estimate, interval, number, percent
+from overturning.statistics.bootstrap import Mean
+from overturning.statistics.circular import TestResult
+from overturning.statistics.earthquakes import AlignmentDifference, AxisSummary
+from overturning.statistics.elements import StoneComparison
+from overturning.statistics.logistic import LogisticFit
+from tests.report.reading import numbers
+
+TEST = TestResult("any", 5, 1.0, 0.5)
+NAN = math.nan
+
+
+def summary(axis: float, half_width: float, low: float, high: float, n: int = 5, closer: int = 4) -> AxisSummary:
+    return AxisSummary(n + 1, n, axis, half_width, 0.5, (low + high) / 2, (low, high), closer, 0.95, TEST, TEST)
+
+
+NORMAL, EITHER = summary(-7.4, 12.0, 0.3, 0.8), summary(20.0, 60.0, -0.2, 0.6, n=3, closer=1)
+NOTHING = summary(NAN, NAN, NAN, NAN, n=0)
+
+
+def results(difference: AlignmentDifference | None = None, /, **groups: AxisSummary) -> Any:
+    """Groups of records: `pulse` and `control`, or `all` of them."""
+    names = {"pulse": "with a velocity pulse", "control": "without (control)", "all": "all records"}
+    return SimpleNamespace(axes={names[key]: one for key, one in groups.items()}, axes_difference=difference)
+
+
+def two(low: float, high: float, n: int = 3) -> Any:
+    return results(AlignmentDifference(0.35, (low, high), 5, n), pulse=NORMAL, control=EITHER)
+
+
+def test_the_mean_axes_of_one_group_and_of_two() -> None:
+    one = headline(results(all=NORMAL))
+    assert numbers(one) == ["7", "12", "5", "6"]
+    assert "closer to the fault normal" in one
+    assert "all records" not in one
+    both = headline(two(-0.1, 0.7))
+    assert numbers(both) == ["7", "12", "5", "6", "20", "60", "3", "4"]
+    with_pulse, without, difference = both.partition(": ")[2].split("; ")[0], *both.split("; ")[1].split(", and ")
+    assert "closer to the fault normal" in with_pulse
+    assert "no preference" in without
+    assert difference.startswith("no difference")
+    assert "and a difference" in headline(two(0.1, 0.7))
+    assert "between the two" not in headline(two(NAN, NAN, 1))
+    assert numbers(headline(results(pulse=NORMAL, control=NOTHING))) == ["7", "12", "5", "6", "1"]
+    assert "closer to the fault than" in headline(results(all=summary(80.0, 5.0, -0.9, -0.5)))
+
+
+def test_alignments_and_their_difference() -> None:
+    found = numbers(alignment_sentence(two(-0.1, 0.7)))
+    groups = ["0.55", "95", "0.30", "0.80", "0.20", "95", "−0.20", "0.60"]
+    assert found == ["1", "−1", *groups, "0.35", "−0.10", "0.70", "4", "5", "1", "3"]
+    assert numbers(alignment_sentence(two(NAN, NAN, 1)))[-5:] == ["0.35", "4", "5", "1", "3"]
+
+
+@pytest.mark.parametrize(
+    ("fallen", "planes", "start"),
+    [
+        (NAN, 36, "No outcome was found"),
+        (0.0, 36, "No block overturned"),
+        (0.5, 1, "50\u00a0% of the cases overturn; with a single plane"),
+        (1.0, 36, "Every block overturned in every plane"),
+        (0.5, 36, "Blocks fall on average"),
+    ],
+)
+def test_edges(fallen: float, planes: int, start: str) -> None:
+    edge = {"fallen": fallen, "one_axis": planes == 1, "faults_known": True}
+    own = vars(results(all=NORMAL))
+    assert answer_sentences(SimpleNamespace(**own, **edge, statuses={}))[0].startswith(start)
+    missing = answer_sentences(SimpleNamespace(**own, **edge, statuses={"failed": (3, 3)}))[0]
+    assert ("whose outcome is known" in missing) == (fallen in (0.0, 1.0))
+
+
+def test_doubling() -> None:
+    def said(coefficient: Any, low: Any, high: Any, earthquakes: int = 9) -> str:
+        values = [np.array(one) for one in (coefficient, np.zeros(5), low, high)]
+        names = ("intercept", "PGA", "ratio", "shape", "size")
+        return doubling_sentence(LogisticFit(names, *values, 100, earthquakes, np.zeros(4), np.ones(4), 0.95))
+
+    unknown = [NAN] * 5
+    coefficient, low, high = [0, 3, 1, -2, -1], [-1, 2, -3, -3, -2], [1, 4, 4, -1, 0]
+    told, untold = said(coefficient, low, high).split(". ")
+    assert [numbers(part) for part in told.split("; ")] == [["8", "4", "16"], ["0.5", "0.25", "1"]]
+    assert untold.startswith("9 earthquakes cannot tell")
+    assert "PGV alone" in untold
+    assert said(coefficient, unknown, unknown, earthquakes=7).startswith("7 earthquakes cannot tell")
+    assert said(unknown, unknown, unknown) == ""
+
+
+def test_stones_compared() -> None:
+    text = comparison_sentence(StoneComparison("shaft", "monolith", 12, 4, 2, 1, 5, 3, 2))
+    assert numbers(text) == ["12", "6", "5", "2", "1", "4", "75", "50"]
+    alone = comparison_sentence(StoneComparison("shaft", "monolith", 12, 0, 2, 0, 10, 0, 0))
+    assert "shaft falls first in every case" in alone
+
+
+def test_what_falls_follow_and_how_sure_that_is() -> None:
+    sure, against, open_ = (Mean(9, *values) for values in ((0.5, 0.2, 0.7), (-0.4, -0.6, -0.1), (0.1, -0.3, 0.5)))
+    velocity = "peak velocity"
+    references = {(velocity, True): [sure], (velocity, False): [against], ("fault normal", True): [open_]}
+    (text,) = follow_sentences({"all records": references})
+    assert numbers(text) == ["2", "0.50", "0.20", "0.70", "9", "0", "0.10", "−0.40", "−0.60", "−0.10"]
+    assert "leaves out 0" in text
+    assert "against its head" in text
+    (text,) = follow_sentences({"all records": {("fault normal", True): [open_]}})
+    assert "nothing is shown" in text
+    assert follow_sentences({"all records": {("fault normal", True): [Mean(0, NAN, NAN, NAN)]}}) == []
+
+
+def test_numbers() -> None:
+    assert (percent(0.351), percent(0.351, 1), percent(NAN)) == ("35\u00a0%", "35.1\u00a0%", "–")
+    assert (number(-0.001), number(-1.25, 1), number(NAN)) == ("0.00", "−1.2", "–")
+    assert (degrees(359.6, 360), degrees(-30.2), degrees(NAN)) == ("0°", "−30°", "–")
+    assert (interval(-0.5, 1.0), interval(NAN, NAN)) == ("−0.50 to 1.00", "–")
+    assert (estimate(0.5, 0.2, 0.7), estimate(0.5, NAN, NAN)) == ("0.50 (0.20 to 0.70)", "0.50")
+    assert (counted(1, "record"), counted(0, "record")) == ("1 record", "0 records")
+
+
+def test_cells_are_written_as_the_letter_of_their_column_says() -> None:
+    made = table(tuple("abcdefg"), [("x", 0.4, 12345, 0.5, -1.25, 30.4, "–")], "tgd%1°2")
+    assert made.rows == (("x", "0.4", "12,345", "50\u00a0%", "−1.2", "30°", "–"),)
+    assert made.kinds == "tnnnnnn"

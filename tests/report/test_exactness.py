@@ -1,0 +1,131 @@
+"""What the report says of its convergence check, and of the spread over the neighbourhood of each case."""
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from overturning.model.planes import Planes
+from overturning.report.blocks import Caution, Note, Section
+from overturning.report.results import Results
+from overturning.report.sections.exactness import convergence, dependence, ensemble
+from overturning.study.convergence import NUDGE, Convergence
+from tests.report.reading import column, numbers, tables, text_of
+
+COUNTS = {"element": "", "cases": 200, "flags": 2, "flags_undivided": 2, "fallen": 50, "sides": 0, "unanswered": 0}
+FOUND = {
+    "seed": 1, "wanted": 200, "chosen": 200, "at_rest": 0, "cells": 9000, "study_block_steps": 1000, "cost": 1.0,
+    "finer_by": 8, "stiffer_by": 4.0, "finer": {"block_steps": 500, "outcomes": [COUNTS]},
+    "stiffer": {"block_steps": 0, "outcomes": [], "refused": "too stiff"},
+    "settling": {"changed": 0, "looked_at": 0, "settled": 0, "chaotic": 0, "block_steps": 0},
+}  # fmt: skip
+
+
+BOUNDS = ("0.09", "2.78")  # of 1 in 200, %, by Wilson
+
+
+def run_again(**counts: Any) -> dict[str, Any]:
+    """A repetition in which other counts were found."""
+    return {"block_steps": 500, "outcomes": [COUNTS | counts]}
+
+
+def results_of(variants: tuple[str, ...] = (), members: int = 0, **found: Any) -> Any:
+    study = SimpleNamespace(variants=variants, ensemble=SimpleNamespace(members=members))
+    return SimpleNamespace(model=Planes(), study=study, convergence=Convergence.model_validate(FOUND | found))
+
+
+def section(**found: Any) -> Section:
+    shown = convergence(results_of(**found))
+    assert shown is not None
+    return shown
+
+
+def warnings(shown: Section) -> list[Caution]:
+    return [block for block in shown.blocks if isinstance(block, Caution)]
+
+
+def test_what_changed_and_what_was_refused() -> None:
+    shown = section()
+    assert numbers(text_of(shown).splitlines()[1])[:3] == ["200", "9000", "0"]
+    assert "variants" not in text_of(shown)
+    (table,) = tables(shown)
+    assert column(table, "run again with") == ["steps 8 times finer", "", "springs 4 times stiffer"]
+    assert column(table, "what changed")[1:] == ["side, where it falls", "not possible: too stiff"]
+    assert column(table, "changed")[:2] == ["2", "0"]
+    assert column(table, "share")[:2] == ["1.00\u00a0%", "0.00\u00a0%"]
+    assert column(table, "of the study's") == ["50\u00a0%", "", ""]
+
+
+def test_it_warns_above_one_percent() -> None:
+    assert warnings(section()) == []
+    more = run_again(flags=3, flags_undivided=3)
+    (warning,) = warnings(section(finer=more))
+    assert "steps 8 times finer" in warning.text
+    assert "stiffer" not in warning.text.partition("of the flags")[0]
+    (warning,) = warnings(section(finer=more, stiffer=more))
+    assert "steps 8 times finer and with springs 4 times stiffer" in warning.text
+
+
+@pytest.mark.parametrize(
+    ("settling", "told"),
+    [
+        ({"changed": 0, "looked_at": 0}, []),
+        ({"changed": 1, "looked_at": 0}, ["1"]),
+        # Seven changed; four kept the finer steps' answer, two need finer ones yet, one changes with the motion, which
+        # is half a percent of the 200.
+        (
+            {"changed": 7, "looked_at": 7, "settled": 4, "chaotic": 1},
+            ["7", "4", "2", "1", "0.50", "95", "0.09", "2.78"],
+        ),
+        ({"changed": 7, "looked_at": 1, "settled": 1}, ["7", "1", "1", "0"]),
+        ({"changed": 7, "looked_at": 1, "chaotic": 1}, ["7", "1", "0", "0", "1"]),
+    ],
+)
+def test_what_finer_steps_settle_and_what_nothing_decides(settling: dict[str, int], told: list[str]) -> None:
+    text = text_of(section(settling={"settled": 0, "chaotic": 0, "block_steps": 50} | settling))
+    about = text.partition("With finer steps")[2].partition("\n")[0]
+    assert numbers(about.replace(f"1 + {NUDGE:g}", "")) == told
+
+
+def test_what_was_not_run_again() -> None:
+    assert "The variants were not run again." in text_of(section(variants=("bouncy",)))
+    assert "verification.cost" in text_of(section(chosen=50))
+    none = section(chosen=0, finer=run_again(cases=0, fallen=0, flags=0, flags_undivided=0))
+    assert "No case was run again" in text_of(none)
+    assert column(tables(none)[0], "share")[0] == "–"
+    assert convergence(SimpleNamespace(study=None, convergence=None)) is None  # type: ignore[arg-type]
+
+
+def test_each_element_is_counted_by_itself() -> None:
+    outcomes = [COUNTS | {"element": name} for name in ("slender", "squat")]
+    shown = section(finer={"block_steps": 500, "outcomes": outcomes})
+    assert "squat falls or stands" in column(tables(shown)[0], "what changed")
+
+
+def test_the_line_below_the_answer() -> None:
+    calm = dependence(results_of())
+    assert type(calm) is Note
+    assert numbers(calm.text) == ["200", "1.0", "8"]
+    warning = dependence(results_of(stiffer=run_again(flags=5, flags_undivided=5)))
+    assert isinstance(warning, Caution)
+    assert numbers(warning.text) == ["200", "1.0", "8", "2.5", "4"]
+    assert "contact.stiffness" in warning.text
+    assert "time_step" not in warning.text
+    assert dependence(results_of(chosen=0)) is None
+    # What the neighbourhood does not agree on counts, but does not warn.
+    outcomes = run_again(flags=5, flags_undivided=1)
+    divided = dependence(results_of(members=24, stiffer=outcomes, finer=outcomes))
+    assert type(divided) is Note
+    assert numbers(divided.text) == ["200", "2.5", "8", "2.5", "4", "0.5"]
+    shown = section(members=24, finer=outcomes)
+    assert warnings(shown) == []
+    (table,) = tables(shown)
+    assert column(table, "changed")[:2] == ["5", "1"]
+    assert dependence(SimpleNamespace(study=None, convergence=None)) is None  # type: ignore[arg-type]
+
+
+def test_the_ensemble(opened: Results, one_record: Callable[..., Results]) -> None:
+    assert "4 more times" in text_of(ensemble(opened))
+    assert "nothing to run" in text_of(ensemble(one_record(probability_towards=np.nan)))

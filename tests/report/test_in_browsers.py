@@ -1,0 +1,195 @@
+"""Films, the explorer and the report do what they are to do in two browsers, and nothing hurts them."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from overturning.figures.explore import explorer_data, explorer_page
+from overturning.figures.film import Film
+from overturning.figures.film_of_trajectory import film_of
+from overturning.figures.page import film_page
+from overturning.motion.motion import Motion
+from overturning.report.blocks import Film as FilmBlock
+from overturning.report.blocks import Report, each_block
+from tests.figures.films import falling_body, two_panels
+from tests.figures.test_explore import cube
+from tests.report.browsers import PROGRAMS, answers
+from tests.report.reading import BAD
+
+NAME = "A </script><script>window.hurt = 1</script> & <b>name</b>"
+
+FILM = """
+const film = document.querySelector(".film"), data = film.dataset, seen = [];
+const look = () => seen.push([data.state, Number(data.time), data.forces, data.rate]);
+await until(() => data.ready === "true");
+look();
+film.querySelector(".film-play").click();
+await until(() => data.state === "playing" && data.time > 0.2);
+await until(() => data.state === "ended");
+look();
+const outcomes = [...document.querySelectorAll(".film-outcome")].map((one) => one.textContent);
+document.activeElement.blur();
+for (const key of ["Home", "ArrowRight", "f", "s"]) { press(document.body, key); look(); }
+press(document.body, " ");
+await until(() => data.time > 0.1);
+press(document.body, " ");
+const paused = data.state;
+set(film.querySelector("input[type=range]"), 1.0, "input");
+look();
+return {seen, outcomes, paused, title: document.querySelector(".film-title").textContent, hurt: window.hurt};
+"""
+FALL = """
+const film = document.querySelector(".film");
+await until(() => film.dataset.ready === "true");
+const count = () => {
+  const c = document.querySelector("canvas"), d = c.getContext("2d").getImageData(0, 0, c.width, c.height).data;
+  let left = 0, right = 0;
+  for (let i = 0; i < d.length; i += 4) if (d[i] === 0xc9 && d[i + 1] === 0xc4) {
+    if ((i / 4) % c.width < c.width * 0.4) left++; else right++; }
+  return [left, right]; };
+const before = count();
+press(film, "End");
+return {before, after: count(), boxes: document.querySelectorAll(".film-controls input[type=checkbox]").length,
+        outcome: document.querySelector(".film-outcome").textContent};
+"""
+THREE = """
+return await onPhone((page) => [...page.querySelectorAll(".film-panel")].map((one) =>
+  Math.round(one.getBoundingClientRect().top)));
+"""
+SPACE = """
+const film = document.querySelector(".film"), canvas = document.querySelector("canvas");
+await until(() => film.dataset.ready === "true");
+canvas.setPointerCapture = () => {};
+const pictures = [canvas.toDataURL()];
+for (const [kind, across] of [["pointerdown", 0], ["pointermove", 60], ["pointerup", 60]])
+  canvas.dispatchEvent(new PointerEvent(kind, {bubbles: true, clientX: 90 + across, clientY: 90}));
+pictures.push(canvas.toDataURL());
+press(film, "a");
+pictures.push(canvas.toDataURL());
+press(film, "End");
+return {different: new Set(pictures).size, outcome: document.querySelector(".film-outcome").textContent};
+"""
+EXPLORER = """
+await until(() => document.getElementById("explorer").dataset.ready === "true");
+const said = [], look = () => said.push(document.querySelector(".said").textContent);
+const choose = (name, value) => set(document.querySelector(`select[data-name=${name}]`), value, "change");
+choose("record", 1);
+const canvas = document.querySelector("canvas"), place = canvas.getBoundingClientRect();
+for (const share of [0.1, 0.35, 0.6]) {  // every ring to the east
+  const x = place.left + place.width / 2 + (place.width / 2 - 22) * share / 0.725;
+  canvas.dispatchEvent(new PointerEvent("pointermove", {clientX: x, clientY: place.top + place.height / 2}));
+  look(); }
+const cells = document.querySelectorAll("td").length;
+set(document.querySelector("input[data-name=b]"), 0, "input");
+look();
+canvas.focus();
+press(canvas, "ArrowRight");
+look();
+for (const colour of ["flag", "rotation", "time"]) choose("colour", colour);
+const {wide} = await onPhone(() => null);
+return {said, cells, wide, title: document.title, hurt: window.hurt};
+"""
+REPORT = """
+const order = () => [...document.querySelectorAll("#peaks tbody tr")].map((row) => row.cells[0].textContent);
+const click = (which) => document.querySelector(`#peaks ${which}`).click();
+const orders = [order()];
+click("th"); click("th"); orders.push(order());
+click("th:nth-child(6)"); orders.push(order());  // by PGA, as numbers
+const {wide} = await onPhone(() => null, (page) => {
+  page.querySelectorAll("details").forEach((one) => { one.open = true; });
+  page.querySelectorAll("td").forEach((one) => one.append(" and some more")); });
+const films = document.querySelectorAll(".film[data-ready=true]").length;
+return {orders, films, wide, title: document.title, hurt: window.hurt};
+"""
+
+
+@pytest.fixture(scope="module", params=PROGRAMS)
+def said(request: pytest.FixtureRequest, rendered: tuple[str, bytes], tmp_path_factory: Any) -> dict[str, Any]:
+    """What each page answers, in each browser."""
+    film = two_panels()
+    time = np.arange(0, 1.2, 0.01)
+    motion = Motion(7.0 * np.sin(2 * np.pi * time), 3.0 * np.sin(2 * np.pi * time), sampling_interval=0.01)
+    path = falling_body(motion)
+    pages = {
+        "film": (film_page(two_panels(duration=1.2, title=NAME)), FILM),
+        "fall": (film_page(two_panels(forces=False)), FALL),
+        "three": (film_page(Film("three", 0.0, 0.02, (*film.panels, film.panels[0]))), THREE),
+        "space": (film_page(film_of([path], motion, "title")), SPACE),
+        "explorer": (explorer_page(explorer_data(cube())), EXPLORER),
+        "report": (rendered[0], REPORT),
+    }
+    profile: Path = tmp_path_factory.mktemp("browser") / "profile"
+    return answers(request.param, pages, profile)
+
+
+@pytest.mark.browser
+def test_a_film_plays_and_obeys_its_keys(said: dict[str, Any]) -> None:
+    film = said["film"]
+    assert film["title"] == NAME
+    assert "hurt" not in film
+    assert film["outcomes"][1] == "stands"
+    assert film["paused"] == "paused"
+    assert film["seen"] == [
+        ["paused", 0, "false", "1"],
+        ["ended", 1.2, "false", "1"],
+        ["paused", 0, "false", "1"],
+        ["paused", 0.02, "false", "1"],
+        ["paused", 0.02, "true", "1"],
+        ["paused", 0.02, "true", "0.5"],
+        ["paused", 1.0, "true", "0.5"],
+    ]
+
+
+@pytest.mark.browser
+def test_the_canvas_shows_the_fall(said: dict[str, Any]) -> None:
+    """The block's colour leaves its first place and comes to the right of it."""
+    fall = said["fall"]
+    assert fall["before"][0] > 1000 > fall["before"][1]
+    assert fall["after"][1] > 5 * fall["after"][0]
+    assert fall["outcome"].startswith("falls towards N60")
+    assert fall["boxes"] == 0
+
+
+@pytest.mark.browser
+def test_three_panels_side_by_side_on_a_phone(said: dict[str, Any]) -> None:
+    assert len(said["three"]["seen"]) == 3
+    assert len(set(said["three"]["seen"])) == 1
+    assert said["three"]["wide"] <= 390
+
+
+@pytest.mark.browser
+def test_dragging_and_keys_turn_a_body_in_space(said: dict[str, Any]) -> None:
+    assert said["space"]["different"] == 3
+    assert said["space"]["outcome"].startswith("falls towards")
+
+
+@pytest.mark.browser
+def test_the_explorer_says_what_the_cube_has(said: dict[str, Any]) -> None:
+    whole, around = cube(), said["explorer"]
+
+    def expected(azimuth: int, ratio: int) -> str:
+        flag = float(whole["overturned"][1, azimuth, 0, ratio, 1])
+        return {1.0: "falls towards", -1.0: "falls towards", 0.0: "stands"}.get(flag, "no outcome was found")
+
+    # 90° is the fourth azimuth; then the slider goes to the first B/H, and a key to the next azimuth.
+    places = [("E", 3, 0), ("E", 3, 1), ("E", 3, 2), ("E", 3, 0), ("S60°E", 4, 0)]
+    for text, (name, azimuth, ratio) in zip(around["said"], places, strict=True):
+        assert text.startswith(f"Motion along {name}, B/H = {float(whole['b_over_h'][ratio]):g}: ")
+        assert expected(azimuth, ratio) in text
+    assert around["cells"] == 6, "no ring beyond the outermost"
+    assert around["title"].startswith("</script><script>window.hurt")
+    assert "hurt" not in around
+    assert around["wide"] <= 390
+
+
+@pytest.mark.browser
+def test_the_report_sorts_plays_and_fits(said: dict[str, Any], report: Report) -> None:
+    page = said["report"]
+    assert page["orders"] == [["one", "two"], ["two", "one"], ["two", "one"]]
+    assert page["films"] == sum(isinstance(block, FilmBlock) for block in each_block(report)) >= 1
+    assert page["title"] == BAD
+    assert "hurt" not in page
+    # On a phone nothing is wider than the screen but what scrolls by itself.
+    assert page["wide"] <= 390

@@ -11,7 +11,9 @@ import xarray as xr
 from overturning.figures.explore import explorer_data
 from overturning.figures.maps import closed
 from overturning.figures.rose import rose_figure
+from overturning.model.falls import model_of
 from overturning.report.sections.exactness import ensemble
+from overturning.report.words import words_of
 from overturning.statistics.earthquakes import axes_by_earthquake
 from overturning.statistics.falls import fall_means, fall_shares, falls_towards, near_boundary
 from overturning.study.sections import Population
@@ -54,7 +56,8 @@ def of_roses(cube: xr.Dataset) -> list[float]:
 
 
 def of_the_ensemble(cube: xr.Dataset) -> str:
-    (paragraph,) = ensemble(SimpleNamespace(cube=cube)).blocks  # type: ignore[arg-type, union-attr]
+    results = SimpleNamespace(cube=cube, model=model_of(cube), words=words_of(cube))
+    (paragraph,) = ensemble(results).blocks  # type: ignore[arg-type, union-attr]
     assert "No cell lies near" not in str(paragraph)
     return str(paragraph)
 

@@ -43,6 +43,9 @@ _GOES_ON = "finished results are kept, and the same command goes on from here"
 class LogHandler(LogHandlerBase):
     """Takes Snakemake's events, which arrive in a thread of their own, and says what a user needs to know."""
 
+    writes_to_stream, writes_to_file, needs_rulegraph = True, False, False
+    has_filter = has_formatter = True  # it chooses by itself, and has words of its own
+
     def __post_init__(self) -> None:
         about = self.common_settings
         self._snakemake: ColorizingTextHandler | None = None
@@ -59,31 +62,6 @@ class LogHandler(LogHandlerBase):
         self._stopped = False
         self._ended = threading.Event()
         self._drawing: threading.Thread | None = None
-
-    @property
-    def writes_to_stream(self) -> bool:
-        """Standard output and error."""
-        return True
-
-    @property
-    def writes_to_file(self) -> bool:
-        """None."""
-        return False
-
-    @property
-    def has_filter(self) -> bool:
-        """It chooses by itself."""
-        return True
-
-    @property
-    def has_formatter(self) -> bool:
-        """It has words of its own."""
-        return True
-
-    @property
-    def needs_rulegraph(self) -> bool:
-        """No."""
-        return False
 
     def emit(self, record: LogRecord) -> None:
         """Take note of an event, and say what is to be said of it."""

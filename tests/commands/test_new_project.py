@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from overturning.cli import main
+
 ROOT = Path(__file__).parents[2]
 
 
@@ -74,23 +76,31 @@ def test_a_project_of_ones_own(wheel: Path, tmp_path: Path) -> None:
     assert again.returncode == 1
     assert "is there already and not empty" in again.stderr
 
+
+def test_a_record_and_a_study_of_ones_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def said(*words: str, status: int = 0) -> str:
+        with pytest.raises(SystemExit) as stop:
+            main(list(words))
+        assert (stop.value.code or 0) == status
+        return "".join(capsys.readouterr())
+
+    said("init", str(tmp_path / "mine"))
+    monkeypatch.chdir(tmp_path / "mine")
     rows = "\n".join(f"{0.01 * n:.2f},{100 * (n % 50 == 7)},{50 * (n % 40 == 3)}" for n in range(400))
-    (tmp_path / "My Site.csv").write_text(f"time,north,east\n{rows}\n", encoding="utf-8")
-    given = ("records", "add", "../My Site.csv", "--id", "my-site", "--set", "format=csv", "--set", "event=Here 2020")
+    (tmp_path / "my-site.csv").write_text(f"time,north,east\n{rows}\n", encoding="utf-8")
+    given = ("records", "add", "../my-site.csv", "--id", "my-site", "--set", "format=csv", "--set", "event=Here 2020")
     columns = ("--set", "columns=time:s north:gal east:gal", "--set", "processed=true")
-    wrong = overturning(wheel, folder, *given, "--set", "unitt=gal", check=False)
-    assert "unitt: no column of the record table; known are id" in wrong.stderr
-    renamed = (tmp_path / "My Site.csv").rename(tmp_path / "my-site.csv")
-    given = (*given[:2], f"../{renamed.name}", *given[3:])
-    assert "config/records.tsv: my-site" in overturning(wheel, folder, *given, *columns).stdout
-    assert (folder / "resources" / "records" / "my-site.csv").is_file()
-    assert "is there already" in overturning(wheel, folder, *given, *columns, check=False).stderr
-    made = overturning(wheel, folder, "study", "new", "--name", "own", "--records", "my-site, rinaldi").stdout
-    assert "config/own.yaml" in made
-    assert "study 'own', 2 records" in overturning(wheel, folder, "study", "check", "config/own.yaml").stdout
-    refused = overturning(wheel, folder, "study", "new", "--name", "other", "--records", "gone", check=False)
-    assert "'gone' is not in config/records.tsv" in refused.stderr
-    assert not (folder / "config" / "other.yaml").exists()
+    assert "unitt: no column of the record table; known are id" in said(*given, "--set", "unitt=gal", status=1)
+    assert "config/records.tsv: my-site" in said(*given, *columns)
+    assert Path("resources/records/my-site.csv").is_file()
+    assert "is there already" in said(*given, *columns, status=1)
+    assert "config/own.yaml" in said("study", "new", "--name", "own", "--records", "my-site, rinaldi")
+    assert "study 'own', 2 records" in said("study", "check", "config/own.yaml")
+    refused = said("study", "new", "--name", "other", "--records", "gone", status=1)
+    assert "'gone' is not in config/records.tsv" in refused
+    assert not Path("config/other.yaml").exists()
 
 
 def test_the_version(wheel: Path, tmp_path: Path) -> None:

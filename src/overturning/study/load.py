@@ -84,14 +84,8 @@ def _short(value: object) -> str:
 
 
 def _is_key(part: str) -> bool:
-    return part.replace("_", "").replace("-", "").isalnum() and part not in {
-        "float",
-        "int",
-        "str",
-        "tuple",
-        "literal",
-        "constrained-int",
-    }
+    members = {"float", "int", "str", "tuple", "literal", "constrained-int"}
+    return part.replace("_", "").replace("-", "").isalnum() and part not in members
 
 
 def _forms(annotation: Any) -> list[Any]:

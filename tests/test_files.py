@@ -51,4 +51,6 @@ def test_a_folder_that_is_not_there_is_not_made(tmp_path: Path) -> None:
         check_output(tmp_path / "gone" / "fall.html", "--animate")
     with pytest.raises(ArgumentError, match="is a folder"):
         check_output(tmp_path, "--animate")
-    check_output(tmp_path / "fall.html", "--animate")
+    with pytest.raises(ArgumentError, match=r"--animate .*fall\.avi: unknown kind of file; end it in \.html or \.gif"):
+        check_output(tmp_path / "fall.avi", "--animate", ".html", ".gif")
+    check_output(tmp_path / "fall.html", "--animate", ".html", ".gif")

@@ -13,8 +13,13 @@ from typing import Any
 from overturning.errors import ArgumentError, ConfigError
 
 
-def check_output(path: Path, argument: str) -> None:
-    """Refuse a file that could not be written, before anything is computed for it; an `ArgumentError` says why."""
+def check_output(path: Path, argument: str, *kinds: str) -> None:
+    """Refuse a file that could not be written, before anything is computed for it; an `ArgumentError` says why.
+
+    `kinds` are the endings that it may have, such as ``.svg``, where not any.
+    """
+    if kinds and path.suffix.lower() not in kinds:
+        raise ArgumentError(f"{argument} {path}: unknown kind of file; end it in {' or '.join(kinds)}")
     if not path.parent.is_dir():
         raise ArgumentError(f"{argument} {path}: there is no folder {path.parent}; make it first, or name another")
     if path.is_dir() or not os.access(path.parent, os.W_OK | os.X_OK):

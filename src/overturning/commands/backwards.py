@@ -29,7 +29,7 @@ def backwards(
     import sys
     import time
 
-    from overturning.errors import ArgumentError
+    from overturning.files import check_output
     from overturning.records.store import read_motion
     from overturning.report.plain import plain_lines
     from overturning.report.sections.surveys import backwards_section, draw_posterior
@@ -38,8 +38,8 @@ def backwards(
     from overturning.surveys.responses import Responses, StoneKind
     from overturning.surveys.stones import read_survey
 
-    if figure is not None and figure.suffix.lower() not in {".svg", ".png"}:
-        raise ArgumentError(f"{figure.name}: unknown kind of figure; end it in .svg or .png")
+    if figure is not None:
+        check_output(figure, "--figure", ".svg", ".png")
     rows = read_survey(stones)
     library = candidates((read_motion(path) for path in motion or ()), alone=alone)
     began = said = time.monotonic()

@@ -18,9 +18,7 @@ def explore(
     from overturning.study.cube import open_cube
 
     path = output or cube.with_name("explore.html")
-    if path.suffix.lower() != ".html":
-        raise ArgumentError(f"--output {path}: a page ends in .html")
-    check_output(path, "--output")
+    check_output(path, "--output", ".html")
     with open_cube(cube, element=None) as data:
         if "azimuth" not in data.dims:
             raise ArgumentError(f"{cube}: a cube in space; its report has the maps, this page shows planes")

@@ -131,18 +131,16 @@ def _check_outputs(wanted: Outputs, space: InSpace) -> None:
     from overturning.files import check_output
 
     for option, file, kinds in (
-        ("--animate", wanted.animate, {".html", ".gif", ".mp4"}),
-        ("--response", wanted.response, {".svg", ".png", ".pdf"}),
+        ("--animate", wanted.animate, (".html", ".gif", ".mp4")),
+        ("--response", wanted.response, (".svg", ".png", ".pdf")),
     ):
         if file is None:
             continue
-        if file.suffix.lower() not in kinds:
-            raise ArgumentError(f"{file.name}: unknown kind of file; end it in {', '.join(sorted(kinds))}")
+        check_output(file, option, *kinds)
         if space.solid and option == "--animate" and file.suffix.lower() != ".html":
             raise ArgumentError(f"{file.name}: a film in space is a page that can be turned; end it in .html")
         if space.solid and option == "--response" and len(space.orientation or ()) > 1:
             raise ArgumentError(f"{file.name}: one orientation at a time; give --orientation once")
-        check_output(file, option)
         check_movie(file)
 
 

@@ -18,14 +18,15 @@ def survey(
 ) -> None:
     """Compare the directions in which stones fell with those that the cube predicts."""
     from overturning.errors import ArgumentError
+    from overturning.files import check_output
     from overturning.report.plain import plain_lines
     from overturning.report.sections.surveys import survey_section
     from overturning.study.cube import open_cube
     from overturning.surveys.comparison import compare_survey, survey_result, write_survey
     from overturning.surveys.stones import read_survey
 
-    if figure is not None and figure.suffix.lower() not in {".svg", ".png", ".pdf"}:
-        raise ArgumentError(f"{figure.name}: unknown kind of figure; end it in .svg, .png or .pdf")
+    if figure is not None:
+        check_output(figure, "--figure", ".svg", ".png", ".pdf")
     rows = read_survey(stones)
     with open_cube(cube, chunks={"record": 1}) as data:
         names = [str(name) for name in data["record_id"].to_numpy()]

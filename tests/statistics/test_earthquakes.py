@@ -58,6 +58,11 @@ def test_aligned_and_scattered(axes) -> None:
     assert aligned.alignment_interval[0] > 0.8
     assert aligned.v.p_value < 1e-3
     assert aligned.closer_to_normal == 8
+    doubled = np.exp(2j * np.radians([-12, -7, -3, 2, 6, 9, 14, 4])).mean()
+    assert (aligned.resultant, aligned.mean_axis_deg) == pytest.approx(
+        (abs(doubled), np.degrees(np.angle(doubled)) / 2)
+    )
+    assert aligned.alignment == pytest.approx(doubled.real)
     scattered = summarise_axes(axes([0, 23, 45, 68, 90, -68, -45, -23]))
     assert scattered.rayleigh.p_value > 0.9
     assert scattered.mean_axis_half_width_deg > 45

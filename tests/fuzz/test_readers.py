@@ -2,6 +2,7 @@
 
 import itertools
 import random
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -63,68 +64,47 @@ def test_records_in_binary(folder: Path, form: str) -> None:
     fuzz(spoilt(whole), read)
 
 
-def test_record_tables(folder: Path) -> None:
-    path = folder / "records.tsv"
+def whole_table(path: Path) -> None:
+    for name in read_catalogue(path):
+        assert Path("results", name).resolve().parent == Path("results").resolve(), "a name that leads out"
 
-    def read(content: bytes) -> None:
+
+def whole_study(path: Path) -> None:
+    study = load_study(path)
+    for name in (study.name, *(f"cube.{variant}.nc" for variant in study.variants)):
+        assert Path("results", name).resolve().parent == Path("results").resolve(), "a name that leads out"
+    check_size(study, "mine.yaml")
+    check_files(study, "mine.yaml")
+
+
+BOMBS_OF_STUDIES = ("name: {DEEP}", "{whole}\nfriction: *a", "{BOMB}{whole_j}")
+BOMBS_OF_SCENES = ("elements: {DEEP}", "{BOMB}name: *j\nelements: [*j, *j]\n")
+
+
+@pytest.mark.parametrize(
+    ("name", "read", "bombs"),
+    [
+        ("config/records.tsv", whole_table, ()),
+        ("surveys/example-ruin.csv", read_survey, ()),
+        ("config/near-fault.yaml", whole_study, BOMBS_OF_STUDIES),
+        ("config/in-space.yaml", whole_study, BOMBS_OF_STUDIES),
+        ("config/scenes/three-tier.yaml", load_scene, BOMBS_OF_SCENES),
+    ],
+)
+def test_files_that_users_write(folder: Path, name: str, read: Callable[[Path], object], bombs: Sequence[str]) -> None:
+    whole = (ROOT / name).read_bytes()
+    path = folder / f"mine{Path(name).suffix}"
+
+    def put(content: bytes) -> None:
         path.write_bytes(content)
+        met(lambda: read(path))
 
-        def all_of_it() -> None:
-            for name in read_catalogue(path):
-                assert Path("results", name).resolve().parent == folder / "results", "a name that leads out"
-
-        met(all_of_it)
-
-    fuzz(spoilt((ROOT / "config" / "records.tsv").read_bytes()), read)
-
-
-@pytest.mark.parametrize("name", ["near-fault", "in-space"])
-def test_studies(folder: Path, name: str) -> None:
-    path, whole = folder / "mine.yaml", (ROOT / "config" / f"{name}.yaml").read_bytes()
-
-    def read(content: bytes) -> None:
-        path.write_bytes(content)
-
-        def all_of_it() -> None:
-            study = load_study(path)
-            assert Path("results", study.name).resolve().parent == folder / "results", "a name that leads out"
-            for variant in study.variants:
-                assert Path("results", f"cube.{variant}.nc").resolve().parent == folder / "results"
-            check_size(study, "mine.yaml")
-            check_files(study, "mine.yaml")
-
-        met(all_of_it)
-
-    for harm in (
-        BOMB,
-        f"name: {DEEP}",
-        f"{whole.decode()}\nfriction: *a",
-        BOMB + whole.decode().replace("name:", "name: *j #"),
-    ):
-        read(harm.encode())
-    fuzz(wrong_tree(yaml.safe_load(whole)) | spoilt(whole), read)
-
-
-def test_scenes(folder: Path) -> None:
-    path, whole = folder / "mine.yaml", (ROOT / "config" / "scenes" / "three-tier.yaml").read_bytes()
-
-    def read(content: bytes) -> None:
-        path.write_bytes(content)
-        met(lambda: load_scene(path))
-
-    for harm in (BOMB, f"elements: {DEEP}", BOMB + "name: *j\nelements: [*j, *j]\n"):
-        read(harm.encode())
-    fuzz(wrong_tree(yaml.safe_load(whole)) | spoilt(whole), read)
-
-
-def test_surveys(folder: Path) -> None:
-    path = folder / "stones.csv"
-
-    def read(content: bytes) -> None:
-        path.write_bytes(content)
-        met(lambda: read_survey(path))
-
-    fuzz(spoilt((ROOT / "surveys" / "example-ruin.csv").read_bytes()), read)
+    if bombs:
+        text = whole.decode()
+        words = {"BOMB": BOMB, "DEEP": DEEP, "whole": text, "whole_j": text.replace("name:", "name: *j #")}
+        for bomb in (BOMB, *(bomb.format(**words) for bomb in bombs)):
+            put(bomb.encode())
+    fuzz(wrong_tree(yaml.safe_load(whole)) | spoilt(whole) if bombs else spoilt(whole), put)
 
 
 CORNERS = np.array(list(itertools.product((-0.2, 0.2), (-0.3, 0.3), (0.0, 1.0))))

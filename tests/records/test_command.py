@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 
+import overturning
 from overturning.cli import main
+from overturning.errors import ArgumentError
+from tests.expect import refused
 from tests.records.record_writers import csmip_text, geonet_text, peer_text
 
 A, B = (np.round(np.random.default_rng(k).normal(0, 50, 200), 1) for k in (1, 2))
@@ -64,6 +67,18 @@ def test_check_goes_on_at_a_wrong_peak_only_on_trust(tmp_path, capsys):
 def test_fetch_says_what_is_wrong_in_one_line(arguments, capsys, tmp_path):
     assert run("records", *arguments, "--folder", tmp_path) == 1
     assert capsys.readouterr().err.startswith("error: ")
+
+
+def test_what_is_declared_and_cannot_be_is_named(tmp_path):
+    for name, value in (
+        ("form", "geonett"),
+        ("unit", "feet"),
+        ("sensor", "roof"),
+        ("vertical_sense", "left"),
+        ("x", 1),
+    ):
+        with refused(ArgumentError, name if name != "form" else "format", "known are"):
+            overturning.read(columns_file(tmp_path / "x.csv"), **{name: value})
 
 
 WAVE = 300 * np.sin(np.arange(4000) * 0.05) * np.exp(-(((np.arange(4000) - 2000) / 600) ** 2))

@@ -73,6 +73,18 @@ def test_text_is_refused_by_name_or_read_right(tmp_path, form):
     assert {name: what for name, what in objections.items() if what} == {}
 
 
+HARMLESS = ("BOM", "CRLF", "CR", "DOS end of file", "zeros behind", "blank lines behind")
+
+
+@pytest.mark.parametrize("form", WHOLE)
+def test_marks_of_other_systems_do_no_harm(tmp_path, form):
+    paths = write(tmp_path, form)
+    good, whole = read_path(paths, OPTIONS), WHOLE[form][0][paths[0].name]
+    for name in HARMLESS:
+        paths[0].write_bytes(CORPUS[form][name](whole))
+        assert same_motion(read_path(paths, OPTIONS), good), name
+
+
 @pytest.mark.parametrize("form", WHOLE)
 def test_random_damage_ends_in_a_named_error_or_a_record(form):
     """Bytes changed, lost, added and moved: whatever comes, no other exception."""

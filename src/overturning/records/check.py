@@ -60,19 +60,22 @@ def check_paths(paths: Iterable[Path], declared: Declarations | None = None) -> 
 def _sources(paths: Sequence[Path]) -> tuple[list[SourceFile], list[Finding]]:
     sources, findings = [], []
     for path in paths:
-        inside = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else []
-        members = [p for p in inside if not is_no_record(p)] if path.is_dir() else [path]
-        if len(paths) > 1 and not path.is_dir() and is_no_record(path):
-            continue
-        if not members:
-            why = f"{len(inside)} files, none of them a record" if inside else "an empty folder"
+        there, skipped = _members(path, alone=len(paths) == 1)
+        if path.is_dir() and len(there) == len(skipped):
+            why = f"{len(there)} files, none of them a record" if there else "an empty folder"
             findings.append(Finding((path.name,), reason=f"{path}: {why}"))
-        for member in members:
+        for member in there:
             try:
-                sources.append(read_source(member))
+                sources += [] if member in skipped else [read_source(member)]
             except OverturningError as problem:
                 findings.append(Finding((member.name,), reason=str(problem)))
     return sources, findings
+
+
+def _members(path: Path, *, alone: bool) -> tuple[list[Path], list[Path]]:
+    """Files of a folder, or the file itself, and those of them that are no records; a file ``alone`` is always one."""
+    there = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
+    return there, [p for p in there if is_no_record(p) and (path.is_dir() or not alone)]
 
 
 def is_no_record(path: Path) -> bool:
@@ -82,9 +85,7 @@ def is_no_record(path: Path) -> bool:
 
 def no_records_of(paths: Sequence[Path]) -> list[str]:
     """Names of the files that are passed over: those in folders, and those among several that are named."""
-    files = [p for folder in paths if folder.is_dir() for p in folder.rglob("*") if p.is_file()]
-    files += [path for path in paths if path.is_file() and len(paths) > 1]
-    return sorted(p.name for p in files if is_no_record(p))
+    return sorted(p.name for path in paths for p in _members(path, alone=len(paths) == 1)[1])
 
 
 def describe(finding: Finding) -> str:

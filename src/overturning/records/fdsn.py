@@ -4,12 +4,14 @@ import io
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from overturning.errors import ArgumentError, MissingDataError, RecordError
 from overturning.files import atomic_write
 from overturning.records.download import SET_CREDENTIALS, credentials, retried
+from overturning.records.formats.miniseed import read_inventory, read_stream
 from overturning.records.source import SourceFile, is_web_page
 
 CODES = ("network", "station", "location", "channel")
@@ -71,10 +73,14 @@ def fetch_fdsn(
     stem = ".".join([request.network, request.station, start.strftime("%Y%m%dT%H%M%S"), f"{end - start:.0f}s"])
     stem = re.sub(r"[?*]", "x", stem)
     waves, metadata = folder / f"{stem}.mseed", folder / f"{stem}.xml"
+    codes = {name: getattr(request, name) for name in CODES}
+    window = {"starttime": start, "endtime": end}
     if not metadata.exists():
-        ask(lambda: _stations(client, request, start, end, metadata))
+        get = partial(client.get_stations, **codes, **window, level="response")
+        ask(lambda: _keep(metadata, "StationXML", get, lambda file: read_inventory([file])))
     if not waves.exists():
-        ask(lambda: _waveforms(client, request, start, end, waves))
+        get = partial(client.get_waveforms, **codes, **window)
+        ask(lambda: _keep(waves, "MiniSEED", get, lambda file: _check_waves(file, start, end)))
     return [waves, metadata]
 
 
@@ -129,38 +135,20 @@ def _answered(action: Callable[[], Any], what: str) -> Any:
         raise (nothing if "404" in str(problem).partition("\n")[0] else problem) from None
 
 
-def _stations(client: Any, request: Request, start: Any, end: Any, path: Path) -> None:
-    from overturning.records.formats.miniseed import read_inventory
-
+def _keep(path: Path, what: str, get: Callable[..., Any], check: Callable[[SourceFile], Any]) -> None:
+    """Move an answer into place that is neither empty nor a web page, and stands its check."""
     answer = io.BytesIO()
-    codes = {name: getattr(request, name) for name in CODES}
-    client.get_stations(**codes, starttime=start, endtime=end, level="response", filename=answer)
-    data = _checked(answer, "StationXML")
-    read_inventory([SourceFile("StationXML", data)])
-    with atomic_write(path) as part:
-        part.write_bytes(data)
-
-
-def _waveforms(client: Any, request: Request, start: Any, end: Any, path: Path) -> None:
-    from overturning.records.formats.miniseed import read_stream
-
-    answer = io.BytesIO()
-    client.get_waveforms(*(getattr(request, name) for name in CODES), start, end, filename=answer)
-    data = _checked(answer, "MiniSEED")
-    if len(data) % 128:
-        raise RecordError(f"MiniSEED of {len(data)} bytes, no whole number of records: the answer was cut")
-    stream = read_stream(SourceFile("MiniSEED", data), "MSEED")
-    if any(abs(t.stats.endtime - end) > 60 + 0.5 * (end - start) for t in stream):
-        raise RecordError("MiniSEED of another time than asked for")
-    with atomic_write(path) as part:
-        part.write_bytes(data)
-
-
-def _checked(answer: io.BytesIO, what: str) -> bytes:
-    """The bytes of an answer that is neither empty nor a web page."""
+    get(filename=answer)
     data = answer.getvalue()
-    if not data:
-        raise RecordError(f"an empty answer instead of {what}")
-    if is_web_page(data):
-        raise RecordError(f"a web page instead of {what}")
-    return data
+    if not data or is_web_page(data):
+        raise RecordError(f"{'a web page' if data else 'an empty answer'} instead of {what}")
+    check(SourceFile(what, data))
+    with atomic_write(path) as part:
+        part.write_bytes(data)
+
+
+def _check_waves(file: SourceFile, start: Any, end: Any) -> None:
+    if len(file.data) % 128:
+        raise RecordError(f"MiniSEED of {len(file.data)} bytes, no whole number of records: the answer was cut")
+    if any(abs(t.stats.endtime - end) > 60 + 0.5 * (end - start) for t in read_stream(file, "MSEED")):
+        raise RecordError("MiniSEED of another time than asked for")

@@ -219,7 +219,7 @@ class Header:
     found: Mapping[str, tuple[int, re.Match[str]]]
 
     @classmethod
-    def of(cls, lines: Lines, fields: Fields, stop: int | None = None) -> "Header":
+    def of(cls, lines: Lines, fields: Fields, stop: int = 500) -> "Header":
         """Look for fields, in capitals or not, in the lines before ``stop``; the first line that fits counts."""
         found = {}
         for name, field in fields.items():

@@ -18,7 +18,7 @@ from tests.report.tiny_studies import make_results, pulse_record
 
 
 @pytest.fixture(scope="session")
-def hostile(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def hostile(made_once: Callable[[str, Callable[[Path], object]], Path]) -> Path:
     """Two records whose names come from a file that means harm, one with a pulse and one without."""
     pulse = {
         "station": BAD,
@@ -28,7 +28,7 @@ def hostile(tmp_path_factory: pytest.TempPathFactory) -> Path:
     }
     without = {"event": BAD, "fault_strike_deg": 300.0, "extra": {"pulse": False}}
     records = [pulse_record("one", 60, 6.0, **pulse), pulse_record("two", 10, 5.0, **without)]
-    return make_results(tmp_path_factory.mktemp("hostile"), records, title=BAD, azimuth={"step": 15})
+    return made_once("hostile", lambda folder: make_results(folder, records, title=BAD, azimuth={"step": 15}))
 
 
 @pytest.fixture(scope="session")

@@ -3,6 +3,7 @@
 import html
 import json
 import re
+import shutil
 import zlib
 from dataclasses import replace
 from importlib import resources
@@ -156,14 +157,11 @@ def test_paper_draws_what_it_is_given(everything: Report) -> None:
 
 
 def test_a_missing_or_torn_figure_is_named(hostile: Path, tmp_path: Path, everything: Report) -> None:
-    rose, kept = hostile / "figures" / "rose.svg", tmp_path / "rose.svg"
-    rose.rename(kept)
-    try:
-        with pytest.raises(ResultError, match=r"rose\.svg: no such figure; run the figures"):
-            write_report(hostile, tmp_path / "report.html", tmp_path / "report.pdf")
-        assert list(tmp_path.glob("report.*")) == []
-    finally:
-        kept.rename(rose)
+    folder = shutil.copytree(hostile, tmp_path / "results")
+    (folder / "figures" / "rose.svg").unlink()
+    with pytest.raises(ResultError, match=r"rose\.svg: no such figure; run the figures"):
+        write_report(folder, tmp_path / "report.html", tmp_path / "report.pdf")
+    assert list(tmp_path.glob("report.*")) == []
     (tmp_path / "figure.svg").write_text("<svg", encoding="utf-8")
     with pytest.raises(ResultError, match="draw the figures again"):
         render_pdf(everything)

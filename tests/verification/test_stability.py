@@ -2,8 +2,10 @@
 
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from overturning.dem.run import run_cases
@@ -16,7 +18,8 @@ from verification.stability.cases import (
     space_filling,
 )
 from verification.stability.checks import Ending, block_contradiction, demand_of
-from verification.stability.maps import MEANINGS, contact_of_case, run_case, run_map
+from verification.stability.figures import draw_map
+from verification.stability.maps import GROUPS, MEANINGS, contact_of_case, run_case, run_map
 
 BUDGET = 100_000
 SOUND = StabilityCase(1e8, 1.0, 0.3, 1.0, 2650.0, 0.6, 6.0, 0.01, float("nan"), "centred", "pulse", 80.0, 0.0)
@@ -84,3 +87,15 @@ def test_what_numbers_cannot_hold_is_refused_by_name() -> None:
     assert outcome["ending"] == Ending.REFUSED
     assert outcome["reason"] == "stiffness"
     assert outcome["overturned"] == -128
+
+
+def test_a_map_of_twenty_thousand_cases_stays_small(tmp_path: Path) -> None:
+    random = np.random.Generator(np.random.PCG64(3))
+    rows = {group: 10.0 ** random.uniform(-3.0, 0.0, 20_000) for group in GROUPS}
+    rows["ending"] = random.choice([Ending.RIGHT, Ending.AT_REST, Ending.UNSTABLE, Ending.OVER_BUDGET], 20_000)
+    rows["damping"][:5] = np.nan
+    for name in ("one", "two"):
+        draw_map(pd.DataFrame(rows), tmp_path / f"{name}.svg")
+    made = (tmp_path / "one.svg").read_bytes()
+    assert made == (tmp_path / "two.svg").read_bytes()
+    assert len(made) < 400_000, "the worst that the map can be: four colours without any order"

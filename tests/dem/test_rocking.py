@@ -1,0 +1,89 @@
+"""Blocks against Housner's rocking block, solved event by event, and against the known answer of real records."""
+
+import numpy as np
+import pytest
+
+from overturning.dem.run import run_cases
+from overturning.dem.simulate import simulate_arrays
+from overturning.model.cases import Cases
+from overturning.model.contact import Contact
+from overturning.model.results import Results
+from overturning.model.status import Status
+from overturning.motion.motion import Motion
+from overturning.units import STANDARD_GRAVITY
+from tests.dem.near_field import near_field
+from verification.reference.rocking import rocking_outcome
+
+INTERVAL = 0.005
+FALLING = {7: "Petrolia", 9: "Rinaldi", 10: "Sylmar Olive View"}
+
+
+def pulse(period: float) -> np.ndarray:
+    """One cycle of a sine."""
+    t = np.arange(round(period / INTERVAL) + 1) * INTERVAL
+    return np.sin(2 * np.pi * t / period)
+
+
+def under_pulse(
+    shape: np.ndarray, axes: tuple[object, ...], friction: float, spread: float
+) -> tuple[Results, np.ndarray, np.ndarray]:
+    """Results over heights, B/H and amplitudes over g·B/H, Housner's sides, and which a spread of these leaves."""
+    height, ratio, share = (values.ravel() for values in np.meshgrid(*axes, indexing="ij"))
+    amplitude = share * ratio * STANDARD_GRAVITY
+    expected = np.array([
+        [rocking_outcome(factor * a * shape, INTERVAL, h, r)[0] for factor in (1 - spread, 1.0, 1 + spread)]
+        for h, r, a in zip(height, ratio, amplitude, strict=True)
+    ])  # fmt: skip
+    motion = Motion(shape, 0 * shape, sampling_interval=INTERVAL)
+    found = run_cases(motion, Cases(0.0, height, ratio, friction, amplitude=amplitude))
+    return found, expected[:, 1], (expected == expected[:, :1]).all(axis=1)
+
+
+def test_flags_and_sides_of_pulses_agree_with_the_rocking_solution() -> None:
+    axes = [0.5, 1.0, 1.7, 2.5], [0.1, 0.2, 0.3, 0.4, 0.5], np.linspace(0.8, 6.0, 40)
+    robust = agree = 0
+    for period in (0.3, 0.5, 0.7, 0.9, 1.2, 1.5, 2.0):
+        found, expected, firm = under_pulse(pulse(period), axes, 10.0, 0.01)
+        assert (found.status <= 1).all()
+        robust += int(firm.sum())
+        agree += int((found.overturned == expected)[firm].sum())
+    assert robust >= 5000
+    assert agree >= 0.999 * robust
+
+
+@pytest.mark.parametrize("friction", [300.0, 1e3, 1e6])
+def test_any_large_friction_is_that_of_a_block_that_cannot_slide(friction: float) -> None:
+    axes = [0.3, 1.0], [0.2, 0.3, 0.4, 0.45], np.linspace(1.1, 6.0, 12)
+    found, expected, firm = under_pulse(pulse(0.5), axes, friction, 0.03)
+    assert (found.status == Status.SIMULATED).all()
+    assert np.unique(expected[firm]).size > 1
+    assert (found.overturned == expected)[firm].all()
+
+
+@pytest.mark.parametrize("scheme", ["centred", "cundall"])
+def test_peak_rotation_after_a_short_pulse_is_that_of_the_rocking_block(scheme: str) -> None:
+    """The largest rotation may come after a record that ends while the block rocks."""
+    shape = np.append(pulse(0.3), 0.0)
+    height, ratio = np.array([2.28, 1.67, 1.91, 0.91]), np.array([0.134, 0.195, 0.273, 0.256])
+    amplitude = np.array([3.2, 3.9, 4.2, 2.5]) * ratio * STANDARD_GRAVITY
+    cases = Cases(0.0, height, ratio, 10.0, amplitude)
+    found, longer = (
+        run_cases(Motion(wave, 0 * wave, sampling_interval=INTERVAL), cases, scheme=scheme)
+        for wave in (shape, np.pad(shape, (0, 400)))
+    )
+    exact = [rocking_outcome(a * shape, INTERVAL, h, r)[1] for a, h, r in zip(amplitude, height, ratio, strict=True)]
+    assert found.overturned.tolist() == [0] * 4
+    assert found.peak_rotation == pytest.approx(exact, rel=0.02)
+    assert found.peak_rotation == pytest.approx(longer.peak_rotation, rel=2e-5)
+
+
+@pytest.mark.parametrize("damping_ratio", [0.5, 1.0])
+@pytest.mark.parametrize("number", range(1, 15))
+def test_known_answer(number: int, damping_ratio: float) -> None:
+    """Three of fourteen pulse records overturn B/H = 0.4, in the fault-normal component only."""
+    motion, normal, parallel = near_field(number)
+    grid = {"azimuth_deg": [normal, parallel], "height": [0.6], "b_over_h": [0.39, 0.4, 0.42], "friction": [1.0]}
+    found = simulate_arrays(motion, **grid, contact=Contact(damping_ratio=damping_ratio))
+    assert (found["status"] <= 1).all()
+    falls = (found["overturned"] != 0)[:, 0, :, 0]
+    assert falls.tolist() == [[number in FALLING] * 3, [False] * 3]

@@ -7,7 +7,7 @@ from overturning.dem.block.centred import Met, found_of, meet
 from overturning.dem.block.state import GENTLE_STEPS, Block, Change, Corner, ForeseenCorner
 from overturning.dem.kernel import balance
 from overturning.dem.kernel.balance import ENERGY_BOUND, FINER
-from overturning.dem.kernel.clock import BLOCK, BODY, SCENE, Attempt, Clock, Found, Pace, next_attempt
+from overturning.dem.kernel.clock import BLOCK, BODY, ONSET, SCENE, Attempt, Clock, Found, Pace, next_attempt
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import plan, run_cases
 from overturning.dem.time_step import contact_time, highest_eigenvalue
@@ -147,6 +147,22 @@ def test_every_long_step_has_as_many_tries_before_it_is_halved(pace: Pace) -> No
         assert again == wrong
     assert tries == [*range(most + 1), 0, 1, 0, 1]
     assert lengths == [length] * (most + 1) + [0.5 * length] * 4
+
+
+@pytest.mark.parametrize("pace", [BLOCK, SCENE, BODY])
+def test_a_step_in_which_a_body_begins_to_slide_is_halved_and_begins_as_before(pace: Pace) -> None:
+    """Until it is short: what stuck is taken to stick in each half, and only then done again as found."""
+    clock, begins = clock_of(pace), NOTHING._replace(wrong=True, slides=True)
+    attempt, lengths = Attempt(pace.whole, 8.0, 0.0), []
+    while attempt.tries == 0.0:
+        again, as_before, attempt = next_attempt.py_func(pace, clock, attempt, begins, pace.whole, pace.whole)
+        assert again
+        assert as_before == (attempt.tries == 0.0)
+        lengths.append(attempt.length)
+    assert lengths[-1] == lengths[-2] == ONSET * pace.whole
+    # What slides, and was taken to, does so in steps of any length.
+    slides = NOTHING._replace(slides=True)
+    assert not next_attempt.py_func(pace, clock, Attempt(pace.whole, 8.0, 0.0), slides, pace.whole, pace.whole)[0]
 
 
 @pytest.mark.parametrize("step", ["auto", "0.5 stable", "0.125 stable", 2e-4])

@@ -42,7 +42,7 @@ def test_a_body_in_space_pressed_in_too_far_is_marked(
     """
     north = peak * np.sin(np.arange(200) * 0.1)
     motion = Motion(north, np.zeros(200), sampling_interval=0.01)
-    size = {"orientation_deg": 0.0, "height": 0.6, "friction": 0.6}
+    size = {"orientation_deg": 0.0, "height": 0.4, "friction": 0.6}
     for ratio, deepest in ((0.3, 0.1), (2.0, 0.05)):
         soft, stiff = (
             simulate_in_space_arrays(

@@ -24,6 +24,9 @@ SCENE_STATIC_PENETRATION: Final = 2e-5
 BODY_STATIC_PENETRATION: Final = 2e-6
 """The same of a body in space; docs/design-notes.md has what a stiffer contact changes."""
 
+WIDEST: Final = 1.0
+"""B beyond which a body in space sinks in no deeper, m: what gives before it slides is a length, and slips do not grow with it."""
+
 PRECISION_FLOOR: Final = 1e5
 """δ must be this many times the rounding of a coordinate, so that the static force has five digits."""
 
@@ -117,7 +120,7 @@ class VertexContact:
     static_penetration : float
         δ/B: carried by n points alone the body at rest sinks in by δ = m g / (n K_n); n is 2, as in the plane, on a rim or more
         than four vertices, else all vertices of its base. B is twice the least distance of an edge of its base from below its
-        centre.
+        centre, at most `WIDEST`.
     stiffness_ratio : float
         K_s/K_n, of either tangential spring.
     damping_ratio : float
@@ -140,7 +143,7 @@ class VertexContact:
     def specific(self, body: Solid) -> tuple[float, float, float]:
         """K_n/m and K_s/m of a vertex, 1/s², and its dashpot h/m, 1/s."""
         share = body.carriers
-        normal = STANDARD_GRAVITY / (share * self.static_penetration * 2.0 * body.reach)
+        normal = STANDARD_GRAVITY / (share * self.static_penetration * min(2.0 * body.reach, WIDEST))
         return normal, self.stiffness_ratio * normal, 2.0 * self.damping_ratio * math.sqrt(normal / share)
 
 

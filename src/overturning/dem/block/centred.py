@@ -260,12 +260,11 @@ def found_of(block: Block, clock: Clock, length: float, late: bool, left: Met, r
 
 
 @njit(**INLINE)
-def taken_next(taken: Taken, late: bool, left: Met, right: Met, retry: bool) -> Taken:
-    """What the corners are taken to do in the next attempt: as found; one that was right keeps what it was taken to do in a retry."""
+def taken_next(taken: Taken, late: bool, left: Met, right: Met, retry: bool, sooner: bool) -> Taken:
+    """What the corners are taken to do in the next attempt: as found; in a retry one that was right keeps what it was taken to do."""
     of_left, of_right = (0.0 if late else taken.left), (0.0 if late else taken.right)
-    return Taken(
-        of_left if retry & (not left.wrong) else left.found, of_right if retry & (not right.wrong) else right.found
-    )
+    keeps_left, keeps_right = sooner | (retry & (not left.wrong)), sooner | (retry & (not right.wrong))
+    return Taken(of_left if keeps_left else left.found, of_right if keeps_right else right.found)
 
 
 @njit(**INLINE)
@@ -355,8 +354,8 @@ def loops(vertical: bool, rough: bool) -> Any:
             left = meet(block, w.left, s.left, d.slid_left, late, w.x, w.half, d, rough)
             right = meet(block, w.right, s.right, d.slid_right, late, w.x, w.half, d, rough)
             found = found_of(block, clock, length, late, left, right, rough)
-            again, retry, attempt = next_attempt(BLOCK, clock, attempt, found, s.tick + length, ticks)
-            taken = taken_next(Taken(d.slid_left, d.slid_right), late, left, right, retry)
+            again, sooner, attempt = next_attempt(BLOCK, clock, attempt, found, s.tick + length, ticks)
+            taken = taken_next(Taken(d.slid_left, d.slid_right), late, left, right, attempt.tries > 0.0, sooner)
             peaks, account = load_peaks(state, j), load_account(state, j)
             s, peaks, account = commit(block, s, peaks, account, w, d, left, right, length, vertical, rough)
             store_attempt(state, j, attempt)

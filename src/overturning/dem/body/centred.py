@@ -164,6 +164,8 @@ def meet(
     taken = t.slides > 0.0
     wrong = carries & (slips != taken)
     backwards = carries & taken & (fx * t.dx + fy * t.dy < 0.0)
+    # Over a long step its spring is stretched by the way there, though it comes back: its velocity tells that, too.
+    back = carries & slips & ((fx * old.sx + fy * old.sy > 0.0) | (fx * ux + fy * uy > 0.0))
     ry, rz, rx = t.ry, t.rz, t.rx
     mx, my, mz = ry * n - rz * fy, rz * fx - rx * n, rx * fy - ry * fx
     return Sum(
@@ -171,7 +173,7 @@ def meet(
     ), Largest(
         changed, 1.0 if wrong & (not late) else 0.0, 1.0 if backwards & (not late) else 0.0,
         1.0 if carries & (not slips) else 0.0,
-        1.0 if carries & slips & (fx * old.sx + fy * old.sy > 0.0) & (not late) else 0.0, 0.0 if n > 0.0 else 1.0, depth,
+        1.0 if back & (not late) else 0.0, 0.0 if n > 0.0 else 1.0, depth,
     ), Memory(kx, ky, ux if round_ else (w.x + rx) + half * du, uy if round_ else (w.y + ry) + half * dv, depth, n, 1.0 if slips & carries else 0.0)  # fmt: skip
 
 

@@ -146,7 +146,7 @@ def commit_all(state: Any, columns: int, ticks: float, round_: Any) -> None:
         body, s, attempt, t = load_body(state, j), load_state(state, j), load_attempt(state, j), load_sum(state, j)
         most = load_largest(state, j)
         fast = turns_fast(s, load_foreseen(state, j), most) if round_ else False
-        again, _, following = next_attempt(
+        again, sooner, following = next_attempt(
             BODY, load_clock(state, j), attempt, found_of(most, t.fz, fast), s.tick + attempt.length, ticks
         )
         moved, peaks, account = commit(
@@ -161,7 +161,7 @@ def commit_all(state: Any, columns: int, ticks: float, round_: Any) -> None:
             attempt.length,
         )
         store_attempt(state, j, following)
-        store_refused(state, j, Refused(1.0 if again else 0.0))
+        store_refused(state, j, Refused(1.0 if again else 0.0, 1.0 if sooner else 0.0))
         store_state(state, j, again, moved)
         store_peaks(state, j, again, peaks)
         store_account(state, j, again, account)
@@ -171,9 +171,9 @@ def commit_all(state: Any, columns: int, ticks: float, round_: Any) -> None:
 def remember_all(state: Any, one: Any, columns: int) -> None:
     """What a point remembers of a step that was taken; of one that was not, what slid in it."""
     for j in range(columns):
-        new, again = load_next(one, j), load_refused(state, j).again > 0.0
-        store_memory(one, j, again, new)
-        one[SLID + j] = new.slid
+        new, refused = load_next(one, j), load_refused(state, j)
+        store_memory(one, j, refused.again > 0.0, new)
+        one[SLID + j] = one[SLID + j] if refused.sooner > 0.0 else new.slid
 
 
 @cache

@@ -30,9 +30,10 @@ class Touch(NamedTuple):
 
 
 class Refused(NamedTuple):
-    """Whether the last step was not accepted: 1 or 0."""
+    """Whether the last step was not accepted, and whether its points are taken to do the same in the next one: 1 or 0."""
 
     again: float
+    sooner: float
 
 
 class Foreseen(NamedTuple):

@@ -45,10 +45,13 @@ SCENE: Final = Pace(0.0125, 0.08, 2.0**20, 4.0, 2.0, 8.0, float("inf"), 2.0)
 BODY: Final = Pace(0.004, 0.125, 2.0**9, 2.0, 3.0, 6.0, 0.0, 4.0)
 """`dwell` of a body in space is a time, in 1/ω; of the others it is a number of steps."""
 
-ONSET: Final = 0.25
-"""Longest step of what slides as a whole, in samples: in a longer one that begins to slide, it would slide all through it."""
+SLIDING: Final = 0.25
+"""Longest step of what slides as a whole, in samples: within a longer one it could stop, or begin."""
 
-TURN: Final = 0.03125
+ONSET: Final = 0.0625
+"""Longest step in which a body begins to slide, in samples: it slides all through it."""
+
+TURN: Final = 0.015625
 """Longest step in which friction changes its sign, in samples: half of it has the sign of before."""
 
 NO_FRACTION: Final = 2.0**52
@@ -104,10 +107,10 @@ class Found(NamedTuple):
 def next_attempt(
     pace: Pace, clock: Clock, tried: Attempt, found: Found, tick: float, ticks: float
 ) -> tuple[bool, bool, Attempt]:
-    """Whether an attempt that would end at a tick is rejected, whether only to be done again as found, and the next attempt.
+    """Whether an attempt that would end at a tick is rejected, whether what it was taken to do stays so, and the next attempt.
 
-    A step of more than `ONSET` of a sample, which has so many `ticks`, is taken only while something holds the body, and one of
-    more than `TURN` only where friction keeps its sign.
+    A body may begin to slide in a step of up to `ONSET` of a sample, which has so many `ticks`, and friction may change its sign
+    in one of up to `TURN`. In the half of a step in which a body begins to slide, what stuck is taken to stick once more.
     """
     length = tried.length
     shorter = (found.changed | found.fast) & (length > clock.finest) & (not found.gentle)
@@ -115,13 +118,13 @@ def next_attempt(
     onset = found.slides & (length > ONSET * ticks)
     back = found.back & (length > TURN * ticks)
     halved = ((found.reversed | back) & (not shorter)) | (wrong & (onset | (tried.tries >= pace.tries)))
-    retry = wrong & (not halved)
+    retry, sooner = wrong & (not halved), wrong & onset & (not found.reversed)
     shorter = shorter | halved
     longest = clock.standing if found.stands else pace.whole
     above = 2.0 * length if length < pace.whole else clock.standing
     times = tick / above
     fits = (times + NO_FRACTION) - NO_FRACTION == times
-    longer = (tried.left <= 1.0) & (length < longest) & fits & (not (found.slides & (above > ONSET * ticks)))
+    longer = (tried.left <= 1.0) & (length < longest) & fits & (not (found.slides & (above > SLIDING * ticks)))
     left = (
         (clock.settled if length >= pace.settled_above * clock.finest else clock.dwell) if longer else tried.left - 1.0
     )
@@ -131,4 +134,4 @@ def next_attempt(
     then = above if longer & (not (found.changed | retry)) else length
     then = 0.5 * length if shorter else then
     then = pace.whole if (length > pace.whole) & (shorter | (not found.stands)) else then
-    return shorter | retry, retry, Attempt(then, left, tried.tries + 1.0 if retry else 0.0)
+    return shorter | retry, sooner, Attempt(then, left, tried.tries + 1.0 if retry else 0.0)

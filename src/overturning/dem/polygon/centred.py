@@ -303,10 +303,12 @@ def twice(old: Memory, end: End, s: Solved) -> float:
 def keep(q: Any, own: Any) -> None:
     """Take what a pair met, where the step is taken."""
     for j in range(rows.COLUMNS):
-        step, again = rows.load_step(q, j), rows.load_case(own, j).verdict.again > 0.0
-        met = step.met
+        step, verdict = rows.load_step(q, j), rows.load_case(own, j).verdict
+        met, again, sooner = step.met, verdict.again > 0.0, verdict.sooner > 0.0
         rows.keep_vertices(q, j, again, met.before)
         rows.keep_memory(q, j, again, met.one)
         rows.keep_memory(q, j + rows.SECOND, again, met.two)
         q[rows.DEEPEST + j] = q[rows.DEEPEST + j] if again else met.deepest
         q[rows.TAKEN + j] = q[rows.TAKEN + j] if again else met.taken
+        q[rows.SLID_ONE + j] = step.one.slid if sooner else q[rows.SLID_ONE + j]
+        q[rows.SLID_TWO + j] = step.two.slid if sooner else q[rows.SLID_TWO + j]

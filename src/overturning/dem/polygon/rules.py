@@ -154,7 +154,7 @@ def begin(
     clock = Clock(case.finest, case.standing, case.dwell, case.settled)
     rows.store_case(state, j, Case(
         Shaking(none, none, 0.0), step, ticks / interval, lag * step, clock, first, rows.no_marks(),
-        Verdict(0.0, Attempt(0.0, 0.0, 0.0)), case.amplitude, case.first, case.calm, case.after, 0.0, variant, looked, 0.0,
+        Verdict(0.0, 0.0, Attempt(0.0, 0.0, 0.0)), case.amplitude, case.first, case.calm, case.after, 0.0, variant, looked, 0.0,
     ))  # fmt: skip
 
 

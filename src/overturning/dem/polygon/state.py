@@ -37,6 +37,8 @@ class Verdict(NamedTuple):
 
     again: float
     """It is not taken;"""
+    sooner: float
+    """its ends are taken to do the same in the next one;"""
     then: Attempt
     """the next one."""
 

@@ -161,9 +161,9 @@ def accept_or_reject(own: Any, ticks: float) -> None:
     for j in range(rows.COLUMNS):
         case = rows.load_case(own, j)
         tick = case.shaking.tick + case.attempt.length
-        again, _, attempt = next_attempt(SCENE, case.clock, case.attempt, found_of(case), tick, ticks)
+        again, sooner, attempt = next_attempt(SCENE, case.clock, case.attempt, found_of(case), tick, ticks)
         rows.store_then(own, j, attempt)
-        own[rows.AGAIN + j] = 1.0 if again else 0.0
+        own[rows.AGAIN + j], own[rows.SOONER + j] = 1.0 if again else 0.0, 1.0 if sooner else 0.0
 
 
 @njit(**OPTIONS)

@@ -1,4 +1,7 @@
-"""The table of file formats: a new format is a module beside this one with a function ``read``, and a line here."""
+"""The table of file formats: a new format is a module beside this one with a function ``read``, and a line here.
+
+In the tests it is a line of ``FORMS`` (tests/records/written.py), which proves numbers, header, peak and damage of it.
+"""
 
 import re
 import struct

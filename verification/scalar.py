@@ -52,20 +52,8 @@ def _implicit(  # type: ignore[no-untyped-def]
 def run(centred, motion, interval, steps, b, h, stiff, dashpot, mu):  # type: ignore[no-untyped-def]
     """Largest rotation (rad) of a block under a motion, and the block steps computed.
 
-    Parameters
-    ----------
-    centred : bool
-        The scheme: centred or Cundall's.
-    motion : ndarray
-        Acceleration of the ground, m/s².
-    interval, steps : float, int
-        Sampling interval, s, and steps in it.
-    b, h : float
-        Half width and height, m.
-    stiff, dashpot : float
-        K/m (1/s²) and h/m (1/s) of a corner.
-    mu : float
-        Friction.
+    The scheme is the centred one or Cundall's, in fixed steps of each sampling interval, s. The block has half width b
+    and half height h, m; K/m, 1/s², and h/m, 1/s, are those of a corner; the motion is the ground's acceleration, m/s².
     """
     inertia, dt, peak = 3.0 / (b * b + h * h), interval / steps, 0.0
     place, v, a = np.array([0.0, h - 0.5 * G / stiff, 0.0]), np.zeros(3), np.zeros(3)

@@ -1,7 +1,5 @@
 """A body in space against closed forms and independent integrations."""
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -14,15 +12,9 @@ from overturning.model.shapes import Rectangle
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.body_starts import axes, leaning, level
-from verification.reference import body_cundall
 
 BOTH = pytest.mark.parametrize("scheme", ["centred", "cundall"])
-
-
-@pytest.fixture(autouse=True)
-def _both_schemes() -> Iterator[None]:
-    with body_cundall.in_use():
-        yield
+pytestmark = pytest.mark.usefixtures("both_schemes_in_space")
 
 
 def tilt_and_azimuth(path: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:

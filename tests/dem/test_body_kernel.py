@@ -1,6 +1,5 @@
 """The kernel in space: equal to the plane's, mirror images, the same bits in any company, the stable step, energy."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -26,7 +25,6 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.body_starts import level
 from tests.dem.near_field import near_field
-from verification.reference import body_cundall
 
 SOFT = VertexContact(2e-5)
 NAMES = [item.name for item in SPACE_VARIABLES]
@@ -42,12 +40,7 @@ def part(number: int, up: bool = True) -> Motion:
 
 
 BOTH = pytest.mark.parametrize("scheme", ["centred", "cundall"])
-
-
-@pytest.fixture(autouse=True)
-def _both_schemes() -> Iterator[None]:
-    with body_cundall.in_use():
-        yield
+pytestmark = pytest.mark.usefixtures("both_schemes_in_space")
 
 
 @pytest.mark.parametrize("number", [1, 7])

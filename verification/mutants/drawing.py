@@ -28,25 +28,12 @@ class Mutant(NamedTuple):
     """One token, and what stands in its place.
 
     The line is known by its text, so that a change elsewhere in the file leaves the mutant what it is.
-
-    Attributes
-    ----------
-    file : str
-        From the package on.
-    text : str
-        The line without blanks around it.
-    turn : int
-        Which of the lines of this text it is, from 0.
-    column : int
-        Where the token begins in `text`.
-    old, new : str
-        The token, and the other one.
     """
 
-    file: str
-    text: str
-    turn: int
-    column: int
+    file: str  # from the package on
+    text: str  # of the line, without blanks around it
+    turn: int  # which of the lines of this text it is, from 0
+    column: int  # where the token begins in `text`
     old: str
     new: str
 

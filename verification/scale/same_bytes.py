@@ -39,10 +39,12 @@ REPORT: Final = "report.html"
 
 SLURM: Final = (
     *("--workflow-profile", "profiles/slurm"),
-    *(*OPTIONS, "--slurm-init-seconds-before-status-checks", "1", "--seconds-between-status-checks", "1"),
+    *(*OPTIONS, "--slurm-init-seconds-before-status-checks", "6", "--seconds-between-status-checks", "6"),
     *("--latency-wait", "10"),
 )
-"""The project's profile for SLURM, with what the cluster of one node needs, and quicker to ask after its jobs."""
+"""The project's profile for SLURM, with what the cluster of one node needs.
+
+Its executor asks after a job when it should have ended: each time that it has not, it waits ten seconds longer."""
 
 
 class Run(NamedTuple):

@@ -27,33 +27,20 @@ _ARRAYS: Final = (
 
 @dataclass(frozen=True)
 class Tests:
-    """Tests of both specimens.
-
-    Attributes
-    ----------
-    number : ndarray of int, shape (n,)
-        The laboratory's number of each test.
-    motion : ndarray of str, shape (n,)
-        The record that was played, without its component: tests of one record are not independent.
-    acceleration : list of ndarray
-        Measured along the table's axis, m/s².
-    sampling_interval : float
-        s.
-    pga, pgv : ndarray, shape (n,)
-        Peaks of the measured motion, m/s² and m/s.
-    fell : dict of int to ndarray of bool, shape (n,)
-        Whether each specimen fell.
-    """
+    """Tests of both specimens; arrays have an entry for each test."""
 
     __test__ = False  # no test case, whatever pytest makes of the name
 
-    number: NDArray[np.int64]
+    number: NDArray[np.int64]  # the laboratory's
     motion: NDArray[np.str_]
+    """The record that was played, without its component: tests of one record are not independent."""
     acceleration: list[FloatArray]
-    sampling_interval: float
-    pga: FloatArray
-    pgv: FloatArray
+    """Measured along the table's axis, m/s²."""
+    sampling_interval: float  # s
+    pga: FloatArray  # of the measured motion, m/s²
+    pgv: FloatArray  # m/s
     fell: dict[int, NDArray[np.bool_]]
+    """Whether each specimen fell."""
 
     def ground(self, index: int) -> Motion:
         """Motion of one test, towards azimuth 0."""

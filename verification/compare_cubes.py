@@ -2,8 +2,8 @@
 
 Each cube is compared with the one before it, and the last with the first, over the records that both have. For a change
 that must not change an answer, or whose changes must be counted: each state of the sources makes its cube of the same
-study, in a checkout of its own. With ``--report`` the numbers of the report are compared, too: those of the folder in
-which the last cube lies, once with its own cubes and once with those beside the first one.
+study, in a checkout of its own. With ``--report STUDY.yaml`` the numbers of the report are compared, too: those of the
+folder in which the last cube lies, once with its own cubes and once with those beside the first one.
 """
 
 import re
@@ -26,6 +26,7 @@ from overturning.report.build import build_report
 from overturning.report.results import open_results
 from overturning.study.convergence import ASIDE, compare
 from overturning.study.cube import open_cube
+from overturning.study.load import load_study
 from verification.measures import ROCKS, percent
 from verification.tables import markdown, publish
 
@@ -156,13 +157,13 @@ def numbers(report: Report) -> list[Number]:
     ]
 
 
-def report_of(folder: Path, cubes: Path) -> Report:
-    """The report of a folder of results with the cubes of another."""
+def report_of(study: Path, folder: Path, cubes: Path) -> Report:
+    """The report of a study (YAML) from its folder of results, with the cubes of another folder."""
     with TemporaryDirectory() as made:
         for path in folder.resolve().iterdir():
             own = cubes.resolve() / path.name if path.match("cube*.nc") else path
             (Path(made) / path.name).symlink_to(own)
-        with open_results(Path(made)) as results:
+        with open_results(Path(made), load_study(study)) as results:
             return build_report(results)
 
 
@@ -186,14 +187,14 @@ def main(
     old: Annotated[Path, typer.Argument(help="a cube")],
     newer: Annotated[list[Path], typer.Argument(help="cubes of the same study after it, the latest last")],
     mark: Annotated[str, typer.Option(help="also put the table between these marks of the docs")] = "",
-    report: Annotated[bool, typer.Option("--report", help="compare the report's numbers too")] = False,
+    report: Annotated[Path | None, typer.Option(help="the study (YAML): compare its report's numbers too")] = None,
 ) -> None:
     """Print the table."""
     try:
         found = table([old, *newer])
         if report:
             after = newer[-1].resolve().parent
-            found += "\n\n" + figures(report_of(after, old.resolve().parent), report_of(after, after))
+            found += "\n\n" + figures(*(report_of(report, after, cubes) for cubes in (old.resolve().parent, after)))
         print(found)
         publish({mark: found} if mark else {})
     except ResultError as error:

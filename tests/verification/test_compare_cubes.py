@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from overturning.errors import ResultError
-from overturning.report.blocks import Answer, Note, Report, Row, Section, Table
+from overturning.report.blocks import Answer, Note, Report, Row, Section, table
 from verification.compare_cubes import changes, figures
 
 DIMENSIONS = ("record", "azimuth", "b_over_h")
@@ -77,8 +77,8 @@ def test_cubes_of_different_studies_are_refused() -> None:
 def report(share: str, axis: str, *rows: tuple[str, str], note: str = "Of 1,008 cases.") -> Report:
     """An answer of two sentences, a note below it, and a table of a second section."""
     said = Answer((f"Of all {share} fall.", f"Along {axis}."))
-    table = Row((Table(("record", "PGA"), rows),))
-    return Report("", "", (Section("Answer", (said, Note(note))), Section("Records", (table,))))
+    peaks = Row((table(("record", "PGA"), rows, "tt"),))
+    return Report("", "", (Section("Answer", (said, Note(note))), Section("Records", (peaks,))))
 
 
 def test_numbers_of_a_report_are_counted_that_changed() -> None:

@@ -87,7 +87,7 @@ def sources(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ("module", "again"),
     [
         ("", set()),
-        ("figures/rose.py", {"figures", "report", "all"}),
+        ("figures/study.py", {"figures", "report", "all"}),
         ("dem/kernel/queue.py", {"sweep"} | AFTER_SWEEP),
         ("report/html.py", {"report", "all"}),
     ],

@@ -18,7 +18,7 @@ def survey(
 ) -> None:
     """Compare the directions in which stones fell with those that the cube predicts."""
     from overturning.errors import ArgumentError
-    from overturning.files import check_output
+    from overturning.files import check_kind
     from overturning.report.plain import plain_lines
     from overturning.report.sections.surveys import survey_section
     from overturning.study.cube import open_cube
@@ -26,7 +26,7 @@ def survey(
     from overturning.surveys.stones import read_survey
 
     if figure is not None:
-        check_output(figure, "--figure", ".svg", ".png", ".pdf")
+        check_kind(figure, "--figure", ".svg", ".png", ".pdf")
     rows = read_survey(stones)
     with open_cube(cube, chunks={"record": 1}) as data:
         names = [str(name) for name in data["record_id"].to_numpy()]

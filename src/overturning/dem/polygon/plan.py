@@ -92,7 +92,8 @@ class PolygonPlan(Plan):
 
         until_balanced(run, out["status"], out["energy"])
         edge = np.array([item.edge for item in self.variants])[self.variant[chosen]]
-        out["status"][(every["slip"] >= edge).any(axis=1)] = Status.UNSTABLE
+        off_the_edge = (every["slip"] >= edge).any(axis=1) & (out["status"] == Status.SIMULATED)
+        out["status"][off_the_edge] = Status.UNSTABLE
         every["angle"] /= np.stack([item.unit for item in self.variants])[self.variant[chosen]]
         of_all = (out[name] for name in ("status", "depth", "energy", "steps"))
         each = (every[name][:, self.variants[0].free] for name in ("side", "time", "angle", "slip", "residual"))

@@ -15,10 +15,11 @@ from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
 from overturning.figures.alignment import axes_figure
 from overturning.figures.boundary import boundary_figure
-from overturning.figures.ground import hodograph_figure, spectra_figure
+from overturning.figures.ground import hodograph_figure, intensity_figure, spectra_figure
 from overturning.figures.intensity_plane import intensity_plane_figure, plane_points
 from overturning.figures.maps import plane_map_figure
 from overturning.figures.response import response_figure
+from overturning.figures.rose import rose_figure
 from overturning.figures.site_map import local_km, site_map_figure
 from overturning.figures.style import PAGE_WIDTH, save, style
 from overturning.model.scene import load_scene
@@ -122,6 +123,9 @@ def fit():  # type: ignore[no-untyped-def]
 
 
 FIGURES: dict[str, Callable[[], Figure]] = {
+    "falls": lambda: plane_map_figure(cube()[["overturned"]].isel(record=0), "A <script>"),
+    "rose": lambda: rose_figure(cube()),
+    "intensity": lambda: intensity_figure(intensity().isel(record=0), 30.0, "A"),
     "probability": lambda: plane_map_figure(cube().isel(record=0), "Station, earthquake"),
     "boundary": lambda: boundary_figure(boundary(cube().isel(record=0)), 0.4, 30.0, "Station, earthquake"),
     "plane": lambda: intensity_plane_figure(cube(), intensity(), fit(), 1.0),

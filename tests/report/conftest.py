@@ -14,8 +14,6 @@ from overturning.report.results import Results, open_results
 from tests.report.reading import BAD, report_of
 from tests.report.tiny_studies import make_results, pulse_record
 
-"""A name from a file that means harm to the page; the earthquake's below means harm to the paper."""
-
 
 @pytest.fixture(scope="session")
 def hostile(made_once: Callable[[str, Callable[[Path], object]], Path]) -> Path:

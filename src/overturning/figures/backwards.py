@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+from matplotlib.ticker import NullLocator
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import FALLS, INK, SERIES, compass, labels
+from overturning.figures.style import FALLS, INK, SERIES, compass, labels, logarithmic
 
 _BARS = 10
 """Motions shown, the likeliest."""
@@ -34,8 +34,8 @@ def posterior_figure(
     of_sources : mapping of str to float
         Probability by motion.
     strength : mapping of str to (ndarray, ndarray, ndarray, (float, float))
-        By name of a measure with its unit: values, ascending, probability not exceeded, the same of the prior, and the stated
-        interval, whose ends may be 0 or infinite.
+        By name of a measure with its unit: values, ascending, probability not exceeded, the same of the prior, and the
+        stated interval, whose ends may be 0 or infinite.
     """
     import matplotlib.pyplot as plt
 
@@ -54,27 +54,21 @@ def posterior_figure(
     bars.barh([name for name, _ in best], [100 * share for _, share in best], color=SERIES[0])
     bars.tick_params(axis="y", labelsize=8)
     labels(bars, "probability, %", "")
-    lines: list[Any] = []
     for place, (name, (values, below, before, (low, high))) in enumerate(strength.items()):
         axes = figure.add_subplot(2, 2, 3 + place)
-        lines = [
-            *axes.plot(values, before, color=INK, linewidth=1, linestyle=(0, (3, 1.5)), label="before the survey"),
-            *axes.plot(values, below, color=FALLS, linewidth=1.8, label="after it"),
-            axes.axvspan(
-                max(low, values[0]), min(high, values[-1]), color=FALLS, alpha=0.15, linewidth=0, label="90 %"
-            ),
-        ]
+        axes.plot(values, before, color=INK, linewidth=1, linestyle=(0, (3, 1.5)), label="before the survey")
+        axes.plot(values, below, color=FALLS, linewidth=1.8, label="after it")
+        ends = max(low, values[0]), min(high, values[-1])
+        axes.axvspan(*ends, color=FALLS, alpha=0.15, linewidth=0, label="90 %")
         axes.set_xscale("log")
-        axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        logarithmic(axes.xaxis)
         axes.xaxis.set_minor_locator(NullLocator())
         for open_end, at, toward in ((np.isinf(high), 0.985, 1), (low == 0, 0.015, -1)):
             if open_end:
-                axes.annotate(
-                    "", (at, 0.06), (at - 0.12 * toward, 0.06), "axes fraction", arrowprops={"arrowstyle": "->", "color": INK}
-                )  # fmt: skip
+                arrow = {"arrowstyle": "->", "color": INK}
+                axes.annotate("", (at, 0.06), (at - 0.12 * toward, 0.06), "axes fraction", arrowprops=arrow)
         axes.grid(True)
         labels(axes, name, "probability not exceeded")
-    figure.legend(handles=lines, loc="outside lower center", ncols=3, fontsize=8)
+    figure.legend(handles=axes.get_legend_handles_labels()[0], loc="outside lower center", ncols=3, fontsize=8)
     figure.suptitle(title, fontsize=10)
     return figure

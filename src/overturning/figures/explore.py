@@ -48,17 +48,12 @@ def explorer_data(cube: "xr.Dataset") -> dict[str, Any]:
         )
 
     one = closed(one.load())
+    chance = fall_probability(one)
 
     def values(name: str) -> FloatArray:
-        return np.asarray(one[name].transpose(*DIMENSIONS).to_numpy(), dtype=np.float64)
+        found = chance if name in chance else one
+        return np.asarray(found[name].transpose(*DIMENSIONS).to_numpy(), dtype=np.float64)
 
-    chance = fall_probability(one)
-    flags = np.nan_to_num(values("overturned"), nan=2.0).astype("i1")
-    packed = {"flag": _base64(flags), "rotation": _packed(values("peak_rotation"), _ROTATION, "<u2")}
-    packed["time"] = _packed(values("overturning_time"), _TIME, "<u2")
-    for name in ("towards", "away"):
-        part = np.asarray(chance[name].transpose(*DIMENSIONS).to_numpy(), dtype=np.float64)
-        packed[name] = _packed(part, 1 / PARTS_OF_ONE, "u1")
     names = [one[name].to_numpy().astype(str).tolist() for name in ("record_id", "station", "event")]
     return {
         "title": str(cube.attrs.get("title", "")),
@@ -76,7 +71,12 @@ def explorer_data(cube: "xr.Dataset") -> dict[str, Any]:
             "falls": FALLS, "other": OTHER_SIDE, "stands": STANDS, "missing": MISSING, "fault": FAULT,
             "darkest": DARKEST,
         },
-        "data": packed,
+        "data": {
+            "flag": _base64(np.nan_to_num(values("overturned"), nan=2.0).astype("i1")),
+            "rotation": _packed(values("peak_rotation"), _ROTATION, "<u2"),
+            "time": _packed(values("overturning_time"), _TIME, "<u2"),
+            **{name: _packed(values(name), 1 / PARTS_OF_ONE, "u1") for name in ("towards", "away")},
+        },
     }  # fmt: skip
 
 

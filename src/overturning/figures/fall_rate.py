@@ -2,16 +2,14 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
-from matplotlib.ticker import LogLocator, NullFormatter
-from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import DASHED, FALLS, INK, SERIES, caption, grid, labels
+from overturning.figures.style import DASHED, FALLS, INK, SERIES, caption, grid, labels, logarithmic
 from overturning.motion.jma_intensity import SURVEY_RULE
 from overturning.statistics.fragility import Fragility
 
@@ -46,18 +44,16 @@ def fall_rate_figure(
     columns = min(count, 2)
     rows = math.ceil(count / columns)
     figure, panels = grid(rows, columns, 3.5 * columns, 2.9 * rows, count)
-    places = iter(panels.ravel())
-    first = None
-    if several:
-        first = next(places)
+    first, *others = panels.flat if several else (None, *panels.flat)
+    if first is not None:
         first.plot(amplitude, 100 * rates.T, color=SERIES[4], linewidth=0.7)
         first.plot(amplitude, 100 * np.median(rates, axis=0), color=INK, linewidth=2, label="median of the records")
         labels(first, "factor on the record", "")
-    for curve in shown:
-        _draw_curve(next(places), levels[curve.measure], rates, curve)
+    for panel, curve in zip(others, shown, strict=False):
+        _draw_curve(panel, levels[curve.measure], rates, curve)
     if with_jma:
-        _draw_intensity(next(places), jma, rates)
-    for panel in panels.ravel()[:count]:
+        _draw_intensity(others[len(shown)], jma, rates)
+    for panel in panels.flat[:count]:
         panel.set_ylim(-2, 102)
         panel.grid(True)
     for panel in panels[:, 0]:
@@ -66,32 +62,24 @@ def fall_rate_figure(
     return figure
 
 
-def _draw_curve(panel: object, level: FloatArray, rates: FloatArray, curve: Fragility) -> None:
-    from matplotlib.axes import Axes
-
-    assert isinstance(panel, Axes)
+def _draw_curve(panel: Any, level: FloatArray, rates: FloatArray, curve: Fragility) -> None:
     panel.plot(level.ravel(), 100 * rates.ravel(), ".", color=SERIES[4], markersize=3)
     if math.isfinite(curve.median):
         x = np.geomspace(curve.least, curve.most, 100)
         panel.plot(x, 100 * curve.probability(x), color=FALLS, linewidth=1.8)
     panel.set_xscale("log")
-    panel.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-    panel.xaxis.set_major_formatter("{x:g}")
-    panel.xaxis.set_minor_formatter(NullFormatter())
+    logarithmic(panel.xaxis)
     labels(panel, f"{curve.measure}, {curve.unit}", "")
 
 
-def _draw_intensity(panel: object, jma: FloatArray, rates: FloatArray) -> None:
-    from matplotlib.axes import Axes
-
-    assert isinstance(panel, Axes)
-    known: NDArray[np.bool_] = np.isfinite(jma)
+def _draw_intensity(panel: Any, jma: FloatArray, rates: FloatArray) -> None:
+    known = np.isfinite(jma)
     panel.plot(jma[known], 100 * rates[known], ".", color=SERIES[4], markersize=3)
     right = panel.get_xlim()[1]
     for low, high, least, most, _ in SURVEY_RULE:
-        box = Rectangle((least, 100 * low), min(most, right) - least, 100 * (high - low), color=SERIES[4], alpha=0.3)
         if least < right:
-            panel.add_patch(box)
+            size = min(most, right) - least, 100 * (high - low)
+            panel.add_patch(Rectangle((least, 100 * low), *size, color=SERIES[4], alpha=0.3))
     for bound in INTENSITY_SCALE:
         panel.axvline(bound, color=INK, linewidth=0.7, linestyle=DASHED)
     labels(panel, "JMA intensity", "")

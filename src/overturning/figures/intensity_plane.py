@@ -5,10 +5,9 @@ from typing import Any, Final
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import DASHED, FALLS, INK, SERIES, STANDS, caption, grid, labels
+from overturning.figures.style import DASHED, FALLS, INK, SERIES, STANDS, caption, grid, labels, logarithmic
 from overturning.model.falls import model_of
 from overturning.statistics.criteria import CRITERIA, west_acceleration
 from overturning.statistics.falls import fall_shares
@@ -71,9 +70,7 @@ def _draw_intensity_plane(
         axes.plot(x / GAL, y, color=SERIES[2], linewidth=1.6, label="fit: probability ½")
     axes.set(xlim=(low_x / GAL, high_x / GAL), ylim=(low_y, high_y))
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axis.set_minor_formatter(NullFormatter())
+        logarithmic(axis)
     labels(axes, "PGA, Gal", "PGV/PGA, s", which="both")
     axes.grid(True, which="major")
     axes.set_title(f"B/H = {b_over_h:g}, H = {height:g} m", fontsize=9)

@@ -172,6 +172,15 @@ def labels(axes: Any, across: str, up: str, which: str = "major") -> None:
     axes.tick_params(labelsize=8, which=which)
 
 
+def logarithmic(axis: Any) -> None:
+    """Ticks at 1, 2 and 5 of each power of ten on a logarithmic axis, written without exponents."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axis.set_major_formatter(lambda value, _: f"{value:g}")
+    axis.set_minor_formatter(NullFormatter())
+
+
 def line_through_origin(axes: Any, azimuth_deg: float, half: float, **look: Any) -> None:
     """Draw a line along an azimuth on a plan, east to the right and north up, so far to either side of the origin."""
     east, north = half * np.sin(np.radians(azimuth_deg)), half * np.cos(np.radians(azimuth_deg))

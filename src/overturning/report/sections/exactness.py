@@ -115,7 +115,8 @@ def _settled(found: Convergence) -> str:
         return f"{head}verification.cost leaves no room to look why."
     all_of_them, were = looked == changed, "was" if looked == 1 else "were"
     which = ("it" if changed == 1 else "they") if all_of_them else f"{looked} of them"
-    share = f", {percent(chaotic / found.chosen, 2)} of the cases run again (95 % interval {_wilson(chaotic, found.chosen)})"
+    bounds = _wilson(chaotic, found.chosen)
+    share = f", {percent(chaotic / found.chosen, 2)} of the cases run again (95 % interval {bounds})"
     decided = f"; no computation decides these{share if all_of_them else ''}" if chaotic else ""
     return (
         f"{head}{which} {were} computed twice more, in steps half as long as those, and in those under a motion "

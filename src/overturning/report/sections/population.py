@@ -67,7 +67,8 @@ def _as_recorded(found: xr.Dataset) -> str:
     stands += f" and {percent(turn)} stand rotated" if math.isfinite(turn) else ""
     return (
         f"Under the records as they are the fall rate is {percent(middle)} in the median, {percent(low)} to "
-        f"{percent(high)} for the middle half of them, {percent(rate.min())} to {percent(rate.max())} for all; {stands}."
+        f"{percent(high)} for the middle half of them, {percent(rate.min())} to {percent(rate.max())} for all; "
+        f"{stands}."
     )
 
 
@@ -226,7 +227,7 @@ def failures(results: Results, grounds: dict[str, str]) -> list[str]:
 def _limits(velocities: list[float], with_vertical: bool) -> str:
     vertical = " The vertical motion is that of the record." if with_vertical else ""
     return (
-        f"The records are taken for rock, over which the soil lies (half-space of "
+        "The records are taken for rock, over which the soil lies (half-space of "
         f"{' and '.join(f'{velocity:g}' for velocity in velocities)} m/s); some of them were taken on soil themselves, "
         "so this is what a layer changes and not what happened there. Strong motion on soft clay takes an "
         f"equivalent-linear computation to strains where it is no longer trusted.{vertical} PGA is that of the larger "

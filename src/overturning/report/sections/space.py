@@ -140,8 +140,8 @@ def twists(results: Results) -> Section | None:
         return Section("How far stones turn", (Paragraph("No stone moved and stood."),), anchor="twist")
     text = (
         f"Of the {whole.stones:,} cases that move and do not fall, half turn about the vertical by less than "
-        f"{_above(whole.median)}°, a tenth by more than {number(whole.most, 1)}°, and one by {number(whole.largest, 0)}°. "
-        "Field surveys report such stones as rotated."
+        f"{_above(whole.median)}°, a tenth by more than {number(whole.most, 1)}°, and one by "
+        f"{number(whole.largest, 0)}°. Field surveys report such stones as rotated."
     )
     rows = [
         (*shape, found.stones, found.median, found.most, found.largest)

@@ -177,8 +177,8 @@ def backwards_section(found: Backwards, figure: Path | None = None) -> Section:
         "library is taken to be the true one: stones that are written down alike differ, the motion differs over the "
         f"site, and directions count to the power {POWER:g}, so that such intervals hold the truth of simulated "
         f"surveys under records that are left out (docs/surveys.md). {percent(found.fixed)} of the stones are taken to "
-        "be fixed. Whether fallen bodies tell the intensity at all is doubted (Aslam et al. 1980, J. Struct. Div. ASCE "
-        "106(2), 377)."
+        "be fixed. Whether fallen bodies tell the intensity at all is doubted (Aslam et al. 1980, J. Struct. Div. "
+        "ASCE 106(2), 377)."
     )
     blocks += [table(("motion", "probability", "before"), rows, "t%%"), Note(about)]
     return Section(f"What moved the ground: {found.name}", tuple(blocks))
@@ -193,12 +193,11 @@ def backwards_sentences(found: Backwards) -> list[str]:
         parts.append(f"{measure} {_between(low, high, unit)} (before the survey {_between(least, most, unit)})")
     seen = f"From {counted(found.fell, 'stone')} that fell and {found.stood} that stood"
     middle, width = one.axis_arc()
-    axis = (
-        f"No axis of the motion can be told: {percent(LEVEL)} of the probability takes {degrees(width)} of the 180°."
-        if width >= BLUNT
-        else f"The motion's axis, that of its largest velocity, is {degrees(middle, 180)} ± {degrees(width / 2)}, with {percent(LEVEL)} "
-        "probability."
-    )
+    arc = f"{degrees(middle, 180)} ± {degrees(width / 2)}"
+    axis = f"The motion's axis, that of its largest velocity, is {arc}, with {percent(LEVEL)} probability."
+    if width >= BLUNT:
+        part = f"{percent(LEVEL)} of the probability takes {degrees(width)} of the 180°"
+        axis = f"No axis of the motion can be told: {part}."
     return [f"{seen}, with {percent(LEVEL)} probability: {'; '.join(parts)}.", axis]
 
 

@@ -9,10 +9,10 @@ import sys
 from pathlib import Path
 
 import pytest
+from overturning.study.space import OUTCOME, PLANE_VARIABLES
 
 from overturning.model.status import Status
 from overturning.model.variables import VARIABLES
-from overturning.study.space import OUTCOME, PLANE_VARIABLES
 from tests.expect import lacking
 
 ROOT = Path(__file__).parents[1]

@@ -16,8 +16,8 @@ import pandas as pd
 import typer
 
 from overturning.arrays import FloatArray
-from overturning.dem.body.cases import SpaceCases
-from overturning.dem.body.run import run_in_space
+from overturning.dem.run import run
+from overturning.model.cases import Cases
 from overturning.model.shapes import Circle, Rectangle
 from overturning.report.sections.surveys import backwards_sentences, cautions, draw_posterior
 from overturning.surveys.inversion import NO_FIT, POWER, Backwards, Inversion, Posterior
@@ -71,11 +71,15 @@ def survey(motion: Candidate, generator: np.random.Generator) -> Truth:
         shape = spread(draw, 0.15, 0.6, count)
         face = draw.uniform(0, 360) + draw.uniform(-10, 10, count)
     turned = turn + draw.normal(0, 5, count)
-    cases = SpaceCases(
-        np.nan_to_num(face) - turned, height, shape * np.exp(draw.normal(0, alike, count)), 1.0, friction,
-        level / motion.pgv * np.exp(draw.normal(0, site, count)), damping,
-    )  # fmt: skip
-    result = run_in_space(Circle() if columns else Rectangle(), motion.motion, cases)
+    cases = Cases(
+        np.nan_to_num(face) - turned,
+        height,
+        shape * np.exp(draw.normal(0, alike, count)),
+        friction,
+        level / motion.pgv * np.exp(draw.normal(0, site, count)),
+        damping,
+    )
+    result = run(Circle() if columns else Rectangle(), motion.motion, cases)
     azimuth = result.fall_azimuth + turned + draw.normal(0, 8, count)
     fell = result.overturned == 1
     lapse = draw.random(count) < lapses

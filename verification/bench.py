@@ -22,6 +22,7 @@ from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.model.cases import Cases
 from overturning.model.contact import SCENE_STATIC_PENETRATION, Contact
+from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
 from overturning.units import GRANITE_DENSITY
 from verification import scalar, summary
@@ -99,7 +100,7 @@ def throughput() -> list[Figure]:
     rows: list[Figure] = []
     motion, peak = standing_motion(), peak_operations()
     many = Cases(0.0, 0.6, 0.4, np.linspace(0.3, 1.0, 512))
-    how: dict[str, Any] = {"contact": SOFT, "leave_out": False}
+    how: dict[str, Any] = {"model": gravestone(SOFT), "leave_out": False}
     for scheme, module in (("centred", centred), ("cundall", cundall)):
         advance = module.loops(vertical=False, rough=True)
         advance(None, np.zeros(ROWS.size), 8, 1, float(TICKS))

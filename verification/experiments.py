@@ -16,13 +16,13 @@ import typer
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.body.cases import SpaceCases
-from overturning.dem.body.run import run_in_space
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import run
+from overturning.model.body import Body
+from overturning.model.cases import Cases
 from overturning.model.contact import DAMPING_RATIO, STATIC_PENETRATION, Contact, VertexContact
 from overturning.model.scene import gravestone
-from overturning.model.shapes import shape_of
+from overturning.model.shapes import Rectangle
 from overturning.motion.motion import Motion
 from verification.inputs import NO_SLIDING, Group, grid, near_fault, study_groups
 from verification.measures import ROCKS, Flags, answers, difference, percent, shares
@@ -113,7 +113,7 @@ def step_and_contact(thin: Thinned) -> Bodies:
     steps = {"automatic": "auto"} | {f"{share:g}": f"{share} stable" for share in (0.25, 0.5, 0.75, 1.0)}
     for penetration in (2e-3, 2e-4, 2e-5, 2e-6, 1e-7):
         for ratio in (0.02, 0.1, 0.25, 1.0, 4.0):
-            given: dict[str, Any] = {"contact": Contact(static_penetration=penetration, damping_ratio=ratio)}
+            given: dict[str, Any] = {"model": gravestone(Contact(static_penetration=penetration, damping_ratio=ratio))}
             exact = answers(groups, threads=2, time_step="0.125 stable", **given).results
             own = difference(exact, exact)
             computed = own.moving.cases + own.moving.unanswered
@@ -161,7 +161,7 @@ def rigid_limit(thin: Thinned) -> Bodies:
     moved = [Group(motion.times(1 + 1e-9), cases) for motion, cases in groups]
 
     def under(contact: float, among: list[Group] = groups, **how: Any) -> Answer:
-        return answers(among, contact=Contact(static_penetration=contact), **how)
+        return answers(among, model=gravestone(Contact(static_penetration=contact)), **how)
 
     def wrong(one: Answer, other: Answer) -> tuple[str, ...]:
         return tuple(f"{share:.2f}" for share in shares(difference(one.results, other.results).counts))
@@ -220,9 +220,9 @@ def in_space(group: Group, damping: float) -> Peaks:
     for azimuth in np.unique(cases.azimuth_deg):
         chosen, along = np.asarray(cases.azimuth_deg) == azimuth, group.motion.along(float(azimuth))
         ahead = Motion(along, 0.0 * along, sampling_interval=group.motion.sampling_interval)
-        shapes = SpaceCases(0.0, np.asarray(cases.height)[chosen], np.asarray(cases.b_over_h)[chosen], 1.0, NO_SLIDING)
+        shapes = Cases(0.0, np.asarray(cases.height)[chosen], np.asarray(cases.b_over_h)[chosen], NO_SLIDING)
         contact = VertexContact(damping_ratio=damping)
-        found = run_in_space(shape_of("rectangle"), ahead, shapes, contact=contact)
+        found = run(Body(Rectangle(), contact), ahead, shapes)
         side = np.where(np.cos(np.radians(found.fall_azimuth)) > 0, 1, -1)
         parts.append((np.where(found.overturned == 1, side, found.overturned), found.peak_tilt, found.block_steps))
     sides, tilts, steps = (np.concatenate(part) for part in zip(*parts, strict=True))

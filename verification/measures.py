@@ -1,7 +1,6 @@
 """Settings run over a set of cases, and how far two answers to it differ: flags, sides, errors that are continuous."""
 
 from collections.abc import Sequence
-from dataclasses import fields
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -24,8 +23,7 @@ ROCKS: Final = 0.05
 
 def joined(found: Sequence[Results]) -> Results:
     """Results of several groups in a row."""
-    return Results(**{field.name: np.concatenate([getattr(one, field.name) for one in found])
-                      for field in fields(Results)})  # fmt: skip
+    return Results(**{name: np.concatenate([getattr(one, name) for one in found]) for name in vars(found[0])})
 
 
 def answers(groups: Sequence[Group], repeats: int = 1, **settings: Any) -> Answer:

@@ -110,7 +110,7 @@ def peers(count: int) -> Iterator[Figure]:
         stones = with_law(scene, penetration, damping)
         options: dict[str, Any] = {"scheme": scheme, "time_step": step}
         coarse, whole = measured(partial(run, stones, motion, cases, Numerics(leave_out=False, **options)), 2)
-        used = partial(simulate_arrays, motion, scene=stones, friction=np.unique(cases.friction), **axes, **options)
+        used = partial(simulate_arrays, motion, stones, friction=np.unique(cases.friction), **axes, **options)
         whole, left = whole / cases.size, fastest(used, 2) / cases.size
         same = coarse.overturned[:, SHAFT] == right
         yield Figure(f"{label}: time per case, nothing left out", whole * 1e3, "ms")
@@ -205,7 +205,7 @@ def kernels(records: Sequence[int] = (6, 7, 8, 9, 10)) -> Iterator[Figure]:
 
     def answer(general: bool, factor: float = 1.0, step: str = "auto") -> Results:
         numerics = Numerics(general=general, time_step=step, leave_out=False)
-        return joined([run(gravestone(), motion.times(factor), cases, numerics) for motion in motions]).element(0)
+        return joined([run(gravestone(), motion.times(factor), cases, numerics) for motion in motions])
 
     (own, seconds), (other, general_seconds) = (measured(partial(answer, general), 1) for general in (False, True))
     chaos = np.zeros(own.status.size, bool)

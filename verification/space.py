@@ -14,12 +14,14 @@ from unittest import mock
 import numpy as np
 import typer
 
-from overturning.dem.body.simulate import simulate_in_space_arrays
 from overturning.dem.kernel.balance import FINER, until_balanced
+from overturning.dem.simulate import simulate_arrays
+from overturning.model.body import Body
 from overturning.model.contact import VertexContact
+from overturning.model.shapes import Rectangle
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
-from overturning.study.grid import space_grid
+from overturning.study.grid import grid_of
 from overturning.study.load import load_study
 from verification.engines import SPACE_ENGINES, Prism, fall_azimuth, installed
 from verification.inputs import near_fault, strong_part
@@ -53,7 +55,8 @@ def apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def run_all(motions: list[Motion], factor: float = 1.0, grid: dict[str, Any] = GRID, **options: Any) -> Outcome:
     """Outcomes of a grid under some motions times a factor."""
-    found = [simulate_in_space_arrays(motion.times(factor), threads=2, **grid, **options) for motion in motions]
+    given = {"model": "rectangle", "threads": 2, **grid, **options}
+    found = [simulate_arrays(motion.times(factor), **given) for motion in motions]
     return {name: np.stack([one[name] for one in found]) for name in found[0]}
 
 
@@ -66,8 +69,8 @@ def throughput() -> Iterator[Figure]:
         ("centred", "rectangle", "centred, four vertices", ""),
         ("centred", "circle", "centred, rim", ""),
     ):
-        options: dict[str, Any] = {"friction": [0.6], "leave_out": False, "scheme": scheme, "body": body}
-        found, seconds = measured(partial(simulate_in_space_arrays, shaken(), **grid, **options), 2)
+        options: dict[str, Any] = {"friction": [0.6], "leave_out": False, "scheme": scheme}
+        found, seconds = measured(partial(simulate_arrays, shaken(), body, **grid, **options), 2)
         rate = found["block_steps"].sum() / seconds / 1e6
         yield Figure(f"space: block steps per second and core, {name}", rate, "million", target)
     with tempfile.TemporaryDirectory() as folder:
@@ -77,8 +80,9 @@ def throughput() -> Iterator[Figure]:
 
 _SOME_CASES: Final = """
 import resource, sys, numpy as np, verification.space as s
-s.simulate_in_space_arrays(
-    s.shaken(100), orientation_deg=0, height=1, b_over_h=np.linspace(0.4, 0.5, int(sys.argv[1])), leave_out=False
+s.simulate_arrays(
+    s.shaken(100), "rectangle", orientation_deg=0, height=1, b_over_h=np.linspace(0.4, 0.5, int(sys.argv[1])),
+    leave_out=False,
 )
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
 """
@@ -106,7 +110,7 @@ def orders(scheme: str) -> dict[str, tuple[float, np.ndarray]]:
         "friction": [0.8],
     }  # fmt: skip
     steps = (*FINER_STEPS, FINEST)
-    found = [simulate_in_space_arrays(pulse, scheme=scheme, refinement=step, **grid) for step in steps]
+    found = [simulate_arrays(pulse, "rectangle", scheme=scheme, refinement=step, **grid) for step in steps]
     fell = np.all([one["overturned"] == 1 for one in found], axis=0)
     stood = np.all([(one["overturned"] == 0) & (one["peak_tilt"] > 0.5) for one in found], axis=0)
     slopes = {}
@@ -127,8 +131,8 @@ def convergence() -> Iterator[Figure]:
 
 def study() -> Iterator[Figure]:
     """The cases of config/in-space.yaml without the ensemble: time, energy, and those computed again or marked."""
-    grid, again = space_grid(load_study(ROOT / "config" / "in-space.yaml")), list[int]()
-    axes = {"orientation_deg": grid.orientation} | {name: getattr(grid, name) for name in grid.names[1:]}
+    grid, again = grid_of(load_study(ROOT / "config" / "in-space.yaml")), list[int]()
+    axes = {"orientation_deg": grid.directions} | {name: grid[name] for name in grid.names[1:]}
     motions = list(near_fault().values())
     run_all(motions[:1], grid={name: values[:1] for name, values in axes.items()})
 
@@ -139,7 +143,7 @@ def study() -> Iterator[Figure]:
 
         until_balanced(noted, *more)
 
-    with mock.patch("overturning.dem.body.plan.until_balanced", counted):
+    with mock.patch("overturning.dem.plan.until_balanced", counted):
         found, seconds = measured(partial(run_all, motions, grid=axes), 1, int)
     status, about = found["status"], "space, config/in-space.yaml"
     yield Figure(f"{about}: cases", status.size)
@@ -174,8 +178,8 @@ def exactness(chosen: list[Motion]) -> Iterator[Figure]:
         ("quarter of the step", {"time_step": "0.25 stable"}),
         ("cundall", {"scheme": "cundall"}),
         ("cundall, half the step", {"scheme": "cundall", "time_step": "0.25 stable"}),
-        ("δ/B 2e-5", {"contact": VertexContact(2e-5)}),
-        ("δ/B 2e-7", {"contact": VertexContact(2e-7)}),
+        ("δ/B 2e-5", {"model": Body(Rectangle(), VertexContact(2e-5))}),
+        ("δ/B 2e-7", {"model": Body(Rectangle(), VertexContact(2e-7))}),
     ):
         other, seconds = measured(partial(run_all, chosen, **options), 1, int)
         same = other["overturned"] == nominal["overturned"]
@@ -189,7 +193,7 @@ def exactness(chosen: list[Motion]) -> Iterator[Figure]:
 def against_peers(chosen: list[Motion], count: int) -> Iterator[Figure]:
     """Flags and azimuths of other engines on some of the cases."""
     ours, seconds = measured(partial(run_all, chosen), 1, partial(run_all, chosen[:1]))
-    fine = run_all(chosen, time_step="0.25 stable", contact=VertexContact(2e-7))
+    fine = run_all(chosen, time_step="0.25 stable", model=Body(Rectangle(), VertexContact(2e-7)))
     shape = ours["overturned"].shape
     cells = np.unravel_index(np.random.default_rng(1).permutation(ours["overturned"].size)[:count], shape)
     flags, azimuths = {}, {}

@@ -8,13 +8,13 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import fields
 from pathlib import Path
 from typing import Any, Final, NamedTuple, TypeVar
 
 import numpy as np
 
 from overturning.model.results import Results
+from overturning.model.variables import VARIABLES
 from verification.inputs import Group
 from verification.tables import ROOT
 
@@ -59,6 +59,8 @@ def process(program: str, *arguments: object, **environment: str) -> tuple[str, 
     end = resource.getrusage(resource.RUSAGE_CHILDREN)
     return done.stdout, (end.ru_utime + end.ru_stime) - (begin.ru_utime + begin.ru_stime)
 
+
+_NAMES: Final = (*(item.name for item in VARIABLES if item.name != "mirrored"), "block_steps")
 
 _CHILD: Final = """
 import json, sys, time
@@ -138,7 +140,7 @@ def elsewhere(
         with np.load(made) as arrays:
             return [
                 Answer(
-                    Results(**{field.name: arrays[f"{field.name}{i}"] for field in fields(Results)}),
+                    Results(**{name: arrays[f"{name}{i}"] for name in _NAMES}),
                     float(arrays[f"seconds{i}"]),
                 )
                 for i in range(len(settings))

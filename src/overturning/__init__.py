@@ -15,14 +15,13 @@ Azimuths are degrees clockwise from north; SI units. Large studies are files and
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from overturning.dem.body.simulate import simulate_in_space
-    from overturning.dem.body.trajectory import trajectory_in_space
     from overturning.dem.run import run_cases
     from overturning.dem.simulate import simulate
     from overturning.dem.trajectory import trajectory
+    from overturning.model.body import Body
     from overturning.model.cases import Cases
-    from overturning.model.contact import Contact
-    from overturning.model.scene import Scene, load_scene
+    from overturning.model.contact import Contact, VertexContact
+    from overturning.model.scene import Scene, gravestone, load_scene
     from overturning.motion.motion import Motion
     from overturning.records.read import read
     from overturning.records.record import Record
@@ -32,38 +31,40 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
+    "Body",
     "Cases",
     "Contact",
     "Motion",
     "Record",
     "Scene",
+    "VertexContact",
+    "gravestone",
     "load_scene",
     "open_cube",
     "read",
     "run_cases",
     "run_study",
     "simulate",
-    "simulate_in_space",
     "trajectory",
-    "trajectory_in_space",
 ]
 
 # Imported when first asked for, so that the command line starts without numba and xarray.
 _MODULES = {
+    "Body": "overturning.model.body",
     "Cases": "overturning.model.cases",
     "Contact": "overturning.model.contact",
     "Motion": "overturning.motion.motion",
     "Record": "overturning.records.record",
     "Scene": "overturning.model.scene",
+    "VertexContact": "overturning.model.contact",
+    "gravestone": "overturning.model.scene",
     "load_scene": "overturning.model.scene",
     "open_cube": "overturning.study.cube",
     "read": "overturning.records.read",
     "run_cases": "overturning.dem.run",
     "run_study": "overturning.study.small",
     "simulate": "overturning.dem.simulate",
-    "simulate_in_space": "overturning.dem.body.simulate",
     "trajectory": "overturning.dem.trajectory",
-    "trajectory_in_space": "overturning.dem.body.trajectory",
 }
 
 

@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 
-from overturning.dem.body.simulate import simulate_in_space_arrays
 from overturning.dem.simulate import simulate_arrays
 from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
@@ -49,11 +48,15 @@ def outcome_hash(stored: Path, threads: int) -> str:
 def space_hash(stored: Path, threads: int) -> str:
     """Hash over all cells in space, default scheme, with vertical motion."""
     motion = np.load(stored)
-    found = simulate_in_space_arrays(
+    found = simulate_arrays(
         Motion(motion["north"], motion["east"], 0.5 * motion["east"], sampling_interval=float(motion["interval"])),
-        orientation_deg=np.arange(0.0, 90.0, 10.0), height=[0.6], b_over_h=[0.15, 0.3, 0.45], friction=[0.33, 1.0],
+        "rectangle",
+        orientation_deg=np.arange(0.0, 90.0, 10.0),
+        height=[0.6],
+        b_over_h=[0.15, 0.3, 0.45],
+        friction=[0.33, 1.0],
         threads=threads,
-    )  # fmt: skip
+    )
     assert len(np.unique(found["overturned"])) == 2, "some fall and some stand"
     return hashlib.sha256(b"".join(np.ascontiguousarray(found[name]).tobytes() for name in sorted(found))).hexdigest()
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from overturning.dem.body.plan import Start
+from overturning.model.body import Start
 from overturning.motion.motion import Motion
 
 

@@ -11,7 +11,8 @@ from overturning.dem.polygon.plan import PolygonPlan, plan_polygons
 from overturning.dem.polygon.state import Element
 from overturning.model.cases import Cases
 from overturning.model.geometry import native_size
-from overturning.model.results import Answers
+from overturning.model.planes import Planes
+from overturning.model.results import Results
 from overturning.model.scene import Scene, check_scene, load_scene
 from overturning.motion.motion import Motion
 
@@ -50,15 +51,15 @@ def shaken(acceleration: Any, interval: float = 0.01) -> Motion:
 def one_case(made: Scene, motion: Motion, friction: float = 1.0, **options: Any) -> PolygonPlan:
     height, ratio = native_size(made)
     return plan_polygons(
-        made, motion, Cases([0.0], [height], [ratio], [friction]), Numerics(leave_out=False, **options)
+        Planes(made), motion, Cases([0.0], [height], [ratio], [friction]), Numerics(leave_out=False, **options)
     )
 
 
-def run(how: PolygonPlan, motion: Motion, more: int = 0) -> tuple[Answers, np.ndarray, np.ndarray]:
+def run(how: PolygonPlan, motion: Motion, more: int = 0) -> tuple[Results, np.ndarray, np.ndarray]:
     """Answers, times and poses with velocities, shape (samples, elements, 6)."""
     path = np.zeros((motion.samples + more, 2 + 6 * how.sizes.size))
     answers, path = how.compute(np.zeros(1, np.int64), np.zeros(1, np.int64), path)
-    return answers, path[:, 0], path[:, 2:].reshape(len(path), -1, 6)
+    return Results(**answers), path[:, 0], path[:, 2:].reshape(len(path), -1, 6)
 
 
 def put(how: PolygonPlan, element: int, **values: float) -> None:

@@ -5,9 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from overturning.dem.body.simulate import simulate_in_space, simulate_in_space_arrays
 from overturning.dem.body.statics import rest
+from overturning.dem.simulate import simulate, simulate_arrays
 from overturning.errors import ArgumentError
+from overturning.model.body import Body
 from overturning.model.contact import VertexContact
 from overturning.model.mesh import read_mesh
 from overturning.model.shapes import Circle, Polyhedron, Rectangle, Regular, orientation_grid, shape_of
@@ -42,9 +43,11 @@ def test_a_box_of_vertices_is_the_rectangle() -> None:
     np.testing.assert_allclose(box.faces, prism.faces, atol=1e-9)
     t = np.arange(200) * 0.01
     motion = Motion(6.0 * np.sin(7 * t), 4.0 * np.cos(5 * t), sampling_interval=0.01)
-    same = {"orientation_deg": [10.0, 50.0], "friction": [0.5], "contact": VertexContact(2e-5)}
-    boxes = simulate_in_space_arrays(motion, body=Polyhedron(BOX), **same)
-    prisms = simulate_in_space_arrays(motion, height=0.6, b_over_h=1 / 3, aspect=2.0, **same)
+    same = {"orientation_deg": [10.0, 50.0], "friction": [0.5]}
+    boxes = simulate_arrays(motion, Body(Polyhedron(BOX), VertexContact(2e-5)), **same)
+    prisms = simulate_arrays(
+        motion, Body(Rectangle(), VertexContact(2e-5)), height=0.6, b_over_h=1 / 3, aspect=2.0, **same
+    )
     assert boxes["overturned"].any()
     for name in ("overturned", "fall_face"):
         np.testing.assert_array_equal(boxes[name], prisms[name])
@@ -124,7 +127,7 @@ def test_a_body_with_its_centre_aside_rests_on_its_springs() -> None:
         [sunk.sum(), (sunk * x).sum(), (sunk * y).sum()], [STANDARD_GRAVITY / 1e6, 0, 0], atol=1e-15
     )
     still = Motion(np.zeros(100), np.zeros(100), sampling_interval=0.01)
-    found = simulate_in_space_arrays(still, orientation_deg=0.0, body=Polyhedron(WEDGE), leave_out=False)
+    found = simulate_arrays(still, Polyhedron(WEDGE), orientation_deg=0.0, leave_out=False)
     assert found["overturned"].item() == 0
     assert found["peak_tilt"].item() < 1e-3
 
@@ -188,20 +191,20 @@ def test_bad_arguments_are_refused_and_two_components_told() -> None:
     for change, words in (
         ({"height": [600.0]}, ["height", "600", "millimetres"]),
         ({"b_over_h": None}, ["b_over_h", "not given"]),
-        ({"body": "ball"}, ["body", "ball", "circle"]),
-        ({"body": 2}, ["2 sides"]),
-        ({"body": "circle", "aspect": [1.0, 2.0]}, ["aspect", "rectangle"]),
-        ({"body": Polyhedron(BOX)}, ["b_over_h", "its own"]),
+        ({"model": "ball"}, ["body", "ball", "circle"]),
+        ({"model": 2}, ["2 sides"]),
+        ({"model": "circle", "aspect": [1.0, 2.0]}, ["aspect", "rectangle"]),
+        ({"model": Polyhedron(BOX)}, ["b_over_h", "its own"]),
         ({"friction": [-0.1]}, ["friction", "-0.1"]),
         ({"scheme": "polygon"}, ["scheme", "polygon"]),
         ({"time_step": 1.0}, ["time_step", "not stable"]),
-        ({"contact": VertexContact(1e-14)}, ["stiffness"]),
+        ({"model": Body("rectangle", VertexContact(1e-14))}, ["stiffness"]),
     ):
         with refused(ArgumentError, *words):
-            simulate_in_space_arrays(motion, **{**grid, **change})
+            simulate_arrays(motion, **{"model": "rectangle", **grid, **change})
     with refused(ArgumentError, "static_penetration", "0"):
         VertexContact(0.0)
-    assert "two components" in simulate_in_space(motion, **grid).vertical_motion
+    assert "two components" in simulate(motion, "rectangle", **grid).vertical_motion
     assert shape_of(6).name == "6 sides"
 
 

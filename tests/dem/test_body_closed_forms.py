@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.dem.body.plan import Start
-from overturning.dem.body.simulate import simulate_in_space_arrays
-from overturning.dem.body.trajectory import trajectory_in_space
+from overturning.dem.simulate import simulate_arrays
+from overturning.dem.trajectory import trajectory
+from overturning.model.body import Body, Start
 from overturning.model.contact import VertexContact
 from overturning.model.shapes import Rectangle
 from overturning.motion.motion import Motion
@@ -42,10 +42,15 @@ def test_a_rectangle_lifts_when_the_push_leaves_its_base(aspect: float) -> None:
         for one, threshold in zip(beta[:4], expected[:4], strict=True):
             # A base that accelerates towards β, seen from a block that faces north.
             east, north = (share * threshold * STANDARD_GRAVITY * ramp * f(np.radians(one)) for f in (np.sin, np.cos))
-            found = simulate_in_space_arrays(
-                Motion(north, east, sampling_interval=0.01, trust_data=True), orientation_deg=0.0, height=1.0,
-                b_over_h=ratio, aspect=aspect, friction=10.0, contact=VertexContact(2e-5),
-            )  # fmt: skip
+            found = simulate_arrays(
+                Motion(north, east, sampling_interval=0.01, trust_data=True),
+                Body("rectangle", VertexContact(2e-5)),
+                orientation_deg=0.0,
+                height=1.0,
+                b_over_h=ratio,
+                aspect=aspect,
+                friction=10.0,
+            )
             assert found["overturned"].item() == falls, (one, share)
 
 
@@ -58,10 +63,14 @@ def test_barriers_over_an_edge_and_over_a_corner() -> None:
         inertia = turn @ body.inertia @ turn + arm @ arm
         for share, falls in ((0.97, 0), (1.03, 1)):
             turning = turn * np.sqrt(2.0 * share * STANDARD_GRAVITY * rise / inertia)
-            path = trajectory_in_space(
-                level(4.0), orientation_deg=0.0, height=1.0, b_over_h=0.4, friction=10.0, contact=VertexContact(2e-5),
-                start=leaning(0.0, arm, turning),
-            )  # fmt: skip
+            path = trajectory(
+                level(4.0),
+                Body("rectangle", VertexContact(2e-5), leaning(0.0, arm, turning)),
+                orientation_deg=0.0,
+                height=1.0,
+                b_over_h=0.4,
+                friction=10.0,
+            )
             assert int(path.overturned) == falls, (arm, share)
 
 
@@ -77,11 +86,16 @@ def test_a_cylinder_rolls_on_its_rim_with_steady_precession(precession: float, a
     turning = precession * np.array([0.0, 0.0, 1.0]) + (axial - precession * np.cos(tilt)) * up
     contact = VertexContact()
     start = leaning(tilt, R * down - H * up, turning, sunk=4 * contact.static_penetration * 2 * R)
-    path = trajectory_in_space(
-        level(3 * 2 * np.pi / precession), orientation_deg=90.0, height=2 * H, b_over_h=R / H, friction=10.0,
-        body="circle",
-        contact=contact, start=start, leave_out=False, scheme=scheme,
-    )  # fmt: skip
+    path = trajectory(
+        level(3 * 2 * np.pi / precession),
+        Body("circle", contact, start),
+        orientation_deg=90.0,
+        height=2 * H,
+        b_over_h=R / H,
+        friction=10.0,
+        leave_out=False,
+        scheme=scheme,
+    )
     turns = path.time.values < 3 * 2 * np.pi / precession
     found, azimuth = (values[turns] for values in tilt_and_azimuth(path))
     np.testing.assert_allclose(found, tilt, rtol=1e-2)
@@ -100,11 +114,16 @@ def test_the_contact_turns_by_an_angle_of_its_own_in_a_near_face_down_pass(
     tilt, turning = (0.1, 0.005) if slender <= 3.0 else (0.2 / slender, 0.0005)
     up, down = axes(tilt)
     start = leaning(tilt, R * down - H * up, turning * down, sunk=4 * contact.static_penetration * 2 * R, rolls=rolls)
-    path = trajectory_in_space(
-        level(0.5, 0.001), orientation_deg=0.0, height=2 * H, b_over_h=R / H, friction=10.0 if rolls else 0.0,
-        body="circle",
-        contact=contact, start=start, leave_out=False, scheme=scheme,
-    )  # fmt: skip
+    path = trajectory(
+        level(0.5, 0.001),
+        Body("circle", contact, start),
+        orientation_deg=0.0,
+        height=2 * H,
+        b_over_h=R / H,
+        friction=10.0 if rolls else 0.0,
+        leave_out=False,
+        scheme=scheme,
+    )
     found, azimuth = tilt_and_azimuth(path)
     lowest = int(np.flatnonzero(np.diff(found) > 0)[0])
     high = lowest + int(np.argmax(found[lowest:] > 0.98 * tilt))
@@ -167,11 +186,16 @@ def landed(body: int | str, over: str, ratio: float, contact: VertexContact, sch
         (out * cosine, out * sine, radius * np.cos(alpha - tilt)),
         (np.cos(tilt / 2), -sine * np.sin(tilt / 2), cosine * np.sin(tilt / 2), 0.0),
     )
-    path = trajectory_in_space(
-        level(0.6, 0.002), orientation_deg=0.0, height=2 * half, b_over_h=ratio, friction=10.0, body=body,
-        contact=contact,
-        start=start, leave_out=False, scheme=scheme,
-    )  # fmt: skip
+    path = trajectory(
+        level(0.6, 0.002),
+        Body(body, contact, start),
+        orientation_deg=0.0,
+        height=2 * half,
+        b_over_h=ratio,
+        friction=10.0,
+        leave_out=False,
+        scheme=scheme,
+    )
     lean = np.arcsin(path.tilt_north.values * cosine - path.tilt_east.values * sine)
     rise = lambda angle: np.cos(alpha - angle) - np.cos(alpha)  # noqa: E731
     return float(np.sqrt(rise(-lean[path.time.values < 0.6].min()) / rise(tilt)))
@@ -230,8 +254,8 @@ def test_a_squat_block_slides_as_a_particle_with_circular_friction(scheme: str) 
     t = np.arange(45) * 0.05
     shakes = t < 1.2
     motion = Motion(5.0 * np.sin(6.0 * t) * shakes, (4.0 * np.cos(9.0 * t) - 1.0) * shakes, sampling_interval=0.05)
-    found = simulate_in_space_arrays(
-        motion, orientation_deg=[0.0, 25.0], height=0.1, b_over_h=10.0, friction=0.2, scheme=scheme
+    found = simulate_arrays(
+        motion, "rectangle", orientation_deg=[0.0, 25.0], height=0.1, b_over_h=10.0, friction=0.2, scheme=scheme
     )
     for name, expected in zip(("residual_slip_north", "residual_slip_east"), particle(motion, 0.2), strict=True):
         np.testing.assert_allclose(found[name].ravel(), expected, rtol=1e-2)
@@ -252,10 +276,16 @@ def spun(path: xr.Dataset, inertia: np.ndarray) -> np.ndarray:
 @BOTH
 def test_free_flight_conserves_angular_momentum_and_energy(scheme: str) -> None:
     inertia = Rectangle().body(0.6, 0.4, 1.5).inertia[[1, 0, 2]][:, [1, 0, 2]]  # the first side faces north
-    path = trajectory_in_space(
-        level(1.0), orientation_deg=0.0, height=0.6, b_over_h=0.4, aspect=1.5, leave_out=False, scheme=scheme,
-        start=Start((0.0, 0.0, 10.0), (1.0, 0.0, 0.0, 0.0), (0.3, 0.1, 2.0), (0.5, 0.4, 0.3)),
-    )  # fmt: skip
+    path = trajectory(
+        level(1.0),
+        Body("rectangle", start=Start((0.0, 0.0, 10.0), (1.0, 0.0, 0.0, 0.0), (0.3, 0.1, 2.0), (0.5, 0.4, 0.3))),
+        orientation_deg=0.0,
+        height=0.6,
+        b_over_h=0.4,
+        aspect=1.5,
+        leave_out=False,
+        scheme=scheme,
+    )
     path = path.isel(time=path.time.values < 1.0)  # then it comes down
     momentum = spun(path, inertia)
     np.testing.assert_allclose(momentum, momentum[:1].repeat(len(momentum), 0), atol=1e-10 * np.abs(momentum).max())
@@ -267,10 +297,16 @@ def test_free_flight_conserves_angular_momentum_and_energy(scheme: str) -> None:
 @BOTH
 def test_without_friction_nothing_turns_about_the_vertical(scheme: str) -> None:
     arm = np.array([0.12, 0.12, -0.3])
-    path = trajectory_in_space(
-        level(1.0), orientation_deg=0.0, height=0.6, b_over_h=0.4, friction=0.0, leave_out=False, scheme=scheme,
-        start=leaning(0.0, arm, np.array([-0.5, 0.4, 0.3]), rolls=False),
-    )  # fmt: skip
+    path = trajectory(
+        level(1.0),
+        Body("rectangle", start=leaning(0.0, arm, np.array([-0.5, 0.4, 0.3]), rolls=False)),
+        orientation_deg=0.0,
+        height=0.6,
+        b_over_h=0.4,
+        friction=0.0,
+        leave_out=False,
+        scheme=scheme,
+    )
     momentum = spun(path, Rectangle().body(0.6, 0.4, 1.0).inertia)
     assert np.ptp(momentum[:, :2]) > 1e-3
     np.testing.assert_allclose(momentum[:, 2], momentum[0, 2], rtol=1e-10)

@@ -6,28 +6,29 @@ import numpy as np
 import pytest
 
 from overturning.dem import run as run_module
-from overturning.dem.body import plan as body_plan
-from overturning.dem.body.cases import SpaceCases
-from overturning.dem.body.plan import Start
 from overturning.dem.body.rules import ROW
-from overturning.dem.body.simulate import simulate_in_space_arrays
 from overturning.dem.body.statics import highest_mode
-from overturning.dem.body.trajectory import trajectory_in_space
 from overturning.dem.kernel import balance
 from overturning.dem.numerics import Numerics
+from overturning.dem.run import plan_of
 from overturning.dem.simulate import simulate_arrays
 from overturning.dem.time_step import Scheme, stable_step
+from overturning.dem.trajectory import trajectory
+from overturning.model.body import Body, Start
+from overturning.model.cases import Cases
 from overturning.model.contact import Contact, VertexContact
+from overturning.model.scene import gravestone
 from overturning.model.shapes import Circle, Rectangle, Regular
 from overturning.model.status import Status
-from overturning.model.variables import INT8_MISSING, SPACE_VARIABLES
+from overturning.model.variables import BODY_VARIABLES, INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.body_starts import level
 from tests.dem.near_field import near_field
 
 SOFT = VertexContact(2e-5)
-NAMES = [item.name for item in SPACE_VARIABLES]
+RECTANGLE = Body("rectangle", SOFT)
+NAMES = [item.name for item in BODY_VARIABLES if item.name != "repeated"]
 
 
 def part(number: int, up: bool = True) -> Motion:
@@ -50,8 +51,8 @@ def test_motion_along_a_face_normal_equals_the_plane(number: int) -> None:
     motion = Motion(along, 0.0 * along, sampling_interval=motion.sampling_interval)
     grid = {"height": [0.6], "b_over_h": [0.15, 0.25, 0.35, 0.45], "friction": [0.4, 0.8]}
     same = {"scheme": "cundall", "time_step": 3e-5, "leave_out": False}
-    plane = simulate_arrays(motion, azimuth_deg=[0.0], contact=Contact(static_penetration=2e-5), **same, **grid)
-    space = simulate_in_space_arrays(motion, orientation_deg=[0.0], contact=SOFT, **same, **grid)
+    plane = simulate_arrays(motion, gravestone(Contact(static_penetration=2e-5)), azimuth_deg=[0.0], **same, **grid)
+    space = simulate_arrays(motion, RECTANGLE, orientation_deg=[0.0], **same, **grid)
     in_space = {name: space[name][:, :, :, 0, :] for name in NAMES}
     ahead = np.cos(np.radians(np.nan_to_num(in_space["fall_azimuth"])))
     sides = np.where(in_space["overturned"] == 1, np.round(ahead), in_space["overturned"])
@@ -70,11 +71,11 @@ def plane_ratio(grid: dict[str, list[float]]) -> np.ndarray:
 
 def test_orientations_that_symmetry_makes_equal_are_computed_once() -> None:
     motion = part(10)
-    grid = {"height": [0.6], "b_over_h": [0.25], "friction": [0.6], "contact": SOFT, "aspect": [1.0, 2.0]}
-    found = simulate_in_space_arrays(motion, orientation_deg=[20.0, 110.0, 200.0, 380.0], **grid)
+    grid = {"height": [0.6], "b_over_h": [0.25], "friction": [0.6], "aspect": [1.0, 2.0]}
+    found = simulate_arrays(motion, RECTANGLE, orientation_deg=[20.0, 110.0, 200.0, 380.0], **grid)
     assert (found["block_steps"][:, 0, 0, 0, 0] > 0).tolist() == [True, False, False, False]
     assert (found["block_steps"][:, 0, 0, 1, 0] > 0).tolist() == [True, True, False, False]
-    every = simulate_in_space_arrays(motion, orientation_deg=[20.0, 110.0, 200.0, 380.0], leave_out=False, **grid)
+    every = simulate_arrays(motion, RECTANGLE, orientation_deg=[20.0, 110.0, 200.0, 380.0], leave_out=False, **grid)
     np.testing.assert_array_equal(found["overturned"], every["overturned"])
     np.testing.assert_array_equal(found["fall_face"], every["fall_face"])
     np.testing.assert_allclose(found["fall_azimuth"], every["fall_azimuth"], atol=0.1)
@@ -82,16 +83,16 @@ def test_orientations_that_symmetry_makes_equal_are_computed_once() -> None:
 
 def test_company_order_and_threads_change_no_bit(monkeypatch: pytest.MonkeyPatch) -> None:
     motion = part(10)
-    grid = {"height": [0.5, 0.8], "b_over_h": [0.2, 0.35], "friction": [0.5], "contact": SOFT}
+    grid = {"height": [0.5, 0.8], "b_over_h": [0.2, 0.35], "friction": [0.5]}
     turned = np.arange(0.0, 90.0, 6.0)
-    whole = simulate_in_space_arrays(motion, orientation_deg=turned, **grid)
-    threaded = simulate_in_space_arrays(motion, orientation_deg=turned[::-1], threads=2, **grid)
+    whole = simulate_arrays(motion, RECTANGLE, orientation_deg=turned, **grid)
+    threaded = simulate_arrays(motion, RECTANGLE, orientation_deg=turned[::-1], threads=2, **grid)
     monkeypatch.setattr(run_module, "QUEUE", 3)
-    few = simulate_in_space_arrays(motion, orientation_deg=turned[::5], **grid)
+    few = simulate_arrays(motion, RECTANGLE, orientation_deg=turned[::5], **grid)
     for name in NAMES:
         np.testing.assert_array_equal(whole[name], threaded[name][::-1])
         np.testing.assert_array_equal(whole[name][::5], few[name])
-    cell = trajectory_in_space(motion, orientation_deg=6.0, height=0.5, b_over_h=0.2, friction=0.5, contact=SOFT)
+    cell = trajectory(motion, RECTANGLE, orientation_deg=6.0, height=0.5, b_over_h=0.2, friction=0.5)
     for name in NAMES:
         np.testing.assert_array_equal(float(cell[name]), float(whole[name][1, 0, 0, 0, 0]))
 
@@ -115,10 +116,8 @@ def test_the_stable_step_is_the_limit(
         slow = 1e-4 * sunk * np.sqrt(normal)
         turning = tuple(slow / body.foot * np.array([1.0, 0.7, 0.3]))
         start = Start((0.0, 0.0, body.foot - sunk), (1.0, 0.0, 0.0, 0.0), (slow, 0.5 * slow, 0.2 * slow), turning)
-        plan = body_plan.plan_in_space(
-            shape, motion, SpaceCases(0.0, 0.6, ratio, aspect, 10.0), Numerics(scheme="cundall", leave_out=False), SOFT,
-            start
-        )  # fmt: skip
+        cases = Cases(0.0, 0.6, ratio, 10.0, aspect=aspect)
+        plan = plan_of(Body(shape, SOFT, start), motion, cases, Numerics(scheme="cundall", leave_out=False))
         one, only = replace(plan, steps=np.ones(1, np.int64)), np.zeros(1, np.int64)
         path = one.compute(only, np.zeros(1, np.int64), np.zeros(400, ROW))[1]
         moves = sum(
@@ -143,23 +142,23 @@ def test_a_body_on_an_edge_or_a_vertex_is_slower() -> None:
 
 def test_a_case_that_does_not_balance_is_computed_again_in_shorter_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     grid = {"orientation_deg": np.arange(0.0, 90.0, 15.0), "height": [0.6], "b_over_h": [0.2, 0.35], "friction": [0.4]}
-    first, finer = (simulate_in_space_arrays(part(10), refinement=times, **grid) for times in (1, balance.FINER))
+    first, finer = (simulate_arrays(part(10), "rectangle", refinement=times, **grid) for times in (1, balance.FINER))
     bound = float(np.median(first["energy_error"]))
     monkeypatch.setattr(balance, "ENERGY_BOUND", bound)
     monkeypatch.setattr(balance, "MOST_AGAIN", 1)
-    found, again = simulate_in_space_arrays(part(10), **grid), first["energy_error"] > bound
+    found, again = simulate_arrays(part(10), "rectangle", **grid), first["energy_error"] > bound
     never = again & (finer["energy_error"] > bound)
     np.testing.assert_array_equal(found["status"] == Status.UNSTABLE, never)
     for name in (*NAMES, "block_steps"):
         expected = np.where(again, finer[name] + (first[name] if name == "block_steps" else 0), first[name])
         np.testing.assert_array_equal(found[name][~never], expected[~never], err_msg=name)
     cell = {"orientation_deg": 15.0, "height": 0.6, "b_over_h": 0.2, "friction": 0.4}
-    path = trajectory_in_space(part(10), **cell)
+    path = trajectory(part(10), "rectangle", **cell)
     assert path.attrs["block_steps"] == found["block_steps"][1, 0, 0, 0, 0]
     assert (np.diff(path.time) > 0).all()
     # Where nothing helps the case is marked.
     monkeypatch.setattr(balance, "ENERGY_BOUND", -1.0)
-    marked = simulate_in_space_arrays(part(10), **{name: [value] for name, value in cell.items()})
+    marked = simulate_arrays(part(10), "rectangle", **{name: [value] for name, value in cell.items()})
     assert (marked["status"].item(), marked["overturned"].item()) == (Status.UNSTABLE, INT8_MISSING)
     assert np.isnan(marked["fall_azimuth"].item())
 
@@ -167,10 +166,15 @@ def test_a_case_that_does_not_balance_is_computed_again_in_shorter_steps(monkeyp
 @BOTH
 def test_energy_and_angular_momentum_balance_on_real_records(scheme: str) -> None:
     for number in (2, 10):
-        found = simulate_in_space_arrays(
-            part(number), orientation_deg=np.arange(0.0, 90.0, 18.0), height=[0.6], b_over_h=[0.15, 0.3, 0.45],
-            friction=[0.3, 0.6], scheme=scheme,
-        )  # fmt: skip
+        found = simulate_arrays(
+            part(number),
+            "rectangle",
+            orientation_deg=np.arange(0.0, 90.0, 18.0),
+            height=[0.6],
+            b_over_h=[0.15, 0.3, 0.45],
+            friction=[0.3, 0.6],
+            scheme=scheme,
+        )
         assert found["energy_error"].max() < 1e-2
         assert found["angular_momentum_error"].max() < (1e-9 if scheme == "cundall" else 1e-3)
         assert (found["status"] == 0).all()
@@ -179,7 +183,7 @@ def test_energy_and_angular_momentum_balance_on_real_records(scheme: str) -> Non
 def test_both_schemes_find_the_same_falls() -> None:
     motion, turned = part(10), np.arange(0.0, 90.0, 15.0)
     grid = {"orientation_deg": turned, "height": [0.6], "b_over_h": [0.2, 0.4], "friction": [0.6]}
-    found = {scheme: simulate_in_space_arrays(motion, scheme=scheme, **grid) for scheme in ("centred", "cundall")}
+    found = {scheme: simulate_arrays(motion, "rectangle", scheme=scheme, **grid) for scheme in ("centred", "cundall")}
     fell = found["centred"]["overturned"] == 1
     assert fell.any()
     assert (found["centred"]["overturned"] == found["cundall"]["overturned"]).mean() > 0.9

@@ -3,8 +3,6 @@
 import numpy as np
 import pytest
 
-from overturning.dem.body.cases import SpaceCases
-from overturning.dem.body.run import run_in_space
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import run, run_cases
 from overturning.dem.trajectory import trajectory
@@ -63,9 +61,14 @@ def test_uplift_begins_at_the_threshold(b_over_h: float, upward: float, seconds:
     # The softer the contact, the later the corner follows: 2 ξ/ω behind the load.
     threshold = uplift_acceleration(b_over_h, upward)
     path = trajectory(
-        ramp(1.2 * threshold, seconds, upward), azimuth_deg=0, height=0.6, b_over_h=b_over_h, friction=10.0,
-        leave_out=False, contact=Contact(static_penetration=penetration),
-    )  # fmt: skip
+        ramp(1.2 * threshold, seconds, upward),
+        gravestone(Contact(static_penetration=penetration)),
+        azimuth_deg=0,
+        height=0.6,
+        b_over_h=b_over_h,
+        friction=10.0,
+        leave_out=False,
+    )
     # The corner towards +s is the one that comes off, when its penetration is gone.
     left = int(np.argmax(depths(path)[1] <= 0.0))
     assert left > 0
@@ -77,9 +80,14 @@ def test_uplift_begins_at_the_threshold(b_over_h: float, upward: float, seconds:
 def test_both_corners_slip_at_the_threshold(friction: float, upward: float) -> None:
     threshold = slip_acceleration(friction, upward)
     path = trajectory(
-        ramp(1.1 * threshold, 8.0, upward), azimuth_deg=0, height=0.3, b_over_h=2.0, friction=friction,
-        leave_out=False, contact=Contact(static_penetration=2e-6),
-    )  # fmt: skip
+        ramp(1.1 * threshold, 8.0, upward),
+        gravestone(Contact(static_penetration=2e-6)),
+        azimuth_deg=0,
+        height=0.3,
+        b_over_h=2.0,
+        friction=friction,
+        leave_out=False,
+    )
     # Sliding is seen from its speed: beyond the threshold it is the integral of the excess of a ramp.
     time, speed = path.time.values, -stone(path).velocity_x.values
     late = speed > 0.02
@@ -153,8 +161,8 @@ def test_a_drop_follows_the_exact_bounce_of_a_damped_spring() -> None:
     up = np.where(t < 0.2, -STANDARD_GRAVITY - lifted, 0.0)
     contact = Contact(stiffness=2e6, damping_ratio=0.1)
     path = trajectory(
-        Motion(0 * t, 0 * t, up, sampling_interval=interval, trust_data=True),
-        azimuth_deg=0, height=0.6, b_over_h=1.0, friction=0.5, contact=contact, leave_out=False,
+        Motion(0 * t, 0 * t, up, sampling_interval=interval, trust_data=True), gravestone(contact),
+        azimuth_deg=0, height=0.6, b_over_h=1.0, friction=0.5, leave_out=False,
         time_step="0.02 stable",
     )  # fmt: skip
     height, time = stone(path).z.values, path.time.values
@@ -188,8 +196,8 @@ def slips(acceleration: np.ndarray, interval: float, heights: list[float], frict
         str(general): run(gravestone(), motion, cases, Numerics(general=general)).peak_slip.ravel()
         for general in (False, True)
     }
-    space = SpaceCases(0.0, np.array(heights), 3.0, 1.0, friction)
-    return found | {"space": run_in_space(shape_of("rectangle"), motion, space).peak_slip}
+    space = Cases(0.0, np.array(heights), 3.0, friction)
+    return found | {"space": run(shape_of("rectangle"), motion, space).peak_slip}
 
 
 @pytest.mark.parametrize("interval", [0.02, 0.01, 0.005])
@@ -227,5 +235,5 @@ def test_a_squat_block_lands_and_stays() -> None:
     for general in (False, True):
         found = run(gravestone(), motion, Cases(0.0, height, b_over_h, 10.0), Numerics(general=general))
         assert found.peak_rotation.ravel()[0] == pytest.approx(expected, abs=0.01)
-    space = run_in_space(shape_of("rectangle"), motion, SpaceCases(0.0, height, b_over_h, 1.0, 10.0))
+    space = run("rectangle", motion, Cases(0.0, height, b_over_h, 10.0))
     assert np.radians(space.peak_tilt[0]) / np.arctan(b_over_h) == pytest.approx(expected, abs=0.01)

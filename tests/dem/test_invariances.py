@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from overturning.dem.body.simulate import simulate_in_space_arrays
 from overturning.dem.simulate import simulate_arrays
+from overturning.model.body import Body
 from overturning.model.contact import VertexContact
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
@@ -56,7 +56,7 @@ def in_planes(height: float, **options: Any) -> Model:
     With `leave_out` a scene in which something has fallen ends before its record, and so do the peaks of what stands.
     """
     grid = {"b_over_h": [0.15, 0.25, 0.35, 0.45], "friction": [0.4, 0.8], **options}
-    to_the_end = "scene" not in grid or not grid.get("leave_out", True)
+    to_the_end = "model" not in grid or not grid.get("leave_out", True)
 
     def found(motion: Motion, turn: float = 0.0, scale: float = 1.0, **more: Any) -> Found:
         azimuth = turn + np.arange(10.0, 370.0, 40.0)
@@ -72,20 +72,20 @@ def in_planes(height: float, **options: Any) -> Model:
     return found
 
 
-def in_space(strength: float, **options: Any) -> Model:
+def in_space(strength: float, body: str | int, **options: Any) -> Model:
     """A body in space under a motion times its strength."""
     grid = {"b_over_h": [0.15, 0.25, 0.35], "friction": [0.4, 0.8], **options}
 
     def found(motion: Motion, turn: float = 0.0, scale: float = 1.0) -> Found:
-        orientation = [turn] if options["body"] == "circle" else turn + np.arange(10.0, 90.0, 15.0)
+        orientation = [turn] if body == "circle" else turn + np.arange(10.0, 90.0, 15.0)
         motion = motion.times(strength)
-        cells = simulate_in_space_arrays(motion, orientation_deg=orientation, height=[scale * 0.6], **grid)
+        cells = simulate_arrays(motion, body, orientation_deg=orientation, height=[scale * 0.6], **grid)
         return Found(*(cells[name].ravel() for name in ("overturned", "fall_azimuth", "peak_tilt", "peak_slip")))
 
     return found
 
 
-TIERS = {"scene": shipped("three-tier"), "b_over_h": [0.2, 0.3, 0.38], "friction": [0.7]}
+TIERS = {"model": shipped("three-tier"), "b_over_h": [0.2, 0.3, 0.38], "friction": [0.7]}
 MODELS: dict[str, Model] = {
     "block": in_planes(0.6),
     "block, general kernel": in_planes(0.6, general=True, b_over_h=[0.2, 0.35, 0.5], friction=[0.6]),
@@ -211,19 +211,19 @@ def test_mirror_images_in_space_are_exact(body: int | str) -> None:
     grid = {
         "height": [0.6], "b_over_h": [0.2, 0.4], "aspect": [1.0, 1.5] if body == "rectangle" else [1.0],
         "friction": [0.4, 0.8],
-        "body": body, "contact": VertexContact(2e-5), "leave_out": False,
+        "leave_out": False, "model": Body(body, VertexContact(2e-5)),
     }  # fmt: skip
-    found = simulate_in_space_arrays(motion, orientation_deg=[0.0], **grid)
+    found = simulate_arrays(motion, orientation_deg=[0.0], **grid)
     assert len(np.unique(found["overturned"])) == 2
     same = ("peak_tilt", "peak_slip", "overturning_time", "energy_error", "overturned", "block_steps")
     for north, east in ((1, -1), (-1, 1), (-1, -1)):
-        other = simulate_in_space_arrays(mirrored(motion, north, east), orientation_deg=[0.0], **grid)
+        other = simulate_arrays(mirrored(motion, north, east), orientation_deg=[0.0], **grid)
         signs = {"residual_slip_north": north, "residual_slip_east": east, "residual_twist": north * east}
         for name, sign in (signs | dict.fromkeys(same, 1)).items():
             np.testing.assert_array_equal(other[name], sign * found[name], err_msg=name)
     # North and east change places: a square cannot tell, nor can any body that looks the same after 90°.
     swapped = Motion(motion.east, motion.north, motion.up, sampling_interval=motion.sampling_interval)
-    other = simulate_in_space_arrays(swapped, orientation_deg=[0.0], **grid)
+    other = simulate_arrays(swapped, orientation_deg=[0.0], **grid)
     square = np.s_[:, :, :, 0]
     twins = {
         "residual_slip_north": ("residual_slip_east", 1),

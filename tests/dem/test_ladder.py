@@ -9,11 +9,12 @@ from overturning.dem.kernel import balance
 from overturning.dem.kernel.balance import ENERGY_BOUND, FINER
 from overturning.dem.kernel.clock import BLOCK, BODY, ONSET, SCENE, Attempt, Clock, Found, Pace, next_attempt
 from overturning.dem.numerics import Numerics
-from overturning.dem.run import plan, run_cases
+from overturning.dem.run import plan_of, run_cases
 from overturning.dem.time_step import contact_time, highest_eigenvalue
 from overturning.dem.trajectory import trajectory
 from overturning.model.cases import Cases
 from overturning.model.contact import SCENE_STATIC_PENETRATION, STATIC_PENETRATION, Contact
+from overturning.model.planes import Planes
 from overturning.model.scene import gravestone
 from overturning.model.status import Status
 from overturning.model.variables import INT8_MISSING
@@ -38,7 +39,7 @@ def blocks() -> Cases:
 @pytest.mark.parametrize("step", ["auto", "0.1 stable", 1e-4])
 def test_whole_steps_do_not_depend_on_the_contact(step: float | str) -> None:
     made = [
-        plan(gravestone(Contact(static_penetration=delta, damping_ratio=ratio)), pulse(), blocks(),
+        plan_of(Planes(gravestone(Contact(static_penetration=delta, damping_ratio=ratio))), pulse(), blocks(),
         Numerics(time_step=step)).steps
         for delta in (2e-3, 2e-5, 1e-9) for ratio in (0.02, 1.0, 8.0)
     ]  # fmt: skip
@@ -51,7 +52,7 @@ def test_whole_steps_do_not_depend_on_the_contact(step: float | str) -> None:
 def test_the_finest_step_resolves_the_contact_however_deep_the_halving(damping_ratio: float, refinement: int) -> None:
     contact = Contact(static_penetration=1e-9, damping_ratio=damping_ratio)
     cases = blocks()
-    made = plan(gravestone(contact), pulse(), cases, Numerics(refinement=refinement))
+    made = plan_of(Planes(gravestone(contact)), pulse(), cases, Numerics(refinement=refinement))
     width = cases.b_over_h * cases.height
     normal, tangential, dashpot = contact.specific(width, cases.height, 2650.0)
     square, rate = (
@@ -168,8 +169,8 @@ def test_a_step_in_which_a_body_begins_to_slide_is_halved_and_begins_as_before(p
 @pytest.mark.parametrize("step", ["auto", "0.5 stable", "0.125 stable", 2e-4])
 def test_samples_are_steps_enough_for_a_standing_block_on_a_rigid_contact(step: float | str) -> None:
     contacts = [Contact(static_penetration=delta) for delta in (2e-5, 1e-8)]
-    soft, rigid = (plan(gravestone(one), pulse(), blocks(), Numerics(time_step=step)) for one in contacts)
-    usual = plan(gravestone(contacts[1]), pulse(), blocks(), Numerics()).steps
+    soft, rigid = (plan_of(Planes(gravestone(one)), pulse(), blocks(), Numerics(time_step=step)) for one in contacts)
+    usual = plan_of(Planes(gravestone(contacts[1])), pulse(), blocks(), Numerics()).steps
     assert (soft.table["standing"] == WHOLE).all()
     standing = rigid.table["standing"] / WHOLE
     np.testing.assert_array_equal(rigid.steps % standing, 0.0)
@@ -216,7 +217,7 @@ def test_an_impossible_balance_is_marked_after_all(general: bool, monkeypatch: p
 @pytest.mark.parametrize("penetration", [2e-3, 2e-5, 1e-7, 1e-9])
 def test_no_contact_gets_a_silent_answer(penetration: float, damping_ratio: float) -> None:
     contact = Contact(static_penetration=penetration, damping_ratio=damping_ratio)
-    found = run_cases(pulse(), blocks(), contact=contact)
+    found = run_cases(pulse(), blocks(), gravestone(contact))
     simulated = found.status == Status.SIMULATED
     assert (found.energy_error[simulated] <= ENERGY_BOUND).all()
     assert (found.overturned[~simulated & (found.status != Status.AT_REST)] == -128).all()

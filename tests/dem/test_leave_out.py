@@ -7,6 +7,7 @@ from overturning.dem.run import run_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.model.cases import Cases
 from overturning.model.contact import SCENE_STATIC_PENETRATION, Contact
+from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
 from tests.dem.near_field import near_field
 
@@ -44,7 +45,8 @@ def test_a_kernel_without_the_vertical_component_gives_the_same_bits(scheme: str
     motion, _, _ = near_field(8, True)
     level = Motion(motion.north, motion.east, 0 * motion.north, sampling_interval=motion.sampling_interval)
     without, with_zeros = (
-        simulate_arrays(which, **GRID, friction=[0.33, 1.0], scheme=scheme, contact=SOFT) for which in (motion, level)
+        simulate_arrays(which, gravestone(SOFT), **GRID, friction=[0.33, 1.0], scheme=scheme)
+        for which in (motion, level)
     )
     assert (without["overturned"] != 0).any()
     for name, values in without.items():

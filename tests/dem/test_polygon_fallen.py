@@ -127,7 +127,7 @@ def gate() -> Scene:
 def test_a_gate_that_lies_on_its_own_rubble_has_fallen(motion: Motion | None, azimuth: float, friction: float) -> None:
     """Its stones end turned by 81°, 90° and 10°, the lintel 0.85 m or more below its place."""
     motion = near_field(9)[0] if motion is None else motion
-    path = trajectory(motion, scene=gate(), azimuth_deg=azimuth, friction=friction)
+    path = trajectory(motion, gate(), azimuth_deg=azimuth, friction=friction)
     turned, sunk = np.degrees(path["rotation"][-1]), path["z"][0] - path["z"][-1]
     assert (np.abs(turned[1:3]) > 45.0).all(), "it comes down"
     assert sunk[3] > 0.8
@@ -189,7 +189,7 @@ def slipping(height: float) -> Scene:
 @pytest.mark.parametrize("height", [0.05, 0.03])
 def test_the_top_of_a_stack_whose_middle_slips_out_has_fallen(height: float) -> None:
     """It comes down by less than a tenth of its height: upright from the lower plate, leaning from the other."""
-    path = trajectory(moved_by(0.65, 0.3), scene=slipping(height), azimuth_deg=0.0)
+    path = trajectory(moved_by(0.65, 0.3), slipping(height), azimuth_deg=0.0)
     top = path.sel(element="top")
     assert 0.5 * height < top["z"][0] - top["z"][-1] < 0.04
     assert abs(float(top["rotation"][-1])) < (0.01 if height == 0.03 else 0.2) < float(top["critical_angle"])
@@ -203,7 +203,7 @@ def test_a_shaft_that_leans_on_a_wall_for_ever_has_fallen() -> None:
     """0.2 wide and 1 high, its α 11.3°; the wall is 0.5 m away."""
     wall = {"name": "wall", "kind": "driven", "width": 0.3, "height": 2.0, "at": [0.75, 0.0]}
     made = scene(GROUND, wall, block("shaft", 0.2, 1.0))
-    path = trajectory(sine(3.0, 1.0, 1.0), scene=made, azimuth_deg=0.0, friction=1.0).sel(element="shaft")
+    path = trajectory(sine(3.0, 1.0, 1.0), made, azimuth_deg=0.0, friction=1.0).sel(element="shaft")
     assert 20.0 < np.degrees(path["rotation"][-1]) < 40.0
     assert (path["status"], path["overturned"]) == (Status.SIMULATED, 1)
 
@@ -226,7 +226,7 @@ def test_a_wall_tilted_against_its_neighbour_stands_where_it_stood() -> None:
 
 def test_a_wall_that_comes_to_rest_on_its_neighbour_has_fallen() -> None:
     made = scene(GROUND, block("neighbour", 0.4, 0.2, x=2.0), block("wall", 0.3, 2.2))
-    path = trajectory(sine(-3.0, 0.7, 1.0), scene=made, azimuth_deg=0.0, friction=1.0)
+    path = trajectory(sine(-3.0, 0.7, 1.0), made, azimuth_deg=0.0, friction=1.0)
     wall = path.sel(element="wall")
     assert 70.0 < np.degrees(wall["rotation"][-1]) < 88.0
     assert path["overturned"].to_numpy().tolist()[1:] == [0, 1]
@@ -246,7 +246,7 @@ def arch() -> Scene:
 def test_the_stones_of_an_arch_have_no_tipping_angle_and_stand_in_a_breath_of_motion() -> None:
     made = arch()
     assert np.isnan(prepare(made).alpha[1:]).all()
-    path = trajectory(sine(0.01, 2.0), scene=made, azimuth_deg=0.0, friction=1.0)
+    path = trajectory(sine(0.01, 2.0), made, azimuth_deg=0.0, friction=1.0)
     assert path["status"] == Status.SIMULATED
     assert path["overturned"][1:].to_numpy().tolist() == [0, 0, 0]
     turned = np.degrees(np.abs(path["rotation"][:, 1:]).max("time"))
@@ -257,7 +257,7 @@ def test_the_stones_of_an_arch_have_no_tipping_angle_and_stand_in_a_breath_of_mo
 
 def test_an_arch_that_comes_down_falls_once_it_moves() -> None:
     motion = near_field(9)[0]
-    path = trajectory(motion, scene=arch(), azimuth_deg=32.0, friction=0.7)
+    path = trajectory(motion, arch(), azimuth_deg=32.0, friction=0.7)
     assert path["status"] == Status.SIMULATED
     fell = path["overturned"][1:] != 0
     assert fell.any()

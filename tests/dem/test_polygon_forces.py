@@ -23,7 +23,7 @@ def pulse(peak: float) -> Motion:
 
 @pytest.fixture(scope="module", params=["gravestone", "three-tier", "against-a-wall", "boulder"])
 def path(request: pytest.FixtureRequest) -> xr.Dataset:
-    return trajectory(pulse(6.0), scene=shipped(request.param), azimuth_deg=0.0, friction=FRICTION)
+    return trajectory(pulse(6.0), shipped(request.param), azimuth_deg=0.0, friction=FRICTION)
 
 
 def on_element(path: xr.Dataset, name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -97,7 +97,7 @@ def test_the_film_has_them_in_weights_where_they_act(path: xr.Dataset) -> None:
 
 
 def test_a_scene_that_is_not_computed_has_no_forces() -> None:
-    path = trajectory(pulse(0.1), scene=shipped("three-tier"), azimuth_deg=0.0)
+    path = trajectory(pulse(0.1), shipped("three-tier"), azimuth_deg=0.0)
     assert path["status"] == 1
     assert np.isnan(path["contact_force"]).all()
     assert film_of([path], pulse(0.1), "still").panels[0].force is None

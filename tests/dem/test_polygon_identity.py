@@ -99,8 +99,8 @@ def test_instruction_sets_change_no_bit(target: str) -> None:
 def test_symmetric_scenes_are_mirrored_exactly() -> None:
     made, motion = shipped("three-tier"), _motion()
     azimuths = [20.0, 75.0, 130.0, 200.0, 255.0, 310.0]
-    both = simulate_arrays(motion, scene=made, azimuth_deg=azimuths, friction=[0.4, 1.0], leave_out=False)
-    half = simulate_arrays(motion, scene=made, azimuth_deg=azimuths, friction=[0.4, 1.0])
+    both = simulate_arrays(motion, made, azimuth_deg=azimuths, friction=[0.4, 1.0], leave_out=False)
+    half = simulate_arrays(motion, made, azimuth_deg=azimuths, friction=[0.4, 1.0])
     assert (both["overturned"] != 0).any()
     assert not both["mirrored"].any()
     assert half["mirrored"][3:].all()
@@ -111,7 +111,7 @@ def test_symmetric_scenes_are_mirrored_exactly() -> None:
 
 
 def test_lopsided_scenes_are_not_mirrored() -> None:
-    arrays = simulate_arrays(_motion(), scene=shipped("boulder"), azimuth_deg=[20.0, 200.0], friction=[1.0])
+    arrays = simulate_arrays(_motion(), shipped("boulder"), azimuth_deg=[20.0, 200.0], friction=[1.0])
     assert not arrays["mirrored"].any()
     assert arrays["overturning_time"][0] != arrays["overturning_time"][1]
 
@@ -123,8 +123,8 @@ def test_leaving_out_changes_no_flag_and_no_side() -> None:
     strong = np.where((time > 4) & (time < 7), 1.0, 0.02) * np.sin(6 * time)
     for level in (2.0, 4.5, 9.0):
         motion = shaken(level * strong)
-        kept = simulate_arrays(motion, scene=made, azimuth_deg=range(0, 180, 15), friction=[0.3, 1.0], leave_out=False)
-        left = simulate_arrays(motion, scene=made, azimuth_deg=range(0, 180, 15), friction=[0.3, 1.0])
+        kept = simulate_arrays(motion, made, azimuth_deg=range(0, 180, 15), friction=[0.3, 1.0], leave_out=False)
+        left = simulate_arrays(motion, made, azimuth_deg=range(0, 180, 15), friction=[0.3, 1.0])
         np.testing.assert_array_equal(left["overturned"], kept["overturned"])
         assert left["block_steps"].sum() < 0.9 * kept["block_steps"].sum()
 
@@ -149,8 +149,8 @@ def test_ending_a_case_when_nothing_more_can_fall_changes_no_flag(number: int, f
 
 def test_a_trajectory_is_the_cell_of_the_sweep() -> None:
     made, motion = shipped("three-tier"), _motion()
-    sweep = simulate(motion, scene=made, azimuth_deg=[30.0, 120.0], friction=[0.8])
-    path = trajectory(motion, scene=made, azimuth_deg=120.0, friction=0.8)
+    sweep = simulate(motion, made, azimuth_deg=[30.0, 120.0], friction=[0.8])
+    path = trajectory(motion, made, azimuth_deg=120.0, friction=0.8)
     cell = sweep.isel(azimuth=1, height=0, b_over_h=0, friction=0)
     assert list(sweep["element"].values) == ["lower-base", "upper-base", "shaft"]
     assert list(path["element"].values) == ["ground", *sweep["element"].values]
@@ -182,10 +182,10 @@ def test_what_a_scene_does_not_have_is_refused() -> None:
     from overturning.errors import ArgumentError
 
     with pytest.raises(ArgumentError, match="scheme: 'euler'"):
-        simulate_arrays(motion, scene=made, azimuth_deg=[0], scheme="euler")
+        simulate_arrays(motion, made, azimuth_deg=[0], scheme="euler")
     with pytest.raises(ArgumentError, match="threads: 0"):
-        simulate_arrays(motion, scene=made, azimuth_deg=[0], threads=0)
+        simulate_arrays(motion, made, azimuth_deg=[0], threads=0)
     with pytest.raises(ArgumentError, match="not stable; at most"):
-        simulate_arrays(motion, scene=made, azimuth_deg=[0], time_step=0.005)
+        simulate_arrays(motion, made, azimuth_deg=[0], time_step=0.005)
     with pytest.raises(ArgumentError, match="rotate an element"):
         run(made, motion, Cases([0.0], [0.6], [0.5], [1.0], initial_tilt=0.1))

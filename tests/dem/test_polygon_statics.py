@@ -173,7 +173,7 @@ def test_a_wall_stops_the_fall_and_the_block_leans_as_geometry_says() -> None:
     assert angle > np.arctan(0.4)
     # Without the wall the same pulse overturns it.
     free = scene(block("stone", 0.24, 0.6))
-    alone = simulate_arrays(pulse, scene=free, azimuth_deg=[0], friction=[3.0], general=True, leave_out=False)
+    alone = simulate_arrays(pulse, free, azimuth_deg=[0], friction=[3.0], general=True, leave_out=False)
     assert alone["overturned"].item() == 1
 
 

@@ -5,24 +5,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from overturning.dem.block import plan as block_plan
 from overturning.dem.block.plan import BlockPlan
 from overturning.dem.block.rules import ROW
-from overturning.dem.body import plan as space_plan
-from overturning.dem.body.trajectory import trajectory_in_space
-from overturning.dem.kernel.queue import with_room
+from overturning.dem.kernel.queue import run_queue, with_room
 from overturning.dem.numerics import Numerics
+from overturning.dem.plan import Plan
 from overturning.dem.polygon.plan import PolygonPlan
-from overturning.dem.run import plan, run, run_cases
+from overturning.dem.run import plan_of, run, run_cases
 from overturning.dem.simulate import simulate_arrays
 from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
+from overturning.model.planes import Planes
 from overturning.model.scene import check_scene, gravestone
-from overturning.model.variables import INT8_MISSING, VARIABLES
+from overturning.model.variables import INT8_MISSING, PLANE_ENSEMBLE_VARIABLES, VARIABLES
 from overturning.motion.motion import Motion
-from overturning.study.ensemble import ENSEMBLE_VARIABLES
 from tests.dem.polygon_scenes import shaken, shipped
 from tests.expect import refused
 
@@ -42,30 +40,30 @@ CASES = Cases(0.0, 0.6, [0.2, 0.3], 0.7)
     ],
 )
 def test_a_block_on_the_ground_takes_the_blocks_kernel(name: str, general: bool, kind: type) -> None:
-    assert type(plan(shipped(name), MOTION, CASES, Numerics(general=general))) is kind
+    assert type(plan_of(Planes(shipped(name)), MOTION, CASES, Numerics(general=general))) is kind
 
 
 def test_the_gravestone_is_the_default_of_every_function() -> None:
     contact = Contact(damping_ratio=0.7)
     results = run(gravestone(contact, 2000.0), MOTION, CASES)
-    assert results.overturned.shape == (2, 1)
-    alone = run_cases(MOTION, CASES, density=2000.0, contact=contact)
-    arrays = simulate_arrays(MOTION, azimuth_deg=0.0, height=0.6, b_over_h=[0.2, 0.3], friction=0.7, contact=contact)
+    assert results.overturned.shape == (2,)
+    alone = run_cases(MOTION, CASES, gravestone(contact, 2000.0))
+    arrays = simulate_arrays(
+        MOTION, gravestone(contact), azimuth_deg=0.0, height=0.6, b_over_h=[0.2, 0.3], friction=0.7
+    )
     for variable in VARIABLES:
         if variable.name != "mirrored":
             np.testing.assert_array_equal(getattr(alone, variable.name), arrays[variable.name].ravel())
-    path = trajectory(MOTION, azimuth_deg=0.0, b_over_h=0.3, friction=0.7, contact=contact)
+    path = trajectory(MOTION, gravestone(contact), azimuth_deg=0.0, b_over_h=0.3, friction=0.7)
     stone = path.sel(element="stone")
     assert stone["peak_rotation"] == alone.peak_rotation[1]
     assert path.attrs["block_steps"] == alone.block_steps[1]
-    with pytest.raises(ArgumentError, match="the scene has its own"):
-        trajectory(MOTION, scene=shipped("gravestone"), azimuth_deg=0.0, contact=contact)
 
 
 def test_a_scene_with_its_own_friction_is_computed_once_for_all_of_the_grid() -> None:
     law = {"between": ("stone", "stone"), "friction": 0.3}
     scene = check_scene(shipped("gravestone").model_dump() | {"contacts": [law]})
-    arrays = simulate_arrays(MOTION, scene=scene, azimuth_deg=[0.0, 180.0], friction=[0.1, 0.9])
+    arrays = simulate_arrays(MOTION, scene, azimuth_deg=[0.0, 180.0], friction=[0.1, 0.9])
     swept = simulate_arrays(MOTION, azimuth_deg=[0.0, 180.0], friction=[0.3])
     for name, values in arrays.items():
         np.testing.assert_array_equal(values, np.repeat(swept[name], 2, axis=3), err_msg=name)
@@ -77,7 +75,7 @@ def test_seen_from_behind() -> None:
         "overturned": np.array([1, -1, 0, INT8_MISSING], np.int8), "residual_slip": np.array([0.5, -0.5, 0.0, np.nan]),
         "peak_slip": np.array([0.5, 0.5, 0.0, 0.1]), "probability_towards": np.zeros(4), "probability_away": np.ones(4),
     }  # fmt: skip
-    seen = {item.name: item.from_behind(arrays) for item in (*VARIABLES, *ENSEMBLE_VARIABLES) if item.name in arrays}
+    seen = {item.name: item.mirrored(arrays) for item in (*VARIABLES, *PLANE_ENSEMBLE_VARIABLES) if item.name in arrays}
     assert seen["overturned"].tolist() == [-1, 1, 0, INT8_MISSING]
     np.testing.assert_array_equal(seen["residual_slip"], [-0.5, 0.5, 0.0, np.nan])
     assert not np.signbit(seen["residual_slip"][2])
@@ -88,15 +86,14 @@ def test_seen_from_behind() -> None:
 
 @pytest.mark.parametrize("kind", ["block", "space"])
 def test_a_path_is_computed_once_however_many_rows_it_gets(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    module, calls = (block_plan if kind == "block" else space_plan), list[int]()
-    kernel = module.run_queue
-    monkeypatch.setattr(module, "run_queue", lambda *arguments: calls.append(1) or kernel(*arguments))
+    calls = list[int]()
+    monkeypatch.setattr(Plan, "queue", staticmethod(lambda *arguments: calls.append(1) or run_queue(*arguments)))
     time = np.arange(60) * 0.01
     wave = Motion(5.0 * np.sin(11.0 * time), 0 * time, sampling_interval=0.01)
     if kind == "block":
         path = trajectory(wave, azimuth_deg=0.0, height=0.6, b_over_h=0.4)
     else:
-        path = trajectory_in_space(wave, orientation_deg=10.0, height=0.6, b_over_h=0.4)
+        path = trajectory(wave, "rectangle", orientation_deg=10.0, height=0.6, b_over_h=0.4)
     assert len(calls) == 1
     assert path.sizes["time"] > wave.samples
     assert (np.diff(path["time"]) >= 0).all()
@@ -108,11 +105,11 @@ def test_a_path_too_long_to_be_kept_is_refused(monkeypatch: pytest.MonkeyPatch) 
         return np.broadcast_to(np.zeros((), ROW), 10_000_000), -1
 
     with monkeypatch.context() as patch, refused(ArgumentError, "trajectory", "GB", "at most 0.8 GB", "time_step"):
-        patch.setattr(block_plan, "run_queue", full)
+        patch.setattr(Plan, "queue", staticmethod(full))
         trajectory(MOTION, azimuth_deg=0.0, height=0.6, b_over_h=0.1)
     long = Motion(np.zeros(3_000_000), np.zeros(3_000_000), sampling_interval=0.01)
     with refused(ArgumentError, "trajectory", "at most 0.8 GB", "cut the motion"):
-        trajectory(long, azimuth_deg=0.0, scene=shipped("three-tier"), leave_out=False)
+        trajectory(long, shipped("three-tier"), azimuth_deg=0.0, leave_out=False)
 
 
 def test_a_path_grows_by_rows_that_keep_what_was_noted() -> None:

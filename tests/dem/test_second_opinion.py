@@ -16,6 +16,7 @@ from overturning.dem.run import run_cases
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
 from overturning.model.results import Results
+from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
 from tests.dem.near_field import near_field
 from tests.dem.scalar_kernel import outcomes
@@ -53,7 +54,7 @@ def test_sides_rotations_and_slips_are_those_of_the_equations(number: int, pulse
     plain = outcomes(motion, CELLS)
     assert 0.2 < (plain[:, 0] != 0).mean() < 0.9
     for scheme in ("centred", "cundall"):
-        found = run_cases(motion, cases(CELLS), contact=SOFT, scheme=scheme, leave_out=False, time_step=FINE)
+        found = run_cases(motion, cases(CELLS), gravestone(SOFT), scheme=scheme, leave_out=False, time_step=FINE)
         assert (found.status == 0).all()
         same, rotation, slip = differences(found, plain)
         # A rocking block amplifies what it is given: a cell near a boundary may part.
@@ -63,7 +64,7 @@ def test_sides_rotations_and_slips_are_those_of_the_equations(number: int, pulse
         assert np.median(slip) < 5e-7, scheme
         assert (slip < 1e-4).mean() >= 0.95, scheme
     # As users take it, in steps hundreds of times as long.
-    same, rotation, slip = differences(run_cases(motion, cases(CELLS), contact=SOFT, leave_out=False), plain)
+    same, rotation, slip = differences(run_cases(motion, cases(CELLS), gravestone(SOFT), leave_out=False), plain)
     assert same.mean() >= 0.95
     assert np.median(rotation) < 1e-3
     assert np.median(slip) < 1e-4
@@ -80,7 +81,7 @@ def test_other_contacts_with_vertical_motion_are_those_of_the_equations(contact:
     motion = Motion(3.0 * pulse, 1.0 * pulse, 2.0 * np.sin(7.0 * t) * (t < 2), sampling_interval=0.01)
     cells = list(product([0.0, 90.0], [0.6, 1.2], [0.1, 0.2, 0.3, 0.4, 0.5], [0.33, 1.0]))
     found = run_cases(
-        motion, cases(cells), contact=replace(SOFT, **contact), scheme=scheme, leave_out=False, time_step=FINE
+        motion, cases(cells), gravestone(replace(SOFT, **contact)), scheme=scheme, leave_out=False, time_step=FINE
     )
     assert (found.status == 0).all()
     same, rotation, slip = differences(found, outcomes(motion, cells, **contact))
@@ -95,7 +96,7 @@ def test_shaking_the_base_and_shaking_the_frame_give_the_same_motion() -> None:
     motion = Motion(4.0 * np.sin(2 * np.pi * t / 0.7) * (t < 0.7), 0 * t, sampling_interval=0.01)
     cells = [(0.0, 0.6, 0.2, 10.0), (0.0, 0.6, 0.3, 1.0), (0.0, 0.6, 0.5, 0.3)]
     base = outcomes(motion, cells, inertial=True)
-    frame = run_cases(motion, cases(cells), contact=SOFT, leave_out=False, time_step=FINE)
+    frame = run_cases(motion, cases(cells), gravestone(SOFT), leave_out=False, time_step=FINE)
     np.testing.assert_array_equal(base[:, 0], frame.overturned)
     stands = frame.overturned == 0
     assert stands.any()
@@ -107,7 +108,7 @@ def test_a_block_let_go_on_one_corner_rocks_as_the_equations_say() -> None:
     cell = (0.0, 0.6, 0.3, 0.5)
     for scheme in ("centred", "cundall"):
         let_go = Cases(*cell, initial_tilt=0.2)
-        found = run_cases(still, let_go, contact=SOFT, scheme=scheme, leave_out=False, time_step=FINE)
+        found = run_cases(still, let_go, gravestone(SOFT), scheme=scheme, leave_out=False, time_step=FINE)
         plain = outcomes(still, [cell], tilt=0.2)
         np.testing.assert_allclose(found.peak_rotation, plain[:, 1], rtol=1e-6)
         np.testing.assert_allclose(found.peak_slip, plain[:, 2], rtol=1e-3, atol=1e-7)

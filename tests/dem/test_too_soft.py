@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
-from overturning.dem.body.simulate import simulate_in_space_arrays
-from overturning.dem.body.trajectory import trajectory_in_space
 from overturning.dem.run import run_cases
+from overturning.dem.simulate import simulate_arrays
+from overturning.dem.trajectory import trajectory
+from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact, VertexContact
+from overturning.model.scene import gravestone
 from overturning.model.status import Status
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
@@ -22,10 +24,10 @@ def test_a_block_pressed_in_too_far_is_marked(peak: float, leave_out: bool) -> N
     north = peak * np.sin(np.arange(200) * 0.1)
     motion = Motion(north, np.zeros(200), sampling_interval=0.01)
     cases = Cases(0.0, 1.0, [0.3, 0.3], 0.6)
-    soft = run_cases(motion, cases, contact=Contact(stiffness=1e4), leave_out=leave_out)
+    soft = run_cases(motion, cases, gravestone(Contact(stiffness=1e4)), leave_out=leave_out)
     assert soft.status.tolist() == [Status.UNSTABLE] * 2
     assert soft.overturned.tolist() == [INT8_MISSING] * 2
-    stiff = run_cases(motion, cases, contact=Contact(stiffness=1e8), leave_out=leave_out)
+    stiff = run_cases(motion, cases, gravestone(Contact(stiffness=1e8)), leave_out=leave_out)
     assert (stiff.overturned != INT8_MISSING).all()
 
 
@@ -45,11 +47,10 @@ def test_a_body_in_space_pressed_in_too_far_is_marked(
     size = {"orientation_deg": 0.0, "height": 0.4, "friction": 0.6}
     for ratio, deepest in ((0.3, 0.1), (2.0, 0.05)):
         soft, stiff = (
-            simulate_in_space_arrays(
+            simulate_arrays(
                 motion,
+                Body(plan, VertexContact(share * times * deepest)),
                 b_over_h=ratio,
-                body=plan,
-                contact=VertexContact(share * times * deepest),
                 leave_out=leave_out,
                 **size,
             )
@@ -58,5 +59,5 @@ def test_a_body_in_space_pressed_in_too_far_is_marked(
         assert soft["status"].item() == Status.UNSTABLE
         assert soft["overturned"].item() == INT8_MISSING
         assert stiff["overturned"].item() != INT8_MISSING
-    path = trajectory_in_space(motion, b_over_h=2.0, body=plan, contact=VertexContact(0.06 * times), **size)
+    path = trajectory(motion, Body(plan, VertexContact(0.06 * times)), b_over_h=2.0, **size)
     assert (int(path.status), int(path.overturned), path.sizes["time"]) == (Status.UNSTABLE, INT8_MISSING, 200)

@@ -156,7 +156,7 @@ def test_a_stone_that_begins_oblique_is_told_in_degrees() -> None:
     oblique = {"name": "stone", "width": 0.3, "height": 0.6, "stands_on": "ground", "rotation_deg": 10}
     scene = check_scene({"name": "oblique", "reference": "stone", "elements": [ground, oblique]})
     quiet = Motion.sine(0.01, 1.0)
-    text = outcome(trajectory(quiet, scene=scene, azimuth_deg=0))
+    text = outcome(trajectory(quiet, scene, azimuth_deg=0))
     assert re.fullmatch(r"stands \(largest rotation 1\d(\.\d)?°\)", text), text
 
 

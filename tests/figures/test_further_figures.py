@@ -233,7 +233,7 @@ def test_axes_of_the_hodograph_have_units() -> None:
 
 def test_the_response_shows_every_element_and_ends_with_the_curve() -> None:
     scene = load_scene("three-tier", Path(__file__).parents[2])
-    path = trajectory(motion(), scene=scene, azimuth_deg=0, height=0.636, b_over_h=0.38, friction=1.0)
+    path = trajectory(motion(), scene, azimuth_deg=0, height=0.636, b_over_h=0.38, friction=1.0)
     with style():
         figure = response_figure(
             [path], "A long title of a record, its earthquake and everything else there is to say of it"

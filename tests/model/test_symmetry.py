@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from overturning.model.symmetry import nearest, nearest_planes, representative_planes, representatives
+from overturning.model.symmetry import nearest, nearest_planes, representatives, seen_from_behind
 
 
 @pytest.mark.parametrize(
@@ -37,9 +37,9 @@ def test_bodies() -> None:
 
 
 def test_what_a_grid_need_not_compute() -> None:
-    planes = representative_planes(np.array([0, 30, 180, 210, 359, 0]))
-    assert planes.cell.tolist() == [0, 1, 0, 1, 4, 0]
-    assert planes.mirrored.tolist() == [False, False, True, True, False, False]
+    planes = seen_from_behind(representatives(np.array([0, 30, 180, 210, 359, 0]), 180.0), 180.0)
+    assert planes.cell.ravel().tolist() == [0, 1, 0, 1, 4, 0]
+    assert planes.mirrored.ravel().tolist() == [False, False, True, True, False, False]
     assert representatives([5], 0.0).cell.tolist() == [[0]]
     bodies = representatives(np.arange(0, 180, 30), [90.0, 180.0, 0.0])
     assert bodies.cell.T.tolist() == [[0, 1, 2, 0, 1, 2], [0, 1, 2, 3, 4, 5], [0] * 6]

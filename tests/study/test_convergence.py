@@ -14,7 +14,7 @@ from scipy.stats import binomtest
 from overturning.commands import workflow
 from overturning.dem.numerics import Numerics
 from overturning.dem.polygon.prepare import prepare
-from overturning.dem.run import plan, run, run_cases
+from overturning.dem.run import plan_of, run, run_cases
 from overturning.errors import ResultError
 from overturning.model.cases import Cases
 from overturning.model.contact import STATIC_PENETRATION, Contact
@@ -34,7 +34,6 @@ from overturning.study.convergence import (
     compare,
     computations,
     read_sample,
-    stiffer_scene,
     unanswered,
 )
 from overturning.study.cube import open_cube
@@ -141,7 +140,7 @@ def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threa
     def whole(**changed: Any) -> np.ndarray:
         scene = gravestone(changed.pop("contact", None))
         numerics = Numerics(time_step="0.01 stable", **changed)
-        return plan(scene, Motion.of(short(7)), cases_of(settings, done.sample.index), numerics).steps
+        return plan_of(Planes(scene), Motion.of(short(7)), cases_of(settings, done.sample.index), numerics).steps
 
     stiff = {"contact": Contact(static_penetration=STATIC_PENETRATION / 4)}
     np.testing.assert_array_equal(whole(refinement=8), 8 * whole())
@@ -169,7 +168,7 @@ def test_what_changes_is_settled_by_finer_steps_or_chaotic(tmp_path: Path, monke
     other = np.where(own == 0, 1, 0).astype(np.int8)
     position = {tuple(cell): row for row, cell in enumerate(done.sample.index.tolist())}
     grid = grid_of(settings)
-    axes = (grid.azimuth, grid.height, grid.b_over_h, grid.friction)
+    axes = tuple(grid.rows.values())
 
     def made(kind: str) -> Any:
         def again(_: Motion, cases: Cases) -> Any:
@@ -209,8 +208,7 @@ def test_what_changes_is_settled_by_finer_steps_or_chaotic(tmp_path: Path, monke
 
 def cases_of(settings: Study, index: np.ndarray) -> Cases:
     grid = grid_of(settings)
-    axes = (grid.azimuth.astype(np.float64), grid.height, grid.b_over_h, grid.friction)
-    return Cases(*(axis[index[:, column]] for column, axis in enumerate(axes)))
+    return grid.cases(list(index.T))
 
 
 @pytest.mark.parametrize(("step", "least"), [(90, 0), (20, 3), (5, 12)])
@@ -292,7 +290,7 @@ def test_scene_repetitions_are_finer_and_stiffer(row_of_two: dict[str, object]) 
     assert steps["finer"] == pytest.approx(8, rel=0.1)
     # Whole steps follow the motion; the contact halves only the finest ones.
     assert 1.0 < steps["stiffer"] < 1.2
-    soft, stiff = prepare(settings.scene).laws, prepare(stiffer_scene(settings.scene)).laws
+    soft, stiff = prepare(settings.scene).laws, prepare(Planes(settings.scene).stiffer(4.0).scene).laws
     np.testing.assert_allclose(stiff.normal, 4 * soft.normal)
     np.testing.assert_allclose(stiff.dashpot, 2 * soft.dashpot, err_msg="the damping ratio stays")
 

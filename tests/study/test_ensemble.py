@@ -15,11 +15,13 @@ from overturning.dem.simulate import simulate_arrays
 from overturning.errors import ResultError
 from overturning.model.cases import Cases
 from overturning.model.grid import Grid
+from overturning.model.planes import Planes
 from overturning.model.results import Results
+from overturning.model.variables import PLANE_ENSEMBLE_VARIABLES
 from overturning.motion.motion import Motion
 from overturning.study import ensemble
 from overturning.study.cube import open_cube
-from overturning.study.ensemble import BATCH, ENSEMBLE_VARIABLES, PlaneEnsemble, cells_to_run, settled, wilson
+from overturning.study.ensemble import BATCH, CellEnsemble, cells_to_run, settled, wilson
 from overturning.study.load import check_study
 from overturning.study.members import Members, draw_members, read_members, write_members
 from overturning.study.recheck import recheck
@@ -27,7 +29,10 @@ from overturning.study.sections import Ensemble
 from tests.study.small_study import cube_of, pulse
 
 AZIMUTH = np.arange(0, 360, 60, dtype=np.int16)
-GRID = Grid(AZIMUTH, np.array([0.6]), np.array([0.1, 0.2, 0.3, 0.4, 0.5]), np.array([0.5, 1.0]))
+GRID = Grid({
+    "azimuth": AZIMUTH, "height": np.array([0.6]), "b_over_h": np.array([0.1, 0.2, 0.3, 0.4, 0.5]),
+    "friction": np.array([0.5, 1.0]),
+})  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -38,9 +43,7 @@ def motion() -> Motion:
 
 @pytest.fixture(scope="module")
 def nominal(motion: Motion) -> dict[str, np.ndarray]:
-    return simulate_arrays(
-        motion, azimuth_deg=AZIMUTH.astype(float), height=GRID.height, b_over_h=GRID.b_over_h, friction=GRID.friction
-    )
+    return simulate_arrays(motion, azimuth_deg=AZIMUTH.astype(float), **{name: GRID[name] for name in GRID.names[1:]})
 
 
 def run(motion: Motion, nominal: dict[str, np.ndarray], members: Members, everywhere: bool = True, **more):
@@ -48,7 +51,7 @@ def run(motion: Motion, nominal: dict[str, np.ndarray], members: Members, everyw
         return run_cases(motion, cases, progress=progress, threads=2)
 
     progress = more.pop("progress", None)
-    return PlaneEnsemble(members, everywhere, **more).run(motion, GRID, nominal, members_of, progress)[0]
+    return CellEnsemble(Planes(), members, everywhere, **more).run(motion, GRID, nominal, members_of, progress)[0]
 
 
 def test_members_fill_their_neighbourhood_and_no_more() -> None:
@@ -133,7 +136,7 @@ def test_directions_are_run_in_pieces_that_hold_no_more_than_they_may(
     motion: Motion, monkeypatch: pytest.MonkeyPatch, name: str, most: int
 ) -> None:
     """Eight members under 400 samples in each of six directions of ten cells: two directions at a time may be."""
-    grid = Grid(AZIMUTH, np.array([0.6, 1.2]), GRID.b_over_h, np.array([1.0]))
+    grid = GRID.changed(height=np.array([0.6, 1.2]), friction=np.array([1.0]))
     members = draw_members(Ensemble(members=8))
     nothing = {name: np.zeros(grid.shape, np.int8) for name in ("overturned", "mirrored")}
     calls = []
@@ -143,7 +146,7 @@ def test_directions_are_run_in_pieces_that_hold_no_more_than_they_may(
         return SimpleNamespace(overturned=np.zeros(len(calls[-1]), np.int8), block_steps=np.ones(len(calls[-1])))
 
     monkeypatch.setattr(ensemble, name, most)
-    found = PlaneEnsemble(members).run(motion, grid, nothing, all_stand)[0]
+    found = CellEnsemble(Planes(), members).run(motion, grid, nothing, all_stand)[0]
     held = [(np.unique(cases[:, 0]).size * motion.samples, len(cases)) for cases in calls]
     assert held == [(2 * 8 * 400, 2 * 8 * 10)] * 3
     assert len(np.unique(np.concatenate(calls), axis=0)) == 6 * 10 * 8, "each member of each cell once"
@@ -199,13 +202,11 @@ def test_a_cell_stops_where_its_own_members_say_so(motion: Motion, nominal: dict
     # Whatever stands beside it, a cell has the same members.
     for flat in np.flatnonzero(nominal["mirrored"] == 0)[::7]:
         place = np.unravel_index(flat, GRID.shape)
-        one = Grid(
-            *(axis[[at]] for axis, at in zip((AZIMUTH, GRID.height, GRID.b_over_h, GRID.friction), place, strict=True))
-        )
+        one = GRID.changed(**{name: GRID[name][[at]] for name, at in zip(GRID.names, place, strict=True)})
         own = {name: values[tuple(slice(at, at + 1) for at in place)] for name, values in nominal.items()}
-        few = PlaneEnsemble(members, widest=0.19)
+        few = CellEnsemble(Planes(), members, widest=0.19)
         alone = few.run(motion, one, own, lambda cases, _: run_cases(motion, cases))[0]
-        for variable in ENSEMBLE_VARIABLES:
+        for variable in PLANE_ENSEMBLE_VARIABLES:
             assert alone[variable.name].item() == some[variable.name][place].item()
 
 
@@ -289,7 +290,7 @@ def test_the_same_in_any_portion(
     monkeypatch.setattr("overturning.study.ensemble.MOST_GROUND_VALUES", 1)
     reports: list[tuple[int, int]] = []
     pieces = run(motion, nominal, members, progress=lambda done, total: reports.append((done, total)))
-    for variable in ENSEMBLE_VARIABLES:
+    for variable in PLANE_ENSEMBLE_VARIABLES:
         assert np.array_equal(whole[variable.name], pieces[variable.name], equal_nan=True)
     shares = [done / total for done, total in reports]
     assert shares == sorted(shares)

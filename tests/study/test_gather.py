@@ -13,16 +13,16 @@ import pytest
 import xarray as xr
 
 from overturning.errors import ResultError
-from overturning.model.grid import Grid
 from overturning.model.scene import load_scene
 from overturning.model.status import Status
 from overturning.model.variables import FLOAT32_MISSING, INT8_MISSING, VARIABLES
 from overturning.records.record import Record
 from overturning.study.cube import earthquakes_said, open_cube, processing_of, study_of
 from overturning.study.gather import describe_cube, gather
-from overturning.study.grid import grid_of, representatives_of
+from overturning.study.grid import grid_of
 from overturning.study.load import check_study
 from overturning.study.parts import write_part
+from overturning.study.scenes import model_for
 from overturning.study.schema import Study
 
 NAMES = ("first", "second")
@@ -59,9 +59,9 @@ def parts(study: Study, tmp_path: Path) -> Callable[..., list[Path]]:
         grid, paths = grid_of(study), []
         for seed, name in enumerate(NAMES):
             full = outcome(grid.shape, seed)
-            for piece, places in enumerate(np.array_split(np.arange(grid.azimuth.size), pieces)):
+            for piece, places in enumerate(np.array_split(np.arange(grid["azimuth"].size), pieces)):
                 path = tmp_path / f"{name}-{pieces}-{piece}.nc"
-                part = Grid(grid.azimuth[places], grid.height, grid.b_over_h, grid.friction)
+                part = grid.changed(azimuth=grid["azimuth"][places])
                 cells = {variable: values[places] for variable, values in full.items()}
                 write_part(path, part, cells, {"record_id": name, "variant": "nominal", "block_steps": places.size})
                 paths.append(path)
@@ -86,7 +86,7 @@ def cube(
 
 def test_every_cell_is_in_its_place(cube: Callable[..., xr.Dataset], study: Study) -> None:
     found = cube()
-    assert found.attrs["block_steps"] == 2 * grid_of(study).azimuth.size, "one a direction"
+    assert found.attrs["block_steps"] == 2 * grid_of(study)["azimuth"].size, "one a direction"
     for seed in range(2):
         for name, values in outcome(grid_of(study).shape, seed).items():
             np.testing.assert_array_equal(found[name].isel(record=seed), values)
@@ -113,9 +113,9 @@ def test_a_cube_says_whether_opposite_azimuths_are_one_case(
         describe_cube(cube, of_scene, [])
         assert cube["azimuth"].period == period
     grid = grid_of(of_scene)
-    answering = np.unique(representatives_of(of_scene, grid).cell).size
-    assert answering == np.unique(grid.azimuth % period).size
-    assert (answering == grid.azimuth.size) == (period == 360)
+    answering = np.unique(model_for(of_scene).sources(grid).cell).size
+    assert answering == np.unique(grid["azimuth"] % period).size
+    assert (answering == grid["azimuth"].size) == (period == 360)
 
 
 def test_what_describes_a_record_is_carried_into_the_cube(

@@ -37,19 +37,17 @@ def test_every_cell_is_in_one_chunk(keys: dict[str, object], chunks: int) -> Non
     settings = study(**keys)
     grid = grid_of(settings)
     pieces = [piece_of(settings, grid, Chunk(number, chunks)) for number in range(1, chunks + 1)]
-    directions = np.concatenate([getattr(piece, grid.names[0]) for piece in pieces])
-    np.testing.assert_array_equal(np.sort(directions), getattr(grid, grid.names[0]))
+    directions = np.concatenate([piece.directions for piece in pieces])
+    np.testing.assert_array_equal(np.sort(directions), grid.directions)
     for piece in pieces:
-        assert [getattr(piece, name).tolist() for name in grid.names[1:]] == [
-            getattr(grid, name).tolist() for name in grid.names[1:]
-        ]
+        assert [piece[name].tolist() for name in grid.names[1:]] == [grid[name].tolist() for name in grid.names[1:]]
 
 
 def test_azimuths_that_mirror_each_other_share_a_chunk() -> None:
     settings = study(**PLANES | {"azimuth": {"step": 10}})
     sizes = []
     for number in range(1, 6):
-        azimuth = piece_of(settings, grid_of(settings), Chunk(number, 5)).azimuth
+        azimuth = piece_of(settings, grid_of(settings), Chunk(number, 5))["azimuth"]
         assert set((azimuth + 180) % 360) == set(azimuth)
         sizes.append(azimuth.size)
     assert sorted(sizes) == [6, 6, 8, 8, 8], "eighteen such pairs, shared out as evenly as they can be"

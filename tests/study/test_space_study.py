@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from overturning.dem.body.simulate import simulate_in_space_arrays
 from overturning.dem.simulate import simulate_arrays
 from overturning.errors import ConfigError, ResultError
 from overturning.motion.motion import Motion
@@ -22,7 +21,6 @@ from overturning.study.members import draw_members
 from overturning.study.recheck import recheck
 from overturning.study.schema import Study
 from overturning.study.sections import Verification
-from overturning.study.space import body_of
 from overturning.study.sweep import sweep_record
 from tests.study.small_study import cube_of
 
@@ -88,9 +86,9 @@ def test_flags_have_the_values_that_they_are_said_to_have(cube: xr.Dataset) -> N
     assert {0, 1} <= set(cube["plane_overturned"].to_numpy().ravel().tolist()), "both are looked at"
 
 
-def test_cells_are_those_of_simulate_in_space(cube: xr.Dataset, motion: Motion) -> None:
-    alone = simulate_in_space_arrays(
-        motion, orientation_deg=[45.0], height=[0.6], b_over_h=[0.25], aspect=[2.0], friction=[0.7]
+def test_cells_are_those_of_simulate_arrays(cube: xr.Dataset, motion: Motion) -> None:
+    alone = simulate_arrays(
+        motion, "rectangle", orientation_deg=[45.0], height=[0.6], b_over_h=[0.25], aspect=[2.0], friction=[0.7]
     )
     for name in ("overturned", "fall_azimuth", "fall_face", "peak_tilt", "residual_twist", "energy_error"):
         cell = cube[name].isel(record=0).sel(orientation=45, b_over_h=0.25, aspect=2, height=0.6, friction=0.7)
@@ -128,8 +126,8 @@ def test_ensemble_is_its_members_one_by_one(cube: xr.Dataset, settings: Study, m
     angles, falls = [], []
     for i in range(members.size):
         scaled = Motion(motion.north * members.amplitude[i], motion.east * members.amplitude[i], sampling_interval=0.01)
-        one = simulate_in_space_arrays(
-            scaled, orientation_deg=[45.0 + members.azimuth_deg[i]], height=[0.6],
+        one = simulate_arrays(
+            scaled, "rectangle", orientation_deg=[45.0 + members.azimuth_deg[i]], height=[0.6],
             b_over_h=[0.25 * members.b_over_h[i]],
             friction=[0.7 * members.friction[i]],
         )  # fmt: skip
@@ -208,7 +206,7 @@ BOULDER = [[x, y, 0.0] for x in (-0.2, 0.2) for y in (-0.15, 0.15)] + [[0.05, 0.
 def test_a_polyhedron_has_its_own_sizes() -> None:
     study = check_study({"name": "b", "records": {"use": ["a"]}, "body": {"vertices": BOULDER}}, "b")
     assert study.height == (0.7,)
-    assert len(study.orientation.values(body_of(study))) == 72
+    assert len(study.directions) == 72
     assert study_from(study.model_dump_json()) == study
 
 

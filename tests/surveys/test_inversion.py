@@ -6,10 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from overturning.dem.body.cases import SpaceCases
-from overturning.dem.body.run import run_in_space
+from overturning.dem.run import run
 from overturning.errors import ArgumentError, ResultError
-from overturning.model.shapes import Circle
+from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
 from overturning.report.sections.surveys import backwards_sentences, cautions, draw_posterior
 from overturning.surveys import responses as computed
@@ -167,7 +166,7 @@ def test_a_motion_that_is_in_no_library_lies_within_the_bounds(tmp_path: Path) -
     others = [one for one in every if any(name in one.name for name in names)]
     height, shape = np.full(24, 1.5), np.repeat([0.2, 0.35], 12)
     factors = np.linspace(0.6, 0.9, 24)
-    result = run_in_space(Circle(), truth.motion, SpaceCases(0.0, height, shape, 1.0, 0.7, factors))
+    result = run("circle", truth.motion, Cases(0.0, height, shape, 0.7, factors))
     stones = [
         column((height[i], shape[i]), float(result.fall_azimuth[i]) if result.overturned[i] == 1 else math.nan)
         for i in range(24)

@@ -10,6 +10,7 @@ import pytest
 
 from overturning.dem.run import run_cases
 from overturning.model.cases import Cases
+from overturning.model.scene import gravestone
 from verification.stability.cases import (
     ADVERSARIAL,
     StabilityCase,
@@ -65,8 +66,7 @@ def test_the_checks_find_a_wrong_answer() -> None:
     found = run_cases(
         motion,
         Cases(0.0, SOUND.height, SOUND.b_over_h, SOUND.friction),
-        contact=contact_of_case(SOUND),
-        density=SOUND.density,
+        gravestone(contact_of_case(SOUND), SOUND.density),
     )
     assert block_contradiction(SOUND, motion, found) == ""
     wrong = {

@@ -203,4 +203,4 @@ def test_settings_too_long_for_a_command_go_through_a_file(tmp_path: Path, monke
     assert 0 < max(map(len, plan.commands)) < 1 << 17
     monkeypatch.chdir(checkout.folder)
     (sweep,) = {line.split()[3] for line in plan.commands if line.startswith("overturning sweep") and "rinaldi" in line}
-    assert set(also) <= set(grid_of(study_from(sweep)).azimuth.tolist())
+    assert set(also) <= set(grid_of(study_from(sweep))["azimuth"].tolist())

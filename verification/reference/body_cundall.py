@@ -28,7 +28,6 @@ from overturning.dem.body.state import (
     TICKS,
     VERTEX,
     Account,
-    Body,
     Frame,
     Lying,
     Memory,
@@ -44,13 +43,18 @@ from overturning.dem.body.state import (
     lean_of,
     rotated,
 )
+from overturning.dem.body.state import Body as Constants
 from overturning.dem.body.statics import highest_mode
 from overturning.dem.kernel.cache import keep_compiled
 from overturning.dem.kernel.ground import within_sample
 from overturning.dem.kernel.lanes import INLINE, INNER, OPTIONS, Rows, aligned
 from overturning.dem.kernel.mechanics import larger, within_circle
 from overturning.dem.kernel.queue import run_queue
+from overturning.dem.numerics import Numerics
 from overturning.dem.time_step import Scheme, scheme_of, steps_per_sample
+from overturning.model.body import Body
+from overturning.model.cases import Cases
+from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 WHOLE: Final = TICKS
@@ -114,7 +118,7 @@ def vertex_moved(s: State, f: Frame, vertex: Vertex, old: Memory) -> Moved:
 
 
 @njit(**INLINE)
-def rim_moved(body: Body, s: State, f: Frame, ahead: float, aside: float, dt: float) -> Moved:
+def rim_moved(body: Constants, s: State, f: Frame, ahead: float, aside: float, dt: float) -> Moved:
     """A point of the rim, which the contact passes over: it moved as the body does there.
 
     The points lie ahead, down the line along which the body leans, and aside of it. So the deepest point of the rim is
@@ -139,7 +143,7 @@ def rim_moved(body: Body, s: State, f: Frame, ahead: float, aside: float, dt: fl
 
 
 @njit(**INLINE)
-def act(body: Body, s: State, at: Moved, old: Memory, rate: float, waiting: bool) -> tuple[Wrench, Memory]:
+def act(body: Constants, s: State, at: Moved, old: Memory, rate: float, waiting: bool) -> tuple[Wrench, Memory]:
     """Contact law at a point; `rate` is that of its dashpots per displacement of a step."""
     depth = 0.0 if waiting & (at.depth > 0.0) else at.depth
     inside, was = depth > 0.0, old.depth > 0.0
@@ -184,7 +188,7 @@ def lost(t: Wrench, vx: float, vy: float, vz: float, w: Vector) -> float:
 
 @njit(**INLINE)
 def step(
-    body: Body, s: State, f: Frame, t: Wrench, peaks: Peaks, account: Account, shaking: Shaking
+    body: Constants, s: State, f: Frame, t: Wrench, peaks: Peaks, account: Account, shaking: Shaking
 ) -> tuple[State, Peaks, Account]:
     """One step of one body on which the base acts with the wrench t."""
     dt = body.step * WHOLE
@@ -226,7 +230,7 @@ def step(
 # Side by side ---------------------------------------------------------------------------------------------------------
 
 UNUSED: Final = ("power", "loss", "torque", "slid", "bend")
-load_body, load_state, load_frame = (ROWS.access(of).load for of in (Body, State, Frame))
+load_body, load_state, load_frame = (ROWS.access(of).load for of in (Constants, State, Frame))
 load_lying, store_lying, _ = ROWS.access(Lying)
 WRENCH: Final = Rows(COLUMNS, Wrench)
 WRENCH_SIZE: Final = WRENCH.size
@@ -359,34 +363,32 @@ def run_cundall(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, i
 keep_compiled(run_cundall)
 
 
-class CundallPlan(body_plan.SpacePlan):
+class CundallPlan(body_plan.BodyPlan):
     """A plan of bodies that go by Cundall's scheme."""
 
     queue: ClassVar[Any] = staticmethod(run_cundall)
 
     @property
     def kind(self) -> Any:
-        """As of `SpacePlan.kind`."""
-        return CundallRim() if self.made[0].radius > 0 else CundallVertices()
+        """As of `BodyPlan.kind`."""
+        return CundallRim() if self.solids[0].radius > 0 else CundallVertices()
 
 
 @contextmanager
 def in_use() -> Iterator[None]:
     """Let bodies in space take the scheme "cundall", whose automatic step is half the stable one."""
-    plan_centred = body_plan.plan_in_space
+    plan_centred = body_plan.plan_body
 
-    def plan(*given: Any) -> body_plan.SpacePlan:
-        shape, motion, cases, numerics, contact, *start = given
+    def plan(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> body_plan.BodyPlan:
         if scheme_of(numerics.scheme) != Scheme.CUNDALL:
-            return plan_centred(*given)
-        usual = replace(numerics, scheme="centred", time_step="auto")
-        planned = plan_centred(shape, motion, cases, usual, contact, *start)
-        modes = np.array([highest_mode(body) for body in planned.made])[planned.table["body"]]
+            return plan_centred(model, motion, cases, numerics)
+        planned = plan_centred(model, motion, cases, replace(numerics, scheme="centred", time_step="auto"))
+        modes = np.array([highest_mode(solid) for solid in planned.solids])[planned.table["body"]]
         square = np.maximum(planned.table["stiffness"], planned.table["tangential"]) * modes
         rate, interval = planned.table["dashpot"] * modes, motion.sampling_interval
         steps = steps_per_sample(Scheme.CUNDALL, numerics.time_step, square, rate, interval)
         planned.table["finest"] = planned.table["dwell"] = 1.0
         return CundallPlan(**vars(planned) | {"steps": steps * numerics.refinement})
 
-    with mock.patch("overturning.dem.body.plan.plan_in_space", plan):
+    with mock.patch("overturning.dem.body.plan.plan_body", plan):
         yield

@@ -10,10 +10,8 @@ from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from overturning.arrays import FloatArray
-from overturning.dem.body.cases import SpaceCases
-from overturning.dem.body.run import run_in_space
 from overturning.dem.numerics import Numerics
-from overturning.dem.run import run_cases
+from overturning.dem.run import run, run_cases
 from overturning.files import atomic_write
 from overturning.model.cases import Cases
 from overturning.model.contact import DAMPING_RATIO
@@ -53,12 +51,17 @@ def _rectangles_fell(motion: Motion, rows: Rows, threads: int) -> NDArray[np.boo
 
 
 def _prisms_fell(motion: Motion, rows: Rows, threads: int) -> NDArray[np.bool_]:
-    cases = SpaceCases(
-        rows["orientation"], rows["height"], rows["b_over_h"], ASPECT, rows["friction"], rows["amplitude"],
-        rows["damping"]
-    )  # fmt: skip
+    cases = Cases(
+        rows["orientation"],
+        rows["height"],
+        rows["b_over_h"],
+        rows["friction"],
+        rows["amplitude"],
+        rows["damping"],
+        aspect=ASPECT,
+    )
     numerics = Numerics(threads=threads)
-    return np.asarray(run_in_space(Rectangle(), motion, cases, numerics).overturned == 1)
+    return np.asarray(run(Rectangle(), motion, cases, numerics).overturned == 1)
 
 
 _CONTACT: Final[dict[str, tuple[float, float]]] = {

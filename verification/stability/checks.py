@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.balance import ENERGY_BOUND
-from overturning.dem.plan import DEEPEST
+from overturning.dem.limits import DEEPEST
 from overturning.dem.polygon.prepare import Prepared
 from overturning.model.geometry import Placed
 from overturning.model.results import Results
@@ -136,7 +136,7 @@ def scene_contradiction(prepared: Prepared, friction: float, motion: Motion, fou
     bound = min(rocking_bound(prepared.placed), friction)
     bounds = Bounds(deepest_at_rest(prepared), size, size, demand_of(motion), bound * (1 + 1e-9), bound)
     turned = found.peak_rotation[row] * prepared.unit[prepared.free]
-    return contradiction(bounds, found, row, flags_fit(prepared, found.overturned[row] != 0, turned))
+    return contradiction(bounds, found, row, flags_fit(prepared, np.atleast_1d(found.overturned[row]) != 0, turned))
 
 
 def deepest_at_rest(prepared: Prepared) -> float:

@@ -19,6 +19,7 @@ from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
 from overturning.model.geometry import native_size
+from overturning.model.scene import gravestone
 from overturning.model.status import Status
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
@@ -120,7 +121,7 @@ def run_case(case: StabilityCase, number: int, budget: int = BUDGET) -> dict[str
     cases = Cases(0.0, case.height, case.b_over_h, case.friction)
     given: dict[str, Any] = {"scheme": case.scheme, "time_step": case.time_step, "budget": budget}
     try:
-        found = run_cases(motion, cases, density=case.density, contact=contact, **given)
+        found = run_cases(motion, cases, gravestone(contact, case.density), **given)
     except ArgumentError as error:
         return row | {"reason": str(error).partition(":")[0]}
     reason = block_contradiction(case, motion, found)
@@ -199,11 +200,11 @@ def run_setting(setting: SceneSetting, number: int, root: Path = Path()) -> dict
             rows["fallen"][row] = np.count_nonzero(found.overturned[row])
     rows["energy_error"][:], rows["block_steps"][:] = found.energy_error, found.block_steps
     if scene.single_block:
-        block = run(scene, motion, cases, replace(numerics, general=False)).element(0)
+        block = run(scene, motion, cases, replace(numerics, general=False))
         # The scene's ground ends somewhere, the block's does not.
-        there = found.peak_slip[:, 0] < 0.5 * prepared.placed[0].shape.width
-        both = (found.overturned[:, 0] != INT8_MISSING) & (block.overturned != INT8_MISSING) & there
-        rows["as_block"][both] = (found.overturned[:, 0] == block.overturned)[both]
+        there = found.peak_slip < 0.5 * prepared.placed[0].shape.width
+        both = (found.overturned != INT8_MISSING) & (block.overturned != INT8_MISSING) & there
+        rows["as_block"][both] = (found.overturned == block.overturned)[both]
     return rows | _scene_groups(setting, prepared, motion)
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 
 from overturning.dem.kernel.balance import ENERGY_BOUND
+from overturning.dem.limits import DEEPEST
 from overturning.dem.numerics import BUDGET
-from overturning.dem.plan import DEEPEST
 from overturning.model.contact import PRECISION_FLOOR
 from verification.stability.cases import ADVERSARIAL, SCENES
 from verification.stability.checks import Ending

@@ -17,6 +17,7 @@ from overturning.arrays import FloatArray
 from overturning.dem.time_step import AUTO_FRACTION, DEFAULT_SCHEME, scheme_of
 from overturning.model.contact import STATIC_PENETRATION, Contact
 from overturning.model.results import Results
+from overturning.model.scene import gravestone
 from overturning.study.convergence import compare
 from verification.engines import ENGINES, Engine, installed, side_of_block
 from verification.inputs import (
@@ -100,7 +101,7 @@ class Setting(NamedTuple):
     def arguments(self) -> dict[str, Any]:
         """Arguments of `run_cases`."""
         contact = Contact(static_penetration=self.penetration)
-        return {"scheme": self.scheme, "time_step": f"{self.fraction:g} stable", "contact": contact}
+        return {"scheme": self.scheme, "time_step": f"{self.fraction:g} stable", "model": gravestone(contact)}
 
     def row(self, cases_of: str, against: str, **columns: Any) -> Row:
         """A row of the table."""

@@ -78,7 +78,7 @@ def _in_planes(motion: "Motion", amplitude: float, plane: InPlane, stone: Stone)
     b_over_h = own_ratio if stone.b_over_h is None else stone.b_over_h
     paths = [
         trajectory(
-            motion, scene=stones, azimuth_deg=angle, height=height, b_over_h=b_over_h, friction=stone.friction,
+            motion, stones, azimuth_deg=angle, height=height, b_over_h=b_over_h,
             amplitude=amplitude,
         )
         for angle in plane.azimuth or []
@@ -96,8 +96,9 @@ def _in_planes(motion: "Motion", amplitude: float, plane: InPlane, stone: Stone)
 
 def _in_space(motion: "Motion", amplitude: float, space: InSpace, stone: Stone) -> _Found:
     """A body at each orientation."""
-    from overturning.dem.body.trajectory import trajectory_in_space
+    from overturning.dem.trajectory import trajectory
     from overturning.figures.film_of_trajectory import heading_of, outcome
+    from overturning.model.body import Body
     from overturning.model.contact import VertexContact
     from overturning.model.mesh import read_mesh
     from overturning.model.shapes import shape_of
@@ -109,9 +110,9 @@ def _in_space(motion: "Motion", amplitude: float, space: InSpace, stone: Stone) 
         height, b_over_h = 0.6 if height is None else height, 0.4 if b_over_h is None else b_over_h
     contact = VertexContact() if stone.damping_ratio is None else VertexContact(damping_ratio=stone.damping_ratio)
     paths = [
-        trajectory_in_space(
-            motion, orientation_deg=angle, height=height, b_over_h=b_over_h, friction=stone.friction,
-            aspect=space.aspect, body=shape, contact=contact, amplitude=amplitude,
+        trajectory(
+            motion, Body(shape, contact), orientation_deg=angle, height=height, b_over_h=b_over_h,
+            friction=stone.friction, aspect=space.aspect, amplitude=amplitude,
         )
         for angle in space.orientation or [0.0]
     ]  # fmt: skip

@@ -1,29 +1,23 @@
-"""What a kernel has to know of each case before it runs, and what its path holds: common to both kernels."""
+"""How the cases of a model are computed, from what its kernel has to know to their answers and the path of one."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, ClassVar, Final
+from typing import Any, ClassVar, Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
+from overturning.dem.kernel.balance import until_balanced
+from overturning.dem.kernel.queue import run_queue
 from overturning.dem.numerics import Numerics
-from overturning.dem.time_step import Scheme
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
-from overturning.model.geometry import Placed
-from overturning.model.results import Answers, Results
-from overturning.model.scene import Scene
+from overturning.model.model import Model
+from overturning.model.results import Results
 from overturning.model.status import Status
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
-
-DEEPEST: Final = 0.2
-"""Penetration, in half the smaller side, beyond which the contact law no longer holds."""
-
-AFTERMATH: Final = 20.0
-"""Time after the record, in 1/p, at which a block that may still fall is undecided."""
 
 MOST_PATH: Final = 100_000_000
 """Numbers that a path may hold: 0.8 GB."""
@@ -43,76 +37,115 @@ def most_rows(row: np.dtype[np.void]) -> int:
     return MOST_PATH * 8 // row.itemsize
 
 
-def sinks_too_far(sunk: FloatArray, size: FloatArray | float) -> NDArray[np.bool_]:
-    """Whether a weight at rest presses a contact in beyond what its law holds for: such a case has no answer, shaken or not.
+class Path(Protocol):
+    """The way of a model in one case."""
 
-    `sunk` is the static penetration, m, `size` the smaller side of what rests, m.
-    """
-    return ~(sunk <= DEEPEST * 0.5 * np.asarray(size))
+    def described(self, results: Results) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+        """Variables, coordinates and attributes of a dataset, with the results of the case."""
 
 
-@dataclass(frozen=True)
-class Path:
-    """The way of all elements of a scene in one case."""
-
-    placed: list[Placed]
-    critical: FloatArray  # shape (elements,): α of each free element, rad
-    time: FloatArray  # shape (rows,), s after the record's start
-    ground: FloatArray  # shape (rows,): acceleration of the base towards the azimuth, m/s²
-    poses: FloatArray  # shape (rows, elements, 6): x, z, rotation and their rates, in the frame of the base
-    force: FloatArray  # shape (rows, contacts, 2): mean from this row to the next, on the first element, N
-    place: FloatArray  # shape (rows, contacts, 2): where it acts, m; NaN where nothing touches or nothing is known
-    contacts: list[tuple[str, str]]  # names of the two elements
+ANSWERS: Final = {
+    "status": "status", "peak_penetration": "depth", "energy_error": "energy", "block_steps": "steps", "overturned": "side",
+    "overturning_time": "time", "peak_rotation": "angle", "peak_slip": "slip", "residual_slip": "residual",
+}  # fmt: skip
+"""Columns of the kernels' results in planes, by the variables that they are."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Plan(ABC):
-    """How each of n cases is to be computed: functions of the case and its record alone."""
+    """How each of n cases is to be computed: functions of the case and its motion alone."""
 
     halved: ClassVar[bool] = False
     """Whether a long queue is divided, so that two threads share its work."""
+    queue: ClassVar[Any] = staticmethod(run_queue)
+    """What runs a queue of cases."""
 
-    scene: Scene
+    model: Model
     motion: Motion
     cases: Cases
     numerics: Numerics
-    scheme: Scheme
     row: NDArray[np.int64]  # shape (n,): row of `ground`
-    ground: FloatArray  # shape (azimuths, samples + 3): acceleration of the base along each azimuth, m/s²
+    ground: FloatArray  # shape (directions, …, samples + 3): acceleration of the base in each direction, m/s²
     steps: NDArray[np.int64]  # shape (n,), per sample
     first: NDArray[np.int64]  # shape (n,): sample from which it is computed
     never: NDArray[np.bool_]  # shape (n,): below the thresholds of rocking and sliding for the whole record
     hopeless: NDArray[np.bool_]  # shape (n,): the weight alone `sinks_too_far`; no answer, and not computed
-
-    @property
-    def free(self) -> int:
-        """Number of free elements."""
-        return len(self.scene.free)
+    table: NDArray[np.void]  # shape (n,): the kernel's cases
 
     @property
     def group(self) -> NDArray[np.int64]:
         """Cases with the same number share a queue."""
         return self.steps
 
+    @property
+    def upward(self) -> FloatArray | None:
+        """Vertical acceleration of the base, m/s², with three zeros after the record; None where it moves level."""
+        return None if self.motion.up is None else np.concatenate([self.motion.up, np.zeros(3)])
+
     def uncomputed(self) -> Results:
         """Results of all cases as long as none is computed: at rest, or without an answer."""
-        results = Results.at_rest(self.cases.size, self.free)
+        results = Results.at_rest(self.model.variables, self.cases.size, len(self.model.elements))
         results.status[self.hopeless], results.overturned[self.hopeless] = Status.UNSTABLE, INT8_MISSING
         return results
 
-    @abstractmethod
     def compute(
         self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: NDArray[Any] | None = None
-    ) -> tuple[Answers, NDArray[Any]]:
-        """Answers to chosen cases of one group from the kernel, and the rows of the first case's path.
+    ) -> tuple[dict[str, Any], NDArray[Any]]:
+        """Answers to chosen cases of one group, finer of those whose energy does not balance, and the first one's path.
 
         `counter`, shape (1,), grows by the steps done, for progress. `path` has room for the rows, where there may be more than
         the plan can tell for the first ones; none is kept where it is not given.
         """
+        tables = self.tables(chosen.size)
+        found, room = tables["results"], self.room(False) if path is None else path
+        kept = room
+
+        def run(rows: NDArray[np.int64], finer: int) -> None:
+            nonlocal kept
+            room[:] = 0.0
+            kept, noted = self.queue(self.rules(chosen, tables, finer), rows, counter, room)
+            if noted < 0:  # there was no room
+                check_path(2 * kept.nbytes // 8)
+            kept = kept[:noted]
+
+        until_balanced(run, found["status"], found["energy"])
+        return self.answers(chosen, tables), kept
+
+    def trace(self) -> tuple[Results, Path]:
+        """Result and path of a plan's only case."""
+        results, path, only = self.uncomputed(), self.room(True), np.zeros(1, np.int64)
+        before = self.motion.samples
+        if self.never[0] or self.hopeless[0]:
+            path = path[:0]
+        else:
+            before = int(self.first[0])
+            answers, path = self.compute(only, np.zeros(1, np.int64), path)
+            results.store(only, answers)
+        return results, self.path(np.concatenate([self.resting(before), path]))
 
     @abstractmethod
-    def trace(self) -> tuple[Answers | None, Path]:
-        """Answers, none where it is at rest throughout, and path of a plan's only case."""
+    def tables(self, count: int) -> dict[str, NDArray[np.void]]:
+        """Tables that the kernel fills for so many cases: ``results``, with `status` and `energy`, and further ones."""
+
+    @abstractmethod
+    def rules(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int) -> Any:
+        """What the queue has to know of chosen cases, to run them in steps so many times finer."""
+
+    @abstractmethod
+    def answers(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:
+        """What was found of chosen cases, by the names of the variables and ``block_steps``."""
+
+    @abstractmethod
+    def room(self, kept: bool) -> NDArray[Any]:
+        """Rows of a path to fill, none where it is not kept."""
+
+    @abstractmethod
+    def resting(self, count: int) -> NDArray[Any]:
+        """Rows of as many samples at the begin of the record, in which the only case rests."""
+
+    @abstractmethod
+    def path(self, rows: NDArray[Any]) -> Path:
+        """The path of the only case, by its rows."""
 
 
 def shaking(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray]:

@@ -1,4 +1,4 @@
-"""Many cases of a scene under one motion: planned, shared out to threads, and collected in their own order."""
+"""Many cases of a model under one motion: planned, shared out to threads, and collected in their own order."""
 
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
@@ -10,45 +10,55 @@ from numpy.typing import NDArray
 
 from overturning.dem.cluster import run_on_cluster
 from overturning.dem.numerics import Numerics
-from overturning.dem.plan import Plan
+from overturning.model.body import Body
 from overturning.model.cases import Cases
-from overturning.model.contact import Contact
+from overturning.model.falls import as_model
+from overturning.model.planes import Planes
 from overturning.model.results import Results
-from overturning.model.scene import Scene, gravestone
+from overturning.model.scene import Scene
 from overturning.motion.motion import Motion
-from overturning.units import GRANITE_DENSITY
 
 if TYPE_CHECKING:
-    from overturning.dem.body.plan import SpacePlan
+    from overturning.dem.plan import Plan
+    from overturning.model.model import Model
+    from overturning.model.shapes import Shape
 
 QUEUE: Final = 4096
 """Cases per call of the kernel: long enough to keep the columns full, short enough for the memory to stay flat."""
 
 
-def plan(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics) -> Plan:
+def plan_of(model: "Model", motion: Motion, cases: Cases, numerics: Numerics) -> "Plan":
     """Choose the kernel, check the arguments, and work out what each case needs; parameters and errors as of `run`."""
     # Imported here, since with the plan comes the kernel, and Numba.
-    if scene.single_block and not numerics.general:
+    if isinstance(model, Body):
+        from overturning.dem.body import plan as of_bodies
+
+        return of_bodies.plan_body(model, motion, cases, numerics)
+    assert isinstance(model, Planes)
+    if model.scene.single_block and not numerics.general:
         from overturning.dem.block.plan import plan_block
 
-        return plan_block(scene, motion, cases, numerics)
+        return plan_block(model, motion, cases, numerics)
     from overturning.dem.polygon.plan import plan_polygons
 
-    return plan_polygons(scene, motion, cases, numerics)
+    return plan_polygons(model, motion, cases, numerics)
 
 
-def run(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics | None = None) -> Results:
-    """Run cases of a scene under one motion.
+def run(
+    model: "Model | Scene | Shape | str | int | None", motion: Motion, cases: Cases, numerics: Numerics | None = None
+) -> Results:
+    """Run cases of a model under one motion.
 
     Parameters
     ----------
-    scene : Scene
-        A single block on the ground takes the block's kernel, anything else the general one.
+    model : Model, Scene, Shape, str, int or None
+        As of `overturning.model.falls.as_model`. A single block on the ground takes the block's kernel, any other scene
+        the general one, a body in space its own.
     motion : Motion
-        The ground's.
+        The ground's; without a vertical component the base moves level.
     cases : Cases
-        `height` and `b_over_h` are those of the scene's reference element, `friction` that of every contact law
-        without one.
+        `height` and `b_over_h` are those of a scene's reference element, `friction` that of every contact law without
+        one.
     numerics : Numerics, optional
         How they are computed; `Numerics()` where not given.
 
@@ -62,62 +72,31 @@ def run(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics | None = 
     ArgumentError
         If an argument is outside its bounds, or the time step is not stable.
     """
-    numerics = numerics or Numerics()
+    model, numerics = as_model(model), numerics or Numerics()
     if numerics.client is not None:
-        return run_on_cluster(partial(run, scene), motion, cases, numerics)
-    planned = plan(scene, motion, cases, numerics)
+        found: Results = run_on_cluster(partial(run, model), motion, cases, numerics)
+        return found
+    planned = plan_of(model, motion, cases, numerics)
     results = planned.uncomputed()
-    run_planned(planned, results.store)
-    return results
-
-
-def run_planned(planned: "Plan | SpacePlan", store: Callable[[NDArray[np.int64], Any], None]) -> None:
-    """Compute what of a plan has to be, and store the answers to chosen cases as they come: ``store(chosen, answers)``."""
     counter = np.zeros(1, np.int64)
     moving = np.flatnonzero(~planned.never & ~planned.hopeless)
-    length = planned.steps[moving] * np.maximum(planned.motion.samples - planned.first[moving], 1)
+    length = planned.steps[moving] * np.maximum(motion.samples - planned.first[moving], 1)
     # The longest of a group first, so that the columns empty together.
     order = moving[np.lexsort((-length, planned.group[moving]))]
 
     def compute(chosen: NDArray[np.int64]) -> None:
-        store(chosen, planned.compute(chosen, counter)[0])
+        results.store(chosen, planned.compute(chosen, counter)[0])
 
     queues = shared_out(order, planned.group, planned.halved)
-    run_queues(compute, queues, planned.numerics, counter, int(length.sum()) * planned.free)
+    run_queues(compute, queues, numerics, counter, int(length.sum()) * len(model.elements))
+    return results
 
 
 def run_cases(
-    motion: Motion,
-    cases: Cases,
-    *,
-    density: float = GRANITE_DENSITY,
-    contact: Contact | None = None,
-    **options: Any,
+    motion: Motion, cases: Cases, model: "Model | Scene | Shape | str | int | None" = None, **options: Any
 ) -> Results:
-    """Run cases of a single block under one motion: `run` on the gravestone.
-
-    Parameters
-    ----------
-    motion, cases
-        As of `run`.
-    density : float
-        kg/m³; matters only where stiffness or damping are given in absolute terms.
-    contact : Contact, optional
-        Springs and dashpots; `Contact()` where not given.
-    **options
-        Fields of `overturning.dem.numerics.Numerics`.
-
-    Returns
-    -------
-    Results
-        In the order of the cases, all of shape (n,).
-
-    Raises
-    ------
-    ArgumentError
-        If an argument is outside its bounds, or the time step is not stable.
-    """
-    return run(gravestone(contact, density), motion, cases, Numerics(**options)).element(0)
+    """Run cases of a model, a single block where none is given, under one motion: `run` with fields of `Numerics` as options."""
+    return run(model, motion, cases, Numerics(**options))
 
 
 def shared_out(order: NDArray[np.int64], group: NDArray[np.int64], halved: bool) -> list[NDArray[np.int64]]:

@@ -6,99 +6,138 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from overturning.dem.numerics import Numerics
-from overturning.dem.polygon.prepare import CRITICAL, critical_angles
 from overturning.dem.run import run
-from overturning.model.contact import Contact
-from overturning.model.geometry import plane_period
-from overturning.model.grid import DIMENSIONS, Grid
-from overturning.model.scene import Scene, scene_or_gravestone
-from overturning.model.symmetry import FULL_TURN
-from overturning.model.variables import VARIABLES
+from overturning.errors import ArgumentError
+from overturning.model.falls import as_model
+from overturning.model.grid import AXES, Grid
+from overturning.model.model import Model
+from overturning.model.planes import Planes
+from overturning.model.scene import Scene
+from overturning.model.shapes import Shape
 from overturning.motion.motion import Motion, as_motion
-from overturning.units import GRANITE_DENSITY
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
+def grid_over(model: Model, height: ArrayLike | None, b_over_h: ArrayLike | None, **rows: ArrayLike | None) -> Grid:
+    """The grid of a model over rows of values: azimuth_deg or orientation_deg, friction and aspect.
+
+    Raises
+    ------
+    ArgumentError
+        If the model has another direction, or a row is empty or does not fit.
+    """
+    height, b_over_h = model.sizes(height, b_over_h)
+    other = "azimuth" if model.direction == "orientation" else "orientation"
+    if rows.pop(f"{other}_deg", None) is not None or rows[f"{model.direction}_deg"] is None:
+        what = "a block or scene moves in planes" if model.one_component else "a body moves in all directions at once"
+        raise ArgumentError(f"{other}_deg: {what}; give {model.direction}_deg")
+    values: dict[str, Any] = {**rows, "height": height, "b_over_h": b_over_h}
+    if "aspect" not in model.dims:
+        model.periods(np.atleast_1d(np.asarray(values.pop("aspect"), np.float64)))
+    else:
+        model.periods(np.atleast_1d(np.asarray(values["aspect"], np.float64)))
+    several = model.elements if len(model.elements) > 1 else ()
+    names = [f"{model.direction}_deg", *model.case_dims]
+    return Grid.over(several, **{name: values[name] for name in names})
+
+
+def simulate_grid(model: Model, motion: Motion, grid: Grid, numerics: Numerics) -> dict[str, NDArray[Any]]:
+    """Simulate the cases of a grid; as `simulate_arrays`."""
+    few = model.distinct(grid)
+    sources = model.sources(few, numerics.leave_out)
+    own, of_each = np.arange(few.size).reshape(few.shape), few.size // few.shape[0]
+    answering = few.over_all(sources.cell) * of_each + own % of_each
+    computed, place = np.unique(answering, return_inverse=True)
+    turn_deg = few.over_all(sources.turn_deg).ravel()[computed]
+    results = run(model, motion, few.cases(np.unravel_index(computed, few.shape), turn_deg), numerics)
+    arrays = {name: values[place.reshape(few.shape)] for name, values in vars(results).items()}
+    model.turned(arrays, few, sources)
+    arrays["block_steps"][answering != own] = 0
+    copies, last = grid.shape[-1] // few.shape[-1], len(grid.shape) - 1
+    return {name: np.repeat(values, copies, axis=last) for name, values in arrays.items()}
+
+
 def simulate_arrays(
     motion: Motion,
+    model: Model | Scene | Shape | str | int | None = None,
     *,
-    azimuth_deg: ArrayLike,
     height: ArrayLike | None = None,
     b_over_h: ArrayLike | None = None,
     friction: ArrayLike = 1.0,
-    scene: Scene | None = None,
-    density: float = GRANITE_DENSITY,
-    contact: Contact | None = None,
+    aspect: ArrayLike = 1.0,
+    azimuth_deg: ArrayLike | None = None,
+    orientation_deg: ArrayLike | None = None,
     **options: Any,
 ) -> dict[str, NDArray[Any]]:
-    """Simulate every combination of azimuth, size, slenderness and friction under one motion.
+    """Simulate every combination of direction, size, slenderness, aspect and friction of a model under one motion.
 
     Parameters and exceptions are those of `overturning.simulate`.
 
     Returns
     -------
-    dict of ndarray, shape (a, h, b, f) or (a, h, b, f, elements)
-        The cube's variables by name, missing floats as NaN, and ``block_steps``, the work of each cell, 0 where it
+    dict of ndarray, shape of the grid or (…, elements)
+        The model's variables by name, missing floats as NaN, and ``block_steps``, the work of each cell, 0 where it
         was left out. The last dimension, the free elements in the scene's order, is there where the scene has more than
         one and the variable is each element's.
     """
-    motion = as_motion(motion)
-    scene, height, b_over_h = scene_or_gravestone(scene, contact, density, height, b_over_h)
-    grid = Grid.over(azimuth_deg=azimuth_deg, height=height, b_over_h=b_over_h, friction=friction)
-    return simulate_grid(scene, motion, grid, Numerics(**options))
-
-
-def simulate_grid(scene: Scene, motion: Motion, grid: Grid, numerics: Numerics) -> dict[str, NDArray[Any]]:
-    """Simulate the cases of a grid; as `simulate_arrays`."""
-    period = plane_period(scene) if numerics.leave_out else FULL_TURN
-    # Where the scene has all its coefficients, the answers are the same for each one of the grid.
-    few = grid if scene.sweeps_friction else Grid(grid.azimuth, grid.height, grid.b_over_h, grid.friction[:1])
-    results = run(scene, motion, few.cases(period), numerics)
-    arrays = few.spread(results.element(0) if len(scene.free) == 1 else results, period)
-    return {name: np.repeat(values, grid.shape[3] // few.shape[3], axis=3) for name, values in arrays.items()}
+    model = as_model(model)
+    grid = grid_over(
+        model,
+        height,
+        b_over_h,
+        friction=friction,
+        aspect=aspect,
+        azimuth_deg=azimuth_deg,
+        orientation_deg=orientation_deg,
+    )
+    return simulate_grid(model, as_motion(motion), grid, Numerics(**options))
 
 
 def simulate(
     motion: Motion,
+    model: Model | Scene | Shape | str | int | None = None,
     *,
-    azimuth_deg: ArrayLike,
     height: ArrayLike | None = None,
     b_over_h: ArrayLike | None = None,
     friction: ArrayLike = 1.0,
-    scene: Scene | None = None,
-    density: float = GRANITE_DENSITY,
-    contact: Contact | None = None,
+    aspect: ArrayLike = 1.0,
+    azimuth_deg: ArrayLike | None = None,
+    orientation_deg: ArrayLike | None = None,
     **options: Any,
 ) -> "xr.Dataset":
-    """Simulate every combination of azimuth, size, slenderness and friction under one motion, as a dataset.
+    """Simulate every combination of direction, size, slenderness, aspect and friction of a model, as a dataset.
 
     Parameters
     ----------
     motion : Motion or Record
-        The ground's; a record as `overturning.read` returns it.
-    azimuth_deg : array_like, shape (a,)
-        Degrees clockwise from north, any real numbers.
+        The ground's; a record as `overturning.read` returns it. A body in space moves with all of its components, a block
+        or scene with the one along the azimuth and the vertical one.
+    model : Scene, str, int or Shape, optional
+        What stands on the ground: a scene in vertical planes (`overturning.load_scene`), or a body in space, "rectangle",
+        "circle", the number of sides of a regular prism, or a polyhedron. A single block in vertical planes where not given;
+        with a contact or density of its own `overturning.gravestone`, a body with a contact `overturning.Body`.
     height, b_over_h : array_like, shape (h,), (b,), optional
-        Height (m) and slenderness of the reference element; the scene's own where not given. All lengths scale with
-        the height; the slenderness changes the reference element's width alone.
+        Height (m) and slenderness of the reference element; the scene's or polyhedron's own where not given. All lengths
+        scale with the height; the slenderness changes the reference element's width alone.
     friction : array_like, shape (f,)
         µ of every contact law without one.
-    scene : Scene, optional
-        The scene; one block on the ground where not given.
-    density : float
-        kg/m³, of the block; matters only where the contact is given in absolute terms. A scene has its own.
-    contact : Contact, optional
-        Springs and dashpots of the block; `overturning.Contact()` where not given. A scene has its own.
+    aspect : array_like, shape (a,)
+        D/B of a rectangle in space: its width across over that along the orientation.
+    azimuth_deg : array_like, shape (n,)
+        In planes: of the motion, degrees clockwise from north, any real numbers.
+    orientation_deg : array_like, shape (n,)
+        In space: azimuth to which the body's first side faces, degrees clockwise from north, any real numbers.
     **options
         Fields of `overturning.dem.numerics.Numerics`.
 
     Returns
     -------
     xarray.Dataset
-        The cube's variables over `azimuth`, `height`, `b_over_h`, `friction` and, where the scene has more than one free
-        element and the variable is each element's, `element`.
+        The model's variables over `azimuth`, `height`, `b_over_h` and `friction`, in space over `orientation`, `height`,
+        `b_over_h`, `aspect` and `friction`; over `element`, too, where the scene has more than one free element and the
+        variable is each element's.
 
     Raises
     ------
@@ -108,40 +147,46 @@ def simulate(
     Examples
     --------
     >>> import numpy as np, overturning
-    >>> pulse = 3.0 * np.sin(2 * np.pi * np.arange(101) / 100)
+    >>> pulse = 6.0 * np.sin(2 * np.pi * np.arange(101) / 100)
     >>> motion = overturning.Motion(pulse, 0 * pulse, sampling_interval=0.01)
-    >>> result = overturning.simulate(motion, azimuth_deg=[0, 180], height=[0.6], b_over_h=[0.15], friction=[1.0])
-    >>> int(result.overturned.sum())  # the two directions mirror each other
+    >>> plane = overturning.simulate(motion, azimuth_deg=[0, 180], height=[0.6], b_over_h=[0.15])
+    >>> int(plane.overturned.sum())  # the two directions mirror each other
     0
+    >>> space = overturning.simulate(motion, "rectangle", orientation_deg=[0, 30], height=[0.6], b_over_h=[0.15])
+    >>> space.overturned.values.ravel().tolist()
+    [1, 1]
     """
     import xarray as xr
 
-    arrays = simulate_arrays(
-        motion, azimuth_deg=azimuth_deg, height=height, b_over_h=b_over_h, friction=friction, scene=scene, density=density,
-        contact=contact, **options,
-    )  # fmt: skip
-    named, height, b_over_h = scene_or_gravestone(scene, None, GRANITE_DENSITY, height, b_over_h)
-    several = named.free if len(named.free) > 1 else ()
-    grid = Grid.over(several, azimuth_deg=azimuth_deg, height=height, b_over_h=b_over_h, friction=friction)
-    about = (
-        ("degree", "azimuth, clockwise from north"),
-        ("m", "height of the reference element"),
-        ("1", "slenderness B/H of the reference element"),
-        ("1", "friction coefficient"),
+    model, motion = as_model(model), as_motion(motion)
+    grid = grid_over(
+        model,
+        height,
+        b_over_h,
+        friction=friction,
+        aspect=aspect,
+        azimuth_deg=azimuth_deg,
+        orientation_deg=orientation_deg,
     )
-    coordinates: dict[str, Any] = {
-        name: (name, getattr(grid, name), {"units": units, "long_name": text})
-        for name, (units, text) in zip(DIMENSIONS, about, strict=True)
-    }
-    if several:
-        coordinates["element"] = list(several)
-    if not named.single_block:
-        angles = critical_angles(named, grid.b_over_h)
-        coordinates["critical_angle"] = (
-            ("b_over_h", "element") if several else "b_over_h", angles if several else angles[:, 0], CRITICAL,
-        )  # fmt: skip
+    arrays = simulate_grid(model, motion, grid, Numerics(**options))
+    coordinates: dict[str, Any] = {name: (name, grid[name], AXES[name]) for name in grid.names}
+    if grid.element:
+        coordinates["element"] = list(grid.element)
+    if (angles := critical_angle(model, grid)) is not None:
+        coordinates["critical_angle"] = angles
+    level = "none: the motion has two components, so the base moves level"
     return xr.Dataset(
-        {item.name: (grid.dimensions(item), arrays[item.name], item.all_attributes) for item in VARIABLES},
+        {item.name: (grid.dimensions(item), arrays[item.name], item.all_attributes) for item in model.variables},
         coordinates,
-        {"scene": named.name},
+        model.attributes | {"vertical_motion": level if motion.up is None else "as recorded"},
     )
+
+
+def critical_angle(model: Model, grid: Grid) -> tuple[tuple[str, ...], NDArray[np.float64], dict[str, str]] | None:
+    """Dimensions, values and attributes of the critical angles of a scene; None where they follow from B/H."""
+    if not isinstance(model, Planes) or model.scene.single_block:
+        return None
+    from overturning.dem.polygon.prepare import CRITICAL, critical_angles
+
+    angles = critical_angles(model.scene, grid["b_over_h"])
+    return (("b_over_h", "element"), angles, CRITICAL) if grid.element else (("b_over_h",), angles[:, 0], CRITICAL)

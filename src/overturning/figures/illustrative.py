@@ -17,7 +17,7 @@ from overturning.records.store import read_motion
 from overturning.statistics.boundary import boundary
 from overturning.statistics.illustrative import IllustrativeCase, illustrative_cases
 from overturning.study.cube import study_of
-from overturning.study.scenes import motion_of, numerics_of, scene_of
+from overturning.study.scenes import model_for, motion_of, numerics_of
 from overturning.study.schema import Study
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def _draw(cube: "xr.Dataset", case: IllustrativeCase, motions: Path, folder: Pat
 
 def described(study: Study, block: dict[str, float]) -> str:
     """A block of a study in a title."""
-    oblong = f", D/B = {block['aspect']:g}" if study.body is not None and study.body.shape().oblong else ""
+    oblong = f", D/B = {block['aspect']:g}" if model_for(study).oblong else ""
     return f"B/H = {block['b_over_h']:.3g}{oblong}, H = {block['height']:.3g} m, µ = {block['friction']:g}"
 
 
@@ -106,15 +106,10 @@ def trajectories(
     study: Study, motion: Motion, block: dict[str, float], panels: list[tuple[float, float]]
 ) -> list["xr.Dataset"]:
     """Trajectories of a block of a study, one for each pair of a direction, degrees, and a factor on the motion."""
-    if study.body is None:
-        options: dict[str, Any] = {"scene": scene_of(study), **block, **vars(numerics_of(study))}
-        return [trajectory(motion, **options, azimuth_deg=angle, amplitude=factor) for angle, factor in panels]
-    # Imported here: with the trajectory comes the kernel of bodies in space.
-    from overturning.dem.body.trajectory import trajectory_in_space
-    from overturning.study.space import vertex_contact
-
-    shape = study.body.shape()
-    options = {name: value for name, value in block.items() if shape.sized or name != "b_over_h"}
-    options |= {"body": shape, "contact": vertex_contact(study.contact)}
-    options |= vars(numerics_of(study))
-    return [trajectory_in_space(motion, **options, orientation_deg=angle, amplitude=factor) for angle, factor in panels]
+    model = model_for(study)
+    given = {name: value for name, value in block.items() if name != "b_over_h" or model.sized}
+    options: dict[str, Any] = {**given, **vars(numerics_of(study))}
+    return [
+        trajectory(motion, model, **options, **{f"{model.direction}_deg": angle}, amplitude=factor)
+        for angle, factor in panels
+    ]

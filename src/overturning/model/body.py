@@ -1,14 +1,22 @@
 """A body in space: it faces an orientation, moves with all components of the motion, and falls towards any azimuth."""
 
-from typing import ClassVar, Final
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import numpy as np
-import xarray as xr
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
+from overturning.errors import ArgumentError
+from overturning.model.contact import VertexContact
+from overturning.model.grid import Grid
 from overturning.model.model import Model, Outcomes, picked
-from overturning.model.symmetry import nearest
+from overturning.model.shapes import Rectangle, Shape, shape_of
+from overturning.model.symmetry import FULL_TURN, Sources, nearest
+from overturning.model.variables import BODY_ENSEMBLE_VARIABLES, BODY_VARIABLES, FACE_VARIABLES, INT8_MISSING, Variable
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 SQUARE_PERIOD: Final = 90.0
 """Turn after which a stone of square footprint looks the same, degrees."""
@@ -26,9 +34,40 @@ _MEMBERS: Final = {
 """Falls by name, and the means over members that a cube has of them."""
 
 
+@dataclass(frozen=True)
+class Start:
+    """How a body begins, where not at rest: in its own axes turned to its orientation.
+
+    Parameters
+    ----------
+    place : tuple
+        Of the centre, m; z above the base.
+    quaternion : tuple
+        Rotation from the rest position (w, x, y, z).
+    velocity, angular_velocity : tuple
+        m/s and rad/s.
+    """
+
+    place: tuple[float, float, float]
+    quaternion: tuple[float, float, float, float]
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    angular_velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
 class Body(Model):
     """One rigid body in space; every orientation of a grid that symmetry closes counts alike."""
 
+    shape: Shape = field(default_factory=Rectangle)
+    contact: VertexContact = field(default_factory=VertexContact)
+    start: Start | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "shape", shape_of(self.shape))
+
+    variables: ClassVar = BODY_VARIABLES
+    ensemble_variables: ClassVar = BODY_ENSEMBLE_VARIABLES
+    comment: ClassVar = "overturned: 1 when the body falls, towards fall_azimuth, 0 when it stands"
     direction: ClassVar = "orientation"
     case_dims: ClassVar = ("height", "b_over_h", "aspect", "friction")
     copied: ClassVar = "repeated"
@@ -40,12 +79,105 @@ class Body(Model):
         "overturned", "fall_azimuth", "residual_slip_north", "residual_slip_east", "residual_twist"
     )  # fmt: skip
 
-    def representative(self, cube: xr.Dataset) -> NDArray[np.intp]:
+    @property
+    def elements(self) -> tuple[str, ...]:
+        """As of `Model.elements`."""
+        return (self.shape.name,)
+
+    @property
+    def cost(self) -> float:
+        """As of `Model.cost`."""
+        return 8.0
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """As of `Model.attributes`."""
+        return {"body": self.shape.name}
+
+    @property
+    def further_variables(self) -> tuple[Variable, ...]:
+        """As of `Model.further_variables`: what the planes of its faces say of a rectangle."""
+        return FACE_VARIABLES if self.oblong else ()
+
+    @property
+    def sized(self) -> bool:
+        """As of `Model.sized`."""
+        return self.shape.sized
+
+    @property
+    def oblong(self) -> bool:
+        """As of `Model.oblong`."""
+        return self.shape.oblong
+
+    def sizes(self, height: ArrayLike | None, b_over_h: ArrayLike | None) -> tuple[ArrayLike, ArrayLike]:
+        """As of `Model.sizes`; slenderness and height of a polyhedron are its own."""
+        if self.shape.sized:
+            if b_over_h is None or height is None:
+                name = "b_over_h" if b_over_h is None else "height"
+                raise ArgumentError(f"{name}: not given; a {self.shape.name} has none of its own")
+            return height, b_over_h
+        if b_over_h is not None:
+            raise ArgumentError(f"b_over_h: a {self.shape.name} has its own; leave it out")
+        own = getattr(self.shape, "height", 1.0)
+        return own if height is None else height, self.shape.body(own, 1.0, 1.0).b_over_h
+
+    def periods(self, aspect: FloatArray) -> FloatArray:
+        """As of `Model.periods`."""
+        if not self.shape.oblong and aspect.tolist() != [1.0]:
+            raise ArgumentError(f"aspect: {aspect.tolist()}; only a rectangle has one")
+        return np.array([self.shape.body(1.0, 0.5, float(value)).period for value in aspect])
+
+    def stiffer(self, factor: float) -> "Body":
+        """As of `Model.stiffer`."""
+        contact = replace(self.contact, static_penetration=self.contact.static_penetration / factor)
+        return replace(self, contact=contact)
+
+    def sources(self, grid: Grid, symmetric: bool = True) -> Sources:
+        """As of `Model.sources`; what is computed is turned back as far as the body looks the same."""
+        direction = grid.directions[:, None]
+        period = self._periods(grid) if symmetric else np.full(1, FULL_TURN)
+        whole = np.floor(direction / np.where(period > 0.0, period, 1.0))
+        return replace(super().sources(grid, symmetric), turn_deg=np.where(period > 0.0, whole * period, direction))
+
+    def turned(self, arrays: dict[str, NDArray[Any]], grid: Grid, sources: Sources) -> None:
+        """As of `Model.turned`."""
+        own = np.arange(sources.cell.shape[0])[:, None]
+        arrays["repeated"] = grid.over_all(sources.cell != own).astype(np.int8)
+        faces = len(self.shape.body(1.0, 0.5, 1.0).faces)
+        turns = np.round(grid.over_all(sources.turn_deg) / FULL_TURN * max(faces, 1)).astype(np.int64)
+        down = arrays["fall_face"] != INT8_MISSING
+        arrays["fall_face"][down] = (arrays["fall_face"][down] - turns[down]) % max(faces, 1)
+
+    def tally(
+        self, flags: NDArray[np.int8], azimuth_deg: FloatArray, scramble: NDArray[np.int64]
+    ) -> dict[str, NDArray[Any]]:
+        """As of `Model.tally`: shares of the members that fall, and means of the directions."""
+        known, fell, angle = flags != INT8_MISSING, flags == 1, np.radians(azimuth_deg)
+
+        def mean(values: Any, chosen: Any = True) -> FloatArray:
+            count = (known & chosen).sum(axis=1)
+            # Rounded: cosines differ in the last digit between processors.
+            total = np.round(np.where(fell & chosen, values, 0.0), 9).sum(axis=1)
+            return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+
+        return {
+            "probability_falls": mean(1.0),
+            "fall_north": mean(np.cos(angle)),
+            "fall_east": mean(np.sin(angle)),
+            "fall_axis_cosine": mean(np.cos(2 * angle)),
+            "fall_axis_sine": mean(np.sin(2 * angle)),
+            "scramble_difference": mean(1.0, scramble == 0) - mean(1.0, scramble == 1),
+            "members": known.sum(axis=1),
+        }
+
+    def representative(self, cube: "xr.Dataset") -> NDArray[np.intp]:
         """Every orientation of the grid."""
         return np.arange(cube.sizes[self.direction])
 
-    def falls(self, cube: xr.Dataset, *, ensemble: bool = True) -> xr.Dataset:
+    def falls(self, cube: "xr.Dataset", *, ensemble: bool = True) -> "xr.Dataset":
         """As of `Model.falls`."""
+        import xarray as xr
+
         known = cube["overturned"].notnull()
         fell = (cube["overturned"] == 1).where(known)
         azimuth = cube["fall_azimuth"].astype("float64") * (np.pi / 180.0)
@@ -59,8 +191,10 @@ class Body(Model):
         count = cube.sizes[self.direction]
         return xr.Dataset({**found, "weight": (self.direction, np.full(count, 1.0 / count))})
 
-    def spread(self, cube: xr.Dataset) -> xr.Dataset:
+    def spread(self, cube: "xr.Dataset") -> "xr.Dataset":
         """As of `Model.spread`; members agree where all fall, and fall apart more than 15° about their mean."""
+        import xarray as xr
+
         falls = cube["probability_falls"]
         length = xr.apply_ufunc(np.hypot, cube["fall_north"], cube["fall_east"]) / falls.where(falls > 0)
         agree = falls == 1
@@ -73,7 +207,7 @@ class Body(Model):
             }
         )
 
-    def outcomes(self, site: xr.Dataset, face_deg: FloatArray, cells: dict[str, NDArray[np.intp]]) -> Outcomes:
+    def outcomes(self, site: "xr.Dataset", face_deg: FloatArray, cells: dict[str, NDArray[np.intp]]) -> Outcomes:
         """As of `Model.outcomes`, of the square prism that faces most nearly the same way."""
         square = site.isel(aspect=int(np.flatnonzero(site["aspect"].to_numpy() == 1.0)[0]))
         sources = nearest(site[self.direction].to_numpy(), face_deg, SQUARE_PERIOD)

@@ -1,4 +1,4 @@
-"""The blocks of many cases, checked."""
+"""The cases of a model, checked: one row each, with named columns."""
 
 from dataclasses import dataclass, fields
 from typing import Final
@@ -21,16 +21,16 @@ BYTES_PER_CASE: Final = 300
 
 @dataclass(frozen=True)
 class Cases:
-    """Blocks to run, one row per case.
+    """Cases to run, one row each.
 
     Parameters
     ----------
     azimuth_deg : array_like
-        Azimuth of the vertical plane, degrees clockwise from north.
+        Azimuth of the vertical plane, or that the first side of a body in space faces, degrees clockwise from north.
     height : array_like
-        H, m.
+        H of the model's reference element, m.
     b_over_h : array_like
-        B/H.
+        Its B/H; that of a polyhedron is its own, whatever is given.
     friction : array_like
         μ.
     amplitude : array_like
@@ -38,7 +38,9 @@ class Cases:
     damping_factor : array_like
         Factor on the contact's dashpots.
     initial_tilt : array_like
-        θ at the start of the record, rad, at rest on one corner; towards the azimuth where positive.
+        θ of a block at the start of the record, rad, at rest on one corner; towards the azimuth where positive.
+    aspect : array_like
+        D/B of a rectangle in space.
 
     Raises
     ------
@@ -53,6 +55,7 @@ class Cases:
     amplitude: ArrayLike = 1.0
     damping_factor: ArrayLike = 1.0
     initial_tilt: ArrayLike = 0.0
+    aspect: ArrayLike = 1.0
 
     def __post_init__(self) -> None:
         columns = {item.name: np.asarray(getattr(self, item.name), dtype=np.float64) for item in fields(self)}
@@ -66,7 +69,7 @@ class Cases:
             raise ArgumentError(f"cases: lengths differ ({sizes}); give one value per case, or one for all") from None
         for name, values in zip(columns, arrays, strict=True):
             object.__setattr__(self, name, values)
-            above, signed = name in ("height", "b_over_h"), name in ("azimuth_deg", "initial_tilt")
+            above, signed = name in ("height", "b_over_h", "aspect"), name in ("azimuth_deg", "initial_tilt")
             wrong = ~np.isfinite(values) | (not signed) & ((values < 0.0) | above & (values == 0.0))
             if wrong.any():
                 bound = "" if signed else f" and {'above' if above else 'at least'} 0"

@@ -1,7 +1,8 @@
-"""A grid of cases over azimuth, height, slenderness and friction: which cells are computed, and what all of them hold."""
+"""A grid of cases: rows of values over the dimensions of a model."""
 
-from dataclasses import dataclass
-from typing import Any, ClassVar, Final, Self
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Final, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -9,32 +10,94 @@ from numpy.typing import ArrayLike, NDArray
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases, check_count
-from overturning.model.results import Results
-from overturning.model.symmetry import representative_planes
-from overturning.model.variables import VARIABLES, Variable
+from overturning.model.variables import Variable
 
-DIMENSIONS: Final = ("azimuth", "height", "b_over_h", "friction")
+AXES: Final[dict[str, dict[str, Any]]] = {
+    "azimuth": {"long_name": "azimuth of the vertical plane of motion, clockwise from north", "units": "degree"},
+    "orientation": {
+        "long_name": "azimuth that the first side of the body faces, clockwise from north",
+        "units": "degree",
+    },
+    "aspect": {"long_name": "width across the orientation over width along it", "units": "1"},
+    # CF checkers take a coordinate of this name for the standard one; the block's top is at this height above its base.
+    "height": {"standard_name": "height", "long_name": "height of the block", "units": "m", "positive": "up"},
+    "b_over_h": {"long_name": "slenderness, width over height of the block", "units": "1"},
+    "friction": {"long_name": "friction coefficient between block and base", "units": "1"},
+}
+"""Dimensions of models, and their CF attributes."""
 
 
-class Axes:
-    """Coordinates of the cases of one motion: a row of values for each dimension, by its name."""
+@dataclass(frozen=True)
+class Grid:
+    """Coordinates of the cases of one motion.
 
-    names: ClassVar[tuple[str, ...]]
-    """Of the dimensions, in order."""
-    element: tuple[str, ...]
-    """Names of the free elements of a scene that has more than one."""
-    amplitude: tuple[float, ...]
-    """Factors on the motion where there is more than one: the first dimension of what is stored, none of the cases'."""
+    Parameters
+    ----------
+    rows : dict of ndarray
+        Values of each dimension by its name, in order: first the direction, degrees clockwise from north.
+    element : tuple of str
+        Names of the free elements of a scene that has more than one.
+    amplitude : tuple of float
+        Factors on the motion where there is more than one: the first dimension of what is stored, none of the cases'.
+    """
+
+    rows: dict[str, NDArray[Any]]
+    element: tuple[str, ...] = ()
+    amplitude: tuple[float, ...] = ()
+
+    @classmethod
+    def over(cls, element: tuple[str, ...] = (), **rows: ArrayLike) -> Self:
+        """The grid over rows of values, shape (n,); `ArgumentError` if one is none or the cases are too many for one call."""
+        checked = {}
+        for name, values in rows.items():
+            row = np.atleast_1d(np.asarray(values, dtype=np.float64))
+            if row.ndim != 1 or row.size == 0:
+                raise ArgumentError(f"{name}: shape {row.shape}; give a row of at least one value")
+            checked[name.removesuffix("_deg")] = row
+        check_count(int(np.prod([float(row.size) for row in checked.values()])))
+        return cls(checked, element)
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        return self.rows[name]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the dimensions, in order."""
+        return tuple(self.rows)
+
+    @property
+    def directions(self) -> FloatArray:
+        """Azimuths or orientations, degrees."""
+        return self.rows[self.names[0]].astype(np.float64)
 
     @property
     def shape(self) -> tuple[int, ...]:
         """Number of values of each dimension."""
-        return tuple(getattr(self, name).size for name in self.names)
+        return tuple(row.size for row in self.rows.values())
 
     @property
     def size(self) -> int:
         """Number of cases."""
         return int(np.prod(self.shape))
+
+    def changed(self, **rows: NDArray[Any]) -> Self:
+        """The same grid with other values of some dimensions."""
+        return replace(self, rows=self.rows | rows)
+
+    def over_all(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Values of each direction and aspect, shape (directions, 1) or (directions, aspects), in the shape of the grid."""
+        shape = [1] * len(self.names)
+        shape[0] = values.shape[0]
+        if "aspect" in self.names:
+            shape[self.names.index("aspect")] = values.shape[1]
+        return np.broadcast_to(values.reshape(shape), self.shape)
+
+    def cases(
+        self, places: Sequence[NDArray[np.intp]], turn_deg: FloatArray | float = 0.0, **columns: ArrayLike
+    ) -> Cases:
+        """Cases of cells at places along each dimension, which face so far back from their directions; further columns."""
+        values = {name: self[name][at].astype(np.float64) for name, at in zip(self.names, places, strict=True)}
+        return Cases(values.pop(self.names[0]) - turn_deg, **values, **columns)
 
     def dimensions(self, variable: Variable) -> tuple[str, ...]:
         """Dimensions of a variable of the outcome, without that of the records."""
@@ -43,56 +106,5 @@ class Axes:
 
     def shape_of(self, variable: Variable) -> tuple[int, ...]:
         """Sizes of those dimensions."""
-        return tuple(np.size(getattr(self, name)) for name in self.dimensions(variable))
-
-    def coordinates(self) -> dict[str, NDArray[Any]]:
-        """The coordinates by name of dimension."""
-        return {name: getattr(self, name) for name in self.names}
-
-
-@dataclass(frozen=True)
-class Grid(Axes):
-    """Coordinates of the cases of one motion in planes."""
-
-    names: ClassVar[tuple[str, ...]] = DIMENSIONS
-
-    azimuth: NDArray[Any]  # degrees clockwise from north
-    height: FloatArray  # of the reference element, m
-    b_over_h: FloatArray  # its slenderness
-    friction: FloatArray
-    element: tuple[str, ...] = ()
-    amplitude: tuple[float, ...] = ()
-
-    @classmethod
-    def over(cls, element: tuple[str, ...] = (), **axes: ArrayLike) -> Self:
-        """The grid over rows of values, shape (n,); `ArgumentError` if one is none or the cases are too many for one call."""
-        rows = {}
-        for name, values in axes.items():
-            row = np.atleast_1d(np.asarray(values, dtype=np.float64))
-            if row.ndim != 1 or row.size == 0:
-                raise ArgumentError(f"{name}: shape {row.shape}; give a row of at least one value")
-            rows[name.removesuffix("_deg")] = row
-        check_count(int(np.prod([float(row.size) for row in rows.values()])))
-        return cls(**rows, element=element, amplitude=())
-
-    def cases(self, period: float) -> Cases:
-        """The cases to compute where the motion turned by the period, degrees, is the same case."""
-        azimuth = self.azimuth[np.unique(representative_planes(self.azimuth, period).cell)].astype(np.float64)
-        cells = np.meshgrid(azimuth, self.height, self.b_over_h, self.friction, indexing="ij")
-        return Cases(*(values.ravel() for values in cells))
-
-    def spread(self, results: Results, period: float) -> dict[str, NDArray[Any]]:
-        """The outcome of these cases in the grid's shape, mirrored where another azimuth answers, and ``block_steps``."""
-        sources = representative_planes(self.azimuth, period)
-        # Where each azimuth's answer stands among the computed ones.
-        computed, place = np.unique(sources.cell, return_inverse=True)
-        mirrored = sources.mirrored
-        shape = (computed.size, *self.shape[1:])
-        arrays = {name: values.reshape(*shape, *values.shape[1:])[place] for name, values in vars(results).items()}
-        for variable in VARIABLES:
-            if variable.name == "mirrored":
-                arrays["mirrored"] = np.broadcast_to(mirrored[:, None, None, None], self.shape).astype(np.int8)
-            else:
-                arrays[variable.name][mirrored] = variable.from_behind(arrays, mirrored)
-        arrays["block_steps"][sources.cell != np.arange(place.size)] = 0
-        return arrays
+        sizes = self.rows | {"element": np.array(self.element), "amplitude": np.array(self.amplitude)}
+        return tuple(sizes[name].size for name in self.dimensions(variable))

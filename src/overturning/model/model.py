@@ -1,15 +1,19 @@
-"""What a model says of its cubes: which dimension is a direction, which cells stand for all, what falls they hold.
+"""A model, what stands on the ground: its dimensions, its outcome, its symmetry, and what falls its cubes hold.
 
-Statistics, surveys, figures and report work from that and need not know what stood on the ground.
+The kernels compute it (`overturning.dem.run`). Studies, statistics, surveys, figures and report work from what it says and need not
+know what it is.
 """
 
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
+from overturning.model.grid import Grid
+from overturning.model.symmetry import FULL_TURN, Sources, representatives
+from overturning.model.variables import Variable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,8 +39,14 @@ class Outcomes(NamedTuple):
 
 
 class Model(ABC):
-    """What stands on the ground, as its cubes tell it."""
+    """What stands on the ground; as of a cube it is made without arguments, since that tells no more of it."""
 
+    variables: ClassVar[tuple[Variable, ...]]
+    """Variables of an outcome."""
+    ensemble_variables: ClassVar[tuple[Variable, ...]]
+    """What the members of an ensemble say of a cell, as `tally` has it."""
+    comment: ClassVar[str]
+    """What ``overturned`` means."""
     direction: ClassVar[str]
     """Dimension of a cube along which the motion, or the body, is turned about the vertical."""
     case_dims: ClassVar[tuple[str, ...]]
@@ -58,6 +68,82 @@ class Model(ABC):
     def dims(self) -> tuple[str, ...]:
         """Dimensions of a case, the direction first."""
         return (self.direction, *self.case_dims)
+
+    @property
+    @abstractmethod
+    def elements(self) -> tuple[str, ...]:
+        """Names of the free elements, in order."""
+
+    @property
+    @abstractmethod
+    def cost(self) -> float:
+        """About what a case takes, over one of a single block."""
+
+    @property
+    @abstractmethod
+    def attributes(self) -> dict[str, str]:
+        """What a dataset says of it."""
+
+    @abstractmethod
+    def sizes(self, height: ArrayLike | None, b_over_h: ArrayLike | None) -> tuple[ArrayLike, ArrayLike]:
+        """Heights (m) and B/H, its own where not given; an `ArgumentError` where it has none, or they cannot be chosen."""
+
+    @abstractmethod
+    def periods(self, aspect: FloatArray) -> FloatArray:
+        """Turn after which a case is the same, degrees, shape (1,) or of each aspect; 0 where it is after any turn."""
+
+    @abstractmethod
+    def stiffer(self, factor: float) -> "Model":
+        """The same with springs so many times as stiff."""
+
+    @property
+    def further_variables(self) -> tuple[Variable, ...]:
+        """What a study finds beside the outcome."""
+        return ()
+
+    @property
+    def sized(self) -> bool:
+        """Whether its slenderness can be chosen."""
+        return True
+
+    @property
+    def oblong(self) -> bool:
+        """Whether the aspect of its base is free."""
+        return False
+
+    @property
+    def direction_attributes(self) -> dict[str, float]:
+        """What a cube says of its directions."""
+        return {}
+
+    def distinct(self, grid: Grid) -> Grid:
+        """The grid with one value of friction where the coefficient that is swept counts for nothing."""
+        return grid
+
+    def sources(self, grid: Grid, symmetric: bool = True) -> Sources:
+        """Which direction of a grid answers for each, shape (directions, 1) or (directions, aspects).
+
+        `turn_deg` is the turn clockwise of what is computed to the case that is asked for. Where it is not to be taken as
+        `symmetric`, a full turn alone leaves a case the same.
+        """
+        return representatives(grid.directions, self._periods(grid) if symmetric else FULL_TURN)
+
+    def _periods(self, grid: Grid) -> FloatArray:
+        return self.periods(grid["aspect"] if "aspect" in grid.names else np.ones(1))
+
+    @abstractmethod
+    def turned(self, arrays: dict[str, NDArray[Any]], grid: Grid, sources: Sources) -> None:
+        """Turn answers in the shape of a grid, each taken from its source, to the case asked for, and mark those taken."""
+
+    @abstractmethod
+    def tally(
+        self, flags: NDArray[np.int8], azimuth_deg: FloatArray, scramble: NDArray[np.int64]
+    ) -> dict[str, NDArray[Any]]:
+        """Values of `ensemble_variables`, a row per cell.
+
+        Of the members, shape (cells, members), the `flags`, which may have a last dimension of elements, the azimuths of falls
+        in space, and the number of the scramble, shape (members,).
+        """
 
     @abstractmethod
     def representative(self, cube: "xr.Dataset") -> NDArray[np.intp]:

@@ -5,23 +5,31 @@ shares, means and roses take each plane once; any other scene is a case of its o
 record are the same ground motion seen from many sides, not independent samples: nothing in this module gives a p-value.
 """
 
-from typing import ClassVar
+from dataclasses import dataclass, field, replace
+from itertools import combinations_with_replacement
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
-from overturning.errors import ResultError
+from overturning.errors import ArgumentError, ResultError
 from overturning.model.edges import first_edge
+from overturning.model.geometry import native_size, plane_period
+from overturning.model.grid import Grid
 from overturning.model.model import Model, Outcomes, picked
-from overturning.model.symmetry import PLANE_PERIOD, nearest, nearest_planes
+from overturning.model.scene import Scene, gravestone
+from overturning.model.symmetry import PLANE_PERIOD, Sources, nearest, nearest_planes, seen_from_behind
+from overturning.model.variables import INT8_MISSING, PLANE_ENSEMBLE_VARIABLES, VARIABLES
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 FALLS = ("overturned", "probability_towards", "probability_away")
 """Variables of a cube that `fall_probability` takes."""
 
 
-def period_of(cube: xr.Dataset | xr.DataArray) -> float:
+def period_of(cube: "xr.Dataset | xr.DataArray") -> float:
     """Turn of the motion after which a case is the same, degrees: 180, or 360 of a scene without mirror image."""
     return float(cube["azimuth"].attrs.get("period", PLANE_PERIOD))
 
@@ -79,7 +87,7 @@ def azimuth_weight(azimuth_deg: ArrayLike, period: float = PLANE_PERIOD) -> Floa
     return np.asarray(weight[nearest(azimuth[index], azimuth, period).cell])
 
 
-def fall_probability(cube: xr.Dataset, *, ensemble: bool = True) -> xr.Dataset:
+def fall_probability(cube: "xr.Dataset", *, ensemble: bool = True) -> "xr.Dataset":
     """Probability of falling towards φ and towards φ + 180°, cell by cell.
 
     Parameters
@@ -104,6 +112,8 @@ def fall_probability(cube: xr.Dataset, *, ensemble: bool = True) -> xr.Dataset:
         raise ResultError("the dataset has no variable 'overturned'; it is not a cube of this program")
     flag = cube["overturned"]
     known = np.abs(flag.astype("float32")) <= 1  # neither missing nor the number that stands for it in the file
+    import xarray as xr
+
     made = {}
     for sign, name, where in ((1, "towards", "azimuth"), (-1, "away", "azimuth + 180°")):
         chance = (flag == sign).where(known).astype("float32")
@@ -114,9 +124,17 @@ def fall_probability(cube: xr.Dataset, *, ensemble: bool = True) -> xr.Dataset:
     return xr.Dataset(made)
 
 
+@dataclass(frozen=True)
 class Planes(Model):
     """A block or a scene in the vertical plane of each azimuth."""
 
+    scene: Scene = field(default_factory=gravestone)
+
+    variables: ClassVar = VARIABLES
+    ensemble_variables: ClassVar = PLANE_ENSEMBLE_VARIABLES
+    comment: ClassVar = (
+        "overturned: +1 when the block falls towards the azimuth, -1 towards azimuth + 180 degrees, 0 when it stands"
+    )
     direction: ClassVar = "azimuth"
     case_dims: ClassVar = ("height", "b_over_h", "friction")
     copied: ClassVar = "mirrored"
@@ -126,12 +144,93 @@ class Planes(Model):
     reads_spread: ClassVar = ("scramble_difference_towards", "scramble_difference_away")
     reads_outcomes: ClassVar = ("overturned", "overturning_time", "residual_slip")
 
-    def representative(self, cube: xr.Dataset) -> NDArray[np.intp]:
+    @property
+    def elements(self) -> tuple[str, ...]:
+        """As of `Model.elements`."""
+        return self.scene.free
+
+    @property
+    def cost(self) -> float:
+        """As of `Model.cost`: any other scene than a single block has the general kernel."""
+        return 1.0 if len(self.elements) == 1 else 10.0 * len(self.elements)
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """As of `Model.attributes`."""
+        return {"scene": self.scene.name}
+
+    @property
+    def direction_attributes(self) -> dict[str, float]:
+        """As of `Model.direction_attributes`."""
+        return {"period": plane_period(self.scene)}
+
+    def sizes(self, height: ArrayLike | None, b_over_h: ArrayLike | None) -> tuple[ArrayLike, ArrayLike]:
+        """As of `Model.sizes`, of the reference element."""
+        own_height, own_ratio = native_size(self.scene)
+        return own_height if height is None else height, own_ratio if b_over_h is None else b_over_h
+
+    def periods(self, aspect: FloatArray) -> FloatArray:
+        """As of `Model.periods`."""
+        if (aspect != 1.0).any():
+            raise ArgumentError(f"aspect: {aspect.tolist()}; only a rectangle in space has one")
+        return np.array([plane_period(self.scene)])
+
+    def stiffer(self, factor: float) -> "Planes":
+        """As of `Model.stiffer`, also those of the default contact law."""
+        laws = []
+        for pair in combinations_with_replacement(self.scene.materials, 2):
+            law = self.scene.law_between(*pair)
+            assert law.static_penetration is not None  # `law_between` gives it
+            changed: dict[str, float] = {"static_penetration": law.static_penetration / factor}
+            if law.stiffness != "auto":
+                changed = {"stiffness": law.stiffness * factor}
+            laws.append(law.model_copy(update=changed))
+        return replace(self, scene=self.scene.model_copy(update={"contacts": tuple(laws)}))
+
+    def distinct(self, grid: Grid) -> Grid:
+        """As of `Model.distinct`: a scene may have all coefficients of its own."""
+        return grid if self.scene.sweeps_friction else grid.changed(friction=grid["friction"][:1])
+
+    def sources(self, grid: Grid, symmetric: bool = True) -> Sources:
+        """As of `Model.sources`; mirrored at φ + 180°."""
+        found = super().sources(grid, symmetric)
+        return seen_from_behind(found, float(self._periods(grid)[0])) if symmetric else found
+
+    def turned(self, arrays: dict[str, NDArray[Any]], grid: Grid, sources: Sources) -> None:
+        """As of `Model.turned`."""
+        mirrored = grid.over_all(sources.mirrored)
+        arrays["mirrored"] = mirrored.astype(np.int8)
+        for variable in self.variables:
+            if variable.name != "mirrored":
+                arrays[variable.name][mirrored] = variable.mirrored(arrays, mirrored)
+
+    def tally(
+        self,
+        flags: NDArray[np.int8],
+        azimuth_deg: FloatArray,  # noqa: ARG002, a plane has its own
+        scramble: NDArray[np.int64],
+    ) -> dict[str, NDArray[Any]]:
+        """As of `Model.tally`: shares of the members that fall to either side."""
+        known = flags != INT8_MISSING
+        counted = known.sum(axis=1)
+        found = {"members": counted if counted.ndim == 1 else counted.min(axis=1)}
+        for name, side in (("towards", 1), ("away", -1)):
+            shares = []
+            for chosen in (np.ones(scramble.size, dtype=bool), scramble == 0, scramble == 1):
+                count, fell = known[:, chosen].sum(axis=1), (flags[:, chosen] == side).sum(axis=1)
+                with np.errstate(invalid="ignore"):
+                    shares.append(np.where(count > 0, fell / np.maximum(count, 1), np.nan))
+            found[f"probability_{name}"], found[f"scramble_difference_{name}"] = shares[0], shares[1] - shares[2]
+        return found
+
+    def representative(self, cube: "xr.Dataset") -> NDArray[np.intp]:
         """One azimuth per plane."""
         return plane_index(cube["azimuth"].to_numpy(), period_of(cube))
 
-    def falls(self, cube: xr.Dataset, *, ensemble: bool = True) -> xr.Dataset:
+    def falls(self, cube: "xr.Dataset", *, ensemble: bool = True) -> "xr.Dataset":
         """As of `Model.falls`."""
+        import xarray as xr
+
         p = fall_probability(cube, ensemble=ensemble).isel(azimuth=self.representative(cube))
         angle = np.radians(p["azimuth"].astype("float64"))
         falls, net = p["towards"] + p["away"], p["towards"] - p["away"]
@@ -144,8 +243,10 @@ class Planes(Model):
             "weight": ("azimuth", plane_weight(p["azimuth"].to_numpy(), period_of(cube))),
         })  # fmt: skip
 
-    def spread(self, cube: xr.Dataset) -> xr.Dataset:
+    def spread(self, cube: "xr.Dataset") -> "xr.Dataset":
         """As of `Model.spread`; members agree where any were run, and fall apart where most fall, to both sides."""
+        import xarray as xr
+
         half = cube.isel(azimuth=self.representative(cube))
         towards, away = half["probability_towards"], half["probability_away"]
         falls = towards + away
@@ -156,7 +257,7 @@ class Planes(Model):
             "apart": (np.minimum(towards, away) > 0) & (falls > 0.5),
         })  # fmt: skip
 
-    def outcomes(self, site: xr.Dataset, face_deg: FloatArray, cells: dict[str, NDArray[np.intp]]) -> Outcomes:
+    def outcomes(self, site: "xr.Dataset", face_deg: FloatArray, cells: dict[str, NDArray[np.intp]]) -> Outcomes:
         """As of `Model.outcomes`: it can fall in the planes of both pairs of faces, and does as `first_edge` says."""
         faces = np.stack([face_deg, face_deg + 90])
         planes = nearest_planes(site["azimuth"].to_numpy(), faces, period_of(site))

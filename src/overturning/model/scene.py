@@ -13,7 +13,7 @@ from overturning.errors import ArgumentError, ConfigError
 from overturning.files import read_mapping, shipped
 from overturning.model.contact import SCENE_STATIC_PENETRATION, STATIC_PENETRATION, Contact
 from overturning.model.element import ContactLaw, Element, Material, Model, Name, Positive
-from overturning.model.geometry import WIDE, check_geometry, native_size
+from overturning.model.geometry import WIDE, check_geometry
 from overturning.tables import said
 from overturning.units import GRANITE_DENSITY, STANDARD_GRAVITY
 
@@ -148,21 +148,6 @@ def gravestone(contact: Contact | None = None, density: float = GRANITE_DENSITY)
             Element(name="stone", width=0.24, height=0.6, stands_on="ground"),
         ),
     )
-
-
-def scene_or_gravestone(
-    scene: Scene | None, contact: Contact | None, density: float, height: Any, b_over_h: Any
-) -> tuple[Scene, Any, Any]:
-    """A scene, or the gravestone of this contact and density; height and B/H, the scene's own where they are None.
-
-    A contact or density beside a scene is an `ArgumentError`.
-    """
-    if scene is None:
-        scene = gravestone(contact, density)
-    elif contact is not None or density != GRANITE_DENSITY:
-        raise ArgumentError("contact, density: the scene has its own; set them there")
-    own_height, own_ratio = native_size(scene)
-    return scene, own_height if height is None else height, own_ratio if b_over_h is None else b_over_h
 
 
 SCENES = Path("config") / "scenes"

@@ -50,7 +50,7 @@ class Sources:
 
 def nearest_planes(azimuth_deg: ArrayLike, asked_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> Sources:
     """The planes nearest to azimuths asked for, as of `nearest`, mirrored where they must be turned by 180°."""
-    return _seen_from_behind(nearest(azimuth_deg, asked_deg, period_deg), period_deg)
+    return seen_from_behind(nearest(azimuth_deg, asked_deg, period_deg), period_deg)
 
 
 def nearest(direction_deg: ArrayLike, asked_deg: ArrayLike, period_deg: float) -> Sources:
@@ -88,13 +88,7 @@ def nearest(direction_deg: ArrayLike, asked_deg: ArrayLike, period_deg: float) -
     return Sources(chosen % direction.size, turns[chosen // direction.size], np.zeros(asked.shape, np.bool_), known)
 
 
-def representative_planes(azimuth_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> Sources:
-    """For each azimuth the first one of the same case, as of `representatives`, mirrored at φ + 180°; shape (n,)."""
-    found = representatives(azimuth_deg, period_deg)
-    return _seen_from_behind(Sources(*(values[:, 0] for values in vars(found).values())), period_deg)
-
-
-def _seen_from_behind(sources: Sources, period_deg: float) -> Sources:
+def seen_from_behind(sources: Sources, period_deg: float) -> Sources:
     """Planes of that period, those that were turned by 180° mirrored."""
     return replace(sources, mirrored=(sources.turn_deg == PLANE_PERIOD) & (period_deg == PLANE_PERIOD))
 

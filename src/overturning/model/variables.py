@@ -31,6 +31,7 @@ class Variable:
     long_name: str
     units: str = "1"
     per_element: bool = False  # it has the dimension `element` where a scene has more than one free element
+    of_falls: bool = False  # it is missing of what stands
     odd: bool = False  # it changes sign when the plane is looked at from behind, from φ+180°
     exchanged: str = ""  # variable with which it changes places then
     attributes: Mapping[str, Any] = field(default_factory=dict)  # further ones of CF
@@ -41,11 +42,16 @@ class Variable:
         return {"i1": np.int8(INT8_MISSING), "i2": np.int16(INT16_MISSING)}.get(self.dtype, FLOAT32_MISSING)
 
     @property
+    def missing(self) -> Any:
+        """The same in memory, where numbers have NaN."""
+        return np.nan if self.dtype[0] == "f" else self.fill_value
+
+    @property
     def all_attributes(self) -> dict[str, Any]:
         """CF attributes."""
         return {"long_name": self.long_name, "units": self.units, **self.attributes}
 
-    def from_behind(self, arrays: Mapping[str, NDArray[Any]], chosen: Any = ...) -> NDArray[Any]:
+    def mirrored(self, arrays: Mapping[str, NDArray[Any]], chosen: Any = ...) -> NDArray[Any]:
         """Its values at φ+180° of a scene that is its own mirror image, from arrays by name at φ."""
         values = np.asarray(arrays[self.exchanged or self.name][chosen])
         # 0 stays 0 and not −0, so that equal cubes are equal bytes.
@@ -74,7 +80,7 @@ VARIABLES: Final = (
     }),
     Variable(
         "overturning_time", "f4",
-        "last time at which what fell could still have come back, after the start of the record", "s", True,
+        "last time at which what fell could still have come back, after the start of the record", "s", True, of_falls=True,
     ),
     Variable("peak_rotation", "f4", "largest absolute rotation over the critical angle", "1", True, attributes={
         "comment": "in degrees of an element without a critical angle of its own; see critical_angle",
@@ -88,22 +94,23 @@ VARIABLES: Final = (
 
 _AS_IN_PLANES: Final = {item.name: item for item in VARIABLES}
 
-SPACE_VARIABLES: Final = (
+BODY_VARIABLES: Final = (
     Variable("overturned", "i1", "whether the block falls", attributes={
         "flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "stands falls",
         "comment": "missing where the outcome was not found; see status",
     }),
     _AS_IN_PLANES["status"],
-    Variable("fall_azimuth", "f4", "azimuth to which the top goes when the block has fallen, clockwise from north", "degree"),
+    Variable("fall_azimuth", "f4", "azimuth to which the top goes when the block has fallen, clockwise from north", "degree", of_falls=True),
     Variable(
         "fall_face", "i1",
         "side that points most nearly down when the block has fallen, counted clockwise from the one that faces the orientation",
-        attributes={"comment": "missing where the block stands or has no sides"},
+        of_falls=True, attributes={"comment": "missing where the block stands or has no sides"},
     ),
     Variable("peak_tilt", "f4", "largest angle between the block's axis and the vertical", "degree"),
     Variable(
         "overturning_time", "f4",
         "last time the tilt passed the least critical angle before the block fell, after the start of the record", "s",
+        of_falls=True,
     ),
     Variable("peak_slip", "f4", "largest horizontal displacement of the point of the base below the centre", "m"),
     Variable("residual_slip_north", "f4", "northward displacement of that point at the end", "m"),
@@ -118,5 +125,64 @@ SPACE_VARIABLES: Final = (
         "angular_momentum_error", "f4",
         "residual of vertical angular momentum about the initial place and of moments, over m sqrt(g R^3)",
     ),
+    Variable("repeated", "i1", "cell is the same case as one at a smaller orientation", attributes={
+        "flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "computed repeated",
+    }),
 )  # fmt: skip
-"""The variables of an outcome in space."""
+"""Those of a body in space."""
+
+_NEIGHBOURHOOD: Final = {
+    "comment": "spread over the neighbourhood stated in the study; missing where the ensemble was not run"
+}
+
+PLANE_ENSEMBLE_VARIABLES: Final = (
+    *(
+        Variable(
+            f"probability_{side}", "f4", f"share of ensemble members that fall towards {where}", "1", True,
+            exchanged=f"probability_{other}", attributes=_NEIGHBOURHOOD,
+        )
+        for side, other, where in (
+            ("towards", "away", "the azimuth"), ("away", "towards", "the azimuth plus 180 degrees"),
+        )
+    ),
+    *(
+        Variable(
+            f"scramble_difference_{side}", "f4", f"probability_{side} of the first scramble minus that of the second",
+            "1", True, exchanged=f"scramble_difference_{other}",
+        )
+        for side, other in (("towards", "away"), ("away", "towards"))
+    ),
+    Variable("members", "i2", "ensemble members with an outcome"),
+)  # fmt: skip
+"""What an ensemble in planes finds."""
+
+FACE_VARIABLES: Final = (
+    Variable(
+        "plane_overturned", "i1", "whether the block falls in the vertical plane of either pair of faces",
+        attributes={"flag_values": np.array([0, 1], dtype=np.int8), "flag_meanings": "stands falls"},
+    ),
+    Variable(
+        "plane_fall_azimuth", "f4",
+        "azimuth to which it falls in that plane, of two the one that passes no return first", "degree",
+    ),
+)  # fmt: skip
+"""What the planes of a rectangle's faces predict of it, beside its outcome in space."""
+
+_OVER: Final = {"comment": "over the neighbourhood stated in the study; missing where the ensemble was not run"}
+
+BODY_ENSEMBLE_VARIABLES: Final = (
+    Variable("probability_falls", "f4", "share of ensemble members that fall", attributes=_OVER),
+    *(
+        Variable(
+            name, "f4", f"mean over members of the {what} of the fall, 0 where it stands", attributes=_OVER
+        )
+        for name, what in (
+            ("fall_north", "northward component of the direction"),
+            ("fall_east", "eastward component of the direction"),
+            ("fall_axis_cosine", "cosine of twice the azimuth"), ("fall_axis_sine", "sine of twice the azimuth"),
+        )
+    ),
+    Variable("scramble_difference", "f4", "probability_falls of the first scramble minus that of the second"),
+    Variable("members", "i2", "ensemble members with an outcome"),
+)  # fmt: skip
+"""What an ensemble in space finds."""

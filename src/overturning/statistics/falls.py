@@ -12,9 +12,8 @@ import xarray as xr
 from overturning.model.falls import model_of
 from overturning.model.planes import FALLS, fall_probability, period_of
 from overturning.model.symmetry import PLANE_PERIOD, nearest_planes
-from overturning.model.variables import VARIABLES
+from overturning.model.variables import PLANE_ENSEMBLE_VARIABLES, VARIABLES
 from overturning.statistics.circular import NO_DIRECTION
-from overturning.study.ensemble import ENSEMBLE_VARIABLES
 
 
 def whole_circle(cube: xr.Dataset) -> xr.Dataset:
@@ -35,7 +34,7 @@ def whole_circle(cube: xr.Dataset) -> xr.Dataset:
     turned = cube.isel(azimuth=sources.cell).assign_coords(azimuth=("azimuth", everywhere, cube["azimuth"].attrs))
     behind = xr.DataArray(sources.mirrored, dims="azimuth")
     changed = {}
-    for variable in (*VARIABLES, *ENSEMBLE_VARIABLES):
+    for variable in (*VARIABLES, *PLANE_ENSEMBLE_VARIABLES):
         if variable.name in cube and (variable.odd or variable.exchanged):
             values, seen = turned[variable.name], turned[variable.exchanged or variable.name]
             changed[variable.name] = xr.where(behind, -seen if variable.odd else seen, values).transpose(*values.dims)

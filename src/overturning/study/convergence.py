@@ -5,7 +5,6 @@ than is known of it. An answer that stays both times is settled by a finer compu
 none decides.
 """
 
-import itertools
 import json
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -19,16 +18,17 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ValidationError
 
 from overturning.dem.numerics import Progress
+from overturning.dem.run import run
 from overturning.errors import ArgumentError, ResultError
 from overturning.files import atomic_write
 from overturning.model.cases import Cases
-from overturning.model.scene import Scene
+from overturning.model.results import Results
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.study.grid import grid_of
 from overturning.study.netcdf import open_raw
-from overturning.study.scenes import motion_of, numerics_of, scene_of
+from overturning.study.scenes import model_for, motion_of, numerics_of
 from overturning.study.schema import Study
 from overturning.study.sections import Verification
 
@@ -284,8 +284,7 @@ class _Runs:
         self.sample, self.threads, self.progress = sample, threads, progress
         self.motions = [motion_of(study, record) for record in records]
         self.computations = computations(study)
-        self.axes = [axis.astype(np.float64) for axis in grid_of(study).coordinates().values()]
-        self.cases = cases_of(study)
+        self.grid = grid_of(study)
         self.answers = dict.fromkeys(("finer", "stiffer"), sample.answers[:0])
         self.refused: dict[str, str] = {}
 
@@ -321,8 +320,8 @@ class _Runs:
         def one(number: int) -> None:
             mine = self.sample.record[rows] == number
             chosen = self.sample.index[rows[mine]]
-            columns = (axis[chosen[:, column]] for column, axis in enumerate(self.axes))
-            results = self.computations[kind](self.motions[number], self.cases(*columns, amplitude=amplitude))
+            cases = self.grid.cases(list(chosen.T), amplitude=amplitude)
+            results = self.computations[kind](self.motions[number], cases)
             answers["overturned"][mine] = results.overturned.reshape(len(chosen), -1)
             answers["azimuth"][mine] = getattr(results, "fall_azimuth", np.nan)
             answers["block_steps"][mine] = results.block_steps
@@ -362,50 +361,17 @@ class _Runs:
         )
 
 
-def cases_of(study: Study) -> Callable[..., Any]:
-    """What makes cases of a study from a row of values per dimension."""
-    if study.body is None:
-        return Cases
-    from overturning.dem.body.cases import SpaceCases
-
-    return SpaceCases
-
-
-def computations(study: Study) -> dict[str, Callable[[Motion, Any], Any]]:
+def computations(study: Study) -> dict[str, Callable[[Motion, Cases], Results]]:
     """What computes a study's nominal cases again: with finer and finest steps, and with stiffer springs.
 
     A step given in seconds shrinks with the period of the stiffer contact; an automatic one follows the stable one.
     """
-    numerics = numerics_of(study)
+    numerics, model = numerics_of(study), model_for(study)
     step = numerics.time_step
     finer, finest = (replace(numerics, refinement=times * FINER) for times in (1, 2))
     shorter = replace(numerics, time_step=step if isinstance(step, str) else step / np.sqrt(STIFFER))
-    own: Callable[..., Any]
-    stiffer: Callable[..., Any]
-    if study.body is not None:
-        from overturning.study.space import run_space
-
-        own = partial(run_space, study, study.contact)
-        stiffer = partial(own, stiffer=STIFFER)
-    else:
-        from overturning.dem.run import run
-
-        own, stiffer = partial(run, scene_of(study)), partial(run, stiffer_scene(scene_of(study)))
     return {
-        "finer": partial(own, numerics=finer),
-        "finest": partial(own, numerics=finest),
-        "stiffer": partial(stiffer, numerics=shorter),
+        "finer": partial(run, model, numerics=finer),
+        "finest": partial(run, model, numerics=finest),
+        "stiffer": partial(run, model.stiffer(STIFFER), numerics=shorter),
     }
-
-
-def stiffer_scene(scene: Scene) -> Scene:
-    """The scene with all springs `STIFFER` times as stiff, also those of the default contact law."""
-    laws = []
-    for pair in itertools.combinations_with_replacement(scene.materials, 2):
-        law = scene.law_between(*pair)
-        assert law.static_penetration is not None  # `law_between` gives it
-        changed: dict[str, float] = {"static_penetration": law.static_penetration / STIFFER}
-        if law.stiffness != "auto":
-            changed = {"stiffness": law.stiffness * STIFFER}
-        laws.append(law.model_copy(update=changed))
-    return scene.model_copy(update={"contacts": tuple(laws)})

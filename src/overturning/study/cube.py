@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from overturning.errors import ResultError
 from overturning.files import checksum_matches
-from overturning.model.variables import VARIABLES
+from overturning.model.falls import model_of
 from overturning.study.load import check_study
 from overturning.study.scenes import scene_of
 from overturning.study.schema import Study
@@ -25,8 +25,8 @@ def _absent(cube: "xr.Dataset") -> str:
     """What of a cube's coordinates and variables is missing, or not over its dimensions; or nothing."""
     flags = cube["overturned"]
     grid = set(flags.dims)
-    in_space = "orientation" in grid
-    needed = {"record", "height", "b_over_h", "friction"} | ({"orientation", "aspect"} if in_space else {"azimuth"})
+    model = model_of(cube)
+    needed = {"record", *model.dims}
     if missing := sorted(needed - grid) or sorted(str(name) for name in grid if not cube.sizes[name]):
         return f"no cell along {missing[0]}"
     for name in (*sorted(needed - {"record"}), *_COORDINATES):
@@ -34,7 +34,7 @@ def _absent(cube: "xr.Dataset") -> str:
             return f"no {name}"
     if "element" in grid and "element_name" not in cube:
         return "no element_name"
-    for variable in () if in_space else VARIABLES:
+    for variable in model.variables:
         if variable.name not in cube or not needed <= set(cube[variable.name].dims):
             return f"no {variable.name}"
     return ""

@@ -7,7 +7,7 @@ how probable the neighbourhood is.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from statistics import NormalDist
-from typing import Any, ClassVar, Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,9 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.numerics import Progress
 from overturning.model.cases import Cases
-from overturning.model.grid import Axes
-from overturning.model.symmetry import PLANE_PERIOD, representatives
-from overturning.model.variables import INT8_MISSING, Variable
+from overturning.model.grid import Grid
+from overturning.model.model import Model
+from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.study.members import Members
 
@@ -35,30 +35,6 @@ MOST_GROUND_VALUES = 20_000_000
 
 MOST_MEMBERS: Final = 1_000_000
 """Cases of members run at a time (300 MB)."""
-
-_NEIGHBOURHOOD: Final = {
-    "comment": "spread over the neighbourhood stated in the study; missing where the ensemble was not run"
-}
-
-ENSEMBLE_VARIABLES: Final = (
-    *(
-        Variable(
-            f"probability_{side}", "f4", f"share of ensemble members that fall towards {where}", "1", True,
-            exchanged=f"probability_{other}", attributes=_NEIGHBOURHOOD,
-        )
-        for side, other, where in (
-            ("towards", "away", "the azimuth"), ("away", "towards", "the azimuth plus 180 degrees"),
-        )
-    ),
-    *(
-        Variable(
-            f"scramble_difference_{side}", "f4", f"probability_{side} of the first scramble minus that of the second",
-            "1", True, exchanged=f"scramble_difference_{other}",
-        )
-        for side, other in (("towards", "away"), ("away", "towards"))
-    ),
-    Variable("members", "i2", "ensemble members with an outcome"),
-)  # fmt: skip
 
 Runner = Callable[[Any, Progress | None], Any]
 """What runs cases under the motion of the nominal ones."""
@@ -143,11 +119,13 @@ def settled(flags: NDArray[np.int8], widest: float) -> NDArray[np.bool_]:
 
 
 @dataclass(frozen=True)
-class PlaneEnsemble:
-    """The ensemble of a study in planes; that of a study in space differs in what it finds.
+class CellEnsemble:
+    """The ensemble of a study.
 
     Attributes
     ----------
+    model : Model
+        What it runs again.
     members : Members
         What each member changes.
     everywhere : bool
@@ -156,20 +134,15 @@ class PlaneEnsemble:
         A cell gets no further members once it is `settled` to within this; 0 runs all members of every cell.
     """
 
+    model: Model
     members: Members
     everywhere: bool = True
     widest: float = 0.0
 
-    variables: ClassVar[tuple[Variable, ...]] = ENSEMBLE_VARIABLES
-    """What it finds."""
-    marked: ClassVar[str] = "mirrored"
-    """The nominal variable that marks cells for which others answer."""
-    case_type: ClassVar[Callable[..., Any]] = Cases
-
     def run(
         self,
         motion: Motion,
-        grid: Axes,
+        grid: Grid,
         nominal: Mapping[str, NDArray[Any]],
         run: Runner,
         progress: Progress | None = None,
@@ -180,7 +153,7 @@ class PlaneEnsemble:
         ----------
         motion : Motion
             The ground's.
-        grid : Axes
+        grid : Grid
             The cases.
         nominal : mapping of str to ndarray
             The nominal outcome: `overturned`, shape (a, h, b, …) or (a, h, b, …, elements), and what marks cells for
@@ -198,13 +171,13 @@ class PlaneEnsemble:
         block_steps : int
             Work done.
         """
-        overturned, marked, members = nominal["overturned"], nominal[self.marked], self.members
+        overturned, marked, members = nominal["overturned"], nominal[self.model.copied], self.members
         chosen = cells_to_run(overturned, self.everywhere, len(grid.shape)) & (marked == 0)
         arrays: Arrays = {
             variable.name: np.zeros(grid.shape, variable.dtype)
             if variable.dtype == "i2"
             else np.full(overturned.shape if variable.per_element else grid.shape, np.nan, variable.dtype)
-            for variable in self.variables
+            for variable in self.model.ensemble_variables
         }
         directions = np.flatnonzero(chosen.any(axis=tuple(range(1, chosen.ndim))))
         together = max(1, min(BATCH, members.size))
@@ -225,14 +198,16 @@ class PlaneEnsemble:
             flags = np.full((len(cells), members.size, *overturned.shape[len(grid.shape) :]), INT8_MISSING)
             azimuth = np.full((len(cells), members.size), np.nan)
             block_steps += self._run_batches(grid, cells, run, flags, azimuth, step if progress else None)
-            self.count(arrays, cells, flags, azimuth)
+            found = self.model.tally(flags, azimuth - members.azimuth_deg, members.scramble)
+            for name, values in found.items():
+                arrays[name][tuple(cells.T)] = values
             done += len(cells)
         self._copy(grid, arrays, marked)
         return arrays, block_steps
 
     def _run_batches(
         self,
-        grid: Axes,
+        grid: Grid,
         cells: NDArray[np.int64],
         run: Runner,
         flags: NDArray[np.int8],
@@ -262,52 +237,29 @@ class PlaneEnsemble:
             step(1.0)
         return block_steps
 
-    def _cases(self, grid: Axes, cells: NDArray[np.int64], members: Members) -> Any:
+    def _cases(self, grid: Grid, cells: NDArray[np.int64], members: Members) -> Cases:
         """Every member of every cell, the members of a cell together."""
-        nominal = {name: getattr(grid, name)[cells[:, at]].astype(np.float64) for at, name in enumerate(grid.names)}
+        nominal = {name: grid[name][cells[:, at]].astype(np.float64) for at, name in enumerate(grid.names)}
         # In the frame of a sensor that is turned the other way a plane, or a body, faces as much further clockwise.
         direction = (nominal.pop(grid.names[0])[:, None] + members.azimuth_deg).ravel()
         same = np.ones(members.size)
         columns = {name: (at[:, None] * getattr(members, name, same)).ravel() for name, at in nominal.items()}
-        tilt = {"initial_tilt": np.tile(members.initial_tilt, len(cells))} if self.case_type is Cases else {}
-        amplitude, damping = np.tile(members.amplitude, len(cells)), np.tile(members.damping, len(cells))
-        return self.case_type(direction, **columns, amplitude=amplitude, damping_factor=damping, **tilt)
+        alike = {
+            "amplitude": members.amplitude,
+            "damping_factor": members.damping,
+            "initial_tilt": members.initial_tilt,
+        }
+        return Cases(direction, **columns, **{name: np.tile(one, len(cells)) for name, one in alike.items()})
 
-    def period(self, grid: Any) -> Any:  # noqa: ARG002, of planes the same for all
-        """Turn of the direction after which a case is the same, degrees."""
-        return PLANE_PERIOD
-
-    def _copy(self, grid: Axes, arrays: Arrays, marked: NDArray[Any]) -> None:
+    def _copy(self, grid: Grid, arrays: Arrays, marked: NDArray[Any]) -> None:
         """Fill the marked cells from those that answer for them."""
-        source = representatives(getattr(grid, grid.names[0]), self.period(grid)).cell
+        source = self.model.sources(grid).cell
         for column in range(source.shape[1]):
             # In space the period depends on the aspect, the dimension before friction.
             rest = (slice(None), slice(None), column) if source.shape[1] > 1 else ()
             alike = marked[(slice(None), *rest)]
             behind = np.flatnonzero(alike.any(axis=tuple(range(1, alike.ndim))))
             where = (source[behind, column], *rest)
-            seen = {variable.name: variable.from_behind(arrays, where) for variable in self.variables}
+            seen = {item.name: item.mirrored(arrays, where) for item in self.model.ensemble_variables}
             for name, values in seen.items():
                 arrays[name][(behind, *rest)] = values
-
-    def count(
-        self,
-        arrays: Arrays,
-        cells: NDArray[np.int64],
-        flags: NDArray[np.int8],
-        azimuth: FloatArray,  # noqa: ARG002, a plane has none
-    ) -> None:
-        """Put what the flags and, in space, the fall azimuths of these cells' members say into the variables."""
-        where, members = tuple(cells.T), self.members
-        known = flags != INT8_MISSING
-        counted = known.sum(axis=1)
-        arrays["members"][where] = counted if counted.ndim == 1 else counted.min(axis=1)
-        for name, side in (("towards", 1), ("away", -1)):
-            fell = flags == side
-            shares = []
-            for chosen in (np.ones(members.size, dtype=bool), members.scramble == 0, members.scramble == 1):
-                count = known[:, chosen].sum(axis=1)
-                with np.errstate(invalid="ignore"):
-                    shares.append(np.where(count > 0, fell[:, chosen].sum(axis=1) / np.maximum(count, 1), np.nan))
-            arrays[f"probability_{name}"][where] = shares[0]
-            arrays[f"scramble_difference_{name}"][where] = shares[1] - shares[2]

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from overturning.dem.simulate import critical_angle
 from overturning.errors import ResultError
 from overturning.files import atomic_write, without_folders
-from overturning.model.geometry import plane_period
-from overturning.model.grid import Axes
+from overturning.model.grid import Grid
 from overturning.model.variables import INT8_MISSING, Variable
 from overturning.records.catalogue import METADATA
 from overturning.records.earthquakes import earthquakes_of
@@ -21,7 +21,7 @@ from overturning.records.record import Record, provenance
 from overturning.study.grid import grid_of
 from overturning.study.netcdf import add_coordinate, add_grid, add_variable, content_hash
 from overturning.study.parts import opened_part, record_of
-from overturning.study.scenes import NOMINAL, scene_of
+from overturning.study.scenes import NOMINAL, model_for
 from overturning.study.schema import Study
 from overturning.study.sweep import variables_of
 
@@ -79,18 +79,13 @@ def describe_cube(cube: Any, study: Study, records: Sequence[Record], variant: s
 
 def _describe_scene(cube: Any, study: Study, variant: str) -> None:
     """How far a scene is turned to be the same again, and its critical angles; those of a single block follow from its B/H."""
-    if study.body is not None:
-        return
-    scene = scene_of(study, variant)
-    cube["azimuth"].period = plane_period(scene)
-    if scene.single_block:
-        return
-    from overturning.dem.polygon.prepare import CRITICAL, critical_angles
-
-    dimensions = ("b_over_h", "element") if "element" in cube.dimensions else ("b_over_h",)
-    angles = cube.createVariable("critical_angle", "f8", dimensions, fill_value=np.nan)
-    angles.setncatts(CRITICAL)
-    angles[:] = critical_angles(scene, np.asarray(cube["b_over_h"][:])).reshape(angles.shape)
+    model, grid = model_for(study, variant), grid_of(study, variant)
+    cube[model.direction].setncatts(model.direction_attributes)
+    if (critical := critical_angle(model, grid)) is not None:
+        dimensions, values, attributes = critical
+        angles = cube.createVariable("critical_angle", "f8", dimensions, fill_value=np.nan)
+        angles.setncatts(attributes)
+        angles[:] = values
 
 
 def _paths_of_records(
@@ -106,7 +101,7 @@ def _paths_of_records(
     return [(record, of_record[record.record_id]) for record in records]
 
 
-def _copy_record(paths: Sequence[Path], cube: Any, index: int, grid: Axes, variables: Sequence[Variable]) -> bool:
+def _copy_record(paths: Sequence[Path], cube: Any, index: int, grid: Grid, variables: Sequence[Variable]) -> bool:
     """Copy a record's parts, one variable at a time, and add up their block steps; whether they hold all cells."""
     with ExitStack() as stack:
         parts = [stack.enter_context(opened_part(path, grid, variables)) for path in paths]
@@ -192,10 +187,7 @@ def _attributes(study: Study, records: Sequence[Record], variant: str) -> dict[s
         # Without a time of day, which would make each run's bytes its own.
         "history": f"gathered by overturning {metadata.version('overturning')} from one sweep per record",
         "references": "see the documentation of overturning",
-        "comment": "overturned: +1 when the block falls towards the azimuth, -1 towards azimuth + 180 degrees, "
-        "0 when it stands"
-        if study.body is None
-        else "overturned: 1 when the body falls, towards fall_azimuth, 0 when it stands",
+        "comment": model_for(study, variant).comment,
         "study": json.dumps(portable(study), ensure_ascii=False),
         "variant": variant,
         "earthquakes": json.dumps(earthquakes_of(records).notes, ensure_ascii=False),

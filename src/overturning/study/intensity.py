@@ -14,7 +14,7 @@ from overturning.motion.intensity import PEAKS, intensity_by_azimuth, record_mea
 from overturning.motion.motion import Motion
 from overturning.motion.spectra import rotd
 from overturning.records.record import Record
-from overturning.study.grid import plane_grid
+from overturning.study.grid import directions
 from overturning.study.schema import Study
 
 PERCENTILES = (0.0, 50.0, 100.0)
@@ -34,7 +34,7 @@ def write_intensity(study: Study, records: Sequence[Record], path: Path) -> None
     """
     import xarray as xr
 
-    azimuth = plane_grid(study).azimuth
+    azimuth = directions(study.azimuth.values())
     measures = [intensity_by_azimuth(Motion.of(record), azimuth) for record in records]
     table = xr.concat(measures, dim="record", combine_attrs="override", coords="minimal", compat="override")
     table = table.assign_coords(

@@ -10,21 +10,8 @@ import numpy as np
 
 from overturning.errors import ResultError
 from overturning.files import checksum_matches
-from overturning.model.grid import Axes
+from overturning.model.grid import AXES, Grid
 from overturning.model.variables import Variable
-
-COORDINATES: Final[dict[str, dict[str, Any]]] = {
-    "azimuth": {"long_name": "azimuth of the vertical plane of motion, clockwise from north", "units": "degree"},
-    "orientation": {
-        "long_name": "azimuth that the first side of the body faces, clockwise from north",
-        "units": "degree",
-    },
-    "aspect": {"long_name": "width across the orientation over width along it", "units": "1"},
-    # CF checkers take a coordinate of this name for the standard one; the block's top is at this height above its base.
-    "height": {"standard_name": "height", "long_name": "height of the block", "units": "m", "positive": "up"},
-    "b_over_h": {"long_name": "slenderness, width over height of the block", "units": "1"},
-    "friction": {"long_name": "friction coefficient between block and base", "units": "1"},
-}
 
 
 def open_raw(path: Path, what: str, remedy: str, sealed: bool = False) -> Any:
@@ -56,11 +43,11 @@ def add_coordinate(
         variable[index] = fill if value is None else value
 
 
-def add_grid(file: Any, grid: Axes) -> None:
+def add_grid(file: Any, grid: Grid) -> None:
     """Create the dimensions of a grid with their coordinate variables; of elements numbers, and names beside them."""
-    for name, values in grid.coordinates().items():
+    for name, values in grid.rows.items():
         file.createDimension(name, values.size)
-        add_coordinate(file, name, name, values.dtype, values, **COORDINATES[name])
+        add_coordinate(file, name, name, values.dtype, values, **AXES[name])
     if grid.amplitude:
         file.createDimension("amplitude", len(grid.amplitude))
         add_coordinate(
@@ -82,7 +69,7 @@ def chunk_shape(shape: tuple[int, ...]) -> tuple[int, ...]:
     return (min(shape[0], max(1, CHUNK // max(1, prod(shape[1:])))), *shape[1:])
 
 
-def add_variable(file: Any, variable: Variable, grid: Axes, *before: str) -> Any:
+def add_variable(file: Any, variable: Variable, grid: Grid, *before: str) -> Any:
     """Create an outcome variable over dimensions `before` and those of a grid, filled with "missing"."""
     dimensions = (*before, *grid.dimensions(variable))
     own = chunk_shape(grid.shape_of(variable)[1 if grid.amplitude else 0 :])

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, NamedTuple, Self
 
@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 
 from overturning.errors import ArgumentError, ResultError
 from overturning.files import atomic_write
-from overturning.model.grid import Axes
+from overturning.model.grid import Grid
 from overturning.model.variables import VARIABLES, Variable
-from overturning.study.grid import representatives_of
 from overturning.study.netcdf import add_grid, add_variable, open_raw
-from overturning.study.scenes import NOMINAL
+from overturning.study.scenes import NOMINAL, model_for
 from overturning.study.schema import Study
 
 
@@ -56,7 +55,7 @@ def parts_of(folder: Path, records: Iterable[str], chunks: int) -> list[Path]:
     return [part_path(folder, record, chunk) for record in records for chunk in all_chunks]
 
 
-def piece_of(study: Study, grid: Axes, chunk: Chunk, variant: str = NOMINAL) -> Axes:
+def piece_of(study: Study, grid: Grid, chunk: Chunk, variant: str = NOMINAL) -> Grid:
     """The piece of the grid of a study's variant that a chunk computes.
 
     Only the directions are shared out, by turns, so that each chunk has its share of long and short cases; those that
@@ -64,18 +63,18 @@ def piece_of(study: Study, grid: Axes, chunk: Chunk, variant: str = NOMINAL) -> 
     Of more chunks than there are such groups some have no direction at all.
     """
     name = grid.names[0]
-    directions = getattr(grid, name)
+    directions = grid[name]
     group = np.arange(directions.size)
-    for index, others in enumerate(representatives_of(study, grid, variant).cell):
+    for index, others in enumerate(model_for(study, variant).sources(grid).cell):
         for other in others:
             group[group == group[index]] = group[other]
     number = np.unique(group, return_inverse=True)[1]
-    return replace(grid, **{name: directions[number % chunk.of == chunk.number - 1]})  # type: ignore[type-var]
+    return grid.changed(**{name: directions[number % chunk.of == chunk.number - 1]})
 
 
 def write_part(
     path: Path,
-    grid: Axes,
+    grid: Grid,
     outcome: dict[str, NDArray[Any]],
     attributes: dict[str, str | int],
     variables: tuple[Variable, ...] = VARIABLES,
@@ -111,7 +110,7 @@ def record_of(path: Path) -> tuple[str, str]:
 
 
 @contextmanager
-def opened_part(path: Path, grid: Axes, variables: Sequence[Variable]) -> Iterator[Part]:
+def opened_part(path: Path, grid: Grid, variables: Sequence[Variable]) -> Iterator[Part]:
     """Open a part and check that its cells are some of a grid; a `ResultError` where they are not."""
     with open_raw(path, "read", _REMEDY, sealed=True) as file:
         if not file.dimensions:  # of a chunk without cells
@@ -127,7 +126,7 @@ def opened_part(path: Path, grid: Axes, variables: Sequence[Variable]) -> Iterat
             raise ResultError(f"{path}: its elements are not those of the scene; remove it and run again")
         if grid.amplitude and not np.array_equal(file["amplitude"][:], grid.amplitude):
             raise ResultError(f"{path}: its factors on the motion are not those of the study; remove it and run again")
-        yield Part(file, [_places(path, name, file[name][:], getattr(grid, name)) for name in grid.names])
+        yield Part(file, [_places(path, name, file[name][:], grid[name]) for name in grid.names])
 
 
 def _places(part: Path, name: str, values: NDArray[Any], whole_axis: NDArray[Any]) -> NDArray[np.intp]:

@@ -12,14 +12,13 @@ from overturning.errors import ConfigError, MissingDataError, OverturningError
 from overturning.records.catalogue import RecordEntry, find_paths
 from overturning.study.ensemble import BATCH, MOST_MEMBERS
 from overturning.study.load import entries_of
+from overturning.study.scenes import model_for
 from overturning.study.schema import Study
 
 # Of the default study on one core of a small machine, rounded up; they tell minutes from days and no more.
 _CASE_S: Final = 4e-5
 _RECORD_S: Final = 4.0
 _RUN_AGAIN: Final = 0.4  # share of the members that are run: of cells near a change of flag, until they are settled
-_SCENE: Final = 10.0  # what an element more costs over the block, which has a kernel of its own
-_SPACE: Final = 8.0  # what a body in space costs over the block
 
 _BASE_MEMORY: Final = 4e8
 _CELL_IN_MEMORY: Final = 400
@@ -63,8 +62,8 @@ def size_of(study: Study, chunks: int = 1) -> Size:
     """About what a run of a study takes whose records are cut into chunks; of the order of magnitude."""
     records, members, variants = len(study.records.use), study.ensemble.members, 1 + len(study.variants)
     more = 1 + members * (_RUN_AGAIN if study.ensemble.where == "boundary" else 1.0)
-    elements = len(study.scene.free)
-    each = _CASE_S * (1.0 if elements == 1 else _SCENE * elements) * (1.0 if study.body is None else _SPACE)
+    model = model_for(study)
+    elements, each = len(model.elements), _CASE_S * model.cost
     scales = len(study.amplitude)  # the ensemble is run for one of them
     work = records * (_RECORD_S + study.cases * each * (scales - 1 + more) * variants)
     cells = study.cases / chunks
@@ -79,8 +78,8 @@ def size_of(study: Study, chunks: int = 1) -> Size:
 
 def explorable(study: Study) -> bool:
     """Whether there is a page to look around in a study's cube: it shows planes, and not too many cells."""
-    cells = len(study.records.use) * study.cases * len(study.scene.free)
-    return study.body is None and cells <= MOST_CELLS
+    model = model_for(study)
+    return model.one_component and len(study.records.use) * study.cases * len(model.elements) <= MOST_CELLS
 
 
 def check_size(study: Study, where: str, results: Path = Path("results"), chunks: int = 1) -> Size:

@@ -1,6 +1,6 @@
 """Compute a random sample of a cube's cells again and compare them bit for bit."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cache
 from math import prod
 from pathlib import Path
@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 
 from overturning.errors import ArgumentError, ResultError
+from overturning.model.grid import Grid
 from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
 from overturning.study.cube import open_cube, study_of
-from overturning.study.grid import grid_of, representatives_of
+from overturning.study.grid import grid_of
 from overturning.study.netcdf import content_hash, open_raw
-from overturning.study.scenes import motion_of, numerics_of, site_of
+from overturning.study.scenes import model_for, motion_of, numerics_of, site_of
 from overturning.study.schema import Study
 from overturning.study.sweep import ensemble_of, member_runner, scaled, simulate_variant, variables_of
 
@@ -67,7 +68,7 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
             again = _again(motion, grid, place, study, variant, with_ensemble)
             result.ensemble_cells += with_ensemble
             result.cells += 1
-            where = ", ".join(f"{d} {getattr(grid, d)[i]:g}" for d, i in zip(grid.names, place, strict=True))
+            where = ", ".join(f"{d} {grid[d][i]:g}" for d, i in zip(grid.names, place, strict=True))
             where += f", amplitude {scales[scale]:g}" if grid.amplitude else ""
             for variable in (variable for variable in variables if variable.name in again):
                 kept, new = file[variable.name][cell], variable.stored(again[variable.name])
@@ -84,17 +85,17 @@ def _motion(study: Study, path: Path) -> Motion:
 
 
 def _again(
-    motion: Motion, grid: Any, place: list[int], study: Study, variant: str, with_ensemble: bool
+    motion: Motion, grid: Grid, place: list[int], study: Study, variant: str, with_ensemble: bool
 ) -> dict[str, Any]:
     """The cell's values by name, computed from its direction and, before it, the one that may answer for it."""
-    sources = representatives_of(study, grid, variant).cell[place[0]]
+    sources = model_for(study, variant).sources(grid).cell[place[0]]
     source = int(sources[place[3] if sources.size > 1 else 0])
     directions = list(dict.fromkeys([source, place[0]] if study.simulation.leave_out else [place[0]]))
-    few = replace(grid, **{name: getattr(grid, name)[[i]] for name, i in zip(grid.names[1:], place[1:], strict=True)})
-    few = replace(few, **{grid.names[0]: getattr(grid, grid.names[0])[directions]})
+    rows = zip(grid.names, [directions, *([i] for i in place[1:])], strict=True)
+    few = grid.changed(**{name: grid[name][chosen] for name, chosen in rows})
     arrays = simulate_variant(study, variant, motion, few, numerics_of(study))
     if with_ensemble:
         run = member_runner(study, variant, motion, numerics_of(study))
-        arrays |= ensemble_of(study, everywhere=True).run(motion, few, arrays, run)[0]
+        arrays |= ensemble_of(study, variant, everywhere=True).run(motion, few, arrays, run)[0]
     cell = (-1, *(0,) * (len(place) - 1))
     return {name: values[cell] for name, values in arrays.items() if name != "block_steps"}

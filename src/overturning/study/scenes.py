@@ -9,8 +9,11 @@ from overturning.arrays import FloatArray
 from overturning.dem.numerics import Numerics, Progress
 from overturning.dem.time_step import DEFAULT_SCHEME
 from overturning.errors import ConfigError
-from overturning.model.contact import Contact
+from overturning.model.body import Body
+from overturning.model.contact import DAMPING_RATIO, Contact, VertexContact
 from overturning.model.geometry import native_size
+from overturning.model.model import Model
+from overturning.model.planes import Planes
 from overturning.model.scene import Scene, gravestone
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
@@ -39,6 +42,15 @@ def scene_of(study: Study, variant: str = NOMINAL) -> Scene:
     if variant != NOMINAL:
         scene = study.variants[variant].scene or scene
     return gravestone(Contact(**contact.model_dump()), study.density) if scene == gravestone() else scene
+
+
+def model_for(study: Study, variant: str = NOMINAL) -> Model:
+    """What a variant simulates; a `ConfigError` if the study has no such variant."""
+    if study.body is None:
+        return Planes(scene_of(study, variant))
+    contact = contact_of(study, variant)
+    ratio = DAMPING_RATIO if contact.damping_ratio is None else contact.damping_ratio
+    return Body(study.body.shape(), VertexContact(stiffness_ratio=contact.stiffness_ratio, damping_ratio=ratio))
 
 
 def contact_of(study: Study, variant: str = NOMINAL) -> ContactSettings:

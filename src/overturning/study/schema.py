@@ -1,5 +1,6 @@
 """The study configuration: the one source of defaults, of the JSON schema and of the key table in config/README.md."""
 
+import math
 from collections.abc import Iterator
 from typing import Annotated, Any, Final, Literal, Self
 
@@ -241,7 +242,14 @@ class Study(Model):
     @property
     def cases(self) -> int:
         """Number of cases per record."""
-        directions = len(self.azimuth.values())
-        if self.body is not None:
-            directions = len(self.orientation.values(self.body)) * len(self.body.aspect)
-        return directions * len(self.height) * len(self.b_over_h) * len(self.friction)
+        return math.prod(map(len, (self.directions, self.aspects, self.height, self.b_over_h, self.friction)))
+
+    @property
+    def directions(self) -> tuple[float, ...]:
+        """Azimuths of the motion, or orientations of the body in space, degrees, ascending."""
+        return tuple(self.azimuth.values() if self.body is None else self.orientation.values(self.body))
+
+    @property
+    def aspects(self) -> tuple[float, ...]:
+        """D/B of a body in space."""
+        return (1.0,) if self.body is None else self.body.aspect

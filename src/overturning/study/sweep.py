@@ -7,18 +7,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.dem.faces import simulate_further
 from overturning.dem.numerics import Numerics, Progress
 from overturning.dem.run import run
-from overturning.dem.simulate import simulate_grid
 from overturning.model.cases import Cases
-from overturning.model.variables import VARIABLES, Variable
+from overturning.model.grid import Grid
+from overturning.model.results import Results
+from overturning.model.variables import Variable
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.study.ensemble import PlaneEnsemble, Runner
+from overturning.study.ensemble import CellEnsemble, Runner
 from overturning.study.grid import grid_of
 from overturning.study.members import Members, draw_members
 from overturning.study.parts import WHOLE, Chunk, piece_of, write_part
-from overturning.study.scenes import NOMINAL, Sizes, contact_of, motion_of, numerics_of, scene_of
+from overturning.study.scenes import NOMINAL, Sizes, model_for, motion_of, numerics_of
 from overturning.study.schema import Study
 
 NOMINAL_SHARE = 0.15
@@ -27,66 +29,45 @@ NOMINAL_SHARE = 0.15
 
 def variables_of(study: Study) -> tuple[Variable, ...]:
     """The variables of a study's cube: those of the outcome, and of the ensemble where there is one."""
-    outcome: tuple[Variable, ...] = VARIABLES
-    if study.body is not None:
-        from overturning.study.space import variables_in_space
-
-        outcome = variables_in_space(study)
-    return (*outcome, *ensemble_type(study).variables) if study.ensemble.members else outcome
+    model = model_for(study)
+    return (*model.variables, *model.further_variables, *(model.ensemble_variables if study.ensemble.members else ()))
 
 
-def ensemble_type(study: Study) -> type[PlaneEnsemble]:
-    """The kind of ensemble of a study."""
-    if study.body is None:
-        return PlaneEnsemble
-    from overturning.study.space import SpaceEnsemble
-
-    return SpaceEnsemble
-
-
-def ensemble_of(study: Study, members: Members | None = None, everywhere: bool = False) -> PlaneEnsemble:
-    """The ensemble of a study, perhaps with members that have been drawn before, or of all cells."""
+def ensemble_of(
+    study: Study, variant: str = NOMINAL, members: Members | None = None, everywhere: bool = False
+) -> CellEnsemble:
+    """The ensemble of a variant of a study, perhaps with members that have been drawn before, or of all cells."""
     settings = study.ensemble
-    more = {} if study.body is None else {"shape": study.body.shape()}
     everywhere = everywhere or settings.where == "everywhere"
-    return ensemble_type(study)(members or draw_members(settings), everywhere, settings.half_width, **more)
+    return CellEnsemble(model_for(study, variant), members or draw_members(settings), everywhere, settings.half_width)
 
 
 def simulate_variant(
-    study: Study, variant: str, motion: Motion, grid: Any, numerics: Numerics
+    study: Study, variant: str, motion: Motion, grid: Grid, numerics: Numerics
 ) -> dict[str, NDArray[Any]]:
-    """Simulate a variant's scene, or body, on the study's grid, or on a piece of it; arrays as of `simulate_grid`.
+    """Simulate a variant's model on the study's grid, or on a piece of it; arrays as of `simulate_grid`.
 
     The scene of a variant is scaled by the same factor as the study's own; the slenderness is that of its reference
     element where this has the name of the study's, otherwise the scene keeps its own and the outcome is repeated.
     """
-    if study.body is not None:
-        from overturning.study.space import simulate_space
-
-        return simulate_space(study, contact_of(study, variant), motion, grid, numerics)
-    scene, sizes = scene_of(study, variant), Sizes.of(study, variant)
-    sized = replace(grid, height=sizes.heights(grid.height))
+    model, sizes = model_for(study, variant), Sizes.of(study, variant)
+    sized = grid.changed(height=sizes.heights(grid["height"]))
     if sizes.own_ratio is None:
-        return simulate_grid(scene, motion, sized, numerics)
-    arrays = simulate_grid(scene, motion, replace(sized, b_over_h=np.array([sizes.own_ratio])), numerics)
+        return simulate_further(model, motion, sized, numerics)
+    arrays = simulate_further(model, motion, sized.changed(b_over_h=np.array([sizes.own_ratio])), numerics)
     steps = arrays.pop("block_steps")
     return {name: np.repeat(values, grid.shape[2], axis=2) for name, values in arrays.items()} | {"block_steps": steps}
 
 
 def member_runner(study: Study, variant: str, motion: Motion, numerics: Numerics) -> Runner:
     """What runs cases of a variant for its ensemble, given heights and B/H of the study."""
-    if study.body is not None:
-        from overturning.study.space import run_space
+    model, sizes = model_for(study, variant), Sizes.of(study, variant)
 
-        contact = contact_of(study, variant)
-        return lambda cases, progress: run_space(study, contact, motion, cases, replace(numerics, progress=progress))
-    scene, sizes = scene_of(study, variant), Sizes.of(study, variant)
-
-    def run_members(cases: Cases, progress: Progress | None) -> Any:
+    def run_members(cases: Cases, progress: Progress | None) -> Results:
         height, b_over_h = np.asarray(cases.height), np.asarray(cases.b_over_h)
         ratio = sizes.ratios(b_over_h, np.array(study.b_over_h))
         sized = replace(cases, height=sizes.heights(height), b_over_h=ratio)
-        return run(scene, motion, sized, replace(numerics, progress=progress))
+        return run(model, motion, sized, replace(numerics, progress=progress))
 
     return run_members
 
@@ -136,7 +117,7 @@ def sweep_record(
     outcome = simulate_variant(study, variant, motion, grid, own)
     block_steps = int(np.sum(outcome["block_steps"]))
     if with_ensemble:
-        ensemble, runner = ensemble_of(study, members), member_runner(study, variant, motion, own)
+        ensemble, runner = ensemble_of(study, variant, members), member_runner(study, variant, motion, own)
         of_members = _part_of(numerics.progress, share, 1.0 - len(others) * share)
         spread, more = ensemble.run(motion, grid, outcome, runner, of_members)
         outcome |= spread

@@ -15,12 +15,11 @@ from numpy.typing import NDArray
 from scipy.stats import qmc, vonmises
 
 from overturning.arrays import FloatArray
-from overturning.dem.body.cases import SpaceCases
-from overturning.dem.body.run import run_in_space
 from overturning.dem.numerics import Numerics
+from overturning.dem.run import run
 from overturning.errors import ArgumentError
 from overturning.files import atomic_write
-from overturning.model.shapes import Circle, Rectangle
+from overturning.model.cases import Cases
 from overturning.study.sections import Population
 from overturning.study.sources import source_hash
 from overturning.surveys.library import Candidate
@@ -201,7 +200,7 @@ def stored_ways(
 @cache
 def _kernel() -> str:
     """Hash of the sources of the kernel in space."""
-    return source_hash("overturning.dem.body.run")
+    return source_hash("overturning.dem.body.plan")
 
 
 def computed_ways(one: Candidate, aspect: float, nodes: Sequence[tuple[int, int]], threads: int) -> NDArray[np.int8]:
@@ -211,9 +210,8 @@ def computed_ways(one: Candidate, aspect: float, nodes: Sequence[tuple[int, int]
     node, friction, amplitude, orientation = (values.ravel() for values in np.meshgrid(*axes, indexing="ij"))
     height, shape = HEIGHTS[np.array(nodes)[:, 0]], SHAPES[np.array(nodes)[:, 1]]
     node = node.astype(np.intp)
-    cases = SpaceCases(orientation, height[node], shape[node], max(aspect, 1.0), friction, amplitude)
-    body = Rectangle() if aspect else Circle()
-    found = run_in_space(body, one.motion, cases, Numerics(threads=threads))
+    cases = Cases(orientation, height[node], shape[node], friction, amplitude, aspect=max(aspect, 1.0))
+    found = run("rectangle" if aspect else "circle", one.motion, cases, Numerics(threads=threads))
     way = np.round(np.nan_to_num(found.fall_azimuth) / WAY_DEG).astype(np.int8) % WAYS
     outcome = np.where(found.overturned == 1, way, np.where(found.overturned == 0, STOOD, UNKNOWN))
     return outcome.astype(np.int8).reshape([axis.size for axis in axes])

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.plan import Path
+from overturning.dem.path import PlanePath
 from overturning.model.cases import Cases
 from overturning.model.geometry import place
 from overturning.model.scene import Scene
@@ -12,7 +12,7 @@ from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
 
-def block_path(scene: Scene, motion: Motion, cases: Cases, rows: NDArray[np.void], critical: float) -> Path:
+def block_path(scene: Scene, motion: Motion, cases: Cases, rows: NDArray[np.void], critical: float) -> PlanePath:
     """The path of a case's block, of critical angle α, and of its ground, from the kernel's rows with the rest before."""
     azimuth, height, ratio, amplitude = (
         float(getattr(cases, name)[0]) for name in ("azimuth_deg", "height", "b_over_h", "amplitude")
@@ -32,7 +32,8 @@ def block_path(scene: Scene, motion: Motion, cases: Cases, rows: NDArray[np.void
     origin = np.array([ground.x, float(ground.points[:, 1].max())])
     poses[:, 1, :2] += origin
     names = (block.element.name, ground.element.name)
-    return Path(
+    return PlanePath(
+        scene=scene,
         placed=placed,
         critical=np.array([np.nan, critical]),
         time=time,

@@ -9,22 +9,12 @@ from numpy.typing import NDArray
 from overturning.dem.block.path import block_path
 from overturning.dem.block.rules import CASE, RESULT, ROW, SCHEMES, BlockRules
 from overturning.dem.block.state import GENTLE, RIGID, ROUGH, TICKS
-from overturning.dem.kernel.balance import until_balanced
 from overturning.dem.kernel.clock import BLOCK
 from overturning.dem.kernel.ground import Ground
-from overturning.dem.kernel.queue import run_queue
+from overturning.dem.limits import AFTERMATH, DEEPEST, sinks_too_far
 from overturning.dem.numerics import Numerics
-from overturning.dem.plan import (
-    AFTERMATH,
-    DEEPEST,
-    Path,
-    Plan,
-    check_path,
-    most_rows,
-    rounded,
-    shaking,
-    sinks_too_far,
-)
+from overturning.dem.path import PlanePath
+from overturning.dem.plan import ANSWERS, Plan, most_rows, rounded, shaking
 from overturning.dem.quiet import quiet_windows
 from overturning.dem.time_step import (
     Scheme,
@@ -38,23 +28,17 @@ from overturning.dem.time_step import (
 )
 from overturning.model.cases import Cases
 from overturning.model.contact import check_precision
-from overturning.model.results import Answers
-from overturning.model.scene import Scene
+from overturning.model.planes import Planes
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
 
 @dataclass(frozen=True, kw_only=True)
 class BlockPlan(Plan):
-    """How each case of a single block is to be computed.
+    """How each case of a single block is to be computed."""
 
-    Attributes
-    ----------
-    table : structured ndarray, shape (n,)
-        The kernel's table of cases, of `overturning.dem.block.rules.CASE`.
-    """
-
-    table: NDArray[np.void]
+    model: Planes
+    scheme: Scheme
 
     @property
     def group(self) -> NDArray[np.int64]:
@@ -62,69 +46,61 @@ class BlockPlan(Plan):
         of_all = np.stack([self.steps, self.table["standing"], self.table["friction"] == 0])
         return np.asarray(np.unique(of_all, axis=1, return_inverse=True)[1]).ravel()
 
-    def compute(
-        self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: NDArray[Any] | None = None
-    ) -> tuple[Answers, NDArray[Any]]:
-        """Run cases with the same steps per sample, all with friction or all without; finer those that do not balance."""
-        motion, out, table = self.motion, np.zeros(chosen.size, RESULT), self.table[chosen]
-        upward = None if motion.up is None else np.concatenate([motion.up, np.zeros(3)])
-        scheme, steps = SCHEMES[self.scheme][0], int(self.steps[chosen[0]])
+    def tables(self, count: int) -> dict[str, NDArray[np.void]]:
+        """As of `Plan.tables`."""
+        return {"results": np.zeros(count, RESULT)}
+
+    def rules(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int) -> BlockRules:
+        """As of `Plan.rules`, of cases with the same steps per sample, all with friction or all without."""
+        scheme, steps, cases = SCHEMES[self.scheme][0], int(self.steps[chosen[0]]), self.table[chosen]
+        # The shortest step is in ticks, which shrink with the whole one.
+        cases["dwell"] *= finer
+        cases["settled"] *= finer
+        cases["gentle"] /= finer
         # Many steps between two looks at the lanes, but none beyond the next sample, as far as the shaking is loaded.
-        standing = float(table["standing"][0])
-        kept = np.zeros(0, ROW)
-
-        def run(rows: NDArray[np.int64], finer: int) -> None:
-            nonlocal kept
-            cases = table.copy()
-            # The shortest step is in ticks, which shrink with the whole one.
-            cases["dwell"] *= finer
-            cases["settled"] *= finer
-            cases["gentle"] /= finer
-            rules = BlockRules(
-                scheme=scheme,
-                rough=0 if table["friction"][0] > 0 else None,
-                cases=cases,
-                row=self.row[chosen],
-                results=out,
-                ground=Ground(self.ground, upward, motion.samples, motion.sampling_interval),
-                steps=steps * finer,
-                at_once=int(TICKS * steps * finer / standing) + scheme.ahead,
-                budget=self.numerics.budget,
-                deepest=DEEPEST,
-                most_rows=most_rows(ROW),
-            )
-            kept, noted = run_queue(rules, rows, counter, np.zeros(0, ROW) if path is None else path)
-            if noted < 0:  # there was no room
-                check_path(2 * kept.nbytes // 8)
-            kept = kept[:noted]
-
-        until_balanced(run, out["status"], out["energy"])
-        of_all = (out[name] for name in ("status", "depth", "energy", "steps"))
-        each = (out[name][:, None] for name in ("side", "time", "angle", "slip", "residual"))
-        return Answers(*of_all, *each), kept
-
-    def trace(self) -> tuple[Answers | None, Path]:
-        """Answers and path of a plan's only case."""
-        answers, path, case = None, np.zeros(0, ROW), self.table[0]
-        if not (self.never[0] or self.hopeless[0]):
-            room = np.zeros(self.motion.samples, ROW)
-            answers, path = self.compute(np.zeros(1, np.int64), np.zeros(1, np.int64), room)
-        rest = np.zeros(self.motion.samples if answers is None else int(self.first[0]), ROW)
-        rest["time"] = np.arange(rest.size) * self.motion.sampling_interval
-        rest["z"] = 0.5 * case["height"] - 0.5 * STANDARD_GRAVITY / case["stiffness"]
-        rest["ground"] = self.ground[0, : rest.size] * case["amplitude"]
-        return answers, block_path(
-            self.scene, self.motion, self.cases, np.concatenate([rest, path]), float(case["alpha"])
+        standing = float(cases["standing"][0])
+        return BlockRules(
+            scheme=scheme,
+            rough=0 if cases["friction"][0] > 0 else None,
+            cases=cases,
+            row=self.row[chosen],
+            results=tables["results"],
+            ground=Ground(self.ground, self.upward, self.motion.samples, self.motion.sampling_interval),
+            steps=steps * finer,
+            at_once=int(TICKS * steps * finer / standing) + scheme.ahead,
+            budget=self.numerics.budget,
+            deepest=DEEPEST,
+            most_rows=most_rows(ROW),
         )
 
+    def answers(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:  # noqa: ARG002
+        """As of `Plan.answers`."""
+        return {name: tables["results"][column] for name, column in ANSWERS.items()}
 
-def plan_block(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics) -> BlockPlan:
+    def room(self, kept: bool) -> NDArray[np.void]:
+        """As of `Plan.room`."""
+        return np.zeros(self.motion.samples if kept else 0, ROW)
+
+    def resting(self, count: int) -> NDArray[np.void]:
+        """As of `Plan.resting`."""
+        rows, case = np.zeros(count, ROW), self.table[0]
+        rows["time"] = np.arange(count) * self.motion.sampling_interval
+        rows["z"] = 0.5 * case["height"] - 0.5 * STANDARD_GRAVITY / case["stiffness"]
+        rows["ground"] = self.ground[0, :count] * case["amplitude"]
+        return rows
+
+    def path(self, rows: NDArray[np.void]) -> PlanePath:
+        """As of `Plan.path`."""
+        return block_path(self.model.scene, self.motion, self.cases, rows, float(self.table[0]["alpha"]))
+
+
+def plan_block(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) -> BlockPlan:
     """Check the arguments and work out what each case of a single block needs.
 
     Parameters
     ----------
-    scene : Scene
-        Of a single block, whose contact law and density count; height and B/H are those of the cases.
+    model : Planes
+        A single block, whose contact law and density count; height and B/H are those of the cases.
     motion, cases, numerics
         As of `overturning.dem.run.run`.
 
@@ -133,8 +109,8 @@ def plan_block(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics) -
     ArgumentError
         If an argument is outside its bounds, or the time step is not stable.
     """
-    ground_element, block = scene.elements
-    law, density = scene.law(ground_element, block), scene.materials[block.material].density
+    ground_element, block = model.scene.elements
+    law, density = model.scene.law(ground_element, block), model.scene.materials[block.material].density
     scheme = scheme_of(numerics.scheme)
     height, ratio = np.asarray(cases.height), np.asarray(cases.b_over_h)
     friction = np.asarray(cases.friction) if law.friction is None else np.full(cases.size, law.friction)
@@ -192,7 +168,7 @@ def plan_block(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics) -
     for name, values in columns.items():
         table[name] = values
     return BlockPlan(
-        scene=scene, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground, steps=steps,
+        model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground, steps=steps,
         first=first, never=never, table=table,
         hopeless=sinks_too_far(0.5 * STANDARD_GRAVITY / normal, np.minimum(width, height)),
     )  # fmt: skip

@@ -7,144 +7,111 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.body.cases import SpaceCases
-from overturning.dem.body.results import SpaceResults
+from overturning.dem.body.path import BodyPath
+from overturning.dem.body.results import answers_of
 from overturning.dem.body.rules import BODY, CASE, RESULT, ROW, START, BodyRules, Rim, Vertices
 from overturning.dem.body.statics import highest_mode, rest
 from overturning.dem.body.steps import pace_of
-from overturning.dem.kernel.balance import until_balanced
 from overturning.dem.kernel.clock import BODY as PACE
 from overturning.dem.kernel.ground import Ground
-from overturning.dem.kernel.queue import run_queue
+from overturning.dem.limits import AFTERMATH, DEEPEST, sinks_too_far
 from overturning.dem.numerics import BODY_STEP, Numerics
-from overturning.dem.plan import AFTERMATH, DEEPEST, check_path, most_rows, sinks_too_far
+from overturning.dem.plan import Plan, most_rows
 from overturning.dem.quiet import quiet_windows
 from overturning.dem.time_step import Scheme, scheme_of
 from overturning.errors import ArgumentError
-from overturning.model.contact import VertexContact, check_precision
-from overturning.model.shapes import Shape
+from overturning.model.body import Body
+from overturning.model.cases import Cases
+from overturning.model.contact import check_precision
 from overturning.model.solid import Solid
-from overturning.model.status import Status
-from overturning.model.variables import INT8_MISSING
 from overturning.motion.direction import direction_cosines
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 
 
-@dataclass(frozen=True)
-class Start:
-    """How a body begins, where not at rest: in its own axes turned to its orientation.
-
-    Parameters
-    ----------
-    place : tuple
-        Of the centre, m; z above the base.
-    quaternion : tuple
-        Rotation from the rest position (w, x, y, z).
-    velocity, angular_velocity : tuple
-        m/s and rad/s.
-    """
-
-    place: tuple[float, float, float]
-    quaternion: tuple[float, float, float, float]
-    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    angular_velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
-
-
 @dataclass(frozen=True, kw_only=True)
-class SpacePlan:
-    """How each of n cases is to be computed: functions of the case and its motion alone."""
+class BodyPlan(Plan):
+    """How each case of a body in space is to be computed."""
 
     halved: ClassVar[bool] = True
-    free: ClassVar[int] = 1
-    queue: ClassVar[Any] = staticmethod(run_queue)
 
-    motion: Motion
-    numerics: Numerics
-    shape: Shape
-    made: list[Solid]
-    bodies: NDArray[np.void]  # table of bodies, of `overturning.dem.body.rules.BODY`
+    model: Body
+    solids: list[Solid]  # of each size
+    bodies: NDArray[np.void]  # table of them, of `overturning.dem.body.rules.BODY`
     points: FloatArray  # shape (bodies, vertices, 3): from the centre, m
-    orientation: FloatArray  # shape (n,), degrees
     cosines: FloatArray  # shape (n, 2): of the orientation, north and east
-    row: NDArray[np.int64]  # shape (n,): row of `along`
-    along: FloatArray  # shape (orientations, 2, samples + 3): acceleration of the base along x and y, m/s²
-    steps: NDArray[np.int64]  # shape (n,), per sample
-    first: NDArray[np.int64]  # shape (n,): sample from which it is computed
-    never: NDArray[np.bool_]  # shape (n,): below the thresholds of rocking and sliding for the whole record
-    hopeless: NDArray[np.bool_]  # shape (n,): the weight alone `sinks_too_far`; no answer, and not computed
-    table: NDArray[np.void]  # shape (n,): the kernel's cases, of `overturning.dem.body.rules.CASE`
-
-    @property
-    def group(self) -> NDArray[np.int64]:
-        """Cases with the same number share a queue."""
-        return self.steps
 
     @property
     def kind(self) -> Any:
         """Mark of the bodies, by which the kernel takes its loops."""
-        return Rim() if self.made[0].radius > 0 else Vertices()
+        return Rim() if self.solids[0].radius > 0 else Vertices()
 
-    def uncomputed(self) -> SpaceResults:
-        """Results of all cases as long as none is computed: at rest, or without an answer."""
-        results = SpaceResults.at_rest(self.never.size)
-        results.status[self.hopeless], results.overturned[self.hopeless] = Status.UNSTABLE, INT8_MISSING
-        return results
+    @property
+    def upward(self) -> FloatArray:
+        """As of `Plan.upward`, zeros where it moves level."""
+        up = super().upward
+        return np.zeros(self.motion.samples + 3) if up is None else up
 
-    def compute(
-        self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: NDArray[np.void] | None = None
-    ) -> tuple[NDArray[np.void], NDArray[np.void]]:
-        """Results of chosen cases with the same steps per sample, finer of those that do not balance; rows of the first one's path."""
-        motion, out, table = self.motion, np.zeros(chosen.size, RESULT), self.table[chosen]
-        up = np.zeros(motion.samples + 3)
-        if motion.up is not None:
-            up[: motion.samples] = motion.up
-        kept = np.zeros(0, ROW)
+    def tables(self, count: int) -> dict[str, NDArray[np.void]]:
+        """As of `Plan.tables`."""
+        return {"results": np.zeros(count, RESULT)}
 
-        def run(rows: NDArray[np.int64], finer: int) -> None:
-            nonlocal kept
-            cases = table.copy()
-            # The shortest step is in ticks, which shrink with the whole one.
-            cases["dwell"] *= finer
-            rules = BodyRules(
-                kind=self.kind,
-                cases=cases,
-                row=self.row[chosen],
-                bodies=self.bodies,
-                points=self.points,
-                base=self.made[0].base,
-                results=out,
-                ground=Ground(self.along, up, motion.samples, motion.sampling_interval),
-                at_once=int(self.steps[chosen[0]]) * finer,
-                budget=self.numerics.budget // BODY_STEP,
-                most_rows=most_rows(ROW),
-            )
-            kept, noted = self.queue(rules, rows, counter, np.zeros(0, ROW) if path is None else path)
-            if noted < 0:  # there was no room
-                check_path(2 * kept.nbytes // 8)
-            kept = kept[:noted]
+    def rules(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int) -> BodyRules:
+        """As of `Plan.rules`, of cases with the same steps per sample."""
+        cases = self.table[chosen]
+        # The shortest step is in ticks, which shrink with the whole one.
+        cases["dwell"] *= finer
+        return BodyRules(
+            kind=self.kind,
+            cases=cases,
+            row=self.row[chosen],
+            bodies=self.bodies,
+            points=self.points,
+            base=self.solids[0].base,
+            results=tables["results"],
+            ground=Ground(self.ground, self.upward, self.motion.samples, self.motion.sampling_interval),
+            at_once=int(self.steps[chosen[0]]) * finer,
+            budget=self.numerics.budget // BODY_STEP,
+            most_rows=most_rows(ROW),
+        )
 
-        until_balanced(run, out["status"], out["energy"])
-        return out, kept
+    def answers(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:
+        """As of `Plan.answers`."""
+        faces = [self.solids[index].faces for index in self.table["body"][chosen]]
+        orientation = np.asarray(self.cases.azimuth_deg)[chosen]
+        return answers_of(tables["results"], orientation, self.cosines[chosen], faces)
 
-    def store(self, results: SpaceResults, chosen: NDArray[np.int64], out: NDArray[np.void]) -> None:
-        """Put what the kernel found into the results."""
-        faces = [self.made[index].faces for index in self.table["body"][chosen]]
-        results.store(chosen, out, self.orientation[chosen], self.cosines[chosen], faces)
+    def room(self, kept: bool) -> NDArray[np.void]:
+        """As of `Plan.room`."""
+        return np.zeros(self.motion.samples if kept else 0, ROW)
+
+    def resting(self, count: int) -> NDArray[np.void]:
+        """As of `Plan.resting`."""
+        rows, case = np.zeros(count, ROW), self.table[0]
+        rows["time"] = np.arange(count) * self.motion.sampling_interval
+        for name in START.names or ():
+            rows[name] = case["start"][name]
+        rows["ground_x"], rows["ground_y"] = self.ground[0, :, :count] * case["amplitude"]
+        rows["ground_z"] = self.upward[:count] * case["amplitude"]
+        return rows
+
+    def path(self, rows: NDArray[np.void]) -> BodyPath:
+        """As of `Plan.path`."""
+        size = (float(getattr(self.cases, name)[0]) for name in ("height", "b_over_h", "aspect"))
+        cosine, sine = self.cosines[0].tolist()
+        return BodyPath(rows, (cosine, sine), *self.model.shape.outline(*size))
 
 
-def plan_in_space(
-    shape: Shape,
-    motion: Motion,
-    cases: SpaceCases,
-    numerics: Numerics,
-    contact: VertexContact,
-    start: Start | None = None,
-) -> SpacePlan:
-    """Check the arguments and work out what each case needs; parameters and errors as of `run_in_space`."""
+def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> BodyPlan:
+    """Check the arguments and work out what each case of a body needs; parameters and errors as of `overturning.dem.run.run`."""
+    shape, contact, start = model.shape, model.contact, model.start
     if scheme_of(numerics.scheme) != Scheme.CENTRED:
         raise ArgumentError(f"scheme: {numerics.scheme!r}; a body in space has 'centred' alone")
-    sizes, which = np.unique(cases.table[:, 1:4], axis=0, return_inverse=True)
+    if np.asarray(cases.initial_tilt).any():
+        raise ArgumentError("initial_tilt: a body in space starts at rest; leave it at 0")
+    sizes, which = np.unique(
+        np.stack([cases.height, cases.b_over_h, cases.aspect], axis=1), axis=0, return_inverse=True
+    )
     made = [shape.body(*(float(value) for value in size)) for size in sizes]
     laws = np.array([contact.specific(body) for body in made])
     modes = np.array([highest_mode(body) for body in made])
@@ -190,16 +157,16 @@ def plan_in_space(
     else:
         table["start"] = (*start.place, *start.quaternion, *start.velocity, *start.angular_velocity)
     bodies, points = _bodies(made)
-    return SpacePlan(
-        motion=motion, numerics=numerics, shape=shape, made=made, bodies=bodies, points=points, cosines=cosines,
-        orientation=np.asarray(cases.orientation_deg), row=row, along=along, steps=pace.steps, first=first, never=never, table=table,
+    return BodyPlan(
+        model=model, motion=motion, cases=cases, numerics=numerics, solids=made, bodies=bodies, points=points, cosines=cosines, row=row,
+        ground=along, steps=pace.steps, first=first, never=never, table=table,
         hopeless=sinks_too_far(sunk, 2.0 * np.minimum(foot, reach))[which],
     )  # fmt: skip
 
 
-def _shaking(motion: Motion, cases: SpaceCases) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
+def _shaking(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
     """Row of each case, cosines of its orientation, and rows of the base's acceleration along x and y of each orientation."""
-    distinct, row = np.unique(np.asarray(cases.orientation_deg), return_inverse=True)
+    distinct, row = np.unique(np.asarray(cases.azimuth_deg), return_inverse=True)
     along = np.zeros((distinct.size, 2, motion.samples + 3))
     cosines = np.array([direction_cosines(float(value)) for value in distinct])
     for index, orientation in enumerate(distinct):

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.plan import DEEPEST
+from overturning.dem.limits import DEEPEST
 from overturning.dem.polygon import tables as t
 from overturning.dem.polygon.prepare import Prepared, smallest
 from overturning.model.geometry import WIDE, Placed, common_stretch, partners, parts_of

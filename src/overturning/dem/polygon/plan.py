@@ -7,14 +7,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.kernel.balance import until_balanced
 from overturning.dem.kernel.clock import SCENE
 from overturning.dem.kernel.ground import Ground
-from overturning.dem.kernel.queue import run_queue
+from overturning.dem.limits import AFTERMATH
 from overturning.dem.numerics import ELEMENT_STEP, Numerics
-from overturning.dem.plan import AFTERMATH, Path, Plan, check_path, shaking
+from overturning.dem.path import PlanePath
+from overturning.dem.plan import ANSWERS, Plan, check_path, shaking
 from overturning.dem.polygon import tables as t
 from overturning.dem.polygon.arrays import kernel_column, kernel_layout, kernel_rules, kernel_shapes
+from overturning.dem.polygon.path import path_columns, scene_path
 from overturning.dem.polygon.prepare import Prepared, prepare
 from overturning.dem.polygon.rules import SCHEMES, SceneRules
 from overturning.dem.quiet import SAFE_SHARE, quiet_windows
@@ -22,7 +23,7 @@ from overturning.dem.time_step import HEAVY_DAMPING, Scheme, samples_divided, sc
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.contact import check_precision
-from overturning.model.results import Answers
+from overturning.model.planes import Planes
 from overturning.model.scene import Scene
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
@@ -38,91 +39,92 @@ class PolygonPlan(Plan):
 
     halved: ClassVar[bool] = True
 
+    model: Planes
+    scheme: Scheme
     variants: list[Prepared]  # the scene at each size
     variant: NDArray[np.int64]  # shape (n,): which of them each case is
-    table: NDArray[np.void]  # shape (n,): the kernel's cases, of `tables.CASE`; the others as of `SceneRules`
-    stands_from: FloatArray
+    stands_from: FloatArray  # this and the others as of `SceneRules`
     layout: NDArray[np.int64]
     parts: NDArray[np.int64]
     sizes: NDArray[np.int64]
     shapes: FloatArray
     initial: FloatArray
-    rules: NDArray[np.void]
+    elements: NDArray[np.void]
     limits: NDArray[np.void]
 
-    def compute(
-        self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: NDArray[Any] | None = None
-    ) -> tuple[Answers, NDArray[Any]]:
-        """Run cases with the same number of steps per sample; finer those that do not balance."""
-        motion, table = self.motion, self.table[chosen]
-        out, every = np.zeros(chosen.size, t.RESULT), np.zeros((chosen.size, self.rules.shape[1]), t.ELEMENT_RESULT)
-        upward = None if motion.up is None else np.concatenate([motion.up, np.zeros(3)])
-        kept = np.zeros((0, 0)) if path is None else path
+    def tables(self, count: int) -> dict[str, NDArray[np.void]]:
+        """As of `Plan.tables`, and ``each``, shape (n, elements)."""
+        return {
+            "results": np.zeros(count, t.RESULT),
+            "each": np.zeros((count, self.elements.shape[1]), t.ELEMENT_RESULT),
+        }
 
-        def run(rows: NDArray[np.int64], finer: int) -> None:
-            nonlocal kept
-            cases = table.copy()
-            # The shortest step is in ticks, which shrink with the whole one.
-            cases["dwell"] *= finer
-            rules = SceneRules(
-                scheme=SCHEMES[self.scheme][0],
-                cases=cases,
-                stands_from=self.stands_from[chosen],
-                row=self.row[chosen],
-                variant=self.variant[chosen],
-                initial=self.initial,
-                layout=self.layout,
-                parts=self.parts,
-                sizes=self.sizes,
-                shapes=self.shapes,
-                elements=self.rules,
-                limits=self.limits,
-                results=out,
-                each=every,
-                ground=Ground(self.ground, upward, motion.samples, motion.sampling_interval),
-                gravity=self.scene.gravity,
-                at_once=int(self.steps[chosen[0]]) * finer,
-                weight=self.free,
-                budget=self.numerics.budget // ELEMENT_STEP,
-            )
-            room = np.zeros((0, 0)) if path is None else path
-            room[:] = 0.0
-            kept, noted = run_queue(rules, rows, counter, room)
-            kept = kept[:noted]
+    def rules(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int) -> SceneRules:
+        """As of `Plan.rules`, of cases with the same number of steps per sample."""
+        cases = self.table[chosen]
+        # The shortest step is in ticks, which shrink with the whole one.
+        cases["dwell"] *= finer
+        return SceneRules(
+            scheme=SCHEMES[self.scheme][0],
+            cases=cases,
+            stands_from=self.stands_from[chosen],
+            row=self.row[chosen],
+            variant=self.variant[chosen],
+            initial=self.initial,
+            layout=self.layout,
+            parts=self.parts,
+            sizes=self.sizes,
+            shapes=self.shapes,
+            elements=self.elements,
+            limits=self.limits,
+            results=tables["results"],
+            each=tables["each"],
+            ground=Ground(self.ground, self.upward, self.motion.samples, self.motion.sampling_interval),
+            gravity=self.model.scene.gravity,
+            at_once=int(self.steps[chosen[0]]) * finer,
+            weight=len(self.model.elements),
+            budget=self.numerics.budget // ELEMENT_STEP,
+        )
 
-        until_balanced(run, out["status"], out["energy"])
-        edge = np.array([item.edge for item in self.variants])[self.variant[chosen]]
+    def answers(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:
+        """As of `Plan.answers`."""
+        out, every, variant = tables["results"], tables["each"], self.variant[chosen]
+        edge = np.array([item.edge for item in self.variants])[variant]
         off_the_edge = (every["slip"] >= edge).any(axis=1) & (out["status"] == Status.SIMULATED)
         out["status"][off_the_edge] = Status.UNSTABLE
-        every["angle"] /= np.stack([item.unit for item in self.variants])[self.variant[chosen]]
-        of_all = (out[name] for name in ("status", "depth", "energy", "steps"))
-        each = (every[name][:, self.variants[0].free] for name in ("side", "time", "angle", "slip", "residual"))
-        return Answers(*of_all, *each), kept
+        every["angle"] /= np.stack([item.unit for item in self.variants])[variant]
+        free = self.variants[0].free
+        each = every[:, free[0]] if len(free) == 1 else every[:, free]
+        return {name: (out if column in (t.RESULT.names or ()) else each)[column] for name, column in ANSWERS.items()}
 
-    def trace(self) -> tuple[Answers | None, Path]:
-        """Answers and path of a plan's only case."""
-        prepared, first, case = self.variants[0], int(self.first[0]), self.table[0]
-        poses_end = 2 + 6 * len(prepared.placed)
-        rows = int(case["after"]) - first + 3
-        columns = poses_end + 2 * t.FORCE_COLUMNS * len(prepared.pairs)
-        answers, path = None, np.zeros((0, columns))
+    def room(self, kept: bool) -> FloatArray:
+        """As of `Plan.room`."""
+        if not kept:
+            return np.zeros((0, 0))
+        rows, columns = int(self.table[0]["after"]) - int(self.first[0]) + 3, path_columns(self.variants[0])
         check_path(rows * columns)
-        if not (self.never[0] or self.hopeless[0]):
-            room = np.zeros((rows, columns))
-            answers, path = self.compute(np.zeros(1, np.int64), np.zeros(1, np.int64), room)
-        rest = np.zeros((self.motion.samples if answers is None else first, columns))
+        return np.zeros((rows, columns))
+
+    def resting(self, count: int) -> FloatArray:
+        """As of `Plan.resting`."""
+        prepared = self.variants[0]
+        rest, poses_end = np.zeros((count, path_columns(prepared))), 2 + 6 * len(prepared.placed)
         rest[:, poses_end:] = np.nan
-        rest[:, t.T_TIME] = np.arange(len(rest)) * self.motion.sampling_interval
-        rest[:, t.T_GROUND] = self.ground[0, : len(rest)] * case["amplitude"]
+        rest[:, t.T_TIME] = np.arange(count) * self.motion.sampling_interval
+        rest[:, t.T_GROUND] = self.ground[0, :count] * self.table[0]["amplitude"]
         for index, item in enumerate(prepared.placed):
             pose = np.array([item.x, item.z, 0.0]) + prepared.displacement[index]
             rest[:, 2 + 6 * index : 5 + 6 * index] = pose
-        return answers, _path(prepared, np.concatenate([rest, path]))
+        return rest
+
+    def path(self, rows: FloatArray) -> PlanePath:
+        """As of `Plan.path`."""
+        return scene_path(self.variants[0], rows)
 
 
-def plan_polygons(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics) -> PolygonPlan:
+def plan_polygons(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) -> PolygonPlan:
     """Check the arguments and work out what each case of a scene needs; parameters and errors as of `overturning.dem.run.run`."""
-    scheme = scheme_of(numerics.scheme)
+    scheme, scene = scheme_of(numerics.scheme), model.scene
     if np.asarray(cases.initial_tilt).any():
         raise ArgumentError("initial_tilt: a scene starts at rest; rotate an element in the scene file instead")
     keys = np.stack([np.asarray(cases.height), np.asarray(cases.b_over_h), np.asarray(cases.damping_factor)], axis=1)
@@ -145,7 +147,7 @@ def plan_polygons(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics
     table["standing"], table["settled"] = SCENE.whole, SCENE.settled
     shaped, ruled = [kernel_shapes(item) for item in variants], [kernel_rules(item) for item in variants]
     return PolygonPlan(
-        scene=scene, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground,
+        model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground,
         steps=per_sample[variant] * numerics.refinement,
         first=first, never=never, hopeless=np.array([item.sinks for item in variants])[variant], variants=variants, variant=variant,
         table=table, stands_from=stands_from,
@@ -153,34 +155,9 @@ def plan_polygons(scene: Scene, motion: Motion, cases: Cases, numerics: Numerics
         sizes=shaped[0][0],
         shapes=np.stack([shapes for _, shapes in shaped]),
         initial=np.stack([kernel_column(item) for item in variants]),
-        rules=np.stack([rules for rules, _ in ruled]),
+        elements=np.stack([rules for rules, _ in ruled]),
         limits=np.stack([limits for _, limits in ruled]),
     )  # fmt: skip
-
-
-def _path(prepared: Prepared, rows: FloatArray) -> Path:
-    """The path of a case, from rows with the columns of `overturning.dem.polygon.tables`."""
-    placed, ends = prepared.placed, 2 * len(prepared.pairs)
-    poses_end = 2 + 6 * len(placed)
-    forces = rows[:, poses_end:].reshape(len(rows), ends, t.FORCE_COLUMNS)
-    force, load = forces[:, :, [t.T_FX, t.T_FZ]], forces[:, :, [t.T_LOAD]]
-    contacts: list[tuple[str, str]] = []
-    for index, (first, second) in enumerate(prepared.pairs):
-        # On the later element, which stands on the earlier one, unless forces do not move it.
-        on, by = sorted((first, second), key=lambda k: (placed[k].fixed, -k))
-        if on == second:
-            force[:, 2 * index : 2 * index + 2] *= -1.0
-        contacts += 2 * [(placed[on].element.name, placed[by].element.name)]
-    return Path(
-        placed=placed,
-        critical=prepared.alpha,
-        time=rows[:, t.T_TIME],
-        ground=rows[:, t.T_GROUND],
-        poses=rows[:, 2:poses_end].reshape(len(rows), len(placed), 6),
-        force=force,
-        place=forces[:, :, [t.T_LOAD_X, t.T_LOAD_Z]] / np.where(load > 0.0, load, np.nan),
-        contacts=contacts,
-    )
 
 
 def steps_of(

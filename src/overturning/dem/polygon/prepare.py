@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
-from overturning.dem.plan import sinks_too_far
+from overturning.dem.limits import sinks_too_far
 from overturning.dem.polygon.statics import Laws, Loaded, contact_laws, highest_modes, rest
 from overturning.model.geometry import End, Placed, ground_of, pairs_of, place
 from overturning.model.scene import Scene

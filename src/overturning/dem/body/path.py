@@ -1,0 +1,66 @@
+"""The way of a body in space in one case."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from overturning.arrays import FloatArray
+from overturning.dem.path import described
+from overturning.model.results import Results
+from overturning.model.variables import BODY_VARIABLES
+
+
+@dataclass(frozen=True)
+class BodyPath:
+    """The way of a body in one case."""
+
+    rows: NDArray[np.void]  # of `overturning.dem.body.rules.ROW`
+    cosines: tuple[float, float]  # of its orientation, north and east
+    corners: FloatArray  # at rest, from the centre, shape (corners, 3), m
+    edges: NDArray[np.int64]  # between corners, shape (edges, 2)
+
+    def described(self, results: Results) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+        """Variables, coordinates and attributes of a dataset, with the results of the case."""
+        cosine, sine = self.cosines
+
+        def enu(columns: FloatArray) -> FloatArray:
+            # x points to the orientation, y 90° anticlockwise of it.
+            x, y, z = np.moveaxis(columns, -1, 0)
+            return np.stack([x * sine - y * cosine, x * cosine + y * sine, z], axis=-1)
+
+        def of(*names: str) -> FloatArray:
+            return np.stack([self.rows[name] for name in names], axis=-1)
+
+        quaternion = of("qw", "qx", "qy", "qz")
+        w, x, y, z = quaternion.T
+        axis = enu(np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)], axis=-1))
+        variables = {
+            "place": described("time enu", enu(of("x", "y", "z")), "m", "centre, in the frame of the base"),
+            "quaternion": described(
+                "time wxyz",
+                np.concatenate([quaternion[:, :1], enu(quaternion[:, 1:])], axis=1),
+                "1",
+                "rotation from the pose at rest",
+            ),
+            "velocity": described(
+                "time enu", enu(of("vx", "vy", "vz")), "m s-1", "of the centre, relative to the base"
+            ),
+            "angular_velocity": described("time enu", enu(of("wx", "wy", "wz")), "rad s-1", "angular velocity"),
+            "tilt_north": described("time", axis[:, 1], "1", "northward component of the body's axis"),
+            "tilt_east": described("time", axis[:, 0], "1", "eastward component of the body's axis"),
+            "ground_acceleration": described(
+                "time enu", enu(of("ground_x", "ground_y", "ground_z")), "m s-2", "acceleration of the base"
+            ),
+            "outline": described("corner enu", enu(self.corners), "m", "corners at rest, from the centre"),
+            "edges": (("edge", "end"), self.edges),
+        }
+        for item in BODY_VARIABLES:
+            if item.name != "repeated":
+                variables[item.name] = ((), getattr(results, item.name)[0], item.all_attributes)
+        coordinates = {
+            "time": described("time", self.rows["time"], "s", "time after the record's start"),
+            "enu": ("enu", ["east", "north", "up"]),
+        }
+        return variables, coordinates, {}

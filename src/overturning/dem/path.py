@@ -1,0 +1,86 @@
+"""The way of all elements of a scene in one case, and the forces between them."""
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from overturning.arrays import FloatArray
+from overturning.model.geometry import Placed
+from overturning.model.results import Results
+from overturning.model.scene import Scene
+from overturning.model.variables import VARIABLES
+
+POSES: Final = {
+    "x": ("m", "centre towards the azimuth, in the frame of the base"),
+    "z": ("m", "height of the centre"),
+    "rotation": ("rad", "rotation, positive towards the azimuth"),
+    "velocity_x": ("m s-1", "velocity towards the azimuth, relative to the base"),
+    "velocity_z": ("m s-1", "upward velocity"),
+    "angular_velocity": ("rad s-1", "angular velocity"),
+}
+
+
+def described(dimensions: str, values: Any, units: str, long_name: str) -> tuple[Any, ...]:
+    """A variable of a dataset."""
+    return dimensions.split(), values, {"units": units, "long_name": long_name}
+
+
+@dataclass(frozen=True)
+class PlanePath:
+    """The way of all elements of a scene in one case."""
+
+    scene: Scene
+    placed: list[Placed]
+    critical: FloatArray  # shape (elements,): α of each free element, rad
+    time: FloatArray  # shape (rows,), s after the record's start
+    ground: FloatArray  # shape (rows,): acceleration of the base towards the azimuth, m/s²
+    poses: FloatArray  # shape (rows, elements, 6): x, z, rotation and their rates, in the frame of the base
+    force: FloatArray  # shape (rows, contacts, 2): mean from this row to the next, on the first element, N
+    place: FloatArray  # shape (rows, contacts, 2): where it acts, m; NaN where nothing touches or nothing is known
+    contacts: list[tuple[str, str]]  # names of the two elements
+
+    def described(self, results: Results) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+        """Variables, coordinates and attributes of a dataset, with the results of the case."""
+        vertices = np.full((len(self.placed), max(len(item.shape.vertices) for item in self.placed), 2), np.nan)
+        for item, row in zip(self.placed, vertices, strict=True):
+            row[: len(item.shape.vertices)] = item.shape.vertices
+        x, _, angle = np.moveaxis(self.poses[:, :, :3], 2, 0)
+        slip = x - [item.x for item in self.placed] + np.nanmin(vertices[:, :, 1], axis=1) * np.sin(angle)
+        variables = {
+            name: described("time element", self.poses[:, :, column], *about)
+            for column, (name, about) in enumerate(POSES.items())
+        }
+        mean = "mean from this time to the next"
+        variables |= {
+            "base_slip": described("time element", slip, "m", "displacement of the middle of the lower side"),
+            "ground_acceleration": described(
+                "time", self.ground, "m s-2", "acceleration of the base towards the azimuth"
+            ),
+            "contact_force": described("time contact xz", self.force, "N", f"force on contact_on, {mean}"),
+            "contact_place": described("time contact xz", self.place, "m", f"where it acts, {mean}"),
+            "contact_on": ("contact", [on for on, _ in self.contacts]),
+            "contact_by": ("contact", [by for _, by in self.contacts]),
+            "kind": ("element", [item.element.kind for item in self.placed]),
+            "critical_angle": described("element", self.critical, "rad", "critical angle"),
+            "fallen_angle": described(
+                "element",
+                [np.nan if item.fixed else item.fallen for item in self.placed],
+                "rad",
+                "rotation at which it has fallen",
+            ),
+            "vertices": described("element vertex xz", vertices, "m", "vertices about the centre, counter-clockwise"),
+        }
+        free = [index for index, item in enumerate(self.placed) if not item.fixed]
+        for variable in (item for item in VARIABLES if item.name != "mirrored"):
+            values = getattr(results, variable.name)[0]
+            if variable.per_element:
+                values, of_free = np.full(len(self.placed), variable.missing, variable.dtype), values
+                values[free] = of_free
+            variables[variable.name] = (("element",) if variable.per_element else (), values, variable.all_attributes)
+        coordinates = {
+            "time": described("time", self.time, "s", "time after the record's start"),
+            "element": ("element", [item.element.name for item in self.placed]),
+        }
+        weight = self.scene.gravity * sum(item.mass for item in self.placed if not item.fixed)
+        return variables, coordinates, {"reference": self.scene.shown_name, "weight": weight}

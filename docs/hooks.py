@@ -65,17 +65,16 @@ def columns() -> str:
 
 def variables() -> str:
     """The variables of the cube, those of the ensemble too."""
-    from overturning.model.variables import VARIABLES
-    from overturning.study.ensemble import ENSEMBLE_VARIABLES
+    from overturning.model.variables import PLANE_ENSEMBLE_VARIABLES, VARIABLES
 
-    return _table((*VARIABLES, *ENSEMBLE_VARIABLES))
+    return _table((*VARIABLES, *PLANE_ENSEMBLE_VARIABLES))
 
 
 def space() -> str:
     """The variables of a cube in space."""
-    from overturning.study.space import OUTCOME, PLANE_VARIABLES, SPACE_ENSEMBLE_VARIABLES
+    from overturning.model.variables import BODY_ENSEMBLE_VARIABLES, BODY_VARIABLES, FACE_VARIABLES
 
-    return _table((*OUTCOME, *PLANE_VARIABLES, *SPACE_ENSEMBLE_VARIABLES))
+    return _table((*BODY_VARIABLES, *FACE_VARIABLES, *BODY_ENSEMBLE_VARIABLES))
 
 
 def _table(every: Any) -> str:

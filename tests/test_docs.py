@@ -9,10 +9,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from overturning.study.space import OUTCOME, PLANE_VARIABLES
 
 from overturning.model.status import Status
-from overturning.model.variables import VARIABLES
+from overturning.model.variables import BODY_VARIABLES, FACE_VARIABLES, VARIABLES
 from tests.expect import lacking
 
 ROOT = Path(__file__).parents[1]
@@ -114,7 +113,7 @@ def test_the_method_explains_each_status_and_the_glossary_each_variable():
     table = method.split("| `status` |", 1)[1].split("\n\n", 1)[0]
     assert re.findall(r"^\| `(\w+)` \|", table, flags=re.MULTILINE) == [status.name.lower() for status in Status]
     assert [variable.name for variable in VARIABLES if f"`{variable.name}`" not in glossary] == []
-    in_space = (*OUTCOME, *PLANE_VARIABLES)
+    in_space = (*BODY_VARIABLES, *FACE_VARIABLES)
     assert [variable.name for variable in in_space if f"`{variable.name}`" not in glossary] == []
 
 

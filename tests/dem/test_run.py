@@ -17,6 +17,7 @@ from overturning.dem.trajectory import trajectory
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
+from overturning.model.falls import as_model
 from overturning.model.planes import Planes
 from overturning.model.scene import check_scene, gravestone
 from overturning.model.variables import INT8_MISSING, PLANE_ENSEMBLE_VARIABLES, VARIABLES
@@ -58,6 +59,26 @@ def test_the_gravestone_is_the_default_of_every_function() -> None:
     stone = path.sel(element="stone")
     assert stone["peak_rotation"] == alone.peak_rotation[1]
     assert path.attrs["block_steps"] == alone.block_steps[1]
+
+
+@pytest.mark.parametrize(
+    "model", [None, shipped("three-tier"), "rectangle", 6], ids=["block", "scene", "rectangle", "hexagon"]
+)
+def test_a_grid_its_cases_and_their_paths_have_the_same_answers(model: Any) -> None:
+    known = as_model(model)
+    axes = {f"{known.direction}_deg": [10.0, 50.0], "height": [0.6], "b_over_h": [0.25, 0.75], "friction": [0.7]}
+    arrays = simulate_arrays(MOTION, model, **axes)
+    cells = [cell.ravel() for cell in np.meshgrid(*axes.values(), indexing="ij")]
+    results = run(model, MOTION, Cases(*cells))
+    assert len(np.unique(results.overturned)) > 1
+    one = {name: float(values[-1]) for name, values in axes.items()}
+    path = trajectory(MOTION, model, **one)
+    path = path.sel(element=list(known.elements)) if "element" in path.dims else path
+    for variable in known.variables:
+        if variable.name != known.copied:
+            values = getattr(results, variable.name)
+            np.testing.assert_array_equal(arrays[variable.name].reshape(values.shape), values, err_msg=variable.name)
+            np.testing.assert_array_equal(path[variable.name].to_numpy().squeeze(), values[-1], err_msg=variable.name)
 
 
 def test_a_scene_with_its_own_friction_is_computed_once_for_all_of_the_grid() -> None:

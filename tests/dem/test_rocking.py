@@ -8,6 +8,7 @@ from overturning.dem.simulate import simulate_arrays
 from overturning.model.cases import Cases
 from overturning.model.contact import Contact
 from overturning.model.results import Results
+from overturning.model.scene import gravestone
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
@@ -83,7 +84,7 @@ def test_known_answer(number: int, damping_ratio: float) -> None:
     """Three of fourteen pulse records overturn B/H = 0.4, in the fault-normal component only."""
     motion, normal, parallel = near_field(number)
     grid = {"azimuth_deg": [normal, parallel], "height": [0.6], "b_over_h": [0.39, 0.4, 0.42], "friction": [1.0]}
-    found = simulate_arrays(motion, **grid, contact=Contact(damping_ratio=damping_ratio))
+    found = simulate_arrays(motion, gravestone(Contact(damping_ratio=damping_ratio)), **grid)
     assert (found["status"] <= 1).all()
     falls = (found["overturned"] != 0)[:, 0, :, 0]
     assert falls.tolist() == [[number in FALLING] * 3, [False] * 3]

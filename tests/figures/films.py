@@ -5,14 +5,14 @@ import math
 import numpy as np
 import xarray as xr
 
-from overturning.dem.body.trajectory import trajectory_in_space
+from overturning.dem.trajectory import trajectory
 from overturning.figures.film import Body, Film, Panel
 from overturning.motion.motion import Motion
 
 
 def falling_body(motion: Motion, b_over_h: float = 0.25) -> xr.Dataset:
     """A slender body under a motion."""
-    return trajectory_in_space(motion, orientation_deg=10.0, height=0.6, b_over_h=b_over_h, friction=0.8)
+    return trajectory(motion, "rectangle", orientation_deg=10.0, height=0.6, b_over_h=b_over_h, friction=0.8)
 
 
 def block(rotation: np.ndarray, width: float = 0.24, height: float = 0.6) -> Body:

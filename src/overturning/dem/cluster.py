@@ -25,14 +25,14 @@ def run_on_cluster(run: Callable[[Motion, Any, Numerics], Any], motion: Motion, 
         Runs some of the cases on a worker and returns a dataclass of arrays, a row per case.
     motion : Motion
         The ground's.
-    cases : Cases or SpaceCases
+    cases : Cases
         All cases.
     numerics : Numerics
         How they are computed. Each task has one thread, and `progress` counts cases.
 
     Returns
     -------
-    Results or SpaceResults
+    Results
         In the order of the cases. What a lost worker held or worked at is computed again by another.
 
     Raises

@@ -10,7 +10,7 @@ import numba
 import numpy as np
 import pytest
 
-from overturning.dem.kernel import cache
+from overturning.dem.kernel import cache, queue
 from overturning.dem.kernel.cache import cache_directory, keep_compiled
 from overturning.dem.simulate import simulate_arrays
 from overturning.motion.motion import Motion
@@ -89,3 +89,4 @@ def test_all_that_kernels_import_names_the_folder_of_the_cache() -> None:
         if name.startswith("overturning.dem.") and "numba" in path.read_text(encoding="utf-8"):
             types = {"overturning.arrays"}  # nothing of it is compiled
             assert {modules()[other] for other in imports(name) - types} <= {*cache._COMPILED}, name
+    assert queue.run_queue._cache._cache_path == str(cache_directory())

@@ -77,7 +77,7 @@ def test_random_polygons_have_fallen_where_they_can_rest() -> None:
 
 def flags_and_angles(made: Scene, motion: Motion, **keys: Any) -> tuple[np.ndarray, np.ndarray]:
     found = run(made, motion, Cases([0.0], *native_size(made), 0.7, **keys))
-    return found.overturned[0], found.peak_rotation[0]
+    return np.atleast_1d(found.overturned[0]), found.peak_rotation[0]
 
 
 @pytest.mark.parametrize("peak", [8.0, 9.0])

@@ -4,14 +4,10 @@ import hashlib
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-import overturning.dem
-from overturning.dem.kernel import queue
-from overturning.dem.kernel.cache import cache_directory
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import run
 from overturning.dem.simulate import simulate, simulate_arrays
@@ -160,21 +156,6 @@ def test_a_trajectory_is_the_cell_of_the_sweep() -> None:
     assert min(np.abs(rotation).max(), 0.5 * np.pi) / np.arctan(0.242 / 0.636) == pytest.approx(
         cell["peak_rotation"].values[2], rel=2e-2
     )
-
-
-def test_what_is_compiled_comes_from_the_folder_that_names_the_cache() -> None:
-    """Numba notices no change in another file; `keep_compiled` hashes the whole layer."""
-    folder = Path(overturning.dem.__file__).parent
-    compiled = [path for path in sorted(folder.rglob("*.py")) if "import njit" in path.read_text(encoding="utf-8")]
-    assert Path(queue.__file__) in compiled
-    for path in compiled:
-        for line in path.read_text(encoding="utf-8").splitlines():
-            if line.startswith("from overturning"):
-                # Types of arrays are for the reader and the type checker; nothing of them is compiled.
-                assert line.startswith(
-                    ("from overturning.dem.", "from overturning.arrays import", "from overturning.units import")
-                ), path.name
-    assert queue.run_queue._cache._cache_path.endswith(cache_directory(folder).name)
 
 
 def test_what_a_scene_does_not_have_is_refused() -> None:

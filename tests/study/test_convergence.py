@@ -137,12 +137,11 @@ def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threa
         each = zip(map(Motion.of, done.records), chosen, strict=True)
         return sum(int(run_cases(motion, one, **changed).block_steps.sum()) for motion, one in each)
 
-    def whole(**changed: Any) -> np.ndarray:
-        scene = gravestone(changed.pop("contact", None))
+    def whole(model: Planes | None = None, **changed: Any) -> np.ndarray:
         numerics = Numerics(time_step="0.01 stable", **changed)
-        return plan_of(Planes(scene), Motion.of(short(7)), cases_of(settings, done.sample.index), numerics).steps
+        return plan_of(model or Planes(), Motion.of(short(7)), cases_of(settings, done.sample.index), numerics).steps
 
-    stiff = {"contact": Contact(static_penetration=STATIC_PENETRATION / 4)}
+    stiff = {"model": Planes(gravestone(Contact(static_penetration=STATIC_PENETRATION / 4)))}
     np.testing.assert_array_equal(whole(refinement=8), 8 * whole())
     # Whole steps follow the motion, whatever the contact.
     np.testing.assert_array_equal(whole(**stiff), whole())

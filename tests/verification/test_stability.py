@@ -10,6 +10,7 @@ import pytest
 
 from overturning.dem.run import run_cases
 from overturning.model.cases import Cases
+from overturning.model.results import Results
 from overturning.model.scene import gravestone
 from verification.stability.cases import (
     ADVERSARIAL,
@@ -79,7 +80,7 @@ def test_the_checks_find_a_wrong_answer() -> None:
         "left out above a threshold": {"status": np.array([1], np.int8)},
     }
     for reason, change in wrong.items():
-        assert block_contradiction(SOUND, motion, replace(found, **change)) == reason
+        assert block_contradiction(SOUND, motion, Results(**vars(found) | change)) == reason
 
 
 def test_what_numbers_cannot_hold_is_refused_by_name() -> None:

@@ -1,6 +1,5 @@
 """No case of a shipped scene is silent, on a small sample; what is out of reach is marked or refused."""
 
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -75,17 +74,17 @@ def test_the_checks_find_a_wrong_answer_of_one_element() -> None:
     def changed(name: str, column: int, value: float) -> Results:
         values = getattr(found, name).copy()
         values[0, column] = value
-        return replace(found, **{name: values})
+        return Results(**vars(found) | {name: values})
 
     wrong = {
         "no flag and no mark": changed("overturned", 1, -128),
         "flag and rotation": changed("overturned", 0, 1),
         "flag and time": changed("overturning_time", 2, np.nan),
         "a number is not finite": changed("peak_slip", 1, np.inf),
-        "energy balance": replace(found, energy_error=np.array([0.02], np.float32)),
-        "penetration": replace(found, peak_penetration=np.array([0.1], np.float32)),
-        "flag in spite of the mark": replace(found, status=np.array([Status.UNDECIDED], np.int8)),
-        "left out above a threshold": replace(found, status=np.array([Status.AT_REST], np.int8)),
+        "energy balance": Results(**vars(found) | {"energy_error": np.array([0.02], np.float32)}),
+        "penetration": Results(**vars(found) | {"peak_penetration": np.array([0.1], np.float32)}),
+        "flag in spite of the mark": Results(**vars(found) | {"status": np.array([Status.UNDECIDED], np.int8)}),
+        "left out above a threshold": Results(**vars(found) | {"status": np.array([Status.AT_REST], np.int8)}),
     }
     for reason, answer in wrong.items():
         assert scene_contradiction(prepared, 0.7, motion, answer) == reason

@@ -102,7 +102,7 @@ def throughput() -> list[Figure]:
     many = Cases(0.0, 0.6, 0.4, np.linspace(0.3, 1.0, 512))
     how: dict[str, Any] = {"model": gravestone(SOFT), "leave_out": False}
     for scheme, module in (("centred", centred), ("cundall", cundall)):
-        advance = module.loops(vertical=False, rough=True)
+        advance = module.loops(vertical=False, with_friction=True)
         advance(None, np.zeros(ROWS.size), 8, 1, float(TICKS))
         wide = run_cases(motion, many, scheme=scheme, **how).block_steps.sum()
         plain_run, narrow = scalar_runs(motion, scheme == "centred")

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from overturning.dem.block.centred import Met, found_of, meet
-from overturning.dem.block.state import GENTLE_STEPS, Block, Change, Corner, ForeseenCorner
+from overturning.dem.block.centred import Corners, Corrected, correct, found_of
+from overturning.dem.block.state import GENTLE_STEPS, Block, Change, Corner, Predicted, PredictedCorner
 from overturning.dem.kernel import balance
 from overturning.dem.kernel.balance import ENERGY_BOUND, FINER
 from overturning.dem.kernel.clock import BLOCK, BODY, ONSET, SCENE, Attempt, Clock, Found, Pace, next_attempt
@@ -102,37 +102,38 @@ def test_every_step_lies_within_a_sample(pace: Pace, steps: int) -> None:
     assert lengths == {True: ladder | {sample}, False: ladder}
 
 
-def met(before: float, after: float) -> Met:
+def corrected(before: float, after: float) -> Corrected:
     """A corner of a block that sticks, and opens or closes or does not."""
-    there = ForeseenCorner(arm=1.0, drop=1.0, depth=after, stretch=0.0, ux=0.0, uz=0.0)
+    there = PredictedCorner(arm=1.0, drop=1.0, depth=after, stretch=0.0, ux=0.0, uz=0.0)
     block = Block(**dict.fromkeys(Block._fields, 1.0))
     nothing = Change(0.0, 0.0, 0.0, 0.0, 0.0)
-    return meet.py_func(block, there, Corner(0.0, 0.0, before, 1.0), 0.0, True, 0.0, 0.5, nothing, True)
+    step = Predicted(**dict.fromkeys(Predicted._fields[:-3], 0.0), half=0.5, left=there, right=there)
+    return correct.py_func(block, step, there, Corner(0.0, 0.0, before, 1.0), 0.0, True, nothing, True)
 
 
-def rejected(steps: float, left: Met, right: Met, gentle: float = 1e-6) -> bool:
+def rejected(steps: float, left: Corrected, right: Corrected, gentle: float = 1e-6) -> bool:
     """Whether a step of so many finest ones is rejected, where corners may go so far in a gentle touch."""
     clock, block = clock_of(BLOCK), Block(**dict.fromkeys(Block._fields, 1.0) | {"gentle": gentle})
     length = steps * clock.finest
-    found = found_of.py_func(block, clock, length, False, left, right, False)
+    found = found_of.py_func(block, clock, length, False, Corners(left, right), False)
     return bool(next_attempt.py_func(BLOCK, clock, Attempt(length, 8.0, 0.0), found, WHOLE, WHOLE)[0])
 
 
 def test_a_gentle_touch_needs_no_finest_step() -> None:
-    near, far = met(-0.5e-6, 0.4e-6), met(-0.5e-6, 0.6e-6)
+    near, far = corrected(-0.5e-6, 0.4e-6), corrected(-0.5e-6, 0.6e-6)
     assert not rejected(GENTLE_STEPS, near, near)
     assert rejected(GENTLE_STEPS, far, far)
     assert rejected(2 * GENTLE_STEPS, near, near)
-    assert not rejected(1.0, met(-1.0, 1.0), met(-1.0, 1.0))
+    assert not rejected(1.0, corrected(-1.0, 1.0), corrected(-1.0, 1.0))
 
 
 def test_only_a_corner_that_touches_or_leaves_makes_a_touch_less_gentle() -> None:
     """One corner goes down by 4e-7 m and touches; the other stays pressed, or in the air."""
-    touches = met(-1e-7, 3e-7)
+    touches = corrected(-1e-7, 3e-7)
     assert touches.far == pytest.approx(4e-7)
-    for other in (met(5e-7, 6e-7), met(-6e-7, -5e-7)):
+    for other in (corrected(5e-7, 6e-7), corrected(-6e-7, -5e-7)):
         assert not rejected(GENTLE_STEPS, touches, other)
-    assert rejected(GENTLE_STEPS, touches, met(1e-6, -1e-6))
+    assert rejected(GENTLE_STEPS, touches, corrected(1e-6, -1e-6))
 
 
 @pytest.mark.parametrize("pace", [BLOCK, SCENE, BODY])

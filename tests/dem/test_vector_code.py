@@ -24,9 +24,9 @@ Compile = Callable[[], Iterator[str]]
 """Compiles a kernel's loops and gives the assembly of each."""
 
 
-def block_loops(scheme: Any, vertical: bool, rough: bool) -> Compile:
+def block_loops(scheme: Any, vertical: bool, with_friction: bool) -> Compile:
     def assemblies() -> Iterator[str]:
-        advance = SCHEMES[scheme][1](vertical, rough)
+        advance = SCHEMES[scheme][1](vertical, with_friction)
         advance(None, aligned(ROWS.size), COLUMNS, 1, float(TICKS))
         inner = [cell.cell_contents for cell in advance.py_func.__closure__]
         named = [part for part in inner if getattr(part, "__name__", "").endswith("_all")]
@@ -47,14 +47,12 @@ def compiled(loop: Any, *arguments: Any) -> Compile:
 BODY, POINT = np.zeros(space.ROWS.size), np.zeros(space.VERTEX.size)
 PAIR, ELEMENT, OWN, BLOCK = (np.zeros(table.size) for table in (rows.PAIR, rows.ELEMENT, rows.CASE, equations.BLOCK))
 LOOPS: dict[str, Compile] = {
-    ", ".join(
-        ("block", scheme.name.lower(), "vertical" if vertical else "level", "rough" if rough else "smooth")
-    ): block_loops(
-        scheme, vertical, rough
+    f"block, {scheme.name.lower()}, vertical {vertical}, with friction {with_friction}": block_loops(
+        scheme, vertical, with_friction
     )
     for scheme in SCHEMES
     for vertical in (False, True)
-    for rough in (True, False)
+    for with_friction in (True, False)
 } | {
     "polygons, couple": compiled(centred.couple, PAIR, ELEMENT, ELEMENT.copy(), OWN),
     "polygons, meet": compiled(centred.meet, PAIR, ELEMENT, ELEMENT.copy(), OWN),

@@ -1,11 +1,12 @@
 """The centred scheme: the trapezoidal rule with springs and dashpots taken at the end of the step (docs/method.md).
 
-From top to bottom the step of ONE block: `foresee`, `solve`, `commit`, as under "`centred`" there, each with what it does at a
-corner above it. The last function lays blocks side by side: three loops, for speed alone. The chain of dependent operations of a
-whole step is longer than what a processor looks ahead, that of a third of it is not.
+From top to bottom the step of ONE block: `predict`, `solve`, `commit`, as under "`centred`" there, each with what it
+does at a corner above it. The last function lays blocks side by side: three loops, for speed alone. The chain of
+dependent operations of a whole step is longer than what a processor looks ahead, that of a third of it is not.
 
-Signs: a corner's penetration u and its upward velocity u̇_z give n = K u − h u̇_z upwards, its stretch t and velocity u̇_x
-along s give f = K_s t + h u̇_x against s. Left and right corner are summed as one pair, which makes the mirrored case exact.
+Signs: a corner's penetration u and its upward velocity u̇_z give n = K u − h u̇_z upwards, its stretch t and velocity
+u̇_x along s give f = K_s t + h u̇_x against s. Left and right corner are summed as one pair, which makes the mirrored
+case exact.
 """
 
 import math
@@ -20,13 +21,13 @@ from overturning.dem.block.state import (
     Account,
     Block,
     Change,
+    Contribution,
     Corner,
-    Foreseen,
-    ForeseenCorner,
-    Met,
+    Corrected,
     Peaks,
+    Predicted,
+    PredictedCorner,
     Shaking,
-    Share,
     Sliding,
     State,
     Taken,
@@ -39,10 +40,10 @@ from overturning.dem.kernel.lanes import INLINE, OPTIONS
 from overturning.dem.kernel.mechanics import larger, turned, within
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
-PREDICTED: Final = BLOCK.predicted
+FINE: Final = BLOCK.fine
 
 LEAST_FREEDOM: Final = 0.25
-"""A sliding corner jams where less than this share of a normal force's effect on a free particle is left."""
+"""A corner sticks where sliding would leave less than this share of a normal force's effect on a free particle."""
 
 
 class Centred(NamedTuple):
@@ -54,24 +55,33 @@ class Centred(NamedTuple):
     """steps that may follow those of a whole sample before the shaking of the next but one is needed."""
 
 
-# 1. Foresee -----------------------------------------------------------------------------------------------------------
+# 1. Predict -----------------------------------------------------------------------------------------------------------
+
+
+class Drift(NamedTuple):
+    """Position of a block and its velocities at the end of a step, were its acceleration to stay."""
+
+    x: float
+    z: float
+    cos: float
+    sin: float
+    vx: float
+    vz: float
+    vw: float
 
 
 @njit(**INLINE)
-def foresee_corner(
-    side: float, block: Block, old: Corner, x: float, z: float, c: float, s: float, ex: float, ez: float, ew: float
-) -> ForeseenCorner:
-    """A corner at the foreseen position and velocities; a new contact starts with an unstretched spring."""
-    arm, drop = arm_of(side, block, c, s)
-    stretch = old.spring + ((x + arm) - old.place)
-    return ForeseenCorner(
-        arm, drop, drop - z, stretch if old.depth > 0.0 else 0.0, ex - drop * ew, ez - arm * ew
-    )  # fmt: skip
+def predict_corner(side: float, block: Block, old: Corner, at: Drift) -> PredictedCorner:
+    """A corner at the predicted position and velocities; a new contact starts with an unstretched spring."""
+    arm, drop = arm_of(side, block, at.cos, at.sin)
+    stretch = old.spring + ((at.x + arm) - old.place)
+    stretch = stretch if old.depth > 0.0 else 0.0
+    return PredictedCorner(arm, drop, drop - at.z, stretch, at.vx - drop * at.vw, at.vz - arm * at.vw)
 
 
 @njit(**INLINE)
-def foresee(block: Block, s: State, length: float, shaking: Shaking, ticks: float) -> Foreseen:
-    """Drift with the last acceleration: where the block and its corners would be without a change, after `ticks` per sample."""
+def predict(block: Block, s: State, length: float, shaking: Shaking, ticks: float) -> Predicted:
+    """The block and its corners at the end of a step, were the acceleration to stay; a sample has so many `ticks`."""
     dt, tick = block.step * length, s.tick + length
     half = 0.5 * dt
     kx, kz, kw = half * s.ax, half * s.az, half * s.aw
@@ -82,84 +92,87 @@ def foresee(block: Block, s: State, length: float, shaking: Shaking, ticks: floa
     x, z = s.x + dt * vx, s.z + dt * vz
     past = tick - ticks
     past = past if past > 0.0 else 0.0
-    left = foresee_corner(-1.0, block, s.left, x, z, c, sn, ex, ez, ew)
-    right = foresee_corner(1.0, block, s.right, x, z, c, sn, ex, ez, ew)
+    at = Drift(x, z, c, sn, ex, ez, ew)
+    left, right = predict_corner(-1.0, block, s.left, at), predict_corner(1.0, block, s.right, at)
     push, lift = at_tick(shaking.push, tick, past), at_tick(shaking.lift, tick, past)
-    return Foreseen(x, z, s.angle + turn, c, sn, vx, vz, vw, ex, ez, ew, push, lift, half, left, right)
+    return Predicted(x, z, s.angle + turn, c, sn, vx, vz, vw, ex, ez, ew, push, lift, half, left, right)
 
 
 # 2. Solve -------------------------------------------------------------------------------------------------------------
 
 
 @njit(**INLINE)
-def presses(block: Block, r: ForeseenCorner, old: Corner, late: bool) -> tuple[float, bool]:
-    """Normal force as foreseen, and whether the corner presses.
+def in_contact(block: Block, r: PredictedCorner, old: Corner, fine: bool) -> tuple[float, bool]:
+    """Normal force as predicted, and whether the corner is in contact.
 
-    In a fine step the foreseen force tells. A longer one overshoots too far for that: there a corner presses as last found.
+    In a fine step the predicted force decides. A longer one overshoots too far for that: there it is as last found.
     """
     n = block.stiffness * r.depth - block.dashpot * r.uz
-    foreseen = n if n > 0.0 else 0.0
-    foreseen = foreseen if r.depth > 0.0 else 0.0
-    return n, foreseen + (0.0 if late else old.pressed) > 0.0
+    predicted = n if n > 0.0 else 0.0
+    predicted = predicted if r.depth > 0.0 else 0.0
+    return n, predicted + (0.0 if fine else old.normal) > 0.0
 
 
 @njit(**INLINE)
-def guess(block: Block, r: ForeseenCorner, n: float, slid: float, late: bool) -> Sliding:
-    """Whether a corner would slide, and which way: in fine steps as foreseen, in long ones as last found.
+def guess(block: Block, r: PredictedCorner, n: float, slid: float, fine: bool) -> Sliding:
+    """Whether a corner would slide, and which way: in fine steps as predicted, in long ones as last found.
 
-    `commit` has a long step done again where that proves wrong. A normal force on a sliding corner must push it out. Where
-    friction would turn the block in instead (Painlevé's paradox, from μ = 4/3 on), the corner jams.
+    A long step in which that proves wrong is done again. A normal force on a sliding corner must push it out. Where
+    friction would turn the block in instead (Painlevé's paradox, from μ = 4/3 on), the corner sticks.
     """
     f = block.tangential * r.stretch + block.dashpot * r.ux
-    excess = abs(f) - block.friction * n if late else abs(slid)
-    slid = math.copysign(block.friction, f) if late else slid
+    excess = abs(f) - block.friction * n if fine else abs(slid)
+    slid = math.copysign(block.friction, f) if fine else slid
     freedom = 1.0 + block.inertia * r.arm * (r.arm - slid * r.drop)
     return Sliding(f, excess > 0.0, slid, freedom > LEAST_FREEDOM)
 
 
 @njit(**INLINE)
-def jam(one: Sliding, other: Sliding, other_presses: bool) -> tuple[float, bool]:
-    """±μ of a corner that slides, and whether it does: a jammed one sticks, unless the other sticks and it can only turn out."""
-    free = one.free | (other_presses & (not other.slides))
+def sliding_of(one: Sliding, other: Sliding, other_in_contact: bool) -> tuple[float, bool]:
+    """±μ of a corner that slides, and whether it does.
+
+    One that is not free to slide sticks, unless the other one sticks and it can only turn out.
+    """
+    free = one.free | (other_in_contact & (not other.slides))
     return (one.slid if free else 0.0), one.slides & free
 
 
 @njit(**INLINE)
-def normal_share(block: Block, r: ForeseenCorner, half: float, n: float, on: bool) -> tuple[float, float]:
+def normal_contribution(block: Block, r: PredictedCorner, half: float, n: float, on: bool) -> tuple[float, float]:
     """Normal force at rest at the end of the step, and what the velocity there adds."""
     normal = block.dashpot + half * block.stiffness
     return (n + normal * r.uz if on else 0.0), (half * normal if on else 0.0)
 
 
 @njit(**INLINE)
-def share(
-    block: Block, r: ForeseenCorner, half: float, n: float, on: bool, f: float, slides: bool, slid: float
-) -> Share:
+def contribution(
+    block: Block, r: PredictedCorner, half: float, n: float, on: bool, f: float, slides: bool, slid: float
+) -> Contribution:
     """A corner's part in the equations: a sliding one carries ±μ times its normal force."""
-    n, press = normal_share(block, r, half, n, on)
+    n, press = normal_contribution(block, r, half, n, on)
     tangential = block.dashpot + half * block.tangential
     sticks = on & (not slides)
     f = f - tangential * r.ux if sticks else slid * n
-    return Share(n, f, press, half * tangential if sticks else 0.0, slid * press if slides else 0.0)
+    return Contribution(n, f, press, half * tangential if sticks else 0.0, slid * press if slides else 0.0)
 
 
 @njit(**INLINE)
-def solve(block: Block, s: State, taken: Taken, late: bool, w: Foreseen) -> Change:
-    """Velocities at the end of the step, with springs and dashpots of the corners that press and stick taken there.
+def solve(block: Block, s: State, taken: Taken, fine: bool, w: Predicted) -> Change:
+    """Velocities at the end of the step, with springs and dashpots of the corners in contact taken there.
 
-    The three equations are solved by elimination without a pivot: the matrix is 1 plus something that only adds, but for sliding
-    corners, which jam before they take too much away.
+    The three equations are solved by elimination without a pivot: the matrix is 1 plus something that only adds, but
+    for sliding corners, which stick before they take too much away.
     """
     half, inertia, left, right = w.half, block.inertia, w.left, w.right
-    nl, on_l = presses(block, left, s.left, late)
-    nr, on_r = presses(block, right, s.right, late)
+    nl, on_l = in_contact(block, left, s.left, fine)
+    nr, on_r = in_contact(block, right, s.right, fine)
     # A corner in the air carries nothing, so whether it slid is not known from the last step.
-    guess_l = guess(block, left, nl, taken.left, late | (s.left.pressed == 0.0))
-    guess_r = guess(block, right, nr, taken.right, late | (s.right.pressed == 0.0))
-    slid_l, slides_l = jam(guess_l, guess_r, on_r)
-    slid_r, slides_r = jam(guess_r, guess_l, on_l)
-    p = share(block, left, half, nl, on_l, guess_l.f, slides_l, slid_l)
-    q = share(block, right, half, nr, on_r, guess_r.f, slides_r, slid_r)
+    guess_l = guess(block, left, nl, taken.left, fine | (s.left.normal == 0.0))
+    guess_r = guess(block, right, nr, taken.right, fine | (s.right.normal == 0.0))
+    slid_l, slides_l = sliding_of(guess_l, guess_r, on_r)
+    slid_r, slides_r = sliding_of(guess_r, guess_l, on_l)
+    p = contribution(block, left, half, nl, on_l, guess_l.f, slides_l, slid_l)
+    q = contribution(block, right, half, nr, on_r, guess_r.f, slides_r, slid_r)
     hx = w.vx + half * (w.push - (p.f + q.f))
     hz = w.vz + half * ((p.n + q.n) - (GRAVITY + w.lift))
     hw = w.vw + half * (inertia * ((left.drop * p.f - left.arm * p.n) + (right.drop * q.f - right.arm * q.n)))
@@ -182,13 +195,13 @@ def solve(block: Block, s: State, taken: Taken, late: bool, w: Foreseen) -> Chan
 
 
 @njit(**INLINE)
-def solve_smooth(block: Block, s: State, taken: Taken, late: bool, w: Foreseen) -> Change:  # noqa: ARG001
+def solve_smooth(block: Block, s: State, taken: Taken, fine: bool, w: Predicted) -> Change:  # noqa: ARG001
     """The same without friction, where heave and rotation stand alone."""
     half, inertia, left, right = w.half, block.inertia, w.left, w.right
-    nl, on_l = presses(block, left, s.left, late)
-    nr, on_r = presses(block, right, s.right, late)
-    nl, press_l = normal_share(block, left, half, nl, on_l)
-    nr, press_r = normal_share(block, right, half, nr, on_r)
+    nl, on_l = in_contact(block, left, s.left, fine)
+    nr, on_r = in_contact(block, right, s.right, fine)
+    nl, press_l = normal_contribution(block, left, half, nl, on_l)
+    nr, press_r = normal_contribution(block, right, half, nr, on_r)
     ex = w.vx + half * w.push
     hz = w.vz + half * ((nl + nr) - (GRAVITY + w.lift))
     hw = w.vw - half * (inertia * (left.arm * nl + right.arm * nr))
@@ -205,18 +218,34 @@ def solve_smooth(block: Block, s: State, taken: Taken, late: bool, w: Foreseen) 
 # 3. Commit ------------------------------------------------------------------------------------------------------------
 
 
+class Corners(NamedTuple):
+    """Both corners at the solution."""
+
+    left: Corrected
+    right: Corrected
+
+
+class Kept(NamedTuple):
+    """What a step that is accepted changes of a case."""
+
+    state: State
+    peaks: Peaks
+    account: Account
+
+
 @njit(**INLINE)
-def meet(
-    block: Block, r: ForeseenCorner, old: Corner, slid: float, late: bool, x: float, half: float, d: Change, rough: bool
-) -> Met:
+def correct(
+    block: Block, w: Predicted, r: PredictedCorner, old: Corner, slid: float, fine: bool, d: Change, with_friction: bool
+) -> Corrected:
     """Forces of a corner at the solution, within their limits.
 
-    What the solution adds to the velocities moves the block by half a step of it. A corner that it has just pushed out again has
-    met the base all the same. (A corner in the air "slips"; nothing asks which way.)
+    What the solution adds to the velocities moves the block by half a step of it. A corner that it has just pushed out
+    again has touched the base all the same. (A corner in the air "slips"; nothing asks which way.)
     """
     du, dw = d.vx - r.drop * d.vw, d.vz - r.arm * d.vw
     ux, uz = r.ux + du, r.uz + dw
-    depth, stretch, place = r.depth - half * dw, r.stretch + half * du, (x + r.arm) + half * du
+    half = w.half
+    depth, stretch, place = r.depth - half * dw, r.stretch + half * du, (w.x + r.arm) + half * du
     inside, was = depth > 0.0, old.depth > 0.0
     changed = r.depth if r.depth > depth else depth
     changed = -depth if was else changed
@@ -229,47 +258,50 @@ def meet(
     most = block.friction * n
     f = block.tangential * stretch + block.dashpot * ux
     sign, slips = math.copysign(block.friction, f), abs(f) > most
-    found, taken = sign if slips else 0.0, 0.0 if late else slid
+    found, taken = sign if slips else 0.0, 0.0 if fine else slid
     f = sign * n if slips else f
     kept = within(stretch, most * block.compliance) if slips else stretch
     damping, sliding = (spring - n) * uz, (f - block.tangential * kept) * ux
     sinking = depth - old.depth
     cut = depth * old.depth
     cut = math.copysign(cut if cut < 0.0 else 0.0, sinking)
-    fresh = inside & (not was)
-    return Met(
-        Corner(kept, place, depth, n), f, r.drop * f - r.arm * n if rough else -(r.arm * n),
-        damping + sliding if rough else damping, (old.spring + kept) * (stretch - kept) if rough else 0.0, cut,
+    fresh, loaded = inside & (not was), most > 0.0
+    moment, let_go = r.drop * f - r.arm * n, (old.spring + kept) * (stretch - kept)
+    return Corrected(
+        Corner(kept, place, depth, n), f, moment if with_friction else -(r.arm * n),
+        damping + sliding if with_friction else damping, let_go if with_friction else 0.0, cut,
         fresh, sinking if fresh else 1.0, changed, abs(sinking) if changed > 0.0 else 0.0,
-        found, (found != taken) & (most > 0.0), (taken * ux < 0.0) & (most > 0.0), (found * old.spring < 0.0) & (most > 0.0),
+        found, (found != taken) & loaded, (taken * ux < 0.0) & loaded, (found * old.spring < 0.0) & loaded,
     )  # fmt: skip
 
 
 @njit(**INLINE)
-def found_of(block: Block, clock: Clock, length: float, late: bool, left: Met, right: Met, rough: bool) -> Found:
+def found_of(block: Block, clock: Clock, length: float, fine: bool, both: Corners, with_friction: bool) -> Found:
     """What an attempt at a step has found, for the clock."""
+    left, right = both.left, both.right
     changed = (left.changed if left.changed > right.changed else right.changed) > 0.0
     far = left.far if left.far > right.far else right.far
     gentle = (far <= block.gentle) & (length <= GENTLE_STEPS * clock.finest)
-    stands = (left.corner.pressed > 0.0) & (right.corner.pressed > 0.0)
-    if not rough:
+    stands = (left.corner.normal > 0.0) & (right.corner.normal > 0.0)
+    if not with_friction:
         return Found(changed, False, gentle, False, False, False, False, stands)
-    wrong, back = (left.wrong | right.wrong) & (not late), (left.back | right.back) & (not late)
-    slides = (left.found != 0.0) & (right.found != 0.0) & (left.corner.pressed + right.corner.pressed > 0.0)
+    wrong, back = (left.wrong | right.wrong) & (not fine), (left.back | right.back) & (not fine)
+    slides = (left.found != 0.0) & (right.found != 0.0) & (left.corner.normal + right.corner.normal > 0.0)
     return Found(changed, False, gentle, wrong, left.reversed | right.reversed, back, slides, stands)
 
 
 @njit(**INLINE)
-def taken_next(taken: Taken, late: bool, left: Met, right: Met, retry: bool, sooner: bool) -> Taken:
-    """What the corners are taken to do in the next attempt: as found; in a retry one that was right keeps what it was taken to do."""
-    of_left, of_right = (0.0 if late else taken.left), (0.0 if late else taken.right)
+def taken_next(taken: Taken, fine: bool, both: Corners, retry: bool, sooner: bool) -> Taken:
+    """What the corners are taken to do in the next attempt: as found; in a retry a corner taken rightly stays so."""
+    of_left, of_right = (0.0 if fine else taken.left), (0.0 if fine else taken.right)
+    left, right = both.left, both.right
     keeps_left, keeps_right = sooner | (retry & (not left.wrong)), sooner | (retry & (not right.wrong))
     return Taken(of_left if keeps_left else left.found, of_right if keeps_right else right.found)
 
 
 @njit(**INLINE)
-def acting(half: float, one: Met, other: Met) -> float:
-    """By how much longer than half the step a contact acts that closed within it: from the touch on. One division for both."""
+def acting(half: float, one: Corrected, other: Corrected) -> float:
+    """By how much longer than half the step a contact acts that closed within it; one division for both corners."""
     inverse = 2.0 * half / (one.sunk * other.sunk)
     time = one.corner.depth * (inverse * other.sunk) - half
     return time if one.fresh else 0.0
@@ -277,19 +309,19 @@ def acting(half: float, one: Met, other: Met) -> float:
 
 @njit(**INLINE)
 def commit(
-    block: Block, s: State, peaks: Peaks, account: Account, w: Foreseen, d: Change, left: Met, right: Met, length: float,
-    vertical: bool, rough: bool,
-) -> tuple[State, Peaks, Account]:  # fmt: skip
+    block: Block, kept: Kept, w: Predicted, d: Change, both: Corners, length: float, vertical: bool, with_friction: bool
+) -> Kept:
     """Forces at the end of the step, within their limits, what they do, and the energy account."""
+    (s, peaks, account), (left, right) = kept, both
     half, turn, tick = w.half, w.half * d.vw, s.tick + length
     x, z, angle = w.x + half * d.vx, w.z + half * d.vz, w.angle + turn
     c, sn = w.cos - w.sin * turn, w.sin + w.cos * turn
-    nl, nr = left.corner.pressed, right.corner.pressed
-    ax, az = w.push - (left.f + right.f) if rough else w.push, (nl + nr) - (GRAVITY + w.lift)
+    nl, nr = left.corner.normal, right.corner.normal
+    ax, az = w.push - (left.f + right.f) if with_friction else w.push, (nl + nr) - (GRAVITY + w.lift)
     aw = block.inertia * (left.moment + right.moment)
     vx, vz, vw = w.vx + half * ax, w.vz + half * az, w.vw + half * aw
     pl, pr = acting(half, left, right), acting(half, right, left)
-    vx = vx - (pl * left.f + pr * right.f) if rough else vx
+    vx = vx - (pl * left.f + pr * right.f) if with_friction else vx
     vz, vw = vz + (pl * nl + pr * nr), vw + block.inertia * (pl * left.moment + pr * right.moment)
     # Work of the shaking, loss in dashpots, sliders and contacts that open or close within the step.
     power, loss = w.push * vx - w.lift * vz if vertical else w.push * vx, left.loss + right.loss
@@ -302,43 +334,44 @@ def commit(
         tick if abs(angle) < block.alpha else peaks.last_upright,
     )
     account = Account(account.work + half * (account.power + power), lost, power, loss)
-    return State(x, z, angle, c, sn, vx, vz, vw, ax, az, aw, left.corner, right.corner, tick), peaks, account
+    return Kept(State(x, z, angle, c, sn, vx, vz, vw, ax, az, aw, left.corner, right.corner, tick), peaks, account)
 
 
 # Side by side ---------------------------------------------------------------------------------------------------------
 
 
 @cache
-def loops(vertical: bool, rough: bool) -> Any:
+def loops(vertical: bool, with_friction: bool) -> Any:
     """The step over the lanes, for bases that move up and down or do not, and blocks with friction or without.
 
-    The loops take `kind`, of a type that says so too, as a part of their compiled names: without it the loops of variants that
-    different processes have compiled would be called in each other's place once one process has loaded both.
+    The loops take `kind`, of a type that says so too, as a part of their compiled names: without it the loops of
+    variants that different processes have compiled would be called in each other's place once one process has loaded
+    both.
     """
-    springs = [] if rough else ["spring", "place", "stretch", "ux", "slid_left", "slid_right"]
+    springs = [] if with_friction else ["spring", "place", "stretch", "ux", "slid_left", "slid_right"]
     unused = springs if vertical else [*springs, "lift"]
-    solution = solve if rough else solve_smooth
+    solution = solve if with_friction else solve_smooth
     load_block, load_shaking, load_clock = ROWS.access(Block).load, ROWS.access(Shaking).load, ROWS.access(Clock).load
     load_state, _, store_state = ROWS.access(State, without=unused)
-    load_attempt, store_attempt, _ = ROWS.access(Attempt, without=[] if rough else ["tries"])
-    load_taken, store_taken, _ = ROWS.access(Taken, without=[] if rough else ["left", "right"])
+    load_attempt, store_attempt, _ = ROWS.access(Attempt, without=[] if with_friction else ["tries"])
+    load_taken, store_taken, _ = ROWS.access(Taken, without=[] if with_friction else ["left", "right"])
     load_peaks, _, store_peaks = ROWS.access(Peaks)
     load_account, _, store_account = ROWS.access(Account)
-    load_foreseen, store_foreseen, _ = ROWS.access(Foreseen, without=unused)
+    load_predicted, store_predicted, _ = ROWS.access(Predicted, without=unused)
     load_change, store_change, _ = ROWS.access(Change, without=unused)
 
     @njit(**OPTIONS)
-    def foresee_all(kind: Any, state: Any, columns: int, ticks: float) -> None:  # noqa: ARG001
+    def predict_all(kind: Any, state: Any, columns: int, ticks: float) -> None:  # noqa: ARG001
         for j in range(columns):
             block, s, length = load_block(state, j), load_state(state, j), load_attempt(state, j).length
-            store_foreseen(state, j, foresee(block, s, length, load_shaking(state, j), ticks))
+            store_predicted(state, j, predict(block, s, length, load_shaking(state, j), ticks))
 
     @njit(**OPTIONS)
     def solve_all(kind: Any, state: Any, columns: int) -> None:  # noqa: ARG001
         for j in range(columns):
-            late = load_attempt(state, j).length <= PREDICTED * load_clock(state, j).finest
+            fine = load_attempt(state, j).length <= FINE * load_clock(state, j).finest
             block, s, taken = load_block(state, j), load_state(state, j), load_taken(state, j)
-            store_change(state, j, solution(block, s, taken, late, load_foreseen(state, j)))
+            store_change(state, j, solution(block, s, taken, fine, load_predicted(state, j)))
 
     @njit(**OPTIONS)
     def commit_all(kind: Any, state: Any, columns: int, ticks: float) -> None:  # noqa: ARG001
@@ -349,25 +382,27 @@ def loops(vertical: bool, rough: bool) -> Any:
                 load_attempt(state, j),
                 load_clock(state, j),
             )
-            w, d, length = load_foreseen(state, j), load_change(state, j), attempt.length
-            late = length <= PREDICTED * clock.finest
-            left = meet(block, w.left, s.left, d.slid_left, late, w.x, w.half, d, rough)
-            right = meet(block, w.right, s.right, d.slid_right, late, w.x, w.half, d, rough)
-            found = found_of(block, clock, length, late, left, right, rough)
+            w, d, length = load_predicted(state, j), load_change(state, j), attempt.length
+            fine = length <= FINE * clock.finest
+            both = Corners(
+                correct(block, w, w.left, s.left, d.slid_left, fine, d, with_friction),
+                correct(block, w, w.right, s.right, d.slid_right, fine, d, with_friction),
+            )
+            found = found_of(block, clock, length, fine, both, with_friction)
             again, sooner, attempt = next_attempt(BLOCK, clock, attempt, found, s.tick + length, ticks)
-            taken = taken_next(Taken(d.slid_left, d.slid_right), late, left, right, attempt.tries > 0.0, sooner)
-            peaks, account = load_peaks(state, j), load_account(state, j)
-            s, peaks, account = commit(block, s, peaks, account, w, d, left, right, length, vertical, rough)
+            taken = taken_next(Taken(d.slid_left, d.slid_right), fine, both, attempt.tries > 0.0, sooner)
+            kept = Kept(s, load_peaks(state, j), load_account(state, j))
+            kept = commit(block, kept, w, d, both, length, vertical, with_friction)
             store_attempt(state, j, attempt)
             store_taken(state, j, taken)
-            store_state(state, j, again, s)
-            store_peaks(state, j, again, peaks)
-            store_account(state, j, again, account)
+            store_state(state, j, again, kept.state)
+            store_peaks(state, j, again, kept.peaks)
+            store_account(state, j, again, kept.account)
 
     @njit(**OPTIONS)
     def advance(kind: Any, state: Any, columns: int, steps: int, ticks: float) -> None:
         for _ in range(steps):
-            foresee_all(kind, state, columns, ticks)
+            predict_all(kind, state, columns, ticks)
             solve_all(kind, state, columns)
             commit_all(kind, state, columns, ticks)
 

@@ -1,4 +1,4 @@
-"""Cundall's scheme: central differences, spring at the whole step, dashpot at the half step before it (docs/method.md)."""
+"""Cundall's scheme: central differences, spring at the whole step, dashpot at the half step before (docs/method.md)."""
 
 from functools import cache
 from typing import Any, Final, NamedTuple
@@ -122,10 +122,10 @@ def step(
 
 
 @cache
-def loops(vertical: bool, rough: bool) -> Any:  # noqa: ARG001, springs without friction are let go at once
+def loops(vertical: bool, with_friction: bool) -> Any:  # noqa: ARG001, springs without friction are let go at once
     """The step over the lanes, for bases that move up and down or do not, and blocks with friction or without."""
     load_block, load_shaking = ROWS.access(Block).load, ROWS.access(Shaking).load
-    load_state, store_state, _ = ROWS.access(State, without=["pressed"])
+    load_state, store_state, _ = ROWS.access(State, without=["normal"])
     load_peaks, store_peaks, _ = ROWS.access(Peaks)
     load_account, store_account, _ = ROWS.access(Account, without=["power", "loss"])
 

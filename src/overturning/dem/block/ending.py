@@ -1,4 +1,4 @@
-"""How a case ends: its energy, whether it may still fall, and what is written of it (docs/method.md, "When a case ends")."""
+"""How a case ends: its energy, whether it may still fall, what is written of it (docs/method.md, "How a case ends")."""
 
 from typing import Any
 
@@ -49,8 +49,8 @@ def has_settled(block: Block, s: State, peak: float, barrier: float, lag: float)
     now = energy(block, s, lag)
     if not (now < barrier and abs(s.angle) < block.alpha):
         return False
-    # It can no longer fall, but while its energy reaches higher than it has been, its largest rotation is to come. On one
-    # corner the weight has pressed the spring in, which lies g²/2k below the rigid block.
+    # It can no longer fall, but while its energy reaches higher than it has been, its largest rotation is to come. On
+    # one corner the weight has compressed the spring, which lies g²/2k below the rigid block.
     if now + 0.5 * GRAVITY * GRAVITY / block.stiffness > rise(block, peak):
         return False
     # Let it slide to the end (v²/2μg ahead) unless nothing would stop it.

@@ -13,7 +13,7 @@ from overturning.units import STANDARD_GRAVITY
 
 
 def block_path(scene: Scene, motion: Motion, cases: Cases, rows: NDArray[np.void], critical: float) -> PlanePath:
-    """The path of a case's block, of critical angle α, and of its ground, from the kernel's rows with the rest before."""
+    """The path of a case's block, of tipping angle α, and its ground, from the kernel's rows with the rest before."""
     azimuth, height, ratio, amplitude = (
         float(getattr(cases, name)[0]) for name in ("azimuth_deg", "height", "b_over_h", "amplitude")
     )
@@ -51,14 +51,15 @@ def corner_forces(
     """Where the lower corners are, and the mean forces there from each row to the next, per unit of mass.
 
     They follow from the path by the equations of motion: the sum is the change of momentum less the weight,
-    F/m = Δv/Δt + ü_base + g. So an impact, which lasts a few milliseconds, shows as its impulse over the time to the next
-    row, and since the contact's forces keep to the slider at every instant, so do their means. A corner that is up
+    F/m = Δv/Δt + ü_base + g. So an impact, which lasts a few milliseconds, shows as its impulse over the time to the
+    next row, and since the contact's forces keep to the slider at every instant, so do their means. A corner that is up
     carries nothing; where both are down the moment I Δω/Δt = Σ r × f shares the force, both corners' being inclined
     alike.
 
-    The block's `poses` have the shape (rows, 6), z from the ground on; `ground` and `lift`, shape (rows − 1,), are the mean
-    accelerations of the base from each row to the next, `half` is (B/2, H/2). Results have the shape (rows, 2, 2): over
-    time, corner (left, right) and (x, z), m and m/s², NaN where the corner is up; the last row is the one before it again.
+    The block's `poses` have the shape (rows, 6), z from the ground on; `ground` and `lift`, shape (rows − 1,), are the
+    mean accelerations of the base from each row to the next, `half` is (B/2, H/2). Results have the shape (rows, 2, 2):
+    over time, corner (left, right) and (x, z), m and m/s², NaN where the corner is up; the last row repeats the one
+    before it.
     """
     x, z, angle, vx, vz, vw = poses.T
     cosine, sine = np.cos(angle), np.sin(angle)
@@ -96,7 +97,7 @@ def _mean(values: FloatArray) -> FloatArray:
 
 
 def _mean_between(time: FloatArray, acceleration: FloatArray, interval: float) -> FloatArray:
-    """Mean from each of some times to the next of an acceleration that is linear between its samples, 0 after the last."""
+    """Mean from each time to the next of an acceleration that is linear between its samples, and 0 after the last."""
     padded = np.concatenate([acceleration, np.zeros(2)])
     velocity = np.concatenate([[0.0], np.cumsum(_mean(padded))]) * interval
     index = np.minimum((time / interval + 1e-9).astype(np.int64), acceleration.size)

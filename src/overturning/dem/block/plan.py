@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from overturning.dem.block.path import block_path
 from overturning.dem.block.rules import CASE, RESULT, ROW, SCHEMES, BlockRules
-from overturning.dem.block.state import GENTLE, RIGID, ROUGH, TICKS
+from overturning.dem.block.state import GENTLE, MOST_FRICTION, RIGID, TICKS
 from overturning.dem.kernel.clock import BLOCK
 from overturning.dem.kernel.ground import Ground
 from overturning.dem.limits import AFTERMATH, DEEPEST, sinks_too_far
@@ -61,7 +61,7 @@ class BlockPlan(Plan):
         standing = float(cases["standing"][0])
         return BlockRules(
             scheme=scheme,
-            rough=0 if cases["friction"][0] > 0 else None,
+            with_friction=0 if cases["friction"][0] > 0 else None,
             cases=cases,
             row=self.row[chosen],
             results=tables["results"],
@@ -127,7 +127,8 @@ def plan_block(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) 
     steps = steps_per_sample(scheme, numerics.time_step, square, rate, interval, period) * numerics.refinement
     standing = np.ones_like(steps)
     if scheme == Scheme.CENTRED:
-        # Samples are steps enough while a block stands on a contact that is rigid to them, each divided where steps are wanted shorter.
+        # Samples are steps enough while a block stands on a contact that is rigid to them, each divided where steps are
+        # wanted shorter.
         usual = steps_per_sample(scheme, "auto", square, rate, interval, period)
         standing = np.where(np.sqrt(square) * interval >= RIGID, np.gcd(usual, steps), 1)
     # A step that is wanted shorter has a shorter finest one, too.
@@ -149,7 +150,7 @@ def plan_block(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) 
         "stiffness": normal,
         "tangential": tangential,
         "dashpot": dashpot,
-        "friction": np.minimum(friction, ROUGH),
+        "friction": np.minimum(friction, MOST_FRICTION),
         "alpha": rounded(np.arctan, ratio),
         "amplitude": amplitude,
         "tilt": tilt,

@@ -1,8 +1,8 @@
 """What the queue asks of a block: its rules, how a case begins, how a sample goes, how a case ends.
 
-What matters for speed and for equal bits: the loops over the lanes have no branches, only selections, and no libm; left and right
-corner are summed as one pair, which makes the mirrored case exact. A scheme is one file with a named tuple and a function `loops`,
-and one row of `SCHEMES`.
+What matters for speed and for equal bits: the loops over the lanes have no branches, only selections, and no libm; left
+and right corner are summed as one pair, which makes the mirrored case exact. A scheme is one file with a named tuple
+and a function `loops`, and one row of `SCHEMES`.
 """
 
 from typing import Any, Final, NamedTuple
@@ -31,8 +31,8 @@ SCHEMES: Final[dict[Scheme, tuple[Any, Any]]] = {
 """Constants of each scheme, and the function that makes its loops; the type of the one picks the other."""
 
 CASE: Final = np.dtype([(name, "f8") for name in (
-    "width", "height", "stiffness", "tangential", "dashpot", "friction", "alpha", "amplitude", "tilt", "tilt_cos", "tilt_sin",
-    "first", "calm", "after", "gentle", *Clock._fields,
+    "width", "height", "stiffness", "tangential", "dashpot", "friction", "alpha", "amplitude",
+    "tilt", "tilt_cos", "tilt_sin", "first", "calm", "after", "gentle", *Clock._fields,
 )])  # fmt: skip
 """What a case is computed with, in the units of `Block`, `Course` and `Clock`."""
 
@@ -50,8 +50,8 @@ class BlockRules(NamedTuple):
 
     scheme: Any
     """Constants of the scheme, from `SCHEMES`;"""
-    rough: Any
-    """anything where there is friction; None where no case has any, which compiles a kernel without tangential springs;"""
+    with_friction: Any
+    """anything where there is friction; None where no case has any: a kernel without tangential springs is compiled;"""
     cases: NDArray[np.void]
     """table of cases, of `CASE`;"""
     row: NDArray[np.int64]
@@ -92,17 +92,17 @@ COS, SIN, TICK, LAST_UPRIGHT = (
 SAMPLE, UPRIGHT_UNTIL, DUE = (ROWS.row(Course, name) for name in ("sample", "upright_until", "due"))
 
 
-def loops_of(scheme: Any, upward: Any, rough: Any) -> Any:
+def loops_of(scheme: Any, upward: Any, with_friction: Any) -> Any:
     """The loops of a scheme, without what takes no part where an argument is None; for compiled code, by its types."""
     make = next(make for one, make in SCHEMES.values() if type(one) is scheme.instance_class)
-    return make(not isinstance(upward, types.NoneType), not isinstance(rough, types.NoneType))
+    return make(not isinstance(upward, types.NoneType), not isinstance(with_friction, types.NoneType))
 
 
 @overload(loops_of)
-def _loops_of(scheme: Any, upward: Any, rough: Any) -> Any:
-    loops = loops_of(scheme, upward, rough)
+def _loops_of(scheme: Any, upward: Any, with_friction: Any) -> Any:
+    loops = loops_of(scheme, upward, with_friction)
 
-    def chosen(scheme: Any, upward: Any, rough: Any) -> Any:  # noqa: ARG001, Numba wants the same arguments
+    def chosen(scheme: Any, upward: Any, with_friction: Any) -> Any:  # noqa: ARG001, Numba wants the same arguments
         return loops
 
     return chosen
@@ -154,10 +154,9 @@ def put(state: Any, j: int, case: Any, interval: float, ticks: float) -> None:
     store_attempt(state, j, Attempt(case.finest, case.dwell, 0.0))
     store_taken(state, j, Taken(0.0, 0.0))
     store_peaks(state, j, Peaks(abs(case.tilt), 0.0, 0.0, -1.0))
-    barrier = GRAVITY * (np.sqrt(b * b + h * h) - h)
-    store_course(state, j, Course(
-        case.amplitude, case.first, case.calm, case.after, case.first * interval, energy(block, at_rest, 0.0), barrier, 0.0
-    ))  # fmt: skip
+    barrier, first = GRAVITY * (np.sqrt(b * b + h * h) - h), energy(block, at_rest, 0.0)
+    course = Course(case.amplitude, case.first, case.calm, case.after, case.first * interval, first, barrier, 0.0)
+    store_course(state, j, course)
 
 
 def load(rules: Any, work: Any, cases: Any, columns: int) -> None:
@@ -201,7 +200,7 @@ def next_sample(
 
 def advance(rules: Any, work: Any, columns: int, path: Any, noted: int) -> tuple[Any, int]:
     """Compute the steps of a sample; the first lane is noted at its begin and wherever it ends before the others."""
-    step, ticks = loops_of(rules.scheme, rules.ground.up, rules.rough), 1.0 * TICKS * rules.steps
+    step, ticks = loops_of(rules.scheme, rules.ground.up, rules.with_friction), 1.0 * TICKS * rules.steps
     state, stride = work.state, rules.at_once if path.shape[0] == 0 else 1
     if path.shape[0] > 0:
         path = with_room(path, noted + rules.at_once, rules.most_rows)
@@ -211,7 +210,7 @@ def advance(rules: Any, work: Any, columns: int, path: Any, noted: int) -> tuple
         if path.shape[0] > 0 and (done == 0 or state[TICK] == ticks):
             note(state, 0, rules.scheme.lag, rules.ground.interval, ticks, path[noted])
             noted += 1
-        step((rules.ground.up, rules.rough), state, columns, stride, ticks)
+        step((rules.ground.up, rules.with_friction), state, columns, stride, ticks)
     return path, noted
 
 

@@ -1,7 +1,8 @@
 """What the kernel of one block knows of it: named tuples, and the rows of the array that holds them.
 
-Units are per unit of mass: a stiffness is K/m (1/s²), a dashpot h/m (1/s), a force an acceleration. Coordinates and signs are
-those of docs/method.md, "The block and its base"; `overturning.dem.kernel.lanes` says how blocks lie side by side.
+Units are per unit of mass: a stiffness is K/m (1/s²), a dashpot h/m (1/s), a force an acceleration. Coordinates and
+signs are those of docs/method.md, "The block and its base"; `overturning.dem.kernel.lanes` says how blocks lie side by
+side.
 """
 
 from typing import Final, NamedTuple
@@ -20,15 +21,15 @@ TICKS: Final = BLOCK.whole
 """Ticks of a whole step."""
 
 GENTLE: Final = 0.3
-"""A step of up to `GENTLE_STEPS` finest ones may do where the corner that opens or closes moves by no more than this in it, in
-the way it has in a finest step at B p α, about the speed of a corner of a block that just falls."""
+"""A step of up to `GENTLE_STEPS` finest ones is short enough where the corner that opens or closes moves in it by no
+more than this share of its way in a finest step at B p α, about the speed of a corner of a block that just falls."""
 
 GENTLE_STEPS: Final = 8.0
 """Length of the longest of these steps, in finest ones."""
 
-ROUGH: Final = 100.0
-"""Friction coefficient above which a block is computed with this one: its corners do not slide. With more, what a corner that
-touches down slides by in a step may outweigh its energy, the more so the more damped the contact is."""
+MOST_FRICTION: Final = 100.0
+"""Friction coefficient above which a block is computed with this one: its corners do not slide. With more, what a
+corner that touches down slides by in a step may outweigh its energy, the more so the more damped the contact is."""
 
 RIGID: Final = 100.0
 """A block that stands on both corners takes whole samples as steps where 1/ω is so many times shorter than they are."""
@@ -67,12 +68,12 @@ class Corner(NamedTuple):
     """where it was along s, m;"""
     depth: float
     """its penetration, m, negative in the air;"""
-    pressed: float
+    normal: float
     """the normal force (centred scheme)."""
 
 
 class State(NamedTuple):
-    """Where a block is: of its centre in the frame of the base, rotation with its cosine and sine, and its corners."""
+    """Where a block is: its centre in the frame of the base, rotation with its cosine and sine, and its corners."""
 
     x: float
     z: float
@@ -99,7 +100,7 @@ class Taken(NamedTuple):
 
 
 class Peaks(NamedTuple):
-    """What is kept of the path: largest rotation, slip of the base's midpoint and penetration, and the last tick below α."""
+    """What is kept of the path: largest rotation, slip of the base's midpoint, penetration, and last tick below α."""
 
     angle: float
     slip: float
@@ -125,7 +126,7 @@ class Shaking(NamedTuple):
     """a_up, which adds to gravity."""
 
 
-class ForeseenCorner(NamedTuple):
+class PredictedCorner(NamedTuple):
     """A corner where the block would be if its acceleration stayed."""
 
     arm: float
@@ -140,7 +141,7 @@ class ForeseenCorner(NamedTuple):
     """and up, m/s."""
 
 
-class Foreseen(NamedTuple):
+class Predicted(NamedTuple):
     """A step of the centred scheme before its equations are solved."""
 
     x: float
@@ -161,12 +162,12 @@ class Foreseen(NamedTuple):
     lift: float
     half: float
     """half its length, s."""
-    left: ForeseenCorner
-    right: ForeseenCorner
+    left: PredictedCorner
+    right: PredictedCorner
 
 
 class Change(NamedTuple):
-    """What the solution adds to the foreseen velocities, and ±μ of the corners that slide in it."""
+    """What the solution adds to the predicted velocities, and ±μ of the corners that slide in it."""
 
     vx: float
     vz: float
@@ -179,15 +180,15 @@ class Sliding(NamedTuple):
     """What a corner is taken to do tangentially."""
 
     f: float
-    """Its force as foreseen;"""
+    """Its force as predicted;"""
     slides: bool
     slid: float
     """±μ where it slides;"""
     free: bool
-    """whether sliding does not jam it."""
+    """whether a normal force pushes it out while it slides."""
 
 
-class Share(NamedTuple):
+class Contribution(NamedTuple):
     """A corner in the three equations: forces at rest at the end of the step, and what each velocity adds to them."""
 
     n: float
@@ -197,7 +198,7 @@ class Share(NamedTuple):
     slide: float
 
 
-class Met(NamedTuple):
+class Corrected(NamedTuple):
     """A corner at the solution."""
 
     corner: Corner
@@ -225,12 +226,12 @@ class Met(NamedTuple):
     wrong: bool
     """whether it was taken to do otherwise,"""
     reversed: bool
-    """whether it is taken to slide against its velocity,"""
+    """whether it is taken to slide against its velocity: a slip reversal,"""
     back: bool
     """and whether friction held it the other way before."""
 
 
-ROWS: Final = Rows(COLUMNS, Block, Clock, State, Attempt, Taken, Peaks, Account, Shaking, Course, Foreseen, Change)
+ROWS: Final = Rows(COLUMNS, Block, Clock, State, Attempt, Taken, Peaks, Account, Shaking, Course, Predicted, Change)
 
 
 @njit(**INLINE)

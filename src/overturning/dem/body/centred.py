@@ -33,7 +33,7 @@ from overturning.dem.kernel.mechanics import larger, within_circle
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 WHOLE: Final = TICKS
-PREDICTED: Final = BODY.predicted
+FINE: Final = BODY.fine
 FAST_TURN: Final = 0.1
 """Tangent of the angle by which the deepest point of a rim may run round it in a step that is not the finest."""
 LEAST_FREEDOM: Final = 0.25
@@ -81,7 +81,7 @@ def rim_point(body: Body, f: Frame, ahead: float, aside: float) -> Vector:
 @njit(**INLINE)
 def is_late(clock: Clock, attempt: Attempt) -> bool:
     """Whether a step is fine enough for the foreseen forces to tell."""
-    return attempt.length <= PREDICTED * clock.finest
+    return attempt.length <= FINE * clock.finest
 
 
 @njit(**INLINE)

@@ -19,13 +19,13 @@ MOST_AGAIN: Final = 2
 
 
 def until_balanced(run: Callable[[NDArray[np.int64], int], None], status: NDArray[Any], error: NDArray[Any]) -> None:
-    """Run cases, again with finer steps those in which work and energy do not balance, and mark those in which they never do.
+    """Run cases, those in which work and energy do not balance again with finer steps, and mark what still does not.
 
     Parameters
     ----------
     run : callable
-        ``run(rows, finer)`` fills these rows of the results with steps so many times finer than planned. It counts on from the
-        steps that it finds there, so that the budget of a case is that of all its runs.
+        ``run(rows, finer)`` fills these rows of the results with steps so many times finer than planned. It counts on
+        from the steps that it finds there, so that the budget of a case is that of all its runs.
     status, error : ndarray, shape (n,)
         Views of the results: `Status` and energy error.
     """

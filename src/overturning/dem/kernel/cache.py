@@ -62,12 +62,12 @@ def cache_directory(sources: Path | None = None) -> Path:
 
 
 def layer_of(module: Path) -> Path:
-    """Folder of the layer of the package that a module is in, with all that it may have been compiled with; else its own."""
+    """Folder of the package's layer that a module is in, with all that it may be compiled with; else its own folder."""
     return _PACKAGE / module.relative_to(_PACKAGE).parts[0] if module.is_relative_to(_PACKAGE) else module.parent
 
 
 def _seal(file: Any) -> None:
-    """Let a cache of Numba's check the SHA-256 of what it loads; machine code with another byte in it computes anything."""
+    """Let a cache of Numba's check the SHA-256 of what it loads: with another byte in it, code computes anything."""
     dump, load_index, load_data = file._dump, file._load_index, file._load_data
 
     def sealed(content: Any) -> bytes:
@@ -92,9 +92,9 @@ def _seal(file: Any) -> None:
 
 
 def keep_compiled(dispatcher: Any) -> Any:
-    """Let a function jitted without ``cache=True`` keep its machine code in `cache_directory`; returns the same function.
+    """Let a function jitted without ``cache=True`` keep its code in `cache_directory`; returns the same function.
 
-    Numba meets a damaged index or code file with an error that never goes away, or runs it. Here such a file is removed and
+    Numba answers a damaged index or code file with an error that persists, or runs it. Here such a file is removed and
     the kernel compiled again; a folder that cannot be written costs the compilation, not the answer.
     """
     try:

@@ -1,8 +1,9 @@
 """The clock of a case: how long its next step is, and whether the last one is accepted (docs/method.md, "The clock").
 
-A whole step is as long as the motion allows. A step in which a contact would open or close is rejected and halved until it is the
-finest one, which resolves the contact; after the change come some steps of each length before those of twice the length. Lengths are
-in ticks. A longer step begins only at a multiple of its length: so each lies within a sample, over which the shaking is linear.
+A whole step is as long as the motion allows. A step in which a contact would open or close is rejected and halved
+until it is the finest one, which resolves the contact; after the change come some steps of each length before those of
+twice the length. Lengths are in ticks. A longer step begins only at a multiple of its length: so each lies within a
+sample, over which the shaking is linear.
 """
 
 from typing import Final, NamedTuple
@@ -21,12 +22,13 @@ class Pace(NamedTuple):
     """longest step in which a contact may open or close, in 1/ω of the highest mode of the contact;"""
     whole: float
     """ticks of a whole step, a power of two: so often it may be halved;"""
-    predicted: float
-    """up to so many finest steps the predicted forces tell what is in contact and slides, in longer ones what was last found;"""
+    fine: float
+    """a step of up to so many finest ones is fine: there the predicted forces decide what is in contact and slides, in
+    longer ones what was last found;"""
     tries: float
     """how often a longer step is done again where that proves wrong, before it is done in shorter ones;"""
     dwell: float
-    """steps of one length after a change of contact, before those of twice the length (more where the contact rings);"""
+    """steps of one length after a change of contact, before those of twice the length; more where the contact rings;"""
     settled_above: float
     """steps longer than so many finest ones no longer resolve what the change has set off:"""
     settled: float
@@ -38,8 +40,9 @@ class Pace(NamedTuple):
         return int(self.whole).bit_length() - 1
 
 
-# Where measured: the rigid limit and the default step, docs/measurements.md; scenes, `python -m verification.scenes steps`; in space,
-# `python -m verification.space`. A body in space takes shorter steps, since its deepest point runs round a rim.
+# Where measured: the rigid limit and the default step, docs/measurements.md; scenes, `python -m verification.scenes
+# steps`; in space, `python -m verification.space`. A body in space takes shorter steps, since its deepest point runs
+# round a rim.
 BLOCK: Final = Pace(0.006, 0.08, 2.0**24, 4.0, 2.0, 8.0, 8.0, 2.0)
 SCENE: Final = Pace(0.0125, 0.08, 2.0**20, 4.0, 2.0, 8.0, float("inf"), 2.0)
 BODY: Final = Pace(0.004, 0.125, 2.0**9, 2.0, 3.0, 6.0, 0.0, 4.0)
@@ -94,7 +97,7 @@ class Found(NamedTuple):
     wrong: bool
     """whether a point sticks or slides otherwise than taken,"""
     reversed: bool
-    """or slides against its velocity;"""
+    """whether one slides against its velocity: a slip reversal;"""
     back: bool
     """whether one slides that friction held the other way before, so that friction changes its sign within the step;"""
     slides: bool
@@ -107,10 +110,11 @@ class Found(NamedTuple):
 def next_attempt(
     pace: Pace, clock: Clock, tried: Attempt, found: Found, tick: float, ticks: float
 ) -> tuple[bool, bool, Attempt]:
-    """Whether an attempt that would end at a tick is rejected, whether what it was taken to do stays so, and the next attempt.
+    """Whether an attempt that would end at a tick is rejected, whether its points are taken as before, and the next one.
 
-    A body may begin to slide in a step of up to `ONSET` of a sample, which has so many `ticks`, and friction may change its sign
-    in one of up to `TURN`. In the half of a step in which a body begins to slide, what stuck is taken to stick once more.
+    A body may begin to slide in a step of up to `ONSET` of a sample, which has so many `ticks`, and friction may change
+    its sign in one of up to `TURN`. In the half of a step in which a body begins to slide, what stuck is taken to stick
+    once more.
     """
     length = tried.length
     shorter = (found.changed | found.fast) & (length > clock.finest) & (not found.gentle)

@@ -6,7 +6,7 @@ GOES_ON: Final = -1
 """Instead of a `Status`: the case has not ended."""
 
 REST_ENERGY: Final = 1e-9
-"""Kinetic energy, as a share of m g times half the width of the base, below which a body that stands on its base is at rest."""
+"""Kinetic energy of a body at rest on its base: less than this share of m g times half the width of the base."""
 
 STILL_TO_SLIDE: Final = 1e-6
 """Distance that a single body may have left to slide when its case ends, m."""

@@ -12,8 +12,8 @@ class Ground(NamedTuple):
     """The motion of the base, padded with zeros after the record."""
 
     along: FloatArray
-    """Acceleration in each direction asked for, m/s²: towards +s, shape (azimuths, samples + 3), or along x and y of a body in
-    space, shape (orientations, 2, samples + 3);"""
+    """Acceleration in each direction asked for, m/s²: towards +s, shape (azimuths, samples + 3), or along x and y of a
+    body in space, shape (orientations, 2, samples + 3);"""
     up: FloatArray | None
     """upward acceleration, m/s², shape (samples + 3,); None where there is none, which compiles a kernel without it;"""
     samples: int

@@ -1,16 +1,17 @@
-"""Cases side by side: how both kernels are compiled, and how named tuples lie in the rows of an array.
+"""Cases side by side: how all kernels are compiled, and how named tuples lie in the rows of an array.
 
-A kernel keeps its cases in one flat array of numbers: a row per quantity, a lane (column) per case, so that quantity ``Q`` of
-lane ``j`` is ``array[Q + j]``. The equations are written for ONE case, as functions of named tuples; a loop over the lanes
-loads the tuples, calls the functions and stores what comes out. LLVM makes full-width vector code of such a loop if
+A kernel keeps its cases in one flat array of numbers: a row per quantity, a lane (column) per case, so that quantity
+``Q`` of lane ``j`` is ``array[Q + j]``. The equations are written for ONE case, as functions of named tuples; a loop
+over the lanes loads the tuples, calls the functions and stores what comes out. LLVM makes full-width vector code of
+such a loop if
 
 - every function that it calls is compiled with `INLINE`;
 - nothing branches on a case's numbers: select (``a if c else b``) instead;
 - the arrays are `aligned`: a vector that straddles two cache lines costs a fifth of the speed.
 
-Three forms that read as well do not become vector code, or become slow: a named tuple *of arrays* (each array would be a base of
-its own, which may overlap the others); choosing between two whole tuples before they are stored; and storing under a
-condition (a masked store). `Access.store_unless` selects number by number instead.
+Three forms that read as well do not become vector code, or become slow: a named tuple *of arrays* (each array would be
+a base of its own, which may overlap the others); choosing between two whole tuples before they are stored; and storing
+under a condition (a masked store). `Access.store_unless` selects number by number instead.
 """
 
 from collections.abc import Collection, Iterator
@@ -28,7 +29,7 @@ OPTIONS: Final[dict[str, Any]] = {"fastmath": False, "error_model": "numpy", "bo
 """Of every jitted function: no fast-math, no contraction, so that the bits are the same everywhere."""
 
 INNER: Final[dict[str, Any]] = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-"""Of those that compiled code alone calls: without the entries for Python and C, which for named tuples are longer than they are."""
+"""Of those that compiled code alone calls: without the entries for Python and C, which are long for named tuples."""
 
 INLINE: Final[dict[str, Any]] = {**INNER, "forceinline": True}
 """Of those called within a loop over the lanes."""
@@ -97,8 +98,8 @@ class Rows:
 
     Notes
     -----
-    Rows count from the array that the functions are given: it may as well be a slice of a larger one, with the rows of one
-    body or pair out of many.
+    Rows count from the array that the functions are given: it may as well be a slice of a larger one, with the rows of
+    one body or pair out of many.
     """
 
     def __init__(self, lanes: int, *tuples: type) -> None:
@@ -122,7 +123,7 @@ class Rows:
         path : str
             Path of field names to a tuple within it; the whole one where not given.
         without : collection of str
-            Names of fields, at any depth, that a variant of a kernel does without: they are not stored, and loaded as 0.
+            Names of fields, at any depth, that a variant of a kernel does without: not stored, and loaded as 0.
         """
         kind, prefix = of, ""
         for name in path.split(".") if path else ():
@@ -134,8 +135,8 @@ class Rows:
         return self._made[key]
 
     def _make(self, of: type, kind: type, prefix: str, inner: list[str]) -> Access:
-        # Unsigned: Numba lets a signed index count from the end, and LLVM cannot always see that this one does not. As names of
-        # constants, since a call for each would take a third of the time to compile.
+        # Unsigned: Numba lets a signed index count from the end, and LLVM cannot always see that this one does not. As
+        # names of constants, since a call for each would take a third of the time to compile.
         place = {p: f"array[row{number} + j]" for number, p in enumerate(inner)}
         space: dict[str, Any] = {f"row{number}": np.uintp(self._rows[of, prefix + p]) for number, p in enumerate(inner)}
         space["unsigned"] = np.uintp

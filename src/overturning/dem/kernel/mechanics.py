@@ -40,7 +40,7 @@ def larger(peak: float, value: float) -> float:
 
 @njit(**INLINE)
 def line(first: float, second: float, per_step: float) -> tuple[float, float]:
-    """Value and slope of the line between two samples of the ground motion, whose steps (or ticks) are `per_step` of it."""
+    """Value and slope of the line between two samples of the ground motion; a step, or tick, is `per_step` of them."""
     return first, (second - first) * per_step
 
 
@@ -48,7 +48,7 @@ def line(first: float, second: float, per_step: float) -> tuple[float, float]:
 def within_circle(
     hx: float, hy: float, tx: float, ty: float, limit: float, compliance: float
 ) -> tuple[float, float, float, float, bool]:
-    """A force in a plane and its spring's stretch brought within a limit, keeping their directions; and whether it slips."""
+    """A force in a plane and its spring's stretch brought within a limit along their directions; whether it slips."""
     square, stretch = hx * hx + hy * hy, tx * tx + ty * ty
     slips, holds = square > limit * limit, limit * compliance
     cut = slips & (stretch > holds * holds)

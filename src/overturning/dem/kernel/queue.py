@@ -1,8 +1,8 @@
 """A queue of cases through the lanes of a kernel: a finished lane takes the next case.
 
-The queue knows lanes, not stones. A model has a named tuple of rules, which holds all that its cases need, and functions that are
-picked by the type of that tuple (`implement`): Numba keeps the machine code of what is picked by type, but not that of closures.
-No lane sees another one, so that what a case gets depends on the case alone.
+The queue knows lanes, not stones. A model has a named tuple of rules, which holds all that its cases need, and
+functions that are picked by the type of that tuple (`implement`): Numba keeps the machine code of what is picked by
+type, but not that of closures. No lane sees another one, so that what a case gets depends on the case alone.
 """
 
 from collections.abc import Callable
@@ -60,9 +60,9 @@ def load(rules: Rules, work: Work, cases: Any, columns: int) -> None:
 
 
 def advance(rules: Rules, work: Work, columns: int, path: Any, noted: int) -> tuple[Any, int]:
-    """Compute the steps of a sample and note the way of the first lane; returns the path and how many of its rows are filled.
+    """Compute the steps of a sample and note the way of the first lane; returns the path and the rows that are filled.
 
-    The path may be a longer copy of the one that was given; the number is −1 where there is no room.
+    The path may be a longer copy of the one that was given; the number of rows is −1 where there is no room.
     """
     raise NotImplementedError
 
@@ -106,7 +106,7 @@ def copy_lane(state: Any, lanes: int, source: int, target: int) -> None:
 
 @njit(**OPTIONS)
 def with_room(path: Any, rows: int, most: int) -> Any:
-    """A structured path with room for some rows: at least twice as long where it had less; as it is where they are more than `most`."""
+    """A structured path with room for some rows, at least twice as long where it had less; itself beyond `most`."""
     if rows <= path.shape[0] or rows > most:
         return path
     longer = np.zeros(max(rows, 2 * path.shape[0]), path.dtype)
@@ -166,7 +166,8 @@ def run_queue(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int
             status, over = GOES_ON, done[lane] >= rules.budget
             if over or is_due(rules, work, lane):
                 status = ended(rules, work, lane, case[lane])
-                # What breaks its bounds without an end in sight is over its budget all the same: a larger one changes nothing.
+                # What breaks its bounds without an end in sight is over its budget all the same: a larger budget
+                # changes nothing.
                 status = Status.OVER_BUDGET if over and status != Status.SIMULATED else status
             if status == GOES_ON:
                 lane += 1

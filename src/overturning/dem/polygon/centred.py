@@ -34,7 +34,7 @@ from overturning.dem.polygon.state import (
     Vertices,
 )
 
-PREDICTED: Final = SCENE.predicted
+FINE: Final = SCENE.fine
 
 LEAST_FREEDOM: Final = 0.25
 """A sliding end jams where less than this share of a normal force's effect on free particles is left."""
@@ -163,7 +163,7 @@ def share(law: Law, half: float, end: End, one: Guess, other: Guess) -> tuple[Ou
 @njit(**INLINE)
 def is_late(case: Case) -> bool:
     """Whether a step is so fine that the foreseen forces tell what an end does."""
-    return case.attempt.length <= PREDICTED * case.clock.finest
+    return case.attempt.length <= FINE * case.clock.finest
 
 
 @njit(**OPTIONS)

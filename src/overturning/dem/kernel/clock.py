@@ -110,7 +110,7 @@ class Found(NamedTuple):
 def next_attempt(
     pace: Pace, clock: Clock, tried: Attempt, found: Found, tick: float, ticks: float
 ) -> tuple[bool, bool, Attempt]:
-    """Whether an attempt that would end at a tick is rejected, whether its points are taken as before, and the next one.
+    """Whether an attempt that would end at a tick is rejected, whether its points are taken as before, the next one.
 
     A body may begin to slide in a step of up to `ONSET` of a sample, which has so many `ticks`, and friction may change
     its sign in one of up to `TURN`. In the half of a step in which a body begins to slide, what stuck is taken to stick

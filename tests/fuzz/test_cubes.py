@@ -150,7 +150,7 @@ def test_names_in_the_report(folder: Path) -> None:
                 blocks.Paragraph(two),
                 blocks.Bullets((one, three)),
                 blocks.Code(two),
-                blocks.Table((one, two), ((three, one),)),
+                blocks.table((one, two), ((three, one),)),
                 blocks.Link(one, two),
                 blocks.Disclosure(three, (blocks.Note(one), blocks.Caution(two))),
             ),

@@ -1,7 +1,5 @@
 """The angle of a fall that the map's check works out by itself: what it must let pass, and what it must find."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -26,9 +24,12 @@ def with_row(prepared: Prepared, found: Results, turned_deg: list[float], flags:
     """An answer with other rotations and flags, and the times that go with these."""
     rotation = np.radians([turned_deg]) / prepared.unit[prepared.free]
     times = np.where(np.array([flags]) != 0, 3.0, np.nan)
-    return replace(
-        found, peak_rotation=rotation, overturned=np.array([flags], np.int8), overturning_time=times.astype(np.float32)
-    )
+    changed = {
+        "peak_rotation": rotation,
+        "overturned": np.array([flags], np.int8),
+        "overturning_time": times.astype(np.float32),
+    }
+    return Results(**vars(found) | changed)
 
 
 @pytest.mark.parametrize(

@@ -71,7 +71,13 @@ def test_commands_refuse_or_name_the_borehole(tmp_path):
     result = CliRunner().invoke(app, [*add, "--set", "sensor=borehole"])
     assert result.exit_code == 0, result.output
     assert "ISKH01 (borehole)" in result.output
-    assert "ISKH01 (borehole)" in CliRunner().invoke(app, ["records", "check", str(folder)]).output
+    looked_at = CliRunner().invoke(app, ["records", "check", str(folder)]).output
+    assert "ISKH01 (borehole)" in looked_at
+    assert "of a borehole: refused unless it is declared (--sensor borehole" in looked_at
+    assert "declared: " not in looked_at
+    declared = CliRunner().invoke(app, ["records", "check", str(folder), "--sensor", "borehole"]).output
+    assert "declared: borehole sensor" in declared
+    assert "refused unless" not in declared
 
 
 @pytest.mark.parametrize("kind", ["tar.gz", "zip", "nested"])

@@ -134,7 +134,7 @@ def assemble(
         if not declared.trust_data:
             raise RecordError(f"{first.file}: {why}: correct it, or say --trust-data (trust_data in the record table)")
         trusted.append(why)
-    borehole = ["borehole sensor"] if first.sensor == "borehole" else []
+    borehole = ["borehole sensor"] if declared.sensor == "borehole" else []
     extra: dict[str, Any] = dict(first.extra) | {"format": first.format, "processed": first.processed}
     extra |= {"axes": [c.axis for c in window]} | ({"origin_time": iso(first.origin)} if first.origin else {})
     extra |= {"header_peak_difference": differences} if differences else {}
@@ -160,7 +160,7 @@ def assemble(
         extra=extra,
         **(of_files | stated),
     )
-    if borehole and "borehole" not in record.station.lower():
+    if first.sensor == "borehole" and "borehole" not in record.station.lower():
         record = replace(record, station=f"{record.station} (borehole)".strip())
     return record
 

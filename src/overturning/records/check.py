@@ -104,7 +104,7 @@ def describe(finding: Finding) -> str:
         f"  {record.north.size} samples every {record.sampling_interval:g} s, "
         f"{'with' if record.up is not None else 'without'} vertical component",
         *(f"  {_axis(c)}" for c in finding.components),
-        *(f"  {note}" for note in _notes(record)),
+        *(f"  {note}" for note in _notes(record, finding.components[0].sensor)),
         f"  north and east: {_peaks(finding.used or record)}",
     ]
     return "\n".join(lines)
@@ -117,15 +117,18 @@ def _peaks(used: Record) -> str:
     return f"PGA {pga:.1f} Gal, PGV {pgv:.1f} cm/s, PGD {pgd:.1f} cm {how}"
 
 
-def _notes(record: Record) -> list[str]:
-    """What the agency has done, what was cut, what was declared, and what is only trusted."""
+def _notes(record: Record, sensor: str) -> list[str]:
+    """What the agency has done, what was cut, what was declared or must be, and what is only trusted."""
     done = record.extra.get("agency_processing")
     cut = [summary(step) for step in record.processing if step["step"] == "common_window"]
     declared, trusted = (record.extra.get(key) or [] for key in ("declared", "trusted"))
+    undeclared = sensor == "borehole" and "borehole sensor" not in declared
+    how = "(--sensor borehole, or sensor in the record table)"
     return [
         *([f"by the agency: {done}"] if done else []),
         *cut,
         *([f"declared: {'; '.join(declared)}"] if declared else []),
+        *([f"of a borehole: refused unless it is declared {how}"] if undeclared else []),
         *(f"trusted although {why}" for why in trusted),
     ]
 

@@ -55,13 +55,13 @@ LOOPS: dict[str, Compile] = {
     for with_friction in (True, False)
 } | {
     "polygons, couple": compiled(centred.couple, PAIR, ELEMENT, ELEMENT.copy(), OWN),
-    "polygons, meet": compiled(centred.meet, PAIR, ELEMENT, ELEMENT.copy(), OWN),
+    "polygons, correct": compiled(centred.correct, PAIR, ELEMENT, ELEMENT.copy(), OWN),
     "polygons, invert": compiled(equations.invert, BLOCK),
     "polygons, divide": compiled(equations.divide, BLOCK, BLOCK.copy()),
     "polygons, eliminate": compiled(equations.eliminate, BLOCK, BLOCK.copy(), BLOCK.copy()),
     "polygons, carry": compiled(equations.carry, ELEMENT, BLOCK, ELEMENT.copy()),
-    "polygons, foresee, vertical": compiled(motion_on(True)[0], None, ELEMENT, OWN, 128.0, 9.80665),
-    "polygons, foresee, level": compiled(motion_on(False)[0], None, ELEMENT, OWN, 128.0, 9.80665),
+    "polygons, predict, vertical": compiled(motion_on(True)[0], None, ELEMENT, OWN, 128.0, 9.80665),
+    "polygons, predict, level": compiled(motion_on(False)[0], None, ELEMENT, OWN, 128.0, 9.80665),
     "polygons, arrive, vertical": compiled(motion_on(True)[1], None, ELEMENT, OWN, 128.0, 9.80665),
     "polygons, arrive, level": compiled(motion_on(False)[1], None, ELEMENT, OWN, 128.0, 9.80665),
     "polygons, cundall contact": compiled(cundall.contact, PAIR, ELEMENT, ELEMENT.copy(), OWN),

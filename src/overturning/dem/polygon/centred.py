@@ -1,9 +1,11 @@
 """The centred scheme: the trapezoidal rule with springs and dashpots taken at the end of the step (docs/scenes.md).
 
-What a pair of elements does in a step: `couple` finds its part in the equations, `meet` its forces at their solution.
+What a pair of elements does in a step: `couple` finds its part in the equations, `correct` its forces at the
+solution.
 `overturning.dem.polygon.equations` solves them, `overturning.dem.kernel.clock` says how long the next step is.
 
-Signs: an end's penetration u and opening velocity v give n = K u − h v, its stretch s and slip velocity w give t = −(K_s s + h w).
+Signs: an end's penetration u and opening velocity v give n = K u − h v, its stretch s and slip velocity w give
+t = −(K_s s + h w).
 """
 
 import math
@@ -20,12 +22,12 @@ from overturning.dem.polygon.faces import common_stretch
 from overturning.dem.polygon.state import (
     Body,
     Case,
+    Corrected,
     Couple,
     End,
     Law,
     Marks,
     Memory,
-    Met,
     Outer,
     Plane,
     Seen,
@@ -37,7 +39,7 @@ from overturning.dem.polygon.state import (
 FINE: Final = SCENE.fine
 
 LEAST_FREEDOM: Final = 0.25
-"""A sliding end jams where less than this share of a normal force's effect on free particles is left."""
+"""An end sticks where sliding would leave less than this share of a normal force's effect on free particles."""
 
 
 class Centred(NamedTuple):
@@ -53,16 +55,16 @@ class Guess(NamedTuple):
     """What an end is taken to do in a step."""
 
     n: float
-    """Forces as foreseen, N;"""
+    """Forces as predicted, N;"""
     t: float
     stretch: float
     on: bool
-    """whether it presses,"""
+    """whether it is in contact,"""
     slides: bool
     slid: float
     """±μ where it slides;"""
     free: bool
-    """whether sliding does not jam it."""
+    """whether a normal force pushes it out while it slides."""
 
 
 class Direction(NamedTuple):
@@ -83,6 +85,14 @@ class Relative(NamedTuple):
     b: float
 
 
+class Both(NamedTuple):
+    """Both elements of a pair: how they move against each other, and their inertia."""
+
+    velocity: Relative
+    a: Body
+    b: Body
+
+
 @njit(**INLINE)
 def relative(a: Plane, b: Plane) -> Relative:
     """Of two elements' velocities."""
@@ -97,22 +107,21 @@ def rates(end: End, u: Relative) -> tuple[float, float]:
 
 
 @njit(**INLINE)
-def guess(
-    law: Law, old: Memory, slid: float, end: End, ends: Stretch, u: Relative, a: Body, b: Body, late: bool
-) -> Guess:
-    """What an end would do: in fine steps as foreseen, in long ones, where that overshoots too far, as last found.
+def guess(law: Law, old: Memory, slid: float, end: End, ends: Stretch, both: Both, fine: bool) -> Guess:
+    """What an end would do: in fine steps as predicted, in long ones, where that overshoots too far, as last found.
 
-    A normal force on a sliding end must push it out. Where friction would turn an element in instead (Painlevé's paradox), the
-    end jams.
+    A normal force on a sliding end must push it out. Where friction would turn an element in instead (Painlevé's
+    paradox), the end sticks.
     """
-    opening, slipping = rates(end, u)
+    a, b = both.a, both.b
+    opening, slipping = rates(end, both.velocity)
     n, drag = law.normal * end.depth - law.dashpot * opening, law.dashpot * slipping
     stretch = stretched(old, end, ends, law.compliance, drag)
     t = -(law.tangential * stretch) - drag
-    foreseen = (n if n > 0.0 else 0.0) if end.closed > 0.0 else 0.0
-    on = (foreseen + (0.0 if late else old.normal) > 0.0) & (end.faces > 0.0)
-    excess = abs(t) - law.friction * n if late else abs(slid)
-    slid = math.copysign(law.friction, t) if late else slid
+    predicted = (n if n > 0.0 else 0.0) if end.closed > 0.0 else 0.0
+    on = (predicted + (0.0 if fine else old.normal) > 0.0) & (end.faces > 0.0)
+    excess = abs(t) - law.friction * n if fine else abs(slid)
+    slid = math.copysign(law.friction, t) if fine else slid
     particles = a.inverse_mass + b.inverse_mass
     along = a.inverse_inertia * (end.a.n * (end.a.n + slid * end.a.t))
     freedom = particles + (along + b.inverse_inertia * (end.b.n * (end.b.n + slid * end.b.t)))
@@ -140,8 +149,11 @@ def plus(p: Outer, q: Outer) -> Outer:
 
 
 @njit(**INLINE)
-def share(law: Law, half: float, end: End, one: Guess, other: Guess) -> tuple[Outer, Force, float]:
-    """An end's part in the equations, its forces as foreseen, and ±μ where it slides; a jammed one sticks, unless the other does."""
+def contribution(law: Law, half: float, end: End, one: Guess, other: Guess) -> tuple[Outer, Force, float]:
+    """An end's part in the equations, its forces as predicted, and ±μ where it slides.
+
+    One that is not free to slide sticks, unless the other one does.
+    """
     free = one.free | (other.on & (not other.slides))
     slides = one.slides & free
     slid = one.slid if slides else 0.0
@@ -161,8 +173,8 @@ def share(law: Law, half: float, end: End, one: Guess, other: Guess) -> tuple[Ou
 
 
 @njit(**INLINE)
-def is_late(case: Case) -> bool:
-    """Whether a step is so fine that the foreseen forces tell what an end does."""
+def is_fine(case: Case) -> bool:
+    """Whether a step is so fine that the predicted forces decide what an end does."""
     return case.attempt.length <= FINE * case.clock.finest
 
 
@@ -177,12 +189,13 @@ def couple(q: Any, a: Any, b: Any, own: Any) -> None:
             rows.load_case(own, j),
         )
         on, by, law = first.trial, second.trial, pair.law
-        late, half = is_late(case), 0.5 * (case.step * case.attempt.length)
+        fine, half = is_fine(case), 0.5 * (case.step * case.attempt.length)
         ends, u = common_stretch(pair, on.pose, by.pose), relative(on.end, by.end)
-        g1 = guess(law, pair.one, pair.slid_one, ends.one, ends, u, first.body, second.body, late)
-        g2 = guess(law, pair.two, pair.slid_two, ends.two, ends, u, first.body, second.body, late)
-        p1, f1, slid_1 = share(law, half, ends.one, g1, g2)
-        p2, f2, slid_2 = share(law, half, ends.two, g2, g1)
+        both = Both(u, first.body, second.body)
+        g1 = guess(law, pair.one, pair.slid_one, ends.one, ends, both, fine)
+        g2 = guess(law, pair.two, pair.slid_two, ends.two, ends, both, fine)
+        p1, f1, slid_1 = contribution(law, half, ends.one, g1, g2)
+        p2, f2, slid_2 = contribution(law, half, ends.two, g2, g1)
         rows.store_ends(q, j, ends)
         rows.store_taken_one(q, j, Taken(g1.stretch, slid_1))
         rows.store_taken_two(q, j, Taken(g2.stretch, slid_2))
@@ -202,7 +215,7 @@ class Solved(NamedTuple):
     wrong: bool
     """was taken to do otherwise,"""
     reversed: bool
-    """slides against its velocity,"""
+    """slides against its velocity, a slip reversal,"""
     back: bool
     """and was held the other way before."""
     slid: float
@@ -210,11 +223,11 @@ class Solved(NamedTuple):
 
 
 @njit(**INLINE)
-def solved(law: Law, old: Memory, end: End, taken: Taken, u: Relative, d: Relative, half: float, late: bool) -> Solved:
+def solved(law: Law, old: Memory, end: End, taken: Taken, u: Relative, d: Relative, half: float, fine: bool) -> Solved:
     """Forces of an end at the solution, within their limits: never tension, no more than friction.
 
-    What the solution adds to the velocities moves the elements by half a step of it. The spring of an end that slips is shortened
-    to what friction holds. (An end in the air "slips"; nothing asks which way.)
+    What the solution adds to the velocities moves the elements by half a step of it. The spring of an end that slips is
+    shortened to what friction holds. (An end in the air "slips"; nothing asks which way.)
     """
     opening, slipping = rates(end, u)
     more_open, more_slip = rates(end, d)
@@ -230,7 +243,7 @@ def solved(law: Law, old: Memory, end: End, taken: Taken, u: Relative, d: Relati
     found = math.copysign(law.friction, t) if slips else 0.0
     spring = within(stretch, most * law.compliance) if slips else stretch
     spring = spring if inside else 0.0
-    guessed = 0.0 if late else taken.slid
+    guessed = 0.0 if fine else taken.slid
     carrier = rows.MINE if end.mine > 0.0 else rows.THEIRS
     changed = (inside != was) | ((not was) & (end.closed > 0.0)) | (was & (old.carrier != carrier))
     loaded = most > 0.0
@@ -258,17 +271,18 @@ def now_of(a: Seen, b: Seen, end: End, s: Solved) -> tuple[Seen, Seen]:
 
 
 @njit(**OPTIONS)
-def meet(q: Any, a: Any, b: Any, own: Any) -> None:
-    """Forces of one pair at the solution, kept beside what the pair remembers until it is known whether the step is taken."""
+def correct(q: Any, a: Any, b: Any, own: Any) -> None:
+    """Forces of one pair at the solution, kept beside what it remembers until it is known whether the step is taken."""
     for j in range(rows.COLUMNS):
         pair, step, first, second, case = (
-            rows.load_pair(q, j), rows.load_step(q, j), rows.load_element(a, j), rows.load_element(b, j), rows.load_case(own, j),
+            rows.load_pair(q, j), rows.load_step(q, j), rows.load_element(a, j), rows.load_element(b, j),
+            rows.load_case(own, j),
         )  # fmt: skip
         on, by, law, ends = first.trial, second.trial, pair.law, step.ends
-        late, half, one, two = is_late(case), 0.5 * (case.step * case.attempt.length), step.ends.one, step.ends.two
+        fine, half, one, two = is_fine(case), 0.5 * (case.step * case.attempt.length), step.ends.one, step.ends.two
         u, d = relative(on.end, by.end), relative(on.change, by.change)
-        s1 = solved(law, pair.one, one, step.one, u, d, half, late)
-        s2 = solved(law, pair.two, two, step.two, u, d, half, late)
+        s1 = solved(law, pair.one, one, step.one, u, d, half, fine)
+        s2 = solved(law, pair.two, two, step.two, u, d, half, fine)
         new = action_of(one, two, s1.force, s2.force)
         f, g = first.force, second.force
         rows.store_force(a, j, Plane(f.x + new.x, f.z + new.z, f.w + new.moment_a))
@@ -278,8 +292,8 @@ def meet(q: Any, a: Any, b: Any, own: Any) -> None:
         deepest = larger(pair.deepest, s1.depth if s1.inside else 0.0)
         deepest = larger(deepest, s2.depth if s2.inside else 0.0)
         work = 0.5 * (twice(pair.one, one, s1) + twice(pair.two, two, s2))
-        met = Met(Vertices(a1, a2, b1, b2), memory_of(one, s1), memory_of(two, s2), deepest, pair.taken + work)
-        rows.store_met(q, j, met)
+        now, of_one, of_two = Vertices(a1, a2, b1, b2), memory_of(one, s1), memory_of(two, s2)
+        rows.store_corrected(q, j, Corrected(now, of_one, of_two, deepest, pair.taken + work))
         q[rows.SLID_ONE + j], q[rows.SLID_TWO + j] = s1.found, s2.found
         old = case.found
         rows.store_marks(own, j, Marks(
@@ -301,14 +315,14 @@ def twice(old: Memory, end: End, s: Solved) -> float:
 
 @njit(**OPTIONS)
 def keep(q: Any, own: Any) -> None:
-    """Take what a pair met, where the step is taken."""
+    """Keep what a pair is at the solution, where the step is accepted."""
     for j in range(rows.COLUMNS):
         step, verdict = rows.load_step(q, j), rows.load_case(own, j).verdict
-        met, again, sooner = step.met, verdict.again > 0.0, verdict.sooner > 0.0
-        rows.keep_vertices(q, j, again, met.before)
-        rows.keep_memory(q, j, again, met.one)
-        rows.keep_memory(q, j + rows.SECOND, again, met.two)
-        q[rows.DEEPEST + j] = q[rows.DEEPEST + j] if again else met.deepest
-        q[rows.TAKEN + j] = q[rows.TAKEN + j] if again else met.taken
+        corrected, again, sooner = step.corrected, verdict.again > 0.0, verdict.sooner > 0.0
+        rows.keep_vertices(q, j, again, corrected.before)
+        rows.keep_memory(q, j, again, corrected.one)
+        rows.keep_memory(q, j + rows.SECOND, again, corrected.two)
+        q[rows.DEEPEST + j] = q[rows.DEEPEST + j] if again else corrected.deepest
+        q[rows.TAKEN + j] = q[rows.TAKEN + j] if again else corrected.taken
         q[rows.SLID_ONE + j] = step.one.slid if sooner else q[rows.SLID_ONE + j]
         q[rows.SLID_TWO + j] = step.two.slid if sooner else q[rows.SLID_TWO + j]

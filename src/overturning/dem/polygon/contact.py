@@ -10,7 +10,7 @@ from numba import njit
 from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.kernel.mechanics import larger
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.state import Action, Element, End, Memory, Pair, Plane, Stretch
+from overturning.dem.polygon.state import Action, End, Memory, Pair, Plane, Stretch
 
 
 class Force(NamedTuple):
@@ -60,15 +60,13 @@ def action_of(one: End, two: End, f1: Force, f2: Force) -> Action:
 
 
 @njit(**INLINE)
-def act(
-    q: Any, a: Any, b: Any, j: int, pair: Pair, first: Element, second: Element, ends: Stretch, f1: Force, f2: Force
-) -> None:
+def act(q: Any, a: Any, b: Any, j: int, pair: Pair, ends: Stretch, f1: Force, f2: Force) -> None:
     """Let both ends' forces act on the elements and keep them."""
     one, two = ends.one, ends.two
     deepest = larger(pair.deepest, one.depth) if one.closed else pair.deepest
     deepest = larger(deepest, two.depth) if two.closed else deepest
     new = action_of(one, two, f1, f2)
-    on_a, on_b = first.force, second.force
+    on_a, on_b = rows.load_force(a, j), rows.load_force(b, j)
     rows.store_force(a, j, Plane(on_a.x + new.x, on_a.z + new.z, on_a.w + new.moment_a))
     rows.store_force(b, j, Plane(on_b.x - new.x, on_b.z - new.z, on_b.w - new.moment_b))
     rows.store_vertices(q, j, ends.now)

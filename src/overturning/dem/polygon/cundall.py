@@ -48,4 +48,4 @@ def contact(q: Any, a: Any, b: Any, own: Any) -> None:
         ends = common_stretch(pair, first.pose, second.pose)
         f1 = end_force(pair.law, pair.one, ends.one, ends, case.rate)
         f2 = end_force(pair.law, pair.two, ends.two, ends, case.rate)
-        act(q, a, b, j, pair, first, second, ends, f1, f2)
+        act(q, a, b, j, pair, ends, f1, f2)

@@ -1,8 +1,8 @@
-"""The equations of a step of the centred scheme: three for each element that the base moves under, for the change of its velocity.
+"""The equations of a step of the centred scheme: three for the change of velocity of each element that moves.
 
-They are scaled by half the step and the inverse masses: 1 plus what the contacts add. Elimination goes by blocks of 3 × 3 in the
-order of the elements, without a pivot: the matrix is 1 plus something that only adds, but for sliding ends, which jam before
-they take too much away.
+They are scaled by half the step and the inverse masses: 1 plus what the contacts add. Elimination goes by blocks of
+3 × 3 in the order of the elements, without a pivot: the matrix is 1 plus something that only adds, but for sliding
+ends, which stick before they take too much away.
 """
 
 from functools import cache
@@ -114,7 +114,7 @@ add_aa, add_ab, add_ba, add_bb = adder(True, True), adder(True, False), adder(Fa
 
 @njit(**OPTIONS)
 def add_loads(q: Any, a: Any, b: Any, own: Any) -> None:
-    """Add a pair's foreseen forces to the right-hand sides."""
+    """Add a pair's predicted forces to the right-hand sides."""
     for j in range(rows.COLUMNS):
         c, on, by, case = (
             rows.load_couple(q, j).load,

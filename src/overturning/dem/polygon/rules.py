@@ -132,8 +132,7 @@ def start(rules: Any, work: Any, lane: int, case: int) -> int:
     """Put a case into a lane: the scene at rest, with its own friction, damping and amplitude."""
     v, given, interval = rules.variant[case], rules.cases[case], rules.ground.interval
     ticks = 1.0 * rules.scheme.ticks * rules.at_once
-    looked = given.first // max(int(LOOK / interval), 1)
-    begin(work.state, lane, given, float(v), looked, rules.initial[v], interval, ticks, rules.scheme.lag)
+    begin(work.state, lane, given, float(v), rules.initial[v], interval, ticks, rules.scheme.lag)
     for i in range(rules.elements.shape[1]):
         e = rows.of_element(work.state, i)
         e[rows.UPRIGHT_UNTIL + lane] = e[rows.CARRIED_UNTIL + lane] = given.first * interval
@@ -144,12 +143,12 @@ def start(rules: Any, work: Any, lane: int, case: int) -> int:
 
 @njit(**OPTIONS)
 def begin(
-    state: Any, j: int, case: Any, variant: float, looked: float, initial: Any, interval: float, ticks: float, lag: float
-) -> None:  # fmt: skip
+    state: Any, j: int, case: Any, variant: float, initial: Any, interval: float, ticks: float, lag: float
+) -> None:
     """Put the lane at rest and the constants of a case into lane j."""
     for row in range(initial.size):
         state[row * rows.COLUMNS + j] = initial[row]
-    step, none = interval / ticks, Line(0.0, 0.0, 0.0)
+    step, none, looked = interval / ticks, Line(0.0, 0.0, 0.0), case.first // max(int(LOOK / interval), 1)
     first = Attempt(case.finest, case.dwell, 0.0)
     clock = Clock(case.finest, case.standing, case.dwell, case.settled)
     rows.store_case(state, j, Case(

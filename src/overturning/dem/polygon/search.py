@@ -133,7 +133,7 @@ def search(q: Any, a: Any, b: Any, j: int, step: float, shape_a: Any, shape_b: A
 
 @njit(**OPTIONS)
 def changes(q: Any, a: Any, b: Any, j: int, shape_a: Any, shape_b: Any) -> bool:
-    """Whether a pair's nearest faces change in the step that is foreseen."""
+    """Whether a pair's nearest faces change in the step that is predicted."""
     pair, on, by = rows.load_pair(q, j), rows.load_element(a, j).trial.pose, rows.load_element(b, j).trial.pose
     old = pair.nearest
     if old.ahead < old.limit or old.ahead < old.reach:
@@ -167,7 +167,7 @@ def bounds_of(shape_a: Any, a: int, shape_b: Any, b: int) -> Bounds:
 def count_motion(q: Any, a: Any, b: Any) -> tuple[int, int]:
     """Add the last step's motion; in how many columns the pair could touch, and in how many it has to be searched.
 
-    A step that is foreseen counts twice: the contacts may change it.
+    A step that is predicted counts twice: the contacts may change it.
     """
     near, due = 0, 0
     for j in range(rows.COLUMNS):

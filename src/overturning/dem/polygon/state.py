@@ -25,9 +25,9 @@ class Marks(NamedTuple):
     wrong: float
     """an end sticks or slides otherwise than taken;"""
     reversed: float
-    """a sliding end has turned round;"""
+    """an end slides against its velocity: a slip reversal;"""
     slides: float
-    """all of a pair's ends that press slide;"""
+    """all of a pair's ends in contact slide;"""
     back: float
     """one slides that friction held the other way before."""
 
@@ -293,7 +293,7 @@ class Taken(NamedTuple):
     """What an end is taken to do in the equations of a step."""
 
     stretch: float
-    """Stretch of its tangential spring as foreseen, m,"""
+    """Stretch of its tangential spring as predicted, m,"""
     slid: float
     """±μ where it slides."""
 
@@ -328,10 +328,10 @@ class Couple(NamedTuple):
     outer: Outer
     """What velocities add to forces,"""
     load: Action
-    """and forces as foreseen."""
+    """and forces as predicted."""
 
 
-class Met(NamedTuple):
+class Corrected(NamedTuple):
     """A pair at the end of a step that may not be taken."""
 
     before: Vertices
@@ -342,7 +342,7 @@ class Met(NamedTuple):
 
 
 class Pair(NamedTuple):
-    """Two elements a and b that can meet; vertices as a step ago."""
+    """Two elements a and b that can touch; vertices as a step ago."""
 
     face_a: Face
     face_b: Face
@@ -369,4 +369,4 @@ class Step(NamedTuple):
     one: Taken
     two: Taken
     couple: Couple
-    met: Met
+    corrected: Corrected

@@ -14,7 +14,7 @@ from overturning.dem.kernel.ground import at_tick
 from overturning.dem.kernel.lanes import INLINE, OPTIONS
 from overturning.dem.kernel.mechanics import larger, turned
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.centred import couple, is_late, keep, meet
+from overturning.dem.polygon.centred import correct, couple, is_fine, keep
 from overturning.dem.polygon.equations import add_pair, solve
 from overturning.dem.polygon.search import changes, count_motion, search
 from overturning.dem.polygon.state import Body, Case, Course, Element, Plane, Pose, Trial
@@ -95,10 +95,10 @@ def shaken(case: Case, body: Body, ticks: float, vertical: bool) -> tuple[float,
 
 @cache
 def motion_on(vertical: bool) -> tuple[Any, Any]:
-    """The motion of an element over the columns by the trapezoidal rule: as foreseen, and at the solution."""
+    """The motion of an element over the columns by the trapezoidal rule: as predicted, and at the solution."""
 
     @njit(**OPTIONS)
-    def foresee(kind: Any, e: Any, own: Any, ticks: float, gravity: float) -> None:  # noqa: ARG001
+    def predict(kind: Any, e: Any, own: Any, ticks: float, gravity: float) -> None:  # noqa: ARG001
         for j in range(rows.COLUMNS):
             item, case = rows.load_element(e, j), rows.load_case(own, j)
             dt, body, a = case.step * case.attempt.length, item.body, item.acceleration
@@ -135,7 +135,7 @@ def motion_on(vertical: bool) -> tuple[Any, Any]:
             e[rows.MOVED + j] = 0.0 if again else far
             e[rows.TURNED + j] = 0.0 if again else course.turned
 
-    return foresee, arrive
+    return predict, arrive
 
 
 @njit(**OPTIONS)
@@ -148,10 +148,10 @@ def clear_marks(own: Any) -> None:
 @njit(**INLINE)
 def found_of(case: Case) -> Found:
     """What an attempt at a step has found, for the clock; fine steps go by the predicted forces."""
-    found, late = case.found, is_late(case)
+    found, fine = case.found, is_fine(case)
     return Found(
-        found.changed > 0.0, False, False, (found.wrong > 0.0) & (not late), (found.reversed > 0.0) & (not late),
-        (found.back > 0.0) & (not late), found.slides > 0.0, False,
+        found.changed > 0.0, False, False, (found.wrong > 0.0) & (not fine), (found.reversed > 0.0) & (not fine),
+        (found.back > 0.0) & (not fine), found.slides > 0.0, False,
     )  # fmt: skip
 
 
@@ -215,7 +215,7 @@ def step_of(contact: Any, vertical: bool) -> Any:
 @cache
 def trapezoidal_step(vertical: bool) -> Any:
     """One step of all columns by the centred scheme."""
-    foresee, arrive = motion_on(vertical)
+    predict, arrive = motion_on(vertical)
 
     @njit(**OPTIONS)
     def step(
@@ -225,7 +225,7 @@ def trapezoidal_step(vertical: bool) -> Any:
         size = moves.size
         used[:] = False
         for i in range(size):
-            foresee(kind, rows.of_element(state, i), state, ticks, gravity)
+            predict(kind, rows.of_element(state, i), state, ticks, gravity)
         for p in range(layout.shape[0]):
             near = in_reach(state, size, layout, sizes, shapes, p)
             used[size, p] = near
@@ -236,7 +236,7 @@ def trapezoidal_step(vertical: bool) -> Any:
         solve(state, matrix, used, size)
         for p in range(layout.shape[0]):
             if used[size, p]:
-                meet(
+                correct(
                     rows.of_pair(state, size, p),
                     rows.of_element(state, layout[p, 0]),
                     rows.of_element(state, layout[p, 1]),

@@ -4,7 +4,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
+from overturning.dem import plan
 from overturning.dem.block.plan import BlockPlan
 from overturning.dem.block.rules import ROW
 from overturning.dem.kernel.queue import run_queue, with_room
@@ -131,6 +133,25 @@ def test_a_path_too_long_to_be_kept_is_refused(monkeypatch: pytest.MonkeyPatch) 
     long = Motion(np.zeros(3_000_000), np.zeros(3_000_000), sampling_interval=0.01)
     with refused(ArgumentError, "trajectory", "at most 0.8 GB", "cut the motion"):
         trajectory(long, shipped("three-tier"), azimuth_deg=0.0, leave_out=False)
+
+
+@pytest.mark.parametrize("model", ["block", "rectangle"])
+def test_a_path_takes_no_more_memory_than_is_allowed(monkeypatch: pytest.MonkeyPatch, model: str) -> None:
+    time = np.arange(60) * 0.01
+    wave = Motion(5.0 * np.sin(11.0 * time), 0 * time, sampling_interval=0.01)
+
+    def computed() -> xr.Dataset:
+        where: dict[str, Any] = {"azimuth_deg": 0.0} if model == "block" else {"model": model, "orientation_deg": 0.0}
+        return trajectory(wave, height=0.6, b_over_h=0.4, friction=0.1, leave_out=False, **where)
+
+    path = computed()
+    numbers = sum(values.size for values in path.variables.values() if "time" in values.dims)
+    # The kernel asks for the rows of a whole sample.
+    monkeypatch.setattr(plan, "MOST_PATH", numbers + 20 * numbers // path.sizes["time"])
+    assert computed().sizes == path.sizes
+    monkeypatch.setattr(plan, "MOST_PATH", numbers - 1)
+    with refused(ArgumentError, "trajectory", "GB or more", "cut the motion"):
+        computed()
 
 
 def test_a_path_grows_by_rows_that_keep_what_was_noted() -> None:

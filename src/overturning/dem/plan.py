@@ -20,7 +20,7 @@ from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 
 MOST_PATH: Final = 100_000_000
-"""Numbers that a path may hold: 0.8 GB."""
+"""Numbers that the dataset of a path may hold: 0.8 GB."""
 
 
 def check_path(numbers: int) -> None:
@@ -30,11 +30,6 @@ def check_path(numbers: int) -> None:
             f"trajectory: a path of {8e-9 * numbers:.1f} GB or more, at most {8e-9 * MOST_PATH:.1f} GB; cut the motion to its "
             "strong part, take a larger time_step or, in a scene, fewer elements"
         )
-
-
-def most_rows(row: np.dtype[np.void]) -> int:
-    """Rows of a structured type that a path may have."""
-    return MOST_PATH * 8 // row.itemsize
 
 
 class Path(Protocol):
@@ -59,6 +54,8 @@ class Plan(ABC):
     """Whether a long queue is divided, so that two threads share its work."""
     queue: ClassVar[Any] = staticmethod(run_queue)
     """What runs a queue of cases."""
+    path_numbers: ClassVar[int] = 0
+    """Numbers of a path's dataset at each time, where the kernel bounds the rows."""
 
     model: Model
     motion: Motion
@@ -88,6 +85,11 @@ class Plan(ABC):
         results.status[self.hopeless], results.overturned[self.hopeless] = Status.UNSTABLE, INT8_MISSING
         return results
 
+    @property
+    def most_rows(self) -> int:
+        """Rows that a path may have."""
+        return MOST_PATH // self.path_numbers
+
     def compute(
         self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: NDArray[Any] | None = None
     ) -> tuple[dict[str, Any], NDArray[Any]]:
@@ -105,7 +107,7 @@ class Plan(ABC):
             room[:] = 0.0
             kept, noted = self.queue(self.rules(chosen, tables, finer), rows, counter, room)
             if noted < 0:  # there was no room
-                check_path(2 * kept.nbytes // 8)
+                check_path(2 * len(kept) * self.path_numbers)
             kept = kept[:noted]
 
         until_balanced(run, found["status"], found["energy"])

@@ -1,7 +1,7 @@
 """How the block's kernel is to compute each case: its contact, its steps, and the time that can be left out."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from overturning.dem.kernel.ground import Ground
 from overturning.dem.limits import AFTERMATH, DEEPEST, sinks_too_far
 from overturning.dem.numerics import Numerics
 from overturning.dem.path import PlanePath
-from overturning.dem.plan import ANSWERS, Plan, most_rows, rounded, shaking
+from overturning.dem.plan import ANSWERS, Plan, check_path, rounded, shaking
 from overturning.dem.quiet import quiet_windows
 from overturning.dem.time_step import (
     Scheme,
@@ -36,6 +36,8 @@ from overturning.units import STANDARD_GRAVITY
 @dataclass(frozen=True, kw_only=True)
 class BlockPlan(Plan):
     """How each case of a single block is to be computed."""
+
+    path_numbers: ClassVar[int] = 24
 
     model: Planes
     scheme: Scheme
@@ -70,7 +72,7 @@ class BlockPlan(Plan):
             at_once=int(TICKS * steps * finer / standing) + scheme.ahead,
             budget=self.numerics.budget,
             deepest=DEEPEST,
-            most_rows=most_rows(ROW),
+            most_rows=self.most_rows,
         )
 
     def answers(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:  # noqa: ARG002
@@ -79,7 +81,9 @@ class BlockPlan(Plan):
 
     def room(self, kept: bool) -> NDArray[np.void]:
         """As of `Plan.room`."""
-        return np.zeros(self.motion.samples if kept else 0, ROW)
+        rows = self.motion.samples if kept else 0
+        check_path(rows * self.path_numbers)
+        return np.zeros(rows, ROW)
 
     def resting(self, count: int) -> NDArray[np.void]:
         """As of `Plan.resting`."""

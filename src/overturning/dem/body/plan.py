@@ -16,7 +16,7 @@ from overturning.dem.kernel.clock import BODY as PACE
 from overturning.dem.kernel.ground import Ground
 from overturning.dem.limits import AFTERMATH, DEEPEST, sinks_too_far
 from overturning.dem.numerics import BODY_STEP, Numerics
-from overturning.dem.plan import Plan, most_rows
+from overturning.dem.plan import Plan, check_path
 from overturning.dem.quiet import quiet_windows
 from overturning.dem.time_step import Scheme, scheme_of
 from overturning.errors import ArgumentError
@@ -34,6 +34,7 @@ class BodyPlan(Plan):
     """How each case of a body in space is to be computed."""
 
     halved: ClassVar[bool] = True
+    path_numbers: ClassVar[int] = 19
 
     model: Body
     solids: list[Solid]  # of each size
@@ -72,7 +73,7 @@ class BodyPlan(Plan):
             ground=Ground(self.ground, self.upward, self.motion.samples, self.motion.sampling_interval),
             at_once=int(self.steps[chosen[0]]) * finer,
             budget=self.numerics.budget // BODY_STEP,
-            most_rows=most_rows(ROW),
+            most_rows=self.most_rows,
         )
 
     def answers(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:
@@ -83,7 +84,9 @@ class BodyPlan(Plan):
 
     def room(self, kept: bool) -> NDArray[np.void]:
         """As of `Plan.room`."""
-        return np.zeros(self.motion.samples if kept else 0, ROW)
+        rows = self.motion.samples if kept else 0
+        check_path(rows * self.path_numbers)
+        return np.zeros(rows, ROW)
 
     def resting(self, count: int) -> NDArray[np.void]:
         """As of `Plan.resting`."""

@@ -106,10 +106,10 @@ def copy_lane(state: Any, lanes: int, source: int, target: int) -> None:
 
 @njit(**OPTIONS)
 def with_room(path: Any, rows: int, most: int) -> Any:
-    """A structured path with room for some rows, at least twice as long where it had less; itself beyond `most`."""
+    """A structured path with room for some rows, twice as long where it had less, up to `most`; itself beyond that."""
     if rows <= path.shape[0] or rows > most:
         return path
-    longer = np.zeros(max(rows, 2 * path.shape[0]), path.dtype)
+    longer = np.zeros(min(max(rows, 2 * path.shape[0]), most), path.dtype)
     longer[: path.shape[0]] = path
     return longer
 

@@ -195,6 +195,12 @@ def test_records_check_and_records_add_print_it(tmp_path: Path) -> None:
     result = CliRunner().invoke(app, [*given, "--folder", str(tmp_path / "files")])
     assert result.exit_code == 0, result.output
     assert "earthquakes: 'Tottori 2001' and 'Hino' are one earthquake (one origin, 2001-02-03 04:05)" in result.output
+    # The table states no origin, but the header of the record's file does.
+    table.write_text("id\tsource\tevent\nold\tTST0010102031305\tTottori 2001\n")
+    for file in tmp_path.glob("TST001*"):
+        (tmp_path / "files" / file.name).write_bytes(file.read_bytes())
+    result = CliRunner().invoke(app, [*given, "--folder", str(tmp_path / "files")])
+    assert "earthquakes: 'Tottori 2001' and 'Hino' are one earthquake (one origin" in result.output, result.output
     loose = tmp_path / "loose"
     loose.mkdir()
     _file(loose, "a.csv", "\n".join(f"{v},{-v}" for v in WAVE / 100) + "\n")

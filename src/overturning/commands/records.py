@@ -3,11 +3,15 @@
 from collections.abc import Iterable
 from dataclasses import astuple, dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from overturning.commands.declared import Declared, grouped
+
+if TYPE_CHECKING:
+    from overturning.records.catalogue import RecordEntry
+    from overturning.records.record import Record
 
 RESOURCES = Path("resources/records")
 app = typer.Typer(no_args_is_help=True, help="Check record files, or fetch them.")
@@ -127,10 +131,21 @@ def add(
     record = add_line(paths, given, table, folder)
     place = ", ".join(text for text in (record.station, record.event) if text)
     typer.echo(f"{table}: {record.record_id}{f' ({place})' if place else ''}")
-    others = [entry for entry in read_catalogue(table).values() if entry.id != record.record_id]
+    others = [_as_read(entry, folder) for entry in read_catalogue(table).values() if entry.id != record.record_id]
     known = earthquakes_of(others).notes
     _echo_notes(note for note in earthquakes_of([*others, record]).notes if note not in known)
     typer.echo(f"look at it: overturning one --record {record.record_id} --azimuth 0 --animate {record.record_id}.html")
+
+
+def _as_read(entry: "RecordEntry", folder: Path) -> "Record | RecordEntry":
+    """A record of the table, whose header may state an origin; its line alone where the files are not at hand."""
+    from overturning.errors import OverturningError
+    from overturning.records.read import read_record
+
+    try:
+        return read_record(entry, folder)
+    except OverturningError:
+        return entry
 
 
 fetch = typer.Typer(no_args_is_help=True, help="Fetch records into a folder, checked and whole.")

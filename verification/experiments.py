@@ -9,6 +9,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Final, NamedTuple
+from unittest.mock import patch
 
 import numpy as np
 import pandas as pd
@@ -16,6 +17,7 @@ import typer
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
+from overturning.dem.block.state import MOST_FRICTION
 from overturning.dem.numerics import Numerics
 from overturning.dem.run import run
 from overturning.model.body import Body
@@ -23,8 +25,9 @@ from overturning.model.cases import Cases
 from overturning.model.contact import DAMPING_RATIO, STATIC_PENETRATION, Contact, VertexContact
 from overturning.model.scene import gravestone
 from overturning.model.shapes import Rectangle
+from overturning.model.status import Status
 from overturning.motion.motion import Motion
-from verification.inputs import NO_SLIDING, Group, grid, near_fault, study_groups
+from verification.inputs import NO_SLIDING, Group, grid, half_turn, near_fault, study_groups
 from verification.measures import ROCKS, Flags, answers, difference, percent, shares
 from verification.reference.rocking import rocking_outcome
 from verification.tables import RESULTS, ROOT, markdown, publish, write_csv
@@ -267,12 +270,36 @@ def damping_ratio(thin: Thinned) -> Bodies:
     return {"damping-ratio": markdown(("ξ", *kernels), lines) + f"\n\n{about}"}
 
 
+ROUGH: Final = (MOST_FRICTION, 300.0, 1e3, 1e4, 1e6)
+"""Frictions from the largest that blocks are computed with."""
+
+
+def most_friction(thin: Thinned) -> Bodies:
+    """What more friction than `MOST_FRICTION` as given changes, and what it asks of the steps."""
+    shapes = half_turn(thin.azimuths), [0.6, 2.0], np.arange(0.1, 0.61, 0.1)
+    motions, lines, first = list(near_fault().values())[:: thin.every_record], [], None
+    with patch("overturning.dem.block.plan.MOST_FRICTION", np.inf):
+        for friction in ROUGH:
+            groups = [Group(motion, grid(*shapes, friction)) for motion in motions]
+            found = answers(groups, threads=2).results
+            first = found if first is None else first
+            steps = found.block_steps.sum() / first.block_steps.sum()
+            far = difference(found, first).counts
+            unbalanced = percent((found.status == Status.UNSTABLE).sum(), found.status.size)
+            lines.append((f"{friction:g}", f"{steps:.2f}", f"{unbalanced:.1f}", *(f"{one:.2f}" for one in shares(far))))
+            print(*lines[-1], flush=True)
+    heads = ("μ", "steps", "unstable, %", "flags that differ, %", "sides that differ, %")
+    about = f"{far.cases + far.unanswered} cases under {len(motions)} records; steps are over those of the first row."
+    return {"most-friction": f"{markdown(heads, lines)}\n\n{about}"}
+
+
 EXPERIMENTS: Final[dict[str, tuple[Callable[[Thinned], Bodies], Thinned]]] = {
     "default-step": (default_step, Thinned(2, 1)),
     "step-and-contact": (step_and_contact, Thinned(4, 10)),
     "fine-steps": (fine_steps, Thinned(6, 4)),
     "rigid-limit": (rigid_limit, Thinned(18, 4)),
     "damping-ratio": (damping_ratio, Thinned(12, 4)),
+    "most-friction": (most_friction, Thinned(18, 4)),
 }
 """By name, with the part of the default study that each runs."""
 

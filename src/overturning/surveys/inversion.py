@@ -33,7 +33,7 @@ TURN_DEG: Final = 10
 
 TURNS: Final = 360 // TURN_DEG
 
-POWER: Final = 0.15
+POWER: Final = 0.3
 """Power of the likelihood of the directions.
 
 Those of one survey share what is wrong with a motion that is not the true one, so they count less than as many

@@ -110,7 +110,8 @@ def with_room(path: Any, rows: int, most: int) -> Any:
     if rows <= path.shape[0] or rows > most:
         return path
     longer = np.zeros(min(max(rows, 2 * path.shape[0]), most), path.dtype)
-    longer[: path.shape[0]] = path
+    for row in range(path.shape[0]):
+        longer[row] = path[row]
     return longer
 
 

@@ -25,10 +25,10 @@ def test_a_block_at_rest_is_computed_from_well_before_it_can_move_until_after_th
     up = np.full(1000, 0.5 * STANDARD_GRAVITY / amplitude) if vertical else None
     north = level * (1.5 if vertical else 1.0)
     motion = Motion(north, 0 * north, up, sampling_interval=INTERVAL, trust_data=True)
-    first, calm, never = quiet_windows(
+    first, calm, stays_at_rest = quiet_windows(
         motion, np.array([0]), np.array([amplitude]), north[None, :], np.array([slenderness])
     )
-    assert not never[0]
+    assert not stays_at_rest[0]
     begin, end = (LOUD.start, LOUD.stop - 1) if share > 1 else (650, 650)
     assert first[0] in (max(begin - 1 - round(LEAD / INTERVAL), 0), begin - round(LEAD / INTERVAL))
     # From the last loud sample the motion goes on linearly to the next.
@@ -39,5 +39,5 @@ def test_a_block_below_both_thresholds_never_moves() -> None:
     north = np.full(100, 0.99 * 0.3 * STANDARD_GRAVITY)
     motion = Motion(north, 0 * north, sampling_interval=INTERVAL)
     rows, amplitudes = np.zeros(3, np.int64), np.array([1.0, 1.02, -1.02])
-    _, _, never = quiet_windows(motion, rows, amplitudes, north[None, :], np.full(3, 0.3))
-    assert never.tolist() == [True, False, False]
+    _, _, stays_at_rest = quiet_windows(motion, rows, amplitudes, north[None, :], np.full(3, 0.3))
+    assert stays_at_rest.tolist() == [True, False, False]

@@ -71,11 +71,11 @@ LOOPS: dict[str, Compile] = {
 } | {
     f"space, {name}, {loop}": compiled(getattr(scheme, loop), BODY, *more)
     for name, scheme, loop, more in (
-        ("centred", space_centred, "foresee_all", (space.COLUMNS, 128.0)),
-        ("centred", space_centred, "touch_all", (POINT, POINT.copy(), space.COLUMNS)),
-        ("centred", space_centred, "share_all", (POINT, POINT.copy(), space.COLUMNS)),
+        ("centred", space_centred, "predict_all", (space.COLUMNS, 128.0)),
+        ("centred", space_centred, "predict_vertices", (POINT, POINT.copy(), space.COLUMNS)),
+        ("centred", space_centred, "contribute_all", (POINT, POINT.copy(), space.COLUMNS)),
         ("centred", space_centred, "solve_all", (space.COLUMNS,)),
-        ("centred", space_centred, "meet_all", (POINT, POINT.copy(), space.COLUMNS, False)),
+        ("centred", space_centred, "correct_all", (POINT, POINT.copy(), space.COLUMNS, False)),
         ("centred", space_centred, "commit_all", (space.COLUMNS, 128.0, False)),
     )
 }  # fmt: skip

@@ -65,8 +65,8 @@ class Plan(ABC):
     ground: FloatArray  # shape (directions, …, samples + 3): acceleration of the base in each direction, m/s²
     steps: NDArray[np.int64]  # shape (n,), per sample
     first: NDArray[np.int64]  # shape (n,): sample from which it is computed
-    never: NDArray[np.bool_]  # shape (n,): below the thresholds of rocking and sliding for the whole record
-    hopeless: NDArray[np.bool_]  # shape (n,): the weight alone `sinks_too_far`; no answer, and not computed
+    stays_at_rest: NDArray[np.bool_]  # shape (n,): below the thresholds of rocking and sliding for the whole record
+    too_soft: NDArray[np.bool_]  # shape (n,): the weight alone `sinks_too_far`; no answer, and not computed
     table: NDArray[np.void]  # shape (n,): the kernel's cases
 
     @property
@@ -82,7 +82,7 @@ class Plan(ABC):
     def uncomputed(self) -> Results:
         """Results of all cases as long as none is computed: at rest, or without an answer."""
         results = Results.at_rest(self.model.variables, self.cases.size, len(self.model.elements))
-        results.status[self.hopeless], results.overturned[self.hopeless] = Status.UNSTABLE, INT8_MISSING
+        results.status[self.too_soft], results.overturned[self.too_soft] = Status.UNSTABLE, INT8_MISSING
         return results
 
     @property
@@ -117,7 +117,7 @@ class Plan(ABC):
         """Result and path of a plan's only case."""
         results, path, only = self.uncomputed(), self.room(True), np.zeros(1, np.int64)
         before = self.motion.samples
-        if self.never[0] or self.hopeless[0]:
+        if self.stays_at_rest[0] or self.too_soft[0]:
             path = path[:0]
         else:
             before = int(self.first[0])

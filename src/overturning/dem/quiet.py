@@ -19,18 +19,18 @@ LEAD: Final = 2.0
 def quiet_windows(
     motion: Motion, row: NDArray[np.int64], amplitude: FloatArray, ground: FloatArray, threshold: FloatArray
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
-    """First sample to compute, first sample of the final calm, and whether a case never moves.
+    """First sample to compute, first sample of the final calm, and whether a case stays at rest.
 
     A rigid block cannot start to rock before |a| > (g + a_up) B/H, nor to slide before |a| > μ (g + a_up). Between
     two samples both accelerations are linear in time, so that their ratio is largest at one of the samples.
 
     Of each case: the `row` of `ground`, shape (azimuths, samples), m/s², the `amplitude`, and the `threshold` min(B/H, μ).
-    From the sample `calm` on a block at rest stays at rest; `never` says that it is below both thresholds for the whole
+    From the sample `calm` on a block at rest stays at rest; `stays_at_rest` says that it is below both thresholds for the whole
     record.
     """
     count = row.size
     first, calm = np.zeros(count, np.int64), np.zeros(count, np.int64)
-    never = np.zeros(count, np.bool_)
+    stays_at_rest = np.zeros(count, np.bool_)
     lead = int(np.ceil(LEAD / motion.sampling_interval))
     samples = ground.shape[1]
     # Without vertical motion the ratio is linear in the amplitude: one look at the record serves all amplitudes.
@@ -49,8 +49,8 @@ def quiet_windows(
             level = threshold[group]
         rising = np.maximum.accumulate(ratio)
         falling = np.maximum.accumulate(ratio[::-1])
-        never[group] = rising[-1] <= level
+        stays_at_rest[group] = rising[-1] <= level
         first[group] = np.maximum(np.searchsorted(rising, SAFE_SHARE * level, side="right") - 1 - lead, 0)
         # One more, since the motion goes on linearly from the last loud sample to the next.
         calm[group] = np.minimum(samples - np.searchsorted(falling, SAFE_SHARE * level, side="right") + 1, samples)
-    return first, calm, never
+    return first, calm, stays_at_rest

@@ -79,7 +79,7 @@ def run(
     planned = plan_of(model, motion, cases, numerics)
     results = planned.uncomputed()
     counter = np.zeros(1, np.int64)
-    moving = np.flatnonzero(~planned.never & ~planned.hopeless)
+    moving = np.flatnonzero(~planned.stays_at_rest & ~planned.too_soft)
     length = planned.steps[moving] * np.maximum(motion.samples - planned.first[moving], 1)
     # The longest of a group first, so that the columns empty together.
     order = moving[np.lexsort((-length, planned.group[moving]))]

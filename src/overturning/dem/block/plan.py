@@ -142,10 +142,16 @@ def plan_block(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) 
     if scheme == Scheme.CENTRED:
         # Where that many halvings are not to be had, the whole step is shorter.
         steps = steps << np.maximum(halvings - BLOCK.halvings, 0)
-    first, calm, never = np.zeros(cases.size, np.int64), np.full(cases.size, np.inf), np.zeros(cases.size, np.bool_)
+    first, calm, stays_at_rest = (
+        np.zeros(cases.size, np.int64),
+        np.full(cases.size, np.inf),
+        np.zeros(cases.size, np.bool_),
+    )
     if numerics.leave_out:
-        first, quiet, never = quiet_windows(motion, row, amplitude, ground[:, :samples], np.minimum(ratio, friction))
-        first[tilt != 0], never[tilt != 0] = 0, False
+        first, quiet, stays_at_rest = quiet_windows(
+            motion, row, amplitude, ground[:, :samples], np.minimum(ratio, friction)
+        )
+        first[tilt != 0], stays_at_rest[tilt != 0] = 0, False
         calm = quiet.astype(np.float64)
     table = np.zeros(cases.size, CASE)
     columns = {
@@ -174,6 +180,6 @@ def plan_block(model: Planes, motion: Motion, cases: Cases, numerics: Numerics) 
         table[name] = values
     return BlockPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground, steps=steps,
-        first=first, never=never, table=table,
-        hopeless=sinks_too_far(0.5 * STANDARD_GRAVITY / normal, np.minimum(width, height)),
+        first=first, stays_at_rest=stays_at_rest, table=table,
+        too_soft=sinks_too_far(0.5 * STANDARD_GRAVITY / normal, np.minimum(width, height)),
     )  # fmt: skip

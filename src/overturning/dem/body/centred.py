@@ -1,6 +1,6 @@
 """The centred scheme in space: the trapezoidal rule with springs and dashpots taken at the end of the step (docs/method.md).
 
-From top to bottom the step of ONE body, `foresee`, `solve` (in `equations`), `commit`, as in the plane (`overturning.dem.block.centred`),
+From top to bottom the step of ONE body, `predict`, `solve` (in `equations`), `commit`, as in the plane (`overturning.dem.block.centred`),
 each with what it does at a point of contact. The unknowns are the changes e of velocity and angular velocity at the end of the step.
 `centred_loops` goes over the bodies.
 """
@@ -10,7 +10,7 @@ from typing import Final
 
 from numba import njit
 
-from overturning.dem.body.centred_rows import Change, Foreseen, Largest, Sum, Touch
+from overturning.dem.body.centred_rows import Change, Largest, Predicted, PredictedPoint, Sum
 from overturning.dem.body.state import (
     TICKS,
     Account,
@@ -37,14 +37,14 @@ FINE: Final = BODY.fine
 FAST_TURN: Final = 0.1
 """Tangent of the angle by which the deepest point of a rim may run round it in a step that is not the finest."""
 LEAST_FREEDOM: Final = 0.25
-"""A sliding point jams where less than this share of a normal force's effect on a free particle is left."""
+"""A sliding point sticks where less than this share of a normal force's effect on a free particle is left."""
 
 
-# 1. Foresee -----------------------------------------------------------------------------------------------------------
+# 1. Predict -----------------------------------------------------------------------------------------------------------
 
 
 @njit(**INLINE)
-def foresee(body: Body, s: State, length: float, shaking: Shaking, ticks: float) -> Foreseen:
+def predict(body: Body, s: State, length: float, shaking: Shaking, ticks: float) -> Predicted:
     """Drift with the last forces: where the body would be without a change, after `ticks` per sample."""
     dt, tick = body.step * length, s.tick + length
     half, past = 0.5 * dt, tick - ticks
@@ -56,7 +56,7 @@ def foresee(body: Body, s: State, length: float, shaking: Shaking, ticks: float)
     w = angular_velocity(body, frame_of(*middle), lx, ly, lz)
     qw, qx, qy, qz = rotated(s.qw, s.qx, s.qy, s.qz, dt * w.x, dt * w.y, dt * w.z)
     e = angular_velocity(body, frame_of(qw, qx, qy, qz), lx + half * s.mx, ly + half * s.my, lz + half * s.mz)
-    return Foreseen(
+    return Predicted(
         s.x + dt * vx, s.y + dt * vy, s.z + dt * vz, qw, qx, qy, qz, vx, vy, vz, lx, ly, lz,
         vx + half * s.ax, vy + half * s.ay, vz + half * s.az, e.x, e.y, e.z,
         at_tick(shaking.push_x, tick, past), at_tick(shaking.push_y, tick, past), at_tick(shaking.lift, tick, past), half,
@@ -79,16 +79,18 @@ def rim_point(body: Body, f: Frame, ahead: float, aside: float) -> Vector:
 
 
 @njit(**INLINE)
-def is_late(clock: Clock, attempt: Attempt) -> bool:
-    """Whether a step is fine enough for the foreseen forces to tell."""
+def is_fine(clock: Clock, attempt: Attempt) -> bool:
+    """Whether a step is fine enough for the predicted forces to decide."""
     return attempt.length <= FINE * clock.finest
 
 
 @njit(**INLINE)
-def touch(body: Body, w: Foreseen, f: Frame, r: Vector, old: Memory, late: bool, round_: bool, waits: bool) -> Touch:
-    """A point at the foreseen end: what it is taken to do.
+def predict_point(
+    body: Body, w: Predicted, f: Frame, r: Vector, old: Memory, fine: bool, round_: bool, waits: bool
+) -> PredictedPoint:
+    """A point at the predicted end: what it is taken to do.
 
-    In a fine step the foreseen forces tell what presses and slides. A longer one overshoots too far for that: there it is as last
+    In a fine step the predicted forces decide what is in contact and slides. A longer one overshoots too far for that: there it is as last
     found.
     """
     ux, uy, uz = (
@@ -102,22 +104,22 @@ def touch(body: Body, w: Foreseen, f: Frame, r: Vector, old: Memory, late: bool,
     depth = -(w.z + r.z)
     depth = 0.0 if waits & (depth > 0.0) else depth
     n = body.stiffness * depth - body.dashpot * uz
-    presses = (n > 0.0) & (depth > 0.0) if late else old.pressed > 0.0
+    in_contact = (n > 0.0) & (depth > 0.0) if fine else old.normal > 0.0
     hx, hy = -(body.tangential * tx) - body.dashpot * ux, -(body.tangential * ty) - body.dashpot * uy
     square = hx * hx + hy * hy
     some = square > 0.0
     inverse = 1.0 / math.sqrt(square if some else 1.0)
     dx, dy = hx * inverse, hy * inverse
-    most = body.friction * (n if late else old.pressed)
+    most = body.friction * (n if fine else old.normal)
     smooth = body.friction == 0.0
-    slides = (square > most * most if late else old.slid > 0.0) | smooth
-    # A normal force on a sliding point must push it out; where friction would turn the body in instead, the point jams.
+    slides = (square > most * most if fine else old.slid > 0.0) | smooth
+    # A normal force on a sliding point must push it out; where friction would turn the body in instead, it sticks.
     mx, my, mz = r.y - r.z * body.friction * dy, r.z * body.friction * dx - r.x, body.friction * (r.x * dy - r.y * dx)
     turn = angular_velocity(body, f, mx, my, mz)
     free = 1.0 + (turn.x * r.y - turn.y * r.x) > LEAST_FREEDOM
-    return Touch(
-        r.x, r.y, r.z, depth, tx, ty, ux, uy, uz, 1.0 if presses else 0.0,
-        1.0 if presses & slides & (some | smooth) & free else 0.0, dx, dy, 1.0 if waits else 0.0,
+    return PredictedPoint(
+        r.x, r.y, r.z, depth, tx, ty, ux, uy, uz, 1.0 if in_contact else 0.0,
+        1.0 if in_contact & slides & (some | smooth) & free else 0.0, dx, dy, 1.0 if waits else 0.0,
     )  # fmt: skip
 
 
@@ -125,8 +127,8 @@ def touch(body: Body, w: Foreseen, f: Frame, r: Vector, old: Memory, late: bool,
 
 
 @njit(**INLINE)
-def meet(
-    body: Body, w: Foreseen, t: Touch, old: Memory, d: Change, late: bool, round_: bool
+def correct(
+    body: Body, w: Predicted, t: PredictedPoint, old: Memory, d: Change, fine: bool, round_: bool
 ) -> tuple[Sum, Largest, Memory]:
     """Forces of a point at the solution, within their limits."""
     half = w.half
@@ -171,14 +173,14 @@ def meet(
     return Sum(
         fx, fy, n, mx, my, mz, more * fx, more * fy, more * n, more * mx, more * my, more * mz, power, let_go,
     ), Largest(
-        changed, 1.0 if wrong & (not late) else 0.0, 1.0 if backwards & (not late) else 0.0,
+        changed, 1.0 if wrong & (not fine) else 0.0, 1.0 if backwards & (not fine) else 0.0,
         1.0 if carries & (not slips) else 0.0,
-        1.0 if back & (not late) else 0.0, 0.0 if n > 0.0 else 1.0, depth,
+        1.0 if back & (not fine) else 0.0, 0.0 if n > 0.0 else 1.0, depth,
     ), Memory(kx, ky, ux if round_ else (w.x + rx) + half * du, uy if round_ else (w.y + ry) + half * dv, depth, n, 1.0 if slips & carries else 0.0)  # fmt: skip
 
 
 @njit(**INLINE)
-def turns_fast(s: State, w: Foreseen, t: Largest) -> bool:
+def turns_fast(s: State, w: Predicted, t: Largest) -> bool:
     """Whether the deepest point of a rim that does not lie flat runs round it by more than a tenth of a radian in the step."""
     a, b = frame_of(s.qw, s.qx, s.qy, s.qz), frame_of(w.qw, w.qx, w.qy, w.qz)
     across, along = a.xz * b.yz - a.yz * b.xz, a.xz * b.xz + a.yz * b.yz
@@ -194,7 +196,7 @@ def found_of(t: Largest, weight: float, fast: bool) -> Found:
 
 @njit(**INLINE)
 def commit(
-    body: Body, s: State, peaks: Peaks, account: Account, w: Foreseen, d: Change, t: Sum, depth: float, length: float
+    body: Body, s: State, peaks: Peaks, account: Account, w: Predicted, d: Change, t: Sum, depth: float, length: float
 ) -> tuple[State, Peaks, Account]:
     """Forces at the end of the step, what they do, and the accounts."""
     half, tick = w.half, s.tick + length

@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 
-class Touch(NamedTuple):
-    """A point of contact at the foreseen end of a step."""
+class PredictedPoint(NamedTuple):
+    """A point of contact at the predicted end of a step."""
 
     rx: float
     """From the centre, m;"""
@@ -19,7 +19,7 @@ class Touch(NamedTuple):
     uy: float
     uz: float
     on: float
-    """1 where it is taken to press,"""
+    """1 where it is taken to be in contact,"""
     slides: float
     """and to slide,"""
     dx: float
@@ -29,14 +29,14 @@ class Touch(NamedTuple):
     """1 where it does not carry before the ends of the base rest."""
 
 
-class Refused(NamedTuple):
+class Rejected(NamedTuple):
     """Whether the last step was not accepted, and whether its points are taken to do the same in the next one: 1 or 0."""
 
     again: float
     sooner: float
 
 
-class Foreseen(NamedTuple):
+class Predicted(NamedTuple):
     """A step of the centred scheme before its equations are solved."""
 
     x: float
@@ -69,7 +69,7 @@ class Foreseen(NamedTuple):
 
 
 class Equations(NamedTuple):
-    """Forces and moments at the foreseen end, and what velocities there change of them, summed over the points of contact."""
+    """Forces and moments at the predicted end, and what velocities there change of them, summed over the points of contact."""
 
     fx: float
     fy: float
@@ -120,7 +120,7 @@ class Equations(NamedTuple):
 
 
 class Change(NamedTuple):
-    """What the solution adds to the foreseen velocities."""
+    """What the solution adds to the predicted velocities."""
 
     vx: float
     vy: float

@@ -4,7 +4,7 @@ import math
 
 from numba import njit
 
-from overturning.dem.body.centred_rows import Change, Equations, Foreseen, Touch
+from overturning.dem.body.centred_rows import Change, Equations, Predicted, PredictedPoint
 from overturning.dem.body.state import Body, Frame, Memory, State, frame_of, in_space
 from overturning.dem.kernel.lanes import INLINE
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -19,7 +19,7 @@ def held(most: float, square: float, slides: bool) -> float:
 
 
 @njit(**INLINE)
-def share(body: Body, half: float, t: Touch, old: Memory, late: bool) -> Equations:
+def contribution(body: Body, half: float, t: PredictedPoint, old: Memory, fine: bool) -> Equations:
     """A point's part in the equations, f' = f − G (e_v + e_w × r): a sliding one carries μ times its normal force.
 
     Across its direction a sliding point is held as if it stuck, in the proportion of friction to what would hold it.
@@ -28,7 +28,7 @@ def share(body: Body, half: float, t: Touch, old: Memory, late: bool) -> Equatio
     press, stick = body.dashpot + half * body.stiffness, body.dashpot + half * body.tangential
     n = body.stiffness * t.depth - body.dashpot * t.uz
     hx, hy = -(body.tangential * t.tx) - body.dashpot * t.ux, -(body.tangential * t.ty) - body.dashpot * t.uy
-    part = held(body.friction * (n if late else old.pressed), hx * hx + hy * hy, slides)
+    part = held(body.friction * (n if fine else old.normal), hx * hx + hy * hy, slides)
     mx, my = body.friction * t.dx, body.friction * t.dy
     fx, fy = (mx * n if slides else hx), (my * n if slides else hy)
     across = half * (stick * part if slides else stick)
@@ -77,7 +77,7 @@ def times(a: Frame, b: Frame) -> Frame:
 
 
 @njit(**INLINE)
-def solve(body: Body, s: State, w: Foreseen, q: Equations) -> Change:
+def solve(body: Body, s: State, w: Predicted, q: Equations) -> Change:
     """Velocities at the end of the step, with springs and dashpots taken there, by blocks."""
     half = w.half
     ux = half * ((q.fx + w.push_x) - s.ax)

@@ -29,7 +29,7 @@ def is_of_base(body: Body, vertex: Vertex) -> bool:
 def rests(body: Body, old: Memory) -> float:
     """1 where a point is carried by its spring rather than by its dashpot: it neither lands nor lifts."""
     spring = body.stiffness * old.depth
-    return 1.0 if (old.depth > 0.0) & (abs(old.pressed - spring) < RESTS * spring) else 0.0
+    return 1.0 if (old.depth > 0.0) & (abs(old.normal - spring) < RESTS * spring) else 0.0
 
 
 @njit(**INLINE)

@@ -128,12 +128,18 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
     pace = pace_of(numerics, square[which], dashpot * modes[which], interval, period[which])
     friction, amplitude = np.asarray(cases.friction), np.asarray(cases.amplitude)
     row, cosines, along = _shaking(motion, cases)
-    first, calm, never = np.zeros(cases.size, np.int64), np.full(cases.size, np.inf), np.zeros(cases.size, np.bool_)
+    first, calm, stays_at_rest = (
+        np.zeros(cases.size, np.int64),
+        np.full(cases.size, np.inf),
+        np.zeros(cases.size, np.bool_),
+    )
     if numerics.leave_out and start is None:
         # Uplift over the nearest edge needs the least; between samples the length of the vector is convex, and so largest at one.
         strongest = np.sqrt(motion.north**2 + motion.east**2)[None, :]
         threshold = np.minimum((reach / foot)[which], friction)
-        first, quiet, never = quiet_windows(motion, np.zeros(cases.size, np.int64), amplitude, strongest, threshold)
+        first, quiet, stays_at_rest = quiet_windows(
+            motion, np.zeros(cases.size, np.int64), amplitude, strongest, threshold
+        )
         calm = quiet.astype(np.float64)
     table = np.zeros(cases.size, CASE)
     columns = {
@@ -162,8 +168,8 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
     bodies, points = _bodies(made)
     return BodyPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, solids=made, bodies=bodies, points=points, cosines=cosines, row=row,
-        ground=along, steps=pace.steps, first=first, never=never, table=table,
-        hopeless=sinks_too_far(sunk, 2.0 * np.minimum(foot, reach))[which],
+        ground=along, steps=pace.steps, first=first, stays_at_rest=stays_at_rest, table=table,
+        too_soft=sinks_too_far(sunk, 2.0 * np.minimum(foot, reach))[which],
     )  # fmt: skip
 
 

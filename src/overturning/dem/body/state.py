@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.body.centred_rows import Change, Equations, Foreseen, Largest, Refused, Sum, Touch
+from overturning.dem.body.centred_rows import Change, Equations, Largest, Predicted, PredictedPoint, Rejected, Sum
 from overturning.dem.kernel.clock import BODY, Attempt, Clock
 from overturning.dem.kernel.ending import Course
 from overturning.dem.kernel.ground import Line
@@ -128,7 +128,7 @@ class Memory(NamedTuple):
     y: float
     depth: float
     """its penetration, m, negative in the air;"""
-    pressed: float
+    normal: float
     """the normal force,"""
     slid: float
     """and whether it slid."""
@@ -219,14 +219,14 @@ ROWS: Final = Rows(
     Course,
     Stance,
     Attempt,
-    Refused,
-    Foreseen,
+    Rejected,
+    Predicted,
     Equations,
     Change,
     Sum,
     Largest,
 )
-VERTEX: Final = Rows(COLUMNS, Vertex, Point, Touch)
+VERTEX: Final = Rows(COLUMNS, Vertex, Point, PredictedPoint)
 
 
 @njit(**INLINE)

@@ -137,7 +137,7 @@ def plan_polygons(model: Planes, motion: Motion, cases: Cases, numerics: Numeric
     rate = np.array([item.rate for item in variants]) * distinct[:, 2]
     period = np.array([item.period for item in variants])
     per_sample, finest, divided = steps_of(scheme, numerics.time_step, square, rate, motion.sampling_interval, period)
-    first, never, stands_from, table = _case_table(
+    first, stays_at_rest, stands_from, table = _case_table(
         scene, motion, cases, variants, variant, row, ground, numerics.leave_out
     )
     table["finest"] = finest[variant]
@@ -149,7 +149,7 @@ def plan_polygons(model: Planes, motion: Motion, cases: Cases, numerics: Numeric
     return PolygonPlan(
         model=model, motion=motion, cases=cases, numerics=numerics, scheme=scheme, row=row, ground=ground,
         steps=per_sample[variant] * numerics.refinement,
-        first=first, never=never, hopeless=np.array([item.sinks for item in variants])[variant], variants=variants, variant=variant,
+        first=first, stays_at_rest=stays_at_rest, too_soft=np.array([item.sinks for item in variants])[variant], variants=variants, variant=variant,
         table=table, stands_from=stands_from,
         layout=kernel_layout(variants[0]), parts=variants[0].parts,
         sizes=shaped[0][0],
@@ -197,27 +197,27 @@ def _case_table(
     ground: FloatArray,
     leave_out: bool,
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_], FloatArray, NDArray[np.void]]:
-    """First sample to compute, whether a case never moves, from when on its parts stand for good, and the kernel's case table."""
+    """First sample to compute, whether a case stays at rest, from when on its parts stand for good, and the kernel's case table."""
     samples, amplitude = motion.samples, np.asarray(cases.amplitude)
     # 20/p with p = √(3g/4R).
     period = np.sqrt(np.array([item.radius for item in variants])[variant] / (0.75 * scene.gravity))
     table, stands_from = np.zeros(cases.size, t.CASE), np.full((cases.size, len(variants[0].parts)), np.inf)
     table["amplitude"], table["friction"], table["damping"] = amplitude, cases.friction, cases.damping_factor
     table["calm"], table["after"] = np.inf, samples + np.ceil(AFTERMATH * period / motion.sampling_interval)
-    first, never = np.zeros(cases.size, np.int64), np.zeros(cases.size, np.bool_)
+    first, stays_at_rest = np.zeros(cases.size, np.int64), np.zeros(cases.size, np.bool_)
     if not leave_out:
-        return first, never, stands_from, table
+        return first, stays_at_rest, stands_from, table
     rocking = np.array([item.threshold for item in variants])[variant]
     friction = np.array([item.fixed_friction for item in variants])[variant]
     swept = np.array([item.swept_friction for item in variants])[variant]
     threshold = np.minimum(rocking, np.where(swept, np.minimum(friction, np.asarray(cases.friction)), friction))
-    first, calm, never = quiet_windows(motion, row, amplitude, ground[:, :samples], threshold)
+    first, calm, stays_at_rest = quiet_windows(motion, row, amplitude, ground[:, :samples], threshold)
     moving = threshold <= 0
-    first[moving], never[moving] = 0, False
+    first[moving], stays_at_rest[moving] = 0, False
     table["first"], table["calm"] = first, np.where(moving, np.inf, calm)
     alike = all(np.array_equal(item.parts, variants[0].parts) for item in variants)
     for part in range(len(variants[0].parts)):
         least = np.array([item.safe[part] if alike else 0.0 for item in variants])
         safe = least[variant] * (SAFE_UPLIFT / SAFE_SHARE)
         stands_from[:, part] = quiet_windows(motion, row, amplitude, ground[:, :samples], safe)[1]
-    return first, never, stands_from, table
+    return first, stays_at_rest, stands_from, table

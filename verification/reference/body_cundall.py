@@ -8,7 +8,6 @@ Vertices are taken in opposite pairs, whose forces are summed first. Between sam
 momenta stand at whole steps: `shift_all` takes them there and back.
 """
 
-import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -20,6 +19,7 @@ import numpy as np
 from numba import njit
 
 from overturning.dem.body import plan as body_plan
+from overturning.dem.body.centred import acceleration, rim_point
 from overturning.dem.body.lying import lie_all, lies, waits
 from overturning.dem.body.rules import LOOPS
 from overturning.dem.body.state import (
@@ -28,26 +28,32 @@ from overturning.dem.body.state import (
     TICKS,
     VERTEX,
     Account,
-    Frame,
     Lying,
     Memory,
     Peaks,
     Point,
     Shaking,
     State,
-    Vector,
     Vertex,
     angular_velocity,
-    frame_of,
-    in_space,
     lean_of,
-    rotated,
 )
 from overturning.dem.body.state import Body as Constants
 from overturning.dem.body.statics import highest_mode
+from overturning.dem.body.vectors import (
+    Matrix,
+    Vector,
+    along,
+    apply,
+    cross,
+    dot,
+    frame_of,
+    plus,
+    rotated,
+)
 from overturning.dem.kernel.cache import keep_compiled
 from overturning.dem.kernel.ground import within_sample
-from overturning.dem.kernel.lanes import INLINE, INNER, OPTIONS, Rows, aligned
+from overturning.dem.kernel.lanes import INLINE, INNER, OPTIONS, Rows, aligned, arithmetic
 from overturning.dem.kernel.mechanics import larger, within_circle
 from overturning.dem.kernel.queue import run_queue
 from overturning.dem.numerics import Numerics
@@ -55,7 +61,6 @@ from overturning.dem.time_step import Scheme, scheme_of, steps_per_sample
 from overturning.model.body import Body
 from overturning.model.cases import Cases
 from overturning.motion.motion import Motion
-from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 WHOLE: Final = TICKS
 
@@ -75,28 +80,28 @@ class CundallRim(NamedTuple):
 class Wrench(NamedTuple):
     """What the base does to the body, summed over its vertices."""
 
-    fx: float
-    """Force,"""
-    fy: float
-    fz: float
-    mx: float
-    """its moment about the centre,"""
-    my: float
-    mz: float
-    dx: float
+    force: Vector
+    moment: Vector
+    """about the centre;"""
+    damping: Vector
     """the part of the force that is not the springs',"""
-    dy: float
-    dz: float
-    ex: float
+    braking: Vector
     """the moment of that,"""
-    ey: float
-    ez: float
     opened: float
     """energy that springs let go, normal"""
     shortened: float
-    """and tangential, over half their stiffness;"""
+    """and tangential, over half their stiffness."""
+
+
+class Acting(NamedTuple):
+    """What acts on a body in a step."""
+
+    wrench: Wrench
     depth: float
-    """and the deepest penetration."""
+    """Deepest penetration, m."""
+
+
+sum_of = arithmetic(Wrench).plus
 
 
 class Moved(NamedTuple):
@@ -110,36 +115,19 @@ class Moved(NamedTuple):
 
 
 @njit(**INLINE)
-def vertex_moved(s: State, f: Frame, vertex: Vertex, old: Memory) -> Moved:
+def vertex_moved(s: State, f: Matrix, vertex: Vertex, old: Memory) -> Moved:
     """A vertex, which is a point of the body: it moved from where it was."""
-    arm = in_space(f, vertex.px, vertex.py, vertex.pz)
-    depth = -(s.z + arm.z)
-    return Moved(arm, depth, (s.x + arm.x) - old.x, (s.y + arm.y) - old.y, depth - old.depth)
+    arm = apply(f, vertex.own)
+    place = plus(s.place, arm)
+    return Moved(arm, -place.z, place.x - old.x, place.y - old.y, -place.z - old.depth)
 
 
 @njit(**INLINE)
-def rim_moved(body: Constants, s: State, f: Frame, ahead: float, aside: float, dt: float) -> Moved:
-    """A point of the rim, which the contact passes over: it moved as the body does there.
-
-    The points lie ahead, down the line along which the body leans, and aside of it. So the deepest point of the rim is
-    always among them, and all four carry alike where the rim lies flat. Of an upright body any line will do.
-    """
-    square = f.xz * f.xz + f.yz * f.yz
-    leans = square > 1e-30
-    inverse = 1.0 / math.sqrt(square if leans else 1.0)
-    tx, ty = (f.xz * inverse if leans else 1.0), (f.yz * inverse if leans else 0.0)
-    a, b = body.radius * ahead, body.radius * aside
-    arm = Vector(
-        (a * f.zz * tx - b * ty) - body.foot * f.xz,
-        (a * f.zz * ty + b * tx) - body.foot * f.yz,
-        -(a * (square * inverse if leans else 0.0)) - body.foot * f.zz,
-    )
-    return Moved(
-        arm, -(s.z + arm.z),
-        dt * (s.vx + (s.wy * arm.z - s.wz * arm.y)),
-        dt * (s.vy + (s.wz * arm.x - s.wx * arm.z)),
-        -(dt * (s.vz + (s.wx * arm.y - s.wy * arm.x))),
-    )  # fmt: skip
+def rim_moved(body: Constants, s: State, f: Matrix, ahead: float, aside: float, dt: float) -> Moved:
+    """A point of the rim, which the contact passes over: it moved as the body does there."""
+    arm = rim_point(body, f, ahead, aside)
+    v = plus(s.velocity, cross(s.spin, arm))
+    return Moved(arm, -(s.place.z + arm.z), dt * v.x, dt * v.y, -(dt * v.z))
 
 
 @njit(**INLINE)
@@ -157,87 +145,70 @@ def act(body: Constants, s: State, at: Moved, old: Memory, rate: float, waiting:
     most = body.friction * n
     hx, hy = -(body.tangential * tx) - rate * at.slip_x, -(body.tangential * ty) - rate * at.slip_y
     fx, fy, kx, ky, _ = within_circle(hx, hy, tx, ty, most, body.compliance)
-    dx, dy = fx + body.tangential * kx, fy + body.tangential * ky
-    dz = n - body.stiffness * (depth if inside else 0.0)
+    force = Vector(fx, fy, n)
+    spring = body.stiffness * (depth if inside else 0.0)
+    damping = Vector(fx + body.tangential * kx, fy + body.tangential * ky, n - spring)
     opened = old.depth * old.depth if was & (not inside) else 0.0
     # One that has waited is met by a spring that is pressed in already.
     opened = -(depth * depth) if inside & (old.depth == 0.0) else opened
-    a = at.arm
-    return Wrench(
-        fx, fy, n, a.y * n - a.z * fy, a.z * fx - a.x * n, a.x * fy - a.y * fx,
-        dx, dy, dz, a.y * dz - a.z * dy, a.z * dx - a.x * dz, a.x * dy - a.y * dx,
-        opened, (old.sx + kx) * (tx - kx) + (old.sy + ky) * (ty - ky), depth,
-    ), Memory(kx, ky, s.x + a.x, s.y + a.y, depth, n, 0.0)  # fmt: skip
+    shortened = (old.sx + kx) * (tx - kx) + (old.sy + ky) * (ty - ky)
+    wrench = Wrench(force, cross(at.arm, force), damping, cross(at.arm, damping), opened, shortened)
+    return wrench, Memory(kx, ky, s.place.x + at.arm.x, s.place.y + at.arm.y, depth, n, 0.0)
 
 
 @njit(**INLINE)
-def both(a: Wrench, b: Wrench) -> Wrench:
-    """Two wrenches together."""
-    return Wrench(
-        a.fx + b.fx, a.fy + b.fy, a.fz + b.fz, a.mx + b.mx, a.my + b.my, a.mz + b.mz,
-        a.dx + b.dx, a.dy + b.dy, a.dz + b.dz, a.ex + b.ex, a.ey + b.ey, a.ez + b.ez,
-        a.opened + b.opened, a.shortened + b.shortened, a.depth if a.depth > b.depth else b.depth,
-    )  # fmt: skip
-
-
-@njit(**INLINE)
-def lost(t: Wrench, vx: float, vy: float, vz: float, w: Vector) -> float:
-    """Power that dashpots and sliders take from a body that moves so."""
-    return -(((t.dx * vx + t.dy * vy) + t.dz * vz) + ((t.ex * w.x + t.ey * w.y) + t.ez * w.z))
+def both(so_far: Acting, a: Wrench, b: Wrench, depth_a: float, depth_b: float) -> Acting:
+    """A pair of points beside those so far."""
+    return Acting(sum_of(so_far.wrench, sum_of(a, b)), larger(so_far.depth, larger(depth_b, depth_a)))
 
 
 @njit(**INLINE)
 def step(
-    body: Constants, s: State, f: Frame, t: Wrench, peaks: Peaks, account: Account, shaking: Shaking
+    body: Constants, s: State, f: Matrix, acting: Acting, peaks: Peaks, account: Account, shaking: Shaking
 ) -> tuple[State, Peaks, Account]:
-    """One step of one body on which the base acts with the wrench t."""
-    dt = body.step * WHOLE
+    """One step of one body on which the base acts with a wrench."""
+    t, dt = acting.wrench, body.step * WHOLE
     half = 0.5 * dt
-    push_x, push_y, lift = (
+    push = Vector(
         within_sample(shaking.push_x, s.tick),
         within_sample(shaking.push_y, s.tick),
         within_sample(shaking.lift, s.tick),
     )
-    ax, ay, az = t.fx + push_x, t.fy + push_y, t.fz - (GRAVITY + lift)
+    a = acceleration(t.force, push)
     # The accounts take the velocities at the whole step.
-    cx, cy, cz = s.vx + half * ax, s.vy + half * ay, s.vz + half * az
-    w = angular_velocity(body, f, s.lx + half * t.mx, s.ly + half * t.my, s.lz + half * t.mz)
-    work = account.work + dt * ((push_x * cx + push_y * cy) - lift * cz)
+    c = along(s.velocity, half, a)
+    w = angular_velocity(body, f, along(s.momentum, half, t.moment))
+    work = account.work + dt * ((push.x * c.x + push.y * c.y) - push.z * c.z)
     let_go = 0.5 * (body.stiffness * t.opened + body.tangential * t.shortened)
-    loss = account.lost + (let_go + dt * lost(t, cx, cy, cz, w))
-    spin = account.spin + dt * (t.mz + (s.x * ay - s.y * ax))
+    loss = account.lost + (let_go + dt * -(dot(t.damping, c) + dot(t.braking, w)))
+    spin = account.spin + dt * (t.moment.z + (s.place.x * a.y - s.place.y * a.x))
     # What is worth keeping of the path so far.
-    lean, bx, by = lean_of(f), s.x - body.foot * f.xz, s.y - body.foot * f.yz
+    lean, bx, by = lean_of(f), s.place.x - body.foot * f.xz, s.place.y - body.foot * f.yz
     peaks = Peaks(
-        larger(peaks.lean, lean), larger(peaks.slip, bx * bx + by * by), larger(peaks.depth, t.depth),
+        larger(peaks.lean, lean), larger(peaks.slip, bx * bx + by * by), larger(peaks.depth, acting.depth),
         s.tick if lean < body.critical else peaks.last_upright,
     )  # fmt: skip
     # Momenta half a step later, position one step later.
-    vx, vy, vz = s.vx + dt * ax, s.vy + dt * ay, s.vz + dt * az
-    lx, ly, lz = s.lx + dt * t.mx, s.ly + dt * t.my, s.lz + dt * t.mz
-    w = angular_velocity(body, f, lx, ly, lz)
-    w = angular_velocity(
-        body, frame_of(*rotated(s.qw, s.qx, s.qy, s.qz, half * w.x, half * w.y, half * w.z)), lx, ly, lz
-    )
-    qw, qx, qy, qz = rotated(s.qw, s.qx, s.qy, s.qz, dt * w.x, dt * w.y, dt * w.z)
-    moved = State(
-        s.x + dt * vx, s.y + dt * vy, s.z + dt * vz, qw, qx, qy, qz, vx, vy, vz, lx, ly, lz, w.x, w.y, w.z,
-        ax, ay, az, t.mx, t.my, t.mz, s.tick + WHOLE,
-    )  # fmt: skip
+    v, momentum = along(s.velocity, dt, a), along(s.momentum, dt, t.moment)
+    w = angular_velocity(body, f, momentum)
+    w = angular_velocity(body, frame_of(rotated(s.turn, half, w)), momentum)
+    place, turn = along(s.place, dt, v), rotated(s.turn, dt, w)
+    moved = State(place, turn, v, momentum, w, a, t.moment, s.tick + WHOLE)
     return moved, peaks, Account(work, loss, spin, 0.0, 0.0, 0.0)
 
 
 # Side by side ---------------------------------------------------------------------------------------------------------
 
 UNUSED: Final = ("power", "loss", "torque", "slid", "bend")
-load_body, load_state, load_frame = (ROWS.access(of).load for of in (Constants, State, Frame))
+load_body, load_state, load_frame = (ROWS.access(of).load for of in (Constants, State, Matrix))
 load_lying, store_lying, _ = ROWS.access(Lying)
-WRENCH: Final = Rows(COLUMNS, Wrench)
-WRENCH_SIZE: Final = WRENCH.size
-load_wrench, store_wrench, _ = WRENCH.access(Wrench)
+ACTING: Final = Rows(COLUMNS, Acting)
+ACTING_SIZE: Final = ACTING.size
+load_acting, store_acting, _ = ACTING.access(Acting)
+no_wrench = arithmetic(Wrench).zero
 load_shaking = ROWS.access(Shaking, without=UNUSED).load
 load_peaks, load_account = ROWS.access(Peaks).load, ROWS.access(Account, without=UNUSED).load
-store_state, store_frame = (ROWS.access(of).store for of in (State, Frame))
+store_state, store_frame = (ROWS.access(of).store for of in (State, Matrix))
 store_peaks, store_account = ROWS.access(Peaks).store, ROWS.access(Account, without=UNUSED).store
 load_vertex, (load_memory, store_memory, _) = VERTEX.access(Vertex).load, VERTEX.access(Point, "old", without=UNUSED)
 OF_A_VERTEX: Final = VERTEX.size
@@ -248,8 +219,8 @@ def place_all(state: Any, acting: Any, columns: int) -> None:
     """The axes of all bodies, and no force yet."""
     for j in range(columns):
         s = load_state(state, j)
-        store_frame(state, j, frame_of(s.qw, s.qx, s.qy, s.qz))
-        store_wrench(acting, j, Wrench(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0))
+        store_frame(state, j, frame_of(s.turn))
+        store_acting(acting, j, Acting(no_wrench(), -1.0))
 
 
 @njit(**INNER)
@@ -264,7 +235,7 @@ def touch_all(state: Any, acting: Any, one: Any, other: Any, columns: int) -> No
         b, right = act(body, s, on, right, rate, waits(body, lying, q, on.arm.z, right))
         store_memory(one, j, left)
         store_memory(other, j, right)
-        store_wrench(acting, j, both(load_wrench(acting, j), both(a, b)))
+        store_acting(acting, j, both(load_acting(acting, j), a, b, left.depth, right.depth))
 
 
 @njit(**INNER)
@@ -279,7 +250,7 @@ def roll_all(state: Any, acting: Any, one: Any, other: Any, columns: int, ahead:
         b, right = act(body, s, rim_moved(body, s, f, -ahead, -aside, dt), right, rate, between & (right.depth <= 0.0))
         store_memory(one, j, left)
         store_memory(other, j, right)
-        store_wrench(acting, j, both(load_wrench(acting, j), both(a, b)))
+        store_acting(acting, j, both(load_acting(acting, j), a, b, left.depth, right.depth))
 
 
 @njit(**INNER)
@@ -287,7 +258,7 @@ def move_all(state: Any, acting: Any, columns: int) -> None:
     """The step of all bodies."""
     for j in range(columns):
         s, peaks, account = step(
-            load_body(state, j), load_state(state, j), load_frame(state, j), load_wrench(acting, j),
+            load_body(state, j), load_state(state, j), load_frame(state, j), load_acting(acting, j),
             load_peaks(state, j), load_account(state, j), load_shaking(state, j),
         )  # fmt: skip
         store_state(state, j, s)
@@ -301,12 +272,9 @@ def shift_all(state: Any, columns: int, by: float) -> None:
     for j in range(columns):
         s, account = load_state(state, j), load_account(state, j)
         time = by * WHOLE * load_body(state, j).step
-        store_state(state, j, State(
-            s.x, s.y, s.z, s.qw, s.qx, s.qy, s.qz, s.vx + time * s.ax, s.vy + time * s.ay, s.vz + time * s.az,
-            s.lx + time * s.mx, s.ly + time * s.my, s.lz + time * s.mz, s.wx, s.wy, s.wz,
-            s.ax, s.ay, s.az, s.mx, s.my, s.mz, s.tick,
-        ))  # fmt: skip
-        torque = s.mz + (s.x * s.ay - s.y * s.ax)
+        v, momentum = along(s.velocity, time, s.acceleration), along(s.momentum, time, s.moment)
+        store_state(state, j, State(s.place, s.turn, v, momentum, s.spin, s.acceleration, s.moment, s.tick))
+        torque = s.moment.z + (s.place.x * s.acceleration.y - s.place.y * s.acceleration.x)
         store_account(state, j, Account(account.work, account.lost, account.spin + time * torque, 0.0, 0.0, 0.0))
 
 
@@ -329,7 +297,7 @@ def loops(round_: bool) -> Any:
         columns: int,
         steps: int,
     ) -> None:
-        half, acting = count // 2 * OF_A_VERTEX, aligned(WRENCH_SIZE)
+        half, acting = count // 2 * OF_A_VERTEX, aligned(ACTING_SIZE)
         shift_all(state, columns, -0.5)
         for _ in range(steps):
             place_all(state, acting, columns)

@@ -6,39 +6,45 @@ from typing import Any, Final
 from numba import njit
 
 from overturning.dem.body.centred import (
-    WHOLE,
+    Kept,
     commit,
+    contribution,
     correct,
     found_of,
     is_fine,
     predict,
     predict_point,
     rim_point,
+    solve,
     turns_fast,
 )
-from overturning.dem.body.centred_rows import Change, Equations, Largest, Predicted, PredictedPoint, Rejected, Sum
-from overturning.dem.body.equations import contribution, solve
 from overturning.dem.body.lying import lie_all, lies, waits
 from overturning.dem.body.state import (
     ROWS,
+    TICKS,
     VERTEX,
     Account,
     Body,
-    Frame,
+    Change,
+    Equations,
+    Largest,
     Lying,
     Peaks,
     Point,
+    Predicted,
+    PredictedPoint,
+    Rejected,
     Shaking,
     State,
+    Sum,
     Vertex,
-    frame_of,
-    in_space,
-)  # fmt: skip
+)
+from overturning.dem.body.vectors import Matrix, apply, frame_of
 from overturning.dem.kernel.clock import BODY, Attempt, Clock, next_attempt
 from overturning.dem.kernel.lanes import INNER, arithmetic
 
 load_body, load_shaking = ROWS.access(Body).load, ROWS.access(Shaking).load
-load_frame, store_frame, _ = ROWS.access(Frame)
+load_frame, store_frame, _ = ROWS.access(Matrix)
 load_state, _, store_state = ROWS.access(State)
 load_lying, store_lying, _ = ROWS.access(Lying)
 load_peaks, _, store_peaks = ROWS.access(Peaks)
@@ -70,7 +76,7 @@ def predict_all(state: Any, columns: int, ticks: float) -> None:
             load_body(state, j), load_state(state, j), load_attempt(state, j).length, load_shaking(state, j), ticks
         )
         store_predicted(state, j, w)
-        store_frame(state, j, frame_of(w.qw, w.qx, w.qy, w.qz))
+        store_frame(state, j, frame_of(w.turn))
         store_equations(state, j, no_equations())
         store_sum(state, j, no_sum())
         store_largest(state, j, nothing())
@@ -83,7 +89,7 @@ def predict_vertices(state: Any, one: Any, other: Any, columns: int) -> None:
         body, w, f = load_body(state, j), load_predicted(state, j), load_frame(state, j)
         fine = is_fine(load_clock(state, j), load_attempt(state, j))
         p, q, lying = load_vertex(one, j), load_vertex(other, j), load_lying(state, j)
-        a, b = in_space(f, p.px, p.py, p.pz), in_space(f, q.px, q.py, q.pz)
+        a, b = apply(f, p.own), apply(f, q.own)
         left, right = load_memory(one, j), load_memory(other, j)
         store_point(one, j, predict_point(body, w, f, a, left, fine, False, waits(body, lying, p, a.z, left)))
         store_point(other, j, predict_point(body, w, f, b, right, fine, False, waits(body, lying, q, b.z, right)))
@@ -147,24 +153,16 @@ def commit_all(state: Any, columns: int, ticks: float, round_: Any) -> None:
         most = load_largest(state, j)
         fast = turns_fast(s, load_predicted(state, j), most) if round_ else False
         again, sooner, following = next_attempt(
-            BODY, load_clock(state, j), attempt, found_of(most, t.fz, fast), s.tick + attempt.length, ticks
+            BODY, load_clock(state, j), attempt, found_of(most, t.force.z, fast), s.tick + attempt.length, ticks
         )
-        moved, peaks, account = commit(
-            body,
-            s,
-            load_peaks(state, j),
-            load_account(state, j),
-            load_predicted(state, j),
-            load_change(state, j),
-            t,
-            most.depth,
-            attempt.length,
-        )
+        kept = Kept(s, load_peaks(state, j), load_account(state, j))
+        w, d = load_predicted(state, j), load_change(state, j)
+        kept = commit(body, kept, w, d, t, most.depth, attempt.length)
         store_attempt(state, j, following)
         store_rejected(state, j, Rejected(1.0 if again else 0.0, 1.0 if sooner else 0.0))
-        store_state(state, j, again, moved)
-        store_peaks(state, j, again, peaks)
-        store_account(state, j, again, account)
+        store_state(state, j, again, kept.state)
+        store_peaks(state, j, again, kept.peaks)
+        store_account(state, j, again, kept.account)
 
 
 @njit(**INNER)
@@ -192,7 +190,7 @@ def loops(round_: bool) -> Any:
     ) -> None:
         half = count // 2 * OF_A_VERTEX
         for _ in range(steps):
-            predict_all(state, columns, WHOLE * steps)
+            predict_all(state, columns, TICKS * steps)
             lie_all(state, vertices, half, base, columns, round_)
             for pair in range(0, half, OF_A_VERTEX):
                 one, other = vertices[pair : pair + OF_A_VERTEX], vertices[half + pair : half + pair + OF_A_VERTEX]
@@ -206,7 +204,7 @@ def loops(round_: bool) -> Any:
             for pair in range(0, half, OF_A_VERTEX):
                 one, other = vertices[pair : pair + OF_A_VERTEX], vertices[half + pair : half + pair + OF_A_VERTEX]
                 correct_all(state, one, other, columns, round_)
-            commit_all(state, columns, WHOLE * steps, round_)
+            commit_all(state, columns, TICKS * steps, round_)
             for point in range(0, 2 * half, OF_A_VERTEX):
                 remember_all(state, vertices[point : point + OF_A_VERTEX], columns)
 

@@ -15,11 +15,12 @@ from overturning.dem.body.state import (
     Shaking,
     Stance,
     State,
-    Vector,
-    angular_velocity,
-    frame_of,
+    lean_of,
+    spin_of,
 )
+from overturning.dem.body.vectors import Vector, cross, dot, frame_of, plus
 from overturning.dem.kernel.ending import GOES_ON, REST_ENERGY, STILL_TO_SLIDE, Course
+from overturning.dem.kernel.ground import within_sample
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.model.status import Status
 from overturning.units import STANDARD_GRAVITY as GRAVITY
@@ -32,28 +33,33 @@ OF_A_VERTEX: Final = VERTEX.size
 
 
 @njit(**INLINE)
-def turning(body: Body, s: State) -> Vector:
-    """Angular velocity by the angular momentum."""
-    return angular_velocity(body, frame_of(s.qw, s.qx, s.qy, s.qz), s.lx, s.ly, s.lz)
+def motion(body: Body, s: State) -> float:
+    """Twice the kinetic energy per mass."""
+    return dot(s.velocity, s.velocity) + dot(s.momentum, spin_of(body, s))
+
+
+@njit(**INLINE)
+def total_of(s: State) -> float:
+    """A sum that is finite where the body's place, rotation and velocity are."""
+    v, p, q = s.velocity, s.place, s.turn
+    return (v.x + v.y + v.z) + (p.x + p.y + p.z) + (q.w + q.x + q.y + q.z)
 
 
 @njit(**INNER)
 def energy(body: Body, s: State, vertices: Any, count: int, j: int) -> float:
     """Kinetic, gravitational and spring energy per mass."""
-    w = turning(body, s)
-    motion = (s.vx * s.vx + s.vy * s.vy + s.vz * s.vz) + (s.lx * w.x + s.ly * w.y + s.lz * w.z)
     springs = 0.0
     for i in range(count):
         one = load_memory(vertices[i * OF_A_VERTEX : (i + 1) * OF_A_VERTEX], j)
         depth = max(one.depth, 0.0)
         springs += body.stiffness * depth * depth + body.tangential * (one.sx * one.sx + one.sy * one.sy)
-    return 0.5 * (motion + springs) + GRAVITY * (s.z - body.foot)
+    return 0.5 * (motion(body, s) + springs) + GRAVITY * (s.place.z - body.foot)
 
 
 @njit(**INLINE)
 def spin_about_origin(s: State) -> float:
     """Vertical angular momentum about the origin, of momenta and places as they are known together."""
-    return float(s.lz + (s.x * s.vy - s.y * s.vx))
+    return float(s.momentum.z + (s.place.x * s.velocity.y - s.place.y * s.velocity.x))
 
 
 @njit(**INNER)
@@ -75,19 +81,16 @@ def rise(body: Body, reach: float, lean: float) -> float:
 @njit(**INLINE)
 def upright(body: Body, s: State) -> bool:
     """Whether a body leans less than its critical angle."""
-    f = frame_of(s.qw, s.qx, s.qy, s.qz)
-    return bool((f.zz > 0.0) & (f.xz * f.xz + f.yz * f.yz < body.critical))
+    return bool(lean_of(frame_of(s.turn)) < body.critical)
 
 
 @njit(**INLINE)
 def is_sliding(body: Body, s: State, reach: float) -> bool:
-    """Whether a body has way left to slide or to turn on the spot that is worth waiting for; without friction none stops."""
-    w = turning(body, s)
-    f = frame_of(s.qw, s.qx, s.qy, s.qz)
-    ax, ay, az = -body.foot * f.xz, -body.foot * f.yz, -body.foot * f.zz
-    x, y = s.vx + (w.y * az - w.z * ay), s.vy + (w.z * ax - w.x * az)
+    """Whether a body has way left to slide or to turn on the spot that is worth waiting for; no friction stops none."""
+    w, f = spin_of(body, s), frame_of(s.turn)
+    v = plus(s.velocity, cross(w, Vector(-body.foot * f.xz, -body.foot * f.yz, -body.foot * f.zz)))
     turn = w.z * reach
-    square = (x * x + y * y) + turn * turn
+    square = (v.x * v.x + v.y * v.y) + turn * turn
     return bool(body.friction > 0.0 and square >= 2.0 * STILL_TO_SLIDE * GRAVITY * body.friction)
 
 
@@ -96,19 +99,15 @@ def has_ended(state: Any, vertices: Any, count: int, base: int, j: int, ticks: f
     """`Status` of a column at the end of a sample, or `GOES_ON`; `base` is the number of vertices that it rests on."""
     body, s, peaks = load_body(state, j), load_state(state, j), load_peaks(state, j)
     course, stance = load_course(state, j), load_stance(state, j)
-    if not np.isfinite(s.vx + s.vy + s.vz + s.x + s.y + s.z + s.qw + s.qx + s.qy + s.qz):
+    if not np.isfinite(total_of(s)) or peaks.depth > stance.deepest:
         return Status.UNSTABLE
-    if peaks.depth > stance.deepest:
-        return Status.UNSTABLE
-    if frame_of(s.qw, s.qx, s.qy, s.qz).zz <= stance.fallen:
+    if frame_of(s.turn).zz <= stance.fallen:
         return Status.SIMULATED
     sample = course.sample + s.tick / ticks
-    if sample >= course.calm and inside(vertices, count, j) >= base:
-        # A body that rests on its base after the last instant at which it could start stays there.
-        w = turning(body, s)
-        kinetic = 0.5 * (s.vx * s.vx + s.vy * s.vy + s.vz * s.vz + (s.lx * w.x + s.ly * w.y + s.lz * w.z))
-        if kinetic < REST_ENERGY * GRAVITY * stance.reach:
-            return Status.SIMULATED
+    # A body that rests on its base after the last instant at which it could start stays there.
+    still = 0.5 * motion(body, s) < REST_ENERGY * GRAVITY * stance.reach
+    if sample >= course.calm and still and inside(vertices, count, j) >= base:
+        return Status.SIMULATED
     if sample < end:
         return GOES_ON
     now = energy(body, s, vertices, count, j)
@@ -128,31 +127,31 @@ def finish_body(state: Any, vertices: Any, count: int, j: int, status: int, step
     """Write the results of a column."""
     body, s, peaks = load_body(state, j), load_state(state, j), load_peaks(state, j)
     account, course, stance = load_account(state, j), load_course(state, j), load_stance(state, j)
-    f = frame_of(s.qw, s.qx, s.qy, s.qz)
+    f = frame_of(s.turn)
     fallen = status == Status.SIMULATED and f.zz <= stance.fallen
-    lean = f.xz * f.xz + f.yz * f.yz
     out.status, out.fallen = status, 1.0 if fallen else 0.0
     out.time = course.upright_until if fallen else np.nan
-    out.lean = max(peaks.lean, lean if f.zz > 0.0 else 2.0 - lean)
+    out.lean = max(peaks.lean, lean_of(f))
     out.slip = np.sqrt(peaks.slip)
-    out.slip_x, out.slip_y = s.x - body.foot * f.xz, s.y - body.foot * f.yz
+    out.slip_x, out.slip_y = s.place.x - body.foot * f.xz, s.place.y - body.foot * f.yz
     out.depth = peaks.depth
     balance = (energy(body, s, vertices, count, j) - course.energy) - account.work + account.lost
     out.energy = abs(balance) / max(account.work, course.barrier)
     swing = np.sqrt(GRAVITY * (body.foot * body.foot + stance.reach * stance.reach) ** 1.5)
     out.spin = abs(spin_about_origin(s) - stance.spin - account.spin) / swing
     out.steps = steps
-    out.qw, out.qx, out.qy, out.qz = s.qw, s.qx, s.qy, s.qz
+    out.qw, out.qx, out.qy, out.qz = s.turn
 
 
 @njit(**INNER)
 def note(state: Any, j: int, interval: float, ticks: float, path: Any) -> None:
     """Write a column's state into a row of its trajectory."""
     body, s, shaking = load_body(state, j), load_state(state, j), load_shaking(state, j)
-    w = turning(body, s)
     path.time = (load_course(state, j).sample + s.tick / ticks) * interval
-    path.x, path.y, path.z, path.qw, path.qx, path.qy, path.qz = s.x, s.y, s.z, s.qw, s.qx, s.qy, s.qz
-    path.vx, path.vy, path.vz, path.wx, path.wy, path.wz = s.vx, s.vy, s.vz, w.x, w.y, w.z
-    path.ground_x = -(shaking.push_x.value + shaking.push_x.slope * s.tick)
-    path.ground_y = -(shaking.push_y.value + shaking.push_y.slope * s.tick)
-    path.ground_z = shaking.lift.value + shaking.lift.slope * s.tick
+    path.x, path.y, path.z = s.place
+    path.qw, path.qx, path.qy, path.qz = s.turn
+    path.vx, path.vy, path.vz = s.velocity
+    path.wx, path.wy, path.wz = spin_of(body, s)
+    path.ground_x = -within_sample(shaking.push_x, s.tick)
+    path.ground_y = -within_sample(shaking.push_y, s.tick)
+    path.ground_z = within_sample(shaking.lift, s.tick)

@@ -8,7 +8,8 @@ from typing import Any, Final
 
 from numba import njit
 
-from overturning.dem.body.state import ROWS, VERTEX, Body, Frame, Lying, Memory, Point, Vertex, in_space
+from overturning.dem.body.state import ROWS, VERTEX, Body, Lying, Memory, Point, Vertex
+from overturning.dem.body.vectors import Matrix, apply
 from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.model.solid import CORNERS
 
@@ -22,7 +23,7 @@ RESTS: Final = 0.5
 @njit(**INLINE)
 def is_of_base(body: Body, vertex: Vertex) -> bool:
     """Whether a vertex is one of the base."""
-    return vertex.pz <= -LEVEL * body.foot
+    return vertex.own.z <= -LEVEL * body.foot
 
 
 @njit(**INLINE)
@@ -33,9 +34,9 @@ def rests(body: Body, old: Memory) -> float:
 
 
 @njit(**INLINE)
-def with_vertex(body: Body, lying: Lying, f: Frame, vertex: Vertex, old: Memory) -> Lying:
+def with_vertex(body: Body, lying: Lying, f: Matrix, vertex: Vertex, old: Memory) -> Lying:
     """How the base lies, of the vertices so far and one more."""
-    height, below, still = in_space(f, vertex.px, vertex.py, vertex.pz).z, is_of_base(body, vertex), rests(body, old)
+    height, below, still = apply(f, vertex.own).z, is_of_base(body, vertex), rests(body, old)
     # Of several that are equally low or high one that rests, so that mirror images are exact.
     low = below & ((height < lying.low) | ((height == lying.low) & (still > lying.low_rests)))
     high = below & ((height > lying.high) | ((height == lying.high) & (still > lying.high_rests)))
@@ -59,7 +60,7 @@ def lies(lying: Lying) -> bool:
     return (lying.low_rests > 0.0) & (lying.high_rests > 0.0)
 
 
-load_body, load_frame = ROWS.access(Body).load, ROWS.access(Frame).load
+load_body, load_frame = ROWS.access(Body).load, ROWS.access(Matrix).load
 load_lying, store_lying, _ = ROWS.access(Lying)
 load_vertex, load_memory = VERTEX.access(Vertex).load, VERTEX.access(Point, "old").load
 OF_A_VERTEX: Final = VERTEX.size

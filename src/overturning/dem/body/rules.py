@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.body.centred_loops import loops
-from overturning.dem.body.ending import energy, finish_body, has_ended, note, spin_about_origin
+from overturning.dem.body.ending import energy, finish_body, has_ended, note, spin_about_origin, total_of
 from overturning.dem.body.state import (
     COLUMNS,
     ROWS,
@@ -27,9 +27,20 @@ from overturning.dem.body.state import (
     Stance,
     State,
     Vertex,
-    frame_of,
-    in_space,
     lean_of,
+)
+from overturning.dem.body.vectors import (
+    Matrix,
+    Quaternion,
+    Symmetric,
+    Vector,
+    apply,
+    cross,
+    frame_of,
+    full,
+    plus,
+    scaled,
+    transposed,
 )
 from overturning.dem.kernel.clock import Attempt, Clock
 from overturning.dem.kernel.ending import Course
@@ -118,6 +129,7 @@ class Work(NamedTuple):
 
 load_body, store_body, _ = ROWS.access(Body)
 load_state, store_state, _ = ROWS.access(State)
+store_turn = ROWS.access(State, "turn").store
 load_peaks, store_peaks, _ = ROWS.access(Peaks)
 load_course, store_course, _ = ROWS.access(Course)
 load_stance, store_stance, _ = ROWS.access(Stance)
@@ -125,7 +137,6 @@ store_shaking, store_attempt, store_clock = (ROWS.access(of).store for of in (Sh
 store_vertex, store_memory = VERTEX.access(Vertex).store, VERTEX.access(Point, "old").store
 NUMBERS: Final = ROWS.count
 OF_A_VERTEX: Final = VERTEX.size
-QW, QX, QY, QZ = (ROWS.row(State, name) for name in ("qw", "qx", "qy", "qz"))
 TICK, LAST_UPRIGHT = ROWS.row(State, "tick"), ROWS.row(Peaks, "last_upright")
 SAMPLE, UPRIGHT_UNTIL, DUE = (ROWS.row(Course, name) for name in ("sample", "upright_until", "due"))
 
@@ -163,29 +174,27 @@ def put(state: Any, vertices: Any, j: int, case: Any, of: Any, points: Any, inte
         state[row * COLUMNS + j] = 0.0
     ks, at = case.tangential, case.start
     body = Body(
-        of.ixx, of.iyy, of.izz, of.ixy, of.ixz, of.iyz, of.axx, of.ayy, of.azz, of.axy, of.axz, of.ayz, of.foot, of.radius,
-        case.stiffness, ks, 1.0 / ks if ks > 0.0 else 0.0, case.dashpot, case.friction, of.critical, of.ends, interval / ticks,
+        Symmetric(of.ixx, of.iyy, of.izz, of.ixy, of.ixz, of.iyz),
+        Symmetric(of.axx, of.ayy, of.azz, of.axy, of.axz, of.ayz),
+        of.foot, of.radius, case.stiffness, ks, 1.0 / ks if ks > 0.0 else 0.0, case.dashpot, case.friction,
+        of.critical, of.ends, interval / ticks,
     )  # fmt: skip
-    f = frame_of(at.qw, at.qx, at.qy, at.qz)
-    lx, ly, lz = momentum_of(body, f, at.wx, at.wy, at.wz)
+    place, turn = Vector(at.x, at.y, at.z), Quaternion(at.qw, at.qx, at.qy, at.qz)
+    v, w, f = Vector(at.vx, at.vy, at.vz), Vector(at.wx, at.wy, at.wz), frame_of(turn)
     # What gravity and the springs do at the start.
     az, mx, my = -GRAVITY, 0.0, 0.0
     for i in range(points.shape[0]):
-        one, p = vertices[i * OF_A_VERTEX : (i + 1) * OF_A_VERTEX], points[i]
-        arm = in_space(f, p[0], p[1], p[2])
-        depth = -(at.z + arm.z)
-        store_vertex(one, j, Vertex(p[0], p[1], p[2]))
-        rolls = body.radius > 0.0
+        one, own = vertices[i * OF_A_VERTEX : (i + 1) * OF_A_VERTEX], Vector(points[i, 0], points[i, 1], points[i, 2])
+        arm = apply(f, own)
+        store_vertex(one, j, Vertex(own))
         # Points of a rim remember their velocity, vertices their place.
-        x = at.vx + (at.wy * arm.z - at.wz * arm.y) if rolls else at.x + arm.x
-        y = at.vy + (at.wz * arm.x - at.wx * arm.z) if rolls else at.y + arm.y
-        store_memory(one, j, Memory(0.0, 0.0, x, y, depth, body.stiffness * max(depth, 0.0), 0.0))
+        known = plus(v, cross(w, arm)) if body.radius > 0.0 else plus(place, arm)
+        depth = -(place.z + arm.z)
         n = body.stiffness * max(depth, 0.0)
+        store_memory(one, j, Memory(0.0, 0.0, known.x, known.y, depth, n, 0.0))
         az, mx, my = az + n, mx + arm.y * n, my - arm.x * n
-    begin = State(
-        at.x, at.y, at.z, at.qw, at.qx, at.qy, at.qz, at.vx, at.vy, at.vz, lx, ly, lz,
-        at.wx, at.wy, at.wz, 0.0, 0.0, az, mx, my, 0.0, 0.0,
-    )  # fmt: skip
+    momentum = momentum_of(body.inverse, f, w)
+    begin = State(place, turn, v, momentum, w, Vector(0.0, 0.0, az), Vector(mx, my, 0.0), 0.0)
     store_body(state, j, body)
     store_clock(state, j, Clock(case.finest, case.standing, case.dwell, case.settled))  # fmt: skip
     store_state(state, j, begin)
@@ -200,28 +209,14 @@ def put(state: Any, vertices: Any, j: int, case: Any, of: Any, points: Any, inte
 
 
 @njit(**INNER)
-def momentum_of(body: Body, f: Any, wx: float, wy: float, wz: float) -> tuple[float, float, float]:
-    """Angular momentum in space by the angular velocity there; the inertia is the inverse of its inverse, by cofactors."""
-    x, y, z = (
-        (f.xx * wx + f.yx * wy) + f.zx * wz,
-        (f.xy * wx + f.yy * wy) + f.zy * wz,
-        (f.xz * wx + f.yz * wy) + f.zz * wz,
-    )
-    a, b, c = (
-        body.iyy * body.izz - body.iyz**2,
-        body.ixz * body.iyz - body.ixy * body.izz,
-        body.ixy * body.iyz - body.ixz * body.iyy,
-    )
-    d, e, g = (
-        body.ixx * body.izz - body.ixz**2,
-        body.ixy * body.ixz - body.ixx * body.iyz,
-        body.ixx * body.iyy - body.ixy**2,
-    )
-    inverse = 1.0 / ((body.ixx * a + body.ixy * b) + body.ixz * c)
-    momentum = in_space(
-        f, inverse * ((a * x + b * y) + c * z), inverse * ((b * x + d * y) + e * z), inverse * ((c * x + e * y) + g * z)
-    )
-    return momentum.x, momentum.y, momentum.z
+def momentum_of(a: Symmetric, f: Matrix, w: Vector) -> Vector:
+    """Angular momentum in space by the angular velocity there; the inertia is that of the inverse a, by cofactors."""
+    cofactors = Symmetric(
+        a.yy * a.zz - a.yz**2, a.xx * a.zz - a.xz**2, a.xx * a.yy - a.xy**2,
+        a.xz * a.yz - a.xy * a.zz, a.xy * a.yz - a.xz * a.yy, a.xy * a.xz - a.xx * a.yz,
+    )  # fmt: skip
+    inverse = 1.0 / ((a.xx * cofactors.xx + a.xy * cofactors.xy) + a.xz * cofactors.xz)
+    return apply(f, scaled(inverse, apply(full(cofactors), apply(transposed(f), w))))
 
 
 def load(rules: Any, work: Any, cases: Any, columns: int) -> None:
@@ -239,8 +234,9 @@ def next_sample(
     for j in range(columns):
         s, course, passed = load_state(state, j), load_course(state, j), state[LAST_UPRIGHT + j]
         then = (course.sample + passed * scale) * interval
-        unit = 1.5 - 0.5 * ((s.qw * s.qw + s.qz * s.qz) + (s.qx * s.qx + s.qy * s.qy))
-        state[QW + j], state[QX + j], state[QY + j], state[QZ + j] = s.qw * unit, s.qx * unit, s.qy * unit, s.qz * unit
+        q = s.turn
+        unit = 1.5 - 0.5 * ((q.w * q.w + q.z * q.z) + (q.x * q.x + q.y * q.y))
+        store_turn(state, j, Quaternion(q.w * unit, q.x * unit, q.y * unit, q.z * unit))
         state[UPRIGHT_UNTIL + j] = then if passed >= 0.0 else course.upright_until
         state[LAST_UPRIGHT + j] = -1.0
         state[SAMPLE + j] = course.sample + 1.0 if s.tick >= ticks else course.sample
@@ -279,11 +275,11 @@ def mark_due(state: Any, active: int, ticks: float, end: float) -> int:
     scale, count = 1.0 / ticks, 0.0
     for j in range(active):
         s, course, stance = load_state(state, j), load_course(state, j), load_stance(state, j)
-        total = (s.vx + s.vy + s.vz) + (s.x + s.y + s.z) + (s.qw + s.qx + s.qy + s.qz)
+        total = total_of(s)
         sample, until = course.sample + s.tick * scale, course.calm if course.calm < end else end
         # Not finite minus not finite is never 0.
         finite = total - total == 0.0
-        stands = 1.0 - 2.0 * (s.qx * s.qx + s.qy * s.qy) > stance.fallen
+        stands = frame_of(s.turn).zz > stance.fallen
         goes_on = finite & stands & (sample < until) & (load_peaks(state, j).depth <= stance.deepest)
         state[DUE + j] = 0.0 if goes_on else 1.0
     for j in range(active):

@@ -1,16 +1,16 @@
 """What the kernel in space knows of a body: named tuples, and the rows of the arrays that hold them.
 
-Units are per unit of mass, as in the plane (`overturning.dem.block.state`); an inertia is m². The frame moves with the base and is
-turned with the body's orientation: x points to its azimuth, y 90° anticlockwise of it, z up. The body's own axes coincide with these
-at rest. `overturning.dem.kernel.lanes` says how bodies lie side by side; the vertices of a body have an array of their own, a table
-`VERTEX` after another.
+Units are per unit of mass, as in the plane (`overturning.dem.block.state`); an inertia is m². The frame moves with the
+base and is turned with the body's orientation: x points to its azimuth, y 90° anticlockwise of it, z up. The body's own
+axes coincide with these at rest. `overturning.dem.kernel.lanes` says how bodies lie side by side; the vertices of a
+body have an array of their own, a table `VERTEX` after another.
 """
 
 from typing import Final, NamedTuple
 
 from numba import njit
 
-from overturning.dem.body.centred_rows import Change, Equations, Largest, Predicted, PredictedPoint, Rejected, Sum
+from overturning.dem.body.vectors import Matrix, Quaternion, Symmetric, Vector, apply, frame_of, full, transposed
 from overturning.dem.kernel.clock import BODY, Attempt, Clock
 from overturning.dem.kernel.ending import Course
 from overturning.dem.kernel.ground import Line
@@ -26,20 +26,10 @@ TICKS: Final = BODY.whole
 class Body(NamedTuple):
     """Constants of a case."""
 
-    ixx: float
+    inverse: Symmetric
     """Inverse of the inertia in the body's own axes, m/I, 1/m²;"""
-    iyy: float
-    izz: float
-    ixy: float
-    ixz: float
-    iyz: float
-    axx: float
-    """The inertia itself, m²;"""
-    ayy: float
-    azz: float
-    axy: float
-    axz: float
-    ayz: float
+    inertia: Symmetric
+    """the inertia itself, m²;"""
     foot: float
     """height of the centre above the base, m;"""
     radius: float
@@ -65,56 +55,25 @@ class Body(NamedTuple):
 class State(NamedTuple):
     """Where a body is, how it moves, and what acts on it."""
 
-    x: float
-    y: float
-    z: float
-    qw: float
-    """Rotation from the rest position, a quaternion;"""
-    qx: float
-    qy: float
-    qz: float
-    vx: float
-    vy: float
-    vz: float
-    lx: float
-    """angular momentum in space, m²/s;"""
-    ly: float
-    lz: float
-    wx: float
+    place: Vector
+    turn: Quaternion
+    velocity: Vector
+    momentum: Vector
+    """Angular momentum in space, m²/s;"""
+    spin: Vector
     """angular velocity in space, rad/s;"""
-    wy: float
-    wz: float
-    ax: float
-    ay: float
-    az: float
-    mx: float
-    """moment of the contact forces about the centre;"""
-    my: float
-    mz: float
+    acceleration: Vector
+    moment: Vector
+    """of the contact forces about the centre;"""
     tick: float
     """ticks since the sample began."""
 
 
-class Frame(NamedTuple):
-    """The body's axes in space: `xy` is the x of its y-axis."""
-
-    xx: float
-    xy: float
-    xz: float
-    yx: float
-    yy: float
-    yz: float
-    zx: float
-    zy: float
-    zz: float
-
-
 class Vertex(NamedTuple):
-    """A vertex: where it is in the body's axes, from the centre."""
+    """A vertex."""
 
-    px: float
-    py: float
-    pz: float
+    own: Vector
+    """Where it is in the body's axes, from the centre, m."""
 
 
 class Memory(NamedTuple):
@@ -124,7 +83,7 @@ class Memory(NamedTuple):
     """Stretch of its tangential springs, m;"""
     sy: float
     x: float
-    """where it was, m;"""
+    """where it was, m; its velocity where it is a point of a rim, m/s;"""
     y: float
     depth: float
     """its penetration, m, negative in the air;"""
@@ -155,7 +114,7 @@ class Lying(NamedTuple):
 
 
 class Peaks(NamedTuple):
-    """What is kept of the path: largest lean and penetration, the square of the largest slip, and the last tick below α."""
+    """What is kept of the path: largest lean and penetration, square of the largest slip, and last tick below α."""
 
     lean: float
     slip: float
@@ -198,87 +157,128 @@ class Stance(NamedTuple):
     """penetration beyond which the case has failed, m."""
 
 
-class Vector(NamedTuple):
-    """Of three components."""
+class PredictedPoint(NamedTuple):
+    """A point of contact at the predicted end of a step."""
 
-    x: float
-    y: float
-    z: float
+    arm: Vector
+    """From the centre, m;"""
+    depth: float
+    tx: float
+    """stretch of the tangential springs, m;"""
+    ty: float
+    velocity: Vector
+    on: float
+    """1 where it is taken to be in contact,"""
+    slides: float
+    """and to slide,"""
+    dx: float
+    """friction pointing this way."""
+    dy: float
+    waits: float
+    """1 where it does not carry before the ends of the base rest."""
+
+
+class Rejected(NamedTuple):
+    """Whether the last step was not accepted, and whether its points are taken as before in the next one: 1 or 0."""
+
+    again: float
+    sooner: float
+
+
+class Predicted(NamedTuple):
+    """A step of the centred scheme before its equations are solved."""
+
+    place: Vector
+    turn: Quaternion
+    velocity: Vector
+    """Velocity and angular momentum after half the step;"""
+    momentum: Vector
+    end: Vector
+    """velocity at its end,"""
+    spin: Vector
+    """angular velocity there;"""
+    shaking: Vector
+    """−a along x and y, and a_up, m/s²;"""
+    half: float
+    """half its length, s."""
+
+
+class Equations(NamedTuple):
+    """Forces and moments at the predicted end, and what velocities there change of them, of all points of contact."""
+
+    force: Vector
+    moment: Vector
+    a: Matrix
+    """Force by velocity,"""
+    b: Matrix
+    """force by angular velocity,"""
+    c: Matrix
+    """moment by velocity,"""
+    d: Matrix
+    """moment by angular velocity."""
+
+
+class Change(NamedTuple):
+    """What the solution adds to the predicted velocity and angular velocity."""
+
+    velocity: Vector
+    spin: Vector
+
+
+class Sum(NamedTuple):
+    """What all points of contact do at the solution."""
+
+    force: Vector
+    moment: Vector
+    impulse: Vector
+    """What those closed within the step act for longer, as momentum"""
+    twist: Vector
+    """and angular momentum;"""
+    loss: float
+    """power of dashpots and sliders,"""
+    let_go: float
+    """energy that springs let go."""
+
+
+class Largest(NamedTuple):
+    """The largest of what is found at any point of contact, 0 or less where it is found at none."""
+
+    changed: float
+    """Above 0 where a contact opened or closed,"""
+    wrong: float
+    """1 where a point was taken to do otherwise,"""
+    reversed: float
+    """or to slide against its velocity,"""
+    holds: float
+    """or holds,"""
+    back: float
+    """or slides where friction held it the other way before,"""
+    off: float
+    """or is in the air;"""
+    depth: float
 
 
 ROWS: Final = Rows(
-    COLUMNS,
-    Body,
-    Clock,
-    State,
-    Frame,
-    Lying,
-    Peaks,
-    Account,
-    Shaking,
-    Course,
-    Stance,
-    Attempt,
-    Rejected,
-    Predicted,
-    Equations,
-    Change,
-    Sum,
-    Largest,
-)
+    COLUMNS, Body, Clock, State, Matrix, Lying, Peaks, Account, Shaking, Course, Stance, Attempt, Rejected, Predicted,
+    Equations, Change, Sum, Largest,
+)  # fmt: skip
 VERTEX: Final = Rows(COLUMNS, Vertex, Point, PredictedPoint)
 
 
 @njit(**INLINE)
-def frame_of(w: float, x: float, y: float, z: float) -> Frame:
-    """The body's axes from the quaternion of its rotation."""
-    return Frame(
-        1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y),
-        2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x),
-        2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y),
-    )  # fmt: skip
+def angular_velocity(body: Body, f: Matrix, momentum: Vector) -> Vector:
+    """Angular velocity in space by the angular momentum there, of a body with given axes."""
+    return apply(f, apply(full(body.inverse), apply(transposed(f), momentum)))
 
 
 @njit(**INLINE)
-def in_space(f: Frame, x: float, y: float, z: float) -> Vector:
-    """A vector of the body's axes in those of space. Sums keep x and y together, which makes mirror images exact."""
-    return Vector((f.xx * x + f.xy * y) + f.xz * z, (f.yx * x + f.yy * y) + f.yz * z, (f.zx * x + f.zy * y) + f.zz * z)
+def spin_of(body: Body, s: State) -> Vector:
+    """Angular velocity in space by the state's angular momentum."""
+    return angular_velocity(body, frame_of(s.turn), s.momentum)
 
 
 @njit(**INLINE)
-def angular_velocity(body: Body, f: Frame, lx: float, ly: float, lz: float) -> Vector:
-    """Angular velocity in space by the angular momentum there: turned into the body's axes, divided by the inertia, and back."""
-    x = (f.xx * lx + f.yx * ly) + f.zx * lz
-    y = (f.xy * lx + f.yy * ly) + f.zy * lz
-    z = (f.xz * lx + f.yz * ly) + f.zz * lz
-    return in_space(
-        f,
-        (body.ixx * x + body.ixy * y) + body.ixz * z,
-        (body.ixy * x + body.iyy * y) + body.iyz * z,
-        (body.ixz * x + body.iyz * y) + body.izz * z,
-    )
-
-
-@njit(**INLINE)
-def rotated(
-    w: float, x: float, y: float, z: float, tx: float, ty: float, tz: float
-) -> tuple[float, float, float, float]:
-    """A quaternion turned about axes in space by a small rotation vector, rad, by series to the fifth order."""
-    hx, hy, hz = 0.5 * tx, 0.5 * ty, 0.5 * tz
-    square = (hx * hx + hy * hy) + hz * hz
-    c = 1.0 - square * (0.5 - square * (1.0 / 24.0))
-    s = 1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0))
-    ax, ay, az = s * hx, s * hy, s * hz
-    return (
-        c * w - ((ax * x + ay * y) + az * z),
-        (c * x + ax * w) + (ay * z - az * y),
-        (c * y + ay * w) + (az * x - ax * z),
-        (c * z + az * w) + (ax * y - ay * x),
-    )
-
-
-@njit(**INLINE)
-def lean_of(f: Frame) -> float:
+def lean_of(f: Matrix) -> float:
     """How far the body leans: sin² of the tilt of its axis up to 90°, 2 − sin² beyond."""
     square = f.xz * f.xz + f.yz * f.yz
     return square if f.zz > 0.0 else 2.0 - square

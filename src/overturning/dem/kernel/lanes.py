@@ -10,8 +10,8 @@ such a loop if
 - the arrays are `aligned`: a vector that straddles two cache lines costs a fifth of the speed.
 
 Three forms that read as well do not become vector code, or become slow: a named tuple *of arrays* (each array would be
-a base of its own, which may overlap the others); choosing between two whole tuples before they are stored; and storing
-under a condition (a masked store). `Access.store_unless` selects number by number instead.
+a base of its own, which may overlap the others); choosing between two whole tuples before they are stored, or between
+numbers among a tuple's own arguments; and storing under a condition (a masked store). `Access.store_unless` selects number by number instead.
 """
 
 from collections.abc import Collection, Iterator

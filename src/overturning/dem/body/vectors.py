@@ -1,0 +1,144 @@
+"""Vectors, matrices and rotations in space, one body at a time. Sums keep x and y together: mirror images are exact."""
+
+from typing import NamedTuple
+
+from numba import njit
+
+from overturning.dem.kernel.lanes import INLINE, arithmetic
+
+
+class Vector(NamedTuple):
+    """Of three components."""
+
+    x: float
+    y: float
+    z: float
+
+
+class Quaternion(NamedTuple):
+    """Rotation from the pose at rest."""
+
+    w: float
+    x: float
+    y: float
+    z: float
+
+
+class Symmetric(NamedTuple):
+    """A symmetric matrix."""
+
+    xx: float
+    yy: float
+    zz: float
+    xy: float
+    xz: float
+    yz: float
+
+
+class Matrix(NamedTuple):
+    """A matrix by rows. Of the body's axes in space, `xy` is the x of its y-axis."""
+
+    xx: float
+    xy: float
+    xz: float
+    yx: float
+    yy: float
+    yz: float
+    zx: float
+    zy: float
+    zz: float
+
+
+plus, minus = arithmetic(Vector).plus, arithmetic(Vector).minus
+matrix_plus, matrix_minus = arithmetic(Matrix).plus, arithmetic(Matrix).minus
+
+
+@njit(**INLINE)
+def scaled(factor: float, v: Vector) -> Vector:
+    """A vector times a number."""
+    return Vector(factor * v.x, factor * v.y, factor * v.z)
+
+
+@njit(**INLINE)
+def along(a: Vector, time: float, rate: Vector) -> Vector:
+    """A vector that has changed at a rate for a time."""
+    return Vector(a.x + time * rate.x, a.y + time * rate.y, a.z + time * rate.z)
+
+
+@njit(**INLINE)
+def cross(a: Vector, b: Vector) -> Vector:
+    """Cross product."""
+    return Vector(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
+
+
+@njit(**INLINE)
+def dot(a: Vector, b: Vector) -> float:
+    """Scalar product."""
+    return (a.x * b.x + a.y * b.y) + a.z * b.z
+
+
+@njit(**INLINE)
+def apply(m: Matrix, v: Vector) -> Vector:
+    """A matrix times a vector."""
+    return Vector(
+        (m.xx * v.x + m.xy * v.y) + m.xz * v.z,
+        (m.yx * v.x + m.yy * v.y) + m.yz * v.z,
+        (m.zx * v.x + m.zy * v.y) + m.zz * v.z,
+    )
+
+
+@njit(**INLINE)
+def times(a: Matrix, b: Matrix) -> Matrix:
+    """Product of two matrices."""
+    p, q, r = apply(a, Vector(b.xx, b.yx, b.zx)), apply(a, Vector(b.xy, b.yy, b.zy)), apply(a, Vector(b.xz, b.yz, b.zz))
+    return Matrix(p.x, q.x, r.x, p.y, q.y, r.y, p.z, q.z, r.z)
+
+
+@njit(**INLINE)
+def transposed(m: Matrix) -> Matrix:
+    """Rows as columns."""
+    return Matrix(m.xx, m.yx, m.zx, m.xy, m.yy, m.zy, m.xz, m.yz, m.zz)
+
+
+@njit(**INLINE)
+def full(s: Symmetric) -> Matrix:
+    """All elements of a symmetric matrix."""
+    return Matrix(s.xx, s.xy, s.xz, s.xy, s.yy, s.yz, s.xz, s.yz, s.zz)
+
+
+@njit(**INLINE)
+def inverse(m: Matrix) -> Matrix:
+    """Inverse of a matrix by cofactors, arranged so that x and y may change places."""
+    zx, zy, zz = m.xy * m.yz - m.xz * m.yy, m.xz * m.yx - m.xx * m.yz, m.xx * m.yy - m.xy * m.yx
+    one = 1.0 / ((m.zx * zx + m.zy * zy) + m.zz * zz)
+    return Matrix(
+        one * (m.yy * m.zz - m.yz * m.zy), one * (m.xz * m.zy - m.xy * m.zz), one * zx,
+        one * (m.yz * m.zx - m.yx * m.zz), one * (m.xx * m.zz - m.xz * m.zx), one * zy,
+        one * (m.yx * m.zy - m.yy * m.zx), one * (m.xy * m.zx - m.xx * m.zy), one * zz,
+    )  # fmt: skip
+
+
+@njit(**INLINE)
+def frame_of(q: Quaternion) -> Matrix:
+    """The body's axes in space."""
+    w, x, y, z = q
+    return Matrix(
+        1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y),
+        2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x),
+        2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y),
+    )  # fmt: skip
+
+
+@njit(**INLINE)
+def rotated(q: Quaternion, time: float, w: Vector) -> Quaternion:
+    """A rotation that has gone on for a time at an angular velocity, by a small angle: by series to the fifth order."""
+    h = Vector(0.5 * (time * w.x), 0.5 * (time * w.y), 0.5 * (time * w.z))
+    square = dot(h, h)
+    c = 1.0 - square * (0.5 - square * (1.0 / 24.0))
+    a = scaled(1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)), h)
+    return Quaternion(
+        c * q.w - ((a.x * q.x + a.y * q.y) + a.z * q.z),
+        (c * q.x + a.x * q.w) + (a.y * q.z - a.z * q.y),
+        (c * q.y + a.y * q.w) + (a.z * q.x - a.x * q.z),
+        (c * q.z + a.z * q.w) + (a.x * q.y - a.y * q.x),
+    )

@@ -11,7 +11,8 @@ such a loop if
 
 Three forms that read as well do not become vector code, or become slow: a named tuple *of arrays* (each array would be
 a base of its own, which may overlap the others); choosing between two whole tuples before they are stored, or between
-numbers among a tuple's own arguments; and storing under a condition (a masked store). `Access.store_unless` selects number by number instead.
+numbers among a tuple's own arguments; and storing under a condition (a masked store). `Access.store_unless` selects
+number by number instead.
 """
 
 from collections.abc import Collection, Iterator

@@ -9,7 +9,10 @@ import xarray as xr
 
 from overturning.errors import ArgumentError
 from overturning.statistics.criteria import (
+    BLIND,
     CRITERIA,
+    PULSE_VALID,
+    Score,
     criteria_scores,
     direct_pulse_acceleration,
     frequency_parameter,
@@ -17,7 +20,6 @@ from overturning.statistics.criteria import (
     kaneko_hayashi_acceleration,
     kaneko_hayashi_frequency,
     pulse_acceleration,
-    score,
     west_acceleration,
 )
 from overturning.units import STANDARD_GRAVITY
@@ -93,11 +95,9 @@ def test_every_criterion_asks_for_at_least_the_acceleration_of_rocking() -> None
 
 
 def test_score_by_hand() -> None:
-    found = score([1, 1, 0, 0, 1], [1, 0, 1, 0, 1])
-    assert (found.hits, found.misses, found.false_alarms, found.rejections) == (2, 1, 1, 1)
+    found = Score(2, 1, 1, 1)
     assert found.hit_rate == pytest.approx(2 / 3)
     assert found.skill == pytest.approx(2 / 3 - 1 / 2)
-    assert found.right == pytest.approx(3 / 5)
 
 
 def test_what_falls_by_wests_formula_is_predicted_by_it(make_cube) -> None:
@@ -112,9 +112,53 @@ def test_what_falls_by_wests_formula_is_predicted_by_it(make_cube) -> None:
     }
     found = criteria_scores(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
     assert found is not None
-    names = [one.name for one in CRITERIA]
-    assert found.overall[names.index("West")].skill == pytest.approx(1.0)
-    assert found.interval[names.index("West")] == pytest.approx((1.0, 1.0))
-    assert all(one.skill < 1 for one in found.overall[1:])
+    west, *others, blind = found.rules
+    assert (west.name, blind.name) == ("West", BLIND)
+    assert (west.overall.skill, *west.skill, west.within, *west.within_interval) == pytest.approx((1.0,) * 6)
+    assert all(one.overall.skill < 1 and one.within < 1 for one in others)
+    # Within a block the motion alone tells: what knows nothing of it cannot.
+    assert blind.within == pytest.approx(0.0)
     assert found.falls[0.6, 0.1] == pytest.approx(np.mean(pga >= 0.1 * STANDARD_GRAVITY))
     assert len(found.blocks) == 8
+
+
+def test_rules_are_ranked_within_blocks_beside_the_rule_that_knows_no_motion(make_cube) -> None:
+    # Falls by the pulse after one impact, of blocks that mostly fall (B/H 0.1) or mostly stand (0.4).
+    azimuth, slender = np.arange(0, 180, 10), np.array([0.1, 0.2, 0.3, 0.4])
+    pga = STANDARD_GRAVITY * np.linspace(0.15, 0.60, azimuth.size)
+    ratio = np.where(np.arange(azimuth.size) % 3 == 0, 0.05, 0.15)
+    limit = {
+        each: np.array([float(pulse_acceleration(0.6, each, one)) for one in ratio]) for each in slender.tolist()
+    }  # fmt: skip
+    falls = {each: pga >= limit[each] for each in limit}
+    table = np.stack([*falls.values()])
+    cube = make_cube(
+        lambda at, _, shape, *__: table[(10 * shape - 0.5).astype(int), (at // 10).astype(int)],
+        azimuth=azimuth, height=[0.6], b_over_h=slender, friction=[1.0], events="abcdefgh",
+    )  # fmt: skip
+    peaks = {name: (("record", "azimuth"), np.tile(one, (8, 1))) for name, one in (("pga", pga), ("pgv", pga * ratio))}
+    found = criteria_scores(cube, xr.Dataset(peaks, {"azimuth": azimuth}))
+    assert found is not None
+    first, *_, blind = found.rules
+    assert (first.name, first.within) == ("pulse, one impact", pytest.approx(1.0))
+    # By hand: hits less false alarms of each block of which some fall and some stand, and their mean.
+    skills = {}
+    for name, rule in ((one.name, one.acceleration) for one in CRITERIA):
+        said = {each: pga >= np.array([float(rule(0.6, each, one)) for one in ratio]) for each in falls}
+        mixed = [each for each in falls if 0 < falls[each].mean() < 1]
+        skills[name] = np.mean([said[each][falls[each]].mean() - said[each][~falls[each]].mean() for each in mixed])
+    assert {one.name: one.within for one in found.rules[:-1]} == pytest.approx(skills)
+    assert [one.within for one in found.rules[:-1]] == sorted(skills.values(), reverse=True)
+    # The rule without motion: the best of all bounds between the shapes.
+    rows = [(each, fell) for each in falls for fell in falls[each]]
+    best = max(
+        np.mean([shape < bound for shape, fell in rows if fell])
+        - np.mean([shape < bound for shape, fell in rows if not fell])
+        for bound in (0.15, 0.25, 0.35)
+    )  # fmt: skip
+    assert (blind.name, blind.overall.skill, blind.within) == (BLIND, pytest.approx(best), pytest.approx(0.0))
+    # ω = 2 PGA/PGV and p² = 3g/4R by hand.
+    sizes = [0.5 * 0.6 * math.hypot(1, each) for each in falls]
+    beyond = [2 / one / math.sqrt(0.75 * STANDARD_GRAVITY / size) > PULSE_VALID for size in sizes for one in ratio]
+    assert 0 < found.beyond < 1
+    assert found.beyond == pytest.approx(np.mean(beyond))

@@ -169,42 +169,66 @@ class Score:
         return self.hit_rate - self.false_alarm_rate
 
     @property
-    def right(self) -> float:
-        """Share of all that was predicted rightly."""
-        total = self.hits + self.misses + self.false_alarms + self.rejections
-        return _share(self.hits + self.rejections, total)
+    def total(self) -> float:
+        """All that was foretold."""
+        return self.hits + self.misses + self.false_alarms + self.rejections
 
 
 def _share(part: float, of: float) -> float:
     return part / of if of > 0 else float("nan")
 
 
-def score(predicted: ArrayLike, falls: ArrayLike, weight: ArrayLike | None = None) -> Score:
-    """Score of what was predicted, yes or no, against what fell, a share of 0 to 1, each shape (n,)."""
-    falling, fell = np.asarray(predicted, dtype=bool), np.asarray(falls, dtype=np.float64)
-    w = np.ones_like(fell) if weight is None else np.asarray(weight, dtype=np.float64)
-    counts = ((w * fell)[falling], (w * fell)[~falling], (w * (1 - fell))[falling], (w * (1 - fell))[~falling])
-    return Score(*(float(each.sum()) for each in counts))
+BLIND: Final = "B/H alone"
+"""Name of the rule that knows nothing of the motion."""
+
+PULSE_VALID: Final = 5.0
+"""ω/p beyond which `pulse_acceleration` is known to be far too low."""
+
+
+@dataclass(frozen=True)
+class RuleScore:
+    """How well a rule foretells falls.
+
+    Attributes
+    ----------
+    name, rule : str
+        Of the criterion, or of the rule that knows nothing of the motion.
+    overall, skill : Score, Interval
+        Of all planes and blocks at once, and the 95 % interval of its skill, by bootstrap over earthquakes.
+    within, within_interval : float, Interval
+        Mean of the skills of the blocks of one height and B/H of which some fall and some stand, and its interval.
+    within_valid : float
+        The same without the planes beyond `PULSE_VALID`.
+    """
+
+    name: str
+    rule: str
+    overall: Score
+    skill: Interval
+    within: float
+    within_interval: Interval
+    within_valid: float
 
 
 @dataclass(frozen=True)
 class CriteriaScores:
-    """Scores of `CRITERIA`, in their order.
+    """Scores of rules that foretell falls.
 
     Attributes
     ----------
-    overall : tuple of Score
-        Of all planes and cases.
-    interval : tuple of Interval
-        95 % interval of the skill, by bootstrap over earthquakes.
+    rules : tuple of RuleScore
+        Of `CRITERIA`, the best within blocks first, and of the rule that knows nothing of the motion: a fall where B/H
+        is below the value that gives it the most skill here.
+    beyond : float
+        Share of planes and blocks beyond `PULSE_VALID`.
     blocks : dict of (float, float) to tuple of Score
-        By height, m, and B/H.
+        Scores of `CRITERIA` by height, m, and B/H.
     falls : dict of (float, float) to float
         Share that falls, likewise.
     """
 
-    overall: tuple[Score, ...]
-    interval: tuple[Interval, ...]
+    rules: tuple[RuleScore, ...]
+    beyond: float
     blocks: dict[tuple[float, float], tuple[Score, ...]]
     falls: dict[tuple[float, float], float]
 
@@ -221,35 +245,54 @@ def criteria_scores(
         return None
     over_west, ratio, slender, height = np.exp(predictors).T
     pga = over_west * STANDARD_GRAVITY * slender
-    said = [pga >= one.acceleration(height, slender, ratio) for one in CRITERIA]
     # Round-off of the logarithm must not part equal values.
-    sizes = np.stack([height, slender], axis=1).round(9)
-    kinds, member = np.unique(sizes, axis=0, return_inverse=True)
-    member = member.ravel()
-    blocks, shares = {}, {}
-    for index, (tall, shape) in enumerate(kinds.tolist()):
-        own = member == index
-        blocks[tall, shape] = tuple(score(one[own], falls[own], weight[own]) for one in said)
-        shares[tall, shape] = float((falls * weight)[own].sum() / weight[own].sum())
-    return CriteriaScores(
-        tuple(score(one, falls, weight) for one in said),
-        tuple(_interval(one, falls, weight, event, draws, seed) for one in said),
-        blocks,
-        shares,
-    )
+    kinds, block = np.unique(np.stack([height, slender], axis=1).round(9), axis=0, return_inverse=True)
+    of_block = [(float(tall), float(shape)) for tall, shape in kinds]
+    group = np.unique(event, return_inverse=True)[1] * len(kinds) + block.ravel()
+    valid = _pulse_frequency_ratio(height, slender, ratio) <= PULSE_VALID
+
+    def count(said: NDArray[np.bool_], weight: FloatArray) -> FloatArray:
+        """Counts of `Score`, shape (earthquakes, blocks, 4)."""
+        columns = (falls * said, falls * ~said, (1 - falls) * said, (1 - falls) * ~said)
+        counts = [np.bincount(group, weight * column, np.unique(event).size * len(kinds)) for column in columns]
+        return np.stack(counts, axis=1, dtype=np.float64).reshape(-1, len(kinds), 4)
+
+    def scored(name: str, rule: str, said: NDArray[np.bool_]) -> RuleScore:
+        counts = count(said, weight)
+        pooled = bootstrap(lambda drawn: _skill(drawn.sum(axis=(1, 2))), counts, draws=draws, seed=seed)
+        within = bootstrap(_within, counts, draws=draws, seed=seed)
+        overall, of_blocks, of_valid = (
+            Score(*counts.sum(axis=(0, 1))),
+            _within(counts),
+            _within(count(said, weight * valid)),
+        )
+        return RuleScore(name, rule, overall, pooled, float(of_blocks), within, float(of_valid))
+
+    said = [pga >= one.acceleration(height, slender, ratio) for one in CRITERIA]
+    rules = [scored(one.name, one.rule, foretold) for one, foretold in zip(CRITERIA, said, strict=True)]
+    shapes = np.unique(kinds[:, 1])
+    bounds = ((shapes[1:] + shapes[:-1]) / 2).round(9).tolist()
+    blind = [scored(BLIND, f"B/H below {bound:g}", slender < bound) for bound in bounds]
+    ranked = [
+        *sorted(rules, key=lambda one: np.nan_to_num(-one.within, nan=1.0)),
+        *sorted(blind, key=lambda one: np.nan_to_num(-one.overall.skill, nan=1.0))[:1],
+    ]
+    counts = np.stack([count(foretold, weight).sum(axis=0) for foretold in said], axis=1).tolist()
+    blocks = {name: tuple(Score(*one) for one in each) for name, each in zip(of_block, counts, strict=True)}
+    shares = {name: (one.hits + one.misses) / one.total for name, (one, *_) in blocks.items()}
+    return CriteriaScores(tuple(ranked), float((weight * ~valid).sum() / weight.sum()), blocks, shares)
 
 
-def _interval(
-    said: NDArray[np.bool_], falls: FloatArray, weight: FloatArray, event: NDArray[np.intp], draws: int, seed: int
-) -> Interval:
-    """95 % interval of the skill, earthquakes drawn with replacement."""
-    names, member = np.unique(event, return_inverse=True)
-    columns = (weight * falls * said, weight * falls * ~said, weight * (1 - falls) * said, weight * (1 - falls) * ~said)
-    counts = np.stack([np.bincount(member, column, names.size) for column in columns], axis=1)
+def _skill(counts: FloatArray) -> FloatArray:
+    """Skill of counts, shape (…, 4), as of `Score`; NaN without a fall or without a stand."""
+    hits, misses, alarms, rejections = np.moveaxis(counts, -1, 0)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(hits / (hits + misses) - alarms / (alarms + rejections))
 
-    def skill(drawn: FloatArray) -> FloatArray:
-        hits, misses, alarms, rejections = drawn.sum(axis=1).T
-        with np.errstate(invalid="ignore"):
-            return np.asarray(hits / (hits + misses) - alarms / (alarms + rejections))
 
-    return bootstrap(skill, counts, draws=draws, seed=seed)
+def _within(counts: FloatArray) -> FloatArray:
+    """Mean of the skills of blocks, from counts of shape (…, earthquakes, blocks, 4)."""
+    skills = _skill(counts.sum(axis=-3))
+    known = np.isfinite(skills)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.where(known, skills, 0.0).sum(axis=-1) / known.sum(axis=-1))

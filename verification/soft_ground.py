@@ -22,7 +22,7 @@ def rates(results: Results) -> pd.DataFrame:
     """Fall rate and axis of every record on every ground, for each factor."""
     rows = []
     for ground_name, found in results.populations.items():
-        table = found[["fall_rate", "shift_rate", "fall_axis", "fall_resultant"]].to_dataframe().reset_index()
+        table = found[["fall_rate", "fall_axis", "fall_resultant"]].to_dataframe().reset_index()
         table.insert(0, "ground", "rock" if ground_name == NOMINAL else ground_name)
         rows.append(table.drop(columns=["record", "event"], errors="ignore"))
     return pd.concat(rows)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.stats import norm
 
 from overturning.motion.jma_intensity import SURVEY_RULE
 from overturning.records.steps import Layer, Rock, Site
@@ -15,6 +16,7 @@ from overturning.report.results import Results
 from overturning.report.sections.population import ground, population
 from overturning.study.sections import Population, Variant
 from overturning.surveys.population import jma_intensities, population_rates
+from overturning.units import STANDARD_GRAVITY
 from tests.report.reading import tables, text_of
 
 Make = Callable[..., Results]
@@ -35,7 +37,7 @@ def test_rates_with_intervals_by_record_and_no_turn_from_planes(cemetery: Result
     shown = population(cemetery)
     assert shown is not None
     (table,) = [table for table in tables(shown) if table.heads[0] == "record"]
-    assert table.heads[1:3] == ("fell, % (95 %)", "shifted, % (95 %)")
+    assert table.heads[1:3] == ("fell, % (95 %)", "most fell towards ± 22.5°")
     rate = float(cemetery.populations["nominal"]["fall_rate"][0, 0])
     assert table.rows[0][1].replace("\u00a0", " ").startswith(f"{100 * rate:.0f} % (")
     assert "no plane can tell" in said(shown)
@@ -52,9 +54,50 @@ def test_the_rule_of_field_surveys_beside_the_instrumental_intensity(cemetery: R
     cube = xr.concat([cemetery.cube, cemetery.cube], dim="record")
     text = said(population(replace(cemetery, cube=cube, populations={"nominal": many}, intensity=intensity)))
     assert "where 40 to 90 % fall, which they take for 6 upper, the instrumental intensity is 6.2" in text
-    assert "in 100 % of 3 motions" in text
+    assert "in 100 % of 3 motions, 3 records of 3 earthquakes, higher in 0 %;" in text
     assert "where 90 % or more fall, which they take for 7, the instrumental intensity is 5.2" in text
     assert SURVEY_RULE[0][:2] == (0.4, 0.9)
+
+
+def test_the_share_of_motions_that_keep_the_rule_counts_earthquakes_and_the_missing_vertical(cemetery: Results) -> None:
+    """Eight earthquakes of one motion with a rate of 0.5: four of intensity 6.2, two of 6.45 and two of 6.55.
+
+    Six of eight are of the degree; of the samples 0.4 % hold at most two of them, 2.7 % at most three (binomial, 6/8),
+    so the 2.5 % quantile is three. With 0.1 for the vertical component four are.
+    """
+    one = cemetery.populations["nominal"].isel(record=[0] * 8)
+    one = one.assign_coords(event=("record", list("abcdefgh")))
+    one["fall_rate"][:] = 0.5
+    intensity = cemetery.intensity.isel(record=[0] * 8)
+    intensity["jma_intensity"] = ("record", np.full(8, np.nan))
+    intensity["jma_intensity_horizontal"] = ("record", np.repeat([6.2, 6.45, 6.55], [4, 2, 2]))
+    cube = cemetery.cube.isel(record=[0] * 8)
+    text = said(population(replace(cemetery, cube=cube, populations={"nominal": one}, intensity=intensity)))
+    assert "is of that degree in 75 % (38 to 100) of 8 motions, 8 records of 8 earthquakes, higher in 25 %" in text
+    assert "with 0.1 for the vertical component of that degree in 50 %" in text
+    intensity["jma_intensity"] = intensity["jma_intensity_horizontal"]  # of three components: nothing to add
+    text = said(population(replace(cemetery, cube=cube, populations={"nominal": one}, intensity=intensity)))
+    assert "75 % (38 to 100) of 8 motions" in text
+    assert "vertical component" not in text
+
+
+def test_a_median_beyond_the_data_is_no_number(cemetery: Results) -> None:
+    """Rates of Φ(ln(x/2)/0.5) for PGA of 0.2 to 1.4 g: half of the stones fall above that, not at 2 g."""
+    pga = np.geomspace(0.2, 1.4, 8)
+    one = cemetery.populations["nominal"].isel(record=[0] * 8).assign_coords(event=("record", list("abcdefgh")))
+    one["fall_rate"][:] = norm.cdf(np.log(pga / 2) / 0.5)[:, None]
+    one["class_rate"][:] = norm.cdf(np.log(pga / 0.8) / 0.5)[:, None, None]
+    intensity = cemetery.intensity.isel(record=[0] * 8)
+    for name, factor in (("pga", STANDARD_GRAVITY), ("pgv", 1.0)):
+        intensity[f"{name}_rotd"] = (("record", "percentile"), np.tile(factor * pga[:, None], 3))
+    cube = cemetery.cube.isel(record=[0] * 8)
+    shown = population(replace(cemetery, cube=cube, populations={"nominal": one}, intensity=intensity))
+    assert shown is not None
+    (table,) = [table for table in tables(shown) if table.anchor == "fragility"]
+    whole, of_class, *_ = table.rows
+    assert whole[1:] == ("PGA, g", "above 1.4", "above 1.4", "–")
+    assert of_class[1:3] == ("PGA, g", "0.800")
+    assert of_class[-1] == "0.50"
 
 
 def test_soft_ground_in_a_sentence(cemetery: Results) -> None:

@@ -9,6 +9,7 @@ import pytest
 from scipy.stats import norm
 
 from overturning.errors import ArgumentError
+from overturning.report.text import censored
 from overturning.statistics.fragility import fragility, lognormal_fit, write_fragility_csv, write_openquake
 
 NRML = "{http://openquake.org/xmlns/nrml/0.5}"
@@ -49,6 +50,36 @@ def test_the_interval_is_that_of_all_samples_of_earthquakes() -> None:
     ends = [lognormal_fit(np.tile(x, 8), share, np.repeat([8 - k, k], 60))[0] for k in (1, 7)]
     curve = fragility("all", ("PGA", "g"), np.tile(x, 8), share, np.repeat(list("abcdefgh"), 15))
     assert curve.median_interval == pytest.approx(ends, rel=1e-6)
+
+
+def test_a_median_beyond_the_data_is_written_as_above_them(tmp_path: Path) -> None:
+    x = np.tile(np.geomspace(0.1, 1, 20), 4)
+    curve = fragility("stout", ("PGA", "g"), x, norm.cdf(np.log(x / 2) / 0.5), np.repeat(list("abcdefgh"), 10))
+    assert curve.median == pytest.approx(2, rel=1e-3)
+    write_fragility_csv([curve], tmp_path / "f.csv")
+    assert (tmp_path / "f.csv").read_text(encoding="utf-8").splitlines()[1] == '"stout",PGA,g,inf,inf,inf,nan,0.1,1'
+    write_openquake([curve], tmp_path / "f.xml", "gravestones")
+    function = ElementTree.parse(tmp_path / "f.xml").getroot()[0].find(f"{NRML}fragilityFunction")
+    assert function is not None
+    assert float(str(function.findtext(f"{NRML}imls")).split()[-1]) == 1
+    assert float(str(function.findtext(f"{NRML}poes")).split()[-1]) == pytest.approx(
+        norm.cdf(-np.log(2) / 0.5), abs=1e-4
+    )
+
+
+@pytest.mark.parametrize(
+    ("median", "low", "high", "shown"),
+    [
+        (130.19, 117.2, 147.49, ("130", "117 to 147")),
+        (1.08, 0.83, 1.12, ("1.08", "0.83 to 1.12")),
+        (math.inf, 0.9, math.inf, ("above 1.4", "0.90 to above 1.4")),
+        (math.inf, math.inf, math.inf, ("above 1.4", "above 1.4")),
+        (0.0, 0.0, 0.2, ("below 0.1", "below 0.1 to 0.20")),
+        (0.6174, math.nan, math.nan, ("0.62", "–")),
+    ],
+)
+def test_digits_are_those_of_the_interval(median: float, low: float, high: float, shown: tuple[str, str]) -> None:
+    assert censored(median, low, high, 0.1, 1.4) == shown
 
 
 def test_formats(tmp_path: Path) -> None:

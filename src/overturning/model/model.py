@@ -28,7 +28,7 @@ class Outcomes(NamedTuple):
     azimuth: FloatArray
     """azimuth towards which a stone fell, degrees; NaN where it did not;"""
     slip: FloatArray
-    """residual displacement, m;"""
+    """residual displacement, m; NaN in planes, which stones leave oblique to their faces, by far more than in them;"""
     twist: FloatArray
     """residual turn about the vertical, degrees; NaN where it fell, and where the model has none."""
 

@@ -142,7 +142,7 @@ class Planes(Model):
     twists: ClassVar = False
     reads: ClassVar = FALLS
     reads_spread: ClassVar = ("scramble_difference_towards", "scramble_difference_away")
-    reads_outcomes: ClassVar = ("overturned", "overturning_time", "residual_slip")
+    reads_outcomes: ClassVar = ("overturned", "overturning_time")
 
     @property
     def elements(self) -> tuple[str, ...]:
@@ -267,5 +267,5 @@ class Planes(Model):
         side = np.where(planes.known, side, np.nan).swapaxes(0, 1)
         towards = np.broadcast_to((faces[:, None] + np.where(side < 0, 180, 0)) % 360, side.shape)
         fell, azimuth = first_edge(np.abs(side), found["overturning_time"].swapaxes(0, 1), towards)
-        slip = np.hypot(*found["residual_slip"].swapaxes(0, 1))
-        return Outcomes(fell == 1, np.isfinite(fell), azimuth, slip, np.full(fell.shape, np.nan))
+        untold = np.full(fell.shape, np.nan)
+        return Outcomes(fell == 1, np.isfinite(fell), azimuth, untold, untold)

@@ -14,6 +14,9 @@ DURATION = 0.3
 """The filtered acceleration is exceeded for this long in all, s."""
 
 
+VERTICAL_ADDS: Final = 0.1
+"""What a vertical motion half as strong at every moment adds to the intensity of the horizontal ones: log₁₀ 1.25."""
+
 SURVEY_RULE: Final = ((0.4, 0.9, 6.0, 6.5, "6 upper"), (0.9, 1.0, 6.5, 99.0, "7"))
 """Fall rates, from and to, that field surveys take for a degree of the JMA scale, with its instrumental intensity.
 
@@ -37,8 +40,7 @@ def amplitude(frequency: FloatArray) -> FloatArray:
 def instrumental_intensity(motion: Motion, *, horizontal: bool = False) -> float:
     """JMA instrumental intensity I = 2 log₁₀ a₀ + 0.94, a₀ in Gal, before it is rounded for publication.
 
-    With `horizontal` it is that of north and east alone, which is never more: a vertical motion half as strong at every
-    moment would add log₁₀ 1.25 = 0.1.
+    With `horizontal` it is that of north and east alone, which is never more.
 
     a₀ is the largest level that the vector sum of the filtered components reaches or exceeds for 0.3 s in all; −inf for
     no motion at all. An ArgumentError says so where there is no vertical component, or the motion is shorter than 0.3

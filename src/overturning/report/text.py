@@ -27,6 +27,23 @@ def estimate(value: float, low: float, high: float) -> str:
     return number(value) + ("" if math.isnan(low) else f" ({interval(low, high)})")
 
 
+def censored(value: float, low: float, high: float, least: float, most: float) -> tuple[str, str]:
+    """A number and its interval with the digits that the interval allows, and where the data end: above 1.4.
+
+    Infinite is what lies above `most`, 0 what lies below `least`. Half the interval has two digits, or the number where
+    there is no interval; no number has more than three.
+    """
+    known = min((one for one in (low, high, value) if math.isfinite(one) and one > 0), default=most)
+    width = max((high - low) / 2, known / 10) if math.isfinite(high - low) and low > 0 else known
+    digits = max(0, 1 - math.floor(math.log10(width)))
+
+    def end(one: float) -> str:
+        return f"above {most:.3g}" if one == math.inf else f"below {least:.3g}" if one == 0 else number(one, digits)
+
+    ends = dict.fromkeys((end(low), end(high)))
+    return end(value), "–" if math.isnan(low) else " to ".join(ends)
+
+
 def degrees(value: float, full: int = 0) -> str:
     """Whole degrees; with ``full`` brought into 0 to below it, so that 359.6° is 0° and not 360°."""
     if math.isnan(value):

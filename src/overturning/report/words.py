@@ -28,8 +28,9 @@ class Words:
         How a record's mean directions and axes are counted, and what they are.
     apart : str
         How many members of the ensemble fall their own way; a share stands in it.
-    stone_falls, stone_turns : str
-        When a stone of the population falls, and when it is counted as rotated, by so many degrees.
+    stone_falls, stone_stays : str
+        When a stone of the population falls, and when one that stands is counted as shifted, by so many cm, and as
+        rotated, by so many degrees.
     """
 
     model: str
@@ -40,7 +41,7 @@ class Words:
     means: str
     apart: str
     stone_falls: str
-    stone_turns: str
+    stone_stays: str
 
 
 _MEANS: Final = (
@@ -64,8 +65,8 @@ WORDS: Final[dict[type[Model], Words]] = {
         "the one of the hardest azimuth.",
         apart="in {} most runs fall, but not all to the same side.",
         stone_falls="falls if it falls in one of the planes of its faces",
-        stone_turns="Whether stones turned about their vertical axis no plane can tell, so there is no rate of rotated "
-        "stones: a study in space has it.",
+        stone_stays="Whether stones turned about their vertical axis no plane can tell, nor how far they slid: both "
+        "components at once move more of them. A study in space has the rates of shifted and rotated stones.",
     ),
     Body: Words(
         model="A rigid convex body on a base that moves with all components of the record, computed by the distinct "
@@ -80,7 +81,8 @@ WORDS: Final[dict[type[Model], Words]] = {
         means=f"Over all cases of a record. {_MEANS}.",
         apart="where all runs fall, their directions spread by more than 15° about their mean in {}.",
         stone_falls="does what the prism does",
-        stone_turns="Rotated: it stands, turned by {:g}° or more about its vertical axis; a stone can be both.",
+        stone_stays="Shifted: it stands, its base moved by {:g} cm or more. Rotated: it stands, turned by {:g}° or "
+        "more about its vertical axis; a stone can be both.",
     ),
 }
 

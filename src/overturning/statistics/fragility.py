@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
-from xml.sax.saxutils import escape, quoteattr
+from xml.sax.saxutils import quoteattr
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -45,6 +45,8 @@ class Fragility:
         95 % interval of the median, by bootstrap over earthquakes.
     least, most : float
         Range of the intensities that it was fitted to: it says nothing outside.
+    half : float, Interval
+        Median and its interval as far as the data reach: infinite above `most`, 0 below `least`.
     """
 
     name: str
@@ -55,6 +57,14 @@ class Fragility:
     median_interval: Interval
     least: float
     most: float
+
+    @property
+    def half(self) -> tuple[float, Interval]:  # noqa: D102
+        median, low, high = (
+            math.inf if one > self.most else 0.0 if one < self.least else one
+            for one in (self.median, *self.median_interval)
+        )
+        return median, Interval(low, high)
 
     def probability(self, intensity: ArrayLike) -> FloatArray:
         """Probability of falling."""
@@ -148,10 +158,15 @@ def fragility(
 
 
 def write_fragility_csv(curves: Sequence[Fragility], path: Path) -> None:
-    """Write curves as a table: class, measure, unit, median and its interval, spread, range."""
+    """Write curves as a table: class, measure, unit, median and its interval as of `half`, spread, range.
+
+    Where the median lies beyond the data, the spread is missing too: both would be a curve where nothing is known.
+    """
     lines = ["stones,measure,unit,median,median_low,median_high,log_spread,least,most"]
     for one in curves:
-        values = (one.median, *one.median_interval, one.spread, one.least, one.most)
+        median, ends = one.half
+        spread = one.spread if one.least <= median <= one.most else math.nan
+        values = (median, *ends, spread, one.least, one.most)
         lines.append(f'"{one.name}",{one.measure},{one.unit},' + ",".join(f"{value:.6g}" for value in values))
     with atomic_write(path) as part:
         part.write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -160,8 +175,8 @@ def write_fragility_csv(curves: Sequence[Fragility], path: Path) -> None:
 def write_openquake(curves: Sequence[Fragility], path: Path, identifier: str) -> None:
     """Write the curves of one measure as an OpenQuake fragility model (NRML 0.5, discrete functions).
 
-    The limit state is ``fallen``; curves that do not exist are left out. PGA is in g and PGV in cm/s, as OpenQuake has
-    it.
+    The limit state is ``fallen``; curves that do not exist are left out. Levels are those of the data alone, also where
+    the probability has not reached one half at the last. PGA is in g and PGV in cm/s, as OpenQuake has it.
 
     Raises
     ------
@@ -175,7 +190,7 @@ def write_openquake(curves: Sequence[Fragility], path: Path, identifier: str) ->
         '<?xml version="1.0" encoding="UTF-8"?>',
         '<nrml xmlns="http://openquake.org/xmlns/nrml/0.5">',
         f'<fragilityModel id={quoteattr(identifier)} assetCategory="contents" lossCategory="contents">',
-        f"<description>{escape('Falls of gravestones, computed')}</description>",
+        "<description>Falls of gravestones, computed; nothing is known beyond the levels of a function</description>",
         "<limitStates>fallen</limitStates>",
     ]
     for one in curves:

@@ -23,7 +23,7 @@ _SIZES: Final = ("height", "b_over_h", "friction")
 
 _SHARES: Final = {
     "fall": "stones not fixed that fell",
-    "shift": "stones not fixed that stood and were shifted",
+    "shift": "stones not fixed that stood and were shifted; missing in planes, which cannot tell",
     "rotation": "stones not fixed that stood and were rotated; missing in planes, which cannot tell",
 }
 _RATES: Final = {
@@ -131,7 +131,7 @@ def rates(found: Outcomes, population: Population) -> dict[str, FloatArray]:
     Returns
     -------
     dict of ndarray
-        ``fall_rate``, ``shift_rate``, ``rotation_rate`` (NaN where the model cannot turn), ``unknown``, shape (a,);
+        ``fall_rate``, ``shift_rate`` and ``rotation_rate`` (NaN where the model cannot tell), ``unknown``, shape (a,);
         their 95 % intervals by Wilson for a cemetery of as many stones, ``fall_interval`` and so on, shape (a, 2);
         ``fall_octant``, shape (a, 8), the share that fell towards each compass octant, with ``octant_interval``, shape
         (a, 8, 2); and ``fall_axis`` with ``fall_resultant``, the axis of the falls, degrees, and its mean resultant
@@ -148,9 +148,9 @@ def rates(found: Outcomes, population: Population) -> dict[str, FloatArray]:
         counted = members.sum(axis=1)
         made[f"{name}_rate"] = counted / np.maximum(answered, 1)
         made[f"{name}_interval"] = np.stack(wilson(counted, answered), axis=-1)
-    cannot_turn = ~np.isfinite(np.where(stands, found.twist, 0.0)).all(axis=1)
-    for values in (made["rotation_rate"], made["rotation_interval"]):
-        values[cannot_turn] = np.nan
+    for name, values in (("shift", found.slip), ("rotation", found.twist)):
+        untold = ~np.isfinite(np.where(stands, values, 0.0)).all(axis=1)
+        made[f"{name}_rate"][untold] = made[f"{name}_interval"][untold] = np.nan
     octant = np.where(np.isfinite(found.azimuth), sector(np.nan_to_num(found.azimuth), len(OCTANTS)), -1)
     towards = np.stack([(octant == one).sum(axis=1) for one in range(len(OCTANTS))], axis=1)
     axes = [resultant(azimuth[fell], axial=True) for azimuth, fell in zip(found.azimuth, found.fell, strict=True)]

@@ -6,15 +6,17 @@ from typing import Final
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.figures.fall_rate import fall_rate_figure
-from overturning.motion.jma_intensity import SURVEY_RULE
+from overturning.motion.jma_intensity import SURVEY_RULE, VERTICAL_ADDS
 from overturning.records.steps import Site
 from overturning.report.blocks import Answer, Block, Disclosure, Figure, Note, Paragraph, Section, Table, table
 from overturning.report.results import Results
-from overturning.report.text import degrees, interval, number, percent
+from overturning.report.text import censored, counted, degrees, number, percent
 from overturning.report.words import Words
+from overturning.statistics.bootstrap import bootstrap
 from overturning.statistics.circular import wrap_axis
 from overturning.statistics.fragility import Fragility
 from overturning.study.cube import processing_of
@@ -29,6 +31,9 @@ _DEGREES = (("5 upper", 5, 5.5), ("6 lower", 5.5, 6), ("6 upper", 6, 6.5), ("7",
 LEAST_FALLS: Final = 0.05
 """Fall rate from which the falls of a record have an axis to compare."""
 
+BoolArray = NDArray[np.bool_]
+StrArray = NDArray[np.str_]
+
 
 def population(results: Results) -> Section | None:
     """Fall rates of the study's population; none where it has none."""
@@ -38,15 +43,15 @@ def population(results: Results) -> Section | None:
     found = results.populations[NOMINAL]
     curves = fragility_curves(found, results.intensity)
     jma, rates = jma_intensities(found, results.intensity), found["fall_rate"].to_numpy()
-    missing = int(results.intensity["jma_intensity"].isnull().sum())
+    horizontal = results.intensity["jma_intensity"].isnull().to_numpy()
     whole = [one for one in curves if one.name == "all stones"]
-    levels = intensities(found, results.intensity)
+    levels, events = intensities(found, results.intensity), found["event"].to_numpy().astype(str)
     draw = partial(fall_rate_figure, found["amplitude"].to_numpy(), rates, levels, whole, jma)
     shown = "Each thin line or point is a record; PGA and PGV are medians over azimuths (RotD50)."
     scale = " Dashed: JMA 5 upper, 6 lower, 6 upper, 7; shaded: the rates from which surveys infer the last two."
     caption = shown + (scale if np.isfinite(jma).any() else "")
     blocks: list[Block] = [
-        *(Paragraph(text) for text in (_as_recorded(found), *_over_intensity(rates, jma, missing))),
+        *(Paragraph(text) for text in (_as_recorded(found), *_over_intensity(rates, jma, horizontal, events))),
         Figure(results.drawn("fall-rate", draw), "fall rate over amplitude and intensity", caption),
         Note(_assumed(stones, float(found.attrs["outside"]), results.words)),
     ]
@@ -63,24 +68,27 @@ def _as_recorded(found: xr.Dataset) -> str:
     rate = own["fall_rate"].to_numpy()
     low, middle, high = np.quantile(rate, [0.25, 0.5, 0.75])
     shift, turn = (float(np.median(own[f"{name}_rate"].to_numpy())) for name in ("shift", "rotation"))
-    stands = f"{percent(shift)} of the stones stand shifted in the median"
-    stands += f" and {percent(turn)} stand rotated" if math.isfinite(turn) else ""
+    stands = f"; {percent(shift)} of the stones stand shifted in the median and {percent(turn)} stand rotated"
     return (
         f"Under the records as they are the fall rate is {percent(middle)} in the median, {percent(low)} to "
-        f"{percent(high)} for the middle half of them, {percent(rate.min())} to {percent(rate.max())} for all; "
-        f"{stands}."
+        f"{percent(high)} for the middle half of them, {percent(rate.min())} to {percent(rate.max())} for all"
+        f"{stands if math.isfinite(shift) else ''}."
     )
 
 
-def _over_intensity(rates: np.ndarray, jma: np.ndarray, horizontal: int) -> list[str]:
+def _over_intensity(rates: FloatArray, jma: FloatArray, horizontal: BoolArray, events: StrArray) -> list[str]:
     """Which intensity goes with which rate, and how well surveys' rule does; `horizontal` records have no vertical."""
     known = np.isfinite(jma)
     inside = {text: known & (jma >= low) & (jma < high) for text, low, high in _DEGREES}
-    parts = [f"{percent(float(np.median(rates[own])))} at {text}" for text, own in inside.items() if own.sum() >= 3]
+    parts = [
+        f"{percent(float(np.median(rates[own])))} at {text} ({_motions(own, events)})"
+        for text, own in inside.items()
+        if own.sum() >= 3
+    ]
     said = []
     if parts:
-        have = "none of the records has" if horizontal == len(rates) else f"{horizontal} of the records lack"
-        of = f" ({have} a vertical component, which would add about 0.1)" if horizontal else ""
+        have = "none of the records has" if horizontal.all() else f"{horizontal.sum()} of the records lack"
+        of = f" ({have} a vertical component, which would add about {VERTICAL_ADDS:g})" if horizontal.any() else ""
         said.append(
             f"The median fall rate over records and amplitudes, by JMA instrumental intensity{of}: {'; '.join(parts)}."
         )
@@ -89,17 +97,38 @@ def _over_intensity(rates: np.ndarray, jma: np.ndarray, horizontal: int) -> list
         own = known & (rates >= low) & ((rates < high) | (high >= 1))
         if own.sum() < 3:
             continue
-        hit = float(np.mean((jma[own] >= least) & (jma[own] < most)))
         ends = f"{100 * low:.0f} to {100 * high:.0f} %" if high < 1 else f"{100 * low:.0f} % or more"
-        beyond = f", in {percent(float(np.mean(jma[own] >= most)))} it is higher" if most < 99 else ""
+        more = jma + VERTICAL_ADDS * horizontal[:, None]
+        hits, hits_more, higher = ((own & (one >= a) & (one < b)) for one, a, b in (
+            (jma, least, most), (more, least, most), (jma, most, math.inf),
+        ))  # fmt: skip
+        beyond = f", higher in {percent(higher.sum() / own.sum())}" if most < 99 else ""
+        added = f"; with {VERTICAL_ADDS:g} for the vertical component of that degree in "
+        added = f"{added}{percent(hits_more.sum() / own.sum())}" if (own & horizontal[:, None]).any() else ""
         rules.append(
             f"where {ends} fall, which they take for {text}, the instrumental intensity is "
-            f"{number(float(np.median(jma[own])), 1)} in the median, and is of that degree in {percent(hit)} of "
-            f"{int(own.sum())} motions{beyond}"
+            f"{number(float(np.median(jma[own])), 1)} in the median, and is of that degree in "
+            f"{_share_of_motions(hits, own, events)} of {_motions(own, events)}{beyond}{added}"
         )
     if rules:
         said.append(f"Surveys infer the intensity from the rate of fallen stones: {'; '.join(rules)}.")
     return said
+
+
+def _motions(own: BoolArray, events: StrArray) -> str:
+    """How many motions, shape (record, amplitude), are of how many records and earthquakes."""
+    records = own.any(axis=1)
+    of = f"{counted(int(records.sum()), 'record')} of {counted(np.unique(events[records]).size, 'earthquake')}"
+    return f"{own.sum()} motions, {of}"
+
+
+def _share_of_motions(hits: BoolArray, own: BoolArray, events: StrArray) -> str:
+    """A share of motions with its interval over earthquakes, where there are enough."""
+    records = own.any(axis=1)
+    names, member = np.unique(events[records], return_inverse=True)
+    counts = np.stack([np.bincount(member, each[records].sum(axis=1), names.size) for each in (hits, own)], axis=1)
+    low, high = bootstrap(lambda drawn: drawn[..., 0].sum(axis=1) / drawn[..., 1].sum(axis=1), counts)
+    return percent(hits.sum() / own.sum()) + ("" if math.isnan(low) else f" ({100 * low:.0f} to {100 * high:.0f})")
 
 
 def _assumed(stones: Population, outside: float, words: Words) -> str:
@@ -107,25 +136,26 @@ def _assumed(stones: Population, outside: float, words: Words) -> str:
     fixed = fixed if stones.fixed else "none is fixed to its base"
     looks = "any way" if stones.face is None else f"towards {stones.face:g}° ± {stones.face_spread:g}°"
     beyond = f" {percent(outside)} of them lie beyond the study's grid and take its nearest value." if outside else ""
-    turned = words.stone_turns.format(stones.rotated)
+    stays = words.stone_stays.format(100 * stones.shifted, stones.rotated)
     return (
         f"{stones.stones} stones of square footprint, {stones.width.low:g} to {stones.width.high:g} m wide and "
         f"{stones.height.low:g} to {stones.height.high:g} m high, µ {stones.friction.low:g} to "
         f"{stones.friction.high:g}, faces looking {looks}; {fixed}. A stone {words.stone_falls} in the cell of the "
-        f"cube that is like it, of two neighbours by lot.{beyond} Shifted: it stands, its base moved by "
-        f"{100 * stones.shifted:g} cm or more. {turned} Intervals are those of a cemetery of so many stones (95 %, "
-        "Wilson)."
+        f"cube that is like it, of two neighbours by lot.{beyond} {stays} Intervals are those of a "
+        "cemetery of so many stones (95 %, Wilson)."
     )
 
 
 def _curves(curves: list[Fragility]) -> Table:
-    rows = [
-        (one.name, f"{one.measure}, {one.unit}", one.median, interval(*one.median_interval), one.spread)
-        for one in curves
-        if math.isfinite(one.median)
-    ]
+    rows = []
+    for one in curves:
+        if math.isfinite(one.median):
+            median, ends = one.half
+            spread = one.spread if one.least <= median <= one.most else math.nan
+            half = censored(median, *ends, one.least, one.most)
+            rows.append((one.name, f"{one.measure}, {one.unit}", *half, spread))
     heads = ("stones", "measure", "half of them fall at", "95 % interval", "spread of the logarithm")
-    return table(heads, rows, "tt2n2", anchor="fragility")
+    return table(heads, rows, "ttnn2", anchor="fragility")
 
 
 def _share(own: xr.Dataset, rate: str, ends: str) -> str:
@@ -135,7 +165,7 @@ def _share(own: xr.Dataset, rate: str, ends: str) -> str:
 
 def _by_record(results: Results, found: xr.Dataset) -> Table:
     """Rates as recorded, with intervals, and the octant into which most stones fell."""
-    outcomes = {"fell": "fall", "shifted": "shift"} | ({"rotated": "rotation"} if results.model.twists else {})
+    outcomes = {"fell": "fall"} | ({"shifted": "shift", "rotated": "rotation"} if results.model.twists else {})
     rows = []
     for index, name in enumerate(results.names):
         own = found.isel(record=index).sel(amplitude=1.0)

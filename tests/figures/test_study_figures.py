@@ -27,6 +27,7 @@ def cube() -> xr.Dataset:
             "height": [0.6],
             "b_over_h": [0.2, 0.4],
             "friction": [0.5, 1.0],
+            "event": ("record", ["A", "B"]),
             "fault_normal": ("record", [30.0, np.nan]),
             "pulse": ("record", [1.0, np.nan]),
         },

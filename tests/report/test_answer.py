@@ -6,26 +6,29 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
+from scipy.stats import bootstrap
 
+from overturning.model.planes import Planes
 from overturning.report.blocks import table
-from overturning.report.sections.answer import alignment_sentence, answer_sentences, headline
+from overturning.report.sections.answer import alignment_sentences, answer_sentences, primary_sentence
 from overturning.report.sections.causes import doubling_sentence
 from overturning.report.sections.scene import comparison_sentence
 from overturning.report.sections.space import follow_sentences
 from overturning.report.text import counted, degrees, estimate, interval, number, percent
-from overturning.statistics.bootstrap import Mean
-from overturning.statistics.circular import TestResult
+from overturning.report.words import WORDS
+from overturning.statistics.bootstrap import Interval, Mean
 from overturning.statistics.earthquakes import AlignmentDifference, AxisSummary
 from overturning.statistics.elements import StoneComparison
 from overturning.statistics.logistic import LogisticFit
+from overturning.study.sections import Primary
 from tests.report.reading import numbers
 
-TEST = TestResult("any", 5, 1.0, 0.5)
 NAN = math.nan
 
 
 def summary(axis: float, half_width: float, low: float, high: float, n: int = 5, closer: int = 4) -> AxisSummary:
-    return AxisSummary(n + 1, n, axis, half_width, 0.5, (low + high) / 2, (low, high), closer, 0.95, TEST, TEST)
+    return AxisSummary(n + 1, n, axis, half_width, 0.5, (low + high) / 2, Interval(low, high), n, closer, 0.95)
 
 
 NORMAL, EITHER = summary(-7.4, 12.0, 0.3, 0.8), summary(20.0, 60.0, -0.2, 0.6, n=3, closer=1)
@@ -35,35 +38,75 @@ NOTHING = summary(NAN, NAN, NAN, NAN, n=0)
 def results(difference: AlignmentDifference | None = None, /, **groups: AxisSummary) -> Any:
     """Groups of records: `pulse` and `control`, or `all` of them."""
     names = {"pulse": "with a velocity pulse", "control": "without (control)", "all": "all records"}
-    return SimpleNamespace(axes={names[key]: one for key, one in groups.items()}, axes_difference=difference)
+    axes = {names[key]: one for key, one in groups.items()}
+    return SimpleNamespace(axes=axes, axes_difference=difference, words=WORDS[Planes])
 
 
 def two(low: float, high: float, n: int = 3) -> Any:
-    return results(AlignmentDifference(0.35, (low, high), 5, n), pulse=NORMAL, control=EITHER)
+    return results(AlignmentDifference(0.35, Interval(low, high), 5, n), pulse=NORMAL, control=EITHER)
 
 
-def test_the_mean_axes_of_one_group_and_of_two() -> None:
-    one = headline(results(all=NORMAL))
-    assert numbers(one) == ["7", "12", "5", "6"]
-    assert "closer to the fault normal" in one
-    assert "all records" not in one
-    both = headline(two(-0.1, 0.7))
-    assert numbers(both) == ["7", "12", "5", "6", "20", "60", "3", "4"]
-    with_pulse, without, difference = both.partition(": ")[2].split("; ")[0], *both.split("; ")[1].split(", and ")
-    assert "closer to the fault normal" in with_pulse
-    assert "no preference" in without
-    assert difference.startswith("no difference")
-    assert "and a difference" in headline(two(0.1, 0.7))
-    assert "between the two" not in headline(two(NAN, NAN, 1))
-    assert numbers(headline(results(pulse=NORMAL, control=NOTHING))) == ["7", "12", "5", "6", "1"]
-    assert "closer to the fault than" in headline(results(all=summary(80.0, 5.0, -0.9, -0.5)))
+def test_the_verdict_is_that_of_the_primary_statistic() -> None:
+    first, rest = alignment_sentences(results(all=NORMAL), primary=True)
+    assert numbers(first) == ["1", "−1", "0.55", "95", "0.30", "0.80", "5", "6"]
+    assert "closer to the fault normal" in first
+    assert numbers(rest) == ["7", "12", "4", "5"]
+    first, second, rest = alignment_sentences(two(-0.1, 0.7), primary=True)
+    assert first.startswith("Primary")
+    assert "closer to the fault normal" in first
+    assert "without" not in first
+    assert second.startswith("Secondary")
+    assert numbers(second) == ["0.20", "95", "−0.20", "0.60", "3", "4", "0.35", "−0.10", "0.70"]
+    assert "no difference" in second
+    assert numbers(rest) == ["7", "12", "20", "60", "4", "5", "1", "3"]
+    second = alignment_sentences(two(0.1, 0.7), primary=True)[1]
+    assert ": a difference" in second
+    assert "between the two" not in alignment_sentences(two(NAN, NAN, 1), primary=True)[1]
+    assert "no earthquake" in alignment_sentences(results(pulse=NOTHING, control=NORMAL), primary=True)[0]
+    across = results(all=summary(80.0, 5.0, -0.9, -0.5))
+    assert "closer to the fault than" in alignment_sentences(across, primary=True)[0]
+    # Where another statistic is the primary one, alignment gives no verdict.
+    other, _ = alignment_sentences(across, primary=False)
+    assert other.startswith("Secondary")
+    assert "closer" not in other
 
 
-def test_alignments_and_their_difference() -> None:
-    found = numbers(alignment_sentence(two(-0.1, 0.7)))
-    groups = ["0.55", "95", "0.30", "0.80", "0.20", "95", "−0.20", "0.60"]
-    assert found == ["1", "−1", *groups, "0.35", "−0.10", "0.70", "4", "5", "1", "3"]
-    assert numbers(alignment_sentence(two(NAN, NAN, 1)))[-5:] == ["0.35", "4", "5", "1", "3"]
+def shares(primary: Primary, own: list[float], variant: list[float]) -> str:
+    """The sentence of a study whose stones fall in so many of twenty planes under each record."""
+
+    def cube(values: list[float]) -> xr.Dataset:
+        falls = np.arange(20) < 20 * np.array(values)[:, None]
+        events = ("record", [str(number) for number in range(len(values))])
+        return xr.Dataset({"overturned": (("record", "azimuth"), falls.astype(float))}, {"event": events})
+
+    cubes = {"nominal": cube(own), "other": cube(variant)}
+    rates = {
+        name: xr.Dataset(
+            {"fall_rate": (("record", "amplitude"), np.array([values, values]).T)}, {"amplitude": [1.0, 2]}
+        )
+        for name, values in (("nominal", own), ("other", variant))
+    }
+    study = SimpleNamespace(primary=primary)
+    made = SimpleNamespace(study=study, cube=cubes["nominal"], cubes=cubes, populations=rates)
+    made.reference_cube = cubes.__getitem__
+    return primary_sentence(made)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("statistic", ["share", "fall_rate"])
+def test_a_share_is_compared_with_that_of_a_variant_earthquake_by_earthquake(statistic: Any) -> None:
+    own, variant = [0.9, 0.5, 0.6, 0.3, 0.8, 0.4, 0.7, 0.2], [0.8, 0.45, 0.5, 0.1, 0.8, 0.3, 0.6, 0.1]
+    found = numbers(shares(Primary(statistic=statistic, against="other"), own, variant))
+    apart = np.subtract(own, variant)
+    scipys = bootstrap((apart,), np.mean, method="percentile", n_resamples=20_000, rng=1).confidence_interval
+    assert float(found[0]) == pytest.approx(100 * apart.mean(), abs=0.05)
+    assert [float(one) for one in found[2:4]] == pytest.approx([100 * end for end in scipys], abs=0.4)
+    assert found[4] == "8"
+    assert "more falls than" in shares(Primary(statistic=statistic, against="other"), own, variant)
+    assert "less falls than" in shares(Primary(statistic=statistic, against="other"), variant, own)
+    assert "no difference" in shares(Primary(statistic=statistic, against="other"), own, own[::-1])
+    alone = shares(Primary(statistic=statistic), own[:1], variant[:1])
+    assert numbers(alone) == ["90.0", "1"]
+    assert "too few" in alone
 
 
 @pytest.mark.parametrize(
@@ -73,12 +116,12 @@ def test_alignments_and_their_difference() -> None:
         (0.0, 36, "No block overturned"),
         (0.5, 1, "50\u00a0% of the cases overturn; with a single plane"),
         (1.0, 36, "Every block overturned in every plane"),
-        (0.5, 36, "Blocks fall on average"),
+        (0.5, 36, "Primary statistic"),
     ],
 )
 def test_edges(fallen: float, planes: int, start: str) -> None:
     edge = {"fallen": fallen, "one_axis": planes == 1, "faults_known": True}
-    own = vars(results(all=NORMAL))
+    own = vars(results(all=NORMAL)) | {"study": SimpleNamespace(primary=Primary())}
     assert answer_sentences(SimpleNamespace(**own, **edge, statuses={}))[0].startswith(start)
     missing = answer_sentences(SimpleNamespace(**own, **edge, statuses={"failed": (3, 3)}))[0]
     assert ("whose outcome is known" in missing) == (fallen in (0.0, 1.0))

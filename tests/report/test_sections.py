@@ -88,18 +88,19 @@ def test_cells_and_their_outcomes_are_counted(report: Report, opened: Results) -
 
 
 def test_a_fall_normal_to_the_fault_is_said(one_record: Make) -> None:
-    headline, alignment = text_of(build_report(one_record(8)).blocks[0]).splitlines()[1:3]
-    assert "±" in headline
-    assert numbers(headline)[-1] == "8"
-    assert "closer to the fault normal than to the fault" in headline
-    assert numbers(alignment)[-2:] == ["8", "8"]
+    alignment, axes = text_of(build_report(one_record(8)).blocks[0]).splitlines()[1:3]
+    assert numbers(alignment)[-1] == "8"
+    assert "closer to the fault normal than to the fault" in alignment
+    assert "±" in axes
+    assert numbers(axes)[-2:] == ["8", "8"]
 
 
 def test_alignment_by_shape_is_the_mean_over_earthquakes(report: Report, one_record: Make) -> None:
     shapes = tables(section(report, "Where blocks fall"))[-1]
     assert shapes.sortable
     assert column(shapes, "B/H") == ["0.2", "0.3", "0.4"]
-    assert shapes.heads[2:4] == ("earthquakes with falls, with a velocity pulse", "alignment, with a velocity pulse")
+    heads = ("earthquakes with falls", "with an axis", "alignment")
+    assert shapes.heads[2:5] == tuple(f"{head}, with a velocity pulse" for head in heads)
     pulse = column(shapes, "alignment, with a velocity pulse")
     four = tables(section(build_report(one_record(4)), "Where blocks fall"))[-1]
     assert column(four, "alignment, all records") == pulse, "four times the same earthquake"

@@ -86,7 +86,7 @@ STUDY, ENTRIES, FILES = load()
 SETTINGS = STUDY.model_dump(mode="json")
 RECORDS = list(ENTRIES)
 # The cube does not depend on them, nor says anything about them; the report takes them from the study.
-BESIDE = ("title", "question", "population", "surveys", "figures")
+BESIDE = ("title", "question", "primary", "population", "surveys", "figures")
 VARIANTS = ["nominal", *STUDY.variants]
 RESULTS = f"results/{STUDY.name}"
 LOGS = f"{RESULTS}/logs"

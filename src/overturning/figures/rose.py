@@ -35,16 +35,16 @@ def rose_figure(cube: xr.Dataset) -> Figure:
     figure, panels = grid(rows, len(roses), max(3.3 * len(roses), 4.2), 3.5 * rows + 0.4, polar=True)
     for (name, found), column in zip(roses.items(), panels.T, strict=True):
         (upper, *lower), (rose, relative) = column, found
-        _draw(upper, rose)
+        draw_mean_rose(upper, rose)
         upper.set_title(f"{name}\n{rose.title}, from north", pad=4)
         if relative is not None:
-            _draw(lower[0], relative)
+            draw_mean_rose(lower[0], relative)
             fault_frame(lower[0])
             lower[0].set_title("from the fault normal", pad=4)
     return figure
 
 
-def _draw(axes: Any, rose: Rose) -> None:
+def draw_mean_rose(axes: Any, rose: Rose) -> None:
     """A rose with its intervals, whose radii like those of the sectors are roots of shares."""
     draw_rose(axes, rose.shares)
     if np.isfinite(rose.low).any():

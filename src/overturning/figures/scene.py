@@ -5,12 +5,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from overturning.figures.rose import draw_rose
+from overturning.figures.rose import draw_mean_rose
 from overturning.figures.style import INK, SERIES, grid
 from overturning.model.geometry import place
 from overturning.model.scene import Scene
-from overturning.statistics.circular import sector_shares
-from overturning.statistics.falls import falls_towards
+from overturning.statistics.roses import rose_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,13 +53,12 @@ def scenes_figure(scenes: Sequence[Scene]) -> "Figure":
 
 
 def element_roses_figure(cubes: Mapping[str, "xr.Dataset"]) -> "Figure":
-    """Roses of fall azimuths, one for each name, from cubes of a single element each."""
+    """Roses of fall azimuths (`rose_of`), one for each name, from cubes of a single element each."""
     columns = min(len(cubes), 3)
     rows = -(-len(cubes) // columns)
     figure, panels = grid(rows, columns, 3.0 * columns, 3.3 * rows, len(cubes), polar=True)
     for axes, (name, cube) in zip(panels.ravel(), cubes.items(), strict=False):
-        falls = falls_towards(cube).sum(["record", "height", "b_over_h", "friction"]).compute()
-        counts = falls.to_numpy().astype(np.float64)
-        draw_rose(axes, sector_shares(falls["azimuth"].to_numpy().astype(np.float64), counts))
-        axes.set_title(f"{name}: {counts.sum():.0f} falls", pad=4, parse_math=False)
+        rose = rose_of(cube)
+        draw_mean_rose(axes, rose)
+        axes.set_title(f"{name}\n{rose.title}", pad=4, parse_math=False)
     return figure

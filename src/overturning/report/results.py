@@ -141,8 +141,9 @@ class Results:
 
     @cached_property
     def record_means(self) -> xr.Dataset:
-        """Mean direction and axis of each record's falls with their resultants, over all cases."""
-        return by_record(partial(fall_means, over=self.model.case_dims), self.cube, self.model.reads)
+        """Mean direction and axis of each record's falls with their resultants, over the informative blocks."""
+        means = partial(fall_means, over=self.model.case_dims, informative=True)
+        return by_record(means, self.cube, self.model.reads)
 
     @cached_property
     def _axes(self) -> dict[str, xr.Dataset]:
@@ -199,8 +200,8 @@ def _reference_cube(study: Study, variant: str, cube: xr.Dataset) -> xr.Dataset:
 def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]:
     """Open a study's folder of results: cubes, intensities, figures, surveys, convergence; `ResultError` without one.
 
-    Title, question, surveys, population and settings of the figures are those of `beside`, or of the cube's study where
-    it is not given.
+    Title, question, primary statistic, surveys, population and settings of the figures are those of `beside`, or of the
+    cube's study where it is not given.
     """
 
     def cube_of(name: str) -> xr.Dataset:
@@ -218,7 +219,7 @@ def open_results(folder: Path, beside: Study | None = None) -> Iterator[Results]
         study = study_of(nominal)
         if beside is not None:
             named = (survey.model_copy(update={"stones": without_folders(survey.stones)}) for survey in beside.surveys)
-            own = {name: getattr(beside, name) for name in ("title", "question", "figures", "population")}
+            own = {name: getattr(beside, name) for name in ("title", "question", "primary", "figures", "population")}
             study = study.model_copy(update=own | {"surveys": tuple(named)})
         whole = {NOMINAL: nominal} | {name: cube_of(name) for name in study.variants}
         cubes = {name: recorded(cube) for name, cube in whole.items()}

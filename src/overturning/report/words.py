@@ -22,8 +22,10 @@ class Words:
         What is computed, and what it leaves out.
     copies : str
         What the cells are that were not computed.
+    blocks, which : str
+        Those whose falls tell a direction (`statistics.falls.informative_blocks`), and which these are.
     rose, map : str
-        Captions of the rose and of a record's map; in the latter stands where probabilities are shown.
+        Captions of the rose, and of a record's map; in the latter stands where probabilities are shown.
     means : str
         How a record's mean directions and axes are counted, and what they are.
     apart : str
@@ -36,6 +38,8 @@ class Words:
     model: str
     limit: str
     copies: str
+    blocks: str
+    which: str
     rose: str
     map: str
     means: str
@@ -49,20 +53,26 @@ _MEANS: Final = (
     "falls alike, of 0 falls to every side alike"
 )
 
+_ROSE: Final = (
+    "Each earthquake counts once, its records alike; the area of a sector is its mean share, the line across its rim "
+    "the 95 % interval by bootstrap over earthquakes."
+)
+
 WORDS: Final[dict[type[Model], Words]] = {
     Planes: Words(
         model="A rigid block on a base that moves with the record, computed by the distinct element method in the "
         "vertical plane of each azimuth. Angle in the polar maps: the azimuth towards which the block falls.",
         limit="The model is plane: a real stone may stand oblique to the motion, twist, or be a stack of several.",
         copies="their mirror images",
-        rose="Azimuths towards which blocks fall that only just fall: those that overturn in at most half of the "
-        "planes of a record. More slender ones fall every way and tell nothing about direction. Each plane of motion "
-        "counts once; the area of a sector is its share.",
+        blocks="blocks that only just fall",
+        which="Blocks only just fall that overturn in some planes of a record, and in at most half of them. More "
+        "slender ones fall every way and tell nothing about direction; of a record without such blocks all count.",
+        rose=f"Azimuths towards which blocks fall that only just fall, each plane once. {_ROSE}",
         map="Angle: the azimuth towards which the block falls, north up, clockwise. Radius: slenderness B/H. {chance}"
         "The two halves of a map mirror each other: a block that falls to one side falls away from the other.",
-        means=f"Over all cases of a record, each plane once. {_MEANS}, so no mean is given below 0.05. Easiest axis: "
-        "along it the lowest block at the highest friction overturns up to the largest B/H; easier by: that B/H over "
-        "the one of the hardest azimuth.",
+        means=f"Over the blocks that only just fall under a record, each plane once. {_MEANS}, so no mean is given "
+        "below 0.05. Easiest axis: along it the lowest block at the highest friction overturns up to the largest B/H; "
+        "easier by: that B/H over the one of the hardest azimuth.",
         apart="in {} most runs fall, but not all to the same side.",
         stone_falls="falls if it falls in one of the planes of its faces",
         stone_stays="Whether stones turned about their vertical axis no plane can tell, nor how far they slid: both "
@@ -74,8 +84,9 @@ WORDS: Final[dict[type[Model], Words]] = {
         "the azimuth that its first side faces.",
         limit="The body is one rigid stone on a level, flat base; a real one may be a stack, or stand in a socket.",
         copies="the same",
-        rose="Azimuths towards which blocks fall. Each earthquake counts once, its records alike; the area of a sector "
-        "is its mean share, the line across its rim the 95 % interval by bootstrap over earthquakes.",
+        blocks="all blocks",
+        which="",
+        rose=f"Azimuths towards which blocks fall. {_ROSE}",
         map="Across: the azimuth that the first side of the block faces; up: slenderness B/H; colour and arrow: the "
         "azimuth of the fall, north up. Beside it the rose of all falls of the record.",
         means=f"Over all cases of a record. {_MEANS}.",

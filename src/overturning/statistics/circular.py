@@ -11,13 +11,15 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import ndtr
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 
 NO_DIRECTION = 1e-9
 """Resultant length below which a mean is rounding noise: the vectors cancel and point nowhere."""
+
+LEAST_RESULTANT: Final = 0.05
+"""Resultant length below which no mean direction or axis is given: falls go every way alike, and it would be chance."""
 
 SECTORS: Final = 24
 """Of a rose, the first centred on its zero."""
@@ -85,33 +87,6 @@ class TestResult:
     n: int
     statistic: float = math.nan
     p_value: float = math.nan
-
-
-def rayleigh_test(angle_deg: ArrayLike, *, axial: bool = False) -> TestResult:
-    """Rayleigh test of uniformity of angles, degrees, against one preferred direction or axis, with statistic z.
-
-    z = n R̄², p = exp(√(1 + 4n + 4(n² − R²)) − (1 + 2n)) with R = n R̄ (Zar 2010, Biostatistical Analysis, eqs 27.2 and
-    27.4, after Greenwood & Durand 1955). The angles of axes are doubled.
-    """
-    n = int(np.size(angle_deg))
-    if n == 0:
-        return TestResult("Rayleigh", 0)
-    z = n * resultant(angle_deg, axial=axial)[1] ** 2
-    p_value = math.exp(math.sqrt(1 + 4 * n + 4 * n * (n - z)) - (1 + 2 * n))
-    return TestResult("Rayleigh", n, z, min(p_value, 1.0))
-
-
-def v_test(angle_deg: ArrayLike, expected_deg: float, *, axial: bool = False) -> TestResult:
-    """V test of uniformity of angles against a direction or axis that was stated beforehand, with statistic u.
-
-    u = n R̄ cos(mean − expected) √(2/n), normal (one-sided) for large n (Zar 2010, eqs 27.5 and 27.6; Mardia & Jupp
-    2000, eq. 6.3.4). The angles of axes, degrees, are doubled.
-    """
-    away = np.radians((2 if axial else 1) * (np.asarray(angle_deg, dtype=np.float64) - expected_deg))
-    if away.size == 0:
-        return TestResult("V", 0)
-    u = float(np.cos(away).sum()) * math.sqrt(2.0 / away.size)
-    return TestResult("V", int(away.size), u, float(ndtr(-u)))
 
 
 def watson_u2_test(uniform: ArrayLike) -> TestResult:

@@ -26,19 +26,23 @@ from overturning.statistics.bootstrap import (
     resampled,
 )
 from overturning.statistics.by_record import by_record, record_groups
-from overturning.statistics.circular import NO_DIRECTION, TestResult, rayleigh_test, resultant, v_test, wrap_axis
+from overturning.statistics.circular import LEAST_RESULTANT, NO_DIRECTION, wrap_axis
 from overturning.statistics.falls import fall_alignment, fall_vectors
 
 
 def sums_by_record(cube: xr.Dataset, *keep: str) -> xr.Dataset:
-    """Sums of `fall_vectors` over all cells of each record but along some dimensions; read one record at a time."""
+    """`fall_vectors` of the informative blocks of each record but along some dimensions; read one record at a time."""
     model = model_of(cube)
     over = [name for name in model.case_dims if name not in keep]
-    return by_record(partial(fall_vectors, over=over), cube, model.reads).transpose("record", *keep)
+    made = by_record(partial(fall_vectors, over=over, informative=True), cube, model.reads)
+    return made.transpose("record", *keep)
 
 
 def axes_by_earthquake(cube: xr.Dataset, *keep: str) -> xr.Dataset:
     """Fall axis relative to the fault normal, per earthquake; the cube is read one record at a time.
+
+    Falls are those of the `informative_blocks`, each counted alike under a record; an earthquake has the mean of the
+    means of its records.
 
     Parameters
     ----------
@@ -51,15 +55,17 @@ def axes_by_earthquake(cube: xr.Dataset, *keep: str) -> xr.Dataset:
     Returns
     -------
     Dataset
-        Over dimension ``event`` (in the order of first appearance) and those kept: ``axis`` (degrees in (−90, 90], 0 is
-        the fault normal; missing where nothing fell), ``cosine``, ``sine`` and ``resultant`` of the mean of the
-        records' vectors, and ``records``.
+        Over dimension ``event`` (in the order of first appearance) and those kept: ``cosine`` and ``sine``, the means
+        of cos 2Δ and sin 2Δ over falls, Δ their angle from the fault normal; ``resultant``, the length of that vector;
+        ``axis``, its axis (degrees in (−90, 90], 0 is the fault normal); ``falls``, whether any block falls; and
+        ``records``. The first three are missing where nothing falls or no fault normal is known, the axis where the
+        resultant is below `LEAST_RESULTANT`, too.
     """
-    vectors = fall_alignment(sums_by_record(cube, *keep), cube["fault_normal"])
-    events = np.atleast_1d(cube["event"].values).astype(str)
+    sums = sums_by_record(cube, *keep)
+    vectors, events = fall_alignment(sums, cube["fault_normal"]), np.atleast_1d(cube["event"].values).astype(str)
     cosine, sine = (event_means(vectors[name].values, events) for name in ("cosine", "sine"))
-    length = np.hypot(cosine, sine)
-    axis = np.where(length > NO_DIRECTION, wrap_axis(np.degrees(np.arctan2(sine, cosine)) / 2), np.nan)
+    length, any_falls = np.hypot(cosine, sine), sums["all_falls"].where(cube["fault_normal"].notnull())
+    axis = np.where(length >= LEAST_RESULTANT, wrap_axis(np.degrees(np.arctan2(sine, cosine)) / 2), np.nan)
     about_axis = {"long_name": "mean fall axis relative to the fault normal", "units": "degree"}
     about_length = {"long_name": "mean resultant length of doubled fall axes", "units": "1"}
     names = event_names(events)
@@ -67,6 +73,7 @@ def axes_by_earthquake(cube: xr.Dataset, *keep: str) -> xr.Dataset:
     found = {
         "cosine": (dims, cosine), "sine": (dims, sine), "axis": (dims, axis, about_axis),
         "resultant": (dims, length, about_length), "records": ("event", counts),
+        "falls": (dims, event_means(any_falls.values, events) > 0),
     }  # fmt: skip
     return xr.Dataset(found, {"event": ("event", np.array(names, dtype=str))})
 
@@ -87,23 +94,24 @@ class AxisSummary:
     Attributes
     ----------
     earthquakes, n : int
-        Earthquakes looked at; those with falls and a known fault normal: the sample size of everything below.
+        Earthquakes looked at; those with falls and a known fault normal: the sample size of means and intervals.
     mean_axis_deg : float
-        Mean axis relative to the fault normal, (−90, 90]; NaN without falls.
+        Axis of the mean of the earthquakes' vectors relative to the fault normal, (−90, 90]; NaN without falls and
+        where their resultant is below `LEAST_RESULTANT`.
     mean_axis_half_width_deg : float
         Half-width of its bootstrap interval, symmetric about the mean axis: the quantile of the resamples' distance
         from it (Fisher 1993, Statistical Analysis of Circular Data, section 8.3.2); NaN below `FEWEST_EARTHQUAKES`, 90
         where the data do not tell an axis.
     resultant : float
-        Mean resultant length of the unit vectors of doubled angles.
+        Length of the mean of the earthquakes' vectors.
     alignment, alignment_interval : float, Interval
-        Mean cos 2Δ over earthquakes: 1 normal to the fault, −1 parallel, 0 neither; its interval as of `bootstrap`.
-    closer_to_normal : int
-        Earthquakes whose axis is within 45° of the fault normal.
+        Mean over earthquakes of their mean cos 2Δ over falls: 1 normal to the fault, −1 parallel, 0 neither; its
+        interval as of `bootstrap`. An earthquake whose falls go every way counts as the 0 that it says.
+    told, closer_to_normal : int
+        Earthquakes that have an axis, since its resultant is no smaller than `LEAST_RESULTANT`; of these, those whose
+        axis is within 45° of the fault normal.
     level : float
         Of the intervals.
-    rayleigh, v : TestResult
-        Uniformity against any axis, and against the fault normal.
     """
 
     earthquakes: int
@@ -113,37 +121,37 @@ class AxisSummary:
     resultant: float
     alignment: float
     alignment_interval: Interval
+    told: int
     closer_to_normal: int
     level: float
-    rayleigh: TestResult
-    v: TestResult
 
 
 def summarise_axes(axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000, seed: int = 1) -> AxisSummary:
-    """Mean axis over earthquakes of `axes_by_earthquake`, with tests; level, draws and seed as of `bootstrap`."""
-    angle = axes["axis"].values[np.isfinite(axes["axis"].values)]
-    n = int(angle.size)
-    mean, length = resultant(angle, axial=True)
-    cosines = np.cos(np.radians(2 * angle))
+    """Mean axis over earthquakes of `axes_by_earthquake`, and alignment; level, draws and seed as of `bootstrap`."""
+    vectors = np.column_stack([axes["cosine"].values, axes["sine"].values])
+    vectors = vectors[np.isfinite(vectors[:, 0])]
+    n, told = len(vectors), axes["axis"].values[np.isfinite(axes["axis"].values)]
+    cosine, sine = vectors.mean(axis=0) if n else (math.nan, math.nan)
+    length = math.hypot(cosine, sine)
+    mean = float(wrap_axis(math.degrees(math.atan2(sine, cosine)) / 2)) if length >= LEAST_RESULTANT else math.nan
 
     def distance(drawn: FloatArray) -> FloatArray:
-        cosine, sine = np.cos(drawn).mean(axis=1), np.sin(drawn).mean(axis=1)
-        away = np.abs(wrap_axis(np.degrees(np.arctan2(sine, cosine)) / 2 - mean))
-        return np.where(np.hypot(cosine, sine) < NO_DIRECTION, 90.0, away)
+        drawn_cosine, drawn_sine = drawn.mean(axis=1).T
+        away = np.abs(wrap_axis(np.degrees(np.arctan2(drawn_sine, drawn_cosine)) / 2 - mean))
+        return np.where(np.hypot(drawn_cosine, drawn_sine) < NO_DIRECTION, 90.0, away)
 
-    distances = resampled(distance, np.radians(2 * angle), draws, seed)
+    distances = resampled(distance, vectors, draws, seed)
     return AxisSummary(
         earthquakes=int(axes.sizes["event"]),
         n=n,
-        mean_axis_deg=float(wrap_axis(mean)) if n else math.nan,
+        mean_axis_deg=mean,
         mean_axis_half_width_deg=float(np.quantile(distances, level)) if distances.size else math.nan,
         resultant=length,
-        alignment=float(cosines.mean()) if n else math.nan,
-        alignment_interval=bootstrap(mean_of_sample, cosines, level=level, draws=draws, seed=seed),
-        closer_to_normal=int((np.abs(angle) < 45).sum()),
+        alignment=float(cosine),
+        alignment_interval=bootstrap(mean_of_sample, vectors[:, 0], level=level, draws=draws, seed=seed),
+        told=int(told.size),
+        closer_to_normal=int((np.abs(told) < 45).sum()),
         level=level,
-        rayleigh=rayleigh_test(angle, axial=True),
-        v=v_test(angle, 0.0, axial=True),
     )
 
 
@@ -171,8 +179,7 @@ def compare_alignment(
     `FEWEST_EARTHQUAKES`.
     """
     names = event_names([*first["event"].values, *second["event"].values])
-    angles = np.stack([axes["axis"].reindex(event=names).values for axes in (first, second)])
-    values = np.cos(np.radians(2 * angles))
+    values = np.stack([axes["cosine"].reindex(event=names).values for axes in (first, second)])
     n = [int(k) for k in np.isfinite(values).sum(axis=1)]
 
     def of_sample(drawn: FloatArray) -> FloatArray:

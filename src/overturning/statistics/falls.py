@@ -90,6 +90,18 @@ def near_boundary(cube: xr.Dataset) -> xr.DataArray:
     return (share > 0) & (share <= 0.5)
 
 
+def informative_blocks(cube: xr.Dataset) -> xr.DataArray:
+    """Blocks whose falls tell a direction, True or False as of `near_boundary`.
+
+    Where each direction has a component of the motion of its own these are the blocks that only just fall, and all of a
+    record under which none does; elsewhere all.
+    """
+    if not model_of(cube).one_component:
+        return xr.DataArray(True)
+    near = near_boundary(cube)
+    return near | ~near.any([name for name in near.dims if name != "record"])
+
+
 def fall_shares(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True) -> xr.Dataset:
     """Share of planes, or of a body's orientations, that overturn; ``ensemble`` as of `Model.falls`.
 
@@ -110,21 +122,28 @@ def fall_shares(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = 
     return xr.Dataset({"share_overturned": share, "share_missing": missing})
 
 
-def fall_vectors(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True) -> xr.Dataset:
+def fall_vectors(
+    cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True, informative: bool = False
+) -> xr.Dataset:
     """Sums from which means are made: the variables of `Model.falls`, each the sum of its values times their weights.
 
-    They may be added up further before an angle is taken; ``ensemble`` as of `Model.falls`.
+    They may be added up further before an angle is taken; ``ensemble`` as of `Model.falls`. With ``informative`` they
+    are of the `informative_blocks` alone; ``all_falls`` are those of all blocks.
     """
     model = model_of(cube)
-    falls = model.falls(cube, ensemble=ensemble)
-    return (falls.drop_vars("weight") * falls["weight"]).sum((model.direction, *over))
+    falls, dims = model.falls(cube, ensemble=ensemble), (model.direction, *over)
+    weighted = falls.drop_vars("weight") * falls["weight"]
+    sums = (weighted.where(informative_blocks(cube)) if informative else weighted).sum(dims)
+    return sums.assign(all_falls=weighted["falls"].sum(dims))
 
 
-def fall_means(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True) -> xr.Dataset:
+def fall_means(
+    cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True, informative: bool = False
+) -> xr.Dataset:
     """Mean direction towards which blocks fall, and mean axis along which they do, whichever way.
 
     Axes are averaged with their angles doubled (Mardia & Jupp 2000, eqs 2.2.2 to 2.2.4 and section 9.1); ``ensemble``
-    as of `Model.falls`.
+    and ``informative`` as of `fall_vectors`.
 
     Returns
     -------
@@ -133,7 +152,8 @@ def fall_means(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = T
         missing where nothing fell or all planes overturn alike), ``direction_resultant`` and ``axis_resultant`` (mean
         resultant lengths, 0 to 1, the latter of doubled angles; missing where nothing fell).
     """
-    sums, means = fall_vectors(cube, over=over, ensemble=ensemble), dict[str, xr.DataArray]()
+    sums = fall_vectors(cube, over=over, ensemble=ensemble, informative=informative)
+    means = dict[str, xr.DataArray]()
     total = sums["falls"].where(sums["falls"] > 0)
     for kind, full, of in (("direction", 360.0, "fall directions"), ("axis", 180.0, "doubled fall axes")):
         cosine, sine = sums[f"{kind}_cosine"], sums[f"{kind}_sine"]

@@ -1,12 +1,9 @@
-"""Roses: shares of falls by sector, from north and from the fault normal."""
+"""Roses: shares of falls by sector, from north and from the fault normal, as means over earthquakes."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.model.falls import model_of
@@ -14,7 +11,7 @@ from overturning.model.planes import azimuth_weight, period_of
 from overturning.statistics.bootstrap import bootstrap, event_means, mean_of_sample
 from overturning.statistics.by_record import each_record, record_groups
 from overturning.statistics.circular import SECTORS, sector_shares
-from overturning.statistics.falls import falls_towards, near_boundary
+from overturning.statistics.falls import falls_towards, informative_blocks
 
 
 @dataclass(frozen=True)
@@ -26,51 +23,60 @@ class Rose:
     falls : int
         Their number.
     shares : ndarray
-        Of the falls, or means over earthquakes of their shares.
+        Means over earthquakes of the shares of their falls.
     low, high : ndarray
-        Ends of the intervals of such means, NaN where there are none.
+        Ends of the intervals, NaN where there are none.
     earthquakes : int
-        Those with falls; 0 where falls are counted and not earthquakes.
-    what : str
-        What is counted.
+        Those with falls.
     """
 
     falls: int
     shares: FloatArray
     low: FloatArray
     high: FloatArray
-    earthquakes: int = 0
-    what: str = "falls"
+    earthquakes: int
 
     @property
     def title(self) -> str:
         """What it is of."""
-        return f"{self.falls} {self.what}" + (f", {self.earthquakes} earthquakes" if self.earthquakes else "")
+        return f"{self.falls} falls, {self.earthquakes} earthquake" + "s" * (self.earthquakes != 1)
+
+
+def _nominal_falls(cube: xr.Dataset) -> tuple[FloatArray, FloatArray]:
+    """Azimuths of the falls of informative blocks of one record, and how many go to each, planes weighed."""
+    if not model_of(cube).one_component:
+        angles = cube["fall_azimuth"].to_numpy()
+        known = angles[np.isfinite(angles)].astype(np.float64)
+        return known, np.ones(known.size)
+    towards = falls_towards(cube).where(informative_blocks(cube))
+    azimuth = towards["azimuth"].to_numpy().astype(np.float64)
+    counts = towards.sum([name for name in towards.dims if name != "azimuth"]).to_numpy().astype(np.float64)
+    return azimuth, counts
 
 
 def rose_of(
     cube: xr.Dataset, *, from_normal: bool = False, level: float = 0.95, draws: int = 2000, seed: int = 1
 ) -> Rose:
-    """Rose of the nominal fall azimuths of a cube that has them, read one record at a time.
+    """Rose of the nominal falls of the `informative_blocks` of a cube, read one record at a time.
 
-    Each record's shares are averaged over the records of an earthquake, and these over earthquakes, as of `bootstrap`;
-    ``from_normal`` takes azimuths from the fault normal, of the records for which it is known.
+    Each record's shares, of which each plane counts once, are averaged over the records of an earthquake, and these
+    over earthquakes, as of `bootstrap`; ``from_normal`` takes azimuths from the fault normal, of the records for which
+    it is known.
     """
     zero = cube["fault_normal"].to_numpy() if from_normal else np.zeros(cube.sizes["record"])
     events = np.atleast_1d(cube["event"].to_numpy().astype(str))
-    shares = np.full((zero.size, SECTORS), np.nan)
-    total = 0
-    for row, one in enumerate(each_record(cube, ["fall_azimuth"])):
-        angles = one["fall_azimuth"].to_numpy()
-        known = angles[np.isfinite(angles)].astype(np.float64) - zero[row]
-        known = known[np.isfinite(known)]
-        if known.size:
-            shares[row], total = sector_shares(known), total + known.size
+    shares, total = np.full((zero.size, SECTORS), np.nan), 0
+    planes = model_of(cube).one_component
+    for row, one in enumerate(each_record(cube, ["overturned" if planes else "fall_azimuth"])):
+        azimuth, counts = _nominal_falls(one)
+        if counts.any() and np.isfinite(zero[row]):
+            weight = counts * azimuth_weight(azimuth, period_of(cube)) if planes else counts
+            shares[row], total = sector_shares(azimuth - zero[row], weight), total + round(counts.sum())
     fell = np.isfinite(shares[:, 0])
     means = event_means(shares[fell], events[fell])
     nowhere = np.full(SECTORS, np.nan)
     if means.size == 0:
-        return Rose(0, np.zeros(SECTORS), nowhere, nowhere)
+        return Rose(0, np.zeros(SECTORS), nowhere, nowhere, 0)
     # The same samples for each sector, since the seed is the same.
     ends = [bootstrap(mean_of_sample, column, level=level, draws=draws, seed=seed) for column in means.T]
     low, high = np.array(ends).T
@@ -78,42 +84,7 @@ def rose_of(
 
 
 def study_roses(cube: xr.Dataset) -> dict[str, tuple[Rose, Rose | None]]:
-    """Roses by group of records: from north, and from the fault normal, None where no record's is known.
-
-    Where each direction has its own component of the motion they are of the falls that tell most about direction: those
-    of blocks near the boundary (`near_boundary`), or all where there is none. Each plane counts once, and azimuths
-    added to the grid share the weight of their neighbourhood. Otherwise they are means over earthquakes, as of
-    `rose_of`.
-    """
-    groups, known = record_groups(cube), np.isfinite(cube["fault_normal"].to_numpy())
-    of = _counted_roses(cube) if model_of(cube).one_component else partial(_rose_of_records, cube)
-    return {
-        name: (of(members, False), of(members & known, True) if known.any() else None)
-        for name, members in groups.items()
-    }
-
-
-def _rose_of_records(cube: xr.Dataset, members: NDArray[np.bool_], from_normal: bool) -> Rose:
-    return rose_of(cube.isel(record=np.flatnonzero(members)), from_normal=from_normal)
-
-
-def _counted_roses(cube: xr.Dataset) -> Callable[[NDArray[np.bool_], bool], Rose]:
-    near = near_boundary(cube)
-    some = bool(near.any())
-    falls = falls_towards(cube).where(near | (not some)).sum(["height", "b_over_h", "friction"]).compute()
-    azimuth = falls["azimuth"].to_numpy().astype(np.float64)
-    counts = falls.transpose("record", "azimuth").to_numpy().astype(np.float64)
-    weighted = counts * azimuth_weight(azimuth, period_of(cube))
-    zero, nowhere = cube["fault_normal"].to_numpy(), np.full(SECTORS, np.nan)
-
-    def of(members: NDArray[np.bool_], from_normal: bool) -> Rose:
-        relative = (azimuth - zero[members][:, None]) % 360.0
-        shares = (
-            sector_shares(relative.ravel(), weighted[members].ravel())
-            if from_normal
-            else sector_shares(azimuth, weighted[members].sum(axis=0))
-        )
-        what = "falls near the boundary" if some else "falls"
-        return Rose(round(counts[members].sum()), shares, nowhere, nowhere, what=what)
-
-    return of
+    """Roses (`rose_of`) by group of records: from north, and from the fault normal, None where no record's is known."""
+    groups, known = record_groups(cube), np.isfinite(cube["fault_normal"].to_numpy()).any()
+    chosen = {name: cube.isel(record=np.flatnonzero(members)) for name, members in groups.items()}
+    return {name: (rose_of(one), rose_of(one, from_normal=True) if known else None) for name, one in chosen.items()}

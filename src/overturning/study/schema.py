@@ -28,6 +28,7 @@ from overturning.study.sections import (
     Figures,
     Orientations,
     Population,
+    Primary,
     Published,
     Records,
     SceneChoice,
@@ -67,6 +68,7 @@ class Study(Model):
     name: Name = Field(description="name of the study and of its folder under results/: small letters, digits, hyphens")
     title: str = Field(default="", description="title of the report")
     question: str = Field(default="", description="the question that the report answers")
+    primary: Primary = Field(default=Primary(), description="the statistic that answers the question")
     records: Records = Field(description="the records")
     processing: tuple[Step, ...] | None = Field(
         default=None,
@@ -200,6 +202,7 @@ class Study(Model):
         on_soil = [name for name, variant in self.variants.items() if variant.site is not None]
         if self.site is not None and on_soil:
             yield f"variants.{on_soil[0]}.site: the study has a site too; make that a variant as well"
+        yield from self._misfits_of_primary()
         for row in self.published:
             if row.record not in self.records.use:
                 yield f"published: record {row.record!r} is not in records.use"
@@ -227,6 +230,17 @@ class Study(Model):
                 yield f"{where}contact: in space stiffness is auto and the dashpot is given as damping_ratio"
         if self.ensemble.initial_tilt:
             yield "ensemble.initial_tilt: a body in space starts at rest; leave it at 0"
+
+    def _misfits_of_primary(self) -> Iterator[str]:
+        statistic, against = self.primary.statistic, self.primary.against
+        if statistic == "published" and not self.published:
+            yield "primary.statistic: nothing is published to compare with; give `published`"
+        if statistic == "fall_rate" and self.population is None:
+            yield "primary.statistic: there are no stones whose rate it is; give `population`"
+        if against is not None and statistic not in ("share", "fall_rate"):
+            yield f"primary.against: {statistic} is that of the study itself; leave it out"
+        if against is not None and against not in self.variants:
+            yield f"primary.against: {against!r} is none of the variants"
 
     def _misfits_of_scene(self, contacts: dict[str, ContactSettings]) -> Iterator[str]:
         if self.population is not None:

@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field, field_validator, model_validator
 from overturning.errors import ArgumentError, OverturningError
 from overturning.model.cases import check_heights
 from overturning.model.contact import DAMPING_RATIO
-from overturning.model.element import Model
+from overturning.model.element import Model, Name
 from overturning.model.scene import Scene, load_scene
 from overturning.records.steps import Site
 from overturning.study.values import Damping, Degree, Metre, Radian, Second, Stiffness, Values
@@ -199,6 +199,20 @@ class Published(Model):
     pgd_cm: float | None = Field(default=None, gt=0, description="peak ground displacement, cm")
     b_over_h: float = Field(gt=0, description="slenderness of the block whose outcome is stated, one of the study's")
     overturns: bool = Field(description="whether the block overturns")
+
+
+class Primary(Model):
+    """The one statistic that answers a study's question; all others are called secondary."""
+
+    statistic: Literal["alignment", "share", "fall_rate", "published"] = Field(
+        default="alignment",
+        description="the one statistic that answers the question, chosen before the results are seen: `alignment` of "
+        "falls with the fault normal, of the records with a velocity pulse where others are their control; `share` of "
+        "the cases that overturn; `fall_rate` of the population; `published` outcomes that are found again",
+    )
+    against: Name | None = Field(
+        default=None, description="variant whose share or fall rate is taken from the study's own"
+    )
 
 
 class Survey(Model):

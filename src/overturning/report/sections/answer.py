@@ -1,29 +1,33 @@
 """The answer to the study's question: how falls lie to the fault normal, with their uncertainty; and where they go."""
 
 import math
+from typing import Final
 
 import numpy as np
 
+from overturning.arrays import FloatArray
 from overturning.report.blocks import Answer, Block, Disclosure, Figure, Note, Paragraph, Section, Table, table
 from overturning.report.results import Results
+from overturning.report.sections.causes import finding_sentence
 from overturning.report.sections.exactness import dependence
 from overturning.report.sections.records import record_directions
 from overturning.report.text import counted, degrees, estimate, interval, number, percent
 from overturning.statistics.bootstrap import mean_over_earthquakes
 from overturning.statistics.by_record import record_groups
+from overturning.statistics.circular import LEAST_RESULTANT
 from overturning.statistics.earthquakes import AxisSummary, axes_by_earthquake
+from overturning.statistics.falls import overturns
 from overturning.study.cube import earthquakes_said
-from overturning.study.scenes import scene_of
+from overturning.study.scenes import NOMINAL, scene_of
 
 MOST_RECORDS_IN_WORDS = 5
 """Records whose directions still stand in sentences; of more the table tells."""
 
-_ABOUT_AXES = (
-    "Fall axis of each earthquake relative to its fault normal, over all blocks. Alignment is the mean of cos 2Δ over "
-    "earthquakes, Δ the angle between fall axis and fault normal: 1 normal to the fault, −1 along it, 0 neither. "
-    "Intervals: 95 %, bootstrap over earthquakes. Rayleigh: any preferred axis; V: the fault normal, stated "
-    "beforehand; both on doubled angles."
-)
+_SHARES: Final = {
+    "share": "the share of the cases that overturn",
+    "fall_rate": "the fall rate of the population under the records as they are",
+}
+"""Primary statistics that are shares of something under each record."""
 
 
 def answer(results: Results) -> Section:
@@ -33,7 +37,7 @@ def answer(results: Results) -> Section:
     if results.tells_axes:
         said.append(agreement_within(results))
         caption = (
-            "Fall axis of each earthquake relative to its fault normal, over all blocks of the study; the point grows "
+            f"Fall axis of each earthquake relative to its fault normal, over {results.words.blocks}; the point grows "
             "with how strongly the axes agree. Below, the mean over earthquakes with its bootstrap interval. Which "
             "side of the fault normal counts as positive is arbitrary, so only axes are compared."
         )
@@ -60,55 +64,96 @@ def scene_sentences(results: Results) -> tuple[str, ...]:
 
 
 def answer_sentences(results: Results) -> tuple[str, ...]:
-    """A few sentences with numbers and their uncertainty, or why there are none."""
+    """The primary statistic, then what else is told of axes, called secondary; or why nothing is."""
+    first = () if results.study.primary.statistic == "alignment" else (primary_sentence(results),)
+    if untold := _untold(results):
+        return *first, untold
+    return *first, *alignment_sentences(results, primary=not first)
+
+
+def _untold(results: Results) -> str:
+    """Why nothing is said of the axes of falls relative to a fault; empty where something is."""
     known = " whose outcome is known" if any(absent for _, absent in results.statuses.values()) else ""
     share = f"{percent(results.fallen)} of the cases overturn"
     if math.isnan(results.fallen):
-        return ("No outcome was found, so nothing can be said; see the causes below.",)
+        return "No outcome was found, so nothing can be said; see the causes below."
     if results.fallen <= 0:
         nothing = "so these records say nothing about the direction of falls"
-        return (f"No block{known} overturned in any direction, {nothing}.",)
+        return f"No block{known} overturned in any direction, {nothing}."
     if results.one_axis:
-        return (f"{share}; with a single plane of motion nothing is said about direction.",)
+        return f"{share}; with a single plane of motion nothing is said about direction."
     if results.fallen >= 1:
-        return (f"Every block{known} overturned in every plane: there is no axis along which blocks fall more easily.",)
+        return f"Every block{known} overturned in every plane: there is no axis along which blocks fall more easily."
     if not results.faults_known:
-        return (f"{share}; no fault normal is known, so nothing is said relative to a fault.",)
-    return headline(results), alignment_sentence(results)
+        return f"{share}; no fault normal is known, so nothing is said relative to a fault."
+    return ""
 
 
-def headline(results: Results) -> str:
-    """Mean fall axis with its interval, and whether it tells normal from parallel."""
-    means = [f"{_mean_axis(one)}{_name(name)} ({_earthquakes(one)})" for name, one in results.axes.items()]
-    verdicts = {name: _verdict(one) for name, one in results.axes.items() if one.n > 0}
-    if len(set(verdicts.values())) == 1:
-        conclusion = next(iter(verdicts.values()))
+def primary_sentence(results: Results) -> str:
+    """The primary statistic of a study where it is not the alignment, with its interval and what that says."""
+    primary, cubes = results.study.primary, results.cubes
+    if primary.statistic == "published":
+        return f"Primary statistic, fixed beforehand: {finding_sentence(results, NOMINAL)}".replace(": With", ": with")
+
+    def of_record(variant: str) -> FloatArray:
+        if primary.statistic == "fall_rate":
+            return results.populations[variant]["fall_rate"].sel(amplitude=1.0).to_numpy()
+        falls = overturns(results.reference_cube(variant))
+        return falls.mean([name for name in falls.dims if name != "record"]).compute().to_numpy().astype(np.float64)
+
+    own, what = of_record(NOMINAL), _SHARES[primary.statistic]
+    less = of_record(primary.against) if primary.against in cubes else np.zeros(own.size)
+    found = mean_over_earthquakes(own - less, results.cube["event"].to_numpy().astype(str), draws=10_000)
+    if primary.against in cubes:
+        what += f", less that of the variant {primary.against}"
+    shown = f"{number(100 * found.value, 1)}\u00a0%"
+    if math.isnan(found.low):
+        sure = f"{counted(found.n, 'earthquake')}, too few for an interval"
     else:
-        conclusion = "; ".join(f"{_name(name).strip()}, {text}" for name, text in verdicts.items())
-    difference = results.axes_difference
-    if difference is not None and not math.isnan(difference.interval[0]):
-        low, high = difference.interval
-        shown = "a difference" if low > 0 or high < 0 else "no difference"
-        conclusion += f", and {shown} between the two is shown"
-    return f"Blocks fall on average {' and '.join(means)}: {conclusion}."
+        ends = " to ".join(number(100 * end, 1) for end in (found.low, found.high))
+        sure = f"95 % interval {ends} %; {counted(found.n, 'earthquake')}"
+    text = f"Primary statistic, fixed beforehand: {what}, a mean over earthquakes, is {shown} ({sure})"
+    if primary.against not in cubes or math.isnan(found.low):
+        return f"{text}."
+    ways = {"more falls than in the variant": found.low > 0, "less falls than in the variant": found.high < 0}
+    return f"{text}: {next((way for way, shown in ways.items() if shown), 'no difference is shown')}."
 
 
-def alignment_sentence(results: Results) -> str:
-    """The alignment of each group and of their difference, and how many earthquakes lie closer to what."""
-    parts, closer = [], []
-    groups = {_name(name): one for name, one in results.axes.items() if one.n}
-    for name, one in groups.items():
-        known = f" ({100 * one.level:.0f} % interval {interval(*one.alignment_interval)})"
-        parts.append(f"{number(one.alignment)}{'' if math.isnan(one.alignment_interval[0]) else known}{name}")
-        closer.append(f"{one.closer_to_normal} of {counted(one.n, 'earthquake')}{name}")
-    text = f"Alignment, 1 normal to the fault and −1 along it: {'; '.join(parts)}"
-    difference = results.axes_difference
+def alignment_sentences(results: Results, *, primary: bool) -> tuple[str, ...]:
+    """Alignment of each group, their difference, mean axes, and how many earthquakes lie closer to what.
+
+    The first group is the primary one, where the alignment is the primary statistic.
+    """
+    scale = "the alignment of fall axes with the fault normal (1 normal to the fault, −1 along it)"
+    known = {_name(name): one for name, one in results.axes.items()}
+    values = [f"{_alignment(one)}{name}" for name, one in known.items()]
+    difference, said = results.axes_difference, []
     if difference is not None and not math.isnan(difference.difference):
         few = math.isnan(difference.interval[0])
-        known = "; too few earthquakes for an interval" if few else f" ({interval(*difference.interval)})"
-        text += f"; difference {number(difference.difference)}{known}"
-    lie = "lies" if sum(one.n for one in groups.values()) == 1 else "lie"
-    return f"{text}. {' and '.join(closer)} {lie} closer to the normal than to the fault."
+        ends = "too few earthquakes for an interval" if few else interval(*difference.interval)
+        shown = difference.interval[0] > 0 or difference.interval[1] < 0
+        verdict = "" if few else f": {'a' if shown else 'no'} difference between the two is shown"
+        values.append(f"the difference {number(difference.difference)} ({ends}){verdict}")
+    if primary:
+        one = next(iter(known.values()))
+        said.append(f"Primary statistic, fixed beforehand: {scale} is {values.pop(0)}: {_verdict(one)}.")
+        scale = "the alignment"
+    if values:
+        said.append(f"Secondary: {scale} is {'; '.join(values)}.")
+    means = " and ".join(f"{_mean_axis(one)}{name}" for name, one in known.items())
+    told = f"{'The' if values else 'Secondary: the'} fall axes of {results.words.blocks} lie on average {means}."
+    if closer := " and ".join(f"{one.closer_to_normal} of {one.told}{name}" for name, one in known.items() if one.told):
+        lie = "lies" if sum(one.told for one in known.values()) == 1 else "lie"
+        told += f" Of the earthquakes whose falls have an axis {closer} {lie} closer to the normal than to the fault."
+    return *said, told
+
+
+def _alignment(summary: AxisSummary) -> str:
+    if not summary.n:
+        return "not known"
+    ends = summary.alignment_interval
+    sure = "" if math.isnan(ends[0]) else f"{100 * summary.level:.0f} % interval {interval(*ends)}; "
+    return f"{number(summary.alignment)} ({sure}{_earthquakes(summary)})"
 
 
 def agreement_within(results: Results) -> str:
@@ -119,13 +164,16 @@ def agreement_within(results: Results) -> str:
         found = mean_over_earthquakes(np.where(members, lengths, np.nan), events)
         parts.append(estimate(found.value, found.low, found.high) + _name(name))
     return (
-        f"Within a record the fall axes agree with a mean resultant of {' and '.join(parts)}; 1 means all alike, 0 any."
+        f"Within a record the fall axes of {results.words.blocks} agree with a mean resultant of "
+        f"{' and '.join(parts)}; 1 means all alike, 0 any. {results.words.which}".rstrip()
     )
 
 
 def _verdict(summary: AxisSummary) -> str:
     """What the interval of the alignment says."""
     low, high = summary.alignment_interval
+    if summary.n == 0:
+        return "no earthquake has falls and a known fault"
     if math.isnan(low):
         return f"{counted(summary.n, 'earthquake')} {'is' if summary.n == 1 else 'are'} too few for an interval"
     if low > 0:
@@ -169,7 +217,7 @@ def _directions_in_words(results: Results) -> list[str]:
         return []
     return [
         f"{name.station}: mean fall direction {direction} (resultant {one}), mean fall axis {axis} (resultant "
-        f"{other}), over all blocks, each plane once; a resultant near 0 means falls to nearly every side."
+        f"{other}), over {results.words.blocks}, each plane once; a resultant near 0 means falls to nearly every side."
         for name, (direction, one, axis, other, *_) in zip(results.names, record_directions(results), strict=True)
         if direction != "–" or axis != "–"
     ]
@@ -212,13 +260,21 @@ def falls(results: Results) -> Section | None:
     if not results.fallen > 0:
         return None
     folder = results.figures
-    blocks: list[Block] = [Figure(folder / "rose.svg", "rose of fall azimuths", results.words.rose, width=0.8)]
+    caption = f"{results.words.rose} {results.words.which}".rstrip()
+    blocks: list[Block] = [Figure(folder / "rose.svg", "rose of fall azimuths", caption, width=0.8)]
     if not results.model.one_component:
         of_each = "The same for each earthquake, its records taken together; dashed: fault normals."
         alt = "roses of fall azimuths by earthquake"
         blocks.append(Figure(folder / "earthquakes.svg", alt, of_each, width=0.9))
     if results.tells_axes:
-        blocks += [_summary(results.axes), Note(_ABOUT_AXES)]
+        about = (
+            f"Falls of {results.words.blocks}. Alignment: cos 2Δ, Δ the angle between a fall and the fault normal of "
+            "its record, is averaged over the falls of a record, over the records of an earthquake, and over "
+            "earthquakes: 1 normal to the fault, −1 along it, 0 neither. An earthquake has an axis where the resultant "
+            f"of its falls reaches {LEAST_RESULTANT:g}; these are counted as closer to the normal or not. Intervals: "
+            "95 %, bootstrap over earthquakes."
+        )
+        blocks += [_summary(results.axes), Note(about)]
         note = Note("No p-value is given here: with so many shapes some would look small by chance.")
         blocks.append(Disclosure("Alignment with the fault normal by B/H and friction", (_by_shape(results), note)))
     return Section("Where blocks fall", tuple(blocks), anchor="rose")
@@ -229,26 +285,25 @@ def _by_shape(results: Results) -> Table:
     cube = results.cube
     heads, columns = ["B/H", "µ"], []
     for name, chosen in record_groups(cube).items():
-        axes = axes_by_earthquake(cube.isel(record=np.flatnonzero(chosen)), "b_over_h", "friction")["axis"]
-        alignment = axes.copy(data=np.cos(np.radians(2 * axes.to_numpy())))
-        columns += [alignment.count("event").to_numpy(), alignment.mean("event").to_numpy()]
-        heads += [f"earthquakes with falls, {name}", f"alignment, {name}"]
+        axes = axes_by_earthquake(cube.isel(record=np.flatnonzero(chosen)), "b_over_h", "friction")
+        found = axes["falls"].sum("event"), axes["axis"].count("event"), axes["cosine"].mean("event")
+        columns += [one.to_numpy() for one in found]
+        heads += [f"earthquakes with falls, {name}", f"with an axis, {name}", f"alignment, {name}"]
     rows = [
         (b_over_h, friction, *(column[i, j] for column in columns))
         for i, b_over_h in enumerate(cube["b_over_h"].to_numpy())
         for j, friction in enumerate(cube["friction"].to_numpy())
     ]
-    return table(heads, rows, "gg" + "n2" * (len(columns) // 2), sortable=True)
+    return table(heads, rows, "gg" + "nn2" * (len(columns) // 3), sortable=True)
 
 
 def _summary(axes: dict[str, AxisSummary]) -> Table:
     rows = [
         (
-            *(name, s.earthquakes, s.n, abs(s.mean_axis_deg), half_width(s)),
-            *("–" if s.n == 0 else s.alignment, interval(*s.alignment_interval), f"{s.closer_to_normal} of {s.n}"),
-            *("–" if s.n < 2 else f"{test.p_value:.2g}" for test in (s.rayleigh, s.v)),
+            *(name, s.earthquakes, s.n, "–" if s.n == 0 else s.alignment, interval(*s.alignment_interval)),
+            *(abs(s.mean_axis_deg), half_width(s), f"{s.closer_to_normal} of {s.told}"),
         )
         for name, s in axes.items()
     ]
-    heads = ("records", "earthquakes", "with falls", "mean axis from normal", "interval", "alignment", "interval")
-    return table((*heads, "closer to normal", "Rayleigh p", "V test p"), rows, "tnn°n2")
+    heads = ("records", "earthquakes", "with falls", "alignment", "interval", "mean axis from normal", "interval")
+    return table((*heads, "closer to normal"), rows, "tnn2n°")

@@ -163,19 +163,23 @@ def published(results: Results) -> Section | None:
         return None
     rows, sentences = [], []
     for variant in results.cubes:
-        found = outcomes(results, variant)
-        holding = {size for size, overturns in found.items() if overturns == tuple(row.overturns for row in there)}
-        heights = ", ".join(f"{height:g}" for height in sorted({height for height, _ in holding}))
-        where = f"for H = {heights} m" if holding else "for none of the sizes"
-        count = f"({len(holding)} of {len(found)})"
-        sentences.append(f"With the {variant} contact the published outcomes are found {where} {count}.")
-        for size, overturns in found.items():
-            holds = "holds" if size in holding else "does not hold"
+        sentences.append(finding_sentence(results, variant))
+        for size, overturns in outcomes(results, variant).items():
+            holds = "holds" if overturns == tuple(row.overturns for row in there) else "does not hold"
             rows.append((variant, *size, *map(_does, overturns), holds))
     heads = (f"{_label(row)}: {_does(row.overturns)}" for row in there)
     findings = table(("contact", "H, m", "µ", *heads, "finding"), rows, "tgg" + "t" * (len(there) + 1))
     blocks = (Paragraph(" ".join(sentences)), _peaks(results), findings)
     return Section("Beside the published values", blocks, anchor="published")
+
+
+def finding_sentence(results: Results, variant: str) -> str:
+    """For which sizes of a variant the published outcomes are found."""
+    found, wanted = outcomes(results, variant), tuple(row.overturns for row in results.study.published)
+    heights = sorted({height for (height, _), overturns in found.items() if overturns == wanted})
+    where = f"for H = {', '.join(f'{height:g}' for height in heights)} m" if heights else "for none of the sizes"
+    count = f"({sum(overturns == wanted for overturns in found.values())} of {len(found)})"
+    return f"With the {variant} contact the published outcomes are found {where} {count}."
 
 
 def _peaks(results: Results) -> Table:

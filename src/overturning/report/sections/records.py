@@ -11,13 +11,10 @@ from overturning.report.blocks import Block, Bullets, Disclosure, Figure, Film, 
 from overturning.report.results import RecordName, Results
 from overturning.report.text import degrees, number
 from overturning.statistics.boundary import boundary, easiest_azimuth
-from overturning.statistics.circular import wrap_axis
+from overturning.statistics.circular import LEAST_RESULTANT, wrap_axis
 from overturning.statistics.falls import overturns
 from overturning.study.cube import processing_of
 from overturning.units import CM, GAL
-
-LEAST_RESULTANT = 0.05
-"""Resultant below which falls go every way alike and a mean direction or axis would be chance."""
 
 EXPLORER = "explore.html"
 """Name of the page of `overturning explore`, beside the report."""
@@ -32,7 +29,7 @@ def maps(results: Results) -> Section:
     if len(chosen) < len(results.names):
         few = (
             f"Of the {len(results.names)} records the {len(chosen)} whose fall axes agree most (largest resultant over "
-            "all blocks); the maps of the others stand with the records, below."
+            f"{results.words.blocks}); the maps of the others stand with the records, below."
         )
         blocks.append(Note(few))
     blocks += [_map(results, name) for name in chosen]
@@ -167,9 +164,9 @@ def _directions(results: Results) -> Section:
 def record_directions(results: Results) -> list[tuple[str, ...]]:
     """Where blocks fall under each record, as cells of a table.
 
-    Mean fall direction and its resultant, mean fall axis and its resultant, over all cases; azimuth of easiest
-    overturning of the lowest block at the highest friction, its angle from the fault normal, and the largest B/H along
-    it over that along the hardest azimuth; where cases have no azimuth the angle of the mean axis from the fault normal
+    Mean fall direction and axis with their resultants, over the informative blocks; azimuth of easiest overturning of
+    the lowest block at the highest friction, its angle from the fault normal, and the largest B/H along it over that
+    along the hardest azimuth; where cases have no azimuth the angle of the mean axis from the fault normal
     instead. Dashes where nothing falls, and for a mean whose resultant is below `LEAST_RESULTANT`.
     """
     cube, found = results.cube, results.record_means

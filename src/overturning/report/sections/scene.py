@@ -44,7 +44,7 @@ def scene(results: Results) -> Section | None:
         "without an outcome are not counted. Elsewhere in this report “the block” is the reference element of the "
         "study's own scene."
     )
-    towards = "Azimuths towards which each stone falls, over all cases."
+    towards = f"{results.words.rose} {results.words.which}"
     heads = ("scene", "element", "cases", "falls", "share", "falls first in", "median time, s")
     blocks: list[Block] = [
         Figure(drawing, "the scenes, drawn to scale", to_scale, width=0.85),

@@ -1,6 +1,7 @@
 """The answer in words, from summaries whose meaning is known, and how numbers are written."""
 
 import math
+import re
 from types import SimpleNamespace
 from typing import Any
 
@@ -18,7 +19,7 @@ from overturning.report.sections.space import follow_sentences
 from overturning.report.text import counted, degrees, estimate, interval, number, percent
 from overturning.report.words import WORDS
 from overturning.statistics.bootstrap import Interval, Mean
-from overturning.statistics.earthquakes import AlignmentDifference, AxisSummary
+from overturning.statistics.earthquakes import AlignmentDifference, AxisSummary, Followed
 from overturning.statistics.elements import StoneComparison
 from overturning.statistics.logistic import LogisticFit
 from overturning.study.sections import Primary
@@ -152,15 +153,22 @@ def test_stones_compared() -> None:
 
 def test_what_falls_follow_and_how_sure_that_is() -> None:
     sure, against, open_ = (Mean(9, *values) for values in ((0.5, 0.2, 0.7), (-0.4, -0.6, -0.1), (0.1, -0.3, 0.5)))
-    velocity = "peak velocity"
-    references = {(velocity, True): [sure], (velocity, False): [against], ("fault normal", True): [open_]}
-    (text,) = follow_sentences({"all records": references})
-    assert numbers(text) == ["2", "0.50", "0.20", "0.70", "9", "0", "0.10", "−0.40", "−0.60", "−0.10"]
-    assert "leaves out 0" in text
-    assert "against its head" in text
-    (text,) = follow_sentences({"all records": {("fault normal", True): [open_]}})
+    velocity, normal = "peak velocity", "fault normal"
+    references = {(velocity, True): [sure] * 3, (velocity, False): [open_, against, sure], (normal, True): [open_] * 3}
+    (text,) = follow_sentences({"all records": Followed(references, (velocity, normal), [sure])}, ["slender", "stout"])
+    best, closer, ends = text.split(". ")
+    assert numbers(best) == ["2", "0.50", "0.20", "0.70", "9", "0", "0.10"]
+    assert "leaves out 0" in best
+    assert numbers(closer) == ["0.50", "0.20", "0.70"]
+    assert closer.startswith("They lie closer")
+    # Opposite ends of slender and stouter blocks are not taken together to none.
+    assert numbers(ends) == ["1", "−1", "−0.40", "−0.60", "−0.10", "0.50", "0.20", "0.70"]
+    assert re.findall("slender: .*, against it; stout: .*, with it", ends)
+    (text,) = follow_sentences({"all records": Followed(references, (velocity, normal), [open_])}, ["a", "b"])
+    assert "not shown to lie closer" in text
+    (text,) = follow_sentences({"all records": Followed({(normal, True): [open_]}, (normal,), [])}, [])
     assert "nothing is shown" in text
-    assert follow_sentences({"all records": {("fault normal", True): [Mean(0, NAN, NAN, NAN)]}}) == []
+    assert follow_sentences({"all records": Followed({}, (), [])}, []) == []
 
 
 def test_numbers() -> None:

@@ -144,14 +144,35 @@ def test_falls_that_go_along_a_reference_follow_it() -> None:
     other = ("record", pgv + 90.0)
     intensity = xr.Dataset({"pgv_azimuth": ("record", pgv), "pga_azimuth": other, "pulse_axis": other})
     (found,) = followed(cube, intensity, [slice(0, 3), slice(1, 2)]).values()
-    assert [one.value for one in found["peak velocity", True]] == pytest.approx([1.0, 1.0])
-    assert [one.value for one in found["peak velocity", False]] == pytest.approx([-1.0, -1.0])
-    assert found["pulse", True][0].value == pytest.approx(-1.0)
-    assert ("pulse", False) not in found
+    assert [one.value for one in found.means["peak velocity", True]] == pytest.approx([1.0, 1.0])
+    assert [one.value for one in found.means["peak velocity", False]] == pytest.approx([-1.0, -1.0])
+    assert found.means["pulse", True][0].value == pytest.approx(-1.0)
+    assert ("pulse", False) not in found.means
     cube["fall_azimuth"] = cube["fall_azimuth"] + xr.DataArray([0.0, 45.0, 90.0], dims="b_over_h")
     (each,) = followed(cube, intensity).values()
-    assert [one.value for one in each["peak velocity", True]] == pytest.approx([1.0, 0.0, -1.0], abs=1e-6)
-    assert [one.value for one in each["peak velocity", False]] == pytest.approx([-1.0, -np.sqrt(0.5), 0.0], abs=1e-6)
+    assert [one.value for one in each.means["peak velocity", True]] == pytest.approx([1.0, 0.0, -1.0], abs=1e-6)
+    heads = [one.value for one in each.means["peak velocity", False]]
+    assert heads == pytest.approx([-1.0, -np.sqrt(0.5), 0.0], abs=1e-6)
+
+
+def test_two_references_are_compared_earthquake_by_earthquake() -> None:
+    normals = np.arange(9) * 20.0
+    cube = space_cube(events="AABCDEFGH", normals=normals)
+    away = np.array([40.0, 35, 45, 50, 30, 55, 25, 60, 40])
+    references = {"pgv_azimuth": normals + 20.0, "pga_azimuth": normals + 110.0, "pulse_axis": normals + 20.0 + away}
+    intensity = xr.Dataset({name: ("record", values) for name, values in references.items()})
+    (found,) = followed(cube, intensity, [slice(0, 3)]).values()
+    assert found.closest == ("peak velocity", "fault normal")
+
+    def cosine(record: int, reference: float) -> float:
+        return float(np.cos(2 * np.radians(angles_of(cube, record) - reference)).mean())
+
+    apart = np.array([cosine(record, normals[record] + 20.0) - cosine(record, normals[record]) for record in range(9)])
+    apart = np.array([apart[:2].mean(), *apart[2:]])
+    scipys = bootstrap((apart,), np.mean, method="percentile", n_resamples=20_000, rng=5).confidence_interval
+    (closer,) = found.closer
+    assert (closer.n, closer.value) == (8, pytest.approx(apart.mean(), abs=1e-6))
+    assert (closer.low, closer.high) == pytest.approx(tuple(scipys), abs=0.01)
 
 
 def test_the_plane_is_counted_right() -> None:

@@ -6,8 +6,7 @@ from matplotlib.figure import Figure
 
 from overturning.arrays import FloatArray
 from overturning.figures.style import DASHED, FAULT, INK, SERIES, caption, grid, labels
-from overturning.statistics.bootstrap import Mean
-from overturning.statistics.earthquakes import AxisSummary
+from overturning.statistics.earthquakes import AxisSummary, Followed
 
 MARKERS = ("o", "D", "s")
 
@@ -57,27 +56,28 @@ def axes_figure(groups: dict[str, xr.Dataset], summaries: dict[str, AxisSummary]
     return figure
 
 
-def follow_figure(found: dict[str, dict[tuple[str, bool], list[Mean]]], b_over_h: FloatArray) -> Figure:
+def follow_figure(found: dict[str, Followed], b_over_h: FloatArray) -> Figure:
     """What falls follow, by slenderness: a column per group of records; above as axes, below with their heads.
 
     Parameters
     ----------
-    found : dict
-        By group, then by name of the reference and whether it is taken as an axis: its mean for each B/H.
+    found : dict of Followed
+        By group, of each B/H by itself.
     b_over_h : ndarray, shape (n,)
         The slendernesses.
     """
     figure, panels = grid(2, len(found), max(3.4 * len(found), 4.4), 5.4)
-    names = list(dict.fromkeys(name for group in found.values() for name, _ in group))
+    names = list(dict.fromkeys(name for group in found.values() for name, _ in group.means))
     apart = 0.12 * float(np.diff(b_over_h).min(initial=0.05))
-    for column, (group, means) in enumerate(found.items()):
+    for column, (group, of_group) in enumerate(found.items()):
+        means = of_group.means
         for row, axial in enumerate((True, False)):
             axes = panels[row, column]
             axes.axhline(0.0, color="#c8c8c8", linewidth=0.8)
             for place, name in enumerate(names):
                 if (name, axial) not in means:
                     continue
-                value, low, high = np.array([(one.value, one.low, one.high) for one in means[name, axial]]).T
+                value, low, high = np.array([(mean.value, mean.low, mean.high) for mean in means[name, axial]]).T
                 x, colour = b_over_h + (place - 0.5 * (len(names) - 1)) * apart, SERIES[place % len(SERIES)]
                 axes.vlines(x, low, high, color=colour, linewidth=1.0)
                 axes.plot(x, value, "osD^"[place % 4], color=colour, markersize=3.5, label=name)

@@ -11,6 +11,7 @@ from functools import partial
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.model.falls import model_of
@@ -196,34 +197,56 @@ def compare_alignment(
 _REFERENCES = {"peak velocity": "pgv_azimuth", "peak acceleration": "pga_azimuth", "pulse": "pulse_axis"}
 
 
+@dataclass(frozen=True)
+class Followed:
+    """How far the falls of a group of records follow references, over earthquakes, for parts of the B/H.
+
+    Attributes
+    ----------
+    means : dict
+        By name of the reference and whether it is taken as an axis (all are; peaks, which have a head, as directions
+        too): `Mean` of the cosine of `fall_alignment` of each record, one for each part.
+    closest : tuple of str
+        The two references to whose axes falls lie closest in the first part; fewer where fewer are known.
+    closer : list of Mean
+        Of each part by how much the cosine for the first of these is larger, record by record.
+    """
+
+    means: dict[tuple[str, bool], list[Mean]]
+    closest: tuple[str, ...]
+    closer: list[Mean]
+
+
 def followed(
     cube: xr.Dataset, intensity: xr.Dataset, slenderness: Sequence[slice] | None = None
-) -> dict[str, dict[tuple[str, bool], list[Mean]]]:
-    """How far falls follow peaks, pulse and fault normal, over earthquakes, for parts of the B/H of a cube.
+) -> dict[str, Followed]:
+    """How far falls follow peaks, pulse and fault normal, over earthquakes, by group of records.
 
     Parameters
     ----------
     cube, intensity : Dataset
         The latter with ``pgv_azimuth``, ``pga_azimuth`` and ``pulse_axis`` of each record, degrees.
     slenderness : sequence of slice
-        Parts of the B/H; each by itself where not given.
-
-    Returns
-    -------
-    dict
-        By group of records, then by name of the reference and whether it is taken as an axis (all are; peaks, which
-        have a head, as directions too): `Mean` of the cosine of `fall_alignment` of each record, one for each part.
+        Parts of the B/H of the cube; each by itself where not given.
     """
     sums = sums_by_record(cube, "b_over_h")
     parts = slenderness or [slice(index, index + 1) for index in range(cube.sizes["b_over_h"])]
     totals = [sums.isel(b_over_h=part).sum("b_over_h") for part in parts]
     references = {name: intensity[of].drop_vars("record", errors="ignore") for name, of in _REFERENCES.items()}
-    events, groups = cube["event"].to_numpy().astype(str), record_groups(cube)
-    found: dict[str, dict[tuple[str, bool], list[Mean]]] = {group: {} for group in groups}
+    events, along = cube["event"].to_numpy().astype(str), dict[tuple[str, bool], list[FloatArray]]()
     for name, azimuth in {**references, "fault normal": cube["fault_normal"]}.items():
         for axial in (True, False)[: 1 + name.startswith("peak")]:
-            along = [fall_alignment(one, azimuth, axial=axial)["cosine"].to_numpy() for one in totals]
-            for group, members in groups.items():
-                means = [mean_over_earthquakes(np.where(members, one, np.nan), events) for one in along]
-                found[group][name, axial] = means
+            along[name, axial] = [fall_alignment(one, azimuth, axial=axial)["cosine"].to_numpy() for one in totals]
+
+    def mean(members: NDArray[np.bool_], values: FloatArray) -> Mean:
+        return mean_over_earthquakes(np.where(members, values, np.nan), events)
+
+    found = {}
+    for group, members in record_groups(cube).items():
+        means = {key: [mean(members, one) for one in values] for key, values in along.items()}
+        known = [name for name, axial in means if axial and means[name, True][0].n]
+        first, *others = sorted(known, key=lambda name: -means[name, True][0].value) or [""]
+        pairs = zip(along[first, True], along[others[0], True], strict=True) if others else ()
+        closer = [mean(members, one - other) for one, other in pairs]
+        found[group] = Followed(means, tuple([first, *others][:2]) if first else (), closer)
     return found

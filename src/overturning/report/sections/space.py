@@ -10,7 +10,7 @@ from overturning.report.results import Results
 from overturning.report.text import counted, degrees, estimate, number, percent
 from overturning.statistics.bootstrap import Mean
 from overturning.statistics.by_record import record_groups
-from overturning.statistics.earthquakes import followed
+from overturning.statistics.earthquakes import Followed, followed
 from overturning.statistics.space import plane_agreement, plane_counts, turns, twist
 
 CLASSES = 3
@@ -26,11 +26,15 @@ def follows(results: Results) -> Section | None:
     found = followed(results.cube, results.intensity, [slice(0, count), *parts])
     ratio = results.cube["b_over_h"].to_numpy()
     heads = [f"B/H {ratio[part][0]:g} to {ratio[part][-1]:g}" for part in parts]
-    rows = [
-        (group, name, "axis" if axial else "direction", means[0].n, *map(_shown, means))
-        for group, references in found.items()
-        for (name, axial), means in references.items()
-    ]
+    rows: list[tuple[str | int, ...]] = []
+    for group, references in found.items():
+        for (name, axial), (whole, *each) in references.means.items():
+            # Slender blocks may fall with the head and stouter ones against it: their mean would say neither.
+            shown = _shown(whole) if axial or not parts else "–"
+            rows.append((group, name, "axis" if axial else "direction", whole.n, shown, *map(_shown, each)))
+        if references.closer:
+            pair = " less ".join(references.closest)
+            rows.append((group, pair, "axis", references.closer[0].n, *map(_shown, references.closer)))
     by_reference = table(("records", "reference", "as", "earthquakes", "all B/H", *heads), rows, "ttt")
     caption = (
         "How far falls follow each reference, by slenderness: mean over earthquakes with its 95 % interval by "
@@ -44,44 +48,59 @@ def follows(results: Results) -> Section | None:
     )
     alt = "alignment of falls with peaks, pulse and fault normal"
     figure = Figure(results.figures / "follow.svg", alt, caption, width=0.9)
-    blocks: list[Block] = [*map(Paragraph, follow_sentences(found)), figure, by_reference, note]
+    blocks: list[Block] = [*map(Paragraph, follow_sentences(found, heads)), figure, by_reference, note]
     return Section("What does a stone follow?", tuple(blocks), anchor="follows")
 
 
 def _classes(count: int) -> list[slice]:
-    """The B/H in parts of about equal number; none where there are too few to tell apart."""
-    if count < 2 * CLASSES:
-        return []
-    return [slice(count * part // CLASSES, count * (part + 1) // CLASSES) for part in range(CLASSES)]
+    """The B/H in parts of about equal number; none where there is but one."""
+    classes = min(CLASSES, count) if count > 1 else 0
+    return [slice(count * part // classes, count * (part + 1) // classes) for part in range(classes)]
 
 
 def _shown(mean: Mean) -> str:
     return estimate(mean.value, mean.low, mean.high)
 
 
-def follow_sentences(found: dict[str, dict[tuple[str, bool], list[Mean]]]) -> list[str]:
-    """What falls follow most, over all B/H, by group of records, and whether zero lies in its interval."""
+def follow_sentences(found: dict[str, Followed], parts: list[str]) -> list[str]:
+    """What falls follow most, by group of records, how sure that is, and to which end, by slenderness."""
     sentences = []
     for group, references in found.items():
-        axes = {name: means[0] for (name, axial), means in references.items() if axial and means[0].n}
-        if not axes:
+        if not references.closest:
             continue
-        best = max(axes, key=lambda name: axes[name].value)
-        who = "Fall" if group == "all records" else f"Of the records {group}, fall"
+        best, *others = references.closest
+        mean, *_ = references.means[best, True]
+        who = "fall" if group == "all records" else f"of the records {group}, fall"
         certain = "its interval leaves out 0"
-        if not axes[best].low > 0:
+        if not mean.low > 0:
             certain = "but its interval takes in 0, so nothing is shown"
-        others = ", ".join(f"{name} {number(mean.value)}" for name, mean in axes.items() if name != best)
-        text = (
-            f"{who} axes lie closest to that of the {best}: mean cos 2Δ {_shown(axes[best])} over "
-            f"{counted(axes[best].n, 'earthquake')}, {certain} ({others})."
+        rest = ", ".join(
+            f"{name} {number(means[0].value)}"
+            for (name, axial), means in references.means.items()
+            if axial and name != best and means[0].n
         )
-        if head := references.get((best, False)):
-            ends = {"with its head": head[0].low > 0, "against its head": head[0].high < 0}
-            way = next((text for text, shown in ends.items() if shown), "with no preferred end shown")
-            text += f" Blocks fall {way} (mean cos Δ {_shown(head[0])})."
+        text = (
+            f"Secondary: {who} axes lie closest to that of the {best}: mean cos 2Δ {_shown(mean)} over "
+            f"{counted(mean.n, 'earthquake')}, {certain}{f' ({rest})' if rest else ''}."
+        )
+        if others:
+            closer = references.closer[0]
+            shown = "They lie closer to it" if closer.low > 0 else "They are not shown to lie closer to it"
+            text += f" {shown} than to that of the {others[0]}: difference of the cosines {_shown(closer)}."
+        if heads := references.means.get((best, False)):
+            ends = zip(parts, heads[1:], strict=True) if parts else [("", heads[0])]
+            said = "; ".join(f"{f'{part}: ' if part else ''}{_end(one)}" for part, one in ends if one.n)
+            text += f" Mean cos Δ, 1 where blocks fall with its head and −1 against it: {said}."
         sentences.append(text)
     return sentences
+
+
+def _end(mean: Mean) -> str:
+    """To which end of a reference blocks of one slenderness fall."""
+    ends = {"with it": mean.low > 0, "against it": mean.high < 0}
+    way = next((text for text, shown in ends.items() if shown), "no end shown")
+    few = f"{counted(mean.n, 'earthquake')}, too few for an interval"
+    return f"{_shown(mean)}, {few if math.isnan(mean.low) else way}"
 
 
 def plane_beside(results: Results) -> Section | None:

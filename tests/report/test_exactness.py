@@ -8,13 +8,16 @@ import numpy as np
 import pytest
 
 from overturning.model.planes import Planes
-from overturning.report.blocks import Caution, Note, Section
+from overturning.report.blocks import Caution, Paragraph, Section
 from overturning.report.results import Results
 from overturning.report.sections.exactness import convergence, dependence, ensemble
 from overturning.study.convergence import NUDGE, Convergence
 from tests.report.reading import column, numbers, tables, text_of
 
-COUNTS = {"element": "", "cases": 200, "flags": 2, "flags_undivided": 2, "fallen": 50, "sides": 0, "unanswered": 0}
+COUNTS = {
+    "element": "", "cases": 200, "flags": 2, "undivided": 160, "flags_undivided": 1, "fallen": 50, "sides": 0,
+    "unanswered": 0,
+}  # fmt: skip
 FOUND = {
     "seed": 1, "wanted": 200, "chosen": 200, "at_rest": 0, "cells": 9000, "study_block_steps": 1000, "cost": 1.0,
     "finer_by": 8, "stiffer_by": 4.0, "finer": {"block_steps": 500, "outcomes": [COUNTS]},
@@ -106,23 +109,28 @@ def test_each_element_is_counted_by_itself() -> None:
 
 def test_the_line_below_the_answer() -> None:
     calm = dependence(results_of())
-    assert type(calm) is Note
-    assert numbers(calm.text) == ["200", "1.0", "8"]
+    assert type(calm) is Paragraph
+    assert numbers(calm.text) == ["200", "0.0", "0.0", "7.1", "8", "1.0", "8"]  # of 0 in 50 by Wilson 7.1 %
     warning = dependence(results_of(stiffer=run_again(flags=5, flags_undivided=5)))
     assert isinstance(warning, Caution)
-    assert numbers(warning.text) == ["200", "1.0", "8", "2.5", "4"]
     assert "contact.stiffness" in warning.text
     assert "time_step" not in warning.text
     assert dependence(results_of(chosen=0)) is None
-    # What the neighbourhood does not agree on counts, but does not warn.
-    outcomes = run_again(flags=5, flags_undivided=1)
+    # Which way they fall is told first. What the neighbourhood is divided on counts, but does not warn; the others are
+    # a share of such cases.
+    outcomes = run_again(flags=5, flags_undivided=1, sides=10)
     divided = dependence(results_of(members=24, stiffer=outcomes, finer=outcomes))
-    assert type(divided) is Note
-    assert numbers(divided.text) == ["200", "2.5", "8", "2.5", "4", "0.5"]
+    assert type(divided) is Paragraph
+    ways = ["20.0", "11.2", "33.0"]  # of 10 in 50, by Wilson
+    assert numbers(divided.text) == ["200", *ways, "8", *ways, "4", "2.5", "8", "2.5", "4", "0.6"]
+    assert "to the other side" in divided.text
     shown = section(members=24, finer=outcomes)
     assert warnings(shown) == []
     (table,) = tables(shown)
     assert column(table, "changed")[:2] == ["5", "1"]
+    assert column(table, "compared")[:2] == ["200", "160"]
+    # 2 of 160 are more than one percent, of all 200 they would not be.
+    assert len(warnings(section(members=24, finer=run_again(flags=5, flags_undivided=2)))) == 1
     assert dependence(SimpleNamespace(study=None, convergence=None)) is None  # type: ignore[arg-type]
 
 

@@ -153,9 +153,10 @@ def test_repetition_counts_against_the_studys_flags_and_does_not_depend_on_threa
     assert wrong.stiffer.outcomes[0].flags == 10 - stiffer.flags
     # Where the ensemble is divided anyway a changed flag is counted, but not among those that matter.
     assert wrong.finer.outcomes[0].flags_undivided == wrong.finer.outcomes[0].flags
+    assert wrong.finer.outcomes[0].undivided == wrong.finer.outcomes[0].cases
     unsure = done.saying(opposite, divided=np.ones(opposite.shape, np.bool_))
     (all_divided,) = check_convergence(settings, done.records, unsure).finer.outcomes
-    assert all_divided == wrong.finer.outcomes[0].model_copy(update={"flags_undivided": 0})
+    assert all_divided == wrong.finer.outcomes[0].model_copy(update={"undivided": 0, "flags_undivided": 0})
     again = check_convergence(settings, done.records, done.sample, threads=2)
     assert again == found
 
@@ -341,7 +342,16 @@ def test_a_case_is_divided_where_some_members_fall_and_others_stand(tmp_path: Pa
     assert divided == {0: False, 1: True, 2: False, 3: False, 4: False}
 
 
-COUNTS = {"element": "", "cases": 200, "flags": 2, "flags_undivided": 2, "fallen": 50, "sides": 0, "unanswered": 0}
+COUNTS = {
+    "element": "",
+    "cases": 200,
+    "flags": 2,
+    "undivided": 200,
+    "flags_undivided": 2,
+    "fallen": 50,
+    "sides": 0,
+    "unanswered": 0,
+}
 FOUND = {
     "seed": 1, "wanted": 200, "chosen": 200, "at_rest": 0, "cells": 9000, "study_block_steps": 1000, "cost": 1.0,
     "finer_by": 8, "stiffer_by": 4.0, "finer": {"block_steps": 500, "outcomes": [COUNTS]},

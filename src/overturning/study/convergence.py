@@ -78,7 +78,8 @@ class Outcome(Counts):
     """What changed of one element, whose name is empty for a block."""
 
     element: str
-    flags_undivided: int  # of the changed flags, those of cases whose ensemble is not divided
+    undivided: int  # of the cases with an answer in both, those whose ensemble is not divided
+    flags_undivided: int  # of these, that fall in one answer and stand in the other
 
 
 class Repetition(BaseModel):
@@ -339,8 +340,9 @@ class _Runs:
         for column, name in enumerate(elements):
             before, after = own["overturned"][:, column], again["overturned"][:, column]
             sure = ~self.sample.divided[:count, column]
-            counts, flags = compare(before, after, away), compare(before[sure], after[sure]).flags
-            outcomes.append(Outcome(element=name, flags_undivided=flags, **counts.model_dump()))
+            counts, those = compare(before, after, away), compare(before[sure], after[sure])
+            own_counts = {"undivided": those.cases, "flags_undivided": those.flags}
+            outcomes.append(Outcome(element=name, **own_counts, **counts.model_dump()))
         return Repetition(block_steps=int(self.answers[kind]["block_steps"].sum()), outcomes=outcomes)
 
     def settle(self, count: int, allowed: int) -> Settling:

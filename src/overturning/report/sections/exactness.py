@@ -32,13 +32,13 @@ def convergence(results: Results) -> Section | None:
     warns = [
         name
         for name, part in repetitions
-        if any(outcome.flags_undivided > WARN_ABOVE * outcome.cases for outcome in part.outcomes)
+        if any(outcome.flags_undivided > WARN_ABOVE * outcome.undivided for outcome in part.outcomes)
     ]
     blocks: list[Block] = []
     if warns:
         warning = (
             f"Warning: with {' and with '.join(warns)} more than {percent(WARN_ABOVE)} of the flags change, those not "
-            "counted that the neighbourhood does not agree on. Do not trust single cells of this study; a smaller time "
+            "counted on which the neighbourhood is divided. Do not trust single cells of this study; a smaller time "
             "step or a stiffer contact is needed."
         )
         blocks.append(Caution(warning))
@@ -64,26 +64,33 @@ def convergence(results: Results) -> Section | None:
 
 
 def dependence(results: Results) -> Paragraph | None:
-    """How much of the answer depends on step and stiffness, in a line, with the setting that would help."""
+    """How much of the answer depends on step and stiffness, in a few lines, with the setting that would help."""
     found = results.convergence
     if found is None or not found.chosen:
         return None
-    shares, helps, sure = [], [], 0.0
+    flags, ways, helps, sure = [], [], [], 0.0
     for kind, (name, part) in _repetitions(found).items():
         outcomes = [one for one in part.outcomes if one.cases]
         if outcomes:
-            share = max(one.flags / one.cases for one in outcomes)
-            shares.append(f"{percent(share, 1)} of the flags with {name}")
-            undivided = max(one.flags_undivided / one.cases for one in outcomes)
+            flags.append(f"{percent(max(one.flags / one.cases for one in outcomes), 1)} with {name}")
+            undivided = max(one.flags_undivided / max(one.undivided, 1) for one in outcomes)
             helps += [_SETTINGS[kind]] if undivided > WARN_ABOVE else []
             sure = max(sure, undivided)
-    if not shares:
+        if fallen := sum(one.fallen for one in outcomes):
+            sides = sum(one.sides for one in outcomes)
+            ways.append((f"{percent(sides / fallen, 1)} ({_wilson(sides, fallen, 1)})", f"with {name}"))
+    if not flags:
         return None
-    text = f"Run again, {found.chosen} cases change {' and '.join(shares)}"
+    text = f"{found.chosen} cases were run again."
+    if ways:
+        where = "to the other side" if results.model.one_component else f"{ASIDE:g}° or more elsewhere"
+        (first, with_it), *more = ways
+        text += f" Of the falls {' and '.join([f'{first} go {where} {with_it}', *map(' '.join, more)])}."
+    text += f" Of the flags {' and '.join(flags)} change"
     if results.study.ensemble.members:
-        text += f", at most {percent(sure, 1)} where the neighbourhood of a case agrees on one"
+        text += f", where the neighbourhood of a case is not divided at most {percent(sure, 1)}"
     if not helps:
-        return Note(f"{text}: this little of the answer depends on the computation.")
+        return Paragraph(f"{text}. So far single cells depend on the computation.")
     return Caution(
         f"{text}. Do not trust single cells; {' and '.join(helps)} would help (How exact these answers are, below)."
     )
@@ -126,10 +133,10 @@ def _settled(found: Convergence) -> str:
     )
 
 
-def _wilson(count: int, of: int) -> str:
+def _wilson(count: int, of: int, digits: int = 2) -> str:
     """The interval of a share, %."""
     low, high = map(float, wilson(count, of))
-    return f"{100 * low:.2f} to {percent(high, 2)}"
+    return f"{100 * low:.{digits}f} to {percent(high, digits)}"
 
 
 def _rows(name: str, part: Repetition, own: int, side: str, agreed: bool) -> list[tuple[Any, ...]]:
@@ -139,7 +146,7 @@ def _rows(name: str, part: Repetition, own: int, side: str, agreed: bool) -> lis
     rows: list[tuple[Any, ...]] = []
     for outcome in part.outcomes:
         whose = f"{outcome.element} " if outcome.element else ""
-        undivided = ("of these where the neighbourhood agrees", outcome.flags_undivided, outcome.cases)
+        undivided = ("of these where the neighbourhood is not divided", outcome.flags_undivided, outcome.undivided)
         for what, changed, compared in (
             ("falls or stands", outcome.flags, outcome.cases),
             *([undivided] if agreed else []),

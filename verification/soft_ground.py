@@ -12,7 +12,7 @@ from overturning.report.blocks import Answer, Paragraph, Table
 from overturning.report.results import Results, open_results
 from overturning.report.sections.population import ground
 from overturning.study.load import load_study
-from overturning.study.scenes import NOMINAL, site_of
+from overturning.study.scenes import NOMINAL, setting_of
 from verification.tables import RESULTS, ROOT, markdown, publish, wrapped, write_csv
 
 STUDY: Final = ROOT / "results" / "soft-ground"
@@ -32,7 +32,7 @@ def periods(results: Results) -> str:
     """Fundamental periods of the variants, in their order."""
     found = []
     for name in results.study.variants:
-        site = site_of(results.study, name)
+        site = setting_of(results.study, name).site
         if site is not None:
             found.append(fundamental_period([Soil(one.thickness_m, one.velocity_m_s, 1, 0) for one in site.layers]))
     return ", ".join(f"{one:.2f} s" for one in found)

@@ -24,8 +24,8 @@ from overturning.model.contact import VertexContact
 from overturning.model.shapes import Rectangle
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
-from overturning.study.grid import grid_of
 from overturning.study.load import load_study
+from overturning.study.scenes import grid_of
 from verification import inputs
 from verification.engines import SPACE_ENGINES, Prism, fall_azimuth, installed
 from verification.inputs import near_fault, strong_part

@@ -38,8 +38,8 @@ from overturning.study.convergence import (
 )
 from overturning.study.cube import open_cube
 from overturning.study.ensemble import wilson
-from overturning.study.grid import grid_of
 from overturning.study.load import check_study
+from overturning.study.scenes import grid_of
 from overturning.study.schema import Study
 from overturning.study.sections import Ensemble, Verification
 from tests.dem.near_field import near_field

@@ -21,9 +21,8 @@ from overturning.model.variables import PLANE_ENSEMBLE_VARIABLES
 from overturning.motion.motion import Motion
 from overturning.study import ensemble
 from overturning.study.cube import open_cube
-from overturning.study.ensemble import BATCH, CellEnsemble, cells_to_run, settled, wilson
+from overturning.study.ensemble import BATCH, CellEnsemble, Members, cells_to_run, draw_members, settled, wilson
 from overturning.study.load import check_study
-from overturning.study.members import Members, draw_members, read_members, write_members
 from overturning.study.recheck import recheck
 from overturning.study.sections import Ensemble
 from tests.study.small_study import cube_of, pulse
@@ -71,9 +70,9 @@ def test_members_fill_their_neighbourhood_and_no_more() -> None:
 
 def test_members_depend_on_the_seed_alone(tmp_path: Path) -> None:
     for name, seed in (("a", 1), ("b", 1), ("c", 2)):
-        write_members(draw_members(Ensemble(seed=seed)), tmp_path / name)
+        draw_members(Ensemble(seed=seed)).write(tmp_path / name)
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes() != (tmp_path / "c").read_bytes()
-    members, again = draw_members(Ensemble()), read_members(tmp_path / "a")
+    members, again = draw_members(Ensemble()), Members.read(tmp_path / "a")
     for name in ("scramble", "amplitude", "azimuth_deg", "initial_tilt"):
         assert np.array_equal(getattr(members, name), getattr(again, name))
 
@@ -86,7 +85,7 @@ def test_a_wrong_table(tmp_path: Path) -> None:
     ):
         (tmp_path / "members.csv").write_text(text)
         with pytest.raises(ResultError, match=r"members\.csv"):
-            read_members(tmp_path / "members.csv")
+            Members.read(tmp_path / "members.csv")
 
 
 def test_cells_near_a_change() -> None:

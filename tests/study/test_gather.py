@@ -19,10 +19,9 @@ from overturning.model.variables import FLOAT32_MISSING, INT8_MISSING, VARIABLES
 from overturning.records.record import Record
 from overturning.study.cube import earthquakes_said, open_cube, processing_of, study_of
 from overturning.study.gather import describe_cube, gather
-from overturning.study.grid import grid_of
 from overturning.study.load import check_study
 from overturning.study.parts import write_part
-from overturning.study.scenes import model_for
+from overturning.study.scenes import grid_of, model_for
 from overturning.study.schema import Study
 
 NAMES = ("first", "second")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from overturning.errors import ArgumentError
-from overturning.study.grid import grid_of
 from overturning.study.parts import Chunk, piece_of
+from overturning.study.scenes import grid_of
 from tests.study.small_study import cube_of, pulse, study
 
 ENSEMBLE = {"ensemble": {"members": 16, "where": "everywhere"}}

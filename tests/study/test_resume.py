@@ -13,7 +13,7 @@ from overturning.errors import ResultError
 from overturning.files import atomic_write, checksum_matches
 from overturning.records.record import Record
 from overturning.records.store import read_motion, write_motion
-from overturning.study.members import draw_members, read_members, write_members
+from overturning.study.ensemble import Members, draw_members
 from overturning.study.resume import keep_cubes, lock, put_cubes_back, repair
 from overturning.study.schema import Ensemble
 
@@ -43,12 +43,12 @@ def test_every_byte_of_a_file_counts(tmp_path: Path) -> None:
 def test_members_are_checked_too(tmp_path: Path) -> None:
     path = tmp_path / "members.csv"
     drawn = draw_members(Ensemble(members=16))
-    write_members(drawn, path)
-    np.testing.assert_array_equal(read_members(path).friction, drawn.friction)
+    drawn.write(path)
+    np.testing.assert_array_equal(Members.read(path).friction, drawn.friction)
     text = path.read_text(encoding="utf-8")
     path.write_text(text.replace("1.", "2.", 1), encoding="utf-8")
     with pytest.raises(ResultError, match="damaged"):
-        read_members(path)
+        Members.read(path)
 
 
 def test_only_what_is_damaged_or_half_written_is_taken_away(tmp_path: Path) -> None:

@@ -21,8 +21,8 @@ from overturning.report.sections.scene import scene as scene_section
 from overturning.report.sections.scene import spread_sentence
 from overturning.statistics.elements import compare_stones, falls_by_element
 from overturning.study.cube import open_cube
+from overturning.study.ensemble import draw_members
 from overturning.study.load import check_study
-from overturning.study.members import draw_members
 from overturning.study.recheck import recheck
 from overturning.study.scenes import scene_of
 from overturning.study.schema import Study

@@ -15,9 +15,9 @@ from overturning.records.record import Record
 from overturning.records.store import read_motion
 from overturning.study.convergence import check_convergence, compare, differ, elsewhere, read_sample, unanswered
 from overturning.study.cube import open_cube, study_of
+from overturning.study.ensemble import draw_members
 from overturning.study.gather import gather
 from overturning.study.load import check_study, load_study, study_from
-from overturning.study.members import draw_members
 from overturning.study.recheck import recheck
 from overturning.study.schema import Study
 from overturning.study.sections import Verification

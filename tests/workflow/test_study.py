@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from overturning.study.cube import open_cube
-from overturning.study.grid import grid_of
 from overturning.study.load import study_from
+from overturning.study.scenes import grid_of
 from overturning.study.sources import _imports
 from tests.workflow.conftest import ROOT, Checkout
 

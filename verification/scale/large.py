@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from overturning.study.members import draw_members, write_members
+from overturning.study.ensemble import draw_members
 from verification.scale.made import made_study, write_made_cube, write_made_motions, write_made_parts, write_study
 from verification.tables import Figure
 
@@ -50,7 +50,7 @@ def measure_chunk(folder: Path, chunks: int = 8) -> list[Figure]:
     own = study.model_copy(update={"records": study.records.model_copy(update={"use": ("rinaldi",)})})
     write_study(own, folder / "own.json")
     taken("read", "--study", folder / "own.json", "--record", "rinaldi", "--output", folder / "motion.nc")
-    write_members(draw_members(study.ensemble), folder / "members.csv")
+    draw_members(study.ensemble).write(folder / "members.csv")
     part = folder / f"rinaldi.1-of-{chunks}.nc"
     took = taken(
         "sweep", "--study", folder / "study.json", "--motion", folder / "motion.nc", "--output", part,
@@ -97,7 +97,7 @@ def measure_lazily(
     write_study(study, folder / "study.json")
     write_made_motions(study, folder / "motion")
     write_made_cube(study, folder / "cube.nc", different=min(2, records))
-    write_members(draw_members(study.ensemble), folder / "members.csv")
+    draw_members(study.ensemble).write(folder / "members.csv")
     base = ("--study", folder / "study.json", "--motions", folder / "motion")
     size = (folder / "cube.nc").stat().st_size
     found = [Figure(f"{cube}: cells", records * study.cases), Figure(f"{cube}: size", size / 1e9, "GB")]

@@ -15,10 +15,9 @@ from overturning.motion.motion import Motion
 from overturning.records.record import Record
 from overturning.records.store import rounded, write_motion
 from overturning.study.gather import describe_cube, gather
-from overturning.study.grid import grid_of
 from overturning.study.load import check_study
 from overturning.study.parts import Chunk, part_path, piece_of, write_part
-from overturning.study.scenes import NOMINAL
+from overturning.study.scenes import NOMINAL, grid_of
 from overturning.study.schema import Study
 from overturning.study.sweep import variables_of
 

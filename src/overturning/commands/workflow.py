@@ -77,11 +77,13 @@ def surface(
     """Take the motions of all records through the soil of a variant."""
     from overturning.records.processing import process
     from overturning.records.store import write_motion
-    from overturning.study.scenes import site_of
+    from overturning.study.scenes import setting_of
 
     settings, records = _with_records(study, motions)
     for rock in records:
-        write_motion(process(rock, (), site_of(settings, variant)), output / f"{rock.record_id}.nc", unprocessed=rock)
+        write_motion(
+            process(rock, (), setting_of(settings, variant).site), output / f"{rock.record_id}.nc", unprocessed=rock
+        )
 
 
 def rotate(study: Study, motions: Motions, output: NetCDF) -> None:
@@ -93,10 +95,10 @@ def rotate(study: Study, motions: Motions, output: NetCDF) -> None:
 
 def members(study: Study, output: Annotated[Path, typer.Option(help="table of members to make (CSV)")]) -> None:
     """Draw the members of a study's ensemble, once for all its jobs."""
+    from overturning.study.ensemble import draw_members
     from overturning.study.load import study_from
-    from overturning.study.members import draw_members, write_members
 
-    write_members(draw_members(study_from(study).ensemble), output)
+    draw_members(study_from(study).ensemble).write(output)
 
 
 def sweep(
@@ -110,14 +112,14 @@ def sweep(
 ) -> None:
     """Simulate every case of one record, or a chunk of them."""
     from overturning.records.store import read_motion
+    from overturning.study.ensemble import Members
     from overturning.study.load import study_from
-    from overturning.study.members import read_members
     from overturning.study.parts import Chunk
     from overturning.study.scenes import numerics_of
     from overturning.study.sweep import sweep_record
 
     settings, part = study_from(study), Chunk.parse(chunk)
-    record, drawn = read_motion(motion), read_members(members) if members else None
+    record, drawn = read_motion(motion), Members.read(members) if members else None
     numerics = numerics_of(settings, threads, _per_cents())
     sweep_record(settings, record, output, variant, members=drawn, chunk=part, numerics=numerics)
 

@@ -20,15 +20,14 @@ from pydantic import BaseModel, ValidationError
 from overturning.dem.numerics import Progress
 from overturning.dem.run import run
 from overturning.errors import ArgumentError, ResultError
-from overturning.files import atomic_write
+from overturning.files import write_text
 from overturning.model.cases import Cases
 from overturning.model.results import Results
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.study.grid import grid_of
 from overturning.study.netcdf import open_raw
-from overturning.study.scenes import model_for, motion_of, numerics_of
+from overturning.study.scenes import grid_of, model_for, motion_of, numerics_of
 from overturning.study.schema import Study
 from overturning.study.sections import Verification
 
@@ -53,11 +52,9 @@ PILOT: Final = 16
 FINER_OVER_STIFFER: Final = 9.0
 """Block steps with finer steps over those with stiffer springs, at most: 8 over 1, and what is done once more."""
 
-_CHANCES: Final = (
-    "probability_towards",
-    "probability_away",
-    "probability_falls",
-)  # their sum: share of members that fall
+_CHANCES: Final = ("probability_towards", "probability_away", "probability_falls")
+"""Variables whose sum is the share of members that fall."""
+
 _ROUNDING: Final = 1e-6
 
 
@@ -118,8 +115,7 @@ class Convergence(BaseModel):
 
     def write(self, path: Path) -> None:
         """Write it as JSON."""
-        with atomic_write(path) as part:
-            part.write_text(self.model_dump_json(indent=1) + "\n", encoding="utf-8")
+        write_text(path, self.model_dump_json(indent=1) + "\n")
 
     @classmethod
     def read(cls, path: Path) -> "Convergence":
@@ -156,7 +152,7 @@ def compare(first: NDArray[np.int8], second: NDArray[np.int8], elsewhere: NDArra
     both = known & fell & fell_too
     other = first != second if elsewhere is None else (first != second) | elsewhere
     counted = {"cases": known, "flags": known & (fell != fell_too), "fallen": both, "sides": both & other}
-    return Counts(**{name: int(mask.sum()) for name, mask in counted.items()}, unanswered=int((~known).sum()))
+    return Counts(**{name: int(mask.sum()) for name, mask in (counted | {"unanswered": ~known}).items()})
 
 
 def elsewhere(first: Answers, second: Answers) -> NDArray[np.bool_]:
@@ -193,10 +189,9 @@ def choose(
     for every record, are not chosen: they mirror others and would be the same computation again.
     """
     cells = np.argwhere(computed)
-    total = records * len(cells)
-    wanted = min(total, max(settings.at_least, round(settings.share * records * computed.size)))
-    chosen = np.random.Generator(np.random.PCG64(settings.seed)).permutation(total)[:wanted]
-    return chosen // len(cells), cells[chosen % len(cells)]
+    wanted = max(settings.at_least, round(settings.share * records * computed.size))
+    order = np.random.Generator(np.random.PCG64(settings.seed)).permutation(records * len(cells))[:wanted]
+    return order // len(cells), cells[order % len(cells)]
 
 
 def read_sample(cube: Path, settings: Verification) -> Sample:
@@ -258,20 +253,20 @@ def check_convergence(
         runs.run("finer", int(np.searchsorted(affordable, allowed - int(spent.sum()), side="right")))
     else:
         runs.run_affordable("finer", 1.0, allowed)
-    grid, count = grid_of(study), len(runs.answers["finer"])
+    count = len(runs.answers["finer"])
     done = sum(int(one["block_steps"].sum()) for one in runs.answers.values())
     return Convergence(
         seed=settings.seed,
         wanted=len(sample.record),
         chosen=count,
         at_rest=int(sample.at_rest[:count].sum()),
-        cells=len(records) * grid.size,
+        cells=len(records) * runs.grid.size,
         study_block_steps=sample.block_steps,
         cost=settings.cost,
         finer_by=FINER,
         stiffer_by=STIFFER,
-        finer=runs.outcome("finer", count, grid.element or ("",)),
-        stiffer=runs.outcome("stiffer", count, grid.element or ("",)),
+        finer=runs.outcome("finer", count),
+        stiffer=runs.outcome("stiffer", count),
         settling=runs.settle(count, allowed - done),
     )
 
@@ -283,9 +278,8 @@ class _Runs:
         self, study: Study, records: Sequence[Record], sample: Sample, threads: int, progress: Progress | None
     ) -> None:
         self.sample, self.threads, self.progress = sample, threads, progress
-        self.motions = [motion_of(study, record) for record in records]
+        self.motions, self.grid = [motion_of(study, record) for record in records], grid_of(study)
         self.computations = computations(study)
-        self.grid = grid_of(study)
         self.answers = dict.fromkeys(("finer", "stiffer"), sample.answers[:0])
         self.refused: dict[str, str] = {}
 
@@ -331,13 +325,13 @@ class _Runs:
             list(pool.map(one, np.unique(self.sample.record[rows]).tolist()))
         return answers
 
-    def outcome(self, kind: str, count: int, elements: Sequence[str]) -> Repetition:
+    def outcome(self, kind: str, count: int) -> Repetition:
         """What changed in the first cases."""
         if kind in self.refused:
             return Repetition(block_steps=0, outcomes=[], refused=self.refused[kind])
         own, again, outcomes = self.sample.answers[:count], self.answers[kind][:count], []
         away = elsewhere(own, again)
-        for column, name in enumerate(elements):
+        for column, name in enumerate(self.grid.element or ("",)):
             before, after = own["overturned"][:, column], again["overturned"][:, column]
             sure = ~self.sample.divided[:count, column]
             counts, those = compare(before, after, away), compare(before[sure], after[sure])

@@ -1,30 +1,37 @@
 """The ensemble: each case run again in a stated neighbourhood, and how often it falls to which side.
 
-It is the spread over that neighbourhood, no more: it says how far the answer depends on what is not known exactly, not
-how probable the neighbourhood is.
+Its members are scrambled Sobol points in that neighbourhood, the same for every cell. What they give is the spread over
+it, no more: how far the answer depends on what is not known exactly, not how probable the neighbourhood is.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from pathlib import Path
 from statistics import NormalDist
-from typing import Any, Final
+from typing import Any, Final, Self
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike, NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.numerics import Progress
+from overturning.errors import ResultError
+from overturning.files import atomic_write, checksum_matches, seal
 from overturning.model.cases import Cases
 from overturning.model.grid import Grid
 from overturning.model.model import Model
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
-from overturning.study.members import Members
+from overturning.study.sections import Ensemble
 
 Z_95: Final = NormalDist().inv_cdf(0.975)
 """Two-sided 95 % point of the normal distribution."""
 
-REACH = 2
+SCRAMBLES: Final = 2
+"""Independent scrambles; the difference between their means shows how well the members know the probability."""
+
+REACH: Final = 2
 """Cells on either side of a change of flag along B/H that `where: boundary` runs."""
 
 BATCH: Final = 8
@@ -40,6 +47,99 @@ Runner = Callable[[Any, Progress | None], Any]
 """What runs cases under the motion of the nominal ones."""
 
 Arrays = dict[str, NDArray[Any]]
+
+
+@dataclass(frozen=True)
+class Members:
+    """What each member changes, the same for every cell.
+
+    Attributes
+    ----------
+    scramble : ndarray of int, shape (n,)
+        Which scramble the member belongs to, 0 or 1.
+    amplitude, b_over_h, friction, damping : ndarray, shape (n,)
+        Factors.
+    azimuth_deg : ndarray, shape (n,)
+        Turn of the sensor, degrees, added to the azimuth.
+    initial_tilt : ndarray, shape (n,)
+        Rotation at the start, rad.
+    """
+
+    scramble: NDArray[np.int64]
+    amplitude: FloatArray
+    b_over_h: FloatArray
+    friction: FloatArray
+    damping: FloatArray
+    azimuth_deg: FloatArray
+    initial_tilt: FloatArray
+
+    @property
+    def size(self) -> int:
+        """Number of members."""
+        return int(self.scramble.size)
+
+    def some(self, chosen: NDArray[np.intp]) -> "Members":
+        """Some of the members."""
+        return Members(*(getattr(self, name)[chosen] for name in COLUMNS))
+
+    def batches(self, size: int) -> list[NDArray[np.intp]]:
+        """The members in the order in which they are run: batches of `size`, the next ones of each scramble in turn."""
+        own = [np.flatnonzero(self.scramble == scramble) for scramble in range(SCRAMBLES)]
+        each = size // SCRAMBLES
+        starts = range(0, max(places.size for places in own), each)
+        return [np.concatenate([places[start : start + each] for places in own]) for start in starts]
+
+    def write(self, path: Path) -> None:
+        """Write the members as CSV, with a checksum."""
+        rows = zip(*(getattr(self, name).tolist() for name in COLUMNS), strict=True)
+        with atomic_write(path) as part:
+            part.write_text("".join(f"{','.join(map(str, row))}\n" for row in (COLUMNS, *rows)), encoding="utf-8")
+            seal(part)
+
+    @classmethod
+    def read(cls, path: Path) -> Self:
+        """Read what `write` wrote; a `ResultError` if the file is missing, damaged or none of these."""
+        try:
+            header, *rows = [line.split(",") for line in path.read_text("utf-8").split("\n#")[0].splitlines()]
+            if tuple(header) != COLUMNS or not checksum_matches(path):
+                raise ValueError(header)
+            scramble, *columns = np.array(rows, np.float64).reshape(-1, len(COLUMNS)).T
+        except (OSError, ValueError):
+            raise ResultError(
+                f"{path}: damaged, or no table of ensemble members; run the study again, which makes it anew"
+            ) from None
+        return cls(scramble.astype(np.int64), *columns)
+
+
+COLUMNS: Final = tuple(item.name for item in fields(Members))
+
+
+def draw_members(settings: Ensemble) -> Members:
+    """Draw the members: two scrambles of one Sobol sequence (Owen 1998, ACM TOMACS 8).
+
+    Parameters
+    ----------
+    settings : Ensemble
+        Number, half-widths and seed.
+
+    Returns
+    -------
+    Members
+        Rounded to 1e-9, so that the file they are kept in holds the very same numbers.
+    """
+    from scipy.stats import qmc
+
+    half = settings.members // SCRAMBLES
+    power = max(half - 1, 0).bit_length()  # the sequence is made in powers of two; its beginning is the same in each
+    generators = (
+        np.random.Generator(np.random.PCG64(stream))
+        for stream in np.random.SeedSequence(settings.seed).spawn(SCRAMBLES)
+    )
+    points = [qmc.Sobol(d=6, scramble=True, rng=one).random_base2(power)[:half] for one in generators]
+    widths = (settings.amplitude, settings.b_over_h, settings.friction, settings.damping)
+    changes = (2 * np.concatenate(points) - 1) * np.array([*widths, settings.azimuth, settings.initial_tilt])
+    changes[:, : len(widths)] += 1.0  # factors
+    return Members(np.repeat(np.arange(SCRAMBLES), half), *np.round(changes, 9).T)
 
 
 def cells_to_run(overturned: NDArray[np.int8], everywhere: bool, dimensions: int = 4) -> NDArray[np.bool_]:
@@ -65,19 +165,15 @@ def cells_to_run(overturned: NDArray[np.int8], everywhere: bool, dimensions: int
         return np.ones(shape, dtype=bool)
     change = overturned[:, :, 1:] != overturned[:, :, :-1]
     change = change.any(axis=dimensions) if change.ndim > dimensions else change
-    count = shape[2]
-    chosen = np.zeros(shape, dtype=bool)
-    for step in range(1 - REACH, REACH + 1):  # a change between i and i + 1 concerns i − 1 to i + 2
-        low, high = max(0, -step), min(count - 1, count - step)
-        chosen[:, :, low + step : high + step] |= change[:, :, low:high]
-    return chosen
+    # A change between i and i + 1 concerns i − 1 to i + 2.
+    padded = np.pad(change, [(REACH, REACH) if axis == 2 else (0, 0) for axis in range(dimensions)])
+    return np.asarray(sliding_window_view(padded, 2 * REACH, axis=2).any(axis=-1))
 
 
 def wilson(count: ArrayLike, total: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """95 % interval of a share (Wilson 1927, Journal of the American Statistical Association 22).
 
-    Written out here because scipy's takes one share at a time, and a sweep should not wait for it; a test holds it to
-    scipy's.
+    Written out because scipy's takes one share at a time, and a sweep should not wait for it.
 
     Parameters
     ----------
@@ -116,6 +212,13 @@ def settled(flags: NDArray[np.int8], widest: float) -> NDArray[np.bool_]:
     ends = [wilson((flags == side).sum(axis=1), known) for side in (1, -1)]
     narrow = [high - low <= 2.0 * widest for low, high in ends]
     return np.asarray(np.logical_and(*narrow).reshape(len(flags), -1).all(axis=1))
+
+
+def part_of(progress: Progress | None, begin: float, end: float) -> Progress | None:
+    """Progress of one part of a work, between two shares of it, as progress of the whole, in millionths."""
+    if progress is None:
+        return None
+    return lambda done, total: progress(round(1e6 * (begin + (end - begin) * (done / total if total else 1.0))), 10**6)
 
 
 @dataclass(frozen=True)
@@ -190,14 +293,10 @@ class CellEnsemble:
             some = np.zeros_like(chosen)
             some[directions[start : start + group]] = True
             cells = np.argwhere(chosen & some)
-
-            def step(share: float, before: int = done, count: int = len(cells)) -> None:
-                if progress:
-                    progress(int(1000 * (before + count * share)), 1000 * work)
-
             flags = np.full((len(cells), members.size, *overturned.shape[len(grid.shape) :]), INT8_MISSING)
             azimuth = np.full((len(cells), members.size), np.nan)
-            block_steps += self._run_batches(grid, cells, run, flags, azimuth, step if progress else None)
+            of_group = part_of(progress, done / work, (done + len(cells)) / work)
+            block_steps += self._run_batches(grid, cells, run, flags, azimuth, of_group)
             found = self.model.tally(flags, azimuth - members.azimuth_deg, members.scramble)
             for name, values in found.items():
                 arrays[name][tuple(cells.T)] = values
@@ -212,19 +311,14 @@ class CellEnsemble:
         run: Runner,
         flags: NDArray[np.int8],
         azimuth: FloatArray,
-        step: Callable[[float], None] | None,
+        progress: Progress | None,
     ) -> int:
         """Fill in flags and, in space, fall azimuths of some cells, until they are settled; return block steps."""
         batches, block_steps = self.members.batches(BATCH), 0
         unsettled = np.arange(len(cells))
         for index, batch in enumerate(batches):
-
-            def part_of_batch(part: int, whole: int, before: int = index) -> None:
-                if step:
-                    step((before + part / max(whole, 1)) / len(batches))
-
-            cases = self._cases(grid, cells[unsettled], self.members.some(batch))
-            results = run(cases, part_of_batch if step else None)
+            of_batch = part_of(progress, index / len(batches), (index + 1) / len(batches))
+            results = run(self._cases(grid, cells[unsettled], self.members.some(batch)), of_batch)
             block_steps += int(results.block_steps.sum())
             new = results.overturned.reshape(unsettled.size, batch.size, *flags.shape[2:])
             flags[unsettled[:, None], batch] = new
@@ -233,23 +327,26 @@ class CellEnsemble:
             unsettled = unsettled[~settled(flags[unsettled], self.widest)]
             if unsettled.size == 0:
                 break
-        if step:
-            step(1.0)
+        if progress:
+            progress(1, 1)
         return block_steps
 
     def _cases(self, grid: Grid, cells: NDArray[np.int64], members: Members) -> Cases:
         """Every member of every cell, the members of a cell together."""
-        nominal = {name: grid[name][cells[:, at]].astype(np.float64) for at, name in enumerate(grid.names)}
-        # In the frame of a sensor that is turned the other way a plane, or a body, faces as much further clockwise.
-        direction = (nominal.pop(grid.names[0])[:, None] + members.azimuth_deg).ravel()
+        direction, *rest = (grid[name][cells[:, at], None].astype(np.float64) for at, name in enumerate(grid.names))
         same = np.ones(members.size)
-        columns = {name: (at[:, None] * getattr(members, name, same)).ravel() for name, at in nominal.items()}
+        sizes = {name: at * getattr(members, name, same) for name, at in zip(grid.names[1:], rest, strict=True)}
         alike = {
             "amplitude": members.amplitude,
             "damping_factor": members.damping,
             "initial_tilt": members.initial_tilt,
         }
-        return Cases(direction, **columns, **{name: np.tile(one, len(cells)) for name, one in alike.items()})
+        return Cases(
+            # In the frame of a sensor that is turned the other way a plane, or a body, faces as much further clockwise.
+            (direction + members.azimuth_deg).ravel(),
+            **{name: values.ravel() for name, values in sizes.items()},
+            **{name: np.tile(one, len(cells)) for name, one in alike.items()},
+        )
 
     def _copy(self, grid: Grid, arrays: Arrays, marked: NDArray[Any]) -> None:
         """Fill the marked cells from those that answer for them."""

@@ -18,10 +18,9 @@ from overturning.model.variables import INT8_MISSING, Variable
 from overturning.records.catalogue import METADATA
 from overturning.records.earthquakes import earthquakes_of
 from overturning.records.record import Record, provenance
-from overturning.study.grid import grid_of
 from overturning.study.netcdf import add_coordinate, add_grid, add_variable, content_hash
 from overturning.study.parts import opened_part, record_of
-from overturning.study.scenes import NOMINAL, model_for
+from overturning.study.scenes import NOMINAL, grid_of, model_for
 from overturning.study.schema import Study
 from overturning.study.sweep import variables_of
 

@@ -14,7 +14,7 @@ from overturning.motion.intensity import PEAKS, intensity_by_azimuth, record_mea
 from overturning.motion.motion import Motion
 from overturning.motion.spectra import rotd
 from overturning.records.record import Record
-from overturning.study.grid import directions
+from overturning.study.scenes import directions
 from overturning.study.schema import Study
 
 PERCENTILES = (0.0, 50.0, 100.0)

@@ -13,9 +13,8 @@ from overturning.model.grid import Grid
 from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
 from overturning.study.cube import open_cube, study_of
-from overturning.study.grid import grid_of
 from overturning.study.netcdf import content_hash, open_raw
-from overturning.study.scenes import model_for, motion_of, numerics_of, site_of
+from overturning.study.scenes import grid_of, model_for, motion_of, numerics_of, setting_of
 from overturning.study.schema import Study
 from overturning.study.sweep import ensemble_of, member_runner, scaled, simulate_variant, variables_of
 
@@ -51,7 +50,7 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
     with open_cube(path) as cube:
         study, variant = study_of(cube), str(cube.attrs["variant"])
         names = [str(name) for name in cube["record_id"].to_numpy()]
-    folder = motions or path.parent / "motion" / (variant if site_of(study, variant) else "")
+    folder = motions or path.parent / "motion" / (variant if setting_of(study, variant).site else "")
     grid, variables = grid_of(study, variant), variables_of(study)
     # Under each motion as recorded, and at each of the study's amplitudes where there are several.
     scales = grid.amplitude or (1.0,)

@@ -17,7 +17,7 @@ from typing import Any, Final
 from overturning.errors import ResultError
 from overturning.files import checksum_matches
 from overturning.study.convergence import Convergence
-from overturning.study.members import read_members
+from overturning.study.ensemble import Members
 
 DAMAGED: Final = "damaged or gone, is made again: "
 """What a line begins with that names a file of `repair`."""
@@ -26,7 +26,7 @@ DRAWN: Final = "drawn.txt"
 """Beside the figures, the names of those of which Snakemake does not know how many there are."""
 
 _TABLES: Final[dict[str, Callable[[Path], Any]]] = {
-    "members.csv": read_members,
+    "members.csv": Members.read,
     "convergence.json": Convergence.read,
 }
 _AHEAD: Final = 2.0  # s by which the clocks of a file system and of the processor may differ

@@ -1,9 +1,11 @@
-"""What a study, or a variant of it, simulates: its scene, at which sizes, and how."""
+"""What a study, or a variant of it, simulates: its model, the grid of cases, at which sizes, and how."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.numerics import Numerics, Progress
@@ -12,14 +14,14 @@ from overturning.errors import ConfigError
 from overturning.model.body import Body
 from overturning.model.contact import DAMPING_RATIO, Contact, VertexContact
 from overturning.model.geometry import native_size
+from overturning.model.grid import Grid
 from overturning.model.model import Model
 from overturning.model.planes import Planes
 from overturning.model.scene import Scene, gravestone
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.records.steps import Site
 from overturning.study.schema import Study
-from overturning.study.sections import ContactSettings
+from overturning.study.sections import Variant
 
 NOMINAL = "nominal"
 """Name of the study's own setting among its variants."""
@@ -30,34 +32,51 @@ def variant_names(study: Study) -> list[str]:
     return [NOMINAL, *study.variants]
 
 
-def scene_of(study: Study, variant: str = NOMINAL) -> Scene:
-    """The scene of a variant; the default one with the density and contact that the study gives.
+def setting_of(study: Study, variant: str = NOMINAL) -> Variant:
+    """Scene, contact and ground of a variant; of the nominal one the study's own contact, and the ground of the motions.
 
     Raises
     ------
     ConfigError
         If the study has no such variant.
     """
-    contact, scene = contact_of(study, variant), study.scene
-    if variant != NOMINAL:
-        scene = study.variants[variant].scene or scene
-    return gravestone(Contact(**contact.model_dump()), study.density) if scene == gravestone() else scene
+    if variant not in variant_names(study):
+        raise ConfigError(f"{study.name}: no variant {variant!r}; known: {', '.join(variant_names(study))}")
+    return Variant(contact=study.contact) if variant == NOMINAL else study.variants[variant]
+
+
+def scene_of(study: Study, variant: str = NOMINAL) -> Scene:
+    """The scene of a variant, as of `setting_of`; the default one with the density and contact that the study gives."""
+    setting = setting_of(study, variant)
+    scene = setting.scene or study.scene
+    return gravestone(Contact(**setting.contact.model_dump()), study.density) if scene == gravestone() else scene
 
 
 def model_for(study: Study, variant: str = NOMINAL) -> Model:
     """What a variant simulates; a `ConfigError` if the study has no such variant."""
     if study.body is None:
         return Planes(scene_of(study, variant))
-    contact = contact_of(study, variant)
+    contact = setting_of(study, variant).contact
     ratio = DAMPING_RATIO if contact.damping_ratio is None else contact.damping_ratio
     return Body(study.body.shape(), VertexContact(stiffness_ratio=contact.stiffness_ratio, damping_ratio=ratio))
 
 
-def contact_of(study: Study, variant: str = NOMINAL) -> ContactSettings:
-    """The contact that a study gives for a variant; a `ConfigError` if there is no such variant."""
-    if variant not in variant_names(study):
-        raise ConfigError(f"{study.name}: no variant {variant!r}; known: {', '.join(variant_names(study))}")
-    return study.contact if variant == NOMINAL else study.variants[variant].contact
+def grid_of(study: Study, variant: str = NOMINAL) -> Grid:
+    """The grid of a study, or of a variant; directions ascending, int16 where all are whole, float64 otherwise."""
+    model = model_for(study, variant)
+    values = {
+        "height": study.height, "b_over_h": study.b_over_h, "aspect": study.aspects, "friction": study.friction,
+    }  # fmt: skip
+    rows = {name: np.array(values[name], np.float64) for name in model.case_dims}
+    element = model.elements if len(model.elements) > 1 else ()
+    amplitude = study.amplitude if len(study.amplitude) > 1 else ()
+    return Grid({model.direction: directions(study.directions)} | rows, element, amplitude)
+
+
+def directions(values: Sequence[float]) -> NDArray[Any]:
+    """Directions as int16 where all are whole, float64 otherwise."""
+    given = np.array(values, np.float64)
+    return given.astype(np.int16) if np.array_equal(given, np.round(given)) else given
 
 
 @dataclass(frozen=True)
@@ -71,7 +90,7 @@ class Sizes:
     @classmethod
     def of(cls, study: Study, variant: str) -> "Sizes":
         """Those of a variant: scaled by the same factor as the study's own scene."""
-        scene = study.scene if variant == NOMINAL else study.variants[variant].scene or study.scene
+        scene = setting_of(study, variant).scene or study.scene
         if scene == study.scene:
             return cls(digits=None if scene == gravestone() else 12)
         own_height, own_ratio = native_size(scene)
@@ -90,22 +109,11 @@ class Sizes:
         return b_over_h if self.digits is None else np.round(b_over_h, self.digits)
 
 
-def site_of(study: Study, variant: str) -> Site | None:
-    """The soil that the study's own motions go through for a variant; None where the variant has them as they are."""
-    return None if variant == NOMINAL else study.variants[variant].site
-
-
 def numerics_of(study: Study, threads: int = 1, progress: Progress | None = None, client: Any = None) -> Numerics:
     """How a study is computed."""
-    settings = study.simulation
-    return Numerics(
-        scheme=settings.scheme or DEFAULT_SCHEME,
-        time_step=settings.time_step,
-        leave_out=settings.leave_out,
-        threads=threads,
-        progress=progress,
-        client=client,
-    )
+    given = study.simulation
+    scheme, taken = given.scheme or DEFAULT_SCHEME, {"threads": threads, "progress": progress, "client": client}
+    return Numerics(scheme=scheme, time_step=given.time_step, leave_out=given.leave_out, **taken)
 
 
 def motion_of(study: Study, record: Record) -> Motion:

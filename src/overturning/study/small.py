@@ -10,9 +10,9 @@ from overturning.records.read import read_record
 from overturning.records.record import Record
 from overturning.records.store import rounded
 from overturning.study.cube import open_cube
+from overturning.study.ensemble import draw_members
 from overturning.study.gather import gather
 from overturning.study.load import check_study, entries_of
-from overturning.study.members import draw_members
 from overturning.study.scenes import numerics_of
 from overturning.study.sweep import sweep_record
 

@@ -16,11 +16,9 @@ from overturning.model.results import Results
 from overturning.model.variables import Variable
 from overturning.motion.motion import Motion
 from overturning.records.record import Record
-from overturning.study.ensemble import CellEnsemble, Runner
-from overturning.study.grid import grid_of
-from overturning.study.members import Members, draw_members
+from overturning.study.ensemble import CellEnsemble, Members, Runner, draw_members, part_of
 from overturning.study.parts import WHOLE, Chunk, piece_of, write_part
-from overturning.study.scenes import NOMINAL, Sizes, model_for, motion_of, numerics_of
+from overturning.study.scenes import NOMINAL, Sizes, grid_of, model_for, motion_of, numerics_of
 from overturning.study.schema import Study
 
 NOMINAL_SHARE = 0.15
@@ -113,19 +111,19 @@ def sweep_record(
     others = [factor for factor in grid.amplitude if factor != 1.0]
     whole = (NOMINAL_SHARE if with_ensemble else 1.0) * (1 + len(others)) + (1 - NOMINAL_SHARE) * with_ensemble
     share = (NOMINAL_SHARE if with_ensemble else 1.0) / whole
-    own = replace(numerics, progress=_part_of(numerics.progress, 0.0, share))
+    own = replace(numerics, progress=part_of(numerics.progress, 0.0, share))
     outcome = simulate_variant(study, variant, motion, grid, own)
     block_steps = int(np.sum(outcome["block_steps"]))
     if with_ensemble:
         ensemble, runner = ensemble_of(study, variant, members), member_runner(study, variant, motion, own)
-        of_members = _part_of(numerics.progress, share, 1.0 - len(others) * share)
+        of_members = part_of(numerics.progress, share, 1.0 - len(others) * share)
         spread, more = ensemble.run(motion, grid, outcome, runner, of_members)
         outcome |= spread
         block_steps += more
     if others:
         answers = {1.0: outcome}
         for left, factor in zip(range(len(others), 0, -1), others, strict=True):
-            own = replace(numerics, progress=_part_of(numerics.progress, 1.0 - left * share, 1.0 - (left - 1) * share))
+            own = replace(numerics, progress=part_of(numerics.progress, 1.0 - left * share, 1.0 - (left - 1) * share))
             answers[factor] = simulate_variant(study, variant, scaled(motion, factor), grid, own)
             block_steps += int(np.sum(answers[factor]["block_steps"]))
         outcome = _stacked([answers[factor] for factor in grid.amplitude], variables_of(study), outcome)
@@ -148,14 +146,3 @@ def _stacked(
         for variable in variables
     }
     return {name: np.stack([one.get(name, absent) for one in answers]) for name, absent in missing.items()}
-
-
-def _part_of(progress: Progress | None, begin: float, end: float) -> Progress | None:
-    """Progress of one phase as progress of the whole, in millionths."""
-    if progress is None:
-        return None
-
-    def report(done: int, total: int) -> None:
-        progress(int(1e6 * (begin + (end - begin) * (done / total if total else 1.0))), 1_000_000)
-
-    return report

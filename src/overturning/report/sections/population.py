@@ -20,7 +20,7 @@ from overturning.statistics.bootstrap import bootstrap
 from overturning.statistics.circular import wrap_axis
 from overturning.statistics.fragility import Fragility
 from overturning.study.cube import processing_of
-from overturning.study.scenes import NOMINAL, site_of
+from overturning.study.scenes import NOMINAL, setting_of
 from overturning.study.sections import Population
 from overturning.surveys.population import fragility_curves, intensities, jma_intensities
 from overturning.units import STANDARD_GRAVITY
@@ -190,7 +190,7 @@ def _by_amplitude(results: Results, found: xr.Dataset) -> tuple[Table, ...]:
 
 def ground(results: Results) -> Section | None:
     """Variants through soil beside the study's own motions; none where there are none, or no population."""
-    sites = {name: site for name in results.study.variants if (site := site_of(results.study, name))}
+    sites = {name: site for name in results.study.variants if (site := setting_of(results.study, name).site)}
     if not sites or not results.populations:
         return None
     grounds = {NOMINAL: "rock"} | {name: _soil(site) for name, site in sites.items()}

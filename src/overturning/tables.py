@@ -18,12 +18,17 @@ MOST_BYTES = 20_000_000
 Row = TypeVar("Row", bound=BaseModel)
 
 
-def said(pattern: str) -> str:
-    """What a text has to be like that must match a pattern, in words."""
-    if "[0-9a-f]" in pattern:
-        return "64 digits of a SHA-256 are needed: 0 to 9 and a to f"
-    signs = "hyphens and underscores" if "_" in pattern else "and hyphens"
-    return f"only small letters, digits, {signs} are allowed, a letter or digit first".replace(", and", " and")
+def what_is_wrong(fault: Any) -> str:
+    """What is wrong with a value, and what belongs there, from one of the errors of a pydantic ValidationError."""
+    if fault["type"] == "string_pattern_mismatch":
+        pattern = fault["ctx"]["pattern"]
+        if "[0-9a-f]" in pattern:
+            return "64 digits of a SHA-256 are needed: 0 to 9 and a to f"
+        signs = ", hyphens and underscores" if "_" in pattern else " and hyphens"
+        return f"only small letters, digits{signs} are allowed, a letter or digit first"
+    known = {"missing": "this key is needed", "extra_forbidden": "unknown key"}
+    message = str(fault["msg"]).removeprefix("Value error, ").replace("Input should be", "it should be")
+    return known.get(fault["type"], message)
 
 
 def read_rows(
@@ -74,7 +79,7 @@ def read_rows(
         try:
             row = adapter.validate_python(values)
         except ValidationError as problem:
-            raise error(f"{path} line {number}: {_what_is_wrong(problem, model, values)}") from None
+            raise error(f"{path} line {number}: {_wrong_cell(problem, model, values)}") from None
         yield number, row
 
 
@@ -113,10 +118,10 @@ def _wrong_columns(columns: Sequence[str], model: type[BaseModel], one_of: Seque
     return ""
 
 
-def _what_is_wrong(problem: ValidationError, model: type[BaseModel], values: dict[str, str]) -> str:
+def _wrong_cell(problem: ValidationError, model: type[BaseModel], values: dict[str, str]) -> str:
     """The first error of a row: column and value, and what belongs there."""
-    first: Any = problem.errors()[0]
-    message = str(first["msg"]).removeprefix("Value error, ")
+    first = problem.errors()[0]
+    message = what_is_wrong(first)
     if not first["loc"]:
         return message
     column = str(first["loc"][0])
@@ -127,8 +132,4 @@ def _what_is_wrong(problem: ValidationError, model: type[BaseModel], values: dic
     )
     if low is not None and high is not None:
         message = f"give a {'whole ' if field.annotation is int else ''}number from {low:g} to {high:g}"
-    elif first["type"] == "string_pattern_mismatch":
-        message = said(first["ctx"]["pattern"])
-    elif first["type"] != "value_error":
-        message = message[0].lower() + message[1:]
     return f"column {column} {values.get(column, '')!r}: {message}"

@@ -363,11 +363,14 @@ FOUND = {
 @pytest.mark.parametrize(
     ("written", "said"),
     [
-        ({name: value for name, value in FOUND.items() if name != "seed"}, "seed is missing"),
-        (FOUND | {"finer": {"outcomes": [COUNTS]}}, "finer.block_steps is missing"),
-        (FOUND | {"finer": {"block_steps": 1, "outcomes": [{"element": ""}]}}, "finer.outcomes.0.cases is missing"),
-        (FOUND | {"chosen": "many"}, "chosen input should be a valid integer"),
-        (["old"], "input should be a valid dictionary"),
+        ({name: value for name, value in FOUND.items() if name != "seed"}, "seed: this key is needed"),
+        (FOUND | {"finer": {"outcomes": [COUNTS]}}, "finer.block_steps: this key is needed"),
+        (
+            FOUND | {"finer": {"block_steps": 1, "outcomes": [{"element": ""}]}},
+            "finer.outcomes.0.cases: this key is needed",
+        ),
+        (FOUND | {"chosen": "many"}, "chosen: it should be a valid integer"),
+        (["old"], "it should be a valid dictionary"),
     ],
 )
 def test_the_outcome_of_an_older_version_is_refused_by_file_and_key(tmp_path: Path, written: Any, said: str) -> None:

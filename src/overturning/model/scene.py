@@ -14,7 +14,7 @@ from overturning.files import read_mapping, shipped
 from overturning.model.contact import SCENE_STATIC_PENETRATION, STATIC_PENETRATION, Contact
 from overturning.model.element import ContactLaw, Element, Material, Model, Name, Positive
 from overturning.model.geometry import WIDE, check_geometry
-from overturning.tables import said
+from overturning.tables import what_is_wrong
 from overturning.units import GRANITE_DENSITY, STANDARD_GRAVITY
 
 MOST_ELEMENTS: Final = 64
@@ -186,11 +186,7 @@ def check_scene(data: dict[str, Any], where: str = "scene") -> Scene:
         lines = []
         for item in error.errors():
             key = ".".join(_parts(data, item["loc"]))
-            message = item["msg"].removeprefix("Value error, ")
-            if item["type"] == "string_pattern_mismatch":
-                message = said(item["ctx"]["pattern"])
-            message = {"extra_forbidden": "unknown key", "missing": "this key is needed"}.get(item["type"], message)
-            lines.append(f"{where}: {key}: {message}" if key else f"{where}: {message}")
+            lines.append(f"{where}: {key}: {what_is_wrong(item)}" if key else f"{where}: {what_is_wrong(item)}")
         raise ConfigError("\n       ".join(dict.fromkeys(lines))) from None
 
 

@@ -15,6 +15,7 @@ from overturning.arrays import FloatArray
 from overturning.errors import ConfigError
 from overturning.motion.direction import direction_cosines
 from overturning.records.record import Record
+from overturning.tables import what_is_wrong
 from overturning.units import GAL
 
 
@@ -182,7 +183,7 @@ def parse_pulse(text: str) -> Pulse:
         if first["type"].startswith("union_tag"):
             raise ConfigError(f"pulse {text!r}: shape {values['shape']!r}; known are {', '.join(SHAPES)}") from None
         value = f" {values[key]!r}" if key in values else ""
-        raise ConfigError(f"pulse {text!r}: {key}{value}: {first['msg'].lower()}") from None
+        raise ConfigError(f"pulse {text!r}: {key}{value}: {what_is_wrong(first)}") from None
 
 
 def pulse_record(pulse: Pulse, record_id: str = "pulse") -> Record:

@@ -13,6 +13,7 @@ from overturning.records.catalogue import RecordEntry, read_catalogue
 from overturning.records.processing import process
 from overturning.records.read import read_record
 from overturning.records.record import Record
+from overturning.tables import what_is_wrong
 
 COLUMNS = ("id", "format", "source", "station", "event", "fault_strike_deg", "pulse", "licence")
 """Columns of a new table."""
@@ -57,7 +58,7 @@ def add_line(paths: Sequence[Path], values: dict[str, str], table: Path, folder:
         entry = RecordEntry.model_validate({name: text for name, text in cells.items() if text})
     except ValidationError as error:
         first = error.errors()[0]
-        raise ArgumentError(f"{'.'.join(map(str, first['loc']))}: {first['msg']}") from None
+        raise ArgumentError(f"{'.'.join(map(str, first['loc']))}: {what_is_wrong(first)}") from None
     with tempfile.TemporaryDirectory() as name:
         for path in paths:
             shutil.copyfile(path, Path(name) / path.name)

@@ -30,6 +30,7 @@ from overturning.study.netcdf import open_raw
 from overturning.study.scenes import grid_of, model_for, motion_of, numerics_of
 from overturning.study.schema import Study
 from overturning.study.sections import Verification
+from overturning.tables import what_is_wrong
 
 FINER: Final = 8
 """Steps of the finer computation in each of the study's."""
@@ -124,8 +125,8 @@ class Convergence(BaseModel):
             return cls.model_validate(json.loads(path.read_text(encoding="utf-8")))
         except ValidationError as error:
             first = error.errors()[0]
-            wrong = "is missing" if first["type"] == "missing" else first["msg"].lower()
-            said = f"{'.'.join(map(str, first['loc']))} {wrong}; written by another version".lstrip()
+            key = "".join(f"{part}: " for part in [".".join(map(str, first["loc"]))] if part)
+            said = f"{key}{what_is_wrong(first)}; written by another version"
         except (OSError, ValueError):
             said = "no outcome of a convergence check"
         raise ResultError(f"{path}: {said}; run the study again, which makes the convergence check anew")

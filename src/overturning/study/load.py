@@ -13,7 +13,7 @@ from overturning.files import read_mapping, shipped
 from overturning.records.catalogue import RecordEntry, read_catalogue
 from overturning.records.pulses import parse_pulse
 from overturning.study.schema import Study
-from overturning.tables import said
+from overturning.tables import what_is_wrong
 
 
 def load_study(path: Path, overrides: Mapping[str, Any] | None = None) -> Study:
@@ -55,19 +55,13 @@ def _lines(error: ValidationError, where: str) -> list[str]:
         ):  # it does not even look like a key
             steps.append(str(item["loc"][-1]))
             key = _short(item["loc"][-1])
-        match item["type"]:
-            case "extra_forbidden":
-                lines.append(f"{where}: {key}: unknown key{_nearest(steps)}")
-            case "missing":
-                lines.append(f"{where}: {key}: this key is needed")
-            case "tuple_type" if isinstance(item["input"], str | int | float):
-                lines.append(f"{where}: {key}: {_short(item['input'])} – a list is needed: [{item['input']}]")
-            case "string_pattern_mismatch":
-                lines.append(f"{where}: {key}: {_short(item['input'])} – {said(item['ctx']['pattern'])}")
-            case _:
-                message = item["msg"].removeprefix("Value error, ").replace("Input should be", "it should be")
-                value = "" if isinstance(item["input"], BaseModel | dict) else f" {_short(item['input'])} –"
-                lines.append(f"{where}: {key}:{value} {message}")
+        given, message = item["input"], what_is_wrong(item)
+        if item["type"] == "extra_forbidden":
+            message += _nearest(steps)
+        elif item["type"] == "tuple_type" and isinstance(given, str | int | float):
+            message = f"a list is needed: [{given}]"
+        unsaid = isinstance(given, BaseModel | dict) or item["type"] in ("missing", "extra_forbidden")
+        lines.append(f"{where}: {key}: {'' if unsaid else f'{_short(given)} – '}{message}")
     return lines
 
 

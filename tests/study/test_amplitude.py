@@ -83,5 +83,5 @@ def test_the_record_itself_and_a_known_factor_are_needed(cubes: dict[str, Path])
     with pytest.raises(ResultError, match=r"no amplitude 3; known: 0.5, 1, 2"):
         open_cube(cubes["three"], amplitude=3.0)
     other, parts = check_study(SMALL | {"amplitude": [1, 3]}, "test"), cubes["three"].parent / "sweep" / "nominal"
-    with pytest.raises(ResultError, match="factors on the motion"):
+    with pytest.raises(ResultError, match="its amplitude values are not those of the study"):
         gather(other, [RECORD], list(parts.iterdir()), cubes["three"].with_name("none.nc"))

@@ -116,23 +116,21 @@ def opened_part(path: Path, grid: Grid, variables: Sequence[Variable]) -> Iterat
         if not file.dimensions:  # of a chunk without cells
             yield Part(file, [np.zeros(0, np.intp)] * len(grid.names))
             return
-        absent = [variable.name for variable in variables if variable.name not in file.variables]
-        if absent:
-            raise ResultError(f"{path}: has no {absent[0]}; it was made by another version: remove it and run again")
-        names = (*grid.names, *(("amplitude",) if grid.amplitude else ()))
-        if absent := [name for name in names if name not in file.dimensions]:
-            raise ResultError(f"{path}: has no dimension {absent[0]}; it is of another study: remove it and run again")
-        if len(grid.element) != (file.dimensions["element"].size if "element" in file.dimensions else 0):
-            raise ResultError(f"{path}: its elements are not those of the scene; remove it and run again")
-        if grid.amplitude and not np.array_equal(file["amplitude"][:], grid.amplitude):
-            raise ResultError(f"{path}: its factors on the motion are not those of the study; remove it and run again")
-        yield Part(file, [_places(path, name, file[name][:], grid[name]) for name in grid.names])
+        if wrong := _misfit(file, grid, variables):
+            raise ResultError(f"{path}: {wrong}; it is of another study or version: remove it and run again")
+        yield Part(file, [np.searchsorted(grid[name], file[name][:]) for name in grid.names])
 
 
-def _places(part: Path, name: str, values: NDArray[Any], whole_axis: NDArray[Any]) -> NDArray[np.intp]:
-    """Where the values of an axis of a part lie on that axis of the whole grid."""
-    places = np.searchsorted(whole_axis, values).clip(max=whole_axis.size - 1)
-    # Equal, not close: a part of this study was made from the very same numbers.
-    if not np.array_equal(whole_axis[places], values):
-        raise ResultError(f"{part}: its {name} values are not those of the study; remove it and run again")
-    return places
+def _misfit(file: Any, grid: Grid, variables: Sequence[Variable]) -> str:
+    """What of an open part is not of a grid; empty where nothing is."""
+    factors = {"amplitude": np.array(grid.amplitude)} if grid.amplitude else {}
+    needed = [*(variable.name for variable in variables), *grid.names, *factors]
+    if absent := [name for name in needed if name not in file.variables]:
+        return f"has no {absent[0]}"
+    if tuple(file["element_name"][:] if "element" in file.dimensions else ()) != grid.element:
+        return "its elements are not those of the scene"
+    for name, values in {**grid.rows, **factors}.items():
+        # Equal, not close: a part of this study was made from the very same numbers.
+        if not np.isin(file[name][:], values).all() or (name in factors and file[name].size != values.size):
+            return f"its {name} values are not those of the study"
+    return ""

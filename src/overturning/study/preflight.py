@@ -85,8 +85,7 @@ def explorable(study: Study) -> bool:
 def check_size(study: Study, where: str, results: Path = Path("results"), chunks: int = 1) -> Size:
     """The size of a study; a `ConfigError` where this machine has neither the memory nor the disk for it."""
     size = size_of(study, chunks)
-    there = next(folder for folder in (results, *results.absolute().parents) if folder.is_dir())
-    memory, disk = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"), shutil.disk_usage(there).free
+    memory, disk = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"), shutil.disk_usage(_there(results)).free
     if size.memory_bytes > memory or size.disk_bytes > disk:
         raise ConfigError(
             f"{where}: {size}. This machine has {_bytes(memory)} of memory and {_bytes(disk)} of free disk: take "
@@ -97,11 +96,16 @@ def check_size(study: Study, where: str, results: Path = Path("results"), chunks
 
 def check_results(results: Path) -> None:
     """Refuse a folder of results that cannot be written to; a `ConfigError` says which."""
-    there = next(folder for folder in (results, *results.absolute().parents) if folder.is_dir())
-    if not os.access(there, os.W_OK | os.X_OK):
+    folder = _there(results)
+    if not os.access(folder, os.W_OK | os.X_OK):
         raise ConfigError(
-            f"the folder {there.resolve()} cannot be written to; run as its owner, or give it write permission"
+            f"the folder {folder.resolve()} cannot be written to; run as its owner, or give it write permission"
         )
+
+
+def _there(folder: Path) -> Path:
+    """The folder, or the first around it that is there."""
+    return next(one for one in (folder, *folder.absolute().parents) if one.is_dir())
 
 
 def check_files(study: Study, where: str) -> tuple[dict[str, RecordEntry], dict[str, list[Path]]]:
@@ -164,14 +168,13 @@ def _joined(faults: list[str]) -> str:
 
 
 def _time(seconds: float) -> str:
-    for unit, name in ((86400.0, "days"), (3600.0, "h"), (60.0, "min")):
-        if seconds >= 2 * unit:
-            return f"{seconds / unit:,.0f} {name}"
-    return f"{max(seconds, 1.0):.0f} s"
+    units = ((86400.0, "days"), (3600.0, "h"), (60.0, "min"))
+    return next(
+        (f"{seconds / unit:,.0f} {name}" for unit, name in units if seconds >= 2 * unit), f"{max(seconds, 1):.0f} s"
+    )
 
 
 def _bytes(count: float) -> str:
-    for unit, name in ((1e12, "TB"), (1e9, "GB"), (1e6, "MB")):
-        if count >= unit:
-            return f"{count / unit:,.{0 if count >= 10 * unit else 1}f} {name}"
-    return f"{count / 1e3:.0f} kB"
+    units = ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB"))
+    unit, name = next((one for one in units if count >= one[0]), units[-1])
+    return f"{count / unit:,.{0 if count >= 10 * unit or name == 'kB' else 1}f} {name}"

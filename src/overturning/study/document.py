@@ -28,16 +28,6 @@ def catalogue_schema_text() -> str:
     return f"# Made by `overturning study document`, do not edit.\n{text}"
 
 
-def key_table() -> str:
-    """The keys of a study file as a Markdown table: key, default, meaning."""
-    schema = Study.model_json_schema()
-    rows = ["| key | default | meaning |", "|---|---|---|"]
-    for key, entry, required in _keys(schema, schema, ""):
-        default = "needed" if required else f"`{json.dumps(entry.get('default'), ensure_ascii=False)}`"
-        rows.append(f"| `{key}` | {default} | {entry.get('description', '')} |")
-    return "\n".join(rows)
-
-
 def _resolve(schema: dict[str, Any], entry: dict[str, Any]) -> dict[str, Any]:
     optional = entry.get("anyOf", ())
     forms = optional if len(optional) == 2 and optional[1] == {"type": "null"} else entry.get("oneOf", ())
@@ -65,20 +55,22 @@ def _keys(schema: dict[str, Any], model: dict[str, Any], prefix: str) -> list[tu
     return entries
 
 
-def column_table() -> str:
-    """The columns of the record table as a Markdown table."""
-    rows = ["| column | meaning |", "|---|---|"]
-    for name, entry in RecordEntry.model_json_schema()["properties"].items():
-        rows.append(f"| `{name}` | {entry.get('description', '')} |")
-    return "\n".join(rows)
-
-
 def with_tables(text: str) -> str:
-    """The text of a README with the tables put between their marks."""
-    for name, table in (("keys", key_table()), ("columns", column_table())):
+    """The text of a README with tables of a study's keys and of the record table's columns put between their marks."""
+    schema, keys = Study.model_json_schema(), []
+    for key, entry, required in _keys(schema, schema, ""):
+        default = "needed" if required else f"`{json.dumps(entry.get('default'), ensure_ascii=False)}`"
+        keys.append((key, default, entry.get("description", "")))
+    columns = RecordEntry.model_json_schema()["properties"].items()
+    for name, heads, rows in (
+        ("keys", ("key", "default", "meaning"), keys),
+        ("columns", ("column", "meaning"), [(name, entry.get("description", "")) for name, entry in columns]),
+    ):
         begin, end = f"<!-- {name}: made by `overturning study document`, do not edit -->", f"<!-- end of {name} -->"
+        lines = [f"| {' | '.join(heads)} |", "|---" * len(heads) + "|"]
+        lines += [f"| {' | '.join((f'`{key}`', *others))} |" for key, *others in rows]
         before, _, rest = text.partition(begin)
-        text = f"{before}{begin}\n{table}\n{end}{rest.partition(end)[2]}"
+        text = "\n".join([before + begin, *lines, end + rest.partition(end)[2]])
     return text
 
 

@@ -1,7 +1,7 @@
 """Gathering: the parts of a sweep into one cube."""
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 from functools import partial
 from importlib import metadata
@@ -50,13 +50,17 @@ def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path:
     from netCDF4 import Dataset
 
     grid, variables = grid_of(study, variant), variables_of(study)
-    of_records = _paths_of_records(parts, records, variant)
+    of_record: dict[str, list[Path]] = {record.record_id: [] for record in records}
+    for part in parts:
+        name, of_variant = record_of(part)
+        if name not in of_record or of_variant != variant:
+            raise ResultError(f"{part}: holds record {name}, variant {of_variant}, which are not in this study")
+        of_record[name].append(part)
     with atomic_write(path) as unfinished, Dataset(unfinished, "w", format="NETCDF4") as cube:
         describe_cube(cube, study, records, variant)
         cube.block_steps = 0
-        whole = [_copy_record(paths, cube, at, grid, variables) for at, (_, paths) in enumerate(of_records)]
-        if not all(whole):
-            missing = [record.record_id for (record, _), found in zip(of_records, whole, strict=True) if not found]
+        whole = [_copy_record(paths, cube, at, grid, variables) for at, paths in enumerate(of_record.values())]
+        if missing := [name for name, found in zip(of_record, whole, strict=True) if not found]:
             raise ResultError(
                 f"{path}: no part holds all cells of {', '.join(missing)}; run the sweep of these records again"
             )
@@ -65,39 +69,20 @@ def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path:
 
 def describe_cube(cube: Any, study: Study, records: Sequence[Record], variant: str = NOMINAL) -> None:
     """Dimensions, coordinates, attributes and variables of a cube, all values missing, in an open netCDF4 file."""
-    grid = grid_of(study, variant)
+    model, grid = model_for(study, variant), grid_of(study, variant)
     cube.setncatts(_attributes(study, records, variant))
     cube.createDimension("record", len(records))
     _add_records(cube, records, study.simulation.vertical)
     add_grid(cube, grid)
-    _describe_scene(cube, study, variant)
-    for variable in variables_of(study):
-        names = ("element_name",) if "element" in grid.dimensions(variable) else ()
-        add_variable(cube, variable, grid, "record").coordinates = " ".join((*RECORD_COORDINATES, *names))
-
-
-def _describe_scene(cube: Any, study: Study, variant: str) -> None:
-    """How far a scene is turned to be the same again, and its critical angles; those of a single block follow from its B/H."""
-    model, grid = model_for(study, variant), grid_of(study, variant)
     cube[model.direction].setncatts(model.direction_attributes)
-    if (critical := critical_angle(model, grid)) is not None:
+    if (critical := critical_angle(model, grid)) is not None:  # that of a single block follows from its B/H
         dimensions, values, attributes = critical
         angles = cube.createVariable("critical_angle", "f8", dimensions, fill_value=np.nan)
         angles.setncatts(attributes)
         angles[:] = values
-
-
-def _paths_of_records(
-    parts: Sequence[Path], records: Sequence[Record], variant: str
-) -> list[tuple[Record, list[Path]]]:
-    """The parts of each record, in the order of the cube."""
-    of_record: dict[str, list[Path]] = {record.record_id: [] for record in records}
-    for path in parts:
-        name, of_variant = record_of(path)
-        if name not in of_record or of_variant != variant:
-            raise ResultError(f"{path}: holds record {name}, variant {of_variant}, which are not in this study")
-        of_record[name].append(path)
-    return [(record, of_record[record.record_id]) for record in records]
+    for variable in variables_of(study):
+        names = ("element_name",) if "element" in grid.dimensions(variable) else ()
+        add_variable(cube, variable, grid, "record").coordinates = " ".join((*RECORD_COORDINATES, *names))
 
 
 def _copy_record(paths: Sequence[Path], cube: Any, index: int, grid: Grid, variables: Sequence[Variable]) -> bool:
@@ -130,36 +115,32 @@ def _add_records(cube: Any, records: Sequence[Record], vertical: bool) -> None:
         add(name, str, texts, long_name=long_name)
     strikes = [record.fault_strike_deg for record in records]
     normals = [None if strike is None else (strike + 90.0) % 360.0 for strike in strikes]
-    about = {"long_name": "azimuth of the fault normal, strike + 90 degrees", "units": "degree"}
-    add("fault_normal", "f8", normals, np.nan, **about)
+    about = "azimuth of the fault normal, strike + 90 degrees"
+    add("fault_normal", "f8", normals, np.nan, long_name=about, units="degree")
     for where, pairs in (
         ("station", [(record.latitude, record.longitude) for record in records]),
         ("epicentre", [(r.extra.get("event_latitude"), r.extra.get("event_longitude")) for r in records]),
     ):
         for index, (name, unit) in enumerate((("latitude", "degrees_north"), ("longitude", "degrees_east"))):
-            about = {"standard_name": name, "long_name": f"{name} of the {where}", "units": unit}
             # Half a place is none.
             values = [None if None in pair else pair[index] for pair in pairs]
-            add(f"{where}_{name}", "f8", values, np.nan, **about)
-    _add_metadata(add, records)
-    applied = [vertical and record.up is not None for record in records]
-    for name, long_name, meanings, flags in (
-        ("pulse", "whether the record has a velocity pulse", "no_pulse pulse", [r.extra.get("pulse") for r in records]),
-        ("vertical", "whether vertical motion was applied", "horizontal_only with_vertical", applied),
-    ):
-        about = {"long_name": long_name, "units": "1"}
-        values_of_flag = np.array([0, 1], dtype=np.int8)
-        add(name, "i1", flags, np.int8(INT8_MISSING), **about, flag_values=values_of_flag, flag_meanings=meanings)
-
-
-def _add_metadata(add: Callable[..., None], records: Sequence[Record]) -> None:
-    """What the record table says beside: numbers and words."""
+            said = {"standard_name": name, "long_name": f"{name} of the {where}", "units": unit}
+            add(f"{where}_{name}", "f8", values, np.nan, **said)
     for name, (_, long_name, unit) in METADATA.items():
         known = [record.extra.get(name) for record in records]
         if unit:
             add(name, "f8", known, np.nan, long_name=long_name, units=unit)
         else:
             add(name, str, [str(word or "") for word in known], long_name=long_name)
+    missing, flag = np.int8(INT8_MISSING), {"units": "1", "flag_values": np.array([0, 1], dtype=np.int8)}
+    for name, long_name, meanings, flags in (
+        ("pulse", "whether the record has a velocity pulse", "no_pulse pulse", [r.extra.get("pulse") for r in records]),
+        (
+            *("vertical", "whether vertical motion was applied", "horizontal_only with_vertical"),
+            [vertical and record.up is not None for record in records],
+        ),
+    ):
+        add(name, "i1", flags, missing, long_name=long_name, **flag, flag_meanings=meanings)
 
 
 def portable(study: Study) -> dict[str, Any]:

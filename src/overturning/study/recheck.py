@@ -55,7 +55,13 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
     # Under each motion as recorded, and at each of the study's amplitudes where there are several.
     scales = grid.amplitude or (1.0,)
     shape = (len(names), len(scales), *grid.shape)
-    motion_named = cache(lambda name: _motion(study, folder / f"{name}.nc"))
+
+    @cache
+    def motion_named(name: str) -> Motion:
+        if not (of_record := folder / f"{name}.nc").is_file():
+            raise ResultError(f"{of_record}: no such motion; name the folder of the motions with --motions")
+        return motion_of(study, read_motion(of_record))
+
     with open_raw(path, "opened", "run the study again") as file:
         result = Recheck(prod(shape), content_hash(file, variables) == file.content_sha256)
         generator = np.random.Generator(np.random.PCG64(seed))
@@ -75,12 +81,6 @@ def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: 
                     text = f"{names[index]}, {where}: {variable.name} is {kept} in the cube, {new} here"
                     result.differences.append(text)
     return result
-
-
-def _motion(study: Study, path: Path) -> Motion:
-    if not path.is_file():
-        raise ResultError(f"{path}: no such motion; name the folder of the motions with --motions")
-    return motion_of(study, read_motion(path))
 
 
 def _again(

@@ -9,7 +9,7 @@ import fcntl
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
@@ -67,8 +67,8 @@ def lock(file: Path) -> int | None:
     return descriptor
 
 
-def _steps_at_work(folder: Path) -> Iterator[int]:
-    """Processes of steps that write results of a folder."""
+def _wait_for_steps(folder: Path) -> None:
+    """Wait for the processes that write results of a folder."""
     import psutil
 
     for process in psutil.process_iter():
@@ -76,16 +76,10 @@ def _steps_at_work(folder: Path) -> Iterator[int]:
             words = process.cmdline()
             program = any(Path(word).name == "overturning" for word in words[:2])
             if program and any(word.startswith("results/") for word in words) and Path(process.cwd()) == folder:
-                yield process.pid
-
-
-def _wait_for_steps(folder: Path) -> None:
-    said = None
-    while step := next(_steps_at_work(folder), None):
-        if step != said:
-            print(f"A step of a killed run is still at work (process {step}); waiting for it.", file=sys.stderr)
-            said = step
-        time.sleep(0.2)
+                print(
+                    f"A step of a killed run is still at work (process {process.pid}); waiting for it.", file=sys.stderr
+                )
+                process.wait()
 
 
 def repair(results: Path) -> list[Path]:
@@ -118,23 +112,19 @@ def repair(results: Path) -> list[Path]:
         if gone := [path for name in names if not (path := drawn.parent / name).is_file()]:
             drawn.unlink()
             damaged += gone
-    _back_from_ahead(results)
-    return damaged
-
-
-def _back_from_ahead(results: Path) -> None:
     now = time.time()
     times = {path: path.lstat().st_mtime for path in results.rglob("*") if path.is_file()}
     ahead = sorted((path for path in times if times[path] > now + _AHEAD), key=lambda path: times[path])
     for rank, path in enumerate(ahead):
         moment = now - 1e-3 * (len(ahead) - rank)
         os.utime(path, (moment, moment))
+    return damaged
 
 
 def keep_cubes(results: Path) -> None:
     """Keep the cubes of a study under other names: Snakemake takes a result away before it makes it again."""
     for path in results.glob("cube*.nc"):
-        kept = _kept(path)
+        kept = path.with_name(f".{path.name}.kept")
         kept.unlink(missing_ok=True)
         with suppress(OSError):  # a file system without hard links
             os.link(path, kept)
@@ -149,7 +139,3 @@ def put_cubes_back(results: Path) -> None:
         else:
             kept.rename(path)
             os.utime(path, (0, 0))
-
-
-def _kept(path: Path) -> Path:
-    return path.with_name(f".{path.name}.kept")

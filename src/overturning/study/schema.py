@@ -41,12 +41,6 @@ from overturning.study.sections import (
 from overturning.study.values import AzimuthRange, Density, Metre, Values
 from overturning.units import GRANITE_DENSITY
 
-
-def _none_or_settings(value: Any) -> str:
-    # Told apart beforehand, so that a wrong key is one message and not one per form.
-    return "literal" if isinstance(value, str) else "settings of verification"
-
-
 _IN_PLANES_ONLY: Final = {
     "scene": "a study has a scene in planes or a body in space; keep one",
     "azimuth": "a body in space moves in all directions at once; give orientation, the azimuths that it faces",
@@ -113,7 +107,8 @@ class Study(Model):
     )
     verification: Annotated[
         Annotated[Literal["none"], Tag("literal")] | Annotated[Verification, Tag("settings of verification")],
-        Discriminator(_none_or_settings),
+        # Told apart beforehand, so that a wrong key is one message and not one per form.
+        Discriminator(lambda value: "literal" if isinstance(value, str) else "settings of verification"),
     ] = Field(default=Verification(), description="`none`, or which part of the study is run again more exactly")
     variants: dict[Name, Variant] = Field(
         default={}, description="further settings of contact, scene or site by name, each with a cube of its own"

@@ -8,23 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from overturning.arrays import FloatArray
-from overturning.figures.style import (
-    DASHED,
-    DASHES,
-    FALLS,
-    INK,
-    PAGE_WIDTH,
-    SERIES,
-    caption,
-    compass,
-    compass_name,
-    grid,
-    labels,
-    line_through_origin,
-    mark_fault_normal,
-    radius_ticks,
-    short,
-)
+from overturning.figures import style
 from overturning.motion.fourier import amplitude_spectrum, konno_ohmachi
 from overturning.motion.integration import integrate
 from overturning.motion.motion import Motion
@@ -56,29 +40,29 @@ def _draw_hodograph(
     size = float(radius.max(initial=0.0))
     largest = 1.12 * size or 1.0
     if np.isfinite(fault_normal_deg):
-        look = {"linestyle": DASHED, "linewidth": 1.0, "label": "fault normal", "zorder": 1}
-        line_through_origin(axes, fault_normal_deg, largest, **look)
-    axes.plot(east, north, color=SERIES[2], linewidth=0.6, rasterized=True)
+        look = {"linestyle": style.DASHED, "linewidth": 1.0, "label": "fault normal", "zorder": 1}
+        style.line_through_origin(axes, fault_normal_deg, largest, **look)
+    axes.plot(east, north, color=style.SERIES[2], linewidth=0.6, rasterized=True)
     if size > 0:
         at = int(radius.argmax())
-        axes.plot(east[at], north[at], "o", color=FALLS, markersize=4, label="peak")
+        axes.plot(east[at], north[at], "o", color=style.FALLS, markersize=4, label="peak")
         toward = np.degrees(np.arctan2(east[at], north[at])) % 360
-        title += f"\n{short(size)} {unit} towards {toward:.0f}°"
+        title += f"\n{style.short(size)} {unit} towards {toward:.0f}°"
     axes.set_title(title, fontsize=9)
     axes.set(xlim=(-largest, largest), ylim=(-largest, largest), aspect="equal")
     for zero in (axes.axhline, axes.axvline):
         zero(0, color="#c8c8c8", linewidth=0.5, zorder=0)
     axes.locator_params(nbins=3)
-    labels(axes, f"east, {unit}", f"north, {unit}")
-    arrow = {"arrowstyle": "-|>", "color": INK, "linewidth": 0.8}
+    style.labels(axes, f"east, {unit}", f"north, {unit}")
+    arrow = {"arrowstyle": "-|>", "color": style.INK, "linewidth": 0.8}
     axes.annotate("N", (0.93, 0.99), (0.93, 0.84), xycoords="axes fraction", ha="center", fontsize=8, arrowprops=arrow)
 
 
 def hodograph_figure(motion: Motion, fault_normal_deg: float, title: str) -> Figure:
     """Hodographs of acceleration, velocity and displacement; the azimuth of the fault normal, degrees, can be NaN."""
-    figure, panels = grid(1, 3, PAGE_WIDTH, 3.2)
+    figure, panels = style.grid(1, 3, style.PAGE_WIDTH, 3.2)
     draw_hodographs(panels[0], motion, fault_normal_deg)
-    caption(figure, title, panels[0, 0], 2)
+    style.caption(figure, title, panels[0, 0], 2)
     return figure
 
 
@@ -98,7 +82,7 @@ def response_spectrum(motion: Motion, azimuth_deg: list[float]) -> Spectrum:
 
 def spectra_figure(motion: Motion, azimuth_deg: list[float], title: str) -> Figure:
     """Fourier and response spectra of several azimuths on one axis each (the paper's figure 5)."""
-    figure, ((left, right),) = grid(1, 2, PAGE_WIDTH, 3.4)
+    figure, ((left, right),) = style.grid(1, 2, style.PAGE_WIDTH, 3.4)
     for axes, (x, spectra), unit, across, up in (
         (left, fourier_spectrum(motion, azimuth_deg), CM, "frequency, Hz", "Fourier amplitude, Gal·s"),
         (right, response_spectrum(motion, azimuth_deg), GAL, "period, s", "spectral acceleration (damping 5%), Gal"),
@@ -106,13 +90,13 @@ def spectra_figure(motion: Motion, azimuth_deg: list[float], title: str) -> Figu
         for index, (azimuth, values) in enumerate(zip(azimuth_deg, spectra, strict=True)):
             keep = (x > 0) & (values > 0)
             axes.plot(
-                x[keep], values[keep] / unit, color=SERIES[index % len(SERIES)], linestyle=DASHES[index % len(DASHES)],
-                linewidth=1.3, label=compass_name(azimuth),
+                x[keep], values[keep] / unit, color=style.SERIES[index % len(style.SERIES)],
+                linestyle=style.DASHES[index % len(style.DASHES)], linewidth=1.3, label=style.compass_name(azimuth),
             )  # fmt: skip
         axes.set(xscale="log", yscale="log")
-        labels(axes, across, up)
+        style.labels(axes, across, up)
         axes.grid(True, which="major")
-    caption(figure, title, right, 4)
+    style.caption(figure, title, right, 4)
     return figure
 
 
@@ -131,16 +115,16 @@ def intensity_figure(intensity: xr.Dataset, fault_normal_deg: float, title: str)
     around = np.concatenate([azimuth, azimuth + 180.0]) % 360.0
     order = np.argsort(around, kind="stable")
     theta = np.radians(around[order])
-    figure, panels = grid(1, 2, 6.4, 3.7, polar=True)
-    measures = (("pga", GAL, "PGA, Gal", SERIES[1]), ("pgv", CM, "PGV, cm/s", SERIES[2]))
+    figure, panels = style.grid(1, 2, 6.4, 3.7, polar=True)
+    measures = (("pga", GAL, "PGA, Gal", style.SERIES[1]), ("pgv", CM, "PGV, cm/s", style.SERIES[2]))
     for axes, (name, factor, label, colour) in zip(panels.flat, measures, strict=True):
         values = np.tile(intensity[name].to_numpy() / factor, 2)[order]
-        compass(axes)
+        style.compass(axes)
         axes.plot(np.append(theta, theta[0] + 2 * np.pi), np.append(values, values[0]), color=colour, linewidth=1.4)
-        radius_ticks(axes, float(values.max()) * 1.08 or 1.0)
+        style.radius_ticks(axes, float(values.max()) * 1.08 or 1.0)
         axes.yaxis.set_major_locator(MaxNLocator(4))
-        mark_fault_normal(axes, fault_normal_deg)
+        style.mark_fault_normal(axes, fault_normal_deg)
         along = float(around[order][values.argmax()] % 180)
-        axes.set_title(f"{label}\nlargest {short(values.max())} along {compass_name(along)}", pad=4)
-    caption(figure, title, panels[0, 0])
+        axes.set_title(f"{label}\nlargest {style.short(values.max())} along {style.compass_name(along)}", pad=4)
+    style.caption(figure, title, panels[0, 0])
     return figure

@@ -10,22 +10,8 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import MultipleLocator
 
 from overturning.arrays import FloatArray
+from overturning.figures import style
 from overturning.figures.rose import draw_rose
-from overturning.figures.style import (
-    DARKEST,
-    FALLS,
-    INK,
-    MISSING,
-    OTHER_SIDE,
-    STANDS,
-    caption,
-    compass,
-    grid,
-    labels,
-    mark_fault_normal,
-    patch,
-    slenderness_ticks,
-)
 from overturning.model.falls import model_of
 from overturning.model.planes import fall_probability
 from overturning.statistics.falls import whole_circle
@@ -41,13 +27,15 @@ MORE_LIKELY: Final = 0.5
 """A cell whose block falls to one side with a larger probability than this is of that kind."""
 
 _KINDS: Final = {
-    "stands": STANDS,
-    "falls to the other side": OTHER_SIDE,
-    "falls towards the azimuth": FALLS,
-    "no outcome": MISSING,
+    "stands": style.STANDS,
+    "falls to the other side": style.OTHER_SIDE,
+    "falls towards the azimuth": style.FALLS,
+    "no outcome": style.MISSING,
 }
 
-_CHANCE: Final = LinearSegmentedColormap.from_list("probability", [STANDS, "#f6c9a0", "#e58a4b", FALLS, DARKEST])
+_CHANCE: Final = LinearSegmentedColormap.from_list(
+    "probability", [style.STANDS, "#f6c9a0", "#e58a4b", style.FALLS, style.DARKEST]
+)
 """Probability from 0 (paper) to 1 (the colour of falls, then darker): lightness falls all the way."""
 
 _TURN = np.linspace(0.0, 2.0 * np.pi, 256, endpoint=False)[:, None]
@@ -56,11 +44,6 @@ COLOURS: Final = ListedColormap(np.clip(0.58 + 0.36 * np.cos(_TURN - np.radians(
 
 MOST_ARROWS: Final = 36
 """Arrows along each side of a map."""
-
-
-def map_figure(cube: xr.Dataset, title: str) -> Figure:
-    """Where the blocks of one record of a cube fall: round the compass, or, of bodies in space, by orientation."""
-    return (plane_map_figure if model_of(cube).one_component else space_map_figure)(cube, title)
 
 
 def plane_map_figure(cube: xr.Dataset, title: str) -> Figure:
@@ -78,7 +61,7 @@ def plane_map_figure(cube: xr.Dataset, title: str) -> Figure:
     rows, columns = rows_and_columns(chance["height"].size, chance["friction"].size)
     apart = ConstrainedLayoutEngine(h_pad=0.11)  # the letters below a panel stay clear of the title of the next
     width, height = PANEL[columns] * columns + 0.85 * spread, (PANEL[columns] + 0.2) * rows + 0.8
-    figure, panels = grid(rows, columns, width, height, used=len(blocks), polar=True, layout=apart)
+    figure, panels = style.grid(rows, columns, width, height, used=len(blocks), polar=True, layout=apart)
     for axes, (row, column) in zip(panels.flat, blocks, strict=False):
         cells = chance.isel(height=row, friction=column)
         axes.set_title(f"µ = {float(cells['friction']):g}, H = {float(cells['height']):g} m", pad=3, fontsize=9)
@@ -90,8 +73,8 @@ def plane_map_figure(cube: xr.Dataset, title: str) -> Figure:
             kinds = np.ma.masked_where(shaded, kinds)
         draw_cells(axes, cells, kinds, cmap=ListedColormap(list(_KINDS.values())), vmin=-0.5, vmax=3.5)
         if "fault_normal" in cube.variables:
-            mark_fault_normal(axes, float(cube["fault_normal"]))
-    marks = [patch(colour, kind) for kind, colour in _KINDS.items()]
+            style.mark_fault_normal(axes, float(cube["fault_normal"]))
+    marks = [style.patch(colour, kind) for kind, colour in _KINDS.items()]
     if spread:
         last = next(axes for axes in panels[0][::-1] if axes.get_visible())
         bar = figure.colorbar(mesh, cax=last.inset_axes([1.22, 0.0, 0.06, 1.0]))
@@ -100,7 +83,7 @@ def plane_map_figure(cube: xr.Dataset, title: str) -> Figure:
         del marks[2]
     if bool(chance["towards"].notnull().all()):
         del marks[-1]
-    caption(figure, f"{title}\nradius: slenderness B/H", panels[0, 0], 2, first=marks)
+    style.caption(figure, f"{title}\nradius: slenderness B/H", panels[0, 0], 2, first=marks)
     return figure
 
 
@@ -136,14 +119,14 @@ def azimuth_edges(azimuth_deg: FloatArray) -> FloatArray:
 
 def draw_cells(axes: Any, cells: xr.Dataset, values: Any, **colours: Any) -> Any:
     """Colour the cells of a compass by ``values`` (b_over_h, azimuth), and return the mesh for a colour bar."""
-    compass(axes)
+    style.compass(axes)
     axes.grid(False)
     edges = azimuth_edges(cells["azimuth"].to_numpy().astype(np.float64))
     parts = int(np.ceil(np.degrees(np.diff(edges).max()) / STEP_DEG))
     theta = np.append((edges[:-1, None] + np.diff(edges)[:, None] * np.arange(parts) / parts).ravel(), edges[-1])
     radius = cell_edges(cells["b_over_h"].to_numpy().astype(np.float64))
     mesh = axes.pcolormesh(theta, radius, np.repeat(values, parts, axis=1), rasterized=True, shading="flat", **colours)
-    slenderness_ticks(axes, radius[-1], float(radius.mean()))
+    style.slenderness_ticks(axes, radius[-1], float(radius.mean()))
     axes.yaxis.grid(True, linewidth=0.4)
     return mesh
 
@@ -158,14 +141,14 @@ def space_map_figure(cube: xr.Dataset, title: str) -> Figure:
     """
     blocks = [(height, aspect) for height in cube["height"].to_numpy() for aspect in cube["aspect"].to_numpy()]
     frictions = cube["friction"].to_numpy()
-    figure, panels = grid(len(blocks), len(frictions) + 1, 2.2 * (len(frictions) + 1), 1.95 * len(blocks) + 0.9)
+    figure, panels = style.grid(len(blocks), len(frictions) + 1, 2.2 * (len(frictions) + 1), 1.95 * len(blocks) + 0.9)
     for row, (height, aspect) in enumerate(blocks):
         for column, friction in enumerate(frictions):
             axes = panels[row, column]
             _draw_orientations(axes, cube.sel(height=height, aspect=aspect, friction=friction))
             several = f", D/B = {aspect:g}" if cube.sizes["aspect"] > 1 else ""
             axes.set_title(f"µ = {friction:g}, H = {height:g} m{several}", fontsize=8)
-            labels(axes, "orientation" if row == len(blocks) - 1 else "", "B/H" if column == 0 else "")
+            style.labels(axes, "orientation" if row == len(blocks) - 1 else "", "B/H" if column == 0 else "")
         panels[row, -1].set_visible(False)
     around = figure.add_subplot(panels[0, -1].get_subplotspec(), projection="polar")
     draw_rose(around, rose_of(cube.expand_dims("record")).shares)
@@ -176,12 +159,12 @@ def space_map_figure(cube: xr.Dataset, title: str) -> Figure:
     ring, rim = np.linspace(0.0, 2.0 * np.pi, 73), [1.08 * top, 1.22 * top]
     hues = ((ring[:-1] + ring[1:]) / 2)[None, :]
     around.pcolormesh(ring, rim, hues, cmap=COLOURS, vmin=0, vmax=2 * np.pi, rasterized=True)
-    mark_fault_normal(around, float(cube["fault_normal"]))
+    style.mark_fault_normal(around, float(cube["fault_normal"]))
     around.set_title("all falls of the record", fontsize=8, pad=3)
-    marks = [patch(STANDS, "stands")]
+    marks = [style.patch(style.STANDS, "stands")]
     if bool(cube["overturned"].isnull().any()):
-        marks.append(patch(MISSING, "not found"))
-    caption(figure, f"{title}\ncolour and arrow: azimuth of the fall, north up", around, 3, first=marks)
+        marks.append(style.patch(style.MISSING, "not found"))
+    style.caption(figure, f"{title}\ncolour and arrow: azimuth of the fall, north up", around, 3, first=marks)
     return figure
 
 
@@ -190,18 +173,28 @@ def _draw_orientations(axes: Any, cells: xr.Dataset) -> None:
     azimuth = np.radians(cells["fall_azimuth"].transpose("b_over_h", "orientation").to_numpy().astype(np.float64))
     missing = cells["overturned"].isnull().transpose("b_over_h", "orientation").to_numpy()
     edges = cell_edges(x) if x.size > 1 else x[0] + np.array([-2.5, 2.5]), cell_edges(y)
-    axes.set_facecolor(STANDS)
+    axes.set_facecolor(style.STANDS)
     axes.pcolormesh(*edges, np.ma.masked_invalid(azimuth), cmap=COLOURS, vmin=0.0, vmax=2.0 * np.pi, rasterized=True)
     if missing.any():
-        axes.pcolormesh(*edges, np.ma.masked_where(~missing, missing), cmap=ListedColormap([MISSING]), rasterized=True)
+        axes.pcolormesh(
+            *edges, np.ma.masked_where(~missing, missing), cmap=ListedColormap([style.MISSING]), rasterized=True
+        )
     across, up = np.meshgrid(x, y)
     # Of finer grids arrows of every second cell, or third: more could not be told apart.
     fell = np.zeros(azimuth.shape, bool)
     thin = tuple(slice(None, None, -(-count // MOST_ARROWS)) for count in azimuth.shape)
     fell[thin] = np.isfinite(azimuth)[thin]
     axes.quiver(
-        across[fell], up[fell], np.sin(azimuth[fell]), np.cos(azimuth[fell]), pivot="mid", angles="uv", color=INK,
-        scale=30, width=0.006, headwidth=4, headlength=4, headaxislength=3.5,
+        across[fell], up[fell], np.sin(azimuth[fell]), np.cos(azimuth[fell]), pivot="mid", angles="uv",
+        color=style.INK, scale=30, width=0.006, headwidth=4, headlength=4, headaxislength=3.5,
     )  # fmt: skip
     axes.set(xlim=(edges[0][0], edges[0][-1]), ylim=(edges[1][0], edges[1][-1]))
     axes.xaxis.set_major_locator(MultipleLocator(30 if np.ptp(x) <= 100 else 60 if np.ptp(x) <= 200 else 90))
+
+
+_OF_DIRECTION: Final = {"azimuth": plane_map_figure, "orientation": space_map_figure}
+
+
+def map_figure(cube: xr.Dataset, title: str) -> Figure:
+    """Where the blocks of one record of a cube fall: round the compass, or, of bodies in space, by orientation."""
+    return _OF_DIRECTION[model_of(cube).direction](cube, title)

@@ -8,20 +8,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from overturning.figures import style
 from overturning.figures.film_of_trajectory import free_elements, outcome, window
 from overturning.figures.ground import draw_hodographs
-from overturning.figures.style import (
-    DASHED,
-    DASHES,
-    FALLS,
-    INK,
-    PAGE_WIDTH,
-    SERIES,
-    caption,
-    compass_name,
-    grid,
-    labels,
-)
 from overturning.model.variables import INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.units import CM, GAL
@@ -53,41 +42,41 @@ def response_figure(paths: Sequence[xr.Dataset], title: str, headings: Sequence[
     """
     import matplotlib.pyplot as plt
 
-    width = max(min(3.3 * len(paths), PAGE_WIDTH), 4.4, 2.0 * len(paths))
-    figure, grid = plt.subplots(
+    width = max(min(3.3 * len(paths), style.PAGE_WIDTH), 4.4, 2.0 * len(paths))
+    figure, rows = plt.subplots(
         len(ROWS), len(paths), figsize=(width, 6.6), sharex=True, sharey="row", squeeze=False, layout="constrained"
     )
     start, end = window(paths)
     largest = max(float(np.abs(np.degrees(free_elements(path)["rotation"])).max()) for path in paths)
     several = free_elements(paths[0]).sizes["element"] > 1
     for column, path in enumerate(paths):
-        time, upper = path["time"].to_numpy(), grid[0, column]
+        time, upper = path["time"].to_numpy(), rows[0, column]
         upper.plot(time, path["ground_acceleration"].to_numpy() / GAL, color="#555555", linewidth=0.8)
         for number, name in enumerate(free_elements(path)["element"].to_numpy()):
-            one, look = path.sel(element=name), {"color": SERIES[number % len(SERIES)], "linewidth": 1.0}
-            for axes, values in zip(grid[1:, column], response_series(one), strict=True):
-                axes.plot(time, values, label=str(name), linestyle=DASHES[number % len(DASHES)], **look)
+            one, look = path.sel(element=name), {"color": style.SERIES[number % len(style.SERIES)], "linewidth": 1.0}
+            for axes, values in zip(rows[1:, column], response_series(one), strict=True):
+                axes.plot(time, values, label=str(name), linestyle=style.DASHES[number % len(style.DASHES)], **look)
             alpha = float(np.degrees(one["critical_angle"]))
             if alpha <= LIMIT_SHOWN * largest:
                 for sign in (1, -1):
-                    grid[1, column].axhline(sign * alpha, linestyle=DASHED, **(look | {"linewidth": 0.7}))
-                grid[1, column].annotate(
+                    rows[1, column].axhline(sign * alpha, linestyle=style.DASHED, **(look | {"linewidth": 0.7}))
+                rows[1, column].annotate(
                     "α", (0.01, alpha), xycoords=("axes fraction", "data"), va="bottom", fontsize=8, color=look["color"]
                 )
-        for row, axes in enumerate(grid[:, column]):
+        for row, axes in enumerate(rows[:, column]):
             axes.axhline(0, color="#c8c8c8", linewidth=0.5, zorder=0)
             axes.locator_params(axis="y", nbins=5)
-            labels(axes, "time, s" if row == len(ROWS) - 1 else "", ROWS[row] if column == 0 else "")
-        heading = headings[column] if headings else compass_name(path.attrs["azimuth_deg"])
+            style.labels(axes, "time, s" if row == len(ROWS) - 1 else "", ROWS[row] if column == 0 else "")
+        heading = headings[column] if headings else style.compass_name(path.attrs["azimuth_deg"])
         upper.set_title(
             fill(f"{heading}: {_does(path)}", int(18 * width / len(paths) / 1.25)), fontsize=9, parse_math=False
         )
     # The curves end with the longest path, and so does the axis.
     last = min(end + 1.5, max(float(path["time"][-1]) for path in paths))
     start = max(0.0, start - 1.5)
-    grid[0, 0].set_xlim(start, max(last, start + 0.1))
-    figure.align_ylabels(grid[:, 0])
-    caption(figure, title, grid[1, 0] if several else None, 3)
+    rows[0, 0].set_xlim(start, max(last, start + 0.1))
+    figure.align_ylabels(rows[:, 0])
+    style.caption(figure, title, rows[1, 0] if several else None, 3)
     return figure
 
 
@@ -106,7 +95,7 @@ def _does(path: xr.Dataset) -> str:
 
 def axis_figure(path: xr.Dataset, motion: Motion, title: str) -> Figure:
     """Figure of a body's axis seen from above, beside it hodographs of the ground's velocity and displacement."""
-    figure, panels = grid(1, 3, 9.2, 3.9)
+    figure, panels = style.grid(1, 3, 9.2, 3.9)
     axes = panels[0, 0]
     east, north = path["tilt_east"].to_numpy(), path["tilt_north"].to_numpy()
     up = np.sqrt(np.maximum(0.0, 1.0 - east**2 - north**2))
@@ -119,12 +108,12 @@ def axis_figure(path: xr.Dataset, motion: Motion, title: str) -> Figure:
     for radius, dash, name in ((critical, "--", "least critical angle"), (90.0, ":", "lying")):
         if radius < largest:
             turn = np.linspace(0.0, 2.0 * np.pi, 181)
-            axes.plot(radius * np.cos(turn), radius * np.sin(turn), dash, color=INK, linewidth=0.8, label=name)
-    axes.plot(x, y, color=SERIES[0], linewidth=0.8, label="axis of the body")
-    axes.plot(x[-1], y[-1], "o", color=FALLS, markersize=4, label="end")
+            axes.plot(radius * np.cos(turn), radius * np.sin(turn), dash, color=style.INK, linewidth=0.8, label=name)
+    axes.plot(x, y, color=style.SERIES[0], linewidth=0.8, label="axis of the body")
+    axes.plot(x[-1], y[-1], "o", color=style.FALLS, markersize=4, label="end")
     axes.set(xlim=(-largest, largest), ylim=(-largest, largest), aspect="equal")
     axes.set_title(f"tilt of the axis, degrees\n{outcome(path).split('(')[0].split(' at ')[0].strip()}", fontsize=9)
-    labels(axes, "east", "north")
+    style.labels(axes, "east", "north")
     draw_hodographs(panels[0, 1:], motion.times(float(path.attrs["amplitude"])))
-    caption(figure, title, axes, 4)
+    style.caption(figure, title, axes, 4)
     return figure

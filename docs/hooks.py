@@ -51,16 +51,16 @@ def commands() -> str:
 
 def keys() -> str:
     """The keys of a study."""
-    from overturning.study.document import key_table
+    from overturning.study.document import tables
 
-    return key_table()
+    return tables()["keys"]
 
 
 def columns() -> str:
     """The columns of the record table."""
-    from overturning.study.document import column_table
+    from overturning.study.document import tables
 
-    return column_table()
+    return tables()["columns"]
 
 
 def variables() -> str:

@@ -55,22 +55,31 @@ def _keys(schema: dict[str, Any], model: dict[str, Any], prefix: str) -> list[tu
     return entries
 
 
-def with_tables(text: str) -> str:
-    """The text of a README with tables of a study's keys and of the record table's columns put between their marks."""
+def tables() -> dict[str, str]:
+    """The ``keys`` of a study file and the ``columns`` of the record table as Markdown tables."""
     schema, keys = Study.model_json_schema(), []
     for key, entry, required in _keys(schema, schema, ""):
         default = "needed" if required else f"`{json.dumps(entry.get('default'), ensure_ascii=False)}`"
-        keys.append((key, default, entry.get("description", "")))
+        keys.append(f"| `{key}` | {default} | {entry.get('description', '')} |")
     columns = RecordEntry.model_json_schema()["properties"].items()
-    for name, heads, rows in (
-        ("keys", ("key", "default", "meaning"), keys),
-        ("columns", ("column", "meaning"), [(name, entry.get("description", "")) for name, entry in columns]),
-    ):
+    return {
+        "keys": "\n".join(["| key | default | meaning |", "|---|---|---|", *keys]),
+        "columns": "\n".join(
+            [
+                "| column | meaning |",
+                "|---|---|",
+                *(f"| `{n}` | {entry.get('description', '')} |" for n, entry in columns),
+            ]
+        ),
+    }
+
+
+def with_tables(text: str) -> str:
+    """The text of a README with the tables put between their marks."""
+    for name, table in tables().items():
         begin, end = f"<!-- {name}: made by `overturning study document`, do not edit -->", f"<!-- end of {name} -->"
-        lines = [f"| {' | '.join(heads)} |", "|---" * len(heads) + "|"]
-        lines += [f"| {' | '.join((f'`{key}`', *others))} |" for key, *others in rows]
         before, _, rest = text.partition(begin)
-        text = "\n".join([before + begin, *lines, end + rest.partition(end)[2]])
+        text = f"{before}{begin}\n{table}\n{end}{rest.partition(end)[2]}"
     return text
 
 

@@ -57,7 +57,7 @@ def one_case(made: Scene, motion: Motion, friction: float = 1.0, **options: Any)
 
 def run(how: PolygonPlan, motion: Motion, more: int = 0) -> tuple[Results, np.ndarray, np.ndarray]:
     """Answers, times and poses with velocities, shape (samples, elements, 6)."""
-    path = np.zeros((motion.samples + more, 2 + 6 * how.sizes.size))
+    path = np.zeros((motion.samples + more, 2 + 6 * how.arrays.sizes.size))
     answers, path = how.compute(np.zeros(1, np.int64), np.zeros(1, np.int64), path)
     return Results(**answers), path[:, 0], path[:, 2:].reshape(len(path), -1, 6)
 
@@ -67,7 +67,7 @@ def put(how: PolygonPlan, element: int, **values: float) -> None:
 
     def put_number(path: str, number: float) -> None:
         row = k.CASE.count + element * k.ELEMENT.count + k.ELEMENT.row(Element, path) // k.COLUMNS
-        how.initial[0, row] = number
+        how.arrays.initial[0, row] = number
 
     paths = {"x": "pose.x", "z": "pose.z", "vx": "velocity.x", "vz": "velocity.z", "vw": "velocity.w"}
     for name, value in values.items():

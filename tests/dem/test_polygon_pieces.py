@@ -112,7 +112,7 @@ def test_an_l_shape_tips_at_arm_over_height_to_either_side() -> None:
 def test_an_arch_stands_on_four_corners_and_each_carries_its_part() -> None:
     arch = [[-0.5, 0], [-0.3, 0], [-0.3, 0.5], [0.3, 0.5], [0.3, 0], [0.5, 0], [0.5, 0.8], [-0.5, 0.8]]
     prepared = prepare(scene(stone(vertices=arch)))
-    assert len(prepared.springs) == 4
+    assert len(prepared.loaded) == 4
     assert prepared.laws.carried == pytest.approx(prepared.placed[1].mass * 9.80665, rel=1e-9)
     assert prepared.threshold == pytest.approx(0.5 / prepared.placed[1].z, rel=1e-9)
 

@@ -181,7 +181,7 @@ def test_a_blow_between_two_free_blocks_is_what_shakes_fastest() -> None:
     """Both give way: K (1/m + r²/I) of each, which is 4 K/m for a rectangle; at rest each has at most 6 K/m."""
     made = prepare(scene(block("one", 0.3, 0.3, x=-0.2), block("other", 0.3, 0.3, x=0.25)))
     masses = [item.mass for item in made.placed if not item.fixed]
-    stiffness = made.laws.normal[made.pairs.index((2, 1))]
+    stiffness = made.laws.normal[made.pairs.index((2, 1, 0, 0))]
     assert made.square == pytest.approx(4.0 * stiffness * sum(1.0 / mass for mass in masses), rel=1e-9)
 
 

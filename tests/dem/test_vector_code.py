@@ -17,7 +17,7 @@ from overturning.dem.body import centred_loops as space_centred
 from overturning.dem.body import state as space
 from overturning.dem.kernel.lanes import aligned
 from overturning.dem.polygon import centred, cundall, equations, rows
-from overturning.dem.polygon.step import advance_on, motion_on
+from overturning.dem.polygon.step import arrive, predict
 from overturning.dem.polygon.verdict import note_standing
 
 Compile = Callable[[], Iterator[str]]
@@ -44,8 +44,11 @@ def compiled(loop: Any, *arguments: Any) -> Compile:
     return assemblies
 
 
+UP = np.zeros(8)
 BODY, POINT = np.zeros(space.ROWS.size), np.zeros(space.VERTEX.size)
-PAIR, ELEMENT, OWN, BLOCK = (np.zeros(table.size) for table in (rows.PAIR, rows.ELEMENT, rows.CASE, equations.BLOCK))
+PAIR, ELEMENT, OWN, BLOCK = (
+    np.zeros(table.size) for table in (rows.PAIR, rows.ELEMENT, rows.CASE, equations.SUBMATRIX)
+)
 LOOPS: dict[str, Compile] = {
     f"block, {scheme.name.lower()}, vertical {vertical}, with friction {with_friction}": block_loops(
         scheme, vertical, with_friction
@@ -60,13 +63,13 @@ LOOPS: dict[str, Compile] = {
     "polygons, divide": compiled(equations.divide, BLOCK, BLOCK.copy()),
     "polygons, eliminate": compiled(equations.eliminate, BLOCK, BLOCK.copy(), BLOCK.copy()),
     "polygons, carry": compiled(equations.carry, ELEMENT, BLOCK, ELEMENT.copy()),
-    "polygons, predict, vertical": compiled(motion_on(True)[0], None, ELEMENT, OWN, 128.0, 9.80665),
-    "polygons, predict, level": compiled(motion_on(False)[0], None, ELEMENT, OWN, 128.0, 9.80665),
-    "polygons, arrive, vertical": compiled(motion_on(True)[1], None, ELEMENT, OWN, 128.0, 9.80665),
-    "polygons, arrive, level": compiled(motion_on(False)[1], None, ELEMENT, OWN, 128.0, 9.80665),
+    "polygons, predict, vertical": compiled(predict, UP, ELEMENT, OWN, 128.0, 9.80665),
+    "polygons, predict, level": compiled(predict, None, ELEMENT, OWN, 128.0, 9.80665),
+    "polygons, arrive, vertical": compiled(arrive, UP, ELEMENT, OWN, 128.0, 9.80665),
+    "polygons, arrive, level": compiled(arrive, None, ELEMENT, OWN, 128.0, 9.80665),
     "polygons, cundall contact": compiled(cundall.contact, PAIR, ELEMENT, ELEMENT.copy(), OWN),
-    "polygons, motion, vertical": compiled(advance_on(True), None, ELEMENT, OWN, 9.80665),
-    "polygons, motion, level": compiled(advance_on(False), None, ELEMENT, OWN, 9.80665),
+    "polygons, motion, vertical": compiled(cundall.advance, UP, ELEMENT, OWN, 9.80665),
+    "polygons, motion, level": compiled(cundall.advance, None, ELEMENT, OWN, 9.80665),
     "polygons, slip": compiled(note_standing, ELEMENT, ELEMENT.copy(), OWN, 0.1, 0.01),
 } | {
     f"space, {name}, {loop}": compiled(getattr(scheme, loop), BODY, *more)

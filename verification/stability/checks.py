@@ -187,7 +187,7 @@ def lies_from(prepared: Prepared) -> FloatArray:
         # The longest face that a rotation either way brings down.
         length = max((length for turn, length in _faces(item) if abs(abs(turn) - angle[place]) < 1e-9), default=0.0)
         if length > 0.0:
-            mine = [k for k, pair in enumerate(prepared.pairs) if index in pair]
+            mine = [k for k, pair in enumerate(prepared.pairs) if index in pair[:2]]
             pressed = item.mass * STANDARD_GRAVITY / (2.0 * prepared.laws.normal[mine].min())
             angle[place] -= np.arcsin(min(pressed / length, 1.0))
     return np.where(angle > LEVEL, np.inf, angle)

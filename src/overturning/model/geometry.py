@@ -1,6 +1,5 @@
 """Where a scene's elements stand, which faces are nearest, and where they touch at rest."""
 
-from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import combinations, product
@@ -81,6 +80,15 @@ class Placed:
     def fixed(self) -> bool:
         """Whether forces do not move it."""
         return self.element.kind != "free"
+
+
+class ElementPair(NamedTuple):
+    """Numbers of two elements that could meet, and of a convex piece of each."""
+
+    a: int
+    b: int
+    part_a: int = 0
+    part_b: int = 0
 
 
 @dataclass(frozen=True)
@@ -251,30 +259,24 @@ def _gaps(placed: list[Placed]) -> Iterator[tuple[int, int, float]]:
             yield i, j, float(min(gaps))
 
 
-def pairs_of(placed: list[Placed]) -> list[tuple[int, int]]:
+def pairs_of(placed: list[Placed]) -> list[ElementPair]:
     """Pairs that could ever meet: one of them free, and not too far apart; once for every two of their convex pieces."""
     extent = sum(item.shape.width + item.shape.height for item in placed if not item.fixed)
-    near = [(i, j) for i, j, gap in _gaps(placed) if gap <= FAR * extent]
-    return [(i, j) for i, j in near for _ in range(len(placed[i].shape.parts) * len(placed[j].shape.parts))]
+    return [
+        ElementPair(i, j, m, n)
+        for i, j, gap in _gaps(placed)
+        if gap <= FAR * extent
+        for m, n in product(range(len(placed[i].shape.parts)), range(len(placed[j].shape.parts)))
+    ]
 
 
-def parts_of(placed: list[Placed], pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Which convex piece of either element each pair is of, by `pairs_of`."""
-    seen: Counter[tuple[int, int]] = Counter()
-    parts = []
-    for pair in pairs:
-        parts.append(divmod(seen[pair], len(placed[pair[1]].shape.parts)))
-        seen[pair] += 1
-    return parts
-
-
-def partners(placed: list[Placed], pairs: list[tuple[int, int]]) -> list[tuple[Placed, Placed]]:
+def partners(placed: list[Placed], pairs: list[ElementPair]) -> list[tuple[Placed, Placed]]:
     """Both convex elements of each pair."""
     parts = [item.parts for item in placed]
-    return [(parts[i][m], parts[j][n]) for (i, j), (m, n) in zip(pairs, parts_of(placed, pairs), strict=True)]
+    return [(parts[pair.a][pair.part_a], parts[pair.b][pair.part_b]) for pair in pairs]
 
 
-def resting(placed: list[Placed], pairs: list[tuple[int, int]]) -> list[Touch]:
+def resting(placed: list[Placed], pairs: list[ElementPair]) -> list[Touch]:
     """Ends that touch."""
     return [
         Touch(index, side, end)
@@ -300,7 +302,7 @@ def check_geometry(scene: Stage) -> None:
     while more := {
         up
         for index, _, end in ends
-        for up, low, sign in ((*pairs[index], 1.0), (*pairs[index][::-1], -1.0))
+        for up, low, sign in ((pairs[index].a, pairs[index].b, 1.0), (pairs[index].b, pairs[index].a, -1.0))
         if low in carried and up not in carried and sign * end.normal[1] > 1e-3
     }:
         carried |= more

@@ -1,29 +1,92 @@
-"""From a prepared scene to the kernel's arrays: the column at rest, faces, rules and limits."""
+"""What the kernel of scenes is given and what it gives: named columns, and the arrays of a scene at all its sizes."""
 
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
+from overturning.dem.kernel.clock import Clock
 from overturning.dem.limits import DEEPEST
-from overturning.dem.polygon import tables as t
+from overturning.dem.polygon import rows
+from overturning.dem.polygon import state as k
 from overturning.dem.polygon.prepare import Prepared, smallest
-from overturning.model.geometry import WIDE, Placed, common_stretch, partners, parts_of
+from overturning.model.geometry import WIDE, Placed, common_stretch, partners
+
+CASE: Final = np.dtype([(name, "f8") for name in (
+    "amplitude", "friction", "damping", "first", "calm", "after", *Clock._fields,
+)])  # fmt: skip
+"""What a case is computed with: factor on the motion, swept friction, factor on the dashpots, samples from which it is
+computed, at which it can rest for good, and at which it is undecided; the clock."""
+
+ELEMENT: Final = np.dtype([(name, "f8") for name in (
+    "is_free", "fall_angle", "tips_back", "tips_on", "support", "barrier",
+)])  # fmt: skip
+"""Of an element whether it is free, angle at which it has fallen for good, angles from which it cannot come back to −x
+and +x (rad), what it stands on, and the energy that its overturning takes (J)."""
+
+LIMITS: Final = np.dtype([(name, "f8") for name in ("deepest", "rest_energy", "least_barrier", "least_scale")])
+"""Of a scene its deepest penetration (m), kinetic energy at rest, least barrier, and least energy that an error is a
+share of (J)."""
+
+RESULT: Final = np.dtype([(name, "f8") for name in ("status", "depth", "energy", "steps")])
+"""Result of a case; `steps` are those of its free elements together."""
+
+ELEMENT_RESULT: Final = np.dtype([(name, "f8") for name in ("side", "time", "angle", "slip", "residual")])
+"""Result of an element."""
 
 CALM_KINETIC: Final = 1e-9
 """Kinetic energy at rest, as a share of m g times the half of the smallest side of the lightest element."""
-
 
 FLAT: Final = 0.999
 """An element that lies on another face has turned by this share of its angle at least: its contacts give way."""
 
 
-def kernel_column(prepared: Prepared) -> FloatArray:
-    """The rows of a column at rest, as the kernel wants them, shape (rows,)."""
-    from overturning.dem.polygon import rows
-    from overturning.dem.polygon import state as k
+class Arrays(NamedTuple):
+    """A scene at all its sizes, its variants."""
 
+    initial: FloatArray
+    """Lane at rest, shape (variants, rows);"""
+    layout: NDArray[np.int64]
+    """the two elements of each pair and their convex pieces among those of all, shape (pairs, 4);"""
+    parts: NDArray[np.int64]
+    """of each part that can move as one the lowest element and the one listed last, shape (parts, 2);"""
+    sizes: NDArray[np.int64]
+    """vertices of each piece, shape (pieces,);"""
+    shapes: FloatArray
+    """faces as of `Polygon.faces`, shape (variants, pieces, vertices, 12);"""
+    elements: NDArray[np.void]
+    """when elements have fallen, of `ELEMENT`, shape (variants, elements);"""
+    limits: NDArray[np.void]
+    """when a case has failed or rests, of `LIMITS`, shape (variants,);"""
+    gravity: float
+    """m/s²."""
+
+
+def arrays_of(variants: list[Prepared]) -> Arrays:
+    """Arrays of the variants of a scene, whose elements meet in the same pairs."""
+    one = variants[0]
+    first = np.cumsum([0, *(len(item.shape.parts) for item in one.placed)]).tolist()
+    layout = [(pair.a, pair.b, first[pair.a] + pair.part_a, first[pair.b] + pair.part_b) for pair in one.pairs]
+    sizes = np.array(one.sizes, np.int64)
+    shapes = np.zeros((len(variants), sizes.size, int(sizes.max()), 12))
+    for v, prepared in enumerate(variants):
+        for index, part in enumerate(part for item in prepared.placed for part in item.shape.parts):
+            shapes[v, index, : sizes[index]] = part.faces
+    return Arrays(
+        initial=np.stack([lane_at_rest(item) for item in variants]),
+        layout=np.array(layout, np.int64).reshape(-1, 4),
+        parts=one.parts,
+        sizes=sizes,
+        shapes=shapes,
+        elements=np.stack([element_rules(item) for item in variants]),
+        limits=np.stack([limits_of(item) for item in variants]),
+        gravity=one.scene.gravity,
+    )
+
+
+def lane_at_rest(prepared: Prepared) -> FloatArray:
+    """The rows of a lane at rest, shape (rows,)."""
     placed, laws, still = prepared.placed, prepared.laws, k.Plane(0.0, 0.0, 0.0)
     elements = []
     for index, item in enumerate(placed):
@@ -33,37 +96,27 @@ def kernel_column(prepared: Prepared) -> FloatArray:
         free = (0.0, 0.0, 0.0, 0.0) if item.fixed else (1.0 / item.mass, 1.0 / item.inertia, item.mass, 1.0)
         frame, held = float(item.element.kind != "driven"), float(item.element.kind == "held")
         support, (x, z) = placed[prepared.support[index]], prepared.base[index]
-        elements.append(
-            k.Element(
-                pose, still, k.Trial(pose, still, still, 0.0, 0.0, still), still, still,
-                k.Body(*free, frame, held, float(prepared.critical[index])),
-                k.Course(moved=0.0, turned=0.0, work=0.0, peak_angle=abs(turn), last_upright=-1.0, power=0.0),
-                k.Standing(
-                    0.0, 0.0, 0.0, 0.0, 0.0, x - item.x, z - item.z, x - support.x, z - support.z,
-                    item.x, item.z, item.z - item.drop,
-                ),
-            )
-        )  # fmt: skip
+        home = k.Home(x - item.x, z - item.z, x - support.x, z - support.z, item.x, item.z, item.z - item.drop)
+        inertia = k.Inertia(*free, frame, held, float(prepared.critical[index]))
+        course = k.Course(moved=0.0, turned=0.0, work=0.0, peak_angle=abs(turn), last_upright=-1.0, power=0.0)
+        trial, standing = k.Trial(pose, still, still, 0.0, 0.0, still), k.Standing(0.0, 0.0, 0.0, 0.0, 0.0)
+        elements.append(k.Element(pose, still, trial, still, still, inertia, course, standing, home))
     settled = np.inf if rests_on_one_face(placed) else 0.0
     nearest = k.Nearest(face_a=-1.0, face_b=-1.0, lever=0.0, limit=settled, reach=-1.0, used=0.0, ahead=0.0)
-    seen, face = k.Seen(0.0, 0.0), k.Face(0.0, 0.0, 0.0, 0.0, 0.0)
-    unseen = k.Vertices(seen, seen, seen, seen)
-    pairs, free_ends, stands = (
-        [],
-        k.Bounds(0.0, 0.0, 0.0, 0.0),
-        [float(j in prepared.carriers[i]) - (i in prepared.carriers[j]) for i, j in prepared.pairs],
-    )
-    for index, (a, b) in enumerate(partners(placed, prepared.pairs)):
+    seen, face, bounds = k.Seen(0.0, 0.0), k.Face(0.0, 0.0, 0.0, 0.0, 0.0), k.Bounds(0.0, 0.0, 0.0, 0.0)
+    pairs = []
+    for index, (pair, (a, b)) in enumerate(zip(prepared.pairs, partners(placed, prepared.pairs), strict=True)):
         tangential = laws.tangential[index]
         compliance = 1.0 / tangential if tangential > 0 else 0.0
         law = k.Law(laws.normal[index], tangential, laws.dashpot[index], laws.friction[index], compliance)
-        ends = [k.Memory(0.0, rows.OPEN, 0.0, 0.0)] * 2
-        for at, side, slip in prepared.springs:
-            if at == index:
-                ends[side] = k.Memory(slip, rows.MINE if _is_first(a, b, side) else rows.THEIRS, 0.0, 0.0)
-        pairs.append(
-            k.Pair(face, face, free_ends, law, nearest, unseen, ends[0], ends[1], 0.0, 0.0, 0.0, 0.0, stands[index])
-        )
+        ends = [k.Memory(0.0, k.OPEN, 0.0, 0.0)] * 2
+        for end in prepared.loaded:
+            if end.pair == index:
+                carrier = k.MINE if _is_first(a, b, end.side) else k.THEIRS
+                ends[end.side] = k.Memory(end.slip, carrier, 0.0, 0.0)
+        history = k.History(k.Vertices(seen, seen, seen, seen), ends[0], ends[1], deepest=0.0, taken=0.0)
+        stands = float(pair.b in prepared.carriers[pair.a]) - (pair.a in prepared.carriers[pair.b])
+        pairs.append(k.Pair(face, face, bounds, law, nearest, history, 0.0, 0.0, stands))
     step = [0.0] * (rows.PAIR.count - len(rows.flat(pairs[0])) if pairs else 0)
     return np.array(
         [0.0] * rows.CASE.count + rows.flat(elements) + [number for pair in pairs for number in rows.flat(pair) + step]
@@ -77,15 +130,14 @@ def rests_on_one_face(placed: list[Placed]) -> bool:
     """
     if len(placed) != 2:
         return False
-    ground, block = placed
-    rectangles = all(item.element.width is not None and item.element.rotation_deg == 0 for item in placed)
+    ground, stone = placed
     return (
-        rectangles
+        all(item.element.width is not None and item.element.rotation_deg == 0 for item in placed)
         and ground.element.kind == "driven"
-        and block.element.kind == "free"
-        and fallen_angle(block) < 0.5 * np.pi
-        and abs(float(block.points[:, 1].min() - ground.points[:, 1].max())) <= 1e-9 * block.size
-        and ground.shape.width > WIDE * max(block.shape.width, block.shape.height) + 2.0 * abs(block.x - ground.x)
+        and stone.element.kind == "free"
+        and fallen_angle(stone) < 0.5 * np.pi
+        and abs(float(stone.points[:, 1].min() - ground.points[:, 1].max())) <= 1e-9 * stone.size
+        and ground.shape.width > WIDE * max(stone.shape.width, stone.shape.height) + 2.0 * abs(stone.x - ground.x)
     )
 
 
@@ -95,53 +147,33 @@ def _is_first(a: Placed, b: Placed, side: int) -> bool:
     return bool(min(np.hypot(x - point[0], z - point[1]) for x, z in a.points) < 1e-9 * a.size)
 
 
-def kernel_shapes(prepared: Prepared) -> tuple[NDArray[np.int64], FloatArray]:
-    """Numbers of vertices of all convex pieces, shape (pieces,), and faces, shape (pieces, most vertices, 12)."""
-    parts = [part for item in prepared.placed for part in item.shape.parts]
-    sizes = np.array([len(part.vertices) for part in parts], dtype=np.int64)
-    shapes = np.zeros((len(sizes), int(sizes.max()), 12))
-    for index, part in enumerate(parts):
-        shapes[index, : sizes[index]] = part.faces
-    return sizes, shapes
-
-
-def kernel_layout(prepared: Prepared) -> NDArray[np.int64]:
-    """The two elements of each pair, and their pieces by their numbers among those of all, shape (pairs, 4)."""
-    counts = [len(item.shape.parts) for item in prepared.placed]
-    first = np.cumsum([0, *counts]).tolist()
-    parts = parts_of(prepared.placed, prepared.pairs)
-    rows = [(i, j, first[i] + m, first[j] + n) for (i, j), (m, n) in zip(prepared.pairs, parts, strict=True)]
-    return np.array(rows, dtype=np.int64).reshape(-1, 4)
-
-
 def fallen_angle(item: Placed) -> float:
-    """Rotation at which an element counts as fallen, rad: `FLAT` of the one that brings a face down, or that of its scene."""
+    """Rotation at which an element counts as fallen, rad: `FLAT` of the one that brings a face down, or its scene's."""
     brings_down = item.element.fallen_rotation_deg in (None, 90.0)
     return round(FLAT * item.fallen, 12) if brings_down else item.fallen
 
 
-def _energies(prepared: Prepared, n: int) -> tuple[float, float]:
-    """Energy that overturns an element, and that its errors are a share of, J.
+def element_rules(prepared: Prepared) -> NDArray[np.void]:
+    """When elements have fallen, of `ELEMENT`, shape (elements,)."""
+    return np.array(
+        [
+            (not item.fixed, fallen_angle(item), *prepared.tips[k], prepared.support[k], prepared.barrier[k])
+            for k, item in enumerate(prepared.placed)
+        ],
+        ELEMENT,
+    )
 
-    One that falls by itself needs none, however little is left; its errors are measured by its weight times its size.
+
+def limits_of(prepared: Prepared) -> NDArray[np.void]:
+    """When a case has failed or rests, of `LIMITS`, shape ().
+
+    An element that falls by itself needs no energy, however little is left; its errors are measured by its weight times
+    its size.
     """
-    item, barrier = prepared.placed[n], float(prepared.barrier[n])
-    whole = item.mass * prepared.scene.gravity * item.size
-    return (barrier, barrier) if barrier > 1e-6 * whole else (-np.inf, whole)
-
-
-def kernel_rules(prepared: Prepared) -> tuple[NDArray[np.void], NDArray[np.void]]:
-    """When elements have fallen, of `tables.ELEMENT`, shape (elements,), and when a case has failed or rests, of `tables.LIMITS`."""
-    rules, limits = np.zeros(len(prepared.placed), t.ELEMENT), np.zeros((), t.LIMITS)
-    free = [item for item in prepared.placed if not item.fixed]
-    for index, item in enumerate(prepared.placed):
-        back, on = prepared.tips[index]
-        rules[index] = (
-            0.0 if item.fixed else 1.0, fallen_angle(item), back, on, prepared.support[index], prepared.barrier[index]
-        )  # fmt: skip
-    lightest = min(free, key=lambda item: item.mass)
-    barriers, scales = zip(*(_energies(prepared, n) for n in prepared.free), strict=True)
-    limits["deepest"] = DEEPEST * 0.5 * smallest(prepared.placed)
-    limits["rest_energy"] = CALM_KINETIC * lightest.mass * prepared.scene.gravity * 0.5 * lightest.size
-    limits["least_barrier"], limits["least_scale"] = min(barriers), min(scales)
-    return rules, limits
+    free = [prepared.placed[n] for n in prepared.free]
+    whole = np.array([item.mass * prepared.scene.gravity * item.size for item in free])
+    barrier = prepared.barrier[prepared.free]
+    needs, lightest = barrier > 1e-6 * whole, min(free, key=lambda item: item.mass)
+    rest_energy = CALM_KINETIC * lightest.mass * prepared.scene.gravity * 0.5 * lightest.size
+    least_barrier, least_scale = np.where(needs, barrier, -np.inf).min(), np.where(needs, barrier, whole).min()
+    return np.array((DEEPEST * 0.5 * smallest(prepared.placed), rest_energy, least_barrier, least_scale), LIMITS)

@@ -1,7 +1,6 @@
 """The centred scheme: the trapezoidal rule with springs and dashpots taken at the end of the step (docs/scenes.md).
 
-What a pair of elements does in a step: `couple` finds its part in the equations, `correct` its forces at the
-solution.
+What a pair of elements does in a step: `couple` finds its part in the equations, `correct` its forces at the solution.
 `overturning.dem.polygon.equations` solves them, `overturning.dem.kernel.clock` says how long the next step is.
 
 Signs: an end's penetration u and opening velocity v give n = K u − h v, its stretch s and slip velocity w give
@@ -14,41 +13,28 @@ from typing import Any, Final, NamedTuple
 from numba import njit
 
 from overturning.dem.kernel.clock import SCENE
-from overturning.dem.kernel.lanes import INLINE, OPTIONS
-from overturning.dem.kernel.mechanics import larger, within
+from overturning.dem.kernel.lanes import INLINE, INNER, arithmetic
+from overturning.dem.kernel.mechanics import within
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.contact import Force, action_of, stretched
-from overturning.dem.polygon.faces import common_stretch
-from overturning.dem.polygon.state import (
-    Body,
-    Case,
-    Corrected,
+from overturning.dem.polygon.faces import End, Stretch, common_stretch
+from overturning.dem.polygon.mechanics import (
     Couple,
-    End,
-    Law,
-    Marks,
-    Memory,
+    Force,
+    Loaded,
     Outer,
-    Plane,
-    Seen,
-    Stretch,
     Taken,
-    Vertices,
+    action_of,
+    carrier_of,
+    history_of,
+    pushed,
+    stretched,
 )
+from overturning.dem.polygon.state import OPEN, Case, Inertia, Law, Marks, Memory, Plane, Seen, Vertices
 
 FINE: Final = SCENE.fine
 
 LEAST_FREEDOM: Final = 0.25
 """An end sticks where sliding would leave less than this share of a normal force's effect on free particles."""
-
-
-class Centred(NamedTuple):
-    """What the kernel has to know of the scheme."""
-
-    lag: float = 0.0
-    """Steps by which velocities lag behind poses;"""
-    ticks: float = SCENE.whole
-    """ticks of a whole step."""
 
 
 class Guess(NamedTuple):
@@ -67,17 +53,8 @@ class Guess(NamedTuple):
     """whether a normal force pushes it out while it slides."""
 
 
-class Direction(NamedTuple):
-    """Direction of a force or velocity of a relative to b, and its levers about both centres."""
-
-    x: float
-    z: float
-    a: float
-    b: float
-
-
 class Relative(NamedTuple):
-    """Velocity of a relative to b, and both angular velocities."""
+    """Velocity of a relative to b and both angular velocities, or a direction and its levers about both centres."""
 
     x: float
     z: float
@@ -89,8 +66,11 @@ class Both(NamedTuple):
     """Both elements of a pair: how they move against each other, and their inertia."""
 
     velocity: Relative
-    a: Body
-    b: Body
+    a: Inertia
+    b: Inertia
+
+
+plus = arithmetic(Outer).plus
 
 
 @njit(**INLINE)
@@ -130,21 +110,12 @@ def guess(law: Law, old: Memory, slid: float, end: End, ends: Stretch, both: Bot
 
 
 @njit(**INLINE)
-def outer(c: float, f: Direction, v: Direction) -> Outer:
+def outer(c: float, f: Relative, v: Relative) -> Outer:
     """A force for c times a velocity, each with its direction and its levers."""
     x, z, a, b = c * v.x, c * v.z, c * v.a, c * v.b
     return Outer(
         f.x * x, f.x * z, f.z * x, f.z * z, f.x * a, f.z * a, f.x * b, f.z * b, f.a * x, f.a * z, f.b * x, f.b * z,
         f.a * a, f.a * b, f.b * a, f.b * b,
-    )  # fmt: skip
-
-
-@njit(**INLINE)
-def plus(p: Outer, q: Outer) -> Outer:
-    """Sum of two parts."""
-    return Outer(
-        p.xx + q.xx, p.xz + q.xz, p.zx + q.zx, p.zz + q.zz, p.xa + q.xa, p.za + q.za, p.xb + q.xb, p.zb + q.zb,
-        p.ax + q.ax, p.az + q.az, p.bx + q.bx, p.bz + q.bz, p.aa + q.aa, p.ab + q.ab, p.ba + q.ba, p.bb + q.bb,
     )  # fmt: skip
 
 
@@ -163,9 +134,9 @@ def contribution(law: Law, half: float, end: End, one: Guess, other: Guess) -> t
     n = one.n if one.on else 0.0
     t = slid * n if slides else one.t
     t = t if one.on else 0.0
-    along, across = Direction(end.nx, end.nz, end.a.n, end.b.n), Direction(end.nz, -end.nx, end.a.t, end.b.t)
+    along, across = Relative(end.nx, end.nz, end.a.n, end.b.n), Relative(end.nz, -end.nx, end.a.t, end.b.t)
     # The force of a sliding end is inclined.
-    inclined = Direction(
+    inclined = Relative(
         along.x + slid * across.x, along.z + slid * across.z, along.a + slid * across.a, along.b + slid * across.b
     )
     normal, tangent = outer(press, inclined, along), outer(stick, across, across)
@@ -178,22 +149,17 @@ def is_fine(case: Case) -> bool:
     return case.attempt.length <= FINE * case.clock.finest
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def couple(q: Any, a: Any, b: Any, own: Any) -> None:
     """The part of one pair in the equations of a step."""
     for j in range(rows.COLUMNS):
-        pair, first, second, case = (
-            rows.load_pair(q, j),
-            rows.load_element(a, j),
-            rows.load_element(b, j),
-            rows.load_case(own, j),
-        )
-        on, by, law = first.trial, second.trial, pair.law
+        pair, first, second = rows.load_pair(q, j), rows.load_element(a, j), rows.load_element(b, j)
+        case, law, old = rows.load_case(own, j), pair.law, pair.history
         fine, half = is_fine(case), 0.5 * (case.step * case.attempt.length)
-        ends, u = common_stretch(pair, on.pose, by.pose), relative(on.end, by.end)
-        both = Both(u, first.body, second.body)
-        g1 = guess(law, pair.one, pair.slid_one, ends.one, ends, both, fine)
-        g2 = guess(law, pair.two, pair.slid_two, ends.two, ends, both, fine)
+        ends = common_stretch(pair, first.trial.pose, second.trial.pose)
+        both = Both(relative(first.trial.end, second.trial.end), first.inertia, second.inertia)
+        g1 = guess(law, old.one, pair.slid_one, ends.one, ends, both, fine)
+        g2 = guess(law, old.two, pair.slid_two, ends.two, ends, both, fine)
         p1, f1, slid_1 = contribution(law, half, ends.one, g1, g2)
         p2, f2, slid_2 = contribution(law, half, ends.two, g2, g1)
         rows.store_ends(q, j, ends)
@@ -205,9 +171,9 @@ def couple(q: Any, a: Any, b: Any, own: Any) -> None:
 class Solved(NamedTuple):
     """An end at the solution."""
 
-    force: Force
-    depth: float
-    inside: bool
+    now: Loaded
+    further: float
+    """Slip that the solution adds, m;"""
     found: float
     """±μ where it slips,"""
     changed: bool
@@ -218,8 +184,6 @@ class Solved(NamedTuple):
     """slides against its velocity, a slip reversal,"""
     back: bool
     """and was held the other way before."""
-    slid: float
-    """Slip that the solution adds, m."""
 
 
 @njit(**INLINE)
@@ -233,96 +197,68 @@ def solved(law: Law, old: Memory, end: End, taken: Taken, u: Relative, d: Relati
     more_open, more_slip = rates(end, d)
     opening, slipping = opening + more_open, slipping + more_slip
     depth, stretch = end.depth - half * more_open, taken.stretch + half * more_slip
-    touches, was = end.faces > 0.0, old.carrier != rows.OPEN
+    touches, was = end.faces > 0.0, old.carrier != OPEN
     inside = (depth > 0.0) & touches
     n = law.normal * depth - law.dashpot * opening
     n = (n if n > 0.0 else 0.0) if inside else 0.0
     most = law.friction * n
     t = -(law.tangential * stretch) - law.dashpot * slipping
-    slips = abs(t) > most
+    slips, loaded = abs(t) > most, most > 0.0
     found = math.copysign(law.friction, t) if slips else 0.0
     spring = within(stretch, most * law.compliance) if slips else stretch
     spring = spring if inside else 0.0
     guessed = 0.0 if fine else taken.slid
-    carrier = rows.MINE if end.mine > 0.0 else rows.THEIRS
-    changed = (inside != was) | ((not was) & (end.closed > 0.0)) | (was & (old.carrier != carrier))
-    loaded = most > 0.0
-    return Solved(
-        Force(n, within(t, most), spring), depth, inside, found, changed, (found != guessed) & loaded,
-        (guessed * slipping > 0.0) & loaded, (found * old.tangent < 0.0) & loaded, half * more_slip,
-    )  # fmt: skip
-
-
-@njit(**INLINE)
-def memory_of(end: End, s: Solved) -> Memory:
-    """What an end is to remember."""
-    carrier = rows.MINE if end.mine > 0.0 else rows.THEIRS
-    return Memory(s.force.spring, carrier if s.inside else rows.OPEN, s.force.n, s.force.t)
+    changed = (inside != was) | ((not was) & (end.closed > 0.0)) | (was & (old.carrier != carrier_of(end)))
+    wrong, back = (found != guessed) & loaded, (found * old.tangent < 0.0) & loaded
+    now = Loaded(Force(n, within(t, most), spring), depth, end.slip + half * more_slip, inside)
+    return Solved(now, half * more_slip, found, changed, wrong, (guessed * slipping > 0.0) & loaded, back)
 
 
 @njit(**INLINE)
 def now_of(a: Seen, b: Seen, end: End, s: Solved) -> tuple[Seen, Seen]:
     """Both vertices that may carry an end, the one that does at the solution."""
-    mine = end.mine > 0.0
+    mine, depth = end.mine > 0.0, s.now.depth
     return (
-        Seen(s.depth if mine else a.depth, a.place - s.slid if mine else a.place),
-        Seen(b.depth if mine else s.depth, b.place if mine else b.place + s.slid),
+        Seen(depth if mine else a.depth, a.place - s.further if mine else a.place),
+        Seen(b.depth if mine else depth, b.place if mine else b.place + s.further),
     )
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def correct(q: Any, a: Any, b: Any, own: Any) -> None:
     """Forces of one pair at the solution, kept beside what it remembers until it is known whether the step is taken."""
     for j in range(rows.COLUMNS):
-        pair, step, first, second, case = (
-            rows.load_pair(q, j), rows.load_step(q, j), rows.load_element(a, j), rows.load_element(b, j),
-            rows.load_case(own, j),
-        )  # fmt: skip
-        on, by, law, ends = first.trial, second.trial, pair.law, step.ends
-        fine, half, one, two = is_fine(case), 0.5 * (case.step * case.attempt.length), step.ends.one, step.ends.two
+        pair, step, first, second = (
+            rows.load_pair(q, j),
+            rows.load_step(q, j),
+            rows.load_element(a, j),
+            rows.load_element(b, j),
+        )
+        case, on, by, law, ends = rows.load_case(own, j), first.trial, second.trial, pair.law, step.ends
+        fine, half, old = is_fine(case), 0.5 * (case.step * case.attempt.length), case.found
         u, d = relative(on.end, by.end), relative(on.change, by.change)
-        s1 = solved(law, pair.one, one, step.one, u, d, half, fine)
-        s2 = solved(law, pair.two, two, step.two, u, d, half, fine)
-        new = action_of(one, two, s1.force, s2.force)
-        f, g = first.force, second.force
-        rows.store_force(a, j, Plane(f.x + new.x, f.z + new.z, f.w + new.moment_a))
-        rows.store_force(b, j, Plane(g.x - new.x, g.z - new.z, g.w - new.moment_b))
-        a1, b2 = now_of(ends.now.a1, ends.now.b2, one, s1)
-        a2, b1 = now_of(ends.now.a2, ends.now.b1, two, s2)
-        deepest = larger(pair.deepest, s1.depth if s1.inside else 0.0)
-        deepest = larger(deepest, s2.depth if s2.inside else 0.0)
-        work = 0.5 * (twice(pair.one, one, s1) + twice(pair.two, two, s2))
-        now, of_one, of_two = Vertices(a1, a2, b1, b2), memory_of(one, s1), memory_of(two, s2)
-        rows.store_corrected(q, j, Corrected(now, of_one, of_two, deepest, pair.taken + work))
+        s1 = solved(law, pair.history.one, ends.one, step.one, u, d, half, fine)
+        s2 = solved(law, pair.history.two, ends.two, step.two, u, d, half, fine)
+        on_a, on_b = pushed(first.force, second.force, action_of(ends.one, ends.two, s1.now.force, s2.now.force))
+        rows.store_force(a, j, on_a)
+        rows.store_force(b, j, on_b)
+        a1, b2 = now_of(ends.now.a1, ends.now.b2, ends.one, s1)
+        a2, b1 = now_of(ends.now.a2, ends.now.b1, ends.two, s2)
+        rows.store_corrected(q, j, history_of(pair.history, ends, Vertices(a1, a2, b1, b2), s1.now, s2.now))
         q[rows.SLID_ONE + j], q[rows.SLID_TWO + j] = s1.found, s2.found
-        old = case.found
+        slide = (s1.found != 0.0) & (s2.found != 0.0) & (s1.now.force.n + s2.now.force.n > 0.0)
         rows.store_marks(own, j, Marks(
             1.0 if s1.changed | s2.changed else old.changed, 1.0 if s1.wrong | s2.wrong else old.wrong,
-            1.0 if s1.reversed | s2.reversed else old.reversed,
-            1.0 if (s1.found != 0.0) & (s2.found != 0.0) & (s1.force.n + s2.force.n > 0.0) else old.slides,
+            1.0 if s1.reversed | s2.reversed else old.reversed, 1.0 if slide else old.slides,
             1.0 if s1.back | s2.back else old.back,
         ))  # fmt: skip
 
 
-@njit(**INLINE)
-def twice(old: Memory, end: End, s: Solved) -> float:
-    """Twice the energy that an end took from the elements in a step, J."""
-    was = old.carrier != rows.OPEN
-    deeper, slip = s.depth - end.before, end.slip + s.slid
-    value = (old.normal + s.force.n) * deeper - (old.tangent + s.force.t) * slip
-    return value if was | s.inside else 0.0
-
-
-@njit(**OPTIONS)
+@njit(**INNER)
 def keep(q: Any, own: Any) -> None:
     """Keep what a pair is at the solution, where the step is accepted."""
     for j in range(rows.COLUMNS):
         step, verdict = rows.load_step(q, j), rows.load_case(own, j).verdict
-        corrected, again, sooner = step.corrected, verdict.again > 0.0, verdict.sooner > 0.0
-        rows.keep_vertices(q, j, again, corrected.before)
-        rows.keep_memory(q, j, again, corrected.one)
-        rows.keep_memory(q, j + rows.SECOND, again, corrected.two)
-        q[rows.DEEPEST + j] = q[rows.DEEPEST + j] if again else corrected.deepest
-        q[rows.TAKEN + j] = q[rows.TAKEN + j] if again else corrected.taken
-        q[rows.SLID_ONE + j] = step.one.slid if sooner else q[rows.SLID_ONE + j]
-        q[rows.SLID_TWO + j] = step.two.slid if sooner else q[rows.SLID_TWO + j]
+        rows.keep_history(q, j, verdict.again > 0.0, step.corrected)
+        q[rows.SLID_ONE + j] = step.one.slid if verdict.sooner > 0.0 else q[rows.SLID_ONE + j]
+        q[rows.SLID_TWO + j] = step.two.slid if verdict.sooner > 0.0 else q[rows.SLID_TWO + j]

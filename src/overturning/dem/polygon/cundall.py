@@ -1,15 +1,31 @@
-"""Cundall's scheme: springs at the whole step, dashpots at the half step before it, from the difference of depths."""
+"""Cundall's scheme: springs at the whole step, dashpots at the half step before it, from the difference of depths.
+
+Central differences: forces and accelerations at the whole step, velocities half a step later, poses one step later.
+"""
 
 from typing import Any, NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.lanes import INLINE, OPTIONS
-from overturning.dem.kernel.mechanics import within
+from overturning.dem.kernel.ground import within_sample
+from overturning.dem.kernel.lanes import INLINE, INNER
+from overturning.dem.kernel.mechanics import larger, within
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.contact import Force, act, stretched
-from overturning.dem.polygon.faces import common_stretch
-from overturning.dem.polygon.state import End, Law, Memory, Stretch
+from overturning.dem.polygon.faces import End, Stretch, common_stretch
+from overturning.dem.polygon.mechanics import (
+    Force,
+    Loaded,
+    acceleration,
+    action_of,
+    after,
+    history_of,
+    moved,
+    power,
+    pushed,
+    stretched,
+)
+from overturning.dem.polygon.search import in_reach
+from overturning.dem.polygon.state import Course, Law, Memory, Plane
 
 
 class Cundall(NamedTuple):
@@ -22,7 +38,7 @@ class Cundall(NamedTuple):
 
 
 @njit(**INLINE)
-def end_force(law: Law, old: Memory, end: End, ends: Stretch, rate: float) -> Force:
+def loaded(law: Law, old: Memory, end: End, ends: Stretch, rate: float) -> Loaded:
     """Spring, dashpot and slider of an end."""
     fade = law.dashpot * rate
     n = law.normal * end.depth + fade * (end.depth - end.before)
@@ -32,20 +48,59 @@ def end_force(law: Law, old: Memory, end: End, ends: Stretch, rate: float) -> Fo
     hold = law.friction * n
     t = -(law.tangential * stretch) - drag
     # The spring is shortened where the slider slips, to what friction holds.
-    return Force(n, within(t, hold), within(stretch, hold * law.compliance) if abs(t) > hold else stretch)
+    spring = within(stretch, hold * law.compliance) if abs(t) > hold else stretch
+    return Loaded(Force(n, within(t, hold), spring), end.depth, end.slip, end.closed)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def contact(q: Any, a: Any, b: Any, own: Any) -> None:
     """Forces of one pair: spring, dashpot and slider at both ends of the faces' common stretch."""
     for j in range(rows.COLUMNS):
-        pair, first, second, case = (
-            rows.load_pair(q, j),
-            rows.load_element(a, j),
-            rows.load_element(b, j),
-            rows.load_case(own, j),
-        )
-        ends = common_stretch(pair, first.pose, second.pose)
-        f1 = end_force(pair.law, pair.one, ends.one, ends, case.rate)
-        f2 = end_force(pair.law, pair.two, ends.two, ends, case.rate)
-        act(q, a, b, j, pair, ends, f1, f2)
+        pair, first, second = rows.load_pair(q, j), rows.load_element(a, j), rows.load_element(b, j)
+        ends, rate = common_stretch(pair, first.pose, second.pose), rows.load_case(own, j).rate
+        one = loaded(pair.law, pair.history.one, ends.one, ends, rate)
+        two = loaded(pair.law, pair.history.two, ends.two, ends, rate)
+        on_a, on_b = pushed(first.force, second.force, action_of(ends.one, ends.two, one.force, two.force))
+        rows.store_force(a, j, on_a)
+        rows.store_force(b, j, on_b)
+        rows.store_history(q, j, history_of(pair.history, ends, ends.now, one, two))
+
+
+@njit(**INNER)
+def advance(up: Any, e: Any, own: Any, gravity: float) -> None:
+    """The motion of an element over the columns."""
+    for j in range(rows.COLUMNS):
+        item, case = rows.load_element(e, j), rows.load_case(own, j)
+        dt, shaking, half, old = case.step, case.shaking, 0.5 * case.step, item.course
+        ground = within_sample(shaking.base, shaking.tick) * item.inertia.frame
+        lift = 0.0
+        if up is not None:
+            lift = within_sample(shaking.up, shaking.tick) * item.inertia.frame
+        a = acceleration(item, ground, lift, gravity)
+        v = after(item.velocity, a, dt)
+        work = old.work - dt * power(item, ground, lift, after(item.velocity, a, half))
+        pose = moved(item.pose, v, dt)
+        size = abs(pose.angle)
+        last = shaking.tick + 1.0 if size < item.inertia.critical else old.last_upright
+        far, turn = dt * (abs(v.x) + abs(v.z)), abs(dt * v.w)
+        rows.store_pose(e, j, pose)
+        rows.store_velocity(e, j, v)
+        rows.store_acceleration(e, j, a)
+        rows.store_force(e, j, Plane(0.0, 0.0, 0.0))
+        rows.store_course(e, j, Course(far, turn, work, larger(old.peak_angle, size), last, 0.0))
+
+
+@njit(**INNER)
+def step(up: Any, work: Any, scene: Any, ticks: float) -> None:  # noqa: ARG001, each step is a tick
+    """One step of all columns; `up` is None where the base moves level."""
+    state = work.state
+    for p in range(scene.layout.shape[0]):
+        if in_reach(state, scene, p):
+            q, a, b = rows.of_pair(state, scene, p)
+            contact(q, a, b, state)
+    for i in range(work.moves.size):
+        # Free or held; a driven one rests in the frame of the base.
+        if work.moves[i]:
+            advance(up, rows.of_element(state, i), state, scene.gravity)
+    for j in range(rows.COLUMNS):
+        state[rows.TICK + j] = state[rows.TICK + j] + 1.0

@@ -4,71 +4,72 @@ from typing import Any
 
 from numba import njit
 
-from overturning.dem.kernel.lanes import OPTIONS
+from overturning.dem.kernel.lanes import INNER
 from overturning.dem.polygon import rows
 from overturning.dem.polygon.faces import carried, seen_before
-from overturning.dem.polygon.state import Element, Pair
+from overturning.dem.polygon.state import OPEN, THEIRS, Element, Pair
 
 
-@njit(**OPTIONS)
-def energy(state: Any, j: int, layout: Any, elements: int, gravity: float) -> float:
-    """Kinetic and gravitational energy of a column at the last half step and spring energy at the whole step before, J."""
+@njit(**INNER)
+def energy(state: Any, j: int, scene: Any) -> float:
+    """Kinetic and gravitational energy of a column at the last half step, spring energy at the whole step before, J."""
     total = 0.0
-    for p in range(layout.shape[0]):
-        total += springs(rows.load_pair(rows.of_pair(state, elements, p), j))
-    return total + moving_energy(state, j, elements, gravity)
+    for p in range(scene.layout.shape[0]):
+        q, _, _ = rows.of_pair(state, scene, p)
+        total += springs(rows.load_pair(q, j))
+    return total + moving_energy(state, j, scene)
 
 
-@njit(**OPTIONS)
-def moving_energy(state: Any, j: int, elements: int, gravity: float) -> float:
+@njit(**INNER)
+def moving_energy(state: Any, j: int, scene: Any) -> float:
     """Kinetic and gravitational energy of a column at the last half step, J."""
-    total = 0.0
-    half = rows.load_case(state, j).lag
-    for e in range(elements):
+    total, half = 0.0, rows.load_case(state, j).lag
+    for e in range(scene.elements.shape[1]):
         item = rows.load_element(rows.of_element(state, e), j)
-        if item.body.inverse_mass != 0.0:
+        if item.inertia.inverse_mass != 0.0:
             height = item.pose.z - half * item.velocity.z
-            total += kinetic(item) + item.body.mass * gravity * height
+            total += kinetic(item) + item.inertia.mass * scene.gravity * height
     return total
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def springs(pair: Pair) -> float:
     """Energy of a pair's springs, J."""
-    total = 0.0
+    total, history = 0.0, pair.history
     for end in range(2):
-        memory = pair.one if end == 0 else pair.two
-        if memory.carrier != rows.OPEN:
-            depth = carried(memory, end, pair.before).depth
+        memory = history.one if end == 0 else history.two
+        if memory.carrier != OPEN:
+            depth = carried(memory, end, history.before).depth
             total += 0.5 * (pair.law.normal * depth * depth + pair.law.tangential * (memory.spring * memory.spring))
     return total
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def kinetic(e: Element) -> float:
     """Kinetic energy of an element, J, from the velocities half a step back."""
-    v, body = e.velocity, e.body
-    return float(0.5 * (body.mass * (v.x * v.x + v.z * v.z) + v.w * v.w / body.inverse_inertia))
+    v, own = e.velocity, e.inertia
+    return float(0.5 * (own.mass * (v.x * v.x + v.z * v.z) + v.w * v.w / own.inverse_inertia))
 
 
-@njit(**OPTIONS)
-def closing_work(state: Any, j: int, layout: Any, elements: int) -> float:
+@njit(**INNER)
+def closing_work(state: Any, j: int, scene: Any) -> float:
     """Work of the contacts in the half step that separates the last forces from the last velocities, J.
 
-    The energy that the scheme gives a body is force times displacement, half of it before and half after the whole
-    step at which the force acts; `overturning.dem.polygon.contact.act` enters the second half with the next step.
+    The energy that the scheme gives an element is force times displacement, half of it before and half after the whole
+    step at which the force acts; `history_of` enters the second half with the next step.
     """
     work = 0.0
-    for p in range(layout.shape[0]):
-        pair = rows.load_pair(rows.of_pair(state, elements, p), j)
-        if pair.one.carrier == rows.OPEN and pair.two.carrier == rows.OPEN:
+    for p in range(scene.layout.shape[0]):
+        q, a, b = rows.of_pair(state, scene, p)
+        pair = rows.load_pair(q, j)
+        history = pair.history
+        if history.one.carrier == OPEN and history.two.carrier == OPEN:
             continue
-        a, b = rows.of_element(state, layout[p, 0]), rows.of_element(state, layout[p, 1])
         later = seen_before(pair, rows.load_element(a, j), rows.load_element(b, j), 0.0)
         for end in range(2):
-            memory = pair.one if end == 0 else pair.two
-            old, new = carried(memory, end, pair.before), carried(memory, end, later)
+            memory = history.one if end == 0 else history.two
+            old, new = carried(memory, end, history.before), carried(memory, end, later)
             slip = old.place - new.place
-            slip = -slip if memory.carrier == rows.THEIRS else slip
+            slip = -slip if memory.carrier == THEIRS else slip
             work += 0.5 * (memory.normal * (new.depth - old.depth) - memory.tangent * slip)
     return work

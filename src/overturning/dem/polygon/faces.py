@@ -1,13 +1,49 @@
 """Where the nearest faces of a pair lie to each other: depths and places of their four vertices, and the two ends."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from numba import njit
 
-from overturning.dem.kernel.lanes import INLINE, OPTIONS
+from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.dem.kernel.mechanics import turned
-from overturning.dem.polygon import rows
-from overturning.dem.polygon.state import Element, End, Face, Levers, Memory, Pair, Pose, Seen, Stretch, Vertices
+from overturning.dem.polygon.state import THEIRS, Element, Face, Memory, Pair, Pose, Seen, Vertices
+
+
+class Levers(NamedTuple):
+    """Levers of a normal and of a tangential force about a centre, m."""
+
+    n: float
+    t: float
+
+
+class End(NamedTuple):
+    """One end of the faces' common stretch."""
+
+    mine: bool
+    """Whether a's vertex carries it, else b's,"""
+    faces: bool
+    """whether it lies on the other face,"""
+    closed: bool
+    """and whether it touches,"""
+    nx: float
+    """direction of the normal force on a,"""
+    nz: float
+    depth: float
+    """the rest as of the vertex."""
+    before: float
+    slip: float
+    a: Levers
+    b: Levers
+
+
+class Stretch(NamedTuple):
+    """The common stretch of two faces: how one is turned to the other, both ends, and all vertices."""
+
+    turn_q: float
+    turn_r: float
+    one: End
+    two: End
+    now: Vertices
 
 
 class Facing(NamedTuple):
@@ -46,6 +82,14 @@ class Vertex(NamedTuple):
 def rotated(pose: Pose, x: float, z: float) -> tuple[float, float]:
     """A vector of an element's axes in the plane."""
     return pose.cos * x + pose.sin * z, pose.cos * z - pose.sin * x
+
+
+@njit(**INNER)
+def face_of(shape: Any, face: int) -> Face:
+    """A face by its number."""
+    nx, nz = shape[face, 4], shape[face, 5]
+    low, high = nx * shape[face, 1] - nz * shape[face, 0], nx * shape[face, 3] - nz * shape[face, 2]
+    return Face(nx, nz, shape[face, 6], low, high)
 
 
 @njit(**INLINE)
@@ -120,9 +164,12 @@ def common_stretch(pair: Pair, a: Pose, b: Pose) -> Stretch:
 
 @njit(**INLINE)
 def stretch_of(pair: Pair, a: Pose, b: Pose, near: bool) -> Stretch:
-    """Both ends of a pair's common stretch: the inner vertex carries each, of a's first and b's second end 1, of the others end 2."""
+    """Both ends of a pair's common stretch; the inner vertex carries each.
+
+    Of a's first and b's second vertex end 1, of the others end 2.
+    """
     f = facing(pair.face_a, pair.face_b, a, b)
-    a1, a2, b1, b2 = vertices(pair.face_a, pair.face_b, f, pair.before)
+    a1, a2, b1, b2 = vertices(pair.face_a, pair.face_b, f, pair.history.before)
     low, high, to = pair.face_b.low, pair.face_b.high, pair.bounds
     mine_1, mine_2 = a1.seen.place <= high, a2.seen.place >= low
     top, bottom = -pair.face_a.low, -pair.face_a.high
@@ -136,24 +183,24 @@ def stretch_of(pair: Pair, a: Pose, b: Pose, near: bool) -> Stretch:
     return Stretch(f.turn_q, f.turn_r, one, two, Vertices(a1.seen, a2.seen, b1.seen, b2.seen))
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def seen_before(pair: Pair, a: Element, b: Element, dt: float) -> Vertices:
     """Depths and places of the faces' vertices a time dt ago, 0 for now."""
     f = facing(pair.face_a, pair.face_b, pose_before(a, dt), pose_before(b, dt))
-    a1, a2, b1, b2 = vertices(pair.face_a, pair.face_b, f, pair.before)
+    a1, a2, b1, b2 = vertices(pair.face_a, pair.face_b, f, pair.history.before)
     return Vertices(a1.seen, a2.seen, b1.seen, b2.seen)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def pose_before(e: Element, dt: float) -> Pose:
     """Pose of an element a time dt ago."""
     c, s = turned(e.pose.cos, e.pose.sin, -dt * e.velocity.w)
     return Pose(e.pose.x - dt * e.velocity.x, e.pose.z - dt * e.velocity.z, e.pose.angle, c, s)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def carried(memory: Memory, end: int, of: Vertices) -> Seen:
     """The vertex that carries an end, 0 or 1: of a's first and second, of b's second and first."""
-    if memory.carrier != rows.THEIRS:
+    if memory.carrier != THEIRS:
         return of.a1 if end == 0 else of.a2
     return of.b2 if end == 0 else of.b1

@@ -4,20 +4,20 @@ from typing import Any
 
 from numba import njit
 
-from overturning.dem.kernel.lanes import OPTIONS
+from overturning.dem.kernel.lanes import INNER
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.faces import carried, rotated
-from overturning.dem.polygon.state import Memory, Pair, Pose
+from overturning.dem.polygon.faces import carried, face_of, rotated
+from overturning.dem.polygon.state import HANDED_ON, OPEN, THEIRS, Face, Memory, Pair, Pose
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def forget(q: Any, j: int) -> None:
     """Forget what both ends of a pair remember."""
-    rows.store_memory(q, j, Memory(0.0, rows.OPEN, 0.0, 0.0))
-    rows.store_memory(q, j + rows.SECOND, Memory(0.0, rows.OPEN, 0.0, 0.0))
+    rows.store_memory(q, j, Memory(0.0, OPEN, 0.0, 0.0))
+    rows.store_memory(q, j + rows.SECOND, Memory(0.0, OPEN, 0.0, 0.0))
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def hand_on(q: Any, a: Pose, b: Pose, j: int, old_a: int, old_b: int, shape_a: Any, shape_b: Any) -> None:
     """Give each loaded end's memory, got with the old faces, to the new end that takes its place.
 
@@ -25,31 +25,30 @@ def hand_on(q: Any, a: Pose, b: Pose, j: int, old_a: int, old_b: int, shape_a: A
     the old force along the new face.
     """
     pair = rows.load_pair(q, j)
-    face_a, face_b = int(pair.nearest.face_a), int(pair.nearest.face_b)
+    face_a, face_b, vertices = int(pair.nearest.face_a), int(pair.nearest.face_b), pair.history.before
     forget(q, j)
     for end in range(2):
-        old = pair.one if end == 0 else pair.two
-        if old.carrier == rows.OPEN:
+        old = pair.history.one if end == 0 else pair.history.two
+        if old.carrier == OPEN:
             continue
-        mine = old.carrier != rows.THEIRS
+        mine = old.carrier != THEIRS
         if mine:
             target = nearest_end(shape_a, old_a + end, face_a, face_a + 1)
         else:
             target = nearest_end(shape_b, old_b + 1 - end, face_b + 1, face_b)
-        old_x, old_z = end_normal(a, b, shape_a, shape_b, old_a, old_b, mine)
+        old_x, old_z = end_normal(a, b, face_of(shape_a, old_a), face_of(shape_b, old_b), mine)
         x, z = old.normal * old_x + old.tangent * old_z, old.normal * old_z - old.tangent * old_x
-        first, second = pair.before.a1.place <= pair.face_b.high, pair.before.a2.place >= pair.face_b.low
-        inner = first if target == 0 else second
-        new_x, new_z = end_normal(a, b, shape_a, shape_b, face_a, face_b, inner)
+        inner = vertices.a1.place <= pair.face_b.high if target == 0 else vertices.a2.place >= pair.face_b.low
+        new_x, new_z = end_normal(a, b, pair.face_a, pair.face_b, inner)
         n, t = x * new_x + z * new_z, x * new_z - z * new_x
         there = rows.load_memory(q, j + target * rows.SECOND)
-        if there.carrier == rows.OPEN or there.normal < n:
-            rows.store_memory(q, j + target * rows.SECOND, Memory(old.spring, rows.HANDED_ON, n, t))
+        if there.carrier == OPEN or there.normal < n:
+            rows.store_memory(q, j + target * rows.SECOND, Memory(old.spring, HANDED_ON, n, t))
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def nearest_end(shape: Any, vertex: int, one: int, two: int) -> int:
-    """Which of a face's vertices, 0 for `one`, takes a vertex' place: itself, else the nearer; numbers run round the polygon."""
+    """Which of a face's vertices takes a vertex' place, 0 for `one`: itself, else the nearer; numbers run round."""
     count = shape.shape[0]
     vertex, one, two = vertex % count, one % count, two % count
     if vertex == two:
@@ -61,41 +60,34 @@ def nearest_end(shape: Any, vertex: int, one: int, two: int) -> int:
     return 0 if x1 * x1 + z1 * z1 <= x2 * x2 + z2 * z2 else 1
 
 
-@njit(**OPTIONS)
-def end_normal(
-    a: Pose, b: Pose, shape_a: Any, shape_b: Any, face_a: int, face_b: int, mine: bool
-) -> tuple[float, float]:
+@njit(**INNER)
+def end_normal(a: Pose, b: Pose, face_a: Face, face_b: Face, mine: bool) -> tuple[float, float]:
     """Direction of the normal force on a at an end: b's normal where the vertex is a's, else a's turned round."""
     if mine:
-        return rotated(b, shape_b[face_b, 4], shape_b[face_b, 5])
-    x, z = rotated(a, shape_a[face_a, 4], shape_a[face_a, 5])
+        return rotated(b, face_b.nx, face_b.nz)
+    x, z = rotated(a, face_a.nx, face_a.nz)
     return -x, -z
 
 
-@njit(**OPTIONS)
-def end_place(pair: Pair, a: Pose, b: Pose, end: int, mine: bool) -> tuple[float, float, float, float]:
-    """An end's vertex, from the centre of a, and the direction of the normal force on a."""
-    own, other = (pair.face_a, pair.face_b) if mine else (pair.face_b, pair.face_a)
+@njit(**INNER)
+def end_place(pair: Pair, a: Pose, b: Pose, end: int, mine: bool) -> tuple[float, float]:
+    """An end's vertex, from the centre of a."""
+    own = pair.face_a if mine else pair.face_b
     along = own.low if mine == (end == 0) else own.high
     x, z = own.off * own.nx - along * own.nz, own.off * own.nz + along * own.nx
     if mine:
-        x, z = rotated(a, x, z)
-        nx, nz = rotated(b, other.nx, other.nz)
-        return x, z, nx, nz
+        return rotated(a, x, z)
     x, z = rotated(b, x, z)
-    nx, nz = rotated(a, other.nx, other.nz)
-    return x - (a.x - b.x), z - (a.z - b.z), -nx, -nz
+    return x - (a.x - b.x), z - (a.z - b.z)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def load_at_rest(q: Any, j: int) -> None:
     """Give the ends of a scene at rest, whose springs are loaded, the forces that go with them."""
     pair = rows.load_pair(q, j)
     for end in range(2):
-        old = pair.one if end == 0 else pair.two
-        if old.carrier == rows.OPEN:
-            continue
-        n = max(pair.law.normal * carried(old, end, pair.before).depth, 0.0)
-        rows.store_memory(
-            q, j + end * rows.SECOND, Memory(old.spring, old.carrier, n, -pair.law.tangential * old.spring)
-        )
+        old = pair.history.one if end == 0 else pair.history.two
+        if old.carrier != OPEN:
+            n = max(pair.law.normal * carried(old, end, pair.history.before).depth, 0.0)
+            t = -pair.law.tangential * old.spring
+            rows.store_memory(q, j + end * rows.SECOND, Memory(old.spring, old.carrier, n, t))

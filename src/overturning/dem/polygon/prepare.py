@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.limits import sinks_too_far
 from overturning.dem.polygon.statics import Laws, Loaded, contact_laws, highest_modes, rest
-from overturning.model.geometry import End, Placed, ground_of, pairs_of, place
+from overturning.model.geometry import ElementPair, End, Placed, ground_of, pairs_of, place
 from overturning.model.scene import Scene
 
 
@@ -19,27 +19,34 @@ class Prepared:
 
     scene: Scene
     placed: list[Placed]
-    pairs: list[tuple[int, int]]  # elements that can meet
+    pairs: list[ElementPair]  # elements that can meet
     laws: Laws
     displacement: FloatArray  # shape (elements, 3): x, z (m) and rotation (rad) at rest, from the places
-    springs: list[tuple[int, int, float]]  # loaded ends at rest: pair, end, stretch of the tangential spring (m)
+    loaded: list[Loaded]  # ends that carry something at rest
     at_rest: bool  # whether the scene rests by itself
     square: float  # largest eigenvalue of the springs, 1/s²
     rate: float  # and of the dashpots, 1/s
     threshold: float  # horizontal acceleration over g below which nothing can start to rock; 0 where it is not known
     parts: NDArray[np.int64]  # shape (parts, 2): lowest element of those that can move as one, and the one listed last
     safe: FloatArray  # shape (parts,): horizontal acceleration over g below which they cannot
-    fixed_friction: float  # smallest of the loaded pairs that the scene itself sets; infinite where it sets none
-    swept_friction: bool  # whether a loaded pair has the swept friction
-    tips: FloatArray  # shape (elements, 2): rotation towards −x and +x at which it tips off what carries it; infinite: at none
-    critical: FloatArray  # shape (elements,): α of each free element, the smaller of both, rad; without one the angle of its fall
+    tips: (
+        FloatArray  # shape (elements, 2): rotation towards −x and +x that tips it off its support, rad; infinite: none
+    )
+    critical: FloatArray  # shape (elements,): α, the smaller of both, rad; without one the angle of its fall
     barrier: FloatArray  # shape (elements,): energy to overturn each free element, J
-    carriers: list[set[int]]  # what carries each element at rest
-    support: NDArray[
-        np.int64
-    ]  # shape (elements,): what each stands on, the first that carries it; itself for the fixed ones
+    support: NDArray[np.int64]  # shape (elements,): the first that carries it; itself where nothing does
     base: FloatArray  # shape (elements, 2): middle of the stretch on which it stands, m
-    radius: float  # largest distance of a centre from the farthest vertex below it, m, for the time after the record
+    carriers: list[set[int]]  # what carries each element at rest
+
+    @property
+    def free(self) -> NDArray[np.int64]:
+        """Indices of the free elements."""
+        return np.array([k for k, item in enumerate(self.placed) if not item.fixed], dtype=np.int64)
+
+    @property
+    def sizes(self) -> list[int]:
+        """Numbers of vertices of all convex pieces."""
+        return [len(part.vertices) for item in self.placed for part in item.shape.parts]
 
     @property
     def alpha(self) -> FloatArray:
@@ -58,29 +65,43 @@ class Prepared:
         return self.laws.carried[loaded] / (2.0 * self.laws.normal[loaded])
 
     @property
-    def period(self) -> float:
-        """1/p of the element that rocks fastest, s: p = √(3g/4R), R its farthest vertex."""
-        square = min(float((self.placed[k].shape.vertices ** 2).sum(axis=1).max()) for k in self.free)
-        return float(np.sqrt(np.sqrt(square) / (0.75 * self.scene.gravity)))
-
-    @property
     def sinks(self) -> bool:
         """Whether its weight alone presses a pair in too far; faces may even have passed one another then."""
         return bool(sinks_too_far(self.sunk, smallest(self.placed)).any())
 
     @property
+    def rocking_time(self) -> float:
+        """1/p of the element that rocks fastest, s: p = √(3g/4R), R its farthest vertex."""
+        square = min(float((self.placed[k].shape.vertices ** 2).sum(axis=1).max()) for k in self.free)
+        return float(np.sqrt(np.sqrt(square) / (0.75 * self.scene.gravity)))
+
+    @property
+    def height(self) -> float:
+        """Highest level of the free elements, m."""
+        return max(float(self.placed[k].points[:, 1].max()) for k in self.free)
+
+    @property
+    def radius(self) -> float:
+        """Largest distance of a centre from the farthest vertex below it, m, for the time after the record."""
+        low = min(float(self.placed[k].points[:, 1].min()) for k in self.free)
+        wide = max(self.placed[k].shape.width for k in self.free)
+        return 0.5 * float(np.sqrt((self.height - low) ** 2 + wide**2))
+
+    @property
     def edge(self) -> FloatArray:
-        """Slip of each element that takes it past the end of the ground, m, shape (elements,); infinite on anything else."""
+        """Slip of each element that takes it past the end of the ground, m; infinite on anything else."""
         ground = ground_of(self.scene)
         far = [0.5 * item.shape.width if item.element.name == ground else np.inf for item in self.placed]
         return np.array(
             [far[on] - abs(x - self.placed[on].x) for on, (x, _) in zip(self.support, self.base, strict=True)]
         )
 
-    @property
-    def free(self) -> NDArray[np.int64]:
-        """Indices of the free elements."""
-        return np.array([k for k, item in enumerate(self.placed) if not item.fixed], dtype=np.int64)
+    def onset(self, friction: FloatArray) -> FloatArray:
+        """Horizontal acceleration over g below which nothing can start to move, with the friction that is swept."""
+        least = np.full(friction.shape, self.threshold)
+        for coefficient in self.laws.friction[[end.pair for end in self.loaded]]:
+            least = np.minimum(least, friction if coefficient < 0 else coefficient)
+        return least
 
 
 def prepare(scene: Scene, height: float | None = None, b_over_h: float | None = None) -> Prepared:
@@ -91,49 +112,24 @@ def prepare(scene: Scene, height: float | None = None, b_over_h: float | None = 
     equilibrium = rest(scene, placed, pairs, laws.normal, laws.tangential)
     displacement, loaded = equilibrium or (np.zeros((len(placed), 3)), [])
     stands = _stands(placed, pairs, loaded)
-    tips, critical, barrier, support, base = _single(scene, placed, stands, _upright(placed, pairs, loaded))
-    moves_alone = any(item.element.kind == "held" for item in placed)
     threshold, parts, safe = _lifting(placed, stands)
-    if equilibrium is None or moves_alone:
+    if equilibrium is None or any(item.element.kind == "held" for item in placed):  # what is held moves alone
         threshold, safe = 0.0, 0.0 * safe
-    frictions = [laws.friction[index] for index in {end.pair for end in loaded}]
     if any(
         laws.friction[k] >= 0 and laws.tangential[k] * abs(slip) > laws.friction[k] * laws.normal[k] * approach
         for k, _, _, approach, slip in loaded
     ):
         threshold = 0.0  # it slides by itself
-    free = [item for item in placed if not item.fixed]
-    top = max(float(item.points[:, 1].max()) for item in free)
-    low = min(float(item.points[:, 1].min()) for item in free)
-    wide = max(item.shape.width for item in free)
-    square, rate = highest_modes(placed, pairs, laws)
+    tips, critical, barrier, support, base = _single(scene, placed, stands, _upright(placed, pairs, loaded))
     return Prepared(
-        scene=scene,
-        placed=placed,
-        pairs=pairs,
-        laws=laws,
-        displacement=displacement,
-        springs=[(end.pair, end.side, end.slip) for end in loaded],
-        at_rest=equilibrium is not None,
-        square=square,
-        rate=rate,
-        threshold=threshold,
-        fixed_friction=min((mu for mu in frictions if mu >= 0), default=np.inf),
-        swept_friction=any(mu < 0 for mu in frictions),
-        parts=parts,
-        safe=safe,
-        tips=tips,
-        critical=critical,
-        barrier=barrier,
-        carriers=[set(stands.get(k, {})) for k in range(len(placed))],
-        support=support,
-        base=base,
-        radius=0.5 * float(np.sqrt((top - low) ** 2 + wide**2)),
-    )
+        scene, placed, pairs, laws, displacement, loaded, equilibrium is not None, *highest_modes(placed, pairs, laws),
+        threshold, parts, safe, tips, critical, barrier, support, base,
+        [set(stands.get(k, {})) for k in range(len(placed))],
+    )  # fmt: skip
 
 
 def critical_angles(scene: Scene, b_over_h: FloatArray) -> FloatArray:
-    """α of each free element at each slenderness of the reference element, degrees, shape (b, free); NaN where it has none."""
+    """α of each free element at each slenderness of the reference element, degrees, shape (b, free); NaN for none."""
     prepared = (prepare(scene, None, float(ratio)) for ratio in b_over_h)
     return np.stack([np.degrees(item.alpha[item.free]) for item in prepared])
 
@@ -141,7 +137,8 @@ def critical_angles(scene: Scene, b_over_h: FloatArray) -> FloatArray:
 CRITICAL: Final = {
     "units": "degree",
     "long_name": "critical angle, at which an element tips off what carries it as it stands in the scene",
-    "comment": "missing where it has none of its own, as an arch stone or one that leans: its peak_rotation is in degrees",
+    "comment": "missing where it has none of its own, as an arch stone or one that leans: "
+    "its peak_rotation is in degrees",
 }
 """CF attributes of the critical angles of a scene."""
 
@@ -160,26 +157,26 @@ LEAST_TIP: Final = 1e-6
 """A tipping angle below this is none, rad."""
 
 
-def _stands(placed: list[Placed], pairs: list[tuple[int, int]], loaded: list[Loaded]) -> Stands:
+def _stands(placed: list[Placed], pairs: list[ElementPair], loaded: list[Loaded]) -> Stands:
     """Of each free element: what carries it, with the loaded ends."""
     result: Stands = {}
     for index, _, end, _, _ in loaded:
-        i, j = pairs[index]
+        i, j = pairs[index][:2]
         upper, lower = (i, j) if end.normal[1] > 0 else (j, i)
         if not placed[upper].fixed and abs(end.normal[1]) > 1e-3:
             result.setdefault(upper, {}).setdefault(lower, []).append(end)
     return result
 
 
-def _upright(placed: list[Placed], pairs: list[tuple[int, int]], loaded: list[Loaded]) -> NDArray[np.bool_]:
+def _upright(placed: list[Placed], pairs: list[ElementPair], loaded: list[Loaded]) -> NDArray[np.bool_]:
     """Which elements stand by themselves on what carries them: all that bears on them at rest bears in one direction.
 
-    An arch stone, one in a groove and one that leans on a wall are held by faces that are turned to each other; there is no
-    angle at which they tip off.
+    An arch stone, one in a groove and one that leans on a wall are held by faces that are turned to each other; there
+    is no angle at which they tip off.
     """
     normals: list[list[tuple[float, float]]] = [[] for _ in placed]
     for index, _, end, _, _ in loaded:
-        for k in pairs[index]:
+        for k in pairs[index][:2]:
             normals[k].append(end.normal)
     result = np.zeros(len(placed), np.bool_)
     for k, found in enumerate(normals):
@@ -268,9 +265,9 @@ def _lifts(placed: list[Placed], part: list[int], edge: tuple[float, float], sid
 def _part(
     placed: list[Placed], stands: Stands, root: int, last: int, edge: tuple[float, float], side: float, level: float
 ) -> list[int]:
-    """An element with what stands on it up to the one listed last; that, and all that an acceleration over g helps to turn.
+    """An element with what stands on it, up to the one listed last, that an acceleration (over g), `level`, helps turn.
 
-    All of it where the acceleration, `level`, is −infinity.
+    All of it where that is −infinity.
     """
 
     def grown(k: int) -> tuple[float, list[int]]:

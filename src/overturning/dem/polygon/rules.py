@@ -5,39 +5,38 @@ element is at ``(x + c p + s q, z − s p + c q)`` with c, s the cosine and sine
 place (p', q') from the centre has the moment ``q' X − p' Z``. The tangent of a face with outward normal n is
 ``(−n_z, n_x)``; an end's force is ``f_n n + f_t (n_z, −n_x)`` on the pair's first element.
 
-docs/scenes.md derives the rules, `overturning.dem.polygon.rows` says what is known of a case, `overturning.dem.polygon.step` is one
-step. A scheme is one file, with a named tuple and the loop `contact`, and one row of `SCHEMES`.
+docs/scenes.md derives the rules, `overturning.dem.polygon.rows` says what is known of a case. A scheme is one file,
+with a named tuple of its constants and its `step`, and one row of `SCHEMES` and `STEPS`.
 """
 
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-from numba import njit, types
+from numba import njit
 from numba.extending import overload
 from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.clock import Attempt, Clock
 from overturning.dem.kernel.ground import Ground, Line, piece
-from overturning.dem.kernel.lanes import OPTIONS, aligned
+from overturning.dem.kernel.lanes import INNER, aligned
 from overturning.dem.kernel.mechanics import renormalised
 from overturning.dem.kernel.queue import implement
-from overturning.dem.polygon import centred, cundall, rows
+from overturning.dem.polygon import cundall, rows, step
+from overturning.dem.polygon.arrays import Arrays
 from overturning.dem.polygon.energy import energy, springs
-from overturning.dem.polygon.equations import BLOCK_SIZE
+from overturning.dem.polygon.equations import SIZE
 from overturning.dem.polygon.memory import load_at_rest
-from overturning.dem.polygon.note import note, note_forces
+from overturning.dem.polygon.path import POSE_COLUMNS, note, note_forces
 from overturning.dem.polygon.search import search
 from overturning.dem.polygon.state import Case, Law, Pose, Shaking, Verdict
-from overturning.dem.polygon.step import step_of, trapezoidal_step
-from overturning.dem.polygon.verdict import finish_case, note_carried, note_standing, verdict
+from overturning.dem.polygon.verdict import note_carried, note_standing, verdict, write_results
 from overturning.dem.time_step import Scheme
 
-SCHEMES: Final[dict[Scheme, tuple[Any, Any]]] = {
-    Scheme.CUNDALL: (cundall.Cundall(), lambda vertical: step_of(cundall.contact, vertical)),
-    Scheme.CENTRED: (centred.Centred(), trapezoidal_step),
-}
-"""Constants of each scheme, and what makes its step; the type of the one picks the other."""
+SCHEMES: Final[dict[Scheme, Any]] = {Scheme.CUNDALL: cundall.Cundall(), Scheme.CENTRED: step.Centred()}
+"""Constants of each scheme, whose type picks its step."""
+
+STEPS: Final = {cundall.Cundall: cundall.step, step.Centred: step.step}
 
 LOOK: Final = 0.1
 """A case is looked at after each so many seconds of its record, or each sample where that is longer."""
@@ -49,34 +48,19 @@ class SceneRules(NamedTuple):
     scheme: Any
     """Constants of the scheme, from `SCHEMES`;"""
     cases: NDArray[np.void]
-    """table of cases, of `tables.CASE`;"""
+    """table of cases, of `arrays.CASE`;"""
     stands_from: FloatArray
     """sample from which on each part that can move as one stands for good, shape (cases, parts);"""
     row: NDArray[np.int64]
     """row of the ground motion that shakes each case;"""
     variant: NDArray[np.int64]
     """variant of the scene that each case is of;"""
-    initial: FloatArray
-    """lane at rest, shape (variants, rows);"""
-    layout: NDArray[np.int64]
-    """the two elements of each pair and their convex pieces, shape (pairs, 4);"""
-    parts: NDArray[np.int64]
-    """of each part that can move as one the lowest element and the one listed last, shape (parts, 2);"""
-    sizes: NDArray[np.int64]
-    """vertices of each piece, shape (pieces,);"""
-    shapes: FloatArray
-    """faces as of `Polygon.faces`, shape (variants, pieces, vertices, 12);"""
-    elements: NDArray[np.void]
-    """when elements have fallen, of `tables.ELEMENT`, shape (variants, elements);"""
-    limits: NDArray[np.void]
-    """when a case has failed or rests, of `tables.LIMITS`, shape (variants,);"""
+    scene: Arrays
     results: NDArray[np.void]
-    """table to fill, of `tables.RESULT`,"""
+    """table to fill, of `arrays.RESULT`,"""
     each: NDArray[np.void]
-    """and of `tables.ELEMENT_RESULT`, shape (cases, elements);"""
+    """and of `arrays.ELEMENT_RESULT`, shape (cases, elements);"""
     ground: Ground
-    gravity: float
-    """m/s²;"""
     at_once: int
     """steps per sample;"""
     weight: int
@@ -101,76 +85,68 @@ class Work(NamedTuple):
     """which elements move."""
 
 
-def chosen_step(scheme: Any, upward: Any) -> Any:
-    """The step of a scheme, without the vertical component where `upward` is None; for compiled code, by their types."""
-    make = next(make for one, make in SCHEMES.values() if type(one) is scheme.instance_class)
-    return make(not isinstance(upward, types.NoneType))
+def step_of(scheme: Any) -> Any:
+    """The step of a scheme; for compiled code, by its type."""
+    return STEPS[type(scheme)]
 
 
-@overload(chosen_step)
-def _chosen_step(scheme: Any, upward: Any) -> Any:
-    step = chosen_step(scheme, upward)
-
-    def chosen(scheme: Any, upward: Any) -> Any:  # noqa: ARG001, Numba wants the same arguments
-        return step
-
-    return chosen
+@overload(step_of, strict=False)
+def _step_of(scheme: Any) -> Any:
+    chosen = STEPS[scheme.instance_class]
+    return lambda scheme: chosen  # noqa: ARG005, Numba wants the same arguments
 
 
 def workspace(rules: Any) -> Any:
     """Rows of all lanes, and what the equations are solved in."""
-    elements, pairs = rules.elements.shape[1], rules.layout.shape[0]
-    owner = aligned(rules.initial.shape[1] * rows.COLUMNS)
+    elements, pairs, initial = rules.scene.elements.shape[1], rules.scene.layout.shape[0], rules.scene.initial
+    owner = aligned(initial.shape[1] * rows.COLUMNS)
     moves = np.zeros(elements, np.bool_)
     for i in range(elements):
-        moves[i] = rules.initial[0, (rows.CASE_SIZE + i * rows.ELEMENT_SIZE + rows.FRAME) // rows.COLUMNS] != 0.0
+        moves[i] = initial[0, (rows.CASE_SIZE + i * rows.ELEMENT_SIZE + rows.FRAME) // rows.COLUMNS] != 0.0
     used = np.zeros((elements + 1, max(elements, pairs)), np.bool_)
-    return Work(rows.borrowed(owner), owner, aligned(elements * elements * BLOCK_SIZE), used, moves)  # type: ignore[call-arg]
+    return Work(rows.borrowed(owner), owner, aligned(elements * elements * SIZE), used, moves)  # type: ignore[call-arg]
 
 
 def start(rules: Any, work: Any, lane: int, case: int) -> int:
     """Put a case into a lane: the scene at rest, with its own friction, damping and amplitude."""
-    v, given, interval = rules.variant[case], rules.cases[case], rules.ground.interval
-    ticks = 1.0 * rules.scheme.ticks * rules.at_once
-    begin(work.state, lane, given, float(v), rules.initial[v], interval, ticks, rules.scheme.lag)
-    for i in range(rules.elements.shape[1]):
-        e = rows.of_element(work.state, i)
+    state, scene, given, v = work.state, rules.scene, rules.cases[case], rules.variant[case]
+    ticks, interval = 1.0 * rules.scheme.ticks * rules.at_once, rules.ground.interval
+    for row in range(scene.initial.shape[1]):
+        state[row * rows.COLUMNS + lane] = scene.initial[v, row]
+    begin(state, lane, given, float(v), interval, ticks, rules.scheme.lag)
+    for i in range(scene.elements.shape[1]):
+        e = rows.of_element(state, i)
         e[rows.UPRIGHT_UNTIL + lane] = e[rows.CARRIED_UNTIL + lane] = given.first * interval
-    touch(work.state, lane, given, rules.elements.shape[1], rules.layout, rules.sizes, rules.shapes[v])
-    work.state[rows.ENERGY + lane] = energy(work.state, lane, rules.layout, rules.elements.shape[1], rules.gravity)
+    touch(state, lane, given, scene, scene.shapes[v])
+    state[rows.ENERGY + lane] = energy(state, lane, scene)
     return int(rules.results[case].steps)
 
 
-@njit(**OPTIONS)
-def begin(
-    state: Any, j: int, case: Any, variant: float, initial: Any, interval: float, ticks: float, lag: float
-) -> None:
-    """Put the lane at rest and the constants of a case into lane j."""
-    for row in range(initial.size):
-        state[row * rows.COLUMNS + j] = initial[row]
+@njit(**INNER)
+def begin(state: Any, j: int, case: Any, variant: float, interval: float, ticks: float, lag: float) -> None:
+    """Put the constants of a case into lane j."""
     step, none, looked = interval / ticks, Line(0.0, 0.0, 0.0), case.first // max(int(LOOK / interval), 1)
     first = Attempt(case.finest, case.dwell, 0.0)
     clock = Clock(case.finest, case.standing, case.dwell, case.settled)
     rows.store_case(state, j, Case(
         Shaking(none, none, 0.0), step, ticks / interval, lag * step, clock, first, rows.no_marks(),
-        Verdict(0.0, 0.0, Attempt(0.0, 0.0, 0.0)), case.amplitude, case.first, case.calm, case.after, 0.0, variant, looked, 0.0,
+        Verdict(0.0, 0.0, Attempt(0.0, 0.0, 0.0)), case.amplitude, case.first, case.calm, case.after, 0.0, variant,
+        looked, 0.0,
     ))  # fmt: skip
 
 
-@njit(**OPTIONS)
-def touch(state: Any, j: int, case: Any, elements: int, layout: Any, sizes: Any, shapes: Any) -> None:
+@njit(**INNER)
+def touch(state: Any, j: int, case: Any, scene: Any, shapes: Any) -> None:
     """Give the pairs of lane j their laws, their nearest faces and the springs that are loaded at rest."""
-    step = rows.load_case(state, j)
-    for p in range(layout.shape[0]):
-        i, k = layout[p, 0], layout[p, 1]
-        m, n = layout[p, 2], layout[p, 3]
-        q, a, b = rows.of_pair(state, elements, p), rows.of_element(state, i), rows.of_element(state, k)
-        pair = rows.load_pair(q, j)
+    lag = rows.load_case(state, j).lag
+    for p in range(scene.layout.shape[0]):
+        q, a, b = rows.of_pair(state, scene, p)
+        m, n, pair = scene.layout[p, 2], scene.layout[p, 3], rows.load_pair(q, j)
         law, settled = pair.law, pair.nearest.limit == np.inf
         friction = law.friction if law.friction >= 0.0 else case.friction
         dashpot = law.dashpot * case.damping
         rows.store_law(q, j, Law(law.normal, law.tangential, dashpot, friction, law.compliance))
-        search(q, a, b, j, 2.0 * step.lag, shapes[m, : sizes[m]], shapes[n, : sizes[n]])
+        search(q, a, b, j, 2.0 * lag, shapes[m, : scene.sizes[m]], shapes[n, : scene.sizes[n]])
         if settled:
             q[rows.LIMIT + j], q[rows.REACH + j] = np.inf, -1.0
         load_at_rest(q, j)
@@ -178,21 +154,21 @@ def touch(state: Any, j: int, case: Any, elements: int, layout: Any, sizes: Any,
 
 
 def load(rules: Any, work: Any, cases: Any, columns: int) -> None:  # noqa: ARG001, all lanes are computed
-    """Begin a sample."""
-    ticks = 1.0 * rules.scheme.ticks * rules.at_once
-    next_sample(work.state, work.moves.size, rules.row, cases, rules.ground.along, rules.ground.up, ticks)
-
-
-@njit(**OPTIONS)
-def next_sample(state: Any, elements: int, row: Any, cases: Any, along: Any, up: Any, ticks: float) -> None:
-    """Bring the turning pairs back to length 1 and load the ground motion of each lane's sample."""
-    for i in range(elements):
-        e = rows.of_element(state, i)
+    """Begin a sample: bring the turning pairs back to length 1 and load the ground motion of each lane's sample."""
+    for i in range(work.moves.size):
+        e = rows.of_element(work.state, i)
         for j in range(rows.COLUMNS):
             pose = rows.load_pose(e, j)
             cos, sin = renormalised(pose.cos, pose.sin)
             rows.store_pose(e, j, Pose(pose.x, pose.z, pose.angle, cos, sin))
-    scale, last = 1.0 / ticks, along.shape[1] - 3
+    scale = 1.0 / (1.0 * rules.scheme.ticks * rules.at_once)
+    load_motion(rules.ground.up, work.state, rules.ground.along, rules.row, cases, scale)
+
+
+@njit(**INNER)
+def load_motion(up: Any, state: Any, along: Any, row: Any, cases: Any, scale: float) -> None:
+    """Load the ground motion of each lane's sample; `up` is None where the base moves level."""
+    last = along.shape[1] - 3
     for j in range(rows.COLUMNS):
         case = rows.load_case(state, j)
         i, factor = min(int(case.sample), last), case.amplitude
@@ -203,44 +179,45 @@ def next_sample(state: Any, elements: int, row: Any, cases: Any, along: Any, up:
 
 def advance(rules: Any, work: Any, columns: int, path: Any, noted: int) -> tuple[Any, int]:  # noqa: ARG001
     """Compute the steps of a sample; the first lane is noted at its begin, with the forces that act until the next."""
-    step = chosen_step(rules.scheme, rules.ground.up)
-    lag, gravity, interval = rules.scheme.lag, rules.gravity, rules.ground.interval
-    state, layout, ticks, elements = work.state, rules.layout, 1.0 * rules.scheme.ticks * rules.at_once, work.moves.size
-    kind, matrix, used, moves = rules.ground.up, work.matrix, work.used, work.moves
-    with_forces = path.shape[0] > 0 and path.shape[1] > 2 + 6 * elements
+    step = step_of(rules.scheme)
+    scene, up, state, elements = rules.scene, rules.ground.up, work.state, work.moves.size
+    lag, interval = rules.scheme.lag, rules.ground.interval
+    ticks = 1.0 * rules.scheme.ticks * rules.at_once
+    with_forces = path.shape[0] > 0 and path.shape[1] > 2 + POSE_COLUMNS * elements
     early = np.zeros((1, path.shape[1]))
     for _ in range(rules.at_once):
         if path.shape[0] == 0:
-            step(kind, state, matrix, used, moves, layout, rules.sizes, rules.shapes, ticks, gravity)
+            step(up, work, scene, ticks)
             continue
         tick, share = state[rows.TICK], state[rows.LENGTH] / ticks
         # Once for each sample, also where its first step has to be done again.
         if (tick == 0.0 or tick == ticks) and not state[rows.AGAIN] > 0.0 and noted < path.shape[0]:
-            note(state, 0, elements, interval, ticks, path[noted])
+            note(state, elements, interval, ticks, path[noted])
             noted += 1
         # What the forces at the begin of the step do in it counts only if the step is taken.
         # By its row: a slice of the path would be counted, in a locked instruction that every step would pay.
         if with_forces:
             early[:] = 0.0
-            note_forces(state, 0, layout, elements, (0.5 - lag) * share, early, 0)
-        step(kind, state, matrix, used, moves, layout, rules.sizes, rules.shapes, ticks, gravity)
+            note_forces(state, scene, (0.5 - lag) * share, early, 0)
+        step(up, work, scene, ticks)
         if with_forces and not state[rows.AGAIN] > 0.0:
             path[noted - 1] += early[0]
-            note_forces(state, 0, layout, elements, (0.5 + lag) * share, path, noted - 1)
-    end_sample(state, layout, elements, rules.elements[0], ticks, interval)
+            note_forces(state, scene, (0.5 + lag) * share, path, noted - 1)
+    end_sample(state, scene, ticks, interval)
     return path, noted
 
 
-@njit(**OPTIONS)
-def end_sample(state: Any, layout: Any, elements: int, rules: Any, ticks: float, interval: float) -> None:
+@njit(**INNER)
+def end_sample(state: Any, scene: Any, ticks: float, interval: float) -> None:
     """Each element's slip, and until when a standing one could come back and was on what carried it."""
-    for i in range(elements):
+    rules = scene.elements[0]
+    for i in range(rules.size):
         if rules[i].is_free > 0.0:
-            e = rows.of_element(state, i)
-            note_standing(e, rows.of_element(state, int(rules[i].support)), state, 1.0 / ticks, interval)
-    for p in range(layout.shape[0]):
-        a, b = rows.of_element(state, layout[p, 0]), rows.of_element(state, layout[p, 1])
-        note_carried(rows.of_pair(state, elements, p), a, b, state, 1.0 / ticks, interval)
+            on = rows.of_element(state, int(rules[i].support))
+            note_standing(rows.of_element(state, i), on, state, 1.0 / ticks, interval)
+    for p in range(scene.layout.shape[0]):
+        q, a, b = rows.of_pair(state, scene, p)
+        note_carried(q, a, b, state, 1.0 / ticks, interval)
     for j in range(rows.COLUMNS):
         sample, tick = state[rows.SAMPLE + j], state[rows.TICK + j]
         state[rows.SAMPLE + j] = sample + 1.0 if tick >= ticks else sample
@@ -265,25 +242,12 @@ def is_due(rules: Any, work: Any, lane: int) -> bool:  # noqa: ARG001
 
 def ended(rules: Any, work: Any, lane: int, case: int) -> int:
     """`Status` of a lane, or that it goes on."""
-    v, end = rules.variant[case], float(rules.ground.samples)
-    return verdict(
-        work.state, lane, rules.stands_from[case], rules.layout, rules.parts, rules.elements[v], rules.limits[v], end, rules.gravity
-    )  # fmt: skip
+    return verdict(work.state, lane, rules.scene, rules.stands_from[case], float(rules.ground.samples))
 
 
 def finish(rules: Any, work: Any, lane: int, case: int, status: int, steps: int) -> None:
     """Judge which elements of a lane have fallen, and write its results."""
-    v = rules.variant[case]
-    finish_case(
-        work.state,
-        lane,
-        rules.layout,
-        rules.elements[v],
-        rules.limits[v],
-        rules.gravity,
-        rules.results[case],
-        rules.each[case],
-    )
+    write_results(work.state, lane, rules.scene, rules.results[case], rules.each[case])
     rules.results[case].status, rules.results[case].steps = status, steps
 
 

@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
-from overturning.dem.kernel.lanes import OPTIONS
+from overturning.dem.kernel.lanes import INNER
 from overturning.dem.polygon import rows
-from overturning.dem.polygon.faces import rotated, seen_before
+from overturning.dem.polygon.faces import face_of, rotated, seen_before
 from overturning.dem.polygon.memory import forget, hand_on
-from overturning.dem.polygon.state import Bounds, Face, Nearest, Pose
+from overturning.dem.polygon.state import Bounds, Nearest, Pose
 
 
 class Candidate(NamedTuple):
@@ -29,7 +29,7 @@ class Candidate(NamedTuple):
     play: float
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def separation(a: Pose, b: Pose, shape_a: Any, shape_b: Any, face: int) -> float:
     """Signed distance of b's nearest vertex from the line of a face of a, positive outside."""
     nx, nz = rotated(a, shape_a[face, 4], shape_a[face, 5])
@@ -41,9 +41,9 @@ def separation(a: Pose, b: Pose, shape_a: Any, shape_b: Any, face: int) -> float
     return least - shape_a[face, 6]
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def most_opposed(a: Pose, b: Pose, shape_a: Any, shape_b: Any, face: int) -> tuple[int, float, float]:
-    """The face of b most nearly opposite to one of a, the product of their normals, and by how much the next is worse."""
+    """The face of b most opposite to one of a, the product of their normals, and by how much the next is worse."""
     c, s = a.cos * b.cos + a.sin * b.sin, a.sin * b.cos - a.cos * b.sin
     nx, nz = c * shape_a[face, 4] + s * shape_a[face, 5], c * shape_a[face, 5] - s * shape_a[face, 4]
     best, least, second = 0, np.inf, np.inf
@@ -56,7 +56,7 @@ def most_opposed(a: Pose, b: Pose, shape_a: Any, shape_b: Any, face: int) -> tup
     return best, least, second - least
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def candidate(a: Pose, b: Pose, shape_a: Any, shape_b: Any, k: int) -> Candidate:
     """What goes with the k-th face, a's first and then b's."""
     of_b = k - shape_a.shape[0]
@@ -67,9 +67,9 @@ def candidate(a: Pose, b: Pose, shape_a: Any, shape_b: Any, k: int) -> Candidate
     return Candidate(separation(b, a, shape_b, shape_a, of_b), other, of_b, product, clear)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def nearest_of(a: Pose, b: Pose, shape_a: Any, shape_b: Any, old: Nearest) -> Candidate:
-    """The nearest faces: those of the largest separation, then of the more nearly opposite normals, then of the lower index."""
+    """The nearest faces: of the largest separation, then of the more opposite normals, then of the lower index."""
     best = Candidate(-np.inf, int(old.face_a), int(old.face_b), np.inf, 0.0)
     for k in range(shape_a.shape[0] + shape_b.shape[0]):
         other = candidate(a, b, shape_a, shape_b, k)
@@ -78,7 +78,7 @@ def nearest_of(a: Pose, b: Pose, shape_a: Any, shape_b: Any, old: Nearest) -> Ca
     return best
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def farthest(shape: Any) -> float:
     """Square of the distance of an element's farthest vertex from its centre, m²."""
     square = 0.0
@@ -87,9 +87,12 @@ def farthest(shape: Any) -> float:
     return square
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def motion_left(a: Pose, b: Pose, shape_a: Any, shape_b: Any, best: Candidate, lever: float) -> float:
-    """Motion that cannot change the nearest faces, m: gaps change by no more than it, products of normals by no more than rotation."""
+    """Motion that cannot change the nearest faces, m.
+
+    Gaps change by no more than it, products of normals by no more than rotation.
+    """
     limit = 0.4 * lever * best.play
     for k in range(shape_a.shape[0] + shape_b.shape[0]):
         other = candidate(a, b, shape_a, shape_b, k)
@@ -99,9 +102,9 @@ def motion_left(a: Pose, b: Pose, shape_a: Any, shape_b: Any, best: Candidate, l
     return limit
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def search(q: Any, a: Any, b: Any, j: int, step: float, shape_a: Any, shape_b: Any) -> None:
-    """Find the nearest faces of a pair in one column, how much motion cannot change them, and what the springs remember.
+    """Find the nearest faces of a pair in a column, how much motion cannot change them, and what the springs remember.
 
     Of all faces the one with the largest separation from the other element is nearest; with it goes the other
     element's face most nearly opposite. A pair that has no faces yet, those of a column at rest, keeps its memory.
@@ -131,7 +134,7 @@ def search(q: Any, a: Any, b: Any, j: int, step: float, shape_a: Any, shape_b: A
         hand_on(q, on, by, j, int(old.face_a), int(old.face_b), shape_a, shape_b)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def changes(q: Any, a: Any, b: Any, j: int, shape_a: Any, shape_b: Any) -> bool:
     """Whether a pair's nearest faces change in the step that is predicted."""
     pair, on, by = rows.load_pair(q, j), rows.load_element(a, j).trial.pose, rows.load_element(b, j).trial.pose
@@ -142,15 +145,7 @@ def changes(q: Any, a: Any, b: Any, j: int, shape_a: Any, shape_b: Any) -> bool:
     return bool(best.a != old.face_a or best.b != old.face_b)
 
 
-@njit(**OPTIONS)
-def face_of(shape: Any, face: int) -> Face:
-    """A face by its number."""
-    nx, nz = shape[face, 4], shape[face, 5]
-    low, high = nx * shape[face, 1] - nz * shape[face, 0], nx * shape[face, 3] - nz * shape[face, 2]
-    return Face(nx, nz, shape[face, 6], low, high)
-
-
-@njit(**OPTIONS)
+@njit(**INNER)
 def bounds_of(shape_a: Any, a: int, shape_b: Any, b: int) -> Bounds:
     """Where the vertices of two faces begin to carry: at the end of the other face, or nowhere."""
     on_a, on_b = face_of(shape_a, a), face_of(shape_b, b)
@@ -163,7 +158,7 @@ def bounds_of(shape_a: Any, a: int, shape_b: Any, b: int) -> Bounds:
     )
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def count_motion(q: Any, a: Any, b: Any) -> tuple[int, int]:
     """Add the last step's motion; in how many columns the pair could touch, and in how many it has to be searched.
 
@@ -180,3 +175,22 @@ def count_motion(q: Any, a: Any, b: Any) -> tuple[int, int]:
         near += 1 if ahead >= old.reach else 0
         due += 1 if ahead >= old.limit else 0
     return near, due
+
+
+@njit(**INNER)
+def in_reach(state: Any, scene: Any, p: int) -> bool:
+    """Whether a pair could touch in any column in this step; its nearest faces are searched where they may change."""
+    m, n = scene.layout[p, 2], scene.layout[p, 3]
+    q, a, b = rows.of_pair(state, scene, p)
+    near, due = count_motion(q, a, b)
+    if due > 0:
+        near = 0
+        for j in range(rows.COLUMNS):
+            if q[rows.AHEAD + j] >= q[rows.LIMIT + j]:
+                shapes, dt = scene.shapes[int(state[rows.VARIANT + j])], 2.0 * rows.load_case(state, j).lag
+                shape_a, shape_b = shapes[m, : scene.sizes[m]], shapes[n, : scene.sizes[n]]
+                search(q, a, b, j, dt, shape_a, shape_b)
+                if dt == 0.0 and changes(q, a, b, j, shape_a, shape_b):
+                    state[rows.CHANGED + j] = 1.0
+            near += 1 if q[rows.AHEAD + j] >= q[rows.REACH + j] else 0
+    return near > 0

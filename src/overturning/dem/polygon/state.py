@@ -1,4 +1,4 @@
-"""What the general kernel knows of a case, its elements and its pairs: named tuples, whose rows `overturning.dem.polygon.rows` lays out."""
+"""What the kernel of scenes knows of a case, its elements and their pairs: named tuples, laid out by `rows`."""
 
 from typing import NamedTuple
 
@@ -18,18 +18,13 @@ class Shaking(NamedTuple):
 
 
 class Marks(NamedTuple):
-    """What a step found, above 0 where it did."""
+    """What a step found, above 0 where it did, as of `overturning.dem.kernel.clock.Found`."""
 
     changed: float
-    """A contact opens or closes;"""
     wrong: float
-    """an end sticks or slides otherwise than taken;"""
     reversed: float
-    """an end slides against its velocity: a slip reversal;"""
     slides: float
-    """all of a pair's ends in contact slide;"""
     back: float
-    """one slides that friction held the other way before."""
 
 
 class Verdict(NamedTuple):
@@ -91,7 +86,7 @@ class Plane(NamedTuple):
     w: float
 
 
-class Body(NamedTuple):
+class Inertia(NamedTuple):
     """Constants of an element; inverse masses are 0 where forces do not move it."""
 
     inverse_mass: float
@@ -132,14 +127,19 @@ class Standing(NamedTuple):
     """where it has fallen: ±1, else 0,"""
     peak_slip: float
     slip: float
+
+
+class Home(NamedTuple):
+    """Where an element stands at rest."""
+
     base_x: float
-    """points of its base and of what it stands on, whose distance is the slip, m."""
+    """Points of its base and of what it stands on, whose distance is the slip, m;"""
     base_z: float
     support_x: float
     support_z: float
-    home_x: float
-    """Centre at rest (m), and height below which it has fallen."""
-    home_z: float
+    x: float
+    """centre, m, and height below which it has fallen."""
+    z: float
     lowest: float
 
 
@@ -166,9 +166,10 @@ class Element(NamedTuple):
     trial: Trial
     acceleration: Plane
     force: Plane
-    body: Body
+    inertia: Inertia
     course: Course
     standing: Standing
+    home: Home
 
 
 class Face(NamedTuple):
@@ -243,130 +244,33 @@ class Memory(NamedTuple):
     tangent: float
 
 
-class Action(NamedTuple):
-    """What both ends do: force on a (N), the opposite on b; moments about the centres of a and, reversed, of b, N m."""
-
-    x: float
-    z: float
-    moment_a: float
-    moment_b: float
+OPEN, MINE, THEIRS, HANDED_ON = 0.0, 1.0, -1.0, 2.0
+"""What an end's `Memory.carrier` says: open, closed by a's vertex or by b's, or found anew by a search."""
 
 
-class Levers(NamedTuple):
-    """Levers of a normal and of a tangential force about a centre, m."""
-
-    n: float
-    t: float
-
-
-class End(NamedTuple):
-    """One end of the faces' common stretch."""
-
-    mine: bool
-    """Whether a's vertex carries it, else b's,"""
-    faces: bool
-    """whether it lies on the other face,"""
-    closed: bool
-    """and whether it touches,"""
-    nx: float
-    """direction of the normal force on a,"""
-    nz: float
-    depth: float
-    """the rest as of the vertex."""
-    before: float
-    slip: float
-    a: Levers
-    b: Levers
-
-
-class Stretch(NamedTuple):
-    """The common stretch of two faces: how one is turned to the other, both ends, all vertices as the next step needs them."""
-
-    turn_q: float
-    turn_r: float
-    one: End
-    two: End
-    now: Vertices
-
-
-class Taken(NamedTuple):
-    """What an end is taken to do in the equations of a step."""
-
-    stretch: float
-    """Stretch of its tangential spring as predicted, m,"""
-    slid: float
-    """±μ where it slides."""
-
-
-class Outer(NamedTuple):
-    """What the velocities of a pair's elements add to their forces (N s/m and so on): rows forces, columns velocities.
-
-    Signs as if b were a: the opposite force acts on b, and the opposite velocity counts.
-    """
-
-    xx: float
-    xz: float
-    zx: float
-    zz: float
-    xa: float
-    za: float
-    xb: float
-    zb: float
-    ax: float
-    az: float
-    bx: float
-    bz: float
-    aa: float
-    ab: float
-    ba: float
-    bb: float
-
-
-class Couple(NamedTuple):
-    """A pair's part in the equations."""
-
-    outer: Outer
-    """What velocities add to forces,"""
-    load: Action
-    """and forces as predicted."""
-
-
-class Corrected(NamedTuple):
-    """A pair at the end of a step that may not be taken."""
+class History(NamedTuple):
+    """What a pair remembers of its last step."""
 
     before: Vertices
     one: Memory
     two: Memory
     deepest: float
+    """Largest penetration so far, m,"""
     taken: float
+    """energy taken from the elements, J."""
 
 
 class Pair(NamedTuple):
-    """Two elements a and b that can touch; vertices as a step ago."""
+    """Two elements a and b that can touch."""
 
     face_a: Face
     face_b: Face
     bounds: Bounds
     law: Law
     nearest: Nearest
-    before: Vertices
-    one: Memory
-    two: Memory
-    deepest: float
-    """Largest penetration, m; energy taken from the elements, J."""
-    taken: float
+    history: History
     slid_one: float
     """±μ of an end that was last found sliding (centred scheme)."""
     slid_two: float
     stands: float
     """1 where a was carried by b at rest, −1 where b by a, else 0."""
-
-
-class Step(NamedTuple):
-    """A pair while a step of the centred scheme is computed."""
-
-    ends: Stretch
-    one: Taken
-    two: Taken
-    couple: Couple
-    corrected: Corrected

@@ -9,7 +9,7 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.dem.linear import highest_eigenvalue, solve
 from overturning.model.contact import DAMPING_RATIO
-from overturning.model.geometry import End, Placed, Touch, resting
+from overturning.model.geometry import ElementPair, End, Placed, Touch, resting
 from overturning.model.scene import Scene
 
 
@@ -40,11 +40,11 @@ def _numbers(placed: list[Placed]) -> dict[int, slice]:
     return {i: slice(3 * n, 3 * n + 3) for n, i in enumerate(free)}
 
 
-def _stretches(placed: list[Placed], pairs: list[tuple[int, int]], touch: Touch) -> tuple[FloatArray, FloatArray]:
+def _stretches(placed: list[Placed], pairs: list[ElementPair], touch: Touch) -> tuple[FloatArray, FloatArray]:
     """How the normal approach and the slip of an end depend on all displacements."""
-    number, (first, second), end = _numbers(placed), pairs[touch.pair], touch.end
+    number, pair, end = _numbers(placed), pairs[touch.pair], touch.end
     approach, slip = np.zeros(3 * len(number)), np.zeros(3 * len(number))
-    for k, sign in ((first, 1.0), (second, -1.0)):
+    for k, sign in ((pair.a, 1.0), (pair.b, -1.0)):
         if k in number:
             rx, rz = end.point[0] - placed[k].x, end.point[1] - placed[k].z
             for row, (ux, uz), direction in ((approach, end.normal, -1.0), (slip, end.tangent, 1.0)):
@@ -53,7 +53,7 @@ def _stretches(placed: list[Placed], pairs: list[tuple[int, int]], touch: Touch)
 
 
 def _stiffness(
-    placed: list[Placed], pairs: list[tuple[int, int]], touches: list[Touch], normal: FloatArray, tangential: FloatArray
+    placed: list[Placed], pairs: list[ElementPair], touches: list[Touch], normal: FloatArray, tangential: FloatArray
 ) -> FloatArray:
     size = 3 * len(_numbers(placed))
     matrix = np.zeros((size, size))
@@ -66,14 +66,14 @@ def _stiffness(
 def rest(
     scene: Scene,
     placed: list[Placed],
-    pairs: list[tuple[int, int]],
+    pairs: list[ElementPair],
     normal: FloatArray,
     tangential: FloatArray,
 ) -> tuple[FloatArray, list[Loaded]] | None:
     """Static equilibrium on the springs of the contacts (N/m of each pair), without tension.
 
-    Displacements of the elements, shape (elements, 3), m and rad, and the loaded ends; None where the scene cannot rest:
-    something slides off or falls by itself.
+    Displacements of the elements, shape (elements, 3), m and rad, and the loaded ends; None where the scene cannot
+    rest: something slides off or falls by itself.
     """
     touches = resting(placed, pairs)
     # Without friction a tangential spring would hold for a moment only; a minute one keeps the system regular.
@@ -98,7 +98,7 @@ def rest(
     return None
 
 
-def contact_laws(scene: Scene, placed: list[Placed], pairs: list[tuple[int, int]]) -> Laws:
+def contact_laws(scene: Scene, placed: list[Placed], pairs: list[ElementPair]) -> Laws:
     """Springs, dashpots and friction of each pair; stiffness auto from the weight that the pair carries at rest.
 
     A pair that carries weight W over a common stretch of width B sinks in by δ = W/(2 K_n), a stated share of B. A
@@ -106,7 +106,8 @@ def contact_laws(scene: Scene, placed: list[Placed], pairs: list[tuple[int, int]
     """
     ones = np.ones(len(pairs))
     equilibrium = rest(scene, placed, pairs, ones, ones)
-    together = np.array([pairs.index(pair) for pair in pairs], dtype=np.int64)  # all pieces of two elements
+    whole = [pair[:2] for pair in pairs]
+    together = np.array([whole.index(both) for both in whole], dtype=np.int64)  # all pieces of two elements
     carried, width = np.zeros(len(pairs)), np.zeros(len(pairs))
     for end in equilibrium[1] if equilibrium is not None else ():
         carried[together[end.pair]] += end.approach
@@ -117,8 +118,8 @@ def contact_laws(scene: Scene, placed: list[Placed], pairs: list[tuple[int, int]
             width[together[one.pair]] = max(width[together[one.pair]], apart)
     carried, width = carried[together], width[together]
     normal, tangential, dashpot, friction = (np.zeros(len(pairs)) for _ in range(4))
-    for index, (i, j) in enumerate(pairs):
-        a, b = placed[i], placed[j]
+    for index, pair in enumerate(pairs):
+        a, b = placed[pair.a], placed[pair.b]
         law = scene.law(a.element, b.element)
         free = [item for item in (a, b) if not item.fixed]
         depth = min(a.element.depth, b.element.depth)
@@ -143,7 +144,7 @@ def contact_laws(scene: Scene, placed: list[Placed], pairs: list[tuple[int, int]
     return Laws(normal, tangential, dashpot, friction, carried)
 
 
-def highest_modes(placed: list[Placed], pairs: list[tuple[int, int]], laws: Laws) -> tuple[float, float]:
+def highest_modes(placed: list[Placed], pairs: list[ElementPair], laws: Laws) -> tuple[float, float]:
     """Largest eigenvalues of springs (ω², 1/s²) and of dashpots (1/s), as `overturning.dem.time_step` takes them.
 
     The larger of those of the scene at rest and of each pair on a single vertex at the farthest lever, K (1/m + r²/I)
@@ -158,7 +159,7 @@ def highest_modes(placed: list[Placed], pairs: list[tuple[int, int]], laws: Laws
         highest = highest_eigenvalue(root[:, None] * matrix * root)
         for index, pair in enumerate(pairs):
             compliance = 0.0
-            for item in (placed[k] for k in pair if not placed[k].fixed):
+            for item in (placed[k] for k in pair[:2] if not placed[k].fixed):
                 radius = float((item.shape.vertices**2).sum(axis=1).max())
                 compliance += 1.0 / item.mass + radius / item.inertia
             highest = max(highest, max(normal[index], tangential[index]) * compliance)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from overturning.model.symmetry import nearest, nearest_planes, representatives, seen_from_behind
+from overturning.model.symmetry import mirrored_planes, nearest, nearest_planes, representatives
 
 
 @pytest.mark.parametrize(
@@ -37,7 +37,7 @@ def test_bodies() -> None:
 
 
 def test_what_a_grid_need_not_compute() -> None:
-    planes = seen_from_behind(representatives(np.array([0, 30, 180, 210, 359, 0]), 180.0), 180.0)
+    planes = mirrored_planes(representatives(np.array([0, 30, 180, 210, 359, 0]), 180.0), 180.0)
     assert planes.cell.ravel().tolist() == [0, 1, 0, 1, 4, 0]
     assert planes.mirrored.ravel().tolist() == [False, False, True, True, False, False]
     assert representatives([5], 0.0).cell.tolist() == [[0]]

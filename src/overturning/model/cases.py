@@ -12,11 +12,10 @@ MOST_CASES: Final = 50_000_000
 """Cases of one call; more would not fit into the memory of an ordinary machine."""
 
 LOWEST, HIGHEST = 0.01, 50.0
-"""Heights of a stone, m: those of the map of stability (docs/validation.md), which has no wrong answer in silence; beyond them a unit
-was probably mistaken."""
+"""Heights of a stone, m, of the map of stability (docs/validation.md); beyond them a unit was probably mistaken."""
 
 BYTES_PER_CASE: Final = 300
-"""Inputs, plan and results together."""
+"""Inputs, what is planned, and results together."""
 
 
 @dataclass(frozen=True)

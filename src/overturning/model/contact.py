@@ -25,7 +25,7 @@ BODY_STATIC_PENETRATION: Final = 2e-6
 """The same of a body in space; docs/design-notes.md has what a stiffer contact changes."""
 
 WIDEST: Final = 1.0
-"""B beyond which a body in space sinks in no deeper, m: what gives before it slides is a length, and slips do not grow with it."""
+"""B beyond which a body in space sinks in no deeper, m: what gives before it slides is a length."""
 
 PRECISION_FLOOR: Final = 1e5
 """δ must be this many times the rounding of a coordinate, so that the static force has five digits."""
@@ -118,9 +118,8 @@ class VertexContact:
     Parameters
     ----------
     static_penetration : float
-        δ/B: carried by n points alone the body at rest sinks in by δ = m g / (n K_n); n is 2, as in the plane, on a rim or more
-        than four vertices, else all vertices of its base. B is twice the least distance of an edge of its base from below its
-        centre, at most `WIDEST`.
+        δ/B: carried by its `Solid.carriers` alone, n points, the body at rest sinks in by δ = m g / (n K_n). B is twice
+        the least distance of an edge of its base from below its centre, at most `WIDEST`.
     stiffness_ratio : float
         K_s/K_n, of either tangential spring.
     damping_ratio : float

@@ -36,12 +36,12 @@ def first_edge(falls: ArrayLike, time: ArrayLike, towards: ArrayLike) -> tuple[F
     flags, times = np.asarray(falls, np.float64), np.asarray(time, np.float64)
     known, falling = np.isfinite(flags).all(axis=0), flags == 1
     fell = known & falling.any(axis=0)
-    told = fell & ((falling.sum(axis=0) == 1) | ~(falling & np.isnan(times)).any(axis=0))
+    decided = fell & ((falling.sum(axis=0) == 1) | ~(falling & np.isnan(times)).any(axis=0))
     order = np.where(falling, np.nan_to_num(times, nan=np.inf), np.inf)
     # A fall whose time is missing is as late as what stands, but it falls.
     first = np.argmax(falling & (order == order.min(axis=0)), axis=0)
     azimuth = np.take_along_axis(np.asarray(towards, np.float64), first[None], axis=0)[0]
-    return np.where(known, fell, np.nan), np.where(told, azimuth, np.nan)
+    return np.where(known, fell, np.nan), np.where(decided, azimuth, np.nan)
 
 
 def edge_chances(chance: FloatArray, time: FloatArray) -> FloatArray:

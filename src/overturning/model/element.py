@@ -3,9 +3,14 @@
 from dataclasses import fields
 from typing import Annotated, Literal, Self
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from overturning.arrays import FloatArray
+from overturning.errors import ArgumentError
 from overturning.model.contact import DAMPING_RATIO, SCENE_STATIC_PENETRATION, STATIC_PENETRATION, Contact
+from overturning.model.pieces import outline
+from overturning.model.polygon import Polygon, polygon, rectangle
 from overturning.units import GRANITE_DENSITY
 
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9-]*$")]
@@ -79,8 +84,8 @@ class Element(Model):
     pieces: tuple[tuple[tuple[float, float], ...], ...] | None = Field(
         default=None,
         min_length=1,
-        description="instead of vertices: those of convex polygons that are joined at their sides and do not overlap, in any "
-        "order, each counter-clockwise, m",
+        description="instead of vertices: those of convex polygons that are joined at their sides and do not overlap, "
+        "in any order, each counter-clockwise, m",
     )
     depth: Positive = Field(default=1.0, description="depth across the plane, m")
     stands_on: Name | None = Field(
@@ -96,11 +101,13 @@ class Element(Model):
         default=None,
         gt=0,
         le=180,
-        description="rotation that counts as overturned, degrees; not given: the least at which it can rest on another face",
+        description="rotation that counts as overturned, degrees; "
+        "not given: the least at which it can rest on another face",
     )
     fallen_drop: Positive | None = Field(
         default=None,
-        description="drop of its centre at the end that counts as overturned too, m; not given: a tenth of its height as it stands",
+        description="drop of its centre at the end that counts as overturned too, m; "
+        "not given: a tenth of its height as it stands",
     )
 
     @model_validator(mode="after")
@@ -110,3 +117,31 @@ class Element(Model):
         if sum(forms) != 1 or (not rectangle and (self.width or self.height)):
             raise ValueError(f"element {self.name}: give either width and height, or vertices, or pieces")
         return self
+
+    @property
+    def points(self) -> FloatArray:
+        """Vertices of its polygon before it is shifted, shape (n, 2), m; each of its pieces is checked."""
+        if self.vertices is not None:
+            points = np.array(self.vertices, dtype=np.float64)
+        elif self.pieces is not None:
+            for number, piece in enumerate(self.pieces, 1):
+                if polygon(f"{self.name}, piece {number}", piece).pieces:
+                    raise ArgumentError(
+                        f"element {self.name}: piece {number} is not convex; split it, or give the outline of all as "
+                        "vertices"
+                    )
+            points = outline(self.name, [np.array(piece) for piece in self.pieces])
+        else:
+            assert self.width is not None  # one form is given
+            assert self.height is not None
+            points = rectangle(self.width, self.height)
+        if self.rotation_deg:
+            # Rounded, since libm differs between processors in the last digit.
+            c, s = (round(float(f(np.radians(self.rotation_deg))), 12) for f in (np.cos, np.sin))
+            points = np.column_stack([c * points[:, 0] + s * points[:, 1], c * points[:, 1] - s * points[:, 0]])
+        return points
+
+    @property
+    def shape(self) -> Polygon:
+        """The polygon of these."""
+        return polygon(self.name, self.points)

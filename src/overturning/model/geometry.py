@@ -10,8 +10,7 @@ import numpy as np
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
 from overturning.model.element import Element, Material
-from overturning.model.pieces import outline
-from overturning.model.polygon import Polygon, polygon, rectangle
+from overturning.model.polygon import Polygon, polygon
 from overturning.model.symmetry import FULL_TURN, PLANE_PERIOD
 
 TOUCHING: Final = 1e-7
@@ -21,7 +20,7 @@ FAR: Final = 4.0
 """Pairs farther apart than this many times the size of all free elements together never meet."""
 
 FALLEN_DROP: Final = 0.1
-"""An element has fallen that in the end is lower by more than this share of its height, unless its scene says otherwise."""
+"""An element has fallen that in the end is lower by this share of its height, unless its scene says otherwise."""
 
 WIDE: Final = 20.0
 """Width of the ground, in widths or heights of the block, that is more than any slide."""
@@ -72,7 +71,7 @@ class Placed:
 
     @property
     def fallen(self) -> float:
-        """Rotation at which it has fallen, rad: that of its scene, or the least at which it can rest on another face."""
+        """Rotation at which it has fallen, rad: its scene's, or the least at which it can rest on another face."""
         asked = self.element.fallen_rotation_deg
         return self.shape.fallen if asked is None else round(float(np.radians(asked)), 12)
 
@@ -110,17 +109,17 @@ class Touch(NamedTuple):
 
 
 def place(scene: Stage, height: float | None = None, b_over_h: float | None = None) -> list[Placed]:
-    """Put the elements into their places; a polygon that is degenerate, clockwise or crosses itself is an `ArgumentError`.
+    """Put the elements into their places; an `ArgumentError` as of `overturning.model.polygon.polygon`.
 
-    With `height` (m) of the reference element all lengths of the scene scale, but that the `ground_of` it becomes no narrower,
-    however small the stones; `b_over_h` makes the reference element alone wider or narrower.
+    With `height` (m) of the reference element all lengths of the scene scale, but that the `ground_of` it becomes no
+    narrower, however small the stones; `b_over_h` makes the reference element alone wider or narrower.
     """
     own = next(element for element in scene.elements if element.name == scene.reference_name)
-    reference = polygon(own.name, _vertices(own))
+    reference = own.shape
     scale, ground = 1.0 if height is None else height / reference.height, ground_of(scene)
     placed: list[Placed] = []
     for element in scene.elements:
-        points = _vertices(element)
+        points = element.points
         if element.name == ground:
             points[:, 0] *= max(1.0, 1.0 / scale)
         if b_over_h is not None and element.name == scene.reference_name:
@@ -143,16 +142,14 @@ def place(scene: Stage, height: float | None = None, b_over_h: float | None = No
 
 
 def ground_of(scene: Stage) -> str | None:
-    """Name of the ground, None if there is none: a fixed upright rectangle, wider than any slide, on which all else stands or lies."""
-    shapes = {item.name: polygon(item.name, _vertices(item)) for item in scene.elements}
-    largest = max(
-        max(shapes[item.name].width, shapes[item.name].height) for item in scene.elements if item.kind == "free"
-    )
+    """Name of the ground, a fixed upright rectangle wider than any slide on which all else stands; None without it."""
+    free = [item.shape for item in scene.elements if item.kind == "free"]
+    largest = max(max(shape.width, shape.height) for shape in free)
     for one in scene.elements:
         if one.kind == "free" or one.width is None or one.height is None or one.rotation_deg or one.stands_on:
             continue
         top, others = (one.at[0], one.at[1] + one.height), [item for item in scene.elements if item is not one]
-        spans = [_vertices(item) + np.array(item.at) - top for item in others if item.stands_on is None]
+        spans = [item.points + np.array(item.at) - top for item in others if item.stands_on is None]
         above = all(span[:, 1].min() >= 0.0 and np.abs(span[:, 0]).max() < 0.5 * one.width for span in spans)
         if above and one.width > WIDE * largest:
             return one.name
@@ -174,33 +171,6 @@ def native_size(scene: Stage) -> tuple[float, float]:
     return shape.height, shape.width / shape.height
 
 
-def _vertices(element: Element) -> FloatArray:
-    if element.vertices is not None:
-        points = np.array(element.vertices, dtype=np.float64)
-    elif element.pieces is not None:
-        points = _outline(element)
-    else:
-        assert element.width is not None  # one form is given: the model's own check
-        assert element.height is not None
-        points = rectangle(element.width, element.height)
-    if element.rotation_deg:
-        # Rounded, since libm differs between processors in the last digit.
-        c, s = (round(float(f(np.radians(element.rotation_deg))), 12) for f in (np.cos, np.sin))
-        points = np.column_stack([c * points[:, 0] + s * points[:, 1], c * points[:, 1] - s * points[:, 0]])
-    return points
-
-
-def _outline(element: Element) -> FloatArray:
-    """Outline of an element's pieces, each of which is checked."""
-    assert element.pieces is not None
-    for number, piece in enumerate(element.pieces, 1):
-        if polygon(f"{element.name}, piece {number}", piece).pieces:
-            raise ArgumentError(
-                f"element {element.name}: piece {number} is not convex; split it, or give the outline of all as vertices"
-            )
-    return outline(element.name, [np.array(piece) for piece in element.pieces])
-
-
 def separations(one: Placed, other: Placed) -> FloatArray:
     """Signed distance of the other's nearest vertex from each face of one, m, positive outside; both convex."""
     faces = one.shape.faces
@@ -210,9 +180,9 @@ def separations(one: Placed, other: Placed) -> FloatArray:
 
 
 def nearest_faces(a: Placed, b: Placed) -> tuple[int, int, float]:
-    """The nearest faces of two convex elements, by the rule of docs/scenes.md, and their separation, m, negative in an overlap.
+    """The nearest faces of two convex elements, by the rule of docs/scenes.md, and their separation, m.
 
-    Face i runs from vertex i to vertex i + 1.
+    Face i runs from vertex i to vertex i + 1. The separation is negative in an overlap.
     """
     faces_a, faces_b = a.shape.faces, b.shape.faces
     products = faces_a[:, 4:5] * faces_b[:, 4] + faces_a[:, 5:6] * faces_b[:, 5]
@@ -225,7 +195,7 @@ def nearest_faces(a: Placed, b: Placed) -> tuple[int, int, float]:
 
 
 def common_stretch(a: Placed, b: Placed) -> tuple[End, End]:
-    """Both ends of the common stretch of the nearest faces of two convex elements: at each end the inner one of two vertices."""
+    """Both ends of the common stretch of two convex elements' nearest faces, each at the inner one of two vertices."""
     face_a, face_b, _ = nearest_faces(a, b)
     fa, fb = a.shape.faces[face_a], b.shape.faces[face_b]
     delta = np.array([a.x - b.x, a.z - b.z])
@@ -260,7 +230,7 @@ def _gaps(placed: list[Placed]) -> Iterator[tuple[int, int, float]]:
 
 
 def pairs_of(placed: list[Placed]) -> list[ElementPair]:
-    """Pairs that could ever meet: one of them free, and not too far apart; once for every two of their convex pieces."""
+    """Pairs that could ever meet, one of them free and not too far apart: each two of their convex pieces."""
     extent = sum(item.shape.width + item.shape.height for item in placed if not item.fixed)
     return [
         ElementPair(i, j, m, n)
@@ -309,6 +279,6 @@ def check_geometry(scene: Stage) -> None:
     for i, item in enumerate(placed):
         if i not in carried:
             raise ArgumentError(
-                f"element {item.element.name}: hangs in the air, nothing carries it; place it with stands_on: and an element "
-                "listed before it"
+                f"element {item.element.name}: hangs in the air, nothing carries it; place it with stands_on: and an "
+                "element listed before it"
             )

@@ -47,7 +47,7 @@ class Grid:
 
     @classmethod
     def over(cls, element: tuple[str, ...] = (), **rows: ArrayLike) -> Self:
-        """The grid over rows of values, shape (n,); `ArgumentError` if one is none or the cases are too many for one call."""
+        """The grid over rows of values, shape (n,); `ArgumentError` if one is empty or the cases are too many."""
         checked = {}
         for name, values in rows.items():
             row = np.atleast_1d(np.asarray(values, dtype=np.float64))
@@ -85,7 +85,7 @@ class Grid:
         return replace(self, rows=self.rows | rows)
 
     def over_all(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Values of each direction and aspect, shape (directions, 1) or (directions, aspects), in the shape of the grid."""
+        """Values of each direction and aspect, shape (directions, 1) or (directions, aspects), in the grid's shape."""
         shape = [1] * len(self.names)
         shape[0] = values.shape[0]
         if "aspect" in self.names:
@@ -95,7 +95,7 @@ class Grid:
     def cases(
         self, places: Sequence[NDArray[np.intp]], turn_deg: FloatArray | float = 0.0, **columns: ArrayLike
     ) -> Cases:
-        """Cases of cells at places along each dimension, which face so far back from their directions; further columns."""
+        """Cases of cells at places along each dimension, turned back so far from their directions; further columns."""
         values = {name: self[name][at].astype(np.float64) for name, at in zip(self.names, places, strict=True)}
         return Cases(values.pop(self.names[0]) - turn_deg, **values, **columns)
 

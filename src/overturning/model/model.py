@@ -1,7 +1,7 @@
 """A model, what stands on the ground: its dimensions, its outcome, its symmetry, and what falls its cubes hold.
 
-The kernels compute it (`overturning.dem.run`). Studies, statistics, surveys, figures and report work from what it says and need not
-know what it is.
+The kernels compute it (`overturning.dem.run`). Studies, statistics, surveys, figures and report work from what it says
+and need not know what it is.
 """
 
 from abc import ABC, abstractmethod
@@ -86,7 +86,7 @@ class Model(ABC):
 
     @abstractmethod
     def sizes(self, height: ArrayLike | None, b_over_h: ArrayLike | None) -> tuple[ArrayLike, ArrayLike]:
-        """Heights (m) and B/H, its own where not given; an `ArgumentError` where it has none, or they cannot be chosen."""
+        """Heights (m) and B/H, its own where not given; `ArgumentError` where it has none, or they cannot be chosen."""
 
     @abstractmethod
     def periods(self, aspect: FloatArray) -> FloatArray:
@@ -123,8 +123,8 @@ class Model(ABC):
     def sources(self, grid: Grid, symmetric: bool = True) -> Sources:
         """Which direction of a grid answers for each, shape (directions, 1) or (directions, aspects).
 
-        `turn_deg` is the turn clockwise of what is computed to the case that is asked for. Where it is not to be taken as
-        `symmetric`, a full turn alone leaves a case the same.
+        `turn_deg` is the turn clockwise of what is computed to the case that is asked for. Where it is not to be taken
+        as `symmetric`, a full turn alone leaves a case the same.
         """
         return representatives(grid.directions, self._periods(grid) if symmetric else FULL_TURN)
 
@@ -133,7 +133,7 @@ class Model(ABC):
 
     @abstractmethod
     def turned(self, arrays: dict[str, NDArray[Any]], grid: Grid, sources: Sources) -> None:
-        """Turn answers in the shape of a grid, each taken from its source, to the case asked for, and mark those taken."""
+        """Turn answers in a grid's shape, each taken from its source, to the case asked for, and mark those taken."""
 
     @abstractmethod
     def tally(
@@ -141,8 +141,8 @@ class Model(ABC):
     ) -> dict[str, NDArray[Any]]:
         """Values of `ensemble_variables`, a row per cell.
 
-        Of the members, shape (cells, members), the `flags`, which may have a last dimension of elements, the azimuths of falls
-        in space, and the number of the scramble, shape (members,).
+        Of the members, shape (cells, members), the `flags`, which may have a last dimension of elements, the azimuths
+        of falls in space, and the number of the scramble, shape (members,).
         """
 
     @abstractmethod

@@ -61,8 +61,8 @@ def outline(name: str, pieces: Sequence[FloatArray]) -> FloatArray:
         depth = -max(_gap(one, other), _gap(other, one))
         if depth > JOINED * size:
             raise ArgumentError(
-                f"element {name}: the pieces with {_corner(ordered[i])} and {_corner(ordered[j])} overlap by {depth:.3g} m; "
-                "let them share a side, or give the outline as vertices"
+                f"element {name}: the pieces with {_corner(ordered[i])} and {_corner(ordered[j])} overlap by "
+                f"{depth:.3g} m; let them share a side, or give the outline as vertices"
             )
     points: list[FloatArray] = []
     loops = [[_place_of(point, points, JOINED * size) for point in piece] for piece in ordered]
@@ -81,7 +81,8 @@ def outline(name: str, pieces: Sequence[FloatArray]) -> FloatArray:
         way.append(following[way[-1]])
     if len(way) != len(left) or len(following) != len(left):
         raise ArgumentError(
-            f"element {name}: its pieces do not join into one outline without a hole; let each share a side with another"
+            f"element {name}: its pieces do not join into one outline without a hole; let each share a side with "
+            "another"
         )
     line = places[way]
     before, after = np.roll(line, 1, axis=0), np.roll(line, -1, axis=0)
@@ -94,7 +95,7 @@ def _corner(piece: FloatArray) -> str:
 
 
 def _gap(one: FloatArray, other: FloatArray) -> float:
-    """Largest distance of a convex polygon from the line of a side of another, m, negative where it reaches behind all."""
+    """Largest distance of a convex polygon from the line of a side of another, m; negative where it is behind all."""
     edge = np.roll(one, -1, axis=0) - one
     normal = np.stack([edge[:, 1], -edge[:, 0]], axis=1) / np.sqrt((edge**2).sum(axis=1))[:, None]
     return float(((other @ normal.T).min(axis=0) - (one * normal).sum(axis=1)).max())

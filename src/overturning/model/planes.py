@@ -19,7 +19,7 @@ from overturning.model.geometry import native_size, plane_period
 from overturning.model.grid import Grid
 from overturning.model.model import Model, Outcomes, picked
 from overturning.model.scene import Scene, gravestone
-from overturning.model.symmetry import PLANE_PERIOD, Sources, nearest, nearest_planes, seen_from_behind
+from overturning.model.symmetry import PLANE_PERIOD, Sources, mirrored_planes, nearest, nearest_planes
 from overturning.model.variables import INT8_MISSING, PLANE_ENSEMBLE_VARIABLES, VARIABLES
 
 if TYPE_CHECKING:
@@ -194,7 +194,7 @@ class Planes(Model):
     def sources(self, grid: Grid, symmetric: bool = True) -> Sources:
         """As of `Model.sources`; mirrored at φ + 180°."""
         found = super().sources(grid, symmetric)
-        return seen_from_behind(found, float(self._periods(grid)[0])) if symmetric else found
+        return mirrored_planes(found, float(self._periods(grid)[0])) if symmetric else found
 
     def turned(self, arrays: dict[str, NDArray[Any]], grid: Grid, sources: Sources) -> None:
         """As of `Model.turned`."""

@@ -6,10 +6,11 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import ConvexHull
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.model.pieces import STRAIGHT, bend, convex_pieces, crosses_itself
+from overturning.model.pieces import STRAIGHT, convex_pieces, crosses_itself
 from overturning.model.rest import can_rest
 
 SYMMETRY: Final = 1e-9
@@ -54,11 +55,12 @@ class Polygon:
 
     @cached_property
     def fallen(self) -> float:
-        """Least rotation, rad, at which it can rest on another face than the one that is most nearly below; π where on none.
+        """Least rotation, rad, at which it can rest on another face than the one most nearly below; π where on none.
 
         It is 90° for a rectangle. Rounded, since libm differs between processors in the last digit.
         """
-        faces = Polygon(_hull(self.vertices), self.centre, 0.0, 0.0).faces if self.pieces else self.faces
+        hull = self.vertices[ConvexHull(self.vertices).vertices] if self.pieces else self.vertices
+        faces = Polygon(hull, self.centre, 0.0, 0.0).faces
         normals, offsets = faces[:, 4:6], faces[:, 6]
         tilts = np.abs(np.arctan2(normals[:, 0], -normals[:, 1]))
         stable = can_rest(normals, offsets, max(self.width, self.height))
@@ -89,9 +91,9 @@ class Polygon:
 def polygon(name: str, vertices: ArrayLike) -> Polygon:
     """Check a polygon and work out its constants and, where it is not convex, its pieces.
 
-    Area, centre and second moment are summed as the formulas for polygons of straight edges (Green's theorem) give them.
-    Vertices have the shape (n, 2): counter-clockwise, x to the right, z up, m. A polygon that is degenerate, clockwise
-    or crosses itself is an `ArgumentError` that names the element.
+    Area, centre and second moment are summed by Green's theorem. Vertices have the shape (n, 2): counter-clockwise, x
+    to the right, z up, m. A polygon that is degenerate, clockwise or crosses itself is an `ArgumentError` that names
+    the element.
     """
     points = np.asarray(vertices, dtype=np.float64)
     if points.ndim != 2 or points.shape[1:] != (2,) or len(points) < 3 or not np.isfinite(points).all():
@@ -127,13 +129,16 @@ def polygon(name: str, vertices: ArrayLike) -> Polygon:
     cz = float(((z + w) * cross).sum()) / (6 * area)
     local = _exactly_symmetric(np.stack([x - cx, z - cz], axis=1), size)
     pieces = _pieces(name, local, corners < 0) if (corners < 0).any() else ()
-    return Polygon(local, (cx + float(origin[0]), cz + float(origin[1])), area, _polar(local), pieces)
+    x, z = local.T
+    u, w = np.roll(x, -1), np.roll(z, -1)
+    polar = float(((x * w - u * z) * (x * x + x * u + u * u + z * z + z * w + w * w)).sum()) / 12.0
+    return Polygon(local, (cx + float(origin[0]), cz + float(origin[1])), area, polar, pieces)
 
 
 def _pieces(name: str, local: FloatArray, inward: NDArray[np.bool_]) -> tuple[Polygon, ...]:
     """Convex pieces of an outline that turns `inward`, shape (n,), at the ends of some sides.
 
-    A vertex that turns out is carried by one piece only, that of its side that faces down more; else a corner that is cut
+    A vertex that turns out is carried by one piece only, that of its side that faces down more; else a cut corner
     would touch twice. Where the outline turns in, each of the two sides ends for itself.
     """
     count, turns_in = len(local), np.roll(inward, 1)
@@ -172,26 +177,6 @@ def _side_down(local: FloatArray, vertex: int) -> tuple[int, int]:
         return float(-x / np.sqrt(x * x + z * z))
 
     return min(both, key=up)
-
-
-def _hull(points: FloatArray) -> FloatArray:
-    """Convex hull of points, counter-clockwise (Andrew's monotone chain)."""
-    ordered = points[np.lexsort((points[:, 1], points[:, 0]))]
-    chains = []
-    for line in (ordered, ordered[::-1]):
-        chain: list[FloatArray] = []
-        for point in line:
-            while len(chain) > 1 and bend(chain[-2], chain[-1], point) <= 0.0:
-                chain.pop()
-            chain.append(point)
-        chains += chain[:-1]
-    return np.array(chains)
-
-
-def _polar(local: FloatArray) -> float:
-    x, z = local.T
-    u, w = np.roll(x, -1), np.roll(z, -1)
-    return float(((x * w - u * z) * (x * x + x * u + u * u + z * z + z * w + w * w)).sum()) / 12.0
 
 
 def _exactly_symmetric(local: FloatArray, size: float) -> FloatArray:

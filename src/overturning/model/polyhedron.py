@@ -1,4 +1,4 @@
-"""From the vertices of a convex polyhedron to a body: mass properties, faces, on which it can rest, and vertices that can touch."""
+"""From the vertices of a convex polyhedron to a body: mass properties, faces to rest on, vertices that can touch."""
 
 from typing import Final, NamedTuple
 
@@ -40,7 +40,8 @@ def body_of(vertices: FloatArray) -> Solid:
     below = np.flatnonzero(hull.points[:, 2] <= bottom + FLAT * size)
     if below.size < 3:
         raise ArgumentError(
-            f"body: it stands on {below.size} vert{'ex' if below.size == 1 else 'ices'}; turn it so that a face lies on z = const"
+            f"body: it stands on {below.size} vert{'ex' if below.size == 1 else 'ices'}; turn it so that a face lies "
+            "on z = const"
         )
     try:
         base = below[ConvexHull(hull.points[below, :2]).vertices]  # anticlockwise
@@ -72,7 +73,8 @@ def _hull(vertices: FloatArray) -> Hull:
     inside = -(vertices @ hull.equations[:, :3].T + hull.equations[:, 3]).max(axis=1)
     if inside.max() > FLAT * size:
         raise ArgumentError(
-            f"body: not convex; vertex {inside.argmax()} lies {inside.max():.3g} m inside the hull of the others: leave it out"
+            f"body: not convex; vertex {inside.argmax()} lies {inside.max():.3g} m inside the hull of the others: "
+            "leave it out"
         )
     # Qhull's triangles turn either way; the outward normals tell.
     corners = vertices[hull.simplices]
@@ -104,7 +106,7 @@ def _mass_properties(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _rests(hull: Hull, size: float) -> tuple[float, FloatArray]:
-    """Least tilt at which the body can rest on another face, rad, and the normals of all such faces, clockwise from x."""
+    """Least tilt at which it can rest on another face, rad, and the normals of all such faces, clockwise from x."""
     _, first = np.unique(np.round(hull.normals, 5), axis=0, return_index=True)
     normals, offsets = hull.normals[first], hull.offsets[first]
     down = -normals[:, 2]
@@ -120,8 +122,9 @@ def _rests(hull: Hull, size: float) -> tuple[float, FloatArray]:
 def _can_touch(hull: Hull, tilt: float) -> NDArray[np.int64]:
     """Vertices that are the lowest at some tilt below this one.
 
-    A vertex is the lowest while the direction down lies among the normals of its faces, a polygon on the sphere whose sides are the
-    arcs between the normals of neighbouring triangles. So one of its arcs comes within the tilt of the body's own downward axis.
+    A vertex is the lowest while the direction down lies among the normals of its faces, a polygon on the sphere whose
+    sides are the arcs between the normals of neighbouring triangles. So one of its arcs comes within the tilt of the
+    body's own downward axis.
     """
     n1 = hull.normals[:, None, :].repeat(3, axis=1).reshape(-1, 3)
     n2 = hull.normals[hull.neighbours].reshape(-1, 3)

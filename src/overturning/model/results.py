@@ -13,8 +13,8 @@ from overturning.model.variables import INT8_MISSING, Variable
 class Results:
     """What came of each case: arrays named and typed like the variables of its model.
 
-    Each has the shape (n,), or (n, elements) where it is each element's and the scene has more than one free element. Beside the
-    variables `block_steps`: steps computed, times free elements. Missing are −128 and NaN.
+    Each has the shape (n,), or (n, elements) where it is each element's and the scene has more than one free element.
+    Beside the variables `block_steps`: steps computed, times free elements. Missing are −128 and NaN.
     """
 
     def __init__(self, **arrays: NDArray[Any]) -> None:
@@ -36,7 +36,7 @@ class Results:
         return cls(**arrays, block_steps=np.zeros(count, np.int64))
 
     def store(self, chosen: NDArray[np.int64], answers: Mapping[str, Any]) -> None:
-        """Put in what a kernel found for chosen cases, by name; times and flags of those without an answer are missing."""
+        """Put in what a kernel found for chosen cases, by name; times and flags without an answer are missing."""
         status = np.asarray(answers["status"]).astype(np.int8)
         with np.errstate(invalid="ignore", over="ignore"):
             for name, values in answers.items():

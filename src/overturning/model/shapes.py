@@ -1,8 +1,9 @@
 """Kinds of bodies: rectangular and regular prisms, cylinders, and any convex polyhedron."""
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final, Protocol
+from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,36 +21,38 @@ MOST_SIDES: Final = 96
 DRAWN_SIDES: Final = 36
 """Of a cylinder, where it is drawn."""
 
+Outline = tuple[FloatArray, NDArray[np.int64]]
+"""Corners of a body and the edges between them."""
 
-class Shape(Protocol):
+
+class Shape(ABC):
     """A kind of body, whose sizes are those of the cases."""
 
+    sized: ClassVar[bool] = True
+    """Whether slenderness is free; else it is the body's own."""
+    oblong: ClassVar[bool] = False
+    """Whether the aspect is."""
+
     @property
+    @abstractmethod
     def name(self) -> str:
         """As in the dataset."""
 
-    @property
-    def sized(self) -> bool:
-        """Whether slenderness is free; else it is the body's own."""
-
-    @property
-    def oblong(self) -> bool:
-        """Whether the aspect is."""
-
+    @abstractmethod
     def body(self, height: float, b_over_h: float, aspect: float) -> Solid:
         """The body of a height (m), slenderness B/H and aspect D/B."""
 
-    def outline(self, height: float, b_over_h: float, aspect: float) -> tuple[FloatArray, NDArray[np.int64]]:
+    def outline(self, height: float, b_over_h: float, aspect: float) -> Outline:
         """Its corners from the centre, shape (n, 3), m, and the edges between them, shape (m, 2): how it is drawn."""
+        return _prism(self.body(height, b_over_h, aspect).points)
 
 
 @dataclass(frozen=True)
-class Rectangle:
+class Rectangle(Shape):
     """A right prism B × D × H; B along the azimuth of its orientation, D = aspect · B across."""
 
-    name: str = "rectangle"
-    sized: bool = True
-    oblong: bool = True
+    name: ClassVar[str] = "rectangle"
+    oblong: ClassVar[bool] = True
 
     def body(self, height: float, b_over_h: float, aspect: float) -> Solid:
         """The prism."""
@@ -61,18 +64,12 @@ class Rectangle:
         inertia = np.diag([y + z, x + z, x + y])
         return Solid(points, 4, inertia, 0.5 * np.pi, _sides(4), 90.0 if B == D else 180.0)
 
-    def outline(self, height: float, b_over_h: float, aspect: float) -> tuple[FloatArray, NDArray[np.int64]]:
-        """Both its ends."""
-        return _prism(self.body(height, b_over_h, aspect).points)
-
 
 @dataclass(frozen=True)
-class Regular:
-    """A right prism on a regular polygon whose sides are B/2 from the middle; the first faces the azimuth of its orientation."""
+class Regular(Shape):
+    """A right prism on a regular polygon; its sides are B/2 from the middle, the first faces its orientation."""
 
     sides: int
-    sized: bool = True
-    oblong: bool = False
 
     @property
     def name(self) -> str:
@@ -85,25 +82,18 @@ class Regular:
         turn = 2.0 * np.pi * (np.arange(n) + 0.5) / n
         radius = apothem / np.round(np.cos(np.pi / n), 12)
         ring = radius * np.round(np.stack([np.cos(turn), np.sin(turn)], axis=1), 12)
-        square = (
-            radius * radius * (2.0 + np.round(np.cos(2.0 * np.pi / n), 12)) / 12.0
-        )  # ∫x² over the polygon, per area
+        # ∫x² over the polygon, per area.
+        square = radius * radius * (2.0 + np.round(np.cos(2.0 * np.pi / n), 12)) / 12.0
         z = height * height / 12.0
         points = np.concatenate([ring, np.full((n, 1), -h)], axis=1)
         return Solid(points, n, np.diag([square + z, square + z, 2.0 * square]), 0.5 * np.pi, _sides(n), 360.0 / n)
 
-    def outline(self, height: float, b_over_h: float, aspect: float) -> tuple[FloatArray, NDArray[np.int64]]:
-        """Both its ends."""
-        return _prism(self.body(height, b_over_h, aspect).points)
-
 
 @dataclass(frozen=True)
-class Circle:
+class Circle(Shape):
     """A right circular cylinder of diameter B."""
 
-    name: str = "circle"
-    sized: bool = True
-    oblong: bool = False
+    name: ClassVar[str] = "circle"
 
     def body(self, height: float, b_over_h: float, aspect: float) -> Solid:  # noqa: ARG002, it has none
         """The cylinder."""
@@ -112,15 +102,15 @@ class Circle:
         across = (3.0 * R * R + height * height) / 12.0
         return Solid(points, 4, np.diag([across, across, 0.5 * R * R]), 0.5 * np.pi, np.zeros((0, 3)), 0.0, R)
 
-    def outline(self, height: float, b_over_h: float, aspect: float) -> tuple[FloatArray, NDArray[np.int64]]:  # noqa: ARG002
-        """Both its ends, as polygons of many sides."""
+    def outline(self, height: float, b_over_h: float, aspect: float) -> Outline:  # noqa: ARG002
+        """As of `Shape.outline`, with polygons of many sides."""
         turn = 2.0 * np.pi * np.arange(DRAWN_SIDES) / DRAWN_SIDES
         ring = 0.5 * b_over_h * height * np.stack([np.cos(turn), np.sin(turn)], axis=1)
         return _prism(np.concatenate([ring, np.full((DRAWN_SIDES, 1), -0.5 * height)], axis=1))
 
 
 @dataclass(frozen=True, eq=False)
-class Polyhedron:
+class Polyhedron(Shape):
     """A convex polyhedron that stands on its lowest face.
 
     Parameters
@@ -133,13 +123,13 @@ class Polyhedron:
     Raises
     ------
     ArgumentError
-        If it is not convex, has no volume, cannot stand, has too many vertices that can touch, or is no stone by its size.
+        If it is not convex, has no volume, cannot stand, has too many vertices that can touch, or is no stone by its
+        size.
     """
 
     vertices: ArrayLike
     name: str = "polyhedron"
-    sized: bool = False
-    oblong: bool = False
+    sized: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vertices", np.array(self.vertices, dtype=np.float64))
@@ -161,8 +151,8 @@ class Polyhedron:
         """The body, scaled to a height."""
         return self.own.scaled(height / self.height)
 
-    def outline(self, height: float, b_over_h: float, aspect: float) -> tuple[FloatArray, NDArray[np.int64]]:  # noqa: ARG002
-        """The edges of its hull."""
+    def outline(self, height: float, b_over_h: float, aspect: float) -> Outline:  # noqa: ARG002
+        """As of `Shape.outline`: the edges of its hull."""
         corners, edges = outline_of(np.asarray(self.vertices))
         return corners * (height / self.height), edges
 
@@ -176,11 +166,10 @@ def shape_of(body: "str | int | Shape") -> Shape:
         If there is none.
     """
     if isinstance(body, str):
-        if body == "rectangle":
-            return Rectangle()
-        if body == "circle":
-            return Circle()
-        raise ArgumentError(f"body: {body!r}; give 'rectangle', 'circle', a number of sides, or a Polyhedron")
+        named: dict[str, Shape] = {shape.name: shape for shape in (Rectangle(), Circle())}
+        if body not in named:
+            raise ArgumentError(f"body: {body!r}; give 'rectangle', 'circle', a number of sides, or a Polyhedron")
+        return named[body]
     if isinstance(body, int):
         if not 3 <= body <= MOST_SIDES:
             raise ArgumentError(f"body: {body} sides; from 3 to {MOST_SIDES}, or 'circle'")
@@ -188,7 +177,7 @@ def shape_of(body: "str | int | Shape") -> Shape:
     return body
 
 
-def _prism(ring: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
+def _prism(ring: FloatArray) -> Outline:
     """Corners and edges of a right prism by the ring of its base."""
     n = len(ring)
     lower, after = np.arange(n), np.roll(np.arange(n), -1)

@@ -1,4 +1,4 @@
-"""A rigid convex body that stands on its base: its inertia, the points at which it can touch, and the statics of its fall."""
+"""A rigid convex body that stands on its base: inertia, points at which it can touch, and the statics of its fall."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -27,8 +27,8 @@ class Solid:
     Parameters
     ----------
     points : ndarray, shape (n, 3)
-        Vertices that can touch before it has fallen, those of the base first, anticlockwise from above; of a round body four
-        points of its rim.
+        Vertices that can touch before it has fallen, those of the base first, anticlockwise from above; of a round body
+        four points of its rim.
     base : int
         Number of vertices of the base.
     inertia : ndarray, shape (3, 3)
@@ -62,7 +62,8 @@ class Solid:
             )
         if not self.reach > 0.0:
             raise ArgumentError(
-                f"body: its centre is {-self.reach:.3g} m outside its base, so it falls by itself; stand it on another face"
+                f"body: its centre is {-self.reach:.3g} m outside its base, so it falls by itself; stand it on "
+                "another face"
             )
 
     @property
@@ -72,16 +73,16 @@ class Solid:
 
     @property
     def carriers(self) -> int:
-        """Number of points for which springs and dashpots are sized: 2, as in the plane, on a rim or more than four vertices.
+        """Number of points for which springs and dashpots are sized: 2, as in the plane, on a rim or many vertices.
 
-        One point of a rim or of many vertices carries the body as it rocks, so it is as stiff and as damped as a corner of the
-        plane's block, however many there are.
+        One point of a rim, or of more than four vertices, carries the body as it rocks, so it is as stiff and as damped
+        as a corner of the plane's block, however many there are.
         """
         return 2 if self.radius or self.base > CORNERS else self.base
 
     @property
     def ends(self) -> float:
-        """Share of the rise from the lowest to the highest vertex of a tilted base within which vertices are ends of it.
+        """Share of the rise from lowest to highest vertex of a tilted base within which vertices are ends of it.
 
         Of a regular polygon the two of the edge over which it leans; where it leans over a vertex that one alone.
         """
@@ -116,23 +117,3 @@ class Solid:
     def scaled(self, factor: float) -> Self:
         """The same body with all lengths multiplied by a factor."""
         return replace(self, points=self.points * factor, inertia=self.inertia * factor**2, radius=self.radius * factor)
-
-    def uplift(self, azimuth_deg: float) -> float:
-        """Steady acceleration of the base, in g, at which it starts to tip over an edge.
-
-        `azimuth_deg` is the direction of the acceleration, degrees anticlockwise from x. The edge over which the inertia force
-        leaves the base first decides.
-        """
-        direction = -np.array([np.cos(np.radians(azimuth_deg)), np.sin(np.radians(azimuth_deg))])
-        if self.radius:
-            return self.radius / self.foot
-        x, y = self.points[: self.base, :2].T
-        dx, dy = np.roll(x, -1) - x, np.roll(y, -1) - y
-        outward = (dy * direction[0] - dx * direction[1]) / np.sqrt(dx * dx + dy * dy)
-        over = outward > 1e-12
-        return float((self.edges[over] / outward[over]).min() / self.foot)
-
-    def barriers(self) -> tuple[float, float]:
-        """Rise of the centre, m, over the nearest edge of the base and over its nearest corner."""
-        corner = float(np.hypot(*self.points[: self.base, :2].T).min())
-        return tuple(float(np.hypot(self.foot, arm) - self.foot) for arm in (self.reach, corner))  # type: ignore[return-value]

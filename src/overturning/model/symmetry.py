@@ -50,7 +50,7 @@ class Sources:
 
 def nearest_planes(azimuth_deg: ArrayLike, asked_deg: ArrayLike, period_deg: float = PLANE_PERIOD) -> Sources:
     """The planes nearest to azimuths asked for, as of `nearest`, mirrored where they must be turned by 180°."""
-    return seen_from_behind(nearest(azimuth_deg, asked_deg, period_deg), period_deg)
+    return mirrored_planes(nearest(azimuth_deg, asked_deg, period_deg), period_deg)
 
 
 def nearest(direction_deg: ArrayLike, asked_deg: ArrayLike, period_deg: float) -> Sources:
@@ -88,7 +88,7 @@ def nearest(direction_deg: ArrayLike, asked_deg: ArrayLike, period_deg: float) -
     return Sources(chosen % direction.size, turns[chosen // direction.size], np.zeros(asked.shape, np.bool_), known)
 
 
-def seen_from_behind(sources: Sources, period_deg: float) -> Sources:
+def mirrored_planes(sources: Sources, period_deg: float) -> Sources:
     """Planes of that period, those that were turned by 180° mirrored."""
     return replace(sources, mirrored=(sources.turn_deg == PLANE_PERIOD) & (period_deg == PLANE_PERIOD))
 

@@ -1,6 +1,6 @@
-"""The variables of an outcome: names, types, fill values and meanings, the same in a simulation's dataset and in the cube.
+"""The variables of an outcome: names, types, fill values and meanings, in a simulation's dataset and in the cube alike.
 
-A variable of the cube is one entry of a table like `VARIABLES`; whatever writes, mirrors, gathers or compares goes by it.
+Whatever writes, mirrors, gathers or compares goes by tables like `VARIABLES`.
 """
 
 from collections.abc import Mapping
@@ -80,7 +80,8 @@ VARIABLES: Final = (
     }),
     Variable(
         "overturning_time", "f4",
-        "last time at which what fell could still have come back, after the start of the record", "s", True, of_falls=True,
+        "last time at which what fell could still have come back, after the start of the record",
+        "s", True, of_falls=True,
     ),
     Variable("peak_rotation", "f4", "largest absolute rotation over the critical angle", "1", True, attributes={
         "comment": "in degrees of an element without a critical angle of its own; see critical_angle",
@@ -100,10 +101,14 @@ BODY_VARIABLES: Final = (
         "comment": "missing where the outcome was not found; see status",
     }),
     _AS_IN_PLANES["status"],
-    Variable("fall_azimuth", "f4", "azimuth to which the top goes when the block has fallen, clockwise from north", "degree", of_falls=True),
+    Variable(
+        "fall_azimuth", "f4", "azimuth to which the top goes when the block has fallen, clockwise from north", "degree",
+        of_falls=True,
+    ),
     Variable(
         "fall_face", "i1",
-        "side that points most nearly down when the block has fallen, counted clockwise from the one that faces the orientation",
+        "side that points most nearly down when the block has fallen, "
+        "counted clockwise from the one that faces the orientation",
         of_falls=True, attributes={"comment": "missing where the block stands or has no sides"},
     ),
     Variable("peak_tilt", "f4", "largest angle between the block's axis and the vertical", "degree"),

@@ -16,7 +16,7 @@ from overturning.report.sections.exactness import ensemble
 from overturning.report.words import words_of
 from overturning.statistics.earthquakes import axes_by_earthquake
 from overturning.statistics.falls import fall_means, fall_shares, falls_towards, near_boundary
-from overturning.study.sections import Population
+from overturning.study.sections import Ensemble, Population
 from overturning.surveys.population import population_rates
 from overturning.surveys.prediction import SitePrediction
 from overturning.surveys.stones import Stone
@@ -56,7 +56,8 @@ def of_roses(cube: xr.Dataset) -> list[float]:
 
 
 def of_the_ensemble(cube: xr.Dataset) -> str:
-    results = SimpleNamespace(cube=cube, model=model_of(cube), words=words_of(cube))
+    study = SimpleNamespace(ensemble=Ensemble())
+    results = SimpleNamespace(cube=cube, model=model_of(cube), words=words_of(cube), study=study)
     (paragraph,) = ensemble(results).blocks  # type: ignore[arg-type, union-attr]
     assert "No cell lies near" not in str(paragraph)
     return str(paragraph)

@@ -44,7 +44,11 @@ def stones_of(results: Results) -> list[object]:
     """What a report says of the elements and variants of a scene, and their roses."""
     stones = {name: results.reference_cube(name) for name in results.cubes}
     (name, one), (other_name, other) = stones.items()
-    said = [compare_stones(name, one, other_name, other), spread_sentence(name, one), element_roses_figure(stones)]
+    said = [
+        compare_stones(name, one, other_name, other),
+        spread_sentence(name, one, results.study.ensemble),
+        element_roses_figure(stones),
+    ]
     return said + [falls_by_element(cube) for cube in results.cubes.values()]
 
 

@@ -74,7 +74,6 @@ class Body(Model):
     one_component: ClassVar = False
     twists: ClassVar = True
     reads: ClassVar = ("overturned", "fall_azimuth", *_MEMBERS.values())
-    reads_spread: ClassVar = ("scramble_difference",)
     reads_outcomes: ClassVar = (
         "overturned", "fall_azimuth", "residual_slip_north", "residual_slip_east", "residual_twist"
     )  # fmt: skip
@@ -200,8 +199,8 @@ class Body(Model):
         agree = falls == 1
         return xr.Dataset(
             {
-                "falls": falls,
-                "gap": cube["scramble_difference"],
+                "towards": falls,
+                "away": 0.0 * falls,
                 "agree": agree,
                 "apart": agree & (length < OF_ONE_MIND),
             }

@@ -59,8 +59,6 @@ class Model(ABC):
     """Whether it can turn about the vertical."""
     reads: ClassVar[tuple[str, ...]]
     """Variables that `falls` takes, those of a cube that are there."""
-    reads_spread: ClassVar[tuple[str, ...]]
-    """Variables that `spread` takes beside these."""
     reads_outcomes: ClassVar[tuple[str, ...]]
     """Variables that `outcomes` takes."""
 
@@ -176,8 +174,9 @@ class Model(ABC):
         Returns
         -------
         Dataset
-            ``falls`` (probability, missing where no member was run), ``gap`` (of it between the two scrambles), and of
-            the cells in which members ``agree`` that it falls those in which they fall ``apart``, each its own way.
+            ``towards`` and ``away``, shares of the members that fall to either side, missing where none was run. Where
+            falls have azimuths of their own ``away`` is 0, and of the cells in which members ``agree`` that it falls
+            there are those in which they fall ``apart``, each its own way.
         """
 
     @abstractmethod

@@ -141,7 +141,6 @@ class Planes(Model):
     one_component: ClassVar = True
     twists: ClassVar = False
     reads: ClassVar = FALLS
-    reads_spread: ClassVar = ("scramble_difference_towards", "scramble_difference_away")
     reads_outcomes: ClassVar = ("overturned", "overturning_time")
 
     @property
@@ -244,18 +243,11 @@ class Planes(Model):
         })  # fmt: skip
 
     def spread(self, cube: "xr.Dataset") -> "xr.Dataset":
-        """As of `Model.spread`; members agree where any were run, and fall apart where most fall, to both sides."""
+        """As of `Model.spread`."""
         import xarray as xr
 
         half = cube.isel(azimuth=self.representative(cube))
-        towards, away = half["probability_towards"], half["probability_away"]
-        falls = towards + away
-        return xr.Dataset({
-            "falls": falls,
-            "gap": half["scramble_difference_towards"] + half["scramble_difference_away"],
-            "agree": falls.notnull(),
-            "apart": (np.minimum(towards, away) > 0) & (falls > 0.5),
-        })  # fmt: skip
+        return xr.Dataset({side: half[f"probability_{side}"] for side in ("towards", "away")})
 
     def outcomes(self, site: "xr.Dataset", face_deg: FloatArray, cells: dict[str, NDArray[np.intp]]) -> Outcomes:
         """As of `Model.outcomes`: it can fall in the planes of both pairs of faces, and does as `first_edge` says."""

@@ -73,7 +73,7 @@ WORDS: Final[dict[type[Model], Words]] = {
         means=f"Over the blocks that only just fall under a record, each plane once. {_MEANS}, so no mean is given "
         "below 0.05. Easiest axis: along it the lowest block at the highest friction overturns up to the largest B/H; "
         "easier by: that B/H over the one of the hardest azimuth.",
-        apart="in {} most runs fall, but not all to the same side.",
+        apart="in {} most of these fall, but not all to the same side.",
         stone_falls="falls if it falls in one of the planes of its faces",
         stone_stays="Whether stones turned about their vertical axis no plane can tell, nor how far they slid: both "
         "components at once move more of them. A study in space has the rates of shifted and rotated stones.",

@@ -209,9 +209,14 @@ def settled(flags: NDArray[np.int8], widest: float) -> NDArray[np.bool_]:
         A function of each cell's own flags.
     """
     known = (flags != INT8_MISSING).sum(axis=1)
-    ends = [wilson((flags == side).sum(axis=1), known) for side in (1, -1)]
-    narrow = [high - low <= 2.0 * widest for low, high in ends]
-    return np.asarray(np.logical_and(*narrow).reshape(len(flags), -1).all(axis=1))
+    known_well = narrow((flags == 1).sum(axis=1), (flags == -1).sum(axis=1), known, widest)
+    return np.asarray(known_well.reshape(len(flags), -1).all(axis=1))
+
+
+def narrow(towards: NDArray[Any], away: NDArray[Any], known: ArrayLike, widest: float) -> NDArray[np.bool_]:
+    """Whether the intervals of both shares of so many known outcomes are no wider than ±`widest`."""
+    ends = [wilson(count, known) for count in (towards, away)]
+    return np.asarray(np.logical_and(*(high - low <= 2.0 * widest for low, high in ends)))
 
 
 def part_of(progress: Progress | None, begin: float, end: float) -> Progress | None:

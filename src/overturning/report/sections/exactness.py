@@ -9,10 +9,12 @@ import xarray as xr
 from overturning.model.model import Model
 from overturning.report.blocks import Block, Caution, Note, Paragraph, Section, table
 from overturning.report.results import Results
-from overturning.report.text import counted, number, percent
+from overturning.report.text import counted, percent
 from overturning.statistics.by_record import by_record
+from overturning.statistics.spread import Statistic, divided, of_first_batch, to_both_sides
 from overturning.study.convergence import ASIDE, NUDGE, WARN_ABOVE, Convergence, Repetition
-from overturning.study.ensemble import wilson
+from overturning.study.ensemble import BATCH, wilson
+from overturning.study.sections import Ensemble
 
 _SETTINGS: Final = {"finer": "a smaller simulation.time_step", "stiffer": "a larger contact.stiffness"}
 
@@ -163,41 +165,45 @@ def ensemble(results: Results) -> Section | None:
     cube, model = results.cube, results.model
     if "members" not in cube:
         return None
-    found = by_record(partial(_counts, model), cube, (*model.reads, *model.reads_spread, "members"))
+    settings = results.study.ensemble
+    found = by_record(partial(_counts, model, settings), cube, (*model.reads, "members"))
     sums = found.drop_vars(("fewest", "most")).sum()
-    count, divided, agree = (int(sums[name]) for name in ("run", "divided", "agree"))
+    count, agree = int(sums["run"]), int(sums["agree"])
     text = "No cell lies near a change of flag, so the ensemble had nothing to run."
     if count:
         fewest, times, until = f"{float(found['fewest'].min()):.0f}", f"{float(found['most'].max()):.0f}", ""
         if fewest != times:
             mean = f"{float(sums['members']) / int(sums['with_members']):.0f}"
-            until = f" (on average {mean}; no more once the 95 % intervals of its probabilities are narrow enough)"
+            within = f"within ± {settings.half_width:g}"
+            until = f" (on average {mean}; no more once the 95 % intervals of its probabilities are {within})"
             times = f"{fewest} to {times}"
         apart = results.words.apart.format(percent(float(sums["apart"]) / agree if agree else float("nan"), 1))
-        halves = " Where runs are divided, the two halves of the ensemble differ by {} in probability on average."
         text = (
             f"Each cell near a change of flag ({percent(count / int(sums['cells']))} of all) was run {times} more "
             f"times with slightly different amplitude, shape, friction, damping and {model.direction}{until}. In "
-            f"{percent(divided / count, 1)} of them some runs fall and others stand; {apart}"
-            f"{halves.format(number(float(sums['gap']) / divided)) if divided else ''} This is the spread over the "
+            f"{percent(float(sums['divided']) / count, 1)} of them some of the first {min(BATCH, settings.members)} "
+            f"runs fall and others stand, of more runs it would be more; {apart} This is the spread over the "
             "neighbourhood stated in the study, not a probability of what happened."
         )
     return Section("Uncertainty", (Paragraph(text),), anchor="uncertainty")
 
 
-def _counts(model: Model, cube: xr.Dataset) -> xr.Dataset:
+def _counts(model: Model, settings: Ensemble, cube: xr.Dataset) -> xr.Dataset:
     """Of each record: cells, those that were run, divided, agreed on and apart, and how many members they had."""
     found, half = model.spread(cube), cube.isel({model.direction: model.representative(cube)})
-    run, members = found["falls"].notnull(), half["members"].where(half["members"] > 0)
-    divided = (found["falls"] > 0) & (found["falls"] < 1)
+    run, members = found["towards"].notnull(), half["members"].where(half["members"] > 0)
+
+    def told(statistic: Statistic) -> xr.DataArray:
+        said = of_first_batch(statistic, found["towards"], found["away"], members.fillna(0), settings)
+        return run.copy(data=np.nan_to_num(said))
+
     over = [name for name in run.dims if name != "record"]
     counts = xr.Dataset({
         "cells": xr.ones_like(run),
         "run": run,
-        "divided": divided,
-        "agree": found["agree"],
-        "apart": found["apart"],
-        "gap": np.abs(found["gap"].where(divided).astype("float64")),
+        "divided": told(divided),
+        "agree": found.get("agree", run),
+        "apart": found["apart"] if "apart" in found else told(to_both_sides),
         "members": members,
         "with_members": members.notnull(),
     }).sum(over)  # fmt: skip

@@ -13,7 +13,10 @@ from overturning.report.results import Results
 from overturning.report.text import percent
 from overturning.statistics.by_record import each_record
 from overturning.statistics.elements import StoneComparison, compare_stones, falls_by_element
+from overturning.statistics.spread import divided, of_first_batch
+from overturning.study.ensemble import BATCH
 from overturning.study.scenes import NOMINAL, scene_of
+from overturning.study.sections import Ensemble
 
 
 def scene(results: Results) -> Section | None:
@@ -34,7 +37,7 @@ def scene(results: Results) -> Section | None:
             rows.append((one.title or one.name, element, *falls))
     first, *others = stones.items()
     sentences = [comparison_sentence(compare_stones(*first, *other)) for other in others]
-    sentences += [text for title, cube in stones.items() if (text := spread_sentence(title, cube))]
+    sentences += [text for title, cube in stones.items() if (text := spread_sentence(title, cube, study.ensemble))]
     drawing = results.drawn("scene", partial(scenes_figure, list(scenes.values())))
     roses = results.drawn("scene-roses", partial(element_roses_figure, stones))
     to_scale = "To scale; crosses are centres of mass, grey moves with the record."
@@ -73,22 +76,23 @@ def comparison_sentence(found: StoneComparison) -> str:
     return text
 
 
-def spread_sentence(name: str, cube: xr.Dataset) -> str | None:
+def spread_sentence(name: str, cube: xr.Dataset, settings: Ensemble) -> str | None:
     """How probable the fall of the stone of that name is over the neighbourhood of the ensemble; None without one."""
     if "probability_towards" not in cube:
         return None
-    total, known, again, divided = 0.0, 0, 0, 0
+    total, known, again, differ = 0.0, 0, 0, 0.0
     for one in each_record(cube, (*FALLS, "members")):
         chance = fall_probability(one)
-        falls, run = (chance["towards"] + chance["away"]).to_numpy(), one["members"].to_numpy() > 0
+        falls, members = (chance["towards"] + chance["away"]).to_numpy(), one["members"].to_numpy()
         total += float(np.nansum(falls, dtype=np.float64))
         known += int(np.isfinite(falls).sum())
-        again += int(run.sum())
-        divided += int((run & (falls > 0) & (falls < 1)).sum())
+        again += int((members > 0).sum())
+        differ += float(np.nansum(of_first_batch(divided, chance["towards"], chance["away"], members, settings)))
     if not again:
         return None
     return (
         f"With amplitude, shape, friction, damping and azimuth spread as the study states, the {name} falls with a "
         f"probability of {percent(total / known if known else np.nan)}, the mean over all cases; of the {again} cases "
-        f"near a change of outcome some runs fall and others stand in {divided}."
+        f"near a change of outcome some of the first {min(BATCH, settings.members)} runs fall and others stand in "
+        f"{percent(differ / again)}."
     )

@@ -23,7 +23,7 @@ class Project:
     Parameters
     ----------
     folder : Path
-        Made.
+        Made, where it is not there with the study.
     study : str
         The study as YAML; the default one where empty.
     *options : str
@@ -33,15 +33,16 @@ class Project:
     """
 
     def __init__(self, folder: Path, study: str = "", *options: str, own_kernels: bool = False) -> None:
-        folder.mkdir(parents=True, exist_ok=True)
-        for name in (*WORKFLOW, "config"):
-            copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy2
-            copy(ROOT / name, folder / name)
-        self.folder, self._file = folder, "study.yaml" if study else "config/near-fault.yaml"
-        if study:
-            (folder / self._file).write_text(study, encoding="utf-8")
+        self.folder, self.file = folder, "study.yaml" if study else "config/near-fault.yaml"
+        if not (folder / self.file).exists():
+            folder.mkdir(parents=True, exist_ok=True)
+            for name in (*WORKFLOW, "config"):
+                copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy2
+                copy(ROOT / name, folder / name)
+            if study:
+                (folder / self.file).write_text(study, encoding="utf-8")
         self._options, self._own_kernels = options, own_kernels
-        self.results = folder / "results" / yaml.safe_load((folder / self._file).read_text(encoding="utf-8"))["name"]
+        self.results = folder / "results" / yaml.safe_load((folder / self.file).read_text(encoding="utf-8"))["name"]
 
     def copied(self, folder: Path) -> Self:
         """A copy in another folder, with results, Snakemake's notes and kernels."""
@@ -62,7 +63,7 @@ class Project:
         environment = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
         if self._own_kernels:
             environment["NUMBA_CACHE_DIR"] = str(self.folder / "kernels")
-        command = [sys.executable, "-m", "snakemake", "--configfile", self._file, *self._options, *options]
+        command = [sys.executable, "-m", "snakemake", "--configfile", self.file, *self._options, *options]
         wanted = ["--", str((self.results / file).relative_to(self.folder))] if file else []
         return {"args": [*command, *wanted], "cwd": self.folder, "env": environment}
 

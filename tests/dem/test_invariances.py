@@ -63,6 +63,7 @@ def in_planes(height: float, **options: Any) -> Model:
         cells = simulate_arrays(motion, azimuth_deg=azimuth, height=[scale * height], **grid | more)
         fallen = cells["overturned"]
         peak = cells["peak_rotation"]
+        assert not np.isnan(peak[fallen != INT8_MISSING]).any()
         peak = peak if to_the_end else np.where((fallen != 0).any(axis=-1, keepdims=True), np.nan, peak)
         ahead = azimuth.reshape(-1, *[1] * (fallen.ndim - 1))
         towards = np.where(fallen > 0, ahead, ahead + 180.0) % 360.0
@@ -80,6 +81,7 @@ def in_space(strength: float, body: str | int, **options: Any) -> Model:
         orientation = [turn] if body == "circle" else turn + np.arange(10.0, 90.0, 15.0)
         motion = motion.times(strength)
         cells = simulate_arrays(motion, body, orientation_deg=orientation, height=[scale * 0.6], **grid)
+        assert not np.isnan(cells["peak_tilt"][cells["overturned"] != INT8_MISSING]).any()
         return Found(*(cells[name].ravel() for name in ("overturned", "fall_azimuth", "peak_tilt", "peak_slip")))
 
     return found
@@ -204,14 +206,16 @@ def test_the_mirror_image_in_planes_is_exact(model: str) -> None:
         np.testing.assert_array_equal(getattr(other, name), getattr(found, name))
 
 
+@pytest.mark.usefixtures("both_schemes_in_space")
+@pytest.mark.parametrize("scheme", ["centred", "cundall"])
 @pytest.mark.parametrize("body", ["rectangle", "circle"])
-def test_mirror_images_in_space_are_exact(body: int | str) -> None:
+def test_mirror_images_in_space_are_exact(body: int | str, scheme: str) -> None:
     # Of more vertices the pairs of opposite ones are summed in an order that a mirror turns round.
     motion = strong_part(10).times(0.6)
     grid = {
         "height": [0.6], "b_over_h": [0.2, 0.4], "aspect": [1.0, 1.5] if body == "rectangle" else [1.0],
         "friction": [0.4, 0.8],
-        "leave_out": False, "model": Body(body, VertexContact(2e-5)),
+        "leave_out": False, "model": Body(body, VertexContact(2e-5)), "scheme": scheme,
     }  # fmt: skip
     found = simulate_arrays(motion, orientation_deg=[0.0], **grid)
     assert len(np.unique(found["overturned"])) == 2

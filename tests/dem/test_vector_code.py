@@ -11,29 +11,19 @@ import numpy as np
 import pytest
 from numba import typeof
 
-from overturning.dem.block.rules import SCHEMES
-from overturning.dem.block.state import COLUMNS, ROWS, TICKS
-from overturning.dem.body import centred_loops as space_centred
-from overturning.dem.body import state as space
-from overturning.dem.kernel.lanes import aligned
-from overturning.dem.polygon import centred, cundall, equations, rows
+from overturning.dem.kernel.queue import run_queue
+from overturning.dem.plan import Plan
+from overturning.dem.polygon import cundall, equations, rows
 from overturning.dem.polygon.step import arrive, predict
 from overturning.dem.polygon.verdict import note_standing
+from overturning.dem.run import run, run_cases
+from overturning.model.cases import Cases
+from overturning.model.shapes import Rectangle
+from overturning.motion.motion import Motion
+from tests.dem.polygon_scenes import shipped
 
 Compile = Callable[[], Iterator[str]]
 """Compiles a kernel's loops and gives the assembly of each."""
-
-
-def block_loops(scheme: Any, vertical: bool, with_friction: bool) -> Compile:
-    def assemblies() -> Iterator[str]:
-        advance = SCHEMES[scheme][1](vertical, with_friction)
-        advance(None, aligned(ROWS.size), COLUMNS, 1, float(TICKS))
-        inner = [cell.cell_contents for cell in advance.py_func.__closure__]
-        named = [part for part in inner if getattr(part, "__name__", "").endswith("_all")]
-        for loop in named or [advance]:
-            yield from loop.inspect_asm().values()
-
-    return assemblies
 
 
 def compiled(loop: Any, *arguments: Any) -> Compile:
@@ -45,43 +35,24 @@ def compiled(loop: Any, *arguments: Any) -> Compile:
 
 
 UP = np.zeros(8)
-BODY, POINT = np.zeros(space.ROWS.size), np.zeros(space.VERTEX.size)
 PAIR, ELEMENT, OWN, BLOCK = (
     np.zeros(table.size) for table in (rows.PAIR, rows.ELEMENT, rows.CASE, equations.SUBMATRIX)
 )
 LOOPS: dict[str, Compile] = {
-    f"block, {scheme.name.lower()}, vertical {vertical}, with friction {with_friction}": block_loops(
-        scheme, vertical, with_friction
-    )
-    for scheme in SCHEMES
-    for vertical in (False, True)
-    for with_friction in (True, False)
-} | {
-    "polygons, couple": compiled(centred.couple, PAIR, ELEMENT, ELEMENT.copy(), OWN),
-    "polygons, correct": compiled(centred.correct, PAIR, ELEMENT, ELEMENT.copy(), OWN),
-    "polygons, invert": compiled(equations.invert, BLOCK),
-    "polygons, divide": compiled(equations.divide, BLOCK, BLOCK.copy()),
-    "polygons, eliminate": compiled(equations.eliminate, BLOCK, BLOCK.copy(), BLOCK.copy()),
-    "polygons, carry": compiled(equations.carry, ELEMENT, BLOCK, ELEMENT.copy()),
-    "polygons, predict, vertical": compiled(predict, UP, ELEMENT, OWN, 128.0, 9.80665),
-    "polygons, predict, level": compiled(predict, None, ELEMENT, OWN, 128.0, 9.80665),
-    "polygons, arrive, vertical": compiled(arrive, UP, ELEMENT, OWN, 128.0, 9.80665),
-    "polygons, arrive, level": compiled(arrive, None, ELEMENT, OWN, 128.0, 9.80665),
-    "polygons, cundall contact": compiled(cundall.contact, PAIR, ELEMENT, ELEMENT.copy(), OWN),
-    "polygons, motion, vertical": compiled(cundall.advance, UP, ELEMENT, OWN, 9.80665),
-    "polygons, motion, level": compiled(cundall.advance, None, ELEMENT, OWN, 9.80665),
-    "polygons, slip": compiled(note_standing, ELEMENT, ELEMENT.copy(), OWN, 0.1, 0.01),
-} | {
-    f"space, {name}, {loop}": compiled(getattr(scheme, loop), BODY, *more)
-    for name, scheme, loop, more in (
-        ("centred", space_centred, "predict_all", (space.COLUMNS, 128.0)),
-        ("centred", space_centred, "predict_vertices", (POINT, POINT.copy(), space.COLUMNS)),
-        ("centred", space_centred, "contribute_all", (POINT, POINT.copy(), space.COLUMNS)),
-        ("centred", space_centred, "solve_all", (space.COLUMNS,)),
-        ("centred", space_centred, "correct_all", (POINT, POINT.copy(), space.COLUMNS, False)),
-        ("centred", space_centred, "commit_all", (space.COLUMNS, 128.0, False)),
-    )
-}  # fmt: skip
+    "invert": compiled(equations.invert, BLOCK),
+    "divide": compiled(equations.divide, BLOCK, BLOCK.copy()),
+    "eliminate": compiled(equations.eliminate, BLOCK, BLOCK.copy(), BLOCK.copy()),
+    "carry": compiled(equations.carry, ELEMENT, BLOCK, ELEMENT.copy()),
+    "predict, vertical": compiled(predict, UP, ELEMENT, OWN, 128.0, 9.80665),
+    "predict, level": compiled(predict, None, ELEMENT, OWN, 128.0, 9.80665),
+    "arrive, vertical": compiled(arrive, UP, ELEMENT, OWN, 128.0, 9.80665),
+    "arrive, level": compiled(arrive, None, ELEMENT, OWN, 128.0, 9.80665),
+    "cundall contact": compiled(cundall.contact, PAIR, ELEMENT, ELEMENT.copy(), OWN),
+    "motion, vertical": compiled(cundall.advance, UP, ELEMENT, OWN, 9.80665),
+    "motion, level": compiled(cundall.advance, None, ELEMENT, OWN, 9.80665),
+    "slip": compiled(note_standing, ELEMENT, ELEMENT.copy(), OWN, 0.1, 0.01),
+}
+"""Small loops of polygons, and those of the scheme that is not the default."""
 
 
 def operations() -> tuple[str, str]:
@@ -101,12 +72,8 @@ def operations() -> tuple[str, str]:
 FUSED = re.compile(r"\bv?f[n]?m(?:add|sub|addsub|subadd)\w*|\bfml[as]\b|\bfn?madd\b")
 
 
-# A compile each: those that differ by the vertical component or the lack of friction are left to `make verify`.
-CHOSEN = [name for name in LOOPS if "OVERTURNING_EVERY_TARGET" in os.environ or not re.search("vertical|smooth", name)]
-
-
-@pytest.mark.parametrize("name", CHOSEN)
-def test_each_loop_is_vector_code_of_full_width_without_fused_multiply_add(name: str) -> None:
+@pytest.mark.parametrize("name", LOOPS)
+def test_each_small_loop_is_vector_code_of_full_width_without_fused_multiply_add(name: str) -> None:
     packed, scalar = operations()
     for assembly in LOOPS[name]():
         assert not FUSED.search(assembly)
@@ -114,6 +81,45 @@ def test_each_loop_is_vector_code_of_full_width_without_fused_multiply_add(name:
         # What is left over of the columns is done in scalar code: each operation stands there once in either form.
         assert wide >= 20, name
         assert wide >= 0.9 * single, f"{wide} packed operations beside {single} scalar ones"
+
+
+WAVE = 4.0 * np.sin(0.1 * np.arange(50))
+KERNELS: dict[str, tuple[Callable[..., Any], int]] = {
+    "block, centred": (lambda motion, mu: run_cases(motion, Cases(0.0, 0.6, 0.3, mu)), 3),
+    "block, cundall": (lambda motion, mu: run_cases(motion, Cases(0.0, 0.6, 0.3, mu), scheme="cundall"), 1),
+    "polygons, centred": (lambda motion, _: run(shipped("three-tier"), motion, Cases(0.0, 0.636, 0.38, 1.0)), 2),
+    "space": (lambda motion, _: run(Rectangle(), motion, Cases(0.0, 0.6, 0.3, 1.0)), 6),
+}
+"""What has a kernel compiled, or loaded, and how many large loops over the lanes it has."""
+
+
+@pytest.mark.parametrize(
+    ("name", "vertical", "friction"),
+    [(name, up, mu) for name in KERNELS for up in (False, True) for mu in (0.7, 0.0)[: 1 + ("block" in name)]],
+)
+def test_the_large_loops_of_a_kernel_are_vector_code(
+    name: str, vertical: bool, friction: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In the code that the tests run: each large loop jumps to its own begin, and holds no scalar operations."""
+    (compute, large), called = KERNELS[name], []
+
+    def queue(*arguments: Any) -> Any:
+        called.append(tuple(map(typeof, arguments)))
+        return run_queue(*arguments)
+
+    monkeypatch.setattr(Plan, "queue", staticmethod(queue))
+    compute(Motion(WAVE, WAVE, WAVE if vertical else None, sampling_interval=0.01), friction)
+    library = run_queue.overloads[called[0]].library
+    packed, scalar = operations()
+    # What was loaded is there as machine code and, for other code to link to, as what that was made of.
+    assembly = library._codegen._tm.emit_assembly(library._get_module_for_linking())
+    assert not FUSED.search(assembly)
+    found = []
+    for label, text in re.findall(r"^([.\w$]+):(.*?)(?=^[.\w$]+:|\Z)", assembly, re.MULTILINE | re.DOTALL):
+        if re.search(rf"{re.escape(label)}\b", text):
+            found.append((len(re.findall(packed, text)), len(re.findall(scalar, text))))
+    assert sum(wide >= 50 for wide, _ in found) >= large
+    assert max(single for _, single in found) < 60
 
 
 def test_a_fused_multiply_add_would_be_seen() -> None:

@@ -13,7 +13,8 @@ from snakemake_interface_logger_plugins.common import LogEvent
 from snakemake_interface_logger_plugins.tests import TestLogHandlerBase
 
 from snakemake_logger_plugin_overturning import LogHandler
-from tests.workflow.conftest import ROOT, SMALL, Checkout
+from tests.workflow.conftest import SMALL, Checkout
+from verification.tables import ROOT
 
 pytestmark = pytest.mark.workflow
 
@@ -174,7 +175,7 @@ def test_missing_files_of_a_user_are_named_with_where_they_are(tmp_path: Path) -
 
 
 def test_a_wrong_key_is_named(checkout: Checkout) -> None:
-    with pytest.raises(WorkflowError, match=r"mine\.yaml: frictoin: unknown key; did you mean friction\?"):
+    with pytest.raises(WorkflowError, match=r"study\.yaml: frictoin: unknown key; did you mean friction\?"):
         checkout.planned(frictoin=[1.0])
 
 
@@ -184,14 +185,16 @@ def test_another_workflow_uses_it_as_a_module(tmp_path: Path) -> None:
     (checkout.folder / "config" / "near-fault.yaml").unlink()
     (checkout.folder / "Snakefile").rename(checkout.folder / "used.smk")
     (checkout.folder / "Snakefile").write_text(
-        'configfile: "config/mine.yaml"\n\nmodule overturning:\n    snakefile: "used.smk"\n    config: config\n\n'
+        'configfile: "study.yaml"\n\nmodule overturning:\n    snakefile: "used.smk"\n    config: config\n\n'
         "use rule * from overturning\n",
         encoding="utf-8",
     )
     assert {"sweep", "report"} <= checkout.planned()
 
 
-def test_a_step_that_fails_is_told_first_and_last_without_its_command(tmp_path: Path) -> None:
+def test_a_step_that_fails_is_told_first_and_last_without_its_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     checkout = Checkout(tmp_path / "failing", SMALL.replace("rinaldi, petrolia", "rinaldi"))
     programs = tmp_path / "bin"
     programs.mkdir()
@@ -199,8 +202,10 @@ def test_a_step_that_fails_is_told_first_and_last_without_its_command(tmp_path: 
         "#!/bin/sh\necho 'error: motion.nc: broken; mend it' >&2\nexit 1\n", encoding="utf-8"
     )
     (programs / "overturning").chmod(0o755)
-    checkout.environment["PATH"] = f"{programs}:{checkout.environment['PATH']}"
-    done = checkout.run(check=False)
+    how = checkout.how()
+    how["env"] |= {"PATH": f"{programs}:{how['env']['PATH']}"}
+    monkeypatch.setattr(checkout, "how", lambda *_, **__: how)
+    done = checkout.run()
     assert done.returncode == 1
     assert done.stdout == ""
     lines = done.stderr.splitlines()

@@ -1,10 +1,12 @@
 """A whole small study: same bytes, resumed after a kill, computed again only where something changed."""
 
 import os
+import random
 import shutil
-import signal
-import subprocess
 import time
+from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
@@ -14,18 +16,31 @@ from overturning.study.cube import open_cube
 from overturning.study.load import study_from
 from overturning.study.scenes import grid_of
 from overturning.study.sources import _imports
-from tests.workflow.conftest import ROOT, Checkout
+from tests.expect import lacking
+from tests.workflow.conftest import SMALL, Checkout
+from verification.faults.__main__ import objection
+from verification.faults.kinds import KINDS, Kind
+from verification.one_node_slurm import missing
+from verification.scale.same_bytes import Run, on_slurm, without_snakemake
+from verification.tables import ROOT
 
 # make test keeps the tests of a file in one process: these share a finished study.
 pytestmark = pytest.mark.workflow
 
 
+@pytest.fixture(scope="module", autouse=True)
+def slurm() -> Iterator[Future[list[Run]]]:
+    """The study on a cluster, which is waited for more than it computes: beside the other tests."""
+    with ThreadPoolExecutor(1) as pool:
+        yield pool.submit(on_slurm, SMALL, 2)
+
+
 def bytes_of(results: Path) -> dict[str, bytes]:
-    """Everything made but logs and run times."""
+    """Everything made but logs, run times and chunks."""
     return {
         str(path.relative_to(results)): path.read_bytes()
         for path in sorted(results.rglob("*"))
-        if path.is_file() and path.suffix not in {".log", ".tsv"}
+        if path.is_file() and path.name[0] != "." and path.suffix not in {".log", ".tsv"} and "sweep" not in path.parts
     }
 
 
@@ -131,57 +146,46 @@ def test_a_result_that_was_deleted_is_made_again(
 def test_a_changed_title_and_a_figure_that_has_gone_make_figures_and_report_and_nothing_else(
     finished: Checkout, tmp_path: Path
 ) -> None:
-    """By a run of Snakemake; one of the figures of which it does not know how many there are has gone."""
-    checkout = Checkout(tmp_path / "checkout", like=finished)
-    study = checkout.folder / "config" / "mine.yaml"
-    study.write_text(f"title: Another title\n{study.read_text(encoding='utf-8')}", encoding="utf-8")
+    """The figure is one of those of which Snakemake does not know how many there are."""
+    checkout = finished.copied(tmp_path / "checkout")
     before = bytes_of(checkout.results)
-    times = {name: (checkout.results / name).stat().st_mtime_ns for name in before}
     gone = next((checkout.results / "figures" / "illustrative").glob("*.svg"))
-    gone.unlink()
-    done = checkout.run()
-    assert f"{gone.relative_to(checkout.folder)}" in done.stderr, "it is said"
+    kept = gone.rename(tmp_path / gone.name)
+    plan = checkout.plan(look=False, title="Another title")
+    kept.rename(gone)
+    assert plan.rules == {"figures", "report", "all"}
+    assert f"{gone.relative_to(checkout.folder)}" in plan.warnings, "it is said"
+    checkout.carry_out([command for command in plan.commands if command.startswith("overturning report")])
     after = bytes_of(checkout.results)
-    assert {name for name in after if after[name] != before.get(name)} == {"report.html", "report.pdf"}
-    assert after.keys() == before.keys()
+    assert {name for name in after if after[name] != before[name]} == {"report.html", "report.pdf"}
     assert b"Another title" in after["report.html"]
-    again = {name for name in after if (checkout.results / name).stat().st_mtime_ns != times[name]}
-    assert {name.partition("/")[0] for name in again} == {"figures", "report.html", "report.pdf"}
 
 
-def test_one_core_killed_in_the_sweep_and_resumed_in_another_folder_ends_in_the_bytes_of_two_cores(
+def test_one_core_killed_and_injured_and_resumed_in_another_folder_ends_in_the_bytes_of_two_cores(
     finished: Checkout, tmp_path: Path
 ) -> None:
-    checkout = Checkout(tmp_path / "elsewhere")
-    run = subprocess.Popen(
-        checkout.command(cores=1),
-        cwd=checkout.folder,
-        env=checkout.environment,
-        start_new_session=True,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    parts = checkout.results / "sweep" / "nominal"
-    deadline = time.monotonic() + 1200
-    while not list(parts.glob("*.nc")):
-        assert run.poll() is None, "the run ended before its first part"
-        assert time.monotonic() < deadline
-        time.sleep(0.05)
-    os.killpg(run.pid, signal.SIGKILL)
-    run.wait()
-    assert not (checkout.results / "cube.nc").exists()
-    kept = {path: path.stat().st_mtime_ns for path in parts.glob("*.nc")}
-    # The part that Snakemake had not yet taken note of is made again; the motions were complete long before.
-    motions = {path: path.stat().st_mtime_ns for path in (checkout.results / "motion").glob("*.nc")}
-    time.sleep(1.1)
-    done = checkout.run(cores=1)
-    assert "results/small/cube.nc" in done.stdout
-    assert "results/small/report.html" in done.stdout
-    assert {path: path.stat().st_mtime_ns for path in motions} == motions
-    assert sum(path.stat().st_mtime_ns != before for path, before in kept.items()) <= 1
-    one, other = bytes_of(finished.results), bytes_of(checkout.results)
+    """In one piece, where the other was in two chunks; after the cube the steps are carried out in this process."""
+
+    def killed(place: Checkout, dice: random.Random, seconds: float) -> None:
+        faults["Snakemake alone killed"].fault(place, dice, seconds)
+        assert list(place.results.glob("motion/*.nc"))
+        assert not place.cube.exists()
+
+    faults = {kind.says: kind for kind in KINDS}
+    assert sum(kind.times for kind in KINDS) == 50
+    place, wanted = Checkout(tmp_path / "elsewhere", cores=1), finished.cube.read_bytes()
+    for kind in (Kind("killed", killed, 1), faults["a byte of a part changed"]):
+        assert objection(kind, place, random.Random(1), 0.0, wanted, brief=True) == ""
+    place.carry_out(place.plan().commands)
+    one, other = bytes_of(finished.results), bytes_of(place.results)
     assert {"cube.nc", "report.html", "intensity.nc", "figures/rose.svg"} <= one.keys() == other.keys()
     assert [name for name in one if one[name] != other[name]] == []
+
+
+def test_the_package_alone_has_the_bytes_of_the_workflow(finished: Checkout, tmp_path: Path) -> None:
+    run = without_snakemake(finished.copied(tmp_path / "checkout"), "whole")
+    assert run.sha256 == sha256(finished.cube.read_bytes()).hexdigest()
+    assert len(list(finished.results.glob("sweep/*/*.nc"))) == 4, "the default profile keeps parts"
 
 
 def test_cube_holds_what_the_config_asked_for(finished: Checkout) -> None:
@@ -204,3 +208,11 @@ def test_settings_too_long_for_a_command_go_through_a_file(tmp_path: Path, monke
     monkeypatch.chdir(checkout.folder)
     (sweep,) = {line.split()[3] for line in plan.commands if line.startswith("overturning sweep") and "rinaldi" in line}
     assert set(also) <= set(grid_of(study_from(sweep))["azimuth"].tolist())
+
+
+def test_a_study_on_slurm_has_the_bytes_of_this_machine(finished: Checkout, slurm: Future[list[Run]]) -> None:
+    if why := missing():
+        lacking(why)
+    (run,) = slurm.result()
+    assert run.sha256 == sha256(finished.cube.read_bytes()).hexdigest()
+    assert run.kept == 0, "this profile lets them go"

@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 
 from verification.tables import ROOT
 
-LAYERS: Final = ("statistics", "records", "motion", "study", "dem")
+LAYERS: Final = ("statistics", "records", "motion", "study", "model", "dem")
 PACKAGE: Final = ROOT / "src" / "overturning"
 _SWAPPED: Final = (
     *(("+", "-"), ("+=", "-="), ("*=", "/="), ("&", "|"), ("<", "<="), (">", ">="), ("==", "!=")),

@@ -43,7 +43,7 @@ from pathlib import Path
 from overturning.dem.kernel import cache
 from overturning.study.sources import sources_of
 
-_layers, _package = cache.sources_digest, Path(cache.__file__).parents[1]
+_layers, _package = cache.sources_digest, Path(cache.__file__).parents[2]
 
 
 def _digest(sources):

@@ -42,7 +42,7 @@ rule report:
         mem_mb=lambda wildcards, attempt: attempt * READING_MB,
     params:
         folder=lambda wildcards, output: Path(output[0]).parent,
-        study=settings(*BESIDE),
+        study=settings(*SETTINGS),
         sources=sources("workflow:report"),
     shell:
         "overturning report --study {params.study:q} --results {params.folder} --output {output.page} --pdf {output.pdf} 2> {log}"

@@ -201,7 +201,7 @@ def default_study(azimuths: int = 36) -> list[Figure]:
 
 
 def left_out(azimuths: int = 18) -> list[Figure]:
-    """What is left out on the default study's records: the work saved, and that no flag and no side changes."""
+    """What is left out on the default study's records: the work saved, and how many flags and sides change."""
     groups = study_groups(azimuths)
     short = answers(groups, threads=2).results
     full = answers(groups, threads=2, leave_out=False).results

@@ -1,6 +1,7 @@
 """`python -m verification.cemetery`: the default study's fall rates beside published ones, and the field's criteria.
 
-Needs `results/near-fault`, from `make run`; writes its parts of docs/surveys.md and docs/criteria.md.
+Needs `results/near-fault` and `results/in-space`, from `make run`; writes its parts of docs/surveys.md and
+docs/criteria.md, and how good planes are in space.
 """
 
 import shutil
@@ -20,11 +21,13 @@ from overturning.report.blocks import Paragraph, Report, Table, each_block
 from overturning.report.results import Results, open_results
 from overturning.report.sections.causes import criteria
 from overturning.report.sections.population import population
+from overturning.statistics.space import plane_agreement, plane_counts
+from overturning.study.cube import open_cube
 from overturning.study.load import load_study
 from overturning.study.scenes import NOMINAL, motion_of
 from overturning.study.sweep import scaled
 from overturning.surveys.population import draw_stones
-from verification.tables import ROOT, lines_of, markdown, publish, wrapped
+from verification.tables import RESULTS, ROOT, Figure, lines_of, markdown, publish, wrapped, write_figures
 
 STUDY: Final = ROOT / "results" / "near-fault"
 PUBLISHED: Final = ROOT / "surveys" / "published.csv"
@@ -146,8 +149,21 @@ def one_by_one(results: Results) -> str:
     )
 
 
+def planes() -> list[Figure]:
+    """How well the planes of a stone's faces tell what it does in space."""
+    with open_cube(ROOT / "results" / "in-space" / "cube.nc", chunks={"record": 1}) as cube:
+        found = plane_agreement(plane_counts(cube))
+    return [
+        Figure("cases in space", found.cases),
+        Figure("planes tell rightly whether it falls", 100 * found.flag, "%"),
+        Figure("planes tell rightly whether it falls, a neighbour in B/H does otherwise", 100 * found.flag_beside, "%"),
+        Figure("planes name another edge than it falls over", 100 * (1 - found.face), "%"),
+    ]
+
+
 def main() -> None:
     """Compare, draw, publish."""
+    write_figures(planes(), RESULTS / "in-space.csv")
     with open_results(STUDY, load_study(ROOT / "config" / "near-fault.yaml")) as results:
         found = results.populations[NOMINAL]
         publish({"population": f"{cemetery(results)}\n{wrapped(one_by_one(results), '- ')}"})

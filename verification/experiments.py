@@ -96,17 +96,25 @@ def default_step(thin: Thinned) -> Bodies:
 
 
 def equal_error(curve: pd.DataFrame) -> str:
-    """What the default costs over what Cundall's scheme does at the same error, by log-log interpolation."""
+    """What the default costs over what Cundall's scheme does at the same error, by log-log interpolation.
+
+    An error need not fall with the step: what counts is the coarsest step that reaches that of the default.
+    """
     default = curve[curve["scheme"] == "centred"].iloc[-1]
-    yardstick, lines = curve[curve["scheme"] == "cundall"], []
+    yardstick, lines = curve[curve["scheme"] == "cundall"].sort_values("processor time, s"), []
     for head in AT_EQUAL:
         errors = np.log(yardstick[head].clip(lower=1e-12).to_numpy())
         costs = np.log(yardstick["processor time, s"].to_numpy())
-        along, error = np.argsort(errors), np.log(max(default[head], 1e-12))
-        share = default["processor time, s"] / np.exp(np.interp(error, errors[along], costs[along]))
+        error = np.log(max(default[head], 1e-12))
+        reached = np.flatnonzero(errors <= error)
         # Beyond the curve's ends the nearest end is taken, which understates the advantage at a smaller error.
-        where = ", at most" if error < errors.min() else ", at least" if error > errors.max() else ""
-        lines.append((head, f"{default[head]:.3g}", f"1/{1 / share:.1f}{where}"))
+        at, where = (int(reached[0]), "") if reached.size else (errors.size - 1, ", at most")
+        cost = costs[at]
+        if reached.size and at:
+            cost = np.interp(error, errors[[at, at - 1]], costs[[at, at - 1]])
+        elif reached.size:
+            where = ", at least"
+        lines.append((head, f"{default[head]:.3g}", f"1/{np.exp(cost) / default['processor time, s']:.0f}{where}"))
     return markdown(("at the same", "of the default", "share of Cundall's processor time"), lines)
 
 

@@ -76,6 +76,8 @@ def read_figures(path: Path) -> list[Figure]:
 def publish(bodies: Mapping[str, str], root: Path = ROOT) -> None:
     """Put every body between ``<!-- mark:begin -->`` and ``<!-- mark:end -->`` of the pages that have its mark.
 
+    The figures within sentences, of `verification.sentences`, are filled anew.
+
     Parameters
     ----------
     bodies : mapping of str to str
@@ -88,6 +90,8 @@ def publish(bodies: Mapping[str, str], root: Path = ROOT) -> None:
     ResultError
         If no page has one of the marks; the others are published all the same.
     """
+    from verification.sentences import fill
+
     missing = set(bodies)
     for page in (root / "README.md", *sorted((root / "docs").glob("*.md"))):
         if page.is_file():
@@ -98,6 +102,7 @@ def publish(bodies: Mapping[str, str], root: Path = ROOT) -> None:
                     missing.discard(mark)
                     new = f"{begin}\n\n{body}\n\n{end}".replace("\\", r"\\")  # no group of the pattern's
                     text = re.sub(f"{begin}.*?{end}", new, text, flags=re.DOTALL)
+            text = fill(text, root / RESULTS.relative_to(ROOT))
             if text != old:
                 with atomic_write(page) as part:
                     part.write_text(text, encoding="utf-8")

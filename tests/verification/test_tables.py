@@ -7,8 +7,19 @@ import pandas as pd
 import pytest
 
 from overturning.errors import ResultError
-from verification import summary
-from verification.tables import Figure, figures_table, publish, read_figures, read_table, write_figures, write_table
+from verification import experiments, sentences, summary
+from verification.shaking_table import page as shaking_table
+from verification.tables import (
+    RESULTS,
+    ROOT,
+    Figure,
+    figures_table,
+    publish,
+    read_figures,
+    read_table,
+    write_figures,
+    write_table,
+)
 
 
 def test_table_reads_back_and_is_the_same_each_time(tmp_path: Path) -> None:
@@ -51,3 +62,43 @@ def test_figures_measured_again_take_the_place_of_the_old_ones(tmp_path: Path) -
     assert figures_table(read_figures(path)).splitlines()[2:] == ["| speed | 2.5 x | >= 2 |", "| cases | 20,000 |  |"]
     assert "speed | >= 2 | 2.5 x | [exactness.csv]" in summary.bodies(tmp_path)["summary"]
     assert "cases" not in summary.bodies(tmp_path)["summary"], "what has no target is not in the summary"
+
+
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_the_figures_in_sentences_are_those_of_their_tables(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    assert sentences.fill(text, RESULTS) == text, "python -m verification.sentences"
+    assert len(sentences.MARK.findall(text)) == text.count("<!--=") == text.count("<!--/-->")
+
+
+def test_each_figure_stands_in_a_sentence_and_follows_its_table(tmp_path: Path) -> None:
+    texts = "".join(page.read_text(encoding="utf-8") for page in PAGES)
+    assert {name for name, _ in sentences.MARK.findall(texts)} == set(sentences.FIGURES)
+    write_figures([Figure("flags changed by leaving out", 7.0)], tmp_path / "x86-64-2-cores.csv")
+    assert sentences.fill("<!--=left-out-flags-->5<!--/--> do", tmp_path) == "<!--=left-out-flags-->7<!--/--> do"
+    with pytest.raises(KeyError):
+        sentences.fill("<!--=unheard-of-->5<!--/-->", tmp_path)
+
+
+def test_tables_of_the_pages_are_those_of_the_files() -> None:
+    boulder = shaking_table.of_scores(pd.read_csv(RESULTS / "shaking-table.csv"))
+    curve = pd.read_csv(RESULTS / "default-step.csv")
+    made = summary.bodies() | boulder | {"equal-error": experiments.equal_error(curve)}
+    texts = "".join(page.read_text(encoding="utf-8") for page in PAGES)
+    assert [
+        mark for mark, body in made.items() if f"<!-- {mark}:begin -->\n\n{body}\n\n<!-- {mark}:end" not in texts
+    ] == []
+
+
+def test_equal_error_on_a_curve_that_turns_back() -> None:
+    """Errors 4, 1 and 2 % at 1, 2 and 4 s: 2 % is first reached between 1 and 2 s, at √2 s, not at 4 s."""
+    rows = [("centred", 0.1, 2.0), ("cundall", 4.0, 2.0), ("cundall", 2.0, 1.0), ("cundall", 1.0, 4.0)]
+    curve = pd.DataFrame([(name, cost, *(error,) * 4) for name, cost, error in rows])
+    curve.columns = pd.Index(["scheme", "processor time, s", *experiments.AT_EQUAL])
+    assert experiments.equal_error(curve).count("| 1/14 |") == 4
+    curve.loc[0, experiments.AT_EQUAL] = [0.5, 8.0, 4.0, 1.0]
+    shares = [line.split(" | ")[-1] for line in experiments.equal_error(curve).splitlines()[2:]]
+    assert shares == ["1/40, at most |", "1/10, at least |", "1/10, at least |", "1/20 |"]

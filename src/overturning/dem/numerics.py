@@ -31,8 +31,8 @@ class Numerics:
     time_step : float or str
         Largest step, s; "auto"; or a fraction of the stable step such as "0.25 stable".
     leave_out : bool
-        Leave out what changes no flag: mirrored azimuths, cases below the thresholds of rocking and sliding, the time
-        before and after anything can move.
+        Leave out what a rigid block does not feel: mirrored azimuths, cases below the thresholds of rocking and
+        sliding, the time before and after anything can move.
     refinement : int
         Each step is divided into so many; for verification.
     budget : int

@@ -18,8 +18,8 @@ class PlaneAgreement:
     ----------
     cases : int
         With an outcome in both.
-    flag : float
-        Share in which the planes say rightly whether it falls.
+    flag, flag_beside : float
+        Share in which the planes say rightly whether it falls; of the cases whose neighbour in B/H does otherwise.
     only_space, only_plane : float
         Share that falls in space alone, or in a plane alone.
     face : float
@@ -30,6 +30,7 @@ class PlaneAgreement:
 
     cases: int
     flag: float
+    flag_beside: float
     only_space: float
     only_plane: float
     face: float
@@ -49,10 +50,14 @@ def _plane_counts(cube: xr.Dataset) -> xr.Dataset:
     space, plane = cube["overturned"], cube["plane_overturned"]
     known = space.notnull() & plane.notnull()
     both = (space == 1) & (plane == 1)
+    slenderer, stouter = (space.shift(b_over_h=by) for by in (1, -1))
+    beside = known & (((space != slenderer) & slenderer.notnull()) | ((space != stouter) & stouter.notnull()))
     apart = (cube["fall_azimuth"].astype("float64") - cube["plane_fall_azimuth"].astype("float64")).where(both)
     found = xr.Dataset({
         "cases": known,
         "right": known & (space == plane),
+        "beside": beside,
+        "right_beside": beside & (space == plane),
         "only_space": (space == 1) & (plane == 0),
         "only_plane": (space == 0) & (plane == 1),
         "both": both,
@@ -72,6 +77,7 @@ def plane_agreement(counts: xr.Dataset) -> PlaneAgreement:
     return PlaneAgreement(
         cases=int(total["cases"]),
         flag=share("right", "cases"),
+        flag_beside=share("right_beside", "beside"),
         only_space=share("only_space", "cases"),
         only_plane=share("only_plane", "cases"),
         face=share("over_edge", "both"),

@@ -84,7 +84,7 @@ class Simulation(Model):
         description="largest time step, s; auto: a share of the stable one (docs/method.md)",
     )
     vertical: bool = Field(default=True, description="apply the vertical motion of the records that have one")
-    leave_out: bool = Field(default=True, description="leave out what provably changes no flag and no side")
+    leave_out: bool = Field(default=True, description="leave out what a rigid block does not feel; few flags change")
 
     @field_validator("time_step")
     @classmethod

@@ -111,7 +111,8 @@ def plane_beside(results: Results) -> Section | None:
     whole = plane_agreement(counts)
     text = (
         "A stone is said to fall in planes where it falls in the vertical plane of either pair of its faces. This "
-        f"tells rightly whether it falls in space in {percent(whole.flag, 1)} of {whole.cases:,} cases; "
+        f"tells rightly whether it falls in space in {percent(whole.flag, 1)} of {whole.cases:,} cases, and in "
+        f"{percent(whole.flag_beside, 1)} of those whose neighbour in B/H does otherwise, where it is hard to tell; "
         f"{percent(whole.only_space, 1)} fall in space alone, {percent(whole.only_plane, 1)} in a plane alone. Of "
         f"those that fall in both, {percent(whole.face)} go over the edge that the plane names, and the axes lie "
         f"{degrees(whole.axis)} apart on average."

@@ -1,0 +1,70 @@
+"""Measured figures within the sentences of README.md and docs/: each out of the table that it comes from.
+
+In a page stands ``<!--=name-->5<!--/-->``; `fill`, which `verification.tables.publish` calls, puts there what `FIGURES`
+make of the tables in verification/results by that name. To state a figure, enter it in `FIGURES`, write its mark,
+and run `python -m verification.sentences`.
+"""
+
+import re
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+import pandas as pd
+
+from verification.tables import publish, read_figures
+
+MARK: Final = re.compile(r"<!--=([\w-]+)-->(.*?)<!--/-->", flags=re.DOTALL)
+
+
+def cell(file: str, quantity: str, written: str, results: Path) -> str:
+    """A figure of a file that `verification.tables.write_figures` wrote, as `written` says."""
+    (value,) = (one.value for one in read_figures(results / file) if one.quantity == quantity)
+    return written.format(value)
+
+
+def step_to_target(written: str, results: Path) -> str:
+    """The longest step of the default scheme with wrong flags in 0.5 % or fewer, and its time over the default's."""
+    curve = pd.read_csv(results / "default-step.csv")
+    own = curve[curve["scheme"] == "centred"].sort_values("step", ascending=False)
+    fine = own[own["wrong flags, %"] <= 0.5].iloc[0]
+    return written.format(1 / fine["step"], fine["processor time, s"] / own["processor time, s"].iloc[0])
+
+
+def tests_of_the_boulder(results: Path) -> str:
+    """Tests of the shaking table, each of which is foretold from those of other motions."""
+    rows = pd.read_csv(results / "shaking-table.csv")
+    return str(rows.loc[rows["split"] == "motion left out", "tests"].max())
+
+
+_BENCH: Final = "x86-64-2-cores.csv"
+_PLANES: Final = "planes tell rightly whether it falls"
+
+FIGURES: Final[dict[str, Callable[[Path], str]]] = {
+    "study-cases": partial(cell, _BENCH, "default study: flags, mirrored half included", "{:,.0f}"),
+    "left-out-cases": partial(cell, _BENCH, "cases, mirrored half left out", "{:,.0f}"),
+    "left-out-flags": partial(cell, _BENCH, "flags changed by leaving out", "{:.0f}"),
+    "left-out-sides": partial(cell, _BENCH, "sides changed by leaving out", "{:.0f}"),
+    "operations-centred": partial(cell, _BENCH, "operations per block step, centred", "{:.0f}"),
+    "operations-cundall": partial(cell, _BENCH, "operations per block step, cundall", "{:.0f}"),
+    "step-to-target": partial(step_to_target, "1/{0:.0f}"),
+    "step-to-target-time": partial(step_to_target, "{1:.1f}"),
+    "planes-right": partial(cell, "in-space.csv", _PLANES, "{:.0f} %"),
+    "planes-right-beside": partial(cell, "in-space.csv", f"{_PLANES}, a neighbour in B/H does otherwise", "{:.0f} %"),
+    "planes-other-edge": partial(cell, "in-space.csv", "planes name another edge than it falls over", "{:.0f} %"),
+    "pillars-flags": partial(cell, "scenes.csv", "three pillars under real records: flags", "{:,.0f}"),
+    "pymunk-right": partial(cell, "scenes.csv", "pymunk: shaft's side right", "{:.0f} %"),
+    "scene-right": partial(cell, "scenes.csv", "default: shaft's side right, peers' cases", "{:.0f} %"),
+    "boulder-tests": tests_of_the_boulder,
+}
+"""What stands at a mark, from the folder of the tables."""
+
+
+def fill(text: str, results: Path) -> str:
+    """A page with its marks filled; one that `FIGURES` do not know is a KeyError."""
+    return MARK.sub(lambda found: f"<!--={found[1]}-->{FIGURES[found[1]](results)}<!--/-->", text)
+
+
+if __name__ == "__main__":
+    publish({})

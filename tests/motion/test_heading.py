@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from overturning.motion.heading import peak_azimuths, pulse_axis
+from overturning.motion.heading import daubechies, peak_azimuths, pulse_axis
 from overturning.motion.motion import Motion
+from tests.dem.near_field import near_field
 
 
 @pytest.mark.parametrize("azimuth", [0.0, 33.0, 90.0, 145.0, 260.0])
@@ -18,6 +19,28 @@ def test_axis_and_period_of_a_pulse_are_found_under_noise(azimuth: float) -> Non
     axis, period = pulse_axis(motion)
     assert abs((axis - azimuth + 90) % 180 - 90) < 3
     assert period == pytest.approx(2.0, rel=0.15)
+
+
+def test_the_wavelet_is_that_of_daubechies() -> None:
+    """Values by PyWavelets 1.9, `Wavelet("db4").wavefun(level=14)`; energy, moments and shifts by what defines it."""
+    wavelet, x = daubechies(), np.arange(1793) / 256
+    known = {1.5: 0.0449, 2.5: -0.0465, 3.0: -0.8872, 3.5: 1.0437, 4.0: -0.3975, 4.5: 0.0616, 5.5: 0.0026}
+    assert np.interp(list(known), x, wavelet) == pytest.approx(list(known.values()), abs=5e-4)
+    assert np.trapezoid(wavelet**2, x) == pytest.approx(1.0, abs=1e-6)
+    assert [np.trapezoid(x**k * wavelet, x) for k in range(4)] == pytest.approx([0] * 4, abs=1e-4)
+    assert [np.sum(wavelet[256 * k :] * wavelet[: -256 * k]) / 256 for k in (1, 2, 3)] == pytest.approx(
+        [0] * 3, abs=1e-6
+    )
+
+
+@pytest.mark.parametrize(
+    ("number", "axis", "period"), [(3, 85.73, 3.08), (16, 8.71, 0.79), (21, 80.57, 0.79), (28, 54.19, 12.0)]
+)
+def test_axes_of_records_are_those_of_shahi_and_bakers_wavelet(number: int, axis: float, period: float) -> None:
+    """By PyWavelets' db4, convolved in time with the velocity at samples no closer than 0.04 s."""
+    found = pulse_axis(near_field(number, pulse=number < 15)[0])
+    assert abs((found[0] - axis + 90) % 180 - 90) < 0.2
+    assert found[1] == pytest.approx(period, rel=0.01)
 
 
 def test_peaks_point_where_the_vector_is_largest() -> None:

@@ -282,8 +282,23 @@ def test_konno_ohmachi_is_its_own_formula():
         expected = (window * a).sum() / window.sum()
         assert konno_ohmachi(frequency, amplitude, at)[0] == pytest.approx(expected, rel=0.01)
     np.testing.assert_allclose(konno_ohmachi(frequency, np.full_like(frequency, 3.0), [0.3, 2, 20]), 3.0, rtol=1e-9)
+    # 10 s have frequencies of 0.1, 0.2, 0.3 Hz. At 0.14 Hz the next ones weigh (sin x/x)⁴ of x = −5.8 and 6.2: nothing.
+    short = np.arange(0, 25, 0.1)
+    assert np.isnan(konno_ohmachi(short, np.ones(short.size), [0.1, 0.14, 2.0])).tolist() == [False, True, False]
     with pytest.raises(ArgumentError, match="positive"):
         konno_ohmachi(frequency, amplitude, [0.0])
+
+
+@pytest.mark.parametrize("frequency", [8.0, 15.0, 20.0])
+def test_slow_oscillators_feel_what_is_fast_between_samples_of_20_ms(frequency):
+    """Far above its own frequency an oscillator's velocity is that of the ground: A/ω, in closed form to 1 %."""
+    time = np.arange(0, 20, 0.02)
+    bell = np.sin(np.pi * time / 20) ** 2
+    motion = Motion(3.0 * bell * np.sin(2 * np.pi * frequency * time), 0 * time, sampling_interval=0.02)
+    omega, own = 2 * np.pi * frequency, 2 * np.pi / np.array([1.5, 2.5])
+    exact = 3.0 * omega / np.abs(own**2 - omega**2 + 2j * 0.2 * own * omega)
+    found = spectra_by_azimuth(motion, [1.5, 2.5], [0], damping=0.2, points_per_period=24)["velocity"][:, 0]
+    assert found == pytest.approx(exact, rel=0.02)
 
 
 def test_the_data_set_names_units_and_agrees_half_a_turn_on(rinaldi):

@@ -44,7 +44,8 @@ def band_amplitude(acceleration: FloatArray, sampling_interval: float, centres: 
 def konno_ohmachi(frequency: FloatArray, amplitude: FloatArray, at: ArrayLike) -> FloatArray:
     """Smooth a raw spectrum at the frequencies ``at`` (Konno & Ohmachi 1998, BSSA 88, 228-241), by pykooh.
 
-    A frequency of 0 is left out of the spectrum and refused in ``at``. The coefficient b is the usual 40.
+    A frequency of 0 is left out of the spectrum and refused in ``at``. The coefficient b is the usual 40. Not a number
+    where the spectrum's frequencies are so far apart that their weights add up to 0.3 or less: the record is too short.
     """
     import pykooh
 

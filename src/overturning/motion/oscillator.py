@@ -2,7 +2,8 @@
 
 Nigam & Jennings (1969, BSSA 59, 909-922), here as a recursive filter of second order. Between samples the motion is
 band-limited, not straight, and the peak of the response lies between them too: where the period is short, the motion is
-interpolated first (zero-padded Fourier transform), to 64 points per period or 16 per sample unless less is asked for.
+interpolated first (zero-padded Fourier transform), to 64 points per period or 16 per sample unless less is asked for;
+where the samples are far apart, whatever the period, so that straight lines between points keep what is fast.
 """
 
 import math
@@ -20,6 +21,12 @@ Quantity = Literal["displacement", "velocity"]
 
 POINTS_PER_PERIOD = 64
 """Points per period at which a peak is sought: 0.12 % too low at worst for a sine of that period."""
+
+LONGEST_STEP = 0.0025
+"""Points are no further apart, s: straight lines between them keep 98.7 % of 25 Hz, all that samples of 20 ms hold.
+
+Between such samples themselves they keep 41 % of it, which made the spectrum intensity of records up to 5.2 % low.
+"""
 
 FINEST = 16
 """Points per sample at most."""
@@ -99,7 +106,7 @@ class Oscillators:
 
     def factor(self, period_s: float) -> int:
         """How many times finer than the samples the response is computed: 1, 2, 4, 8 or 16."""
-        wanted = self._points * self._interval / max(period_s, 3.0 * self._interval)
+        wanted = self._interval * max(self._points / max(period_s, 3.0 * self._interval), 1.0 / LONGEST_STEP)
         return min(FINEST, 2 ** max(0, math.ceil(math.log2(wanted))))
 
     def response(self, period_s: float, damping: float, quantities: Sequence[Quantity]) -> list[FloatArray]:

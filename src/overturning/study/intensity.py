@@ -86,12 +86,13 @@ def _of_records(records: Sequence[Record]) -> dict[str, Any]:
     for name in ("north", "east"):
         values = [_smoothed(getattr(record, name), record.sampling_interval) for record in records]
         smoothed = f"Fourier amplitude of {name}, smoothed after Konno and Ohmachi, b = 40"
-        add(f"fourier_{name}", "record frequency", values, "m s-1", smoothed)
+        untold = "missing where the record is too short to tell, and beyond its Nyquist frequency"
+        add(f"fourier_{name}", "record frequency", values, "m s-1", f"{smoothed}; {untold}")
     return variables
 
 
 def _smoothed(samples: FloatArray, interval: float) -> FloatArray:
-    """Smoothed Fourier amplitude at the common frequencies; not a number beyond the record's Nyquist frequency."""
+    """Smoothed Fourier amplitude at the common frequencies, as of `konno_ohmachi`; NaN beyond the Nyquist frequency."""
     frequency, amplitude = amplitude_spectrum(samples, interval)
     inside = frequency[-1] >= FREQUENCIES
     values = np.full(FREQUENCIES.size, np.nan)

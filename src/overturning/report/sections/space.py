@@ -43,8 +43,8 @@ def follows(results: Results) -> Section | None:
     note = Note(
         "Δ is the angle between a fall and the reference of its record; the mean of cos 2Δ, or of cos Δ, over a "
         "record's falls is averaged over the records of an earthquake, then over earthquakes. Peaks are those of the "
-        "horizontal vector and have a head; the pulse is the strongest wavelet coefficient of the velocity over all "
-        "directions, an axis like the fault normal."
+        "horizontal vector and have a head; the pulse is the strongest wavelet coefficient (db4) of the velocity over "
+        "all directions, an axis like the fault normal."
     )
     alt = "alignment of falls with peaks, pulse and fault normal"
     figure = Figure(results.figures / "follow.svg", alt, caption, width=0.9)

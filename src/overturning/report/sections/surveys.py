@@ -95,12 +95,14 @@ def survey_sentences(found: SurveyComparison) -> list[str]:
         seen += f" Mean fall direction {mean}."
     fits = [test for test in (found.fit_octants, found.fit_octants_watson, found.fit_exact) if test.n]
     against = ", ".join(f"{test.name} {_p_is(test.p_value)}" for test in fits if test.p_value < SIGNIFICANT)
-    differ = "The directions do not differ from the predicted ones by more than chance would have it."
+    fit = "the directions do not differ from it by more than chance would have it"
+    if against:
+        told = found.log_likelihood_ratio > 0 and p < SIGNIFICANT
+        fit = f"{'all the same ' if told else ''}the directions differ from it by more than chance ({against})"
     sentences = [
-        f"{better}: log likelihood ratio {number(found.log_likelihood_ratio)} ({reach} of surveys of stones that fall "
-        "any way reach as much).",
+        f"{better} (log likelihood ratio {number(found.log_likelihood_ratio)}, which {reach} of surveys of stones that "
+        f"fall any way reach); {fit}.",
         seen,
-        f"The directions differ from the predicted ones ({against})." if against else differ,
     ]
     if found.turned_every_way:
         every = found.turned_every_way == found.fallen

@@ -2,7 +2,7 @@
 
 In a page stands ``<!--=name-->5<!--/-->``; `fill`, which `verification.tables.publish` calls, puts there what `FIGURES`
 make of the tables in verification/results by that name. To state a figure, enter it in `FIGURES`, write its mark,
-and run `python -m verification.sentences`.
+and run `python -m verification.tables`.
 """
 
 import re
@@ -13,15 +13,13 @@ from typing import Final
 
 import pandas as pd
 
-from verification.tables import publish, read_figures
-
 MARK: Final = re.compile(r"<!--=([\w-]+)-->(.*?)<!--/-->", flags=re.DOTALL)
 
 
 def cell(file: str, quantity: str, written: str, results: Path) -> str:
     """A figure of a file that `verification.tables.write_figures` wrote, as `written` says."""
-    (value,) = (one.value for one in read_figures(results / file) if one.quantity == quantity)
-    return written.format(value)
+    rows = pd.read_csv(results / file)
+    return written.format(rows.loc[rows["quantity"] == quantity, "value"].item())
 
 
 def step_to_target(written: str, results: Path) -> str:
@@ -64,7 +62,3 @@ FIGURES: Final[dict[str, Callable[[Path], str]]] = {
 def fill(text: str, results: Path) -> str:
     """A page with its marks filled; one that `FIGURES` do not know is a KeyError."""
     return MARK.sub(lambda found: f"<!--={found[1]}-->{FIGURES[found[1]](results)}<!--/-->", text)
-
-
-if __name__ == "__main__":
-    publish({})

@@ -10,6 +10,7 @@ import pandas as pd
 
 from overturning.errors import ResultError
 from overturning.files import atomic_write
+from verification.sentences import fill
 
 ROOT: Final = Path(__file__).parents[1]
 RESULTS: Final = ROOT / "verification" / "results"
@@ -90,8 +91,6 @@ def publish(bodies: Mapping[str, str], root: Path = ROOT) -> None:
     ResultError
         If no page has one of the marks; the others are published all the same.
     """
-    from verification.sentences import fill
-
     missing = set(bodies)
     for page in (root / "README.md", *sorted((root / "docs").glob("*.md"))):
         if page.is_file():
@@ -176,3 +175,7 @@ def read_table(path: Path) -> pd.DataFrame:
     except (OSError, ValueError) as error:
         raise ResultError(f"{path}: cannot be read ({error}); run `make verify`") from None
     return rows
+
+
+if __name__ == "__main__":
+    publish({})

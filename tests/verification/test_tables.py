@@ -70,7 +70,7 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_the_figures_in_sentences_are_those_of_their_tables(page: Path) -> None:
     text = page.read_text(encoding="utf-8")
-    assert sentences.fill(text, RESULTS) == text, "python -m verification.sentences"
+    assert sentences.fill(text, RESULTS) == text, "python -m verification.tables"
     assert len(sentences.MARK.findall(text)) == text.count("<!--=") == text.count("<!--/-->")
 
 

@@ -140,6 +140,7 @@ def assemble(
     extra |= {"header_peak_difference": differences} if differences else {}
     extra |= {"trusted_data": True, "trusted": trusted} if declared.trust_data else {}
     extra["declared"] = [*extra.get("declared", ()), *declared.of_axes, *borehole]
+    hashes = list(dict.fromkeys(c.sha256 for c in window))
     of_files = {
         "station": first.station,
         "event": first.event,
@@ -154,7 +155,8 @@ def assemble(
         up=window[2].samples * float(window[2].vertical) + 0.0 if len(window) == 3 else None,
         sampling_interval=first.sampling_interval,
         start=iso(first.start),
-        sha256=_joint_hash(window),
+        # Of one file, or of the joined hashes where a record lies in several.
+        sha256=hashes[0] if len(hashes) == 1 else hashlib.sha256("".join(hashes).encode()).hexdigest(),
         component_azimuths_deg=tuple(azimuths),
         processing=_cut_to_common(components, window, north, east),
         extra=extra,
@@ -235,9 +237,3 @@ def _with_sense(components: Sequence[Component], sense: VerticalSense | None) ->
     vertical = {"up": 1, "down": -1}.get(sense or "", 0)
     pairs = zip(components, unknown, strict=True)
     return [replace(c, vertical=vertical) if open_ else c for c, open_ in pairs if vertical or not open_]
-
-
-def _joint_hash(components: Sequence[Component]) -> str:
-    """SHA-256 of one file, or of the joined hashes where a record lies in several."""
-    hashes = list(dict.fromkeys(c.sha256 for c in components))
-    return hashes[0] if len(hashes) == 1 else hashlib.sha256("".join(hashes).encode()).hexdigest()

@@ -40,7 +40,10 @@ class _Pulse(BaseModel):
         raise NotImplementedError
 
 
-class _Wave(_Pulse):
+class Wave(_Pulse):
+    """a = A sin(2πt/T), or A cos(2πt/T), over whole or half cycles."""
+
+    shape: Literal["sine", "cosine"]
     period_s: float = Field(gt=0, le=1000, description="Period T, s.")
     cycles: float = Field(default=1.0, gt=0, le=1000, description="Number of cycles.")
 
@@ -49,23 +52,9 @@ class _Wave(_Pulse):
         """T times the number of cycles, s."""
         return self.period_s * self.cycles
 
-
-class Sine(_Wave):
-    """a = A sin(2πt/T) over whole or half cycles."""
-
-    shape: Literal["sine"] = "sine"
-
     def acceleration(self, time: FloatArray) -> FloatArray:  # noqa: D102
-        return self.amplitude_gal * GAL * np.sin(2.0 * np.pi * time / self.period_s)
-
-
-class Cosine(_Wave):
-    """a = A cos(2πt/T) over whole or half cycles."""
-
-    shape: Literal["cosine"] = "cosine"
-
-    def acceleration(self, time: FloatArray) -> FloatArray:  # noqa: D102
-        return self.amplitude_gal * GAL * np.cos(2.0 * np.pi * time / self.period_s)
+        wave = np.sin if self.shape == "sine" else np.cos
+        return np.asarray(self.amplitude_gal * GAL * wave(2.0 * np.pi * time / self.period_s))
 
 
 class Ricker(_Pulse):
@@ -156,7 +145,7 @@ class Noise(_Lasting):
         return self.amplitude_gal * GAL * math.sqrt(2.0 / len(numbers)) * bell * total
 
 
-Pulse = Annotated[Sine | Cosine | Ricker | MavroeidisPapageorgiou | Constant | Noise, Field(discriminator="shape")]
+Pulse = Annotated[Wave | Ricker | MavroeidisPapageorgiou | Constant | Noise, Field(discriminator="shape")]
 """Any of the pulses, told apart by the key ``shape``."""
 
 _ADAPTER: TypeAdapter[Pulse] = TypeAdapter(Pulse)

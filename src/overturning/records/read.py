@@ -107,28 +107,11 @@ def _one_record(components: Sequence[Component], sensor: Sensor) -> list[Compone
 def read_path(
     path: Path | str | Sequence[Path | str], declared: Declarations | None = None, record_id: str | None = None
 ) -> Record:
-    """Read a record from a file, an archive, or several files that belong together; the format goes by content.
-
-    Parameters
-    ----------
-    path : path or sequence of paths
-        One file (others of the same record beside it are found), or the files of one sensor.
-    declared : Declarations, optional
-        What the files do not say themselves.
-    record_id : str, optional
-        Name of the record; default: the first file's stem.
-
-    Raises
-    ------
-    MissingDataError, RecordError
-        If a file is missing, of no known format, damaged, or contradicts itself.
-    """
+    """Read a record, as `read` does, as its files are: nothing is done to it."""
     declared = declared or Declarations()
     paths = [Path(path)] if isinstance(path, str | Path) else [Path(p) for p in path]
-    if len(paths) == 1:
-        components = _with_sisters(paths[0], declared)
-    else:
-        components = read_files([read_source(p) for p in paths], declared)
+    several = len(paths) > 1
+    components = read_files(map(read_source, paths), declared) if several else _with_sisters(paths[0], declared)
     components = _one_record(components, declared.sensor or "surface")
     return assemble(components, record_id or paths[0].name.split(".")[0].lower(), declared)
 

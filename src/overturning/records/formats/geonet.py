@@ -62,6 +62,8 @@ def _component(source: SourceFile, block: Lines) -> tuple[Component, int]:
     end = HEADER_LINES + sum(-(-int(n) // 10) for n in whole[33 : 36 if corrected else 34])
     if end > len(text):
         raise block.error(len(text) - 1, f"the file ends in the data of {axis}; get it again")
+    # The earthquake by its time, and by its place as that of the epicentre, which may be far from the station.
+    when, where = (" ".join(header.text(name).split()) for name in ("origin", "near"))
     return Component.of(
         source,
         axis,
@@ -71,19 +73,13 @@ def _component(source: SourceFile, block: Lines) -> tuple[Component, int]:
         # Corrected files have samples prepended (5 s as a rule) before the start of the buffer.
         start=_buffer_start(block, whole) - timedelta(seconds=float(whole[31]) * interval),
         station=header.text("site"),
-        event=_event(header),
+        event=f"earthquake of {when}" + (f" (epicentre {where})" if where else ""),
         origin=stated_time(" ".join(text[7].split()), "%Y %B %d %H:%M:%S UT"),
         place=_coordinates(header.match("site"), 2),
         peak=header.peak("Acceleration: Peak in mm/s/s", MM),
         processed=corrected,
         extra=_extra(header, float(real[14]), corrected),
     ), end
-
-
-def _event(header: Header) -> str:
-    """The earthquake by its time, and by its place as that of the epicentre, which may be far from the station."""
-    when, where = (" ".join(header.text(name).split()) for name in ("origin", "near"))
-    return f"earthquake of {when}" + (f" (epicentre {where})" if where else "")
 
 
 def _extra(header: Header, magnitude: float, corrected: bool) -> dict[str, Any]:

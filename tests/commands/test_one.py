@@ -78,6 +78,15 @@ def test_errors(
     assert "Traceback" not in error
 
 
+def test_a_block_slides_where_friction_is_less_than_its_slenderness(capsys: pytest.CaptureFixture[str]) -> None:
+    """A block at rest can tip only where µ is at least B/H: below it slides, however strong the motion."""
+    given = ("--record", "sine amplitude_gal=400 period_s=1", "--azimuth", "0", "--b-over-h", "0.3", "--friction")
+    run(*given, "0.1")
+    assert "motion along N: stands (largest rotation 0.00 α); slipped" in capsys.readouterr().out
+    run(*given, "1")
+    assert "motion along N: falls" in capsys.readouterr().out
+
+
 def test_a_solid(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     page, figure = tmp_path / "fall.html", tmp_path / "axis.svg"
     given = ("--record", "rinaldi", "--solid", "--orientation", "20", "--b-over-h", "0.3", "--friction", "0.6")

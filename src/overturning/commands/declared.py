@@ -41,12 +41,15 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
 class Declared:
     """What record files do not say themselves, of the subcommands that read them."""
 
-    azimuths: Annotated[
-        str, typer.Option(help="azimuths of the two horizontal axes where the files do not state them: 0,90")
+    azimuths_deg: Annotated[
+        str,
+        typer.Option("--azimuths", help="azimuths of the two horizontal axes where the files do not state them: 0,90"),
     ] = ""
     columns: Annotated[str, typer.Option(help="read as columns: 'time:s north:gal east:gal up:gal'")] = ""
     form: Annotated[str, typer.Option("--format", help="the only format allowed; otherwise by content")] = ""
-    interval: Annotated[float | None, typer.Option(help="sampling interval of columns without a time, s")] = None
+    sampling_interval_s: Annotated[
+        float | None, typer.Option("--interval", help="sampling interval of columns without a time, s")
+    ] = None
     processed: Annotated[
         bool | None,
         typer.Option(
@@ -74,24 +77,15 @@ class Declared:
         from overturning.records.formats.table import format_named
         from overturning.records.source import Declarations
 
+        given: dict[str, Any] = {name: value for name, value in vars(self).items() if value not in ("", None)}
         try:
-            pair = [float(a) for a in self.azimuths.replace(",", " ").split()] or None
+            if self.azimuths_deg:
+                given["azimuths_deg"] = [float(a) for a in self.azimuths_deg.replace(",", " ").split()] or None
         except ValueError:
-            raise ArgumentError(f"--azimuths: {self.azimuths!r}; two numbers of degrees, e.g. 0,90") from None
-        words: Any = self  # words of any kind: Declarations knows which there are
+            raise ArgumentError(f"--azimuths: {self.azimuths_deg!r}; two numbers of degrees, e.g. 0,90") from None
         try:
             format_named(self.form or None)
-            return Declarations(
-                form=self.form or None,
-                columns=self.columns,
-                sampling_interval_s=self.interval,
-                processed=self.processed,
-                azimuths_deg=pair,
-                trust_data=self.trust_data,
-                unit=words.unit or None,
-                sensor=words.sensor or None,
-                vertical_sense=words.vertical_sense or None,
-            )
+            return Declarations(**given)
         except ArgumentError as problem:
             raise ArgumentError(f"--{str(problem).replace('_', '-', 1)}") from None
 

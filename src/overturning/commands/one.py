@@ -79,7 +79,7 @@ def _in_planes(motion: "Motion", amplitude: float, plane: InPlane, stone: Stone)
     paths = [
         trajectory(
             motion, stones, azimuth_deg=angle, height=height, b_over_h=b_over_h,
-            amplitude=amplitude,
+            friction=stone.friction, amplitude=amplitude,
         )
         for angle in plane.azimuth or []
     ]  # fmt: skip

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from overturning.dem.trajectory import trajectory
-from overturning.figures.film import Body, Film, Panel
+from overturning.figures.film import Film, FilmBody, Panel
 from overturning.motion.motion import Motion
 
 
@@ -15,16 +15,16 @@ def falling_body(motion: Motion, b_over_h: float = 0.25) -> xr.Dataset:
     return trajectory(motion, "rectangle", orientation_deg=10.0, height=0.6, b_over_h=b_over_h, friction=0.8)
 
 
-def block(rotation: np.ndarray, width: float = 0.24, height: float = 0.6) -> Body:
+def block(rotation: np.ndarray, width: float = 0.24, height: float = 0.6) -> FilmBody:
     """A block that turns about its right corner (rotation > 0) or left one."""
     pivot = np.where(rotation >= 0, width / 2, -width / 2)
     s = pivot - pivot * np.cos(rotation) + height / 2 * np.sin(rotation)
     z = pivot * np.sin(rotation) + height / 2 * np.cos(rotation)
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * [width / 2, height / 2]
-    return Body("block", corners, np.stack([s, z], axis=1), rotation)
+    return FilmBody("block", corners, np.stack([s, z], axis=1), rotation)
 
 
-BASE = Body("base", np.array([[-5, -0.3], [5, -0.3], [5, 0], [-5, 0.0]]), np.zeros((1, 2)), np.zeros(1), free=False)
+BASE = FilmBody("base", np.array([[-5, -0.3], [5, -0.3], [5, 0], [-5, 0.0]]), np.zeros((1, 2)), np.zeros(1), free=False)
 
 
 def two_panels(duration: float = 4.0, title: str = "Test block", forces: bool = True) -> Film:

@@ -131,18 +131,13 @@ def _check_outputs(wanted: Outputs, space: InSpace) -> None:
     from overturning.figures.film_movie import check_movie
     from overturning.files import check_output
 
-    for option, file, kinds in (
-        ("--animate", wanted.animate, (".html", ".gif", ".mp4")),
-        ("--response", wanted.response, (".svg", ".png", ".pdf")),
-    ):
-        if file is None:
-            continue
-        check_output(file, option, *kinds)
-        if space.solid and option == "--animate" and file.suffix.lower() != ".html":
-            raise ArgumentError(f"{file.name}: a film in space is a page that can be turned; end it in .html")
-        if space.solid and option == "--response" and len(space.orientation or ()) > 1:
-            raise ArgumentError(f"{file.name}: one orientation at a time; give --orientation once")
-        check_movie(file)
+    if wanted.animate is not None:
+        check_output(wanted.animate, "--animate", ".html", ".gif", ".mp4")
+        check_movie(wanted.animate, in_space=space.solid)
+    if wanted.response is not None:
+        check_output(wanted.response, "--response", ".svg", ".png", ".pdf")
+        if space.solid and len(space.orientation or ()) > 1:
+            raise ArgumentError(f"{wanted.response.name}: one orientation at a time; give --orientation once")
 
 
 def _scene(plane: InPlane, damping_ratio: float | None) -> "Scene":

@@ -26,17 +26,13 @@ LINGER = 0.6
 
 
 @dataclass(frozen=True)
-class Body:
+class FilmBody:
     """A polygon in a vertical plane, or a convex body in space, and its way."""
 
     name: str
-    vertices: (
-        FloatArray  # about its reference point, m: s to the right and z up, or east, north and up, shape (n, 2 | 3)
-    )
+    vertices: FloatArray  # about its reference point, m: s (right) and z, or east, north and up, shape (n, 2 | 3)
     position: FloatArray  # of the reference point, m, shape (frames, 2 | 3), or (1, 2) where it does not move
-    rotation: (
-        FloatArray  # towards +s (clockwise on the screen), rad, shape (frames,) or (1,); or quaternion, (frames, 4)
-    )
+    rotation: FloatArray  # towards +s (clockwise), rad, shape (frames,) or (1,); or quaternion, (frames, 4)
     free: bool = True  # not driven or held
     faces: tuple[tuple[int, ...], ...] = ()  # in space: vertices of each, anticlockwise from outside
 
@@ -59,7 +55,7 @@ class Panel:
     title: str  # heading, for instance the azimuth
     outcome: str  # sentence shown once it has come about
     outcome_time: float  # when, s; NaN where it is known only at the end
-    bodies: tuple[Body, ...]  # in the order in which they are drawn
+    bodies: tuple[FilmBody, ...]  # in the order in which they are drawn
     acceleration: FloatArray  # of the base, m/s²: towards +s, shape (n,), or towards north and east, shape (2, n)
     sampling_interval: float  # of the acceleration, s; its first sample is at time 0
     sides: tuple[str, str] = ("", "")  # names of the directions −s and +s
@@ -140,7 +136,7 @@ def frame_times(first: float, last: float) -> FloatArray:
     return np.asarray(start + FRAME_INTERVAL * np.arange(int(np.ceil((last + LINGER - start) / FRAME_INTERVAL)) + 1))
 
 
-def way(body: Body) -> FloatArray:
+def way(body: FilmBody) -> FloatArray:
     """Vertices of a polygon in all its frames, shape (frames, n, 2): s₀ + s cos θ + z sin θ, z₀ − s sin θ + z cos θ."""
     (s, z), cos, sin = body.vertices.T, np.cos(body.rotation)[:, None], np.sin(body.rotation)[:, None]
     return np.asarray(body.position[:, None] + np.stack([s * cos + z * sin, z * cos - s * sin], axis=-1))

@@ -10,7 +10,7 @@ import numpy as np
 from overturning.errors import ArgumentError, MissingDataError
 from overturning.figures.film import Film, view, way
 from overturning.figures.style import FALLS, INK, SERIES, caption, labels, style
-from overturning.files import atomic_write
+from overturning.files import atomic_write, check_kind
 from overturning.units import GAL
 
 if TYPE_CHECKING:
@@ -22,8 +22,10 @@ GIF_INTERVAL = 0.06
 KINDS = (".gif", ".mp4")
 
 
-def check_movie(path: Path) -> None:
-    """Refuse an MP4 where there is no ffmpeg; a `MissingDataError` says so, best before anything is computed."""
+def check_movie(path: Path, *, in_space: bool) -> None:
+    """Refuse a film in space that is no page, and an MP4 where there is no ffmpeg, best before anything is computed."""
+    if in_space and path.suffix.lower() != ".html":
+        raise ArgumentError(f"{path.name}: a film in space is a page that can be turned; end it in .html")
     if path.suffix.lower() == ".mp4" and which("ffmpeg") is None:
         raise MissingDataError(f"{path.name}: MP4 needs the program ffmpeg; install it, or write .gif or .html instead")
 
@@ -42,11 +44,8 @@ def write_film_movie(film: Film, path: Path) -> None:
     from matplotlib import animation
 
     kind = path.suffix.lower()
-    if kind not in KINDS:
-        raise ArgumentError(f"{path.name}: unknown kind of animation; end it in .html, .gif or .mp4")
-    if film.panels[0].in_space:
-        raise ArgumentError("a film in space is a page that can be turned; end it in .html")
-    check_movie(path)
+    check_movie(path, in_space=film.panels[0].in_space)
+    check_kind(path, "film", *KINDS)
     step = max(1, round((GIF_INTERVAL if kind == ".gif" else 0.04) / film.frame_interval))
     rate: Any = 1 / (step * film.frame_interval)
     # No date and no encoder version in the file: both change from run to run.

@@ -7,7 +7,7 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
-from overturning.figures.film import FRAME_INTERVAL, Body, Film, Panel, frame_times
+from overturning.figures.film import FRAME_INTERVAL, Film, FilmBody, Panel, frame_times
 from overturning.figures.style import compass_name
 from overturning.model.status import Status
 from overturning.model.variables import INT8_MISSING
@@ -33,19 +33,19 @@ def free_elements(path: "xr.Dataset") -> "xr.Dataset":
 
 def heading_of(path: "xr.Dataset") -> str:
     """The azimuth of the motion, or what a body in space faces."""
-    return kind_of(path).heading.format(compass_name(float(path.attrs[kind_of(path).direction])))
+    return _showing(path).heading.format(compass_name(float(path.attrs[_showing(path).direction])))
 
 
 def outcome(path: "xr.Dataset") -> str:
     """What happens in a trajectory, in a sentence without its end."""
     if int(path["status"]) not in (Status.SIMULATED, Status.AT_REST):
         return "no outcome: the simulation is not valid"
-    return kind_of(path).outcome(path)
+    return _showing(path).outcome(path)
 
 
 def movement(path: "xr.Dataset") -> tuple[float, float] | None:
     """First and last time, s, at which anything free is away from where it began and where it ends; None if never."""
-    poses, time = kind_of(path).poses(path), path["time"].to_numpy()
+    poses, time = _showing(path).poses(path), path["time"].to_numpy()
     away = np.minimum(np.abs(poses - poses[:1]), np.abs(poses - poses[-1:])).max(axis=1) > MOVED
     moving = np.flatnonzero(away)
     return (float(time[moving[0]]), float(time[moving[-1]])) if moving.size else None
@@ -80,9 +80,9 @@ def film_of(
     time = frame_times(*window(paths))
     names = headings or [heading_of(path) for path in paths]
     panels = tuple(
-        kind_of(path).panel(path, motion, time, (name, outcome(path))) for path, name in zip(paths, names, strict=True)
+        _showing(path).panel(path, motion, time, (name, outcome(path))) for path, name in zip(paths, names, strict=True)
     )
-    return Film(title, float(time[0]), FRAME_INTERVAL, panels, note=f"{note} {kind_of(paths[0]).note}".strip())
+    return Film(title, float(time[0]), FRAME_INTERVAL, panels, note=f"{note} {_showing(paths[0]).note}".strip())
 
 
 def _frames(time: FloatArray, clock: FloatArray, values: FloatArray) -> FloatArray:
@@ -146,7 +146,7 @@ def _until_it_lies(path: "xr.Dataset", index: int) -> tuple[FloatArray, FloatArr
     return np.append(time, time[-1] + left / speed), np.concatenate([poses, [lying]])
 
 
-def _bodies(path: "xr.Dataset", time: FloatArray) -> tuple[Body, ...]:
+def _bodies(path: "xr.Dataset", time: FloatArray) -> tuple[FilmBody, ...]:
     vertices, x = path["vertices"].to_numpy(), path["x"].to_numpy()
     free = np.flatnonzero(path["kind"].to_numpy() == "free")
     levels = vertices[free, :, 1] + path["z"].to_numpy()[0, free, None]
@@ -158,13 +158,13 @@ def _bodies(path: "xr.Dataset", time: FloatArray) -> tuple[Body, ...]:
         if index in free:
             clock, poses = _until_it_lies(path, index)
             frames = _frames(time, clock, poses)
-            bodies.append(Body(str(name), shape, frames[:, :2], frames[:, 2]))
+            bodies.append(FilmBody(str(name), shape, frames[:, :2], frames[:, 2]))
         else:
             place = np.array([[x[0, index], float(path["z"][0, index])]])
             if np.ptp(shape[:, 0]) > 2 * reach:  # the ground, cut to the picture
                 shape = np.column_stack([np.clip(shape[:, 0], -reach, reach), shape[:, 1]])
                 shape[:, 1] = np.maximum(shape[:, 1], shape[:, 1].max() - 0.4 * tall)
-            bodies.append(Body(str(name), shape, place, np.zeros(1), free=False))
+            bodies.append(FilmBody(str(name), shape, place, np.zeros(1), free=False))
     return tuple(bodies)
 
 
@@ -216,7 +216,7 @@ def _space_poses(path: "xr.Dataset") -> FloatArray:
 def _space_panel(path: "xr.Dataset", motion: Motion, time: FloatArray, texts: tuple[str, str]) -> Panel:
     clock, outline = path["time"].to_numpy(), path["outline"].to_numpy()
     position, quaternion = (_frames(time, clock, path[name].to_numpy()) for name in ("place", "quaternion"))
-    body = Body("body", outline, position, quaternion, faces=faces_of(outline))
+    body = FilmBody("body", outline, position, quaternion, faces=faces_of(outline))
     moved = float(path.attrs["amplitude"]) * motion.horizontal
     return Panel(*texts, float(path["overturning_time"]), (body,), moved, motion.sampling_interval)
 
@@ -237,32 +237,26 @@ def faces_of(corners: FloatArray) -> tuple[tuple[int, ...], ...]:
     return tuple(faces)
 
 
-class Kind(NamedTuple):
-    """What is done differently with trajectories in a plane and in space."""
+class _Showing(NamedTuple):
+    """How trajectories in a plane, or in space, are shown."""
 
-    direction: str
-    """attribute of the direction, degrees;"""
-    heading: str
-    """of a panel, around the name of that direction;"""
-    outcome: Callable[["xr.Dataset"], str]
-    """what happens, of a valid simulation;"""
-    poses: Callable[["xr.Dataset"], FloatArray]
-    """what tells whether it moves, shape (time, n);"""
-    panel: Callable[["xr.Dataset", Motion, FloatArray, tuple[str, str]], Panel]
-    """the panel at the times of the frames, with its heading and outcome;"""
-    note: str
-    """what can be done with the film, or seen in it."""
+    direction: str  # attribute of the direction, degrees
+    heading: str  # of a panel, around the name of that direction
+    outcome: Callable[["xr.Dataset"], str]  # what happens, of a valid simulation
+    poses: Callable[["xr.Dataset"], FloatArray]  # what tells whether it moves, shape (time, n)
+    panel: Callable[["xr.Dataset", Motion, FloatArray, tuple[str, str]], Panel]  # at the times of the frames
+    note: str  # what can be done with the film, or seen in it
 
 
-_PLANE: Final = Kind(
+_PLANE: Final = _Showing(
     "azimuth_deg", "{}", _plane_outcome, _plane_poses, _plane_panel,
     "Contact forces: means over a sampling interval, over the weight of all stones that are free.",
 )  # fmt: skip
-_SPACE: Final = Kind(
+_SPACE: Final = _Showing(
     "orientation_deg", "facing {}", _space_outcome, _space_poses, _space_panel, "Drag to turn the view."
 )
 
 
-def kind_of(path: "xr.Dataset") -> Kind:
-    """The kind of a trajectory."""
+def _showing(path: "xr.Dataset") -> _Showing:
+    """How a trajectory is shown."""
     return _SPACE if "quaternion" in path else _PLANE

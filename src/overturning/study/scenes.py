@@ -33,7 +33,7 @@ def variant_names(study: Study) -> list[str]:
 
 
 def setting_of(study: Study, variant: str = NOMINAL) -> Variant:
-    """Scene, contact and ground of a variant; of the nominal one the study's own contact, and the ground of the motions.
+    """Scene, contact and ground of a variant; of the nominal one the study's contact and the motions' ground.
 
     Raises
     ------

@@ -9,7 +9,7 @@ import re
 from typing import Final
 
 from overturning.records.component import UNKNOWN, Component
-from overturning.records.formats.lines import FLOAT, Fields, Header, Lines, channels, epicentre
+from overturning.records.formats.lines import FLOAT, Fields, Header, Lines, epicentre, in_turn
 from overturning.records.source import SourceFile
 from overturning.units import STANDARD_GRAVITY
 
@@ -30,12 +30,8 @@ FIELDS: Final[Fields] = {
 }
 
 
-def read(source: SourceFile) -> list[Component]:
-    """Read all components; a RecordError names the line where one is cut or contradicts itself."""
-    return channels(source, lambda block: _component(source, block))
-
-
-def _component(source: SourceFile, block: Lines) -> tuple[Component, int]:
+@in_turn
+def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
     """The component that begins with these lines, and how many lines it takes."""
     text = block.lines
     if not text[0].startswith("* VOL1"):

@@ -15,7 +15,7 @@ import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.records.component import UNKNOWN, Component, Direction, StatedPeak, channel_axis, parse_axis, sensor_at
-from overturning.records.formats.lines import EARTHQUAKE, Fields, Header, Lines, channels
+from overturning.records.formats.lines import EARTHQUAKE, Fields, Header, Lines, in_turn
 from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY
 
@@ -40,11 +40,6 @@ FIELDS: Final[Fields] = {
 }
 
 
-def read(source: SourceFile) -> list[Component]:
-    """Read all channels; a RecordError names the line where one is cut or its unit is none of acceleration."""
-    return channels(source, lambda lines: _channel(source, lines))
-
-
 def _set(lines: Lines, at: int, what: str) -> tuple[dict[str, int], int]:
     """Count, numbers per line and width, and the line after the set, from the line that introduces it."""
     match = SET.match(lines.lines[at]) if at < len(lines.lines) else None
@@ -56,7 +51,8 @@ def _set(lines: Lines, at: int, what: str) -> tuple[dict[str, int], int]:
     return {"count": count, "per_line": per_line, "width": width}, at + 1 + -(-count // per_line)
 
 
-def _channel(source: SourceFile, lines: Lines) -> tuple[Component, int]:
+@in_turn
+def read(source: SourceFile, lines: Lines) -> tuple[Component, int]:
     """The channel that begins with these lines, and how many lines it takes."""
     text = lines.lines
     if not FIRST.match(text[0]):

@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 
 from overturning.records.component import Component, check_azimuth, parse_axis, sensor_at
-from overturning.records.formats.lines import EARTHQUAKE, FLOAT, Fields, Header, Lines, channels
+from overturning.records.formats.lines import EARTHQUAKE, FLOAT, Fields, Header, Lines, in_turn
 from overturning.records.source import SourceFile
 from overturning.units import GAL, STANDARD_GRAVITY
 
@@ -52,12 +52,8 @@ DATA: Final[Fields] = {
 """Of the line that introduces the samples."""
 
 
-def read(source: SourceFile) -> list[Component]:
-    """Read all channels; a RecordError names the line where one is cut, contradicts itself or is not evenly spaced."""
-    return channels(source, lambda block: _channel(source, block))
-
-
-def _channel(source: SourceFile, block: Lines) -> tuple[Component, int]:
+@in_turn
+def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
     """The channel that begins with these lines, and how many lines it takes."""
     kind = re.match(r"\s*((UN)?CORRECTED|RESPONSE)", block.lines[0], re.IGNORECASE)
     if kind is None:

@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 
 from overturning.records.component import Component, check_azimuth, parse_axis
-from overturning.records.formats.lines import FLOAT, Fields, Header, Lines, channels, epicentre, stated_time
+from overturning.records.formats.lines import FLOAT, Fields, Header, Lines, epicentre, in_turn, stated_time
 from overturning.records.source import SourceFile
 
 MM: Final = 1e-3
@@ -34,12 +34,8 @@ FIELDS: Final[Fields] = {
 }
 
 
-def read(source: SourceFile) -> list[Component]:
-    """Read all components; a RecordError names the line where a block is cut or contradicts itself."""
-    return channels(source, lambda block: _component(source, block))
-
-
-def _component(source: SourceFile, block: Lines) -> tuple[Component, int]:
+@in_turn
+def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
     """The component that begins with these lines, and how many lines it takes."""
     text = block.lines
     corrected = text[0].startswith("Corrected")

@@ -195,20 +195,24 @@ class Lines:
         return values.astype(np.int64)
 
 
-def channels(source: SourceFile, read: Callable[[Lines], tuple[Component, int]]) -> list[Component]:
-    """Components that stand one after the other in a file.
+def in_turn(read: Callable[[SourceFile, Lines], tuple[Component, int]]) -> Callable[[SourceFile], list[Component]]:
+    """A reader of files in which components stand one after the other, made of one that reads a component.
 
-    ``read`` gets the lines from the beginning of a component on, and says how many it takes; blank lines are left.
+    That one gets the file and its lines from the beginning of a component on, and says how many the component takes;
+    blank lines are left. A RecordError names the line where one is cut or contradicts itself.
     """
-    components, at = [], 0
-    while at < len(source.lines):
-        if source.lines[at].strip():
-            component, length = read(Lines(source.name, source.lines[at:], at))
-            components.append(component)
+
+    def read_all(source: SourceFile) -> list[Component]:
+        components, at = [], 0
+        while at < len(source.lines):
+            length = 1
+            if source.lines[at].strip():
+                component, length = read(source, Lines(source.name, source.lines[at:], at))
+                components.append(component)
             at += length
-        else:
-            at += 1
-    return components
+        return components
+
+    return read_all
 
 
 @dataclass(frozen=True)

@@ -14,12 +14,7 @@ MARKERS = ("o", "D", "s")
 def axes_figure(groups: dict[str, xr.Dataset], summaries: dict[str, AxisSummary]) -> Figure:
     """Figure of all earthquakes: a point each, named from top to bottom; below, the mean axis with its interval.
 
-    Parameters
-    ----------
-    groups : dict of xarray.Dataset
-        From `statistics.earthquakes.axes_by_group`; the resultant length of its fall axes is the size of a point.
-    summaries : dict of AxisSummary
-        Mean axis and interval of each group.
+    `groups` are of `statistics.earthquakes.axes_by_group`: the resultant length of fall axes is the size of a point.
     """
     names = list(dict.fromkeys(str(event) for data in groups.values() for event in data["event"].values))
     figure, panels = grid(1, 1, 6.6, 1.6 + 0.27 * (len(names) + len(groups)))
@@ -59,12 +54,7 @@ def axes_figure(groups: dict[str, xr.Dataset], summaries: dict[str, AxisSummary]
 def follow_figure(found: dict[str, Followed], b_over_h: FloatArray) -> Figure:
     """What falls follow, by slenderness: a column per group of records; above as axes, below with their heads.
 
-    Parameters
-    ----------
-    found : dict of Followed
-        By group, of each B/H by itself.
-    b_over_h : ndarray, shape (n,)
-        The slendernesses.
+    By group, then by name of the reference and whether it is taken as an axis, `found` has its mean for each B/H.
     """
     figure, panels = grid(2, len(found), max(3.4 * len(found), 4.4), 5.4)
     names = list(dict.fromkeys(name for group in found.values() for name, _ in group.means))

@@ -23,19 +23,10 @@ def posterior_figure(
 ) -> Figure:
     """Figure of a posterior.
 
-    Parameters
-    ----------
-    title : str
-        Of the figure.
-    of_axes : ndarray, shape (n,)
-        Probability of the axes, evenly spaced from north over half a turn.
-    arc : (float, float)
-        Middle and width of the stated arc of axes, degrees.
-    of_sources : mapping of str to float
-        Probability by motion.
-    strength : mapping of str to (ndarray, ndarray, ndarray, (float, float))
-        By name of a measure with its unit: values, ascending, probability not exceeded, the same of the prior, and the
-        stated interval, whose ends may be 0 or infinite.
+    Of the axes, evenly spaced from north over half a turn, the probabilities, shape (n,), and middle and width of the
+    stated arc, degrees; of the motions the probability by name. By name of a measure of `strength` with its unit:
+    values, ascending, probability not exceeded, the same of the prior, and the stated interval, whose ends may be 0 or
+    infinite.
     """
     import matplotlib.pyplot as plt
 

@@ -46,16 +46,9 @@ def _draw_boundary(axes: Any, bounds: xr.Dataset, top: float) -> None:
 
 
 def boundary_figure(bounds: xr.Dataset, top: float, fault_normal_deg: float, title: str) -> Figure:
-    """Figure of one record: a panel per height.
+    """Figure of one record of `statistics.boundary.boundary`: a panel per height.
 
-    Parameters
-    ----------
-    bounds : xarray.Dataset
-        One record of `statistics.boundary.boundary`: azimuth, height, friction.
-    top : float
-        Largest B/H of the cube.
-    fault_normal_deg : float
-        Azimuth of the fault normal, degrees, or NaN.
+    `top` is the largest B/H of the cube; the azimuth of the fault normal, degrees, can be NaN.
     """
     loaded = closed(bounds.compute())
     heights = loaded["height"].to_numpy()

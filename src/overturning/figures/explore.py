@@ -28,17 +28,9 @@ _ROTATION, _TIME = 1e-3, 1e-2  # of α; s
 
 
 def explorer_data(cube: "xr.Dataset") -> dict[str, Any]:
-    """What the page needs, as plain data for JSON; arrays over `DIMENSIONS` are base64 of small whole numbers.
+    """What the page needs of a cube with all elements or one, as plain data for JSON.
 
-    Parameters
-    ----------
-    cube : xarray.Dataset
-        As `overturning.open_cube` reads it, with all elements or one.
-
-    Raises
-    ------
-    ArgumentError
-        If it has more than `MOST_CELLS` cells.
+    Arrays over `DIMENSIONS` are base64 of small whole numbers. An `ArgumentError` refuses more than `MOST_CELLS` cells.
     """
     one = cube if "element" in cube.dims else cube.expand_dims(element=[""], axis=-1)
     if one["overturned"].size > MOST_CELLS:

@@ -26,16 +26,8 @@ def fall_rate_figure(
 ) -> Figure:
     """Figure of fall rate over amplitude where there are several, over PGA and PGV with the curve, over JMA intensity.
 
-    Parameters
-    ----------
-    amplitude : ndarray, shape (a,)
-        Factors on the records.
-    rates, jma : ndarray, shape (record, a)
-        Fall rate, and JMA intensity; NaN where not known.
-    levels : mapping of str to ndarray, shape (record, a)
-        Intensity by name of the measure, in the unit of its curve.
-    curves : sequence of Fragility
-        Of the whole population.
+    Over records and factors on them (`amplitude`), shape (record, a), NaN where not known: fall rates, JMA intensity,
+    and `levels` by name of the measure, in the unit of its curve. The curves are of the whole population.
     """
     with_jma = bool(np.isfinite(jma).any())
     shown = [one for one in curves if one.measure in ("PGA", "PGV")]

@@ -33,12 +33,7 @@ def check_movie(path: Path, *, in_space: bool) -> None:
 def write_film_movie(film: Film, path: Path) -> None:
     """Write a film as GIF (with Pillow) or MP4 (with ffmpeg, where it is installed), the same bytes each time.
 
-    Raises
-    ------
-    ArgumentError
-        If the ending is another one, or the film shows a body in space.
-    MissingDataError
-        If an MP4 is asked for and there is no ffmpeg.
+    Errors are those of `check_movie`, and an `ArgumentError` where the ending is another one.
     """
     import matplotlib.pyplot as plt
     from matplotlib import animation

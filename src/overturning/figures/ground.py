@@ -101,14 +101,9 @@ def spectra_figure(motion: Motion, azimuth_deg: list[float], title: str) -> Figu
 
 
 def intensity_figure(intensity: xr.Dataset, fault_normal_deg: float, title: str) -> Figure:
-    """Polar curves of PGA (Gal) and PGV (cm/s) of one record.
+    """Polar curves of one record's ``pga`` (m/s²) and ``pgv`` (m/s) over azimuth (degrees), in Gal and cm/s.
 
-    Parameters
-    ----------
-    intensity : xarray.Dataset
-        ``pga`` (m/s²) and ``pgv`` (m/s) over azimuth (degrees), one record.
-    fault_normal_deg : float
-        Azimuth of the fault normal, degrees, or NaN.
+    The azimuth of the fault normal, degrees, can be NaN.
     """
     azimuth = intensity["azimuth"].to_numpy().astype(np.float64)
     # A peak is an absolute value: opposite azimuths share it, and the curve closes on itself.

@@ -26,15 +26,11 @@ BINS: Final = 600
 
 
 def history_figure(before: Record, after: Record) -> "Figure":
-    """Figure of a record, with a column per component.
+    """Figure of a record as the file is, and as it is used, with a column per component.
 
     Rows: acceleration, velocity and displacement before (grey) and after processing; Fourier amplitudes with the
     corners and the noise before the onset; Husid plot, signal-to-noise ratio, and the acceleration that was taken away.
-
-    Parameters
-    ----------
-    before, after : Record
-        As the file is, and as it is used; the same where nothing was done to it.
+    Both records are the same where nothing was done.
     """
     import matplotlib.pyplot as plt
 

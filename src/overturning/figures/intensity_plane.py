@@ -77,18 +77,9 @@ def _draw_intensity_plane(
 
 
 def intensity_plane_figure(cube: xr.Dataset, intensity: xr.Dataset, fit: LogisticFit | None, friction: float) -> Figure:
-    """Figure with up to three slendernesses (columns) and all heights (rows) at one friction.
+    """Figure with up to three slendernesses (columns) and all heights (rows) at one friction, with the fit.
 
-    Parameters
-    ----------
-    cube : xarray.Dataset
-        The cube.
-    intensity : xarray.Dataset
-        ``pga`` (m/s²), ``pgv`` (m/s) over record and azimuth.
-    fit : LogisticFit or None
-        The fitted probability.
-    friction : float
-        Friction coefficient to show.
+    Of the intensity measures, ``pga`` (m/s²) and ``pgv`` (m/s) over record and azimuth count.
     """
     slender = cube["b_over_h"].to_numpy()
     one_friction = cube.sel(friction=[friction], method="nearest")

@@ -47,13 +47,10 @@ MOST_ARROWS: Final = 36
 
 
 def plane_map_figure(cube: xr.Dataset, title: str) -> Figure:
-    """Azimuth of the fall × slenderness, a compass per friction and height.
+    """Azimuth of the fall × slenderness of one record of a cube, a compass per friction and height.
 
-    Parameters
-    ----------
-    cube : xarray.Dataset
-        One record of the cube, or any dataset with ``overturned`` over azimuth, height, b_over_h and friction; where it
-        has the ensemble's probabilities, these are shown.
+    Any dataset with ``overturned`` over azimuth, height, b_over_h and friction will do; where it has the ensemble's
+    probabilities, these are shown.
     """
     spread = "probability_towards" in cube
     chance = fall_probability(closed(cube))[["towards", "away"]].compute()
@@ -132,13 +129,7 @@ def draw_cells(axes: Any, cells: xr.Dataset, values: Any, **colours: Any) -> Any
 
 
 def space_map_figure(cube: xr.Dataset, title: str) -> Figure:
-    """Fall azimuth by orientation and B/H, a panel per friction, height and aspect; and the record's rose.
-
-    Parameters
-    ----------
-    cube : xarray.Dataset
-        One record of a cube in space.
-    """
+    """Fall azimuth by orientation and B/H of one record, a panel per friction, height and aspect; and its rose."""
     blocks = [(height, aspect) for height in cube["height"].to_numpy() for aspect in cube["aspect"].to_numpy()]
     frictions = cube["friction"].to_numpy()
     figure, panels = style.grid(len(blocks), len(frictions) + 1, 2.2 * (len(frictions) + 1), 1.95 * len(blocks) + 0.9)

@@ -113,17 +113,9 @@ def _draw_site_map(axes: Any, site: xr.Dataset) -> None:
 def site_map_figure(site: xr.Dataset, title: str) -> Figure:
     """Figure of the map.
 
-    Parameters
-    ----------
-    site : xarray.Dataset
-        ``station_latitude``, ``station_longitude`` (degrees) over dimension ``station`` with its names; optionally
-        ``epicentre_latitude``, ``epicentre_longitude`` and ``fault_strike`` (degrees; drawn through the epicentre),
-        scalars, NaN where not known.
-
-    Raises
-    ------
-    ArgumentError
-        If no station has coordinates.
+    A site has ``station_latitude``, ``station_longitude`` (degrees) over dimension ``station`` with its names;
+    optionally ``epicentre_latitude``, ``epicentre_longitude`` and ``fault_strike`` (degrees; drawn through the
+    epicentre), scalars, NaN where not known. An `ArgumentError` says that no station has coordinates.
     """
     figure, panels = grid(1, 1, 4.6, 5.1)
     _draw_site_map(panels[0, 0], site)

@@ -43,23 +43,14 @@ def draw_study(
     threads: int = 1,
     settings: Figures | None = None,
 ) -> None:
-    """Draw the figures of a study.
+    """Draw the figures of a study from its cube, intensity measures and folder of processed motions (NetCDF).
 
-    Parameters
-    ----------
-    cube_path, intensity_path : Path
-        The cube and the intensity measures, NetCDF.
-    motions : Path
-        Folder of the processed motions, for the time histories and the illustrative cases.
-    folder : Path
-        Receives ``polar/ID`` and ``intensity/ID`` for each record (`map_figure`), ``rose``, ``axes`` and ``plane``, or,
-        where cases have no azimuth of their own, ``follow`` and ``earthquakes`` in its place, each in all formats;
-        ``history/ID.svg`` (time histories, not part of the report's page but beside it); ``illustrative/`` and
-        ``maps/`` (empty where no record has coordinates); and ``drawn.txt``, the names of the files in these two.
-    threads : int
-        Number of processes that draw: Matplotlib draws one figure at a time. The files are the same for any number.
-    settings : Figures, optional
-        Size, resolution and formats; by default those of the cube's study.
+    The folder receives ``polar/ID`` and ``intensity/ID`` for each record (`map_figure`), ``rose``, ``axes`` and
+    ``plane``, or, where cases have no azimuth of their own, ``follow`` and ``earthquakes`` in its place, each in all
+    formats; ``history/ID.svg`` (time histories, not part of the report's page but beside it); ``illustrative/`` and
+    ``maps/`` (empty where no record has coordinates); and ``drawn.txt``, the names of the files in these two.
+    Matplotlib draws one figure at a time: `threads` is the number of processes, and the files are the same for any.
+    Settings are by default those of the cube's study.
     """
     with open_cube(cube_path) as cube:
         count, write = cube.sizes["record"], partial(write_figure, settings or study_of(cube).figures)

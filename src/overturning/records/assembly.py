@@ -101,25 +101,12 @@ def _common_window(components: Sequence[Component], *, trust_data: bool = False)
 def assemble(
     components: Sequence[Component], record_id: str, declared: Declarations | None = None, **stated: Any
 ) -> Record:
-    """Make one record of the components of one sensor: two horizontal axes and at most one vertical one.
+    """Make one record of the components of one sensor: two horizontal axes and at most one vertical one, in any order.
 
-    Parameters
-    ----------
-    components : sequence of Component
-        In any order.
-    record_id : str
-        Name of the record.
-    declared : Declarations, optional
-        Of the axes, and whether to go on where a header's peak contradicts the data, files are unlike long, or the
-        motion is not the size of one.
-    **stated
-        Fields of the record that are known better than from the files (station, event, licence…).
-
-    Raises
-    ------
-    RecordError
-        If components are missing or doubled, an axis is unknown, rates, starts or lengths differ, a header's peak
-        contradicts the data, or the motion is above 5 g or 1000 cm/s or below 0.0001 g.
+    What is `declared` is of the axes, and whether to go on where a header's peak contradicts the data, files are unlike
+    long, or the motion is not the size of one; `stated` are fields that are known better than from the files (station,
+    event, licence…). A `RecordError` says so where components are missing or doubled, an axis is unknown, rates, starts
+    or lengths differ, a header's peak contradicts the data, or the motion is above 5 g or 1000 cm/s or below 0.0001 g.
     """
     declared = declared or Declarations()
     name = components[0].file if components else record_id

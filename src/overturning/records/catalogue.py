@@ -143,17 +143,10 @@ class RecordEntry(BaseModel):
 
 
 def read_catalogue(path: Path | str) -> dict[str, RecordEntry]:
-    """Read a record table: tab-separated, one header line, empty cells for what is not known, ``#`` for comments.
+    """Entries of a record table by id, in its order: tab-separated, one header line, ``#`` for comments.
 
-    Returns
-    -------
-    dict of str to RecordEntry
-        By id, in the table's order.
-
-    Raises
-    ------
-    ConfigError
-        Naming file, line, column and value: unknown or doubled columns, a doubled id, a value out of bounds.
+    Empty cells stand for what is not known. A `ConfigError` names file, line, column and value: unknown or doubled
+    columns, a doubled id, a value out of bounds.
     """
     path = Path(path)
     entries: dict[str, RecordEntry] = {}

@@ -54,23 +54,11 @@ def fetch_url(
     timeout: float = 30.0,
     wait: float = 1.0,
 ) -> Path:
-    """Get a file, or find it in the folder already.
+    """Get a file by http or https, or find it in the folder already, which is made if missing.
 
     What has come of a broken download stays beside the target as ``.NAME.part`` and is continued; the target itself
-    appears only whole and with the right hash.
-
-    Parameters
-    ----------
-    url : str
-        http or https, without credentials.
-    sha256 : str
-        Expected hash of the file, 64 hexadecimal digits.
-    folder : path
-        Where it goes; made if missing.
-    name : str, optional
-        File name; default: the last part of the URL's path.
-    tries, timeout, wait : int, float, float
-        Attempts in all, longest silence of the server, and pause before the second try, s; doubled each time.
+    appears only whole and with the right SHA-256. Its name is the last part of the URL's path where not given. Tried in
+    all `tries` times, with a pause of `wait` s that doubles; `timeout` is the longest silence of the server, s.
 
     Raises
     ------

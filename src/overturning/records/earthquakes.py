@@ -160,19 +160,9 @@ def earthquakes_of(records: Iterable[Record | RecordEntry]) -> Earthquakes:
     An ``event_id`` of the record table decides where both records have one. Else origin times within 60 s of each
     other, with epicentres within 100 km where both are known, make one earthquake, and origins further apart make two,
     whatever the names. Where one origin is not known, the same name does, in capitals or not. Records that say nothing
-    of their earthquake count as one, so that no interval becomes too narrow.
-
-    Parameters
-    ----------
-    records : iterable of Record or RecordEntry
-        In the order of the cube.
-
-    Returns
-    -------
-    Earthquakes
-        Labels in the order of the records, names that were merged, and doubts: names that resemble each other on no
-        other date, records of two names that start together, one name with several origins, and records of one name
-        that start more than an hour apart.
+    of their earthquake count as one, so that no interval becomes too narrow. Labels are in the order of the records;
+    doubts are names that resemble each other on no other date, records of two names that start together, one name with
+    several origins, and records of one name that start more than an hour apart.
     """
     known = [_known(record) for record in records]
     found: list[_Earthquake] = []

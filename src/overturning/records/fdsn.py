@@ -50,16 +50,9 @@ def fetch_fdsn(
     """Get a MiniSEED and its StationXML file, or find them in the folder, which is made if missing.
 
     Both files are read before they are moved into place, so a cut or foreign answer never becomes one. ``tries``,
-    ``timeout`` and ``wait`` are as in `fetch_url`, per file.
-
-    Raises
-    ------
-    ArgumentError
-        If server, codes or times are unusable.
-    MissingDataError
-        If the server has no such data, or wants an account.
-    RecordError
-        If no whole, readable answer came.
+    ``timeout`` and ``wait`` are as in `fetch_url`, per file. An `ArgumentError` says that server, codes or times are
+    unusable, a `MissingDataError` that the server has no such data, or wants an account, a `RecordError` that no whole,
+    readable answer came.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)

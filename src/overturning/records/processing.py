@@ -40,17 +40,10 @@ def default_steps(record: Record, corner_hz: float | Literal["auto"] = DEFAULT_H
 def process(record: Record, steps: Sequence[Step] | None, site: Site | None = None) -> Record:
     """Apply steps in order, :func:`default_steps` of the record where None; then take it through the soil of a site.
 
-    Returns
-    -------
-    Record
-        With one entry per step added to ``processing``: the step's parameters and, under ``effect``, the largest PGA
-        (m/s²), PGV (m/s) and PGD (m) of north and east before and after.
-
-    Raises
-    ------
-    RecordError
-        If a step does not fit the record (corner above the Nyquist frequency, cut beyond its end…), or what comes out
-        is not the size of a ground motion.
+    ``processing`` of the returned record has one more entry per step: the step's parameters and, under ``effect``, the
+    largest PGA (m/s²), PGV (m/s) and PGD (m) of north and east before and after. A `RecordError` says so where a step
+    does not fit the record (corner above the Nyquist frequency, cut beyond its end…), or what comes out is not the size
+    of a ground motion.
     """
     steps = default_steps(record) if steps is None else steps
     for step in steps:

@@ -20,14 +20,8 @@ from overturning.records.store import rounded
 def read_record(entry: RecordEntry, data_dir: Path | str) -> Record:
     """Read a record of the record table, from the user's files in a folder or from a package that brings it.
 
-    Raises
-    ------
-    MissingDataError
-        If files are not there; says which, from where, and where to put them.
-    RecordError
-        If they cannot be read or contradict themselves.
-    ConfigError
-        If the format of the entry is unknown.
+    A `MissingDataError` says which files are not there, from where they come, and where to put them, a `RecordError`
+    that they cannot be read or contradict themselves, a `ConfigError` that the format of the entry is unknown.
     """
     stated = _known(entry.model_dump(include={"station", "event", "licence", "fault_strike_deg"}))
     if entry.format == "synthetic":

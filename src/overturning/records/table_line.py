@@ -20,26 +20,12 @@ COLUMNS = ("id", "format", "source", "station", "event", "fault_strike_deg", "pu
 
 
 def add_line(paths: Sequence[Path], values: dict[str, str], table: Path, folder: Path) -> Record:
-    """Add a record to the table: its files are read, put into the folder of record files, and named in a new line.
+    """Add a record to the table, and return it as it was read.
 
-    Parameters
-    ----------
-    paths : sequence of Path
-        Files of the record.
-    values : dict of str
-        Columns of the line; ``id`` and ``source`` follow from the files where they are not given.
-    table, folder : Path
-        The table, made where there is none, and the folder of record files.
-
-    Returns
-    -------
-    Record
-        As it was read.
-
-    Raises
-    ------
-    ArgumentError, ConfigError, MissingDataError, RecordError
-        If a column is not known, an id is there already, a file is missing or cannot be read; nothing is written then.
+    Its files are read, put into the folder of record files, and named in a new line of the table, which is made where
+    there is none. Of the columns' `values`, ``id`` and ``source`` follow from the files where they are not given. An
+    `OverturningError` says what column is not known, which id is there already, what file is missing or cannot be read;
+    nothing is written then.
     """
     missing = [path for path in paths if not path.is_file()]
     if missing:

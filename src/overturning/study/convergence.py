@@ -228,20 +228,8 @@ def check_convergence(
 
     The stiffer springs go first, in growing parts: their block steps tell what the finer steps will cost. These take
     the first cases of the same random order, as many as the rest of the allowance pays for, and both are counted on
-    these.
-
-    Parameters
-    ----------
-    study : Study
-        The study, whose `verification` are settings.
-    records : sequence of Record
-        Its processed records in its order.
-    sample : Sample
-        Cases of its cube.
-    threads : int
-        Number of threads; nothing that is found depends on it.
-    progress : callable, optional
-        Called with the cases done and all cases of both.
+    these. The processed records are in the order of the study, whose `verification` are settings; nothing that is found
+    depends on the number of threads. Progress is called with the cases done and all cases of both.
     """
     settings = study.verification
     assert not isinstance(settings, str)  # the workflow does not ask for it

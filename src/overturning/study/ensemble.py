@@ -117,15 +117,7 @@ COLUMNS: Final = tuple(item.name for item in fields(Members))
 def draw_members(settings: Ensemble) -> Members:
     """Draw the members: two scrambles of one Sobol sequence (Owen 1998, ACM TOMACS 8).
 
-    Parameters
-    ----------
-    settings : Ensemble
-        Number, half-widths and seed.
-
-    Returns
-    -------
-    Members
-        Rounded to 1e-9, so that the file they are kept in holds the very same numbers.
+    They are rounded to 1e-9, so that the file they are kept in holds the very same numbers.
     """
     from scipy.stats import qmc
 
@@ -143,22 +135,10 @@ def draw_members(settings: Ensemble) -> Members:
 
 
 def cells_to_run(overturned: NDArray[np.int8], everywhere: bool, dimensions: int = 4) -> NDArray[np.bool_]:
-    """Which cells the ensemble runs.
+    """Which cells of a grid of so many `dimensions` the ensemble runs, bool of shape (a, h, b, …).
 
-    Parameters
-    ----------
-    overturned : ndarray, shape (a, h, b, …) or (a, h, b, …, elements)
-        Nominal flags; a missing one differs from every other. A change of any element counts.
-    everywhere : bool
-        All cells.
-    dimensions : int
-        Of the grid.
-
-    Returns
-    -------
-    ndarray of bool, shape (a, h, b, …)
-        Cells within two steps along B/H of a change of flag. With a single B/H there is no such neighbour to tell, and
-        all cells are run.
+    All `everywhere`, or where there is a single B/H; else those within two steps along B/H of a change of any element's
+    nominal flag, shape (a, h, b, …) or (a, h, b, …, elements), of which a missing one differs from every other.
     """
     shape = overturned.shape[:dimensions]
     if everywhere or shape[2] == 1:
@@ -171,19 +151,10 @@ def cells_to_run(overturned: NDArray[np.int8], everywhere: bool, dimensions: int
 
 
 def wilson(count: ArrayLike, total: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """95 % interval of a share (Wilson 1927, Journal of the American Statistical Association 22).
+    """95 % interval (low, high) of the share of `count` among `total` cases; 0 and 1 without cases.
 
-    Written out because scipy's takes one share at a time, and a sweep should not wait for it.
-
-    Parameters
-    ----------
-    count, total : array_like
-        Cases counted, of so many.
-
-    Returns
-    -------
-    (low, high) : ndarray, of the shape of both
-        0 and 1 without cases.
+    Wilson (1927), Journal of the American Statistical Association 22; written out because scipy's takes one share at a
+    time, and a sweep should not wait for it.
     """
     n, k = np.asarray(total, np.float64), np.asarray(count, np.float64)
     known = np.maximum(n, 1.0)
@@ -194,19 +165,10 @@ def wilson(count: ArrayLike, total: ArrayLike) -> tuple[FloatArray, FloatArray]:
 
 
 def settled(flags: NDArray[np.int8], widest: float) -> NDArray[np.bool_]:
-    """Which cells need no further members: both probabilities of every element are known to within ±`widest`.
+    """Which cells need no further members, shape (cells,): a function of each cell's own flags.
 
-    Parameters
-    ----------
-    flags : ndarray, shape (cells, members) or (cells, members, elements)
-        Outcomes so far; members without an outcome, or not run yet, are missing.
-    widest : float
-        Largest half width of the 95 % interval (`wilson`).
-
-    Returns
-    -------
-    ndarray of bool, shape (cells,)
-        A function of each cell's own flags.
+    Both probabilities of every element are known to within ±`widest` (`wilson`). Of flags, shape (cells, members) or
+    (cells, members, elements), those without an outcome, or not run yet, are missing.
     """
     known = (flags != INT8_MISSING).sum(axis=1)
     known_well = narrow((flags == 1).sum(axis=1), (flags == -1).sum(axis=1), known, widest)
@@ -228,24 +190,12 @@ def part_of(progress: Progress | None, begin: float, end: float) -> Progress | N
 
 @dataclass(frozen=True)
 class CellEnsemble:
-    """The ensemble of a study.
+    """The ensemble of a study."""
 
-    Attributes
-    ----------
-    model : Model
-        What it runs again.
-    members : Members
-        What each member changes.
-    everywhere : bool
-        Run all cells, not only those near a change of flag.
-    widest : float
-        A cell gets no further members once it is `settled` to within this; 0 runs all members of every cell.
-    """
-
-    model: Model
-    members: Members
-    everywhere: bool = True
-    widest: float = 0.0
+    model: Model  # what it runs again
+    members: Members  # what each member changes
+    everywhere: bool = True  # run all cells, not only those near a change of flag
+    widest: float = 0.0  # a cell gets no further members once it is `settled` to within this; 0: it gets all
 
     def run(
         self,
@@ -255,29 +205,12 @@ class CellEnsemble:
         run: Runner,
         progress: Progress | None = None,
     ) -> tuple[Arrays, int]:
-        """Run the ensemble beside a nominal outcome.
+        """Run the ensemble beside a nominal outcome, and return its variables and the block steps done.
 
-        Parameters
-        ----------
-        motion : Motion
-            The ground's.
-        grid : Grid
-            The cases.
-        nominal : mapping of str to ndarray
-            The nominal outcome: `overturned`, shape (a, h, b, …) or (a, h, b, …, elements), and what marks cells for
-            which others answer, (a, h, b, …). These are not run: they mirror their member's tilt with everything else.
-        run : callable
-            Runs the members' cases.
-        progress : callable, optional
-            Called now and then with the work done and the whole work.
-
-        Returns
-        -------
-        arrays : dict of ndarray, shape (a, h, b, …)
-            The variables, missing floats as NaN; those of single elements with their dimension where `overturned` has
-            it.
-        block_steps : int
-            Work done.
+        Of the nominal outcome, `overturned`, shape (a, h, b, …) or (a, h, b, …, elements), and what marks cells for
+        which others answer count: these are not run, they mirror their member's tilt with everything else. `run` runs
+        the members' cases. The variables have shape (a, h, b, …), and the elements where `overturned` has them; missing
+        floats are NaN.
         """
         overturned, marked, members = nominal["overturned"], nominal[self.model.copied], self.members
         chosen = cells_to_run(overturned, self.everywhere, len(grid.shape)) & (marked == 0)

@@ -40,12 +40,7 @@ def gather(study: Study, records: Sequence[Record], parts: Sequence[Path], path:
     """Gather the parts of a sweep into the cube of a variant; the processed records are in the order of the cube.
 
     A part has cells of one record, of any piece of the grid; the parts come in any order. No more than one variable of
-    one record is in memory.
-
-    Raises
-    ------
-    ResultError
-        If a part belongs to another study, or a cell is in no part.
+    one record is in memory. A `ResultError` says that a part belongs to another study, or a cell is in no part.
     """
     from netCDF4 import Dataset
 

@@ -19,10 +19,7 @@ from overturning.tables import what_is_wrong
 def load_study(path: Path, overrides: Mapping[str, Any] | None = None) -> Study:
     """Read and check a study file, some of whose keys are replaced by `overrides`, nested like the file.
 
-    Raises
-    ------
-    ConfigError
-        If the file cannot be read, or a key or value is wrong; names file, key, value and remedy.
+    A `ConfigError` says that the file cannot be read, or names file, key, value and remedy of what is wrong.
     """
     data = read_mapping(path, "study", "see config/README.md", "name a study file with --configfile")
     return check_study(_merged(data, overrides or {}), str(path))
@@ -102,10 +99,7 @@ def _nearest(steps: list[int | str]) -> str:
 def entries_of(study: Study, where: str, root: Path = Path()) -> dict[str, RecordEntry]:
     """Rows of the record table, whose path counts from `root`, that a study uses, in its order.
 
-    Raises
-    ------
-    ConfigError
-        If a record is not in the table; names the study's file as `where`.
+    A `ConfigError` names a record that is not in the table, and the study's file as `where`.
     """
     table = read_catalogue(shipped(root / study.records.table))
     for name, line in study.records.pulses.items():

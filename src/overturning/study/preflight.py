@@ -111,12 +111,8 @@ def _there(folder: Path) -> Path:
 def check_files(study: Study, where: str) -> tuple[dict[str, RecordEntry], dict[str, list[Path]]]:
     """Rows of the record table that a study uses, and the files of each record that the user has put there.
 
-    Raises
-    ------
-    ConfigError
-        If a record is not in the table, or its file lies outside the folder of records.
-    MissingDataError
-        If files are missing; names them all.
+    A `ConfigError` names a record that is not in the table, or whose file lies outside the folder of records, a
+    `MissingDataError` all files that are missing.
     """
     entries, folder = entries_of(study, where), Path(study.records.folder)
     files: dict[str, list[Path]] = {}

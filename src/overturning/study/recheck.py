@@ -38,12 +38,7 @@ class Recheck:
 def recheck(path: Path, motions: Path | None = None, *, cells: int = 200, seed: int = 1) -> Recheck:
     """Compute a random sample of a cube's cells again; the motions are in ``motion`` beside it where not given.
 
-    Raises
-    ------
-    ArgumentError
-        If no cell is asked for.
-    ResultError
-        If the cube or a motion is not there.
+    An `ArgumentError` says that no cell is asked for, a `ResultError` that the cube or a motion is not there.
     """
     if cells < 1:
         raise ArgumentError(f"cells: {cells}; at least 1")

@@ -36,17 +36,8 @@ def lock(file: Path) -> int | None:
     """Lock a folder by a file as long as this process lives, and wait for steps that outlived an earlier run.
 
     The lock is the kernel's: it goes with the process that has the file open, however that ends, so that there is never
-    anything to unlock.
-
-    Returns
-    -------
-    int or None
-        The descriptor of the file, which must stay open; None where the file system has no locks.
-
-    Raises
-    ------
-    ResultError
-        If another run has locked the folder; one sentence with its process.
+    anything to unlock. Returned is the file's descriptor, which must stay open; None where the file system has no
+    locks. A `ResultError` names the process of another run that has locked the folder.
     """
     file.parent.mkdir(parents=True, exist_ok=True)
     descriptor = os.open(file, os.O_RDWR | os.O_CREAT, 0o666)
@@ -85,15 +76,8 @@ def _wait_for_steps(folder: Path) -> None:
 def repair(results: Path) -> list[Path]:
     """Take away what is damaged or half-written among a study's results, and lists of figures that have gone.
 
-    What was taken away is made again.
-
-    Times that lie ahead, because the clock was set back, are put just before now, in their order: what is made from
-    such a file is then newer than it.
-
-    Returns
-    -------
-    list of Path
-        The files that were damaged, or had gone.
+    It is made again; returned are the files that were damaged, or had gone. Times that lie ahead, because the clock was
+    set back, are put just before now, in their order: what is made from such a file is then newer than it.
     """
     for left in results.rglob(".*.part"):
         left.unlink(missing_ok=True)

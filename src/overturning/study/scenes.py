@@ -35,10 +35,7 @@ def variant_names(study: Study) -> list[str]:
 def setting_of(study: Study, variant: str = NOMINAL) -> Variant:
     """Scene, contact and ground of a variant; of the nominal one the study's contact and the motions' ground.
 
-    Raises
-    ------
-    ConfigError
-        If the study has no such variant.
+    A `ConfigError` says that the study has no such variant.
     """
     if variant not in variant_names(study):
         raise ConfigError(f"{study.name}: no variant {variant!r}; known: {', '.join(variant_names(study))}")

@@ -82,24 +82,9 @@ def sweep_record(
 ) -> None:
     """Simulate every case of one processed record, or a chunk of them, and write them as a part of the cube (NetCDF).
 
-    The part states how many block steps were computed, which do not depend on chunks or threads.
-
-    Parameters
-    ----------
-    study : Study
-        The study.
-    record : Record
-        The record.
-    path : Path
-        The part.
-    variant : str
-        The variant of the study.
-    members : Members, optional
-        Members of the ensemble; drawn from the study where not given.
-    chunk : Chunk
-        Which of the cases.
-    numerics : Numerics, optional
-        Those of `numerics_of`, with threads, progress and cluster.
+    Members of the ensemble are drawn from the study where not given; `numerics` are those of `numerics_of`, with
+    threads, progress and cluster. The part states how many block steps were computed, which do not depend on chunks or
+    threads.
     """
     grid, motion = piece_of(study, grid_of(study, variant), chunk, variant), motion_of(study, record)
     attributes = {"record_id": record.record_id, "variant": variant}

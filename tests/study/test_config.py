@@ -60,6 +60,11 @@ def test_filled_in_study_reads_back_equal() -> None:
         study_from("{name:")
 
 
+@pytest.mark.parametrize("path", sorted(CONFIG.glob("*.yaml")), ids=lambda path: path.stem)
+def test_each_shipped_study_states_its_primary_statistic(path: Path) -> None:
+    assert {"primary", "question"} <= load_study(path).model_fields_set
+
+
 SOIL = {"site": {"layers": [{"thickness_m": 20, "velocity_m_s": 150}], "rock": {"velocity_m_s": 760}}}
 BOULDER = [[x, y, 0.0] for x in (-0.2, 0.2) for y in (-0.15, 0.15)] + [[0.05, 0.0, 0.7]]
 
@@ -102,6 +107,11 @@ IN_PLANES = [
     (SOIL | {"variants": {"soft": SOIL}}, "variants.soft.site: the study has a site too"),
     ({"site": SOIL["site"] | {"layers": [{"thickness_m": 20, "velocity_m_s": -1}]}}, "site.layers.0.velocity_m_s: -1"),
     ({"variants": {"one": {"scene": "monolith"}}}, "only a study with a scene"),
+    ({"primary": {"statistic": "mood"}}, "primary.statistic"),
+    ({"primary": {"statistic": "published"}}, "primary.statistic: nothing is published to compare with"),
+    ({"primary": {"statistic": "fall_rate"}}, "primary.statistic: there are no stones whose rate it is"),
+    ({"primary": {"statistic": "share", "against": "soft"}}, "primary.against: 'soft' is none of the variants"),
+    ({"primary": {"against": "soft"}, "variants": {"soft": SOIL}}, "primary.against: alignment is that of the study"),
 ]
 IN_SCENES = [
     ({"scene": "three-teir"}, "no file"),

@@ -98,6 +98,7 @@ _TEXT = """\
 name: {name} # of the folder under results/
 title: {title}
 question: Which way do gravestones fall?
+primary: {{statistic: alignment}} # what answers the question: choose it before the results are seen
 records: {{use: [{records}]}} # ids of config/records.tsv
 azimuth: {{step: {step:g}}} # degrees; a divisor of 360
 b_over_h: {{start: 0.1, stop: 0.6, step: 0.1}} # width over height

@@ -102,8 +102,8 @@ def test_a_share_is_compared_with_that_of_a_variant_earthquake_by_earthquake(sta
     assert float(found[0]) == pytest.approx(100 * apart.mean(), abs=0.05)
     assert [float(one) for one in found[2:4]] == pytest.approx([100 * end for end in scipys], abs=0.4)
     assert found[4] == "8"
-    assert "more falls than" in shares(Primary(statistic=statistic, against="other"), own, variant)
-    assert "less falls than" in shares(Primary(statistic=statistic, against="other"), variant, own)
+    assert "more fall than" in shares(Primary(statistic=statistic, against="other"), own, variant)
+    assert "fewer fall than" in shares(Primary(statistic=statistic, against="other"), variant, own)
     assert "no difference" in shares(Primary(statistic=statistic, against="other"), own, own[::-1])
     alone = shares(Primary(statistic=statistic), own[:1], variant[:1])
     assert numbers(alone) == ["90.0", "1"]

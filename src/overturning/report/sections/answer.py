@@ -115,7 +115,7 @@ def primary_sentence(results: Results) -> str:
     text = f"Primary statistic, fixed beforehand: {what}, a mean over earthquakes, is {shown} ({sure})"
     if primary.against not in cubes or math.isnan(found.low):
         return f"{text}."
-    ways = {"more falls than in the variant": found.low > 0, "less falls than in the variant": found.high < 0}
+    ways = {"more fall than in the variant": found.low > 0, "fewer fall than in the variant": found.high < 0}
     return f"{text}: {next((way for way, shown in ways.items() if shown), 'no difference is shown')}."
 
 

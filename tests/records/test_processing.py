@@ -1,6 +1,7 @@
 """Each step against a known answer: ramps, steps, single sines."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,8 +9,10 @@ from pydantic import TypeAdapter, ValidationError
 
 from overturning.errors import RecordError
 from overturning.motion.integration import integrate
+from overturning.records.check import Finding, describe
+from overturning.records.component import Component
 from overturning.records.processing import Step, default_steps, process
-from overturning.records.record import Record
+from overturning.records.record import Record, drift, provenance
 from overturning.records.steps import (
     Baseline,
     Cut,
@@ -35,6 +38,24 @@ def record(north, east=None, interval=DT) -> Record:
 
 def sine(frequency: float) -> np.ndarray:
     return np.sin(2 * np.pi * frequency * TIME) * np.sin(np.pi * TIME / TIME[-1]) ** 2
+
+
+def test_drift_is_told_by_the_end_of_velocity_and_displacement() -> None:
+    """One cycle of 1 m/s² and 1 s: v = (1 − cos 2πt)/2π ends at 0, its peak is 1/π m/s; then the same back."""
+    cycle = np.where(TIME < 1, np.sin(2 * np.pi * TIME), 0.0)
+    swing = np.where(TIME < 2, cycle - np.roll(cycle, 100), 0.0)  # there and back: nothing stays
+    assert drift(record(swing, swing)) == ""
+    # An offset of c for 60 s ends the velocity at 60 c: 1 % of 1/π with c = 5.3e-5, 5 % with 2.65e-4.
+    little, more = (record(swing, swing + share / np.pi / 60) for share in (0.01, 0.05))
+    assert "velocity" not in drift(little)
+    assert "velocity of east ends at 5 % of its peak" in drift(more)
+    assert "displacement of east is largest at the last sample" in drift(more)
+    assert "north" not in drift(more)
+    assert provenance(more)["drift"] == drift(more)
+    axis = Component(more.east, DT, "E", 90.0, 0, "x", "")
+    text = describe(Finding(("x",), (axis,), replace(more, extra=more.extra | {"format": "csv"})))
+    assert ") cm as the file is\n  drift, so its PGD is none: velocity of east ends at 5 %" in text
+    assert drift(replace(more, extra={"format": "synthetic"})) == "", "a formula is what it is"
 
 
 def test_remove_mean_of_the_whole_and_of_the_pre_event_part():

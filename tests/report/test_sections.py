@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from overturning.model.status import Status
 from overturning.report.blocks import Figure, Report, Section, each_block
 from overturning.report.build import build_report
 from overturning.report.results import Results
@@ -53,6 +54,7 @@ def test_the_processing_is_told(opened: Results) -> None:
         "agency": "",
         "steps": [{"step": "highpass", "corner_hz": 0.25, "order": 2, "chosen": "as the noise says", "effect": effect}],
         "peaks": effect,
+        "drift": "velocity of east ends at 5 % of its peak",
         "start": "2016-11-13T11:02:14.715Z",
         "duration_s": 163.82,
         "declared": ["axes 0° and 90°"],
@@ -60,7 +62,7 @@ def test_the_processing_is_told(opened: Results) -> None:
     }
     told = {
         "one": account,
-        "two": account | {"data": "processed by X", "agency": "band-pass 0.1 to 20 Hz", "steps": []},
+        "two": account | {"data": "processed by X", "agency": "band-pass 0.1 to 20 Hz", "steps": [], "drift": ""},
     }
     cube = opened.cube.assign_attrs(record_processing=json.dumps(told))
     (table,) = [t for t in tables(records(replace(opened, cube=cube))) if t.anchor == "processing"]
@@ -68,7 +70,12 @@ def test_the_processing_is_told(opened: Results) -> None:
         "raw; here: high-pass 0.25 Hz, order 2 (as the noise says)",
         "processed by X (band-pass 0.1 to 20 Hz); left alone here",
     ]
-    assert column(table, "PGD, cm")[0] == "10000.0 → 10.0"
+    assert column(table, "PGD, cm")[0] == "10000.0 → (10.0)"
+    still = cube.assign(status=xr.full_like(cube["status"], Status.AT_REST).where(cube["record"] == 1, 0))
+    drifting = records(replace(opened, cube=still))
+    assert "one: velocity of east ends at 5 % of its peak" in text_of(drifting)
+    assert "Too weak to move any stone of the study: two." in text_of(drifting)
+    assert [cell.startswith("(") for cell in column(tables(drifting)[0], "PGD, cm")] == [True, False]
     assert column(table, "computed")[0].replace("\u00a0", " ") == "163.8 s from 11:02:14"
     assert column(table, "declared or trusted")[0] == "axes 0° and 90°; trusted although peak acceleration 6 g"
 

@@ -49,6 +49,17 @@ def test_what_cannot_be_read_is_named(tmp_path: Path) -> None:
     assert "format 'nonsense'" in second
 
 
+@pytest.mark.parametrize(("gal", "weak"), [(90.0, True), (105.0, False)])
+def test_a_record_too_weak_to_move_any_stone_is_said_to_be(tmp_path: Path, gal: float, weak: bool) -> None:
+    """West: a rigid block of B/H = 0.1 rocks from 98 Gal on, along the motion."""
+    row = f"slight\tsynthetic\tsine amplitude_gal={gal:g} period_s=1 azimuth_deg=40"
+    study = study_of(tmp_path, row, b_over_h=[0.1, 0.4], friction=[0.5])
+    said = check_records(study, check_files(study, "mine.yaml")[0])
+    assert said == (("record slight: too weak to move any stone of the study",) if weak else ())
+    twice = study_of(tmp_path, row, b_over_h=[0.1, 0.4], friction=[0.5], amplitude=[1, 2])
+    assert check_records(twice, check_files(twice, "mine.yaml")[0]) == ()
+
+
 def test_a_study_too_large_is_refused_with_what_it_would_take() -> None:
     fine = {"start": 0.001, "stop": 10, "step": 0.001}
     study = check_study(

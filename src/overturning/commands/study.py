@@ -21,7 +21,7 @@ def check(path: Annotated[Path, typer.Argument(help="study file (YAML)")]) -> No
     for survey in study.surveys:
         read_survey(Path(survey.stones))
     for said in check_records(study, entries):
-        print(f"earthquakes: {said}")
+        print(said)
     print(f"{path}: study {study.name!r}, {size}")
 
 

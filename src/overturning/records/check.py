@@ -10,7 +10,7 @@ from overturning.records.assembly import assemble
 from overturning.records.component import Component, largest
 from overturning.records.processing import process
 from overturning.records.read import group_components, read_files
-from overturning.records.record import Record, state_of, summary
+from overturning.records.record import Record, drift, state_of, summary
 from overturning.records.source import Declarations, SourceFile, read_source
 
 
@@ -111,10 +111,12 @@ def describe(finding: Finding) -> str:
 
 
 def _peaks(used: Record) -> str:
-    pga, pgv, pgd = (100 * peak for peak in peaks(used.horizontal, used.sampling_interval))
+    pga, pgv, pgd = (f"{100 * peak:.1f}" for peak in peaks(used.horizontal, used.sampling_interval))
+    why = drift(used)
+    pgd, drifts = (f"({pgd})", f"\n  drift, so its PGD is none: {why}") if why else (pgd, "")
     steps = [summary(step) for step in used.processing if step["step"] != "common_window"]
     how = f"after the default processing ({', '.join(steps)})" if steps else "as the file is"
-    return f"PGA {pga:.1f} Gal, PGV {pgv:.1f} cm/s, PGD {pgd:.1f} cm {how}"
+    return f"PGA {pga} Gal, PGV {pgv} cm/s, PGD {pgd} cm {how}{drifts}"
 
 
 def _notes(record: Record, sensor: str) -> list[str]:

@@ -2,13 +2,13 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
 from overturning.arrays import FloatArray
 from overturning.errors import RecordError
-from overturning.motion.integration import peaks
+from overturning.motion.integration import integrate, peaks
 from overturning.motion.motion import Recorded
 
 
@@ -98,12 +98,35 @@ def state_of(record: Record) -> str:
     return "processed, as declared" if "processed" in record.extra.get("declared", ()) else "processed"
 
 
+DRIFT: Final = 0.02
+"""Share of its peak at which the velocity of a component may end."""
+
+
+def drift(record: Record) -> str:
+    """What says that north or east of a record drifts, so that its displacement is not the ground's; empty otherwise.
+
+    The velocity ends at more than `DRIFT` of its peak, or the displacement is largest at the last sample. A pulse of a
+    formula is what it is.
+    """
+    if record.extra.get("format") == "synthetic":
+        return ""
+    said = []
+    for name, samples in (("north", record.north), ("east", record.east)):
+        velocity = np.abs(integrate(samples, record.sampling_interval))
+        path = np.abs(integrate(integrate(samples, record.sampling_interval), record.sampling_interval))
+        if velocity[-1] > DRIFT * velocity.max():
+            said.append(f"velocity of {name} ends at {100 * velocity[-1] / velocity.max():.0f} % of its peak")
+        if path[-1] == path.max() > 0:
+            said.append(f"displacement of {name} is largest at the last sample")
+    return "; ".join(said)
+
+
 def provenance(record: Record) -> dict[str, Any]:
     """All that a reader of the results has to know of how a processed record came about, as plain data.
 
     ``data`` (raw or processed, and by whom), ``agency`` (its processing), ``steps`` (as `process` writes them down),
-    ``peaks`` (largest PGA, PGV and PGD of north and east before and after, SI), ``start``, ``duration_s`` (of what is
-    computed), ``declared`` and ``trusted``.
+    ``peaks`` (largest PGA, PGV and PGD of north and east before and after, SI), ``drift`` (as of `drift`), ``start``,
+    ``duration_s`` (of what is computed), ``declared`` and ``trusted``.
     """
     effects = [step["effect"] for step in record.processing]
     now = peaks_of(record.horizontal, record.sampling_interval)
@@ -112,6 +135,7 @@ def provenance(record: Record) -> dict[str, Any]:
         "agency": record.extra.get("agency_processing", ""),
         "steps": list(record.processing),
         "peaks": {name: [effects[0][name][0] if effects else peak, peak] for name, peak in now.items()},
+        "drift": drift(record),
         "start": record.start or "",
         "duration_s": round(record.duration, 6),
         "declared": list(record.extra.get("declared") or ()),

@@ -4,16 +4,21 @@ import os
 import shutil
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from overturning.errors import ConfigError, MissingDataError, OverturningError
+from overturning.model.scene import gravestone
 from overturning.records.catalogue import RecordEntry, find_paths
 from overturning.study.ensemble import BATCH, MOST_MEMBERS
 from overturning.study.load import entries_of
 from overturning.study.scenes import model_for
 from overturning.study.schema import Study
+from overturning.units import STANDARD_GRAVITY
+
+if TYPE_CHECKING:
+    from overturning.records.record import Record
 
 # Of the default study on one core of a small machine, rounded up; they tell minutes from days and no more.
 _CASE_S: Final = 4e-5
@@ -139,23 +144,37 @@ def check_files(study: Study, where: str) -> tuple[dict[str, RecordEntry], dict[
 def check_records(study: Study, entries: dict[str, RecordEntry]) -> tuple[str, ...]:
     """Read and process records as a run does; an `OverturningError` names what is wrong with each that cannot be.
 
-    Returns what has to be said of how their earthquakes are told apart.
+    Returns what has to be said of how their earthquakes are told apart, and of records too weak to move any stone.
     """
     from overturning.records.earthquakes import earthquakes_of
     from overturning.records.processing import process
     from overturning.records.read import read_record
 
-    faults, records = [], []
+    faults, records, weak = [], [], []
     for entry in entries.values():
         try:
             # Of each only its names are kept: a study may have thousands.
             record = process(read_record(entry, Path(study.records.folder)), study.processing)
+            weak += [f"record {entry.id}: too weak to move any stone of the study"] if _too_weak(study, record) else []
             records.append(replace(record, north=np.zeros(2), east=np.zeros(2), up=None))
         except OverturningError as error:
             faults.append(str(error) if entry.id in str(error) else f"record {entry.id}: {error}")
     if faults:
         raise ConfigError(_joined(faults))
-    return earthquakes_of(records).notes
+    return (*(f"earthquakes: {note}" for note in earthquakes_of(records).notes), *weak)
+
+
+def _too_weak(study: Study, record: "Record") -> bool:
+    """Whether a rigid stone stays at rest in every case: |a| ≤ (g + a_up) min(B/H, D/H, µ) throughout.
+
+    Of a scene, whose elements have thresholds of their own, and of a body of given vertices only the report can tell.
+    """
+    if study.scene != gravestone() or (study.body is not None and study.body.vertices):
+        return False
+    threshold = min(min(study.b_over_h) * min(1.0, *study.aspects), *study.friction)
+    factor = max(study.amplitude)
+    weight = STANDARD_GRAVITY + factor * (0.0 if record.up is None else record.up)
+    return bool((factor * np.hypot(record.north, record.east) <= weight * threshold).all())
 
 
 def _joined(faults: list[str]) -> str:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from overturning.figures.site_map import distances, sites_by_earthquake
+from overturning.model.status import Status
 from overturning.records.record import summary
 from overturning.report.blocks import Block, Bullets, Disclosure, Figure, Film, Link, Note, Row, Section, Table, table
 from overturning.report.results import RecordName, Results
@@ -69,6 +70,7 @@ def records(results: Results) -> Section:
         "azimuth along which it is reached. Overturned: share of the record's cases."
     )
     blocks: list[Block] = [_peaks(results), about_peaks, Note("A click on a heading sorts.", medium="page")]
+    blocks += [Note(text) for text in (_drifting(results), _too_weak(results)) if text]
     blocks += _processing(results)
     if results.fallen > 0:
         blocks.append(_directions(results))
@@ -85,6 +87,21 @@ def records(results: Results) -> Section:
         )
         blocks.append(Note(about_maps))
     return Section("Records", tuple(blocks), anchor="records")
+
+
+def _drifting(results: Results) -> str:
+    """Which records drift, and by what that is told."""
+    drifts = {name: account.get("drift") for name, account in processing_of(results.cube).items()}
+    told = ". ".join(f"{name}: {why}" for name, why in drifts.items() if why)
+    return f"A PGD in brackets is that of a record that drifts, and not the ground's. {told}." if told else ""
+
+
+def _too_weak(results: Results) -> str:
+    """Which records leave every case below the thresholds of rocking and sliding."""
+    at_rest = results.cube["status"] == Status.AT_REST
+    still = at_rest.all([name for name in at_rest.dims if name != "record"]).compute().to_numpy()
+    weak = [name.id for name, one in zip(results.names, still, strict=True) if one]
+    return f"Too weak to move any stone of the study: {', '.join(weak)}." if weak else ""
 
 
 def record_by_record(results: Results) -> Section:
@@ -107,13 +124,14 @@ def _peaks(results: Results) -> Table:
     falls = overturns(results.cube)
     shares = falls.mean([name for name in falls.dims if name != "record"]).compute().to_numpy()
     pulses, normals = (results.cube[name].to_numpy().astype(float) for name in ("pulse", "fault_normal"))
-    azimuth = results.intensity["azimuth"].to_numpy()
+    azimuth, accounts = results.intensity["azimuth"].to_numpy(), processing_of(results.cube)
     rows = []
     for index, name in enumerate(results.names):
         cells: list[Any] = []
         for measure, unit, digits in _PEAKS:
             values = results.intensity[measure].isel(record=index).to_numpy()
             cells += [f"{values.max() / unit:.{digits}f}", float(azimuth[int(values.argmax())] % 180)]
+        cells[-2] = f"({cells[-2]})" if accounts.get(name.id, {}).get("drift") else cells[-2]
         pulse = {1.0: "yes", 0.0: "no"}.get(float(pulses[index]), "–")
         named = (name.id, name.station, name.event, pulse, float(normals[index]))
         rows.append((*named, *cells[:-1], float(shares[index])))
@@ -143,7 +161,8 @@ def _account(account: dict[str, Any]) -> tuple[str, ...]:
     peaks = []
     for measure, unit, digits in _PEAKS:
         before, after = (f"{value / unit:.{digits}f}" for value in account["peaks"][measure])
-        peaks.append(after if before == after else f"{before} → {after}")
+        after = f"({after})" if measure == "pgd" and account.get("drift") else after
+        peaks.append(after if before == after.strip("()") else f"{before} → {after}")
     clock = account["start"].partition("T")[2].partition(".")[0].removesuffix("Z")
     computed = f"{account['duration_s']:.1f}\u00a0s" + (f" from\u00a0{clock}" if clock else "")
     said = [*account["declared"], *(f"trusted although {why}" for why in account["trusted"])]

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.balance import until_balanced
-from overturning.dem.kernel.queue import run_queue
+from overturning.dem.kernel.ground import Ground
+from overturning.dem.kernel.queue import Job, run_queue
 from overturning.dem.numerics import Numerics
 from overturning.errors import ArgumentError
 from overturning.model.cases import Cases
@@ -54,8 +55,10 @@ class Plan(ABC):
     """Whether a long queue is divided, so that two threads share its work."""
     queue: ClassVar[Any] = staticmethod(run_queue)
     """What runs a queue of cases."""
-    path_numbers: ClassVar[int] = 0
+    path_numbers: ClassVar[int] = 1
     """Numbers of a path's dataset at each time, where the kernel bounds the rows."""
+    step_cost: ClassVar[int] = 1
+    """Block steps that a step counts as in the budget."""
 
     model: Model
     motion: Motion
@@ -84,11 +87,6 @@ class Plan(ABC):
         results = Results.at_rest(self.model.variables, self.cases.size, len(self.model.elements))
         results.status[self.too_soft], results.overturned[self.too_soft] = Status.UNSTABLE, INT8_MISSING
         return results
-
-    @property
-    def most_rows(self) -> int:
-        """Rows that a path may have."""
-        return MOST_PATH // self.path_numbers
 
     def compute(
         self, chosen: NDArray[np.int64], counter: NDArray[np.int64], path: NDArray[Any] | None = None
@@ -124,6 +122,26 @@ class Plan(ABC):
             answers, path = self.compute(only, np.zeros(1, np.int64), path)
             results.store(only, answers)
         return results, self.path(np.concatenate([self.resting(before), path]))
+
+    def queued(
+        self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int, ticks: float, lanes: int
+    ) -> dict[str, Any]:
+        """What the rules of all models hold, of `Rules`, for `Plan.rules`; `ticks` are those of a whole step."""
+        cases, steps = self.table[chosen], int(self.steps[chosen[0]]) * finer
+        # The shortest step is in ticks, which shrink with the whole one.
+        cases["dwell"] *= finer
+        job = Job(
+            samples=self.motion.samples,
+            interval=self.motion.sampling_interval,
+            ticks=ticks * steps,
+            at_once=steps,
+            weight=len(self.model.elements),
+            budget=self.numerics.budget // self.step_cost,
+            most_rows=MOST_PATH // self.path_numbers,
+            lanes=lanes,
+        )
+        ground, row = Ground(self.ground, self.upward), self.row[chosen]
+        return {"job": job, "cases": cases, "row": row, "results": tables["results"], "ground": ground}
 
     @abstractmethod
     def tables(self, count: int) -> dict[str, NDArray[np.void]]:

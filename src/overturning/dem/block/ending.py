@@ -85,12 +85,11 @@ def has_ended(state: Any, j: int, lag: float, ticks: float, end: float, deepest:
 
 
 @njit(**OPTIONS)
-def finish_block(state: Any, j: int, status: int, lag: float, steps: int, out: Any) -> None:
+def finish_block(state: Any, j: int, status: int, lag: float, out: Any) -> None:
     """Write the results of a column."""
     block, s, peaks = load_block(state, j), load_state(state, j), load_peaks(state, j)
     account, course = load_account(state, j), load_course(state, j)
     fallen = status == Status.SIMULATED and s.cos <= 0.0
-    out.status = status
     out.side = (1.0 if s.angle > 0.0 else -1.0) if fallen else 0.0
     out.time = course.upright_until if fallen else np.nan
     # The angle is a sum of rotations, the cosine their product: in steps of a quarter radian they part by a thousandth.
@@ -99,7 +98,6 @@ def finish_block(state: Any, j: int, status: int, lag: float, steps: int, out: A
     out.depth = peaks.depth
     balance = (energy(block, s, lag) - course.energy) - account.work + account.lost
     out.energy = abs(balance) / max(account.work, course.barrier)
-    out.steps = steps
 
 
 @njit(**OPTIONS)

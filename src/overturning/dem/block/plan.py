@@ -8,9 +8,8 @@ from numpy.typing import NDArray
 
 from overturning.dem.block.path import block_path
 from overturning.dem.block.rules import CASE, RESULT, ROW, SCHEMES, BlockRules
-from overturning.dem.block.state import GENTLE, MOST_FRICTION, RIGID, TICKS
+from overturning.dem.block.state import COLUMNS, GENTLE, MOST_FRICTION, RIGID, TICKS
 from overturning.dem.kernel.clock import BLOCK
-from overturning.dem.kernel.ground import Ground
 from overturning.dem.limits import AFTERMATH, DEEPEST, sinks_too_far
 from overturning.dem.numerics import Numerics
 from overturning.dem.path import PlanePath
@@ -54,26 +53,14 @@ class BlockPlan(Plan):
 
     def rules(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int) -> BlockRules:
         """As of `Plan.rules`, of cases with the same steps per sample, all with friction or all without."""
-        scheme, steps, cases = SCHEMES[self.scheme][0], int(self.steps[chosen[0]]), self.table[chosen]
-        # The shortest step is in ticks, which shrink with the whole one.
-        cases["dwell"] *= finer
+        scheme, queued = SCHEMES[self.scheme][0], self.queued(chosen, tables, finer, TICKS, COLUMNS)
+        cases, job = queued["cases"], queued.pop("job")
         cases["settled"] *= finer
         cases["gentle"] /= finer
         # Many steps between two looks at the lanes, but none beyond the next sample, as far as the shaking is loaded.
-        standing = float(cases["standing"][0])
-        return BlockRules(
-            scheme=scheme,
-            with_friction=0 if cases["friction"][0] > 0 else None,
-            cases=cases,
-            row=self.row[chosen],
-            results=tables["results"],
-            ground=Ground(self.ground, self.upward, self.motion.samples, self.motion.sampling_interval),
-            steps=steps * finer,
-            at_once=int(TICKS * steps * finer / standing) + scheme.ahead,
-            budget=self.numerics.budget,
-            deepest=DEEPEST,
-            most_rows=self.most_rows,
-        )
+        job = job._replace(at_once=int(job.ticks / float(cases["standing"][0])) + scheme.ahead)
+        with_friction = 0 if cases["friction"][0] > 0 else None
+        return BlockRules(job, **queued, scheme=scheme, with_friction=with_friction, deepest=DEEPEST)
 
     def answers(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:  # noqa: ARG002
         """As of `Plan.answers`."""

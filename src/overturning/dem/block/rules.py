@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from overturning.dem.block import centred, cundall
 from overturning.dem.block.ending import energy, finish_block, has_ended, note
-from overturning.dem.block.state import COLUMNS, ROWS, TICKS, Block, Corner, Peaks, Shaking, State, Taken, arm_of
+from overturning.dem.block.state import COLUMNS, ROWS, Block, Corner, Peaks, Shaking, State, Taken, arm_of
 from overturning.dem.kernel.clock import Attempt, Clock
-from overturning.dem.kernel.ending import Course
+from overturning.dem.kernel.ending import Course, begin_sample, surely_goes_on
 from overturning.dem.kernel.ground import Ground, piece
 from overturning.dem.kernel.lanes import OPTIONS, aligned
 from overturning.dem.kernel.mechanics import renormalised
-from overturning.dem.kernel.queue import implement, with_room
+from overturning.dem.kernel.queue import Job, implement, with_room
 from overturning.dem.time_step import Scheme
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
@@ -48,29 +48,19 @@ ROW: Final = np.dtype([(name, "f8") for name in ("time", "x", "z", "angle", "vx"
 class BlockRules(NamedTuple):
     """Rules of cases of a single block, all with the same steps per sample, standing or not."""
 
+    job: Job
+    cases: NDArray[np.void]
+    """Table of `CASE`;"""
+    row: NDArray[np.int64]
+    results: NDArray[np.void]
+    """table of `RESULT`;"""
+    ground: Ground
     scheme: Any
-    """Constants of the scheme, from `SCHEMES`;"""
+    """constants of the scheme, from `SCHEMES`;"""
     with_friction: Any
     """anything where there is friction; None where no case has any: a kernel without tangential springs is compiled;"""
-    cases: NDArray[np.void]
-    """table of cases, of `CASE`;"""
-    row: NDArray[np.int64]
-    """row of the ground motion that shakes each case;"""
-    results: NDArray[np.void]
-    """table to fill, of `RESULT`;"""
-    ground: Ground
-    steps: int
-    """whole steps per sample;"""
-    at_once: int
-    """steps between two looks at the lanes;"""
-    budget: int
-    """largest number of steps of a case;"""
     deepest: float
-    """penetration, as a share of the smaller half side, beyond which a case has failed;"""
-    most_rows: int
-    """rows that a path may have."""
-    weight: int = 1
-    lanes: int = COLUMNS
+    """penetration, as a share of the smaller half side, beyond which a case has failed."""
 
 
 class Work(NamedTuple):
@@ -89,7 +79,7 @@ NUMBERS: Final = ROWS.count
 COS, SIN, TICK, LAST_UPRIGHT = (
     ROWS.row(State, "cos"), ROWS.row(State, "sin"), ROWS.row(State, "tick"), ROWS.row(Peaks, "last_upright")
 )  # fmt: skip
-SAMPLE, UPRIGHT_UNTIL, DUE = (ROWS.row(Course, name) for name in ("sample", "upright_until", "due"))
+SAMPLE, UPRIGHT_UNTIL = ROWS.row(Course, "sample"), ROWS.row(Course, "upright_until")
 
 
 def loops_of(scheme: Any, upward: Any, with_friction: Any) -> Any:
@@ -113,10 +103,9 @@ def workspace(rules: Any) -> Any:  # noqa: ARG001, its type picks this function
     return Work(aligned(NUMBERS * COLUMNS))
 
 
-def start(rules: Any, work: Any, lane: int, case: int) -> int:
+def start(rules: Any, work: Any, lane: int, case: int) -> None:
     """Put a case into a lane: at static equilibrium on both corners, or tilted on one."""
-    put(work.state, lane, rules.cases[case], rules.ground.interval, 1.0 * TICKS * rules.steps)
-    return int(rules.results[case].steps)
+    put(work.state, lane, rules.cases[case], rules.job.interval, rules.job.ticks)
 
 
 @njit(**OPTIONS)
@@ -155,39 +144,25 @@ def put(state: Any, j: int, case: Any, interval: float, ticks: float) -> None:
     store_taken(state, j, Taken(0.0, 0.0))
     store_peaks(state, j, Peaks(abs(case.tilt), 0.0, 0.0, -1.0))
     barrier, first = GRAVITY * (np.sqrt(b * b + h * h) - h), energy(block, at_rest, 0.0)
-    course = Course(case.amplitude, case.first, case.calm, case.after, case.first * interval, first, barrier, 0.0)
+    course = Course(case.amplitude, case.first, case.calm, case.after, case.first * interval, first, barrier)
     store_course(state, j, course)
 
 
 def load(rules: Any, work: Any, cases: Any, columns: int) -> None:
     """Begin a sample."""
-    next_sample(
-        work.state,
-        columns,
-        rules.row,
-        cases,
-        rules.ground.along,
-        rules.ground.up,
-        1.0 * TICKS * rules.steps,
-        rules.ground.interval,
-    )
+    next_sample(work.state, columns, rules.row, cases, rules.ground.along, rules.ground.up, rules.job)
 
 
 @njit(**OPTIONS)
-def next_sample(
-    state: Any, columns: int, row: Any, cases: Any, along: Any, up: Any, ticks: float, interval: float
-) -> None:  # fmt: skip
+def next_sample(state: Any, columns: int, row: Any, cases: Any, along: Any, up: Any, job: Job) -> None:
     """Bring the turning pair back to length 1 and load the ground motion of the sample that each lane is in."""
-    scale = 1.0 / ticks
+    ticks, interval, scale = job.ticks, job.interval, 1.0 / job.ticks
     for j in range(columns):
-        s, course, passed = load_state(state, j), load_course(state, j), state[LAST_UPRIGHT + j]
-        then = (course.sample + passed * scale) * interval
+        s = load_state(state, j)
         state[COS + j], state[SIN + j] = renormalised(s.cos, s.sin)
-        state[UPRIGHT_UNTIL + j] = then if passed >= 0.0 else course.upright_until
+        begun = begin_sample(load_course(state, j), s.tick, state[LAST_UPRIGHT + j], ticks, interval)
+        state[SAMPLE + j], state[TICK + j], state[UPRIGHT_UNTIL + j] = begun
         state[LAST_UPRIGHT + j] = -1.0
-        over = (1.0 if s.tick >= ticks else 0.0) + (1.0 if s.tick >= 2.0 * ticks else 0.0)
-        state[SAMPLE + j] = course.sample + over
-        state[TICK + j] = s.tick - over * ticks
     last = along.shape[1] - 3
     for j in range(columns):
         course = load_course(state, j)
@@ -200,59 +175,50 @@ def next_sample(
 
 def advance(rules: Any, work: Any, columns: int, path: Any, noted: int) -> tuple[Any, int]:
     """Compute the steps of a sample; the first lane is noted at its begin and wherever it ends before the others."""
-    step, ticks = loops_of(rules.scheme, rules.ground.up, rules.with_friction), 1.0 * TICKS * rules.steps
-    state, stride = work.state, rules.at_once if path.shape[0] == 0 else 1
+    # All at once, for `rules` kept beyond a branch would count a use of each of its arrays, for every sample.
+    job, scheme, up, with_friction, state = rules.job, rules.scheme, rules.ground.up, rules.with_friction, work.state
+    step, ticks, at_once = loops_of(scheme, up, with_friction), job.ticks, job.at_once
+    stride = at_once if path.shape[0] == 0 else 1
     if path.shape[0] > 0:
-        path = with_room(path, noted + rules.at_once, rules.most_rows)
-        if path.shape[0] < noted + rules.at_once:
+        path = with_room(path, noted + at_once, job.most_rows)
+        if path.shape[0] < noted + at_once:
             return path, -1
-    for done in range(0, rules.at_once, stride):
+    for done in range(0, at_once, stride):
         if path.shape[0] > 0 and (done == 0 or state[TICK] == ticks):
-            note(state, 0, rules.scheme.lag, rules.ground.interval, ticks, path[noted])
+            note(state, 0, scheme.lag, job.interval, ticks, path[noted])
             noted += 1
-        step((rules.ground.up, rules.with_friction), state, columns, stride, ticks)
+        step((up, with_friction), state, columns, stride, ticks)
     return path, noted
 
 
-def count_due(rules: Any, work: Any, active: int) -> int:
+def count_due(rules: Any, work: Any, active: int, due: Any) -> int:
     """Mark lanes of which there may be something to say; the others simply go on."""
-    ticks = 1.0 * TICKS * rules.steps
-    return mark_due(work.state, active, ticks, float(rules.ground.samples), rules.deepest)
+    return mark_due(work.state, active, due, rules.job.ticks, float(rules.job.samples), rules.deepest)
 
 
 @njit(**OPTIONS)
-def mark_due(state: Any, active: int, ticks: float, end: float, deepest: float) -> int:
+def mark_due(state: Any, active: int, due: Any, ticks: float, end: float, deepest: float) -> int:
     """Mark and count the lanes that have fallen, are past the samples in which something can start, or have failed."""
-    scale, count = 1.0 / ticks, 0.0
+    count = 0.0
     for j in range(active):
-        block, s, course = load_block(state, j), load_state(state, j), load_course(state, j)
-        b, h = block.half_width, block.half_height
+        block, s, b = load_block(state, j), load_state(state, j), load_block(state, j).half_width
+        most = deepest * (b if b < block.half_height else block.half_height)
+        sound = (s.cos > 0.0) & (load_peaks(state, j).depth <= most)
         total = (s.vx + s.vz + s.vw) + (s.x + s.z + s.cos)
-        sample, until = course.sample + s.tick * scale, course.calm if course.calm < end else end
-        most = deepest * (b if b < h else h)
-        # Not finite minus not finite is never 0.
-        finite = total - total == 0.0
-        goes_on = finite & (s.cos > 0.0) & (sample < until) & (load_peaks(state, j).depth <= most)
-        state[DUE + j] = 0.0 if goes_on else 1.0
+        due[j] = 0.0 if surely_goes_on(load_course(state, j), s.tick, ticks, end, total, sound) else 1.0
     for j in range(active):
-        count += state[DUE + j]
+        count += due[j]
     return int(count)
-
-
-def is_due(rules: Any, work: Any, lane: int) -> bool:  # noqa: ARG001
-    """Whether a lane is marked."""
-    return bool(work.state[DUE + lane] != 0.0)
 
 
 def ended(rules: Any, work: Any, lane: int, case: int) -> int:  # noqa: ARG001
     """`Status` of a lane, or that it goes on."""
-    ticks, end = 1.0 * TICKS * rules.steps, float(rules.ground.samples)
-    return has_ended(work.state, lane, rules.scheme.lag, ticks, end, rules.deepest)
+    return has_ended(work.state, lane, rules.scheme.lag, rules.job.ticks, float(rules.job.samples), rules.deepest)
 
 
-def finish(rules: Any, work: Any, lane: int, case: int, status: int, steps: int) -> None:
+def finish(rules: Any, work: Any, lane: int, case: int, status: int) -> None:
     """Write the results of a lane."""
-    finish_block(work.state, lane, status, rules.scheme.lag, steps, rules.results[case])
+    finish_block(work.state, lane, status, rules.scheme.lag, rules.results[case])
 
 
-implement(BlockRules, workspace, start, load, advance, count_due, is_due, ended, finish)
+implement(BlockRules, workspace, start, load, advance, count_due, ended, finish)

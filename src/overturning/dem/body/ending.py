@@ -123,13 +123,13 @@ def has_ended(state: Any, vertices: Any, count: int, base: int, j: int, ticks: f
 
 
 @njit(**INNER)
-def finish_body(state: Any, vertices: Any, count: int, j: int, status: int, steps: int, out: Any) -> None:
+def finish_body(state: Any, vertices: Any, count: int, j: int, status: int, out: Any) -> None:
     """Write the results of a column."""
     body, s, peaks = load_body(state, j), load_state(state, j), load_peaks(state, j)
     account, course, stance = load_account(state, j), load_course(state, j), load_stance(state, j)
     f = frame_of(s.turn)
     fallen = status == Status.SIMULATED and f.zz <= stance.fallen
-    out.status, out.fallen = status, 1.0 if fallen else 0.0
+    out.fallen = 1.0 if fallen else 0.0
     out.time = course.upright_until if fallen else np.nan
     out.lean = max(peaks.lean, lean_of(f))
     out.slip = np.sqrt(peaks.slip)
@@ -139,7 +139,6 @@ def finish_body(state: Any, vertices: Any, count: int, j: int, status: int, step
     out.energy = abs(balance) / max(account.work, course.barrier)
     swing = np.sqrt(GRAVITY * (body.foot * body.foot + stance.reach * stance.reach) ** 1.5)
     out.spin = abs(spin_about_origin(s) - stance.spin - account.spin) / swing
-    out.steps = steps
     out.qw, out.qx, out.qy, out.qz = s.turn
 
 

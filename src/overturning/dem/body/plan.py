@@ -10,10 +10,10 @@ from overturning.arrays import FloatArray
 from overturning.dem.body.path import BodyPath
 from overturning.dem.body.results import answers_of
 from overturning.dem.body.rules import BODY, CASE, RESULT, ROW, START, BodyRules, Rim, Vertices
+from overturning.dem.body.state import COLUMNS, TICKS
 from overturning.dem.body.statics import highest_mode, rest
 from overturning.dem.body.steps import pace_of
 from overturning.dem.kernel.clock import BODY as PACE
-from overturning.dem.kernel.ground import Ground
 from overturning.dem.limits import AFTERMATH, DEEPEST, sinks_too_far
 from overturning.dem.numerics import BODY_STEP, Numerics
 from overturning.dem.plan import Plan, check_path
@@ -35,6 +35,7 @@ class BodyPlan(Plan):
 
     halved: ClassVar[bool] = True
     path_numbers: ClassVar[int] = 19
+    step_cost: ClassVar[int] = BODY_STEP
 
     model: Body
     solids: list[Solid]  # of each size
@@ -59,22 +60,8 @@ class BodyPlan(Plan):
 
     def rules(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int) -> BodyRules:
         """As of `Plan.rules`, of cases with the same steps per sample."""
-        cases = self.table[chosen]
-        # The shortest step is in ticks, which shrink with the whole one.
-        cases["dwell"] *= finer
-        return BodyRules(
-            kind=self.kind,
-            cases=cases,
-            row=self.row[chosen],
-            bodies=self.bodies,
-            points=self.points,
-            base=self.solids[0].base,
-            results=tables["results"],
-            ground=Ground(self.ground, self.upward, self.motion.samples, self.motion.sampling_interval),
-            at_once=int(self.steps[chosen[0]]) * finer,
-            budget=self.numerics.budget // BODY_STEP,
-            most_rows=self.most_rows,
-        )
+        queued = self.queued(chosen, tables, finer, TICKS, COLUMNS)
+        return BodyRules(**queued, kind=self.kind, bodies=self.bodies, points=self.points, base=self.solids[0].base)
 
     def answers(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:
         """As of `Plan.answers`."""

@@ -17,7 +17,6 @@ from overturning.dem.body.ending import energy, finish_body, has_ended, note, sp
 from overturning.dem.body.state import (
     COLUMNS,
     ROWS,
-    TICKS,
     VERTEX,
     Body,
     Memory,
@@ -43,10 +42,10 @@ from overturning.dem.body.vectors import (
     transposed,
 )
 from overturning.dem.kernel.clock import Attempt, Clock
-from overturning.dem.kernel.ending import Course
+from overturning.dem.kernel.ending import Course, begin_sample, surely_goes_on
 from overturning.dem.kernel.ground import Ground, piece
 from overturning.dem.kernel.lanes import INNER, aligned
-from overturning.dem.kernel.queue import implement, with_room
+from overturning.dem.kernel.queue import Job, implement, with_room
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 START: Final = np.dtype([(name, "f8") for name in (
@@ -93,29 +92,21 @@ LOOPS: Final = {Vertices: loops(False), Rim: loops(True)}
 class BodyRules(NamedTuple):
     """Rules of cases of bodies in space, all with the same steps per sample and as many vertices."""
 
+    job: Job
+    cases: NDArray[np.void]
+    """Table of `CASE`;"""
+    row: NDArray[np.int64]
+    results: NDArray[np.void]
+    """table of `RESULT`;"""
+    ground: Ground
     kind: Any
     """mark of the bodies, of a type in `LOOPS`;"""
-    cases: NDArray[np.void]
-    """table of cases, of `CASE`;"""
-    row: NDArray[np.int64]
-    """row of the ground motion that shakes each case;"""
     bodies: NDArray[np.void]
     """table of bodies, of `BODY`;"""
     points: FloatArray
     """vertices of each body from its centre, m, shape (bodies, vertices, 3);"""
     base: int
-    """how many of them a body rests on;"""
-    results: NDArray[np.void]
-    """table to fill, of `RESULT`;"""
-    ground: Ground
-    at_once: int
-    """whole steps per sample;"""
-    budget: int
-    """largest number of steps of a case;"""
-    most_rows: int
-    """rows that a path may have."""
-    weight: int = 1
-    lanes: int = COLUMNS
+    """how many of them a body rests on."""
 
 
 class Work(NamedTuple):
@@ -138,7 +129,7 @@ store_vertex, store_memory = VERTEX.access(Vertex).store, VERTEX.access(Point, "
 NUMBERS: Final = ROWS.count
 OF_A_VERTEX: Final = VERTEX.size
 TICK, LAST_UPRIGHT = ROWS.row(State, "tick"), ROWS.row(Peaks, "last_upright")
-SAMPLE, UPRIGHT_UNTIL, DUE = (ROWS.row(Course, name) for name in ("sample", "upright_until", "due"))
+SAMPLE, UPRIGHT_UNTIL = ROWS.row(Course, "sample"), ROWS.row(Course, "upright_until")
 
 
 def loops_of(kind: Any) -> Any:
@@ -158,13 +149,11 @@ def workspace(rules: Any) -> Any:
     return Work(state, state[NUMBERS * COLUMNS :])
 
 
-def start(rules: Any, work: Any, lane: int, case: int) -> int:
+def start(rules: Any, work: Any, lane: int, case: int) -> None:
     """Put a case into a lane, at the place and with the velocities of its table."""
     given = rules.cases[case]
-    ticks, body = 1.0 * TICKS * rules.at_once, rules.bodies[given.body]
-    points, interval = rules.points[given.body], rules.ground.interval
-    put(work.state, work.vertices, lane, given, body, points, interval, ticks)
-    return int(rules.results[case].steps)
+    body, points, interval = rules.bodies[given.body], rules.points[given.body], rules.job.interval
+    put(work.state, work.vertices, lane, given, body, points, interval, rules.job.ticks)
 
 
 @njit(**INNER)
@@ -203,7 +192,7 @@ def put(state: Any, vertices: Any, j: int, case: Any, of: Any, points: Any, inte
     barrier = GRAVITY * (np.sqrt(of.reach * of.reach + of.foot * of.foot) - of.foot)
     store_course(state, j, Course(
         case.amplitude, case.first, case.calm, case.after, case.first * interval,
-        energy(body, begin, vertices, points.shape[0], j), barrier, 0.0,
+        energy(body, begin, vertices, points.shape[0], j), barrier,
     ))  # fmt: skip
     store_stance(state, j, Stance(spin_about_origin(begin), of.reach, of.fallen, of.deepest))
 
@@ -221,26 +210,21 @@ def momentum_of(a: Symmetric, f: Matrix, w: Vector) -> Vector:
 
 def load(rules: Any, work: Any, cases: Any, columns: int) -> None:
     """Begin a sample."""
-    ticks, ground = 1.0 * TICKS * rules.at_once, rules.ground
-    next_sample(work.state, columns, rules.row, cases, ground.along, ground.up, ticks, ground.interval)
+    next_sample(work.state, columns, rules.row, cases, rules.ground, rules.job)
 
 
 @njit(**INNER)
-def next_sample(
-    state: Any, columns: int, row: Any, cases: Any, along: Any, up: Any, ticks: float, interval: float
-) -> None:  # fmt: skip
+def next_sample(state: Any, columns: int, row: Any, cases: Any, ground: Any, job: Job) -> None:
     """Bring the quaternions back to length 1 and load the ground motion of the sample that each lane is in."""
-    scale = 1.0 / ticks
+    along, up, ticks, interval, scale = ground.along, ground.up, job.ticks, job.interval, 1.0 / job.ticks
     for j in range(columns):
-        s, course, passed = load_state(state, j), load_course(state, j), state[LAST_UPRIGHT + j]
-        then = (course.sample + passed * scale) * interval
+        s = load_state(state, j)
         q = s.turn
         unit = 1.5 - 0.5 * ((q.w * q.w + q.z * q.z) + (q.x * q.x + q.y * q.y))
         store_turn(state, j, Quaternion(q.w * unit, q.x * unit, q.y * unit, q.z * unit))
-        state[UPRIGHT_UNTIL + j] = then if passed >= 0.0 else course.upright_until
+        begun = begin_sample(load_course(state, j), s.tick, state[LAST_UPRIGHT + j], ticks, interval)
+        state[SAMPLE + j], state[TICK + j], state[UPRIGHT_UNTIL + j] = begun
         state[LAST_UPRIGHT + j] = -1.0
-        state[SAMPLE + j] = course.sample + 1.0 if s.tick >= ticks else course.sample
-        state[TICK + j] = s.tick - ticks if s.tick >= ticks else s.tick
     last = up.shape[0] - 3
     for j in range(columns):
         course = load_course(state, j)
@@ -253,55 +237,45 @@ def next_sample(
 
 def advance(rules: Any, work: Any, columns: int, path: Any, noted: int) -> tuple[Any, int]:
     """Compute the steps of a sample; the first lane is noted at its begin."""
+    # All at once, for `rules` kept beyond a branch would count a use of each of its arrays, for every sample.
+    job, kind, count, base = rules.job, rules.kind, rules.points.shape[1], rules.base
     if path.shape[0] > 0:
-        path = with_room(path, noted + 1, rules.most_rows)
+        path = with_room(path, noted + 1, job.most_rows)
         if path.shape[0] == noted:
             return path, -1
-        note(work.state, 0, rules.ground.interval, 1.0 * TICKS * rules.at_once, path[noted])
+        note(work.state, 0, job.interval, job.ticks, path[noted])
         noted += 1
-    step = loops_of(rules.kind)
-    step(rules.kind, work.state, work.vertices, rules.points.shape[1], rules.base, columns, rules.at_once)
+    loops_of(kind)(kind, work.state, work.vertices, count, base, columns, job.at_once)
     return path, noted
 
 
-def count_due(rules: Any, work: Any, active: int) -> int:
+def count_due(rules: Any, work: Any, active: int, due: Any) -> int:
     """Mark lanes of which there may be something to say; the others simply go on."""
-    return mark_due(work.state, active, 1.0 * TICKS * rules.at_once, float(rules.ground.samples))
+    return mark_due(work.state, active, due, rules.job.ticks, float(rules.job.samples))
 
 
 @njit(**INNER)
-def mark_due(state: Any, active: int, ticks: float, end: float) -> int:
+def mark_due(state: Any, active: int, due: Any, ticks: float, end: float) -> int:
     """Mark and count the lanes that have fallen, are past the samples in which something can start, or have failed."""
-    scale, count = 1.0 / ticks, 0.0
+    count = 0.0
     for j in range(active):
-        s, course, stance = load_state(state, j), load_course(state, j), load_stance(state, j)
-        total = total_of(s)
-        sample, until = course.sample + s.tick * scale, course.calm if course.calm < end else end
-        # Not finite minus not finite is never 0.
-        finite = total - total == 0.0
-        stands = frame_of(s.turn).zz > stance.fallen
-        goes_on = finite & stands & (sample < until) & (load_peaks(state, j).depth <= stance.deepest)
-        state[DUE + j] = 0.0 if goes_on else 1.0
+        s, stance = load_state(state, j), load_stance(state, j)
+        sound = (frame_of(s.turn).zz > stance.fallen) & (load_peaks(state, j).depth <= stance.deepest)
+        due[j] = 0.0 if surely_goes_on(load_course(state, j), s.tick, ticks, end, total_of(s), sound) else 1.0
     for j in range(active):
-        count += state[DUE + j]
+        count += due[j]
     return int(count)
-
-
-def is_due(rules: Any, work: Any, lane: int) -> bool:  # noqa: ARG001
-    """Whether a lane is marked."""
-    return bool(work.state[DUE + lane] != 0.0)
 
 
 def ended(rules: Any, work: Any, lane: int, case: int) -> int:  # noqa: ARG001
     """`Status` of a lane, or that it goes on."""
-    ticks, end = 1.0 * TICKS * rules.at_once, float(rules.ground.samples)
-    return has_ended(work.state, work.vertices, rules.points.shape[1], rules.base, lane, ticks, end)
+    end, count = float(rules.job.samples), rules.points.shape[1]
+    return has_ended(work.state, work.vertices, count, rules.base, lane, rules.job.ticks, end)
 
 
-def finish(rules: Any, work: Any, lane: int, case: int, status: int, steps: int) -> None:
+def finish(rules: Any, work: Any, lane: int, case: int, status: int) -> None:
     """Write the results of a lane."""
-    count = rules.points.shape[1]
-    finish_body(work.state, work.vertices, count, lane, status, steps, rules.results[case])
+    finish_body(work.state, work.vertices, rules.points.shape[1], lane, status, rules.results[case])
 
 
-implement(BodyRules, workspace, start, load, advance, count_due, is_due, ended, finish)
+implement(BodyRules, workspace, start, load, advance, count_due, ended, finish)

@@ -2,6 +2,10 @@
 
 from typing import Final, NamedTuple
 
+from numba import njit
+
+from overturning.dem.kernel.lanes import INLINE
+
 GOES_ON: Final = -1
 """Instead of a `Status`: the case has not ended."""
 
@@ -28,6 +32,25 @@ class Course(NamedTuple):
     energy: float
     """energy at the start, per mass, m²/s²;"""
     barrier: float
-    """energy that overturning takes, per mass, m²/s²;"""
-    due: float
-    """1 where the case may have ended by the end of this sample."""
+    """energy that overturning takes, per mass, m²/s²."""
+
+
+@njit(**INLINE)
+def begin_sample(
+    course: Course, tick: float, last_upright: float, ticks: float, interval: float
+) -> tuple[float, float, float]:
+    """Sample, tick in it and last time upright of a case whose last sample has ended, there upright until a tick."""
+    then = (course.sample + last_upright * (1.0 / ticks)) * interval
+    over = (1.0 if tick >= ticks else 0.0) + (1.0 if tick >= 2.0 * ticks else 0.0)
+    return course.sample + over, tick - over * ticks, then if last_upright >= 0.0 else course.upright_until
+
+
+@njit(**INLINE)
+def surely_goes_on(course: Course, tick: float, ticks: float, end: float, total: float, sound: bool) -> bool:
+    """Whether there is nothing to say of a case: one that is sound, in a sample in which something can still start.
+
+    `total` is a sum of all that must be finite.
+    """
+    sample, until = course.sample + tick * (1.0 / ticks), course.calm if course.calm < end else end
+    # Not finite minus not finite is never 0.
+    return (total - total == 0.0) & sound & (sample < until)

@@ -15,11 +15,7 @@ class Ground(NamedTuple):
     """Acceleration in each direction asked for, m/s²: towards +s, shape (azimuths, samples + 3), or along x and y of a
     body in space, shape (orientations, 2, samples + 3);"""
     up: FloatArray | None
-    """upward acceleration, m/s², shape (samples + 3,); None where there is none, which compiles a kernel without it;"""
-    samples: int
-    """samples of the record;"""
-    interval: float
-    """time between them, s."""
+    """upward acceleration, m/s², shape (samples + 3,); None where there is none, which compiles a kernel without it."""
 
 
 class Line(NamedTuple):

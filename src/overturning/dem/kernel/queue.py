@@ -6,32 +6,53 @@ type, but not that of closures. No lane sees another one, so that what a case ge
 """
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numba import njit
 from numba.extending import overload
+from numpy.typing import NDArray
 
 from overturning.dem.kernel.cache import keep_compiled
 from overturning.dem.kernel.ending import GOES_ON
 from overturning.dem.kernel.ground import Ground
-from overturning.dem.kernel.lanes import INLINE, OPTIONS
+from overturning.dem.kernel.lanes import INLINE, OPTIONS, aligned
 from overturning.model.status import Status
 
 
-class Rules(Protocol):
-    """What the queue has to know of the rules of a model."""
+class Job(NamedTuple):
+    """What holds for all cases of a queue. Numbers alone: whoever takes a tuple with arrays counts a use of each."""
 
-    lanes: int
-    """Cases side by side;"""
-    ground: Ground
-    """motion of the base;"""
+    samples: int
+    """Samples of the record;"""
+    interval: float
+    """time between them, s;"""
+    ticks: float
+    """ticks of a sample;"""
     at_once: int
     """attempts at a step between two looks at the lanes, none of them beyond the next sample;"""
     weight: int
     """what an attempt counts for in the budget and for progress;"""
     budget: int
-    """count after which a case is over its budget."""
+    """count after which a case is over its budget;"""
+    most_rows: int
+    """rows that a path may have;"""
+    lanes: int
+    """cases side by side."""
+
+
+class Rules(Protocol):
+    """What the rules of all models hold, for cases with the same steps per sample."""
+
+    job: Job
+    cases: NDArray[np.void]
+    """Table of cases;"""
+    row: NDArray[np.int64]
+    """row of the ground motion that shakes each case;"""
+    results: NDArray[np.void]
+    """table to fill, with columns `status` and `steps`; steps that it has of earlier runs count for the budget;"""
+    ground: Ground
+    """motion of the base."""
 
 
 class Work(Protocol):
@@ -49,8 +70,8 @@ def workspace(rules: Rules) -> Work:
     raise NotImplementedError
 
 
-def start(rules: Rules, work: Work, lane: int, case: int) -> int:
-    """Put a case into a lane, before its first step; returns what earlier runs of it count for in the budget."""
+def start(rules: Rules, work: Work, lane: int, case: int) -> None:
+    """Put a case into a lane, before its first step."""
     raise NotImplementedError
 
 
@@ -67,13 +88,8 @@ def advance(rules: Rules, work: Work, columns: int, path: Any, noted: int) -> tu
     raise NotImplementedError
 
 
-def count_due(rules: Rules, work: Work, active: int) -> int:
-    """Mark the lanes that may have ended, and count them; a quick test, for all lanes at once."""
-    raise NotImplementedError
-
-
-def is_due(rules: Rules, work: Work, lane: int) -> bool:
-    """Whether a lane is marked."""
+def count_due(rules: Rules, work: Work, active: int, due: Any) -> int:
+    """Mark the lanes that may have ended, by 1 and else 0, and count them; a quick test, for all lanes at once."""
     raise NotImplementedError
 
 
@@ -82,8 +98,8 @@ def ended(rules: Rules, work: Work, lane: int, case: int) -> int:
     raise NotImplementedError
 
 
-def finish(rules: Rules, work: Work, lane: int, case: int, status: int, steps: int) -> None:
-    """Write the results of a lane's case, with what it counts for in the budget."""
+def finish(rules: Rules, work: Work, lane: int, case: int, status: int) -> None:
+    """Write the results of a lane's case but for its status and its steps."""
     raise NotImplementedError
 
 
@@ -137,9 +153,9 @@ def run_queue(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int
     noted : int
         How many of its rows were filled; −1 where there was no room, in which case the results are not complete.
     """
-    lanes, steps = rules.lanes, rules.at_once * rules.weight
-    work = workspace(rules)
-    case, done = np.zeros(lanes, np.int64), np.zeros(lanes, np.int64)
+    job, work = rules.job, workspace(rules)
+    lanes, steps, results = job.lanes, job.at_once * job.weight, rules.results
+    case, done, due = np.zeros(lanes, np.int64), np.zeros(lanes, np.int64), aligned(lanes)
     # Not literals: the counters would have a type of their own, and all they are handed to be compiled twice.
     none = int(np.int64(0))
     active, head, noted, filled = none, none, none, none
@@ -148,7 +164,8 @@ def run_queue(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int
             # Lanes that no case takes hold the first one: nothing undefined is computed beside the others.
             lane = active if head < order.size else filled
             case[lane] = order[head if head < order.size else 0]
-            done[lane] = start(rules, work, lane, case[lane])
+            done[lane] = int(results[case[lane]].steps)
+            start(rules, work, lane, case[lane])
             filled = max(filled, lane + 1)
             if head < order.size:
                 active, head = active + 1, head + 1
@@ -161,11 +178,11 @@ def run_queue(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int
         spent = none
         for lane in range(active):
             done[lane] += steps
-            spent += 1 if done[lane] >= rules.budget else 0
-        lane = none if count_due(rules, work, active) + spent > 0 else active
+            spent += 1 if done[lane] >= job.budget else 0
+        lane = none if count_due(rules, work, active, due) + spent > 0 else active
         while lane < active:
-            status, over = GOES_ON, done[lane] >= rules.budget
-            if over or is_due(rules, work, lane):
+            status, over = GOES_ON, done[lane] >= job.budget
+            if over or due[lane] > 0.0:
                 status = ended(rules, work, lane, case[lane])
                 # What breaks its bounds without an end in sight is over its budget all the same: a larger budget
                 # changes nothing.
@@ -173,10 +190,11 @@ def run_queue(rules: Any, order: Any, counter: Any, path: Any) -> tuple[Any, int
             if status == GOES_ON:
                 lane += 1
                 continue
-            finish(rules, work, lane, case[lane], status, done[lane])
+            finish(rules, work, lane, case[lane], status)
+            results[case[lane]].status, results[case[lane]].steps = status, done[lane]
             # The last lane moves into the free place.
             active -= 1
-            case[lane], done[lane] = case[active], done[active]
+            case[lane], done[lane], due[lane] = case[active], done[active], due[active]
             copy_lane(work.state, lanes, active, lane)
 
 

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.clock import SCENE
-from overturning.dem.kernel.ground import Ground
 from overturning.dem.limits import AFTERMATH
 from overturning.dem.numerics import ELEMENT_STEP, Numerics
 from overturning.dem.path import PlanePath
@@ -17,6 +16,7 @@ from overturning.dem.plan import ANSWERS, Plan, check_path, shaking
 from overturning.dem.polygon import arrays as t
 from overturning.dem.polygon.path import GROUND, POSE_COLUMNS, TIME, path_columns, scene_path
 from overturning.dem.polygon.prepare import Prepared, prepare
+from overturning.dem.polygon.rows import COLUMNS
 from overturning.dem.polygon.rules import SCHEMES, SceneRules
 from overturning.dem.quiet import SAFE_SHARE, quiet_windows
 from overturning.dem.time_step import HEAVY_DAMPING, Scheme, samples_divided, scheme_of, steps_per_sample
@@ -38,6 +38,7 @@ class PolygonPlan(Plan):
     """How each of n cases of a scene of polygons is to be computed."""
 
     halved: ClassVar[bool] = True
+    step_cost: ClassVar[int] = ELEMENT_STEP
 
     model: Planes
     scheme: Scheme
@@ -53,22 +54,14 @@ class PolygonPlan(Plan):
 
     def rules(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int) -> SceneRules:
         """As of `Plan.rules`, of cases with the same number of steps per sample."""
-        cases = self.table[chosen]
-        # The shortest step is in ticks, which shrink with the whole one.
-        cases["dwell"] *= finer
+        scheme = SCHEMES[self.scheme]
         return SceneRules(
-            scheme=SCHEMES[self.scheme],
-            cases=cases,
+            **self.queued(chosen, tables, finer, scheme.ticks, COLUMNS),
+            scheme=scheme,
             stands_from=self.stands_from[chosen],
-            row=self.row[chosen],
             variant=self.variant[chosen],
             scene=self.arrays,
-            results=tables["results"],
             each=tables["each"],
-            ground=Ground(self.ground, self.upward, self.motion.samples, self.motion.sampling_interval),
-            at_once=int(self.steps[chosen[0]]) * finer,
-            weight=len(self.model.elements),
-            budget=self.numerics.budget // ELEMENT_STEP,
         )
 
     def answers(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:

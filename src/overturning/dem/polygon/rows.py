@@ -72,8 +72,8 @@ load_couple, store_couple, _ = PAIR.access(Step, "couple")
 _, store_corrected, _ = PAIR.access(Step, "corrected")
 
 # Rows of numbers that are changed by themselves. Added to a column, SECOND leads from end 1's memory to end 2's.
-_OF_CASE = "shaking.tick sample energy variant looked due attempt.length found.changed verdict.again"
-TICK, SAMPLE, ENERGY, VARIANT, LOOKED, DUE, LENGTH, CHANGED, AGAIN = (CASE.row(Case, p) for p in _OF_CASE.split())
+_OF_CASE = "shaking.tick sample energy variant looked attempt.length found.changed verdict.again"
+TICK, SAMPLE, ENERGY, VARIANT, LOOKED, LENGTH, CHANGED, AGAIN = (CASE.row(Case, p) for p in _OF_CASE.split())
 _OF_ELEMENT = "inertia.frame course.moved course.turned standing.upright_until standing.carried_until standing.side"
 FRAME, MOVED, TURNED, UPRIGHT_UNTIL, CARRIED_UNTIL, SIDE = (ELEMENT.row(Element, p) for p in _OF_ELEMENT.split())
 LAST_UPRIGHT: Final = ELEMENT.row(Element, "course.last_upright")

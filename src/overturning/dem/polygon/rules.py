@@ -21,7 +21,7 @@ from overturning.dem.kernel.clock import Attempt, Clock
 from overturning.dem.kernel.ground import Ground, Line, piece
 from overturning.dem.kernel.lanes import INNER, aligned
 from overturning.dem.kernel.mechanics import renormalised
-from overturning.dem.kernel.queue import implement
+from overturning.dem.kernel.queue import Job, implement
 from overturning.dem.polygon import cundall, rows, step
 from overturning.dem.polygon.arrays import Arrays
 from overturning.dem.polygon.energy import energy, springs
@@ -45,29 +45,22 @@ LOOK: Final = 0.1
 class SceneRules(NamedTuple):
     """Rules of cases of a scene, all with the same steps per sample."""
 
-    scheme: Any
-    """Constants of the scheme, from `SCHEMES`;"""
+    job: Job
     cases: NDArray[np.void]
-    """table of cases, of `arrays.CASE`;"""
+    """Table of `arrays.CASE`;"""
+    row: NDArray[np.int64]
+    results: NDArray[np.void]
+    """table of `arrays.RESULT`;"""
+    ground: Ground
+    scheme: Any
+    """constants of the scheme, from `SCHEMES`;"""
     stands_from: FloatArray
     """sample from which on each part that can move as one stands for good, shape (cases, parts);"""
-    row: NDArray[np.int64]
-    """row of the ground motion that shakes each case;"""
     variant: NDArray[np.int64]
     """variant of the scene that each case is of;"""
     scene: Arrays
-    results: NDArray[np.void]
-    """table to fill, of `arrays.RESULT`,"""
     each: NDArray[np.void]
-    """and of `arrays.ELEMENT_RESULT`, shape (cases, elements);"""
-    ground: Ground
-    at_once: int
-    """steps per sample;"""
-    weight: int
-    """number of free elements;"""
-    budget: int
-    """largest number of element steps of a case."""
-    lanes: int = rows.COLUMNS
+    """table to fill beside the results, of `arrays.ELEMENT_RESULT`, shape (cases, elements)."""
 
 
 class Work(NamedTuple):
@@ -107,10 +100,10 @@ def workspace(rules: Any) -> Any:
     return Work(rows.borrowed(owner), owner, aligned(elements * elements * SIZE), used, moves)  # type: ignore[call-arg]
 
 
-def start(rules: Any, work: Any, lane: int, case: int) -> int:
+def start(rules: Any, work: Any, lane: int, case: int) -> None:
     """Put a case into a lane: the scene at rest, with its own friction, damping and amplitude."""
     state, scene, given, v = work.state, rules.scene, rules.cases[case], rules.variant[case]
-    ticks, interval = 1.0 * rules.scheme.ticks * rules.at_once, rules.ground.interval
+    ticks, interval = rules.job.ticks, rules.job.interval
     for row in range(scene.initial.shape[1]):
         state[row * rows.COLUMNS + lane] = scene.initial[v, row]
     begin(state, lane, given, float(v), interval, ticks, rules.scheme.lag)
@@ -119,7 +112,6 @@ def start(rules: Any, work: Any, lane: int, case: int) -> int:
         e[rows.UPRIGHT_UNTIL + lane] = e[rows.CARRIED_UNTIL + lane] = given.first * interval
     touch(state, lane, given, scene, scene.shapes[v])
     state[rows.ENERGY + lane] = energy(state, lane, scene)
-    return int(rules.results[case].steps)
 
 
 @njit(**INNER)
@@ -131,7 +123,7 @@ def begin(state: Any, j: int, case: Any, variant: float, interval: float, ticks:
     rows.store_case(state, j, Case(
         Shaking(none, none, 0.0), step, ticks / interval, lag * step, clock, first, rows.no_marks(),
         Verdict(0.0, 0.0, Attempt(0.0, 0.0, 0.0)), case.amplitude, case.first, case.calm, case.after, 0.0, variant,
-        looked, 0.0,
+        looked,
     ))  # fmt: skip
 
 
@@ -161,8 +153,7 @@ def load(rules: Any, work: Any, cases: Any, columns: int) -> None:  # noqa: ARG0
             pose = rows.load_pose(e, j)
             cos, sin = renormalised(pose.cos, pose.sin)
             rows.store_pose(e, j, Pose(pose.x, pose.z, pose.angle, cos, sin))
-    scale = 1.0 / (1.0 * rules.scheme.ticks * rules.at_once)
-    load_motion(rules.ground.up, work.state, rules.ground.along, rules.row, cases, scale)
+    load_motion(rules.ground.up, work.state, rules.ground.along, rules.row, cases, 1.0 / rules.job.ticks)
 
 
 @njit(**INNER)
@@ -181,11 +172,10 @@ def advance(rules: Any, work: Any, columns: int, path: Any, noted: int) -> tuple
     """Compute the steps of a sample; the first lane is noted at its begin, with the forces that act until the next."""
     step = step_of(rules.scheme)
     scene, up, state, elements = rules.scene, rules.ground.up, work.state, work.moves.size
-    lag, interval = rules.scheme.lag, rules.ground.interval
-    ticks = 1.0 * rules.scheme.ticks * rules.at_once
+    lag, interval, ticks, at_once = rules.scheme.lag, rules.job.interval, rules.job.ticks, rules.job.at_once
     with_forces = path.shape[0] > 0 and path.shape[1] > 2 + POSE_COLUMNS * elements
     early = np.zeros((1, path.shape[1]))
-    for _ in range(rules.at_once):
+    for _ in range(at_once):
         if path.shape[0] == 0:
             step(up, work, scene, ticks)
             continue
@@ -224,31 +214,25 @@ def end_sample(state: Any, scene: Any, ticks: float, interval: float) -> None:
         state[rows.TICK + j] = tick - ticks if tick >= ticks else tick
 
 
-def count_due(rules: Any, work: Any, active: int) -> int:
+def count_due(rules: Any, work: Any, active: int, due: Any) -> int:
     """Mark lanes that have come to the next part of their record."""
-    stride, count = max(int(LOOK / rules.ground.interval), 1), 0
+    stride, count = max(int(LOOK / rules.job.interval), 1), 0
     for j in range(active):
         part = work.state[rows.SAMPLE + j] // stride
-        due = part != work.state[rows.LOOKED + j]
-        work.state[rows.LOOKED + j], work.state[rows.DUE + j] = part, 1.0 if due else 0.0
-        count += 1 if due else 0
+        due[j] = 1.0 if part != work.state[rows.LOOKED + j] else 0.0
+        work.state[rows.LOOKED + j] = part
+        count += int(due[j])
     return count
-
-
-def is_due(rules: Any, work: Any, lane: int) -> bool:  # noqa: ARG001
-    """Whether a lane is marked."""
-    return bool(work.state[rows.DUE + lane] != 0.0)
 
 
 def ended(rules: Any, work: Any, lane: int, case: int) -> int:
     """`Status` of a lane, or that it goes on."""
-    return verdict(work.state, lane, rules.scene, rules.stands_from[case], float(rules.ground.samples))
+    return verdict(work.state, lane, rules.scene, rules.stands_from[case], float(rules.job.samples))
 
 
-def finish(rules: Any, work: Any, lane: int, case: int, status: int, steps: int) -> None:
+def finish(rules: Any, work: Any, lane: int, case: int, status: int) -> None:  # noqa: ARG001
     """Judge which elements of a lane have fallen, and write its results."""
     write_results(work.state, lane, rules.scene, rules.results[case], rules.each[case])
-    rules.results[case].status, rules.results[case].steps = status, steps
 
 
-implement(SceneRules, workspace, start, load, advance, count_due, is_due, ended, finish)
+implement(SceneRules, workspace, start, load, advance, count_due, ended, finish)

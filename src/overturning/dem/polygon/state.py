@@ -63,9 +63,7 @@ class Case(NamedTuple):
     variant: float
     """which variant of the scene it is of;"""
     looked: float
-    """part of the record in which it was last looked at,"""
-    due: float
-    """and 1 where it is to be looked at."""
+    """part of the record in which it was last looked at."""
 
 
 class Pose(NamedTuple):

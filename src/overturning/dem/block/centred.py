@@ -1,8 +1,7 @@
 """The centred scheme: the trapezoidal rule with springs and dashpots taken at the end of the step (docs/method.md).
 
 From top to bottom the step of ONE block: `predict`, `solve`, `commit`, as under "`centred`" there, each with what it
-does at a corner above it. The last function lays blocks side by side: three loops, for speed alone. The chain of
-dependent operations of a whole step is longer than what a processor looks ahead, that of a third of it is not.
+does at a corner above it. `overturning.dem.block.loops` goes over the blocks.
 
 Signs: a corner's penetration u and its upward velocity u̇_z give n = K u − h u̇_z upwards, its stretch t and velocity
 u̇_x along s give f = K_s t + h u̇_x against s. Left and right corner are summed as one pair, which makes the mirrored
@@ -10,20 +9,21 @@ case exact.
 """
 
 import math
-from functools import cache
-from typing import Any, Final, NamedTuple
+from typing import Final
 
 from numba import njit
 
 from overturning.dem.block.state import (
     GENTLE_STEPS,
-    ROWS,
     Account,
     Block,
     Change,
     Contribution,
     Corner,
+    Corners,
     Corrected,
+    Drift,
+    Kept,
     Peaks,
     Predicted,
     PredictedCorner,
@@ -34,9 +34,9 @@ from overturning.dem.block.state import (
     arm_of,
     base_slip,
 )
-from overturning.dem.kernel.clock import BLOCK, Attempt, Clock, Found, next_attempt
+from overturning.dem.kernel.clock import BLOCK, Clock, Found
 from overturning.dem.kernel.ground import at_tick
-from overturning.dem.kernel.lanes import INLINE, OPTIONS
+from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.kernel.mechanics import larger, turned, within
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
@@ -46,28 +46,7 @@ LEAST_FREEDOM: Final = 0.25
 """A corner sticks where sliding would leave less than this share of a normal force's effect on a free particle."""
 
 
-class Centred(NamedTuple):
-    """What the kernel has to know of the scheme."""
-
-    lag: float = 0.0
-    """Steps by which velocities lag behind positions;"""
-    ahead: int = 1
-    """steps that may follow those of a whole sample before the shaking of the next but one is needed."""
-
-
 # 1. Predict -----------------------------------------------------------------------------------------------------------
-
-
-class Drift(NamedTuple):
-    """Position of a block and its velocities at the end of a step, were its acceleration to stay."""
-
-    x: float
-    z: float
-    cos: float
-    sin: float
-    vx: float
-    vz: float
-    vw: float
 
 
 @njit(**INLINE)
@@ -218,21 +197,6 @@ def solve_smooth(block: Block, s: State, taken: Taken, fine: bool, w: Predicted)
 # 3. Commit ------------------------------------------------------------------------------------------------------------
 
 
-class Corners(NamedTuple):
-    """Both corners at the solution."""
-
-    left: Corrected
-    right: Corrected
-
-
-class Kept(NamedTuple):
-    """What a step that is accepted changes of a case."""
-
-    state: State
-    peaks: Peaks
-    account: Account
-
-
 @njit(**INLINE)
 def correct(
     block: Block, w: Predicted, r: PredictedCorner, old: Corner, slid: float, fine: bool, d: Change, with_friction: bool
@@ -335,75 +299,3 @@ def commit(
     )
     account = Account(account.work + half * (account.power + power), lost, power, loss)
     return Kept(State(x, z, angle, c, sn, vx, vz, vw, ax, az, aw, left.corner, right.corner, tick), peaks, account)
-
-
-# Side by side ---------------------------------------------------------------------------------------------------------
-
-
-@cache
-def loops(vertical: bool, with_friction: bool) -> Any:
-    """The step over the lanes, for bases that move up and down or do not, and blocks with friction or without.
-
-    The loops take `kind`, of a type that says so too, as a part of their compiled names: without it the loops of
-    variants that different processes have compiled would be called in each other's place once one process has loaded
-    both.
-    """
-    springs = [] if with_friction else ["spring", "place", "stretch", "ux", "slid_left", "slid_right"]
-    unused = springs if vertical else [*springs, "lift"]
-    solution = solve if with_friction else solve_smooth
-    load_block, load_shaking, load_clock = ROWS.access(Block).load, ROWS.access(Shaking).load, ROWS.access(Clock).load
-    load_state, _, store_state = ROWS.access(State, without=unused)
-    load_attempt, store_attempt, _ = ROWS.access(Attempt, without=[] if with_friction else ["tries"])
-    load_taken, store_taken, _ = ROWS.access(Taken, without=[] if with_friction else ["left", "right"])
-    load_peaks, _, store_peaks = ROWS.access(Peaks)
-    load_account, _, store_account = ROWS.access(Account)
-    load_predicted, store_predicted, _ = ROWS.access(Predicted, without=unused)
-    load_change, store_change, _ = ROWS.access(Change, without=unused)
-
-    @njit(**OPTIONS)
-    def predict_all(kind: Any, state: Any, columns: int, ticks: float) -> None:  # noqa: ARG001
-        for j in range(columns):
-            block, s, length = load_block(state, j), load_state(state, j), load_attempt(state, j).length
-            store_predicted(state, j, predict(block, s, length, load_shaking(state, j), ticks))
-
-    @njit(**OPTIONS)
-    def solve_all(kind: Any, state: Any, columns: int) -> None:  # noqa: ARG001
-        for j in range(columns):
-            fine = load_attempt(state, j).length <= FINE * load_clock(state, j).finest
-            block, s, taken = load_block(state, j), load_state(state, j), load_taken(state, j)
-            store_change(state, j, solution(block, s, taken, fine, load_predicted(state, j)))
-
-    @njit(**OPTIONS)
-    def commit_all(kind: Any, state: Any, columns: int, ticks: float) -> None:  # noqa: ARG001
-        for j in range(columns):
-            block, s, attempt, clock = (
-                load_block(state, j),
-                load_state(state, j),
-                load_attempt(state, j),
-                load_clock(state, j),
-            )
-            w, d, length = load_predicted(state, j), load_change(state, j), attempt.length
-            fine = length <= FINE * clock.finest
-            both = Corners(
-                correct(block, w, w.left, s.left, d.slid_left, fine, d, with_friction),
-                correct(block, w, w.right, s.right, d.slid_right, fine, d, with_friction),
-            )
-            found = found_of(block, clock, length, fine, both, with_friction)
-            again, sooner, attempt = next_attempt(BLOCK, clock, attempt, found, s.tick + length, ticks)
-            taken = taken_next(Taken(d.slid_left, d.slid_right), fine, both, attempt.tries > 0.0, sooner)
-            kept = Kept(s, load_peaks(state, j), load_account(state, j))
-            kept = commit(block, kept, w, d, both, length, vertical, with_friction)
-            store_attempt(state, j, attempt)
-            store_taken(state, j, taken)
-            store_state(state, j, again, kept.state)
-            store_peaks(state, j, again, kept.peaks)
-            store_account(state, j, again, kept.account)
-
-    @njit(**OPTIONS)
-    def advance(kind: Any, state: Any, columns: int, steps: int, ticks: float) -> None:
-        for _ in range(steps):
-            predict_all(kind, state, columns, ticks)
-            solve_all(kind, state, columns)
-            commit_all(kind, state, columns, ticks)
-
-    return advance

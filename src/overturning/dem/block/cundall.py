@@ -1,12 +1,10 @@
 """Cundall's scheme: central differences, spring at the whole step, dashpot at the half step before (docs/method.md)."""
 
-from functools import cache
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 from numba import njit
 
 from overturning.dem.block.state import (
-    ROWS,
     TICKS,
     Account,
     Block,
@@ -18,20 +16,11 @@ from overturning.dem.block.state import (
     base_slip,
 )
 from overturning.dem.kernel.ground import within_sample
-from overturning.dem.kernel.lanes import INLINE, OPTIONS
+from overturning.dem.kernel.lanes import INLINE
 from overturning.dem.kernel.mechanics import larger, turned, within
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
 WHOLE: Final = TICKS
-
-
-class Cundall(NamedTuple):
-    """What the kernel has to know of the scheme."""
-
-    lag: float = 0.5
-    """Steps by which velocities lag behind positions;"""
-    ahead: int = 0
-    """steps that may follow those of a whole sample before the shaking of the next one is needed."""
 
 
 class Force(NamedTuple):
@@ -119,26 +108,3 @@ def step(
     )
     moved = State(x, z, angle, c, sn, vx, vz, vw, ax, az, aw, left.corner, right.corner, tick)
     return moved, peaks, Account(account.work + dt * power, lost, 0.0, 0.0)
-
-
-@cache
-def loops(vertical: bool, with_friction: bool) -> Any:  # noqa: ARG001, springs without friction are let go at once
-    """The step over the lanes, for bases that move up and down or do not, and blocks with friction or without."""
-    load_block, load_shaking = ROWS.access(Block).load, ROWS.access(Shaking).load
-    load_state, store_state, _ = ROWS.access(State, without=["normal"])
-    load_peaks, store_peaks, _ = ROWS.access(Peaks)
-    load_account, store_account, _ = ROWS.access(Account, without=["power", "loss"])
-
-    @njit(**OPTIONS)
-    def advance(kind: Any, state: Any, columns: int, steps: int, ticks: float) -> None:  # noqa: ARG001
-        for _ in range(steps):
-            for j in range(columns):
-                s, peaks, account = step(
-                    load_block(state, j), load_state(state, j), load_peaks(state, j), load_account(state, j),
-                    load_shaking(state, j), vertical,
-                )  # fmt: skip
-                store_state(state, j, s)
-                store_peaks(state, j, peaks)
-                store_account(state, j, account)
-
-    return advance

@@ -7,7 +7,7 @@ from numba import njit
 
 from overturning.dem.block.state import ROWS, TICKS, Account, Block, Peaks, Shaking, State, base_slip
 from overturning.dem.kernel.ending import GOES_ON, REST_ENERGY, STILL_TO_SLIDE, Course
-from overturning.dem.kernel.lanes import INLINE, OPTIONS
+from overturning.dem.kernel.lanes import INLINE, INNER
 from overturning.model.status import Status
 from overturning.units import STANDARD_GRAVITY as GRAVITY
 
@@ -58,7 +58,7 @@ def has_settled(block: Block, s: State, peak: float, barrier: float, lag: float)
     return bool(slide * slide < 2.0 * STILL_TO_SLIDE * GRAVITY * block.friction or block.friction == 0.0)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def has_ended(state: Any, j: int, lag: float, ticks: float, end: float, deepest: float) -> int:
     """`Status` of a column at the end of a sample, or `GOES_ON`."""
     block, s, peaks, course = load_block(state, j), load_state(state, j), load_peaks(state, j), load_course(state, j)
@@ -84,7 +84,7 @@ def has_ended(state: Any, j: int, lag: float, ticks: float, end: float, deepest:
     return Status.SIMULATED if standing else Status.UNDECIDED
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def finish_block(state: Any, j: int, status: int, lag: float, out: Any) -> None:
     """Write the results of a column."""
     block, s, peaks = load_block(state, j), load_state(state, j), load_peaks(state, j)
@@ -100,7 +100,7 @@ def finish_block(state: Any, j: int, status: int, lag: float, out: Any) -> None:
     out.energy = abs(balance) / max(account.work, course.barrier)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def note(state: Any, j: int, lag: float, interval: float, ticks: float, path: Any) -> None:
     """Write a column's state into a row of its trajectory."""
     block, s, push = load_block(state, j), load_state(state, j), load_shaking(state, j).push

@@ -6,8 +6,9 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from overturning.dem.block.loops import SCHEMES
 from overturning.dem.block.path import block_path
-from overturning.dem.block.rules import CASE, RESULT, ROW, SCHEMES, BlockRules
+from overturning.dem.block.rules import CASE, RESULT, ROW, BlockRules
 from overturning.dem.block.state import COLUMNS, GENTLE, MOST_FRICTION, RIGID, TICKS
 from overturning.dem.kernel.clock import BLOCK
 from overturning.dem.limits import AFTERMATH, DEEPEST, sinks_too_far

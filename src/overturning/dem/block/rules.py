@@ -1,34 +1,26 @@
 """What the queue asks of a block: its rules, how a case begins, how a sample goes, how a case ends.
 
 What matters for speed and for equal bits: the loops over the lanes have no branches, only selections, and no libm; left
-and right corner are summed as one pair, which makes the mirrored case exact. A scheme is one file with a named tuple
-and a function `loops`, and one row of `SCHEMES`.
+and right corner are summed as one pair, which makes the mirrored case exact. A scheme is one file with a named tuple, a
+function in `overturning.dem.block.loops`, and one row of `SCHEMES` there.
 """
 
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-from numba import njit, types
-from numba.extending import overload
+from numba import njit
 from numpy.typing import NDArray
 
-from overturning.dem.block import centred, cundall
 from overturning.dem.block.ending import energy, finish_block, has_ended, note
+from overturning.dem.block.loops import loops_of
 from overturning.dem.block.state import COLUMNS, ROWS, Block, Corner, Peaks, Shaking, State, Taken, arm_of
 from overturning.dem.kernel.clock import Attempt, Clock
 from overturning.dem.kernel.ending import Course, begin_sample, surely_goes_on
 from overturning.dem.kernel.ground import Ground, piece
-from overturning.dem.kernel.lanes import OPTIONS, aligned
+from overturning.dem.kernel.lanes import INNER, aligned
 from overturning.dem.kernel.mechanics import renormalised
 from overturning.dem.kernel.queue import Job, implement, with_room
-from overturning.dem.time_step import Scheme
 from overturning.units import STANDARD_GRAVITY as GRAVITY
-
-SCHEMES: Final[dict[Scheme, tuple[Any, Any]]] = {
-    Scheme.CUNDALL: (cundall.Cundall(), cundall.loops),
-    Scheme.CENTRED: (centred.Centred(), centred.loops),
-}
-"""Constants of each scheme, and the function that makes its loops; the type of the one picks the other."""
 
 CASE: Final = np.dtype([(name, "f8") for name in (
     "width", "height", "stiffness", "tangential", "dashpot", "friction", "alpha", "amplitude",
@@ -56,7 +48,7 @@ class BlockRules(NamedTuple):
     """table of `RESULT`;"""
     ground: Ground
     scheme: Any
-    """constants of the scheme, from `SCHEMES`;"""
+    """constants of the scheme, from `overturning.dem.block.loops.SCHEMES`;"""
     with_friction: Any
     """anything where there is friction; None where no case has any: a kernel without tangential springs is compiled;"""
     deepest: float
@@ -82,22 +74,6 @@ COS, SIN, TICK, LAST_UPRIGHT = (
 SAMPLE, UPRIGHT_UNTIL = ROWS.row(Course, "sample"), ROWS.row(Course, "upright_until")
 
 
-def loops_of(scheme: Any, upward: Any, with_friction: Any) -> Any:
-    """The loops of a scheme, without what takes no part where an argument is None; for compiled code, by its types."""
-    make = next(make for one, make in SCHEMES.values() if type(one) is scheme.instance_class)
-    return make(not isinstance(upward, types.NoneType), not isinstance(with_friction, types.NoneType))
-
-
-@overload(loops_of)
-def _loops_of(scheme: Any, upward: Any, with_friction: Any) -> Any:
-    loops = loops_of(scheme, upward, with_friction)
-
-    def chosen(scheme: Any, upward: Any, with_friction: Any) -> Any:  # noqa: ARG001, Numba wants the same arguments
-        return loops
-
-    return chosen
-
-
 def workspace(rules: Any) -> Any:  # noqa: ARG001, its type picks this function
     """Rows of all lanes."""
     return Work(aligned(NUMBERS * COLUMNS))
@@ -108,7 +84,7 @@ def start(rules: Any, work: Any, lane: int, case: int) -> None:
     put(work.state, lane, rules.cases[case], rules.job.interval, rules.job.ticks)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def put(state: Any, j: int, case: Any, interval: float, ticks: float) -> None:
     """Put a case into lane j; `ticks` is their number in a sample."""
     for row in range(NUMBERS):
@@ -153,7 +129,7 @@ def load(rules: Any, work: Any, cases: Any, columns: int) -> None:
     next_sample(work.state, columns, rules.row, cases, rules.ground.along, rules.ground.up, rules.job)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def next_sample(state: Any, columns: int, row: Any, cases: Any, along: Any, up: Any, job: Job) -> None:
     """Bring the turning pair back to length 1 and load the ground motion of the sample that each lane is in."""
     ticks, interval, scale = job.ticks, job.interval, 1.0 / job.ticks
@@ -196,7 +172,7 @@ def count_due(rules: Any, work: Any, active: int, due: Any) -> int:
     return mark_due(work.state, active, due, rules.job.ticks, float(rules.job.samples), rules.deepest)
 
 
-@njit(**OPTIONS)
+@njit(**INNER)
 def mark_due(state: Any, active: int, due: Any, ticks: float, end: float, deepest: float) -> int:
     """Mark and count the lanes that have fallen, are past the samples in which something can start, or have failed."""
     count = 0.0

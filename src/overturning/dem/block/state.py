@@ -126,6 +126,18 @@ class Shaking(NamedTuple):
     """a_up, which adds to gravity."""
 
 
+class Drift(NamedTuple):
+    """Position of a block and its velocities at the end of a step, were its acceleration to stay."""
+
+    x: float
+    z: float
+    cos: float
+    sin: float
+    vx: float
+    vz: float
+    vw: float
+
+
 class PredictedCorner(NamedTuple):
     """A corner where the block would be if its acceleration stayed."""
 
@@ -229,6 +241,21 @@ class Corrected(NamedTuple):
     """whether it is taken to slide against its velocity: a slip reversal,"""
     back: bool
     """and whether friction held it the other way before."""
+
+
+class Corners(NamedTuple):
+    """Both corners at the solution."""
+
+    left: Corrected
+    right: Corrected
+
+
+class Kept(NamedTuple):
+    """What a step that is accepted changes of a case."""
+
+    state: State
+    peaks: Peaks
+    account: Account
 
 
 ROWS: Final = Rows(COLUMNS, Block, Clock, State, Attempt, Taken, Peaks, Account, Shaking, Course, Predicted, Change)

@@ -36,7 +36,6 @@ def compiled(access: Access) -> Access:
 
 
 larger = njit(lambda peak, value: mechanics.larger(peak, value))
-line = njit(lambda first, second, per_step: mechanics.line(first, second, per_step))
 renormalised = njit(lambda c, s: mechanics.renormalised(c, s))
 turned = njit(lambda c, s, turn: mechanics.turned(c, s, turn))
 within = njit(lambda force, limit: mechanics.within(force, limit))
@@ -105,4 +104,3 @@ def test_limits_keep_the_sign_and_pass_on_what_is_no_number() -> None:
     assert np.signbit(within(-1.0, 0.0))
     assert np.isnan(within(np.nan, 1.0))
     assert [larger(1.0, 2.0), larger(1.0, 0.0), larger(1.0, np.nan)] == [2.0, 1.0, 1.0]
-    assert line(1.0, 3.0, 0.25) == (1.0, 0.5)

@@ -17,7 +17,7 @@ FEWEST: Final = 256
 
 
 def run_on_cluster(run: Callable[[Motion, Any, Numerics], Any], motion: Motion, cases: Any, numerics: Numerics) -> Any:
-    """Run cases on the cluster of ``numerics.client``; the same bits as here, since no case's numbers depend on another's.
+    """Run cases on the cluster of ``numerics.client``, with the same bits as here.
 
     Parameters
     ----------
@@ -33,7 +33,8 @@ def run_on_cluster(run: Callable[[Motion, Any, Numerics], Any], motion: Motion, 
     Returns
     -------
     Results
-        In the order of the cases. What a lost worker held or worked at is computed again by another.
+        In the order of the cases, none of which depends on another. What a lost worker held or worked at is computed
+        again by another.
 
     Raises
     ------

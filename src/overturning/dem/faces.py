@@ -23,8 +23,8 @@ from overturning.motion.motion import Motion
 def simulate_further(model: Model, motion: Motion, grid: Grid, numerics: Numerics) -> dict[str, NDArray[Any]]:
     """Simulate a grid as `simulate_grid` does, with the model's `further_variables`.
 
-    A rectangle is simulated in the planes of its faces, too: along its orientation B/H wide, across it D/H. Where it would fall in
-    both, `first_edge` decides. The work of both is in ``block_steps``.
+    A rectangle is simulated in the planes of its faces, too: along its orientation B/H wide, across it D/H. Where it
+    would fall in both, `first_edge` decides. The work of both is in ``block_steps``.
     """
     arrays = simulate_grid(model, motion, grid, numerics)
     if not isinstance(model, Body) or not model.oblong:

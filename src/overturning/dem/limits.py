@@ -15,7 +15,7 @@ AFTERMATH: Final = 20.0
 
 
 def sinks_too_far(sunk: FloatArray, size: FloatArray | float) -> NDArray[np.bool_]:
-    """Whether a weight at rest presses a contact in beyond what its law holds for: such a case has no answer, shaken or not.
+    """Whether a weight at rest presses a contact in beyond what its law holds for, so that a case has no answer.
 
     `sunk` is the static penetration, m, `size` the smaller side of what rests, m.
     """

@@ -1,4 +1,4 @@
-"""Small dense linear algebra with the same bits everywhere: LAPACK's depend on the processor, and so would step counts."""
+"""Small dense linear algebra with the same bits everywhere: those of LAPACK depend on the processor."""
 
 import math
 

@@ -36,14 +36,15 @@ class Numerics:
     refinement : int
         Each step is divided into so many; for verification.
     budget : int
-        Block steps of one case, all attempts and reruns together, beyond which it is given up and marked `over_budget`; a step
-        of a body counts as `BODY_STEP`, of an element of a scene as `ELEMENT_STEP` of them.
+        Block steps of one case, all attempts and reruns together, beyond which it is given up and marked `over_budget`;
+        a step of a body counts as `BODY_STEP`, of an element of a scene as `ELEMENT_STEP` of them.
     threads : int
         Threads to share the cases among; the bits do not depend on it.
     progress : callable, optional
         Called now and then with the block steps done and those expected.
     client : dask.distributed.Client, optional
-        Cluster whose workers compute the cases; the bits do not depend on it, and a worker that is lost costs time only.
+        Cluster whose workers compute the cases; the bits do not depend on it, and a worker that is lost costs time
+        only.
     general : bool
         Take the general kernel also where the block's would do.
 

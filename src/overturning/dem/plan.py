@@ -28,8 +28,8 @@ def check_path(numbers: int) -> None:
     """Refuse a path of so many numbers or more, by an `ArgumentError`, where that is above `MOST_PATH`."""
     if numbers > MOST_PATH:
         raise ArgumentError(
-            f"trajectory: a path of {8e-9 * numbers:.1f} GB or more, at most {8e-9 * MOST_PATH:.1f} GB; cut the motion to its "
-            "strong part, take a larger time_step or, in a scene, fewer elements"
+            f"trajectory: a path of {8e-9 * numbers:.1f} GB or more, at most {8e-9 * MOST_PATH:.1f} GB; cut "
+            "the motion to its strong part, take a larger time_step or, in a scene, fewer elements"
         )
 
 
@@ -41,8 +41,9 @@ class Path(Protocol):
 
 
 ANSWERS: Final = {
-    "status": "status", "peak_penetration": "depth", "energy_error": "energy", "block_steps": "steps", "overturned": "side",
-    "overturning_time": "time", "peak_rotation": "angle", "peak_slip": "slip", "residual_slip": "residual",
+    "status": "status", "peak_penetration": "depth", "energy_error": "energy", "block_steps": "steps",
+    "overturned": "side", "overturning_time": "time", "peak_rotation": "angle", "peak_slip": "slip",
+    "residual_slip": "residual",
 }  # fmt: skip
 """Columns of the kernels' results in planes, by the variables that they are."""
 
@@ -55,6 +56,10 @@ class Plan(ABC):
     """Whether a long queue is divided, so that two threads share its work."""
     queue: ClassVar[Any] = staticmethod(run_queue)
     """What runs a queue of cases."""
+    result: ClassVar[Any]
+    """Columns of the kernel's results, with `status`, `energy` and `steps`."""
+    path_row: ClassVar[Any]
+    """Columns of a path's rows, with `time`, where they are structured."""
     path_numbers: ClassVar[int] = 1
     """Numbers of a path's dataset at each time, where the kernel bounds the rows."""
     step_cost: ClassVar[int] = 1
@@ -93,8 +98,8 @@ class Plan(ABC):
     ) -> tuple[dict[str, Any], NDArray[Any]]:
         """Answers to chosen cases of one group, finer of those whose energy does not balance, and the first one's path.
 
-        `counter`, shape (1,), grows by the steps done, for progress. `path` has room for the rows, where there may be more than
-        the plan can tell for the first ones; none is kept where it is not given.
+        `counter`, shape (1,), grows by the steps done, for progress. `path` has room for the rows, where there may be
+        more than the plan can tell for the first ones; none is kept where it is not given.
         """
         tables = self.tables(chosen.size)
         found, room = tables["results"], self.room(False) if path is None else path
@@ -143,9 +148,9 @@ class Plan(ABC):
         ground, row = Ground(self.ground, self.upward), self.row[chosen]
         return {"job": job, "cases": cases, "row": row, "results": tables["results"], "ground": ground}
 
-    @abstractmethod
     def tables(self, count: int) -> dict[str, NDArray[np.void]]:
-        """Tables that the kernel fills for so many cases: ``results``, with `status` and `energy`, and further ones."""
+        """Tables that the kernel fills for so many cases: ``results`` and further ones."""
+        return {"results": np.zeros(count, self.result)}
 
     @abstractmethod
     def rules(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int) -> Any:
@@ -155,13 +160,17 @@ class Plan(ABC):
     def answers(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]]) -> dict[str, Any]:
         """What was found of chosen cases, by the names of the variables and ``block_steps``."""
 
-    @abstractmethod
     def room(self, kept: bool) -> NDArray[Any]:
         """Rows of a path to fill, none where it is not kept."""
+        rows = self.motion.samples if kept else 0
+        check_path(rows * self.path_numbers)
+        return np.zeros(rows, self.path_row)
 
-    @abstractmethod
     def resting(self, count: int) -> NDArray[Any]:
         """Rows of as many samples at the begin of the record, in which the only case rests."""
+        rows = np.zeros(count, self.path_row)
+        rows["time"] = np.arange(count) * self.motion.sampling_interval
+        return rows
 
     @abstractmethod
     def path(self, rows: NDArray[Any]) -> Path:

@@ -24,9 +24,9 @@ def quiet_windows(
     A rigid block cannot start to rock before |a| > (g + a_up) B/H, nor to slide before |a| > μ (g + a_up). Between
     two samples both accelerations are linear in time, so that their ratio is largest at one of the samples.
 
-    Of each case: the `row` of `ground`, shape (azimuths, samples), m/s², the `amplitude`, and the `threshold` min(B/H, μ).
-    From the sample `calm` on a block at rest stays at rest; `stays_at_rest` says that it is below both thresholds for the whole
-    record.
+    Of each case: the `row` of `ground`, shape (azimuths, samples), m/s², the `amplitude`, and the `threshold` min(B/H,
+    μ). From the sample `calm` on a block at rest stays at rest; `stays_at_rest` says that it is below both thresholds
+    for the whole record.
     """
     count = row.size
     first, calm = np.zeros(count, np.int64), np.zeros(count, np.int64)

@@ -95,12 +95,12 @@ def run(
 def run_cases(
     motion: Motion, cases: Cases, model: "Model | Scene | Shape | str | int | None" = None, **options: Any
 ) -> Results:
-    """Run cases of a model, a single block where none is given, under one motion: `run` with fields of `Numerics` as options."""
+    """Run cases of a model, a single block where none is given: `run` with fields of `Numerics` as options."""
     return run(model, motion, cases, Numerics(**options))
 
 
 def shared_out(order: NDArray[np.int64], group: NDArray[np.int64], halved: bool) -> list[NDArray[np.int64]]:
-    """Queues of cases with the same number in `group` each, from cases ordered by it; long ones `halved` for a second thread."""
+    """Queues of cases with the same number in `group`, by which they are ordered; long ones `halved`."""
     queues = []
     for chosen in np.split(order, np.flatnonzero(np.diff(group[order])) + 1):
         if chosen.size:

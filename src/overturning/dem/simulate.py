@@ -1,5 +1,6 @@
 """The functions users call for a grid of cases: as arrays, and as a dataset."""
 
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,8 +21,17 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def grid_over(model: Model, height: ArrayLike | None, b_over_h: ArrayLike | None, **rows: ArrayLike | None) -> Grid:
-    """The grid of a model over rows of values: azimuth_deg or orientation_deg, friction and aspect.
+def grid_over(
+    model: Model,
+    height: ArrayLike | None = None,
+    b_over_h: ArrayLike | None = None,
+    *,
+    friction: ArrayLike = 1.0,
+    aspect: ArrayLike = 1.0,
+    azimuth_deg: ArrayLike | None = None,
+    orientation_deg: ArrayLike | None = None,
+) -> Grid:
+    """The grid of a model over rows of values, as of `overturning.simulate`.
 
     Raises
     ------
@@ -29,18 +39,16 @@ def grid_over(model: Model, height: ArrayLike | None, b_over_h: ArrayLike | None
         If the model has another direction, or a row is empty or does not fit.
     """
     height, b_over_h = model.sizes(height, b_over_h)
-    other = "azimuth" if model.direction == "orientation" else "orientation"
-    if rows.pop(f"{other}_deg", None) is not None or rows[f"{model.direction}_deg"] is None:
+    given, other = ("azimuth", "orientation") if model.direction == "azimuth" else ("orientation", "azimuth")
+    directions = {"azimuth": azimuth_deg, "orientation": orientation_deg}
+    if directions[other] is not None or directions[given] is None:
         what = "a block or scene moves in planes" if model.one_component else "a body moves in all directions at once"
-        raise ArgumentError(f"{other}_deg: {what}; give {model.direction}_deg")
-    values: dict[str, Any] = {**rows, "height": height, "b_over_h": b_over_h}
-    if "aspect" not in model.dims:
-        model.periods(np.atleast_1d(np.asarray(values.pop("aspect"), np.float64)))
-    else:
-        model.periods(np.atleast_1d(np.asarray(values["aspect"], np.float64)))
+        raise ArgumentError(f"{other}_deg: {what}; give {given}_deg")
+    model.periods(np.atleast_1d(np.asarray(aspect, np.float64)))
+    sizes = {"height": height, "b_over_h": b_over_h, "friction": friction, "aspect": aspect}
     several = model.elements if len(model.elements) > 1 else ()
-    names = [f"{model.direction}_deg", *model.case_dims]
-    return Grid.over(several, **{name: values[name] for name in names})
+    rows: dict[str, Any] = {f"{given}_deg": directions[given]} | {name: sizes[name] for name in model.case_dims}
+    return Grid.over(several, **rows)
 
 
 def simulate_grid(model: Model, motion: Motion, grid: Grid, numerics: Numerics) -> dict[str, NDArray[Any]]:
@@ -60,16 +68,7 @@ def simulate_grid(model: Model, motion: Motion, grid: Grid, numerics: Numerics) 
 
 
 def simulate_arrays(
-    motion: Motion,
-    model: Model | Scene | Shape | str | int | None = None,
-    *,
-    height: ArrayLike | None = None,
-    b_over_h: ArrayLike | None = None,
-    friction: ArrayLike = 1.0,
-    aspect: ArrayLike = 1.0,
-    azimuth_deg: ArrayLike | None = None,
-    orientation_deg: ArrayLike | None = None,
-    **options: Any,
+    motion: Motion, model: Model | Scene | Shape | str | int | None = None, **values: Any
 ) -> dict[str, NDArray[Any]]:
     """Simulate every combination of direction, size, slenderness, aspect and friction of a model under one motion.
 
@@ -83,16 +82,8 @@ def simulate_arrays(
         one and the variable is each element's.
     """
     model = as_model(model)
-    grid = grid_over(
-        model,
-        height,
-        b_over_h,
-        friction=friction,
-        aspect=aspect,
-        azimuth_deg=azimuth_deg,
-        orientation_deg=orientation_deg,
-    )
-    return simulate_grid(model, as_motion(motion), grid, Numerics(**options))
+    numerics = {item.name: values.pop(item.name) for item in fields(Numerics) if item.name in values}
+    return simulate_grid(model, as_motion(motion), grid_over(model, **values), Numerics(**numerics))
 
 
 def simulate(
@@ -112,15 +103,16 @@ def simulate(
     Parameters
     ----------
     motion : Motion or Record
-        The ground's; a record as `overturning.read` returns it. A body in space moves with all of its components, a block
-        or scene with the one along the azimuth and the vertical one.
+        The ground's; a record as `overturning.read` returns it. A body in space moves with all of its components, a
+        block or scene with the one along the azimuth and the vertical one.
     model : Scene, str, int or Shape, optional
-        What stands on the ground: a scene in vertical planes (`overturning.load_scene`), or a body in space, "rectangle",
-        "circle", the number of sides of a regular prism, or a polyhedron. A single block in vertical planes where not given;
-        with a contact or density of its own `overturning.gravestone`, a body with a contact `overturning.Body`.
+        What stands on the ground: a scene in vertical planes (`overturning.load_scene`), or a body in space,
+        "rectangle", "circle", the number of sides of a regular prism, or a polyhedron. A single block in vertical
+        planes where not given; with a contact or density of its own `overturning.gravestone`, a body with a contact
+        `overturning.Body`.
     height, b_over_h : array_like, shape (h,), (b,), optional
-        Height (m) and slenderness of the reference element; the scene's or polyhedron's own where not given. All lengths
-        scale with the height; the slenderness changes the reference element's width alone.
+        Height (m) and slenderness of the reference element; the scene's or polyhedron's own where not given. All
+        lengths scale with the height; the slenderness changes the reference element's width alone.
     friction : array_like, shape (f,)
         µ of every contact law without one.
     aspect : array_like, shape (a,)
@@ -135,9 +127,9 @@ def simulate(
     Returns
     -------
     xarray.Dataset
-        The model's variables over `azimuth`, `height`, `b_over_h` and `friction`, in space over `orientation`, `height`,
-        `b_over_h`, `aspect` and `friction`; over `element`, too, where the scene has more than one free element and the
-        variable is each element's.
+        The model's variables over `azimuth`, `height`, `b_over_h` and `friction`, in space over `orientation`,
+        `height`, `b_over_h`, `aspect` and `friction`; over `element`, too, where the scene has more than one free
+        element and the variable is each element's.
 
     Raises
     ------

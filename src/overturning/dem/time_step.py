@@ -19,16 +19,16 @@ class Scheme(IntEnum):
 
 
 HEAVY_DAMPING: Final = 2.0
-"""Above this damping ratio of the highest mode the step in which the centred scheme lets a contact change shrinks in proportion
-to its inverse: it would stay stable, but which corners press and slip is guessed from a velocity that the dashpots change
-too much."""
+"""Above this damping ratio of the highest mode the step in which the centred scheme lets a contact change shrinks in
+proportion to its inverse: it would stay stable, but which corners press and slip is guessed from a velocity that the
+dashpots change too much."""
 
 LONGEST_ROCKING: Final = 0.006
-"""The centred scheme is stable with any step; this one, in 1/p with p = √(3g/4R), is the longest that follows the motion of a
-block between changes of contact, whatever the contact's stiffness (docs/method.md)."""
+"""The centred scheme is stable with any step; this one, in 1/p with p = √(3g/4R), is the longest that follows the
+motion of a block between changes of contact, whatever the contact's stiffness (docs/method.md)."""
 
 BARE_DAMPING: Final = 0.25
-"""Below this damping ratio of the highest mode the automatic step of Cundall's scheme and of scenes is half of what it is else."""
+"""Below this damping ratio of the highest mode Cundall's scheme takes half the automatic step."""
 
 DEFAULT_SCHEME: Final = "centred"
 
@@ -115,7 +115,7 @@ def stable_step(scheme: Scheme, square: FloatArray, rate: FloatArray, period: Fl
 
 
 def contact_time(square: FloatArray, rate: FloatArray) -> FloatArray:
-    """1/ω of a contact's highest mode, s, shorter where ξ_max is above `HEAVY_DAMPING`; parameters as of `stable_step`."""
+    """1/ω of a contact's highest mode, s, less where ξ_max is above `HEAVY_DAMPING`; parameters as of `stable_step`."""
     frequency = np.sqrt(square)
     return np.asarray(HEAVY_DAMPING / np.maximum(0.5 * rate / frequency, HEAVY_DAMPING) / frequency)
 

@@ -14,7 +14,7 @@ from overturning.dem.kernel.clock import BLOCK
 from overturning.dem.limits import AFTERMATH, DEEPEST, sinks_too_far
 from overturning.dem.numerics import Numerics
 from overturning.dem.path import PlanePath
-from overturning.dem.plan import ANSWERS, Plan, check_path, rounded, shaking
+from overturning.dem.plan import ANSWERS, Plan, rounded, shaking
 from overturning.dem.quiet import quiet_windows
 from overturning.dem.time_step import (
     Scheme,
@@ -37,6 +37,8 @@ from overturning.units import STANDARD_GRAVITY
 class BlockPlan(Plan):
     """How each case of a single block is to be computed."""
 
+    result: ClassVar[Any] = RESULT
+    path_row: ClassVar[Any] = ROW
     path_numbers: ClassVar[int] = 24
 
     model: Planes
@@ -47,10 +49,6 @@ class BlockPlan(Plan):
         """Cases with equal steps, standing and not, all with friction or all without, share a queue."""
         of_all = np.stack([self.steps, self.table["standing"], self.table["friction"] == 0])
         return np.asarray(np.unique(of_all, axis=1, return_inverse=True)[1]).ravel()
-
-    def tables(self, count: int) -> dict[str, NDArray[np.void]]:
-        """As of `Plan.tables`."""
-        return {"results": np.zeros(count, RESULT)}
 
     def rules(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int) -> BlockRules:
         """As of `Plan.rules`, of cases with the same steps per sample, all with friction or all without."""
@@ -67,16 +65,9 @@ class BlockPlan(Plan):
         """As of `Plan.answers`."""
         return {name: tables["results"][column] for name, column in ANSWERS.items()}
 
-    def room(self, kept: bool) -> NDArray[np.void]:
-        """As of `Plan.room`."""
-        rows = self.motion.samples if kept else 0
-        check_path(rows * self.path_numbers)
-        return np.zeros(rows, ROW)
-
     def resting(self, count: int) -> NDArray[np.void]:
         """As of `Plan.resting`."""
-        rows, case = np.zeros(count, ROW), self.table[0]
-        rows["time"] = np.arange(count) * self.motion.sampling_interval
+        rows, case = super().resting(count), self.table[0]
         rows["z"] = 0.5 * case["height"] - 0.5 * STANDARD_GRAVITY / case["stiffness"]
         rows["ground"] = self.ground[0, :count] * case["amplitude"]
         return rows

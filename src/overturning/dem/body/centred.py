@@ -1,8 +1,8 @@
 """The centred scheme in space: the trapezoidal rule with springs and dashpots at the end of the step (docs/method.md).
 
-From top to bottom the step of ONE body: `predict`, `solve`, `commit`, as in the plane (`overturning.dem.block.centred`),
-each with what it does at a point of contact above it. The unknowns are the changes e of velocity and angular velocity
-at the end of the step. `centred_loops` goes over the bodies.
+From top to bottom the step of ONE body: `predict`, `solve`, `commit`, as in the plane
+(`overturning.dem.block.centred`), each with what it does at a point of contact above it. The unknowns are the changes e
+of velocity and angular velocity at the end of the step. `centred_loops` goes over the bodies.
 """
 
 import math

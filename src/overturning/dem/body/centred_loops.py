@@ -1,4 +1,4 @@
-"""The centred scheme in space on bodies side by side: loops over the columns around the equations of one body in `centred`."""
+"""Bodies side by side: the centred scheme's loops over the lanes, around the equations of one body in `centred`."""
 
 from functools import cache
 from typing import Any, Final
@@ -176,7 +176,7 @@ def remember_all(state: Any, one: Any, columns: int) -> None:
 
 @cache
 def loops(round_: bool) -> Any:
-    """The steps of a sample, for bodies with vertices or with a rim, whose type `kind` is for the compiled function's name."""
+    """The steps of a sample, for bodies with vertices or with a rim; the type of `kind` is for the compiled name."""
 
     @njit(**INNER)
     def advance(

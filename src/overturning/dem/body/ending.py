@@ -73,7 +73,7 @@ def inside(vertices: Any, count: int, j: int) -> int:
 
 @njit(**INLINE)
 def rise(body: Body, reach: float, lean: float) -> float:
-    """Energy that takes a body at rest over the nearest edge of its base to its largest tilt so far, or over, per mass."""
+    """Energy per mass that takes a body at rest over the nearest edge of its base to its largest tilt, or over."""
     square = min(lean, body.critical)
     return float(GRAVITY * (reach * np.sqrt(square) - body.foot * square / (1.0 + np.sqrt(1.0 - square))))
 

@@ -1,7 +1,7 @@
-"""Which points of a base that comes down flat carry: first its ends, the others when both of these rest (docs/method.md).
+"""Which points of a base that comes down flat carry: first its ends, then the others (docs/method.md).
 
-In a plastic landing of a rigid body the impulse acts at the far end alone, since all other points lift from it. Springs at points
-between would share it with the end while they still come down.
+In a plastic landing of a rigid body the impulse acts at the far end alone, since all other points lift from it. Springs
+at points between would share it with the end while they still come down.
 """
 
 from typing import Any, Final
@@ -68,7 +68,7 @@ OF_A_VERTEX: Final = VERTEX.size
 
 @njit(**INNER)
 def lie_all(state: Any, vertices: Any, half: int, base: int, columns: int, round_: Any) -> None:
-    """How the bases of all bodies lie; `half` is where the opposite vertices begin, `base` the number of vertices of a base."""
+    """How the bases of all bodies lie; opposite vertices begin at `half`, a base has `base` of them."""
     if round_:
         # The deepest and the highest point of the rim.
         for j in range(columns):

@@ -12,13 +12,12 @@ from overturning.dem.body.results import answers_of
 from overturning.dem.body.rules import BODY, CASE, RESULT, ROW, START, BodyRules, Rim, Vertices
 from overturning.dem.body.state import COLUMNS, TICKS
 from overturning.dem.body.statics import highest_mode, rest
-from overturning.dem.body.steps import pace_of
 from overturning.dem.kernel.clock import BODY as PACE
 from overturning.dem.limits import AFTERMATH, DEEPEST, sinks_too_far
 from overturning.dem.numerics import BODY_STEP, Numerics
-from overturning.dem.plan import Plan, check_path
+from overturning.dem.plan import Plan
 from overturning.dem.quiet import quiet_windows
-from overturning.dem.time_step import Scheme, scheme_of
+from overturning.dem.time_step import Scheme, contact_time, scheme_of, steps_per_sample
 from overturning.errors import ArgumentError
 from overturning.model.body import Body
 from overturning.model.cases import Cases
@@ -34,6 +33,8 @@ class BodyPlan(Plan):
     """How each case of a body in space is to be computed."""
 
     halved: ClassVar[bool] = True
+    result: ClassVar[Any] = RESULT
+    path_row: ClassVar[Any] = ROW
     path_numbers: ClassVar[int] = 19
     step_cost: ClassVar[int] = BODY_STEP
 
@@ -54,10 +55,6 @@ class BodyPlan(Plan):
         up = super().upward
         return np.zeros(self.motion.samples + 3) if up is None else up
 
-    def tables(self, count: int) -> dict[str, NDArray[np.void]]:
-        """As of `Plan.tables`."""
-        return {"results": np.zeros(count, RESULT)}
-
     def rules(self, chosen: NDArray[np.int64], tables: dict[str, NDArray[np.void]], finer: int) -> BodyRules:
         """As of `Plan.rules`, of cases with the same steps per sample."""
         queued = self.queued(chosen, tables, finer, TICKS, COLUMNS)
@@ -69,16 +66,9 @@ class BodyPlan(Plan):
         orientation = np.asarray(self.cases.azimuth_deg)[chosen]
         return answers_of(tables["results"], orientation, self.cosines[chosen], faces)
 
-    def room(self, kept: bool) -> NDArray[np.void]:
-        """As of `Plan.room`."""
-        rows = self.motion.samples if kept else 0
-        check_path(rows * self.path_numbers)
-        return np.zeros(rows, ROW)
-
     def resting(self, count: int) -> NDArray[np.void]:
         """As of `Plan.resting`."""
-        rows, case = np.zeros(count, ROW), self.table[0]
-        rows["time"] = np.arange(count) * self.motion.sampling_interval
+        rows, case = super().resting(count), self.table[0]
         for name in START.names or ():
             rows[name] = case["start"][name]
         rows["ground_x"], rows["ground_y"] = self.ground[0, :, :count] * case["amplitude"]
@@ -93,7 +83,7 @@ class BodyPlan(Plan):
 
 
 def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> BodyPlan:
-    """Check the arguments and work out what each case of a body needs; parameters and errors as of `overturning.dem.run.run`."""
+    """Check the arguments and work out what each case needs; parameters and errors as of `overturning.dem.run.run`."""
     shape, contact, start = model.shape, model.contact, model.start
     if scheme_of(numerics.scheme) != Scheme.CENTRED:
         raise ArgumentError(f"scheme: {numerics.scheme!r}; a body in space has 'centred' alone")
@@ -112,7 +102,7 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
     period = np.sqrt(np.sqrt(foot**2 + reach**2) / (0.75 * STANDARD_GRAVITY))
     interval, samples = motion.sampling_interval, motion.samples
     dashpot = laws[which, 2] * np.asarray(cases.damping_factor)
-    pace = pace_of(numerics, square[which], dashpot * modes[which], interval, period[which])
+    steps, finest, dwell = _steps_of(numerics, square[which], dashpot * modes[which], interval, period[which])
     friction, amplitude = np.asarray(cases.friction), np.asarray(cases.amplitude)
     row, cosines, along = _shaking(motion, cases)
     first, calm, stays_at_rest = (
@@ -121,7 +111,8 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
         np.zeros(cases.size, np.bool_),
     )
     if numerics.leave_out and start is None:
-        # Uplift over the nearest edge needs the least; between samples the length of the vector is convex, and so largest at one.
+        # Uplift over the nearest edge needs the least; between samples the length of the vector is convex, and so
+        # largest at one.
         strongest = np.sqrt(motion.north**2 + motion.east**2)[None, :]
         threshold = np.minimum((reach / foot)[which], friction)
         first, quiet, stays_at_rest = quiet_windows(
@@ -139,9 +130,9 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
         "first": first,
         "calm": calm,
         "after": samples + np.ceil(AFTERMATH * period[which] / interval),
-        "finest": pace.finest,
+        "finest": finest,
         "standing": PACE.whole,
-        "dwell": pace.dwell,
+        "dwell": dwell * numerics.refinement,
         "settled": PACE.settled,
     }
     for name, values in columns.items():
@@ -154,14 +145,33 @@ def plan_body(model: Body, motion: Motion, cases: Cases, numerics: Numerics) -> 
         table["start"] = (*start.place, *start.quaternion, *start.velocity, *start.angular_velocity)
     bodies, points = _bodies(made)
     return BodyPlan(
-        model=model, motion=motion, cases=cases, numerics=numerics, solids=made, bodies=bodies, points=points, cosines=cosines, row=row,
-        ground=along, steps=pace.steps, first=first, stays_at_rest=stays_at_rest, table=table,
+        model=model, motion=motion, cases=cases, numerics=numerics, solids=made, bodies=bodies, points=points,
+        cosines=cosines, row=row, ground=along, steps=steps * numerics.refinement, first=first, table=table,
+        stays_at_rest=stays_at_rest,
         too_soft=sinks_too_far(sunk, 2.0 * np.minimum(foot, reach))[which],
     )  # fmt: skip
 
 
+def _steps_of(
+    numerics: Numerics, square: FloatArray, rate: FloatArray, interval: float, period: FloatArray
+) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
+    """Whole steps in a sample, ticks of the finest, and how many of these follow a change of contact, of each case.
+
+    By ω² (1/s²), twice the damping rate (1/s) and 1/p (s); `ArgumentError` if the time step is longer than the longest.
+    """
+    # Stable with any step: the limit is what it resolves, given as the one of an oscillator without damping.
+    whole = PACE.longest * period
+    wanted = "1 stable" if numerics.time_step == "auto" else numerics.time_step
+    steps = steps_per_sample(Scheme.CUNDALL, wanted, (2.0 / whole) ** 2, np.zeros(whole.size), interval, period)
+    tick, contact = interval / steps / PACE.whole, contact_time(square, rate)
+    share = np.minimum(interval / steps / whole, 1.0)
+    finest = np.exp2(np.frexp(np.clip(PACE.finest * share * contact / tick, 1.0, PACE.whole))[1] - 1.0)
+    # The ticks of a finer step are shorter.
+    return steps, finest, np.ceil(PACE.dwell * contact / (finest * tick))
+
+
 def _shaking(motion: Motion, cases: Cases) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
-    """Row of each case, cosines of its orientation, and rows of the base's acceleration along x and y of each orientation."""
+    """Row of each case, cosines of its orientation, and acceleration of the base along x and y by rows, m/s²."""
     distinct, row = np.unique(np.asarray(cases.azimuth_deg), return_inverse=True)
     along = np.zeros((distinct.size, 2, motion.samples + 3))
     cosines = np.array([direction_cosines(float(value)) for value in distinct])
@@ -187,7 +197,7 @@ def _at_rest(pose: FloatArray) -> NDArray[np.void]:
 
 
 def _bodies(made: list[Solid]) -> tuple[NDArray[np.void], FloatArray]:
-    """The kernel's table of bodies and their vertices, which are made even in number by one at the centre that never touches."""
+    """The kernel's table of bodies and their vertices, made even in number by one at the centre."""
     count = len(made[0].points)
     points, table = np.zeros((len(made), count + count % 2, 3)), np.zeros(len(made), BODY)
     pairs = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}

@@ -1,7 +1,7 @@
 """What the queue asks of a body in space: its rules, how a case begins, how a sample goes, how a case ends.
 
-Vertices i and i + count/2 stand opposite each other; the rows of vertex i lie behind those of the body, `VERTEX.size` numbers for
-each.
+Vertices i and i + count/2 stand opposite each other; the rows of vertex i lie behind those of the body, `VERTEX.size`
+numbers for each.
 """
 
 from typing import Any, Final, NamedTuple
@@ -51,7 +51,7 @@ from overturning.units import STANDARD_GRAVITY as GRAVITY
 START: Final = np.dtype([(name, "f8") for name in (
     "x", "y", "z", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "wx", "wy", "wz",
 )])  # fmt: skip
-"""How a body begins: place (m), rotation from the pose at rest, velocity (m/s) and angular velocity (rad/s) in its own frame."""
+"""How a body begins: place (m), rotation from rest, velocity (m/s) and angular velocity (rad/s) in its own frame."""
 
 CASE: Final = np.dtype([("body", "i8"), *((name, "f8") for name in (
     "stiffness", "tangential", "dashpot", "friction", "amplitude", "first", "calm", "after", *Clock._fields,
@@ -59,13 +59,14 @@ CASE: Final = np.dtype([("body", "i8"), *((name, "f8") for name in (
 """What a case is computed with, in the units of `Body`, `Course` and `Clock`; `body` is the row of `BODY`."""
 
 BODY: Final = np.dtype([(name, "f8") for name in (
-    "ixx", "iyy", "izz", "ixy", "ixz", "iyz", "axx", "ayy", "azz", "axy", "axz", "ayz", "foot", "radius", "reach", "critical",
-    "fallen", "deepest", "ends",
+    "ixx", "iyy", "izz", "ixy", "ixz", "iyz", "axx", "ayy", "azz", "axy", "axz", "ayz", "foot", "radius", "reach",
+    "critical", "fallen", "deepest", "ends",
 )])  # fmt: skip
 """Constants of a body, as of `Body` and `Stance`."""
 
 RESULT: Final = np.dtype([(name, "f8") for name in (
-    "status", "fallen", "time", "lean", "slip", "slip_x", "slip_y", "depth", "energy", "spin", "steps", "qw", "qx", "qy", "qz",
+    "status", "fallen", "time", "lean", "slip", "slip_x", "slip_y", "depth", "energy", "spin", "steps", "qw", "qx",
+    "qy", "qz",
 )])  # fmt: skip
 """What is found of a case, with the rotation at its end."""
 

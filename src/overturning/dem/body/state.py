@@ -123,7 +123,7 @@ class Peaks(NamedTuple):
 
 
 class Account(NamedTuple):
-    """The accounts, per mass: work of the shaking, losses, and vertical angular momentum brought in about the origin."""
+    """Accounts, per mass: work of the shaking, losses, and vertical angular momentum brought in about the origin."""
 
     work: float
     lost: float

@@ -1,4 +1,4 @@
-"""Statics of a body on the springs of its vertices: how it rests on them, and the highest frequency that they give it."""
+"""Statics of a body on the springs of its vertices: how it rests on them, and their highest frequency."""
 
 import math
 
@@ -13,7 +13,8 @@ from overturning.units import STANDARD_GRAVITY
 def rest(body: Solid, normal: float) -> FloatArray:
     """Place of the centre (m), small rotation vector (rad): the body at rest on the springs of its base, shape (6,).
 
-    Its weight is carried by vertices that have sunk in by a linear function of the place; of those that this would lift, none.
+    Its weight is carried by vertices that have sunk in by a linear function of the place; of those that this would
+    lift, none.
     """
     x, y = body.points[: body.base, :2].T
     on = np.ones(body.base, np.bool_)
@@ -34,9 +35,9 @@ def rest(body: Solid, normal: float) -> FloatArray:
 def highest_mode(body: Solid) -> float:
     """Largest eigenvalue of a body on equal springs in all directions, over the stiffness of one of them per mass.
 
-    Each further spring only raises it: the upright body on all vertices of its base is faster than on an edge or one vertex of it,
-    and of springs that are equal in all directions the tilt changes nothing. So the faces that can lie flat are looked at, each
-    with all its vertices.
+    Each further spring only raises it: the upright body on all vertices of its base is faster than on an edge or one
+    vertex of it, and of springs that are equal in all directions the tilt changes nothing. So the faces that can lie
+    flat are looked at, each with all its vertices.
     """
     inertia = body.inertia
     # Lower triangular root of the inertia, I = C Cᵀ, and its inverse: seen so, all six masses are 1.

@@ -39,12 +39,6 @@ def larger(peak: float, value: float) -> float:
 
 
 @njit(**INLINE)
-def line(first: float, second: float, per_step: float) -> tuple[float, float]:
-    """Value and slope of the line between two samples of the ground motion; a step, or tick, is `per_step` of them."""
-    return first, (second - first) * per_step
-
-
-@njit(**INLINE)
 def within_circle(
     hx: float, hy: float, tx: float, ty: float, limit: float, compliance: float
 ) -> tuple[float, float, float, float, bool]:

@@ -72,27 +72,23 @@ class _Known:
 
 def _known(record: Record | RecordEntry) -> _Known:
     """What a record states, or a line of the record table whose files have not been read."""
+    times: tuple[str | None, str | None]  # origin, and start of the record
     if isinstance(record, RecordEntry):
+        named, stated, times = record.id, record.model_dump(), (record.origin_time, None)
         place = (record.epicentre_latitude_deg, record.epicentre_longitude_deg)
-        named, stated, start = record.id, {"event_id": record.event_id, "origin_time": record.origin_time}, None
-        synthetic = record.format == "synthetic"
     else:
-        place = (record.extra.get("event_latitude"), record.extra.get("event_longitude"))
-        named, stated, start = record.record_id, record.extra, record.start
-        synthetic = stated.get("format") == "synthetic"
+        named, stated, times = record.record_id, record.extra, (record.extra.get("origin_time"), record.start)
+        place = (stated.get("event_latitude"), stated.get("event_longitude"))
+    origin, start = (datetime.fromisoformat(text) if text else None for text in times)
     return _Known(
         named,
         " ".join(record.event.split()),
         stated.get("event_id", ""),
-        _moment(stated.get("origin_time")),
+        origin,
         None if place[0] is None or place[1] is None else (float(place[0]), float(place[1])),
-        _moment(start),
-        synthetic,
+        start,
+        stated.get("format") == "synthetic",
     )
-
-
-def _moment(text: str | None) -> datetime | None:
-    return datetime.fromisoformat(text) if text else None
 
 
 def _distance(first: tuple[float, float], second: tuple[float, float]) -> float:

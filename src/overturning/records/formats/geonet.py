@@ -6,10 +6,8 @@ with velocity and displacement, which are not read.
 """
 
 import re
-from datetime import datetime, timedelta
+from datetime import timedelta
 from typing import Any, Final
-
-import numpy as np
 
 from overturning.records.component import Component, check_azimuth, parse_axis
 from overturning.records.formats.lines import FLOAT, Fields, Header, Lines, epicentre, in_turn, stated_time
@@ -58,6 +56,7 @@ def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
     end = HEADER_LINES + sum(-(-int(n) // 10) for n in whole[33 : 36 if corrected else 34])
     if end > len(text):
         raise block.error(len(text) - 1, f"the file ends in the data of {axis}; get it again")
+    *day, hour, minute, millis = (int(whole[i]) for i in (8, 9, 18, 19, 38, 39))  # of the buffer's start, UT
     # The earthquake by its time, and by its place as that of the epicentre, which may be far from the station.
     when, where = (" ".join(header.text(name).split()) for name in ("origin", "near"))
     return Component.of(
@@ -67,7 +66,7 @@ def read(source: SourceFile, block: Lines) -> tuple[Component, int]:
         samples * (MM if corrected else MM * header.number("unit")),
         interval,
         # Corrected files have samples prepended (5 s as a rule) before the start of the buffer.
-        start=_buffer_start(block, whole) - timedelta(seconds=float(whole[31]) * interval),
+        start=block.time(TEXT_LINES, day, hour, minute, millis / 1000) - timedelta(seconds=float(whole[31]) * interval),
         station=header.text("site"),
         event=f"earthquake of {when}" + (f" (epicentre {where})" if where else ""),
         origin=stated_time(" ".join(text[7].split()), "%Y %B %d %H:%M:%S UT"),
@@ -95,9 +94,3 @@ def _coordinates(place: re.Match[str] | None, group: int) -> tuple[float, float]
         for at in (group, group + 4)
     )
     return north, east
-
-
-def _buffer_start(block: Lines, whole: np.ndarray) -> datetime:
-    """Buffer start: year, month, day, hour, minute, milliseconds of the second, UT."""
-    year, month, day, hour, minute, millis = (int(whole[i]) for i in (8, 9, 18, 19, 38, 39))
-    return block.time(TEXT_LINES, (year, month, day), hour, minute, millis / 1000)

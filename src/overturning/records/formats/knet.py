@@ -7,7 +7,7 @@ scale factor without a word.)
 
 import re
 from datetime import timedelta
-from typing import Any, Final
+from typing import Final
 
 from overturning.arrays import FloatArray
 from overturning.records.component import Component, Sensor
@@ -23,6 +23,9 @@ KEYS: Final = (
 """Of the header's lines, in their order."""
 FIELDS: Final[Fields] = {key: (line, rf"^{re.escape(key)}(.*)") for line, key in enumerate(KEYS)}
 
+EARTHQUAKE: Final = {
+    "Mag.": "magnitude", "Depth. (km)": "depth_km", "Lat.": "event_latitude", "Long.": "event_longitude",
+}  # fmt: skip
 _SENSORS: Final[tuple[tuple[tuple[str, ...], str, Sensor], ...]] = (
     (("N-S", "E-W", "U-D"), "", "surface"),
     (("1", "2", "3"), "1", "borehole"),
@@ -59,6 +62,7 @@ def read(source: SourceFile) -> list[Component]:
         why = f"direction {direction!r} in a file named .{named}; components are swapped: give the file its right name"
         raise header.error("Dir.", why)
     start = header.time("Record Time", CLOCK, ahead=JAPAN + DELAY)
+    known = {name: header.text(key) for key, name in EARTHQUAKE.items()}
     counts = _counts(lines)
     header.check_count("Duration Time(s)", counts.size, f"{round(header.number('Duration Time(s)') * rate)}")
     return [
@@ -75,7 +79,8 @@ def read(source: SourceFile) -> list[Component]:
             place=(header.number("Station Lat."), header.number("Station Long.")),
             peak=header.peak("Max. Acc. (gal)", GAL, after_mean=True),
             sensor=sensor,
-            extra=_earthquake(header),
+            # What the header says about the earthquake; blank where it does not know (a magnitude may be).
+            extra={name: float(text) for name, text in known.items() if re.fullmatch(r"[+-]?\d+(\.\d+)?", text)},
         )
     ]
 
@@ -104,10 +109,3 @@ def _counts(lines: Lines) -> FloatArray:
         if last != ends[: len(last)]:
             raise lines.error(len(lines.lines) - 1, "the last sample is cut; get the file again")
     return lines.column(len(KEYS))
-
-
-def _earthquake(header: Header) -> dict[str, Any]:
-    """What the header says about the earthquake; blank where it does not know (a magnitude may be)."""
-    names = {"Mag.": "magnitude", "Depth. (km)": "depth_km", "Lat.": "event_latitude", "Long.": "event_longitude"}
-    texts = {name: header.text(key) for key, name in names.items()}
-    return {name: float(text) for name, text in texts.items() if re.fullmatch(r"[+-]?\d+(\.\d+)?", text)}

@@ -272,7 +272,7 @@ def criteria_scores(
     rules = [scored(one.name, one.rule, foretold) for one, foretold in zip(CRITERIA, said, strict=True)]
     shapes = np.unique(kinds[:, 1])
     bounds = ((shapes[1:] + shapes[:-1]) / 2).round(9).tolist()
-    blind = [scored(BLIND, f"B/H below {bound:g}", slender < bound) for bound in bounds]
+    blind = [scored(BLIND, f"B/H below {bound:.3g}", slender < bound) for bound in bounds]
     ranked = [
         *sorted(rules, key=lambda one: np.nan_to_num(-one.within, nan=1.0)),
         *sorted(blind, key=lambda one: np.nan_to_num(-one.overall.skill, nan=1.0))[:1],

@@ -92,7 +92,7 @@ def dependence(results: Results) -> Paragraph | None:
     if results.study.ensemble.members:
         text += f", where the neighbourhood of a case is not divided at most {percent(sure, 1)}"
     if not helps:
-        return Paragraph(f"{text}. So far single cells depend on the computation.")
+        return Paragraph(f"{text}. Single cells depend on the computation by so much.")
     return Caution(
         f"{text}. Do not trust single cells; {' and '.join(helps)} would help (How exact these answers are, below)."
     )

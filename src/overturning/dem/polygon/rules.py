@@ -187,11 +187,13 @@ def advance(rules: Any, work: Any, columns: int, path: Any, noted: int) -> tuple
         # What the forces at the begin of the step do in it counts only if the step is taken.
         # By its row: a slice of the path would be counted, in a locked instruction that every step would pay.
         if with_forces:
-            early[:] = 0.0
+            for column in range(early.shape[1]):  # a slice costs the compilation of its error message
+                early[0, column] = 0.0
             note_forces(state, scene, (0.5 - lag) * share, early, 0)
         step(up, work, scene, ticks)
         if with_forces and not state[rows.AGAIN] > 0.0:
-            path[noted - 1] += early[0]
+            for column in range(early.shape[1]):
+                path[noted - 1, column] += early[0, column]
             note_forces(state, scene, (0.5 + lag) * share, path, noted - 1)
     end_sample(state, scene, ticks, interval)
     return path, noted

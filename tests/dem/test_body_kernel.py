@@ -24,20 +24,18 @@ from overturning.model.variables import BODY_VARIABLES, INT8_MISSING
 from overturning.motion.motion import Motion
 from overturning.units import STANDARD_GRAVITY
 from tests.dem.body_starts import level
-from tests.dem.near_field import near_field
+from tests.dem.near_field import near_field, strong_part
 
 SOFT = VertexContact(2e-5)
 RECTANGLE = Body("rectangle", SOFT)
 NAMES = [item.name for item in BODY_VARIABLES if item.name != "repeated"]
 
 
-def part(number: int, up: bool = True) -> Motion:
+def part(number: int) -> Motion:
     """The strong part of a near-field record, with some vertical motion."""
-    motion, _, _ = near_field(number)
-    strongest = int(np.argmax(motion.north**2 + motion.east**2))
-    window = slice(max(strongest - 400, 0), strongest + 600)
-    north, east = motion.north[window], motion.east[window]
-    return Motion(north, east, 0.4 * (north - east) if up else None, sampling_interval=motion.sampling_interval)
+    motion = strong_part(number, 8.0, 12.0)
+    up = 0.4 * (motion.north - motion.east)
+    return Motion(motion.north, motion.east, up, sampling_interval=motion.sampling_interval)
 
 
 BOTH = pytest.mark.parametrize("scheme", ["centred", "cundall"])

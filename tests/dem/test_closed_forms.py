@@ -26,7 +26,6 @@ from verification.reference.rocking import rocking_outcome
 from verification.reference.sliding import slide
 
 QUIET = np.zeros(400)
-STILL = Motion(QUIET, QUIET, sampling_interval=0.005)
 
 
 def ramp(height: float, seconds: float, upward: float = 0.0) -> Motion:

@@ -16,7 +16,7 @@ from overturning.model.planes import Planes
 from overturning.model.scene import gravestone
 from overturning.model.status import Status
 from overturning.motion.motion import Motion
-from tests.dem.near_field import near_field
+from tests.dem.near_field import strong_part
 from tests.dem.polygon_scenes import shipped
 
 SOFT = Contact(static_penetration=SCENE_STATIC_PENETRATION)
@@ -25,10 +25,7 @@ SOFT = Contact(static_penetration=SCENE_STATIC_PENETRATION)
 
 def _motion(number: int) -> Motion:
     """Ten seconds around the record's peak, one and a half times as strong."""
-    motion, _, _ = near_field(number)
-    peak = int(np.argmax(np.hypot(motion.north, motion.east)))
-    span = slice(max(peak - round(4 / motion.sampling_interval), 0), peak + round(6 / motion.sampling_interval))
-    return Motion(1.5 * motion.north[span], 1.5 * motion.east[span], sampling_interval=motion.sampling_interval)
+    return strong_part(number, 4.0, 6.0).times(1.5)
 
 
 def _cases(step: int = 36) -> Cases:

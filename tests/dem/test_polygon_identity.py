@@ -1,9 +1,4 @@
-"""The same bits whatever runs beside a case, on however many threads and for whichever instruction set."""
-
-import hashlib
-import os
-import subprocess
-import sys
+"""The same bits of a scene whatever runs beside a case and on however many threads."""
 
 import numpy as np
 import pytest
@@ -17,14 +12,13 @@ from overturning.model.geometry import native_size
 from overturning.model.scene import Scene
 from overturning.model.variables import VARIABLES
 from overturning.motion.motion import Motion
-from tests.dem.near_field import near_field
-from tests.dem.polygon_scenes import ROOT, block, scene, shaken, shipped
-from tests.expect import every_or_first
+from tests.dem.near_field import strong_part
+from tests.dem.polygon_scenes import block, scene, shaken, shipped
 
 FIELDS = (*(item.name for item in VARIABLES if item.name != "mirrored"), "block_steps")
 
 
-def _motion() -> Motion:
+def motion_of_noise() -> Motion:
     time = np.arange(0, 4, 0.01)
     rng = np.random.default_rng(7)
     noise = np.convolve(rng.normal(size=(time.size)), np.ones(12) / 12, "same")
@@ -33,7 +27,7 @@ def _motion() -> Motion:
     return Motion(np.round(north, 9), np.round(east, 9), sampling_interval=0.01)
 
 
-def _cases(made: Scene, count: int = 90) -> Cases:
+def cases_of(made: Scene, count: int = 90) -> Cases:
     height, ratio = native_size(made)
     rng = np.random.default_rng(3)
     return Cases(
@@ -42,20 +36,10 @@ def _cases(made: Scene, count: int = 90) -> Cases:
     )  # fmt: skip
 
 
-def digest() -> str:
-    """Hash of every result of a few scenes; run by the tests below in other processes."""
-    made = hashlib.sha256()
-    for name in ("three-tier", "boulder"):
-        found = run(shipped(name), _motion(), _cases(shipped(name)))
-        for field in FIELDS:
-            made.update(np.ascontiguousarray(getattr(found, field)).tobytes())
-    return made.hexdigest()
-
-
 @pytest.mark.parametrize("name", ["three-tier", "against-a-wall", "boulder"])
 def test_threads_order_and_company_change_no_bit(name: str) -> None:
-    made, motion = shipped(name), _motion()
-    cases = _cases(made)
+    made, motion = shipped(name), motion_of_noise()
+    cases = cases_of(made)
     nominal = run(made, motion, cases)
     assert (nominal.overturned != 0).any()
     order = np.random.default_rng(1).permutation(cases.size)[:50]
@@ -69,31 +53,8 @@ def test_threads_order_and_company_change_no_bit(name: str) -> None:
         np.testing.assert_array_equal(getattr(shuffled, field), getattr(nominal, field)[order])
 
 
-@pytest.mark.parametrize("target", every_or_first(["x86-64", "haswell"]))
-def test_instruction_sets_change_no_bit(target: str) -> None:
-    """SSE2 and AVX2 code against that of this processor, in another process that also runs without the fastest libm."""
-    import llvmlite.binding as llvm
-
-    if not llvm.get_host_cpu_features().get("avx2"):
-        if os.environ.get("OVERTURNING_NO_SKIP"):
-            pytest.fail("this processor has no AVX2")
-        pytest.skip("this processor has no AVX2")
-    environment = {
-        **os.environ,
-        "NUMBA_CPU_NAME": target,
-        "NUMBA_CPU_FEATURES": "",
-        "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-AVX2",
-        "PYTHONPATH": f"{ROOT / 'src'}{os.pathsep}{ROOT}",
-    }
-    code = "from tests.dem.test_polygon_identity import digest; print(digest())"
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=ROOT, env=environment, capture_output=True, text=True, check=True
-    )
-    assert done.stdout.strip() == digest()
-
-
 def test_symmetric_scenes_are_mirrored_exactly() -> None:
-    made, motion = shipped("three-tier"), _motion()
+    made, motion = shipped("three-tier"), motion_of_noise()
     azimuths = [20.0, 75.0, 130.0, 200.0, 255.0, 310.0]
     both = simulate_arrays(motion, made, azimuth_deg=azimuths, friction=[0.4, 1.0], leave_out=False)
     half = simulate_arrays(motion, made, azimuth_deg=azimuths, friction=[0.4, 1.0])
@@ -107,7 +68,7 @@ def test_symmetric_scenes_are_mirrored_exactly() -> None:
 
 
 def test_lopsided_scenes_are_not_mirrored() -> None:
-    arrays = simulate_arrays(_motion(), shipped("boulder"), azimuth_deg=[20.0, 200.0], friction=[1.0])
+    arrays = simulate_arrays(motion_of_noise(), shipped("boulder"), azimuth_deg=[20.0, 200.0], friction=[1.0])
     assert not arrays["mirrored"].any()
     assert arrays["overturning_time"][0] != arrays["overturning_time"][1]
 
@@ -128,10 +89,7 @@ def test_leaving_out_changes_no_flag_and_no_side() -> None:
 @pytest.mark.parametrize(("number", "factor"), [(6, 1.0), (7, 1.5), (9, 1.0)])
 def test_ending_a_case_when_nothing_more_can_fall_changes_no_flag(number: int, factor: float) -> None:
     """Real records: once the shaft lies, the bases are computed on only as long as the record could lift them."""
-    motion, _, _ = near_field(number)
-    peak = int(np.argmax(np.hypot(motion.north, motion.east)))
-    span = slice(max(peak - round(4 / motion.sampling_interval), 0), peak + round(12 / motion.sampling_interval))
-    strong = Motion(factor * motion.north[span], factor * motion.east[span], sampling_interval=motion.sampling_interval)
+    strong = strong_part(number, 4.0, 12.0).times(factor)
     height, _ = native_size(shipped("three-tier"))
     grid = np.meshgrid(np.arange(0, 180, 15.0), [height], [0.2, 0.3], [0.6, 1.0], indexing="ij")
     cases = Cases(*(axis.ravel() for axis in grid))
@@ -144,7 +102,7 @@ def test_ending_a_case_when_nothing_more_can_fall_changes_no_flag(number: int, f
 
 
 def test_a_trajectory_is_the_cell_of_the_sweep() -> None:
-    made, motion = shipped("three-tier"), _motion()
+    made, motion = shipped("three-tier"), motion_of_noise()
     sweep = simulate(motion, made, azimuth_deg=[30.0, 120.0], friction=[0.8])
     path = trajectory(motion, made, azimuth_deg=120.0, friction=0.8)
     cell = sweep.isel(azimuth=1, height=0, b_over_h=0, friction=0)
@@ -159,7 +117,7 @@ def test_a_trajectory_is_the_cell_of_the_sweep() -> None:
 
 
 def test_what_a_scene_does_not_have_is_refused() -> None:
-    made, motion = scene(block("stone", 0.3, 0.6), block("cap", 0.2, 0.1, "stone")), _motion()
+    made, motion = scene(block("stone", 0.3, 0.6), block("cap", 0.2, 0.1, "stone")), motion_of_noise()
     from overturning.errors import ArgumentError
 
     with pytest.raises(ArgumentError, match="scheme: 'euler'"):

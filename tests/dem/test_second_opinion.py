@@ -18,7 +18,7 @@ from overturning.model.contact import Contact
 from overturning.model.results import Results
 from overturning.model.scene import gravestone
 from overturning.motion.motion import Motion
-from tests.dem.near_field import near_field
+from tests.dem.near_field import strong_part
 from tests.dem.scalar_kernel import outcomes
 
 FINE = "0.03 stable"
@@ -31,15 +31,6 @@ def cases(cells: list[Any]) -> Cases:
     return Cases(*np.array(cells).T)
 
 
-def strong_part(number: int, pulse: bool) -> Motion:
-    """Three seconds to either side of the record's peak: the second opinion takes a hundred thousand steps for one."""
-    motion, _, _ = near_field(number, pulse)
-    peak = int(np.argmax(np.hypot(motion.north, motion.east)))
-    around = int(3.0 / motion.sampling_interval)
-    part = slice(max(peak - around, 0), peak + around)
-    return Motion(motion.north[part], motion.east[part], sampling_interval=motion.sampling_interval)
-
-
 def differences(found: Results, plain: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Which sides agree, and by how much peak rotation and slip differ where both blocks stand."""
     same = found.overturned == plain[:, 0]
@@ -50,7 +41,7 @@ def differences(found: Results, plain: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 @pytest.mark.parametrize(("number", "pulse"), [(7, True), (10, True), (15, False)])
 def test_sides_rotations_and_slips_are_those_of_the_equations(number: int, pulse: bool) -> None:
-    motion = strong_part(number, pulse)
+    motion = strong_part(number, 3.0, 3.0, pulse)  # the second opinion takes a hundred thousand steps for a second
     plain = outcomes(motion, CELLS)
     assert 0.2 < (plain[:, 0] != 0).mean() < 0.9
     for scheme in ("centred", "cundall"):

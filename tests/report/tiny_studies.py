@@ -7,11 +7,10 @@ import numpy as np
 
 from overturning.figures.study import draw_study
 from overturning.records.record import Record
-from overturning.records.store import read_motion, write_motion
-from overturning.study.gather import gather
+from overturning.records.store import read_motion
 from overturning.study.intensity import write_intensity
 from overturning.study.load import check_study
-from overturning.study.sweep import sweep_record
+from tests.study.small_study import cube_of
 
 
 def pulse_record(name: str, towards_deg: float, peak: float, **more: Any) -> Record:
@@ -42,15 +41,8 @@ def make_results(folder: Path, records: list[Record], **study: Any) -> Path:
     if "body" in study:
         del data["azimuth"]
     settings = check_study(data | study, "test")
-    (folder / "motion").mkdir(parents=True, exist_ok=True)
-    for record in records:
-        write_motion(record, folder / "motion" / f"{record.record_id}.nc")
+    cube_of(settings, records, folder)
     kept = [read_motion(folder / "motion" / f"{record.record_id}.nc") for record in records]
-    parts = []
-    for record in kept:
-        parts.append(folder / "sweep" / f"{record.record_id}.nc")
-        sweep_record(settings, record, parts[-1])
-    gather(settings, kept, parts, folder / "cube.nc")
     write_intensity(settings, kept, folder / "intensity.nc")
     draw_study(folder / "cube.nc", folder / "intensity.nc", folder / "motion", folder / "figures")
     return folder

@@ -42,7 +42,7 @@ from overturning.study.load import check_study
 from overturning.study.scenes import grid_of
 from overturning.study.schema import Study
 from overturning.study.sections import Ensemble, Verification
-from tests.dem.near_field import near_field
+from tests.dem.near_field import strong_part
 from tests.study.small_study import cube_of, study
 
 
@@ -97,10 +97,8 @@ def paragraphs(blocks: tuple[Any, ...]) -> list[str]:
 
 def short(number: int, name: str = "a") -> Record:
     """The strong part of a record."""
-    motion, _, _ = near_field(number)
-    peak = int(np.argmax(np.abs(motion.north) + np.abs(motion.east)))
-    part = slice(max(peak - 200, 0), peak + 400)
-    return rounded(Record(name, motion.north[part], motion.east[part], None, motion.sampling_interval))
+    motion = strong_part(number, 4.0, 8.0)
+    return rounded(Record(name, motion.north, motion.east, None, motion.sampling_interval))
 
 
 @dataclass(frozen=True)

@@ -4,18 +4,17 @@ The engines' answers are kept in three-tier-peers.csv, made by `python -m verifi
 environment does not have them; where they are installed, some are found again.
 """
 
-import os
 from importlib.util import find_spec
 
 import numpy as np
 import pandas as pd
-import pytest
 
 from overturning.dem.run import run
 from overturning.model.cases import Cases
 from overturning.model.geometry import native_size
 from tests.dem.near_field import near_field as installed_near_field
 from tests.dem.polygon_scenes import shipped
+from tests.expect import lacking
 from verification.inputs import near_field
 from verification.scene_peers import TABLE, answers, sample
 from verification.scenes import SHAFT
@@ -44,10 +43,7 @@ def test_flags_agree_within_the_engines_mutual_disagreement() -> None:
 
 def test_the_kept_answers_are_the_engines() -> None:
     if find_spec("pymunk") is None or find_spec("Box2D") is None:
-        reason = "pymunk and Box2D are not installed (`make peers`); their kept answers are compared above"
-        if os.environ.get("OVERTURNING_NO_SKIP"):
-            pytest.fail(reason)
-        pytest.skip(reason)
+        lacking("pymunk and Box2D are not installed (`make peers`); their kept answers are compared above")
     kept = pd.read_csv(TABLE)
     some = sample().query("record == 6").iloc[:6]
     for name, found in answers(some).items():

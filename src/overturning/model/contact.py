@@ -141,9 +141,9 @@ class VertexContact:
 
     def specific(self, body: Solid) -> tuple[float, float, float]:
         """K_n/m and K_s/m of a vertex, 1/s², and its dashpot h/m, 1/s."""
-        share = body.carriers
-        normal = STANDARD_GRAVITY / (share * self.static_penetration * min(2.0 * body.reach, WIDEST))
-        return normal, self.stiffness_ratio * normal, 2.0 * self.damping_ratio * math.sqrt(normal / share)
+        points = body.carriers
+        normal = STANDARD_GRAVITY / (points * self.static_penetration * min(2.0 * body.reach, WIDEST))
+        return normal, self.stiffness_ratio * normal, 2.0 * self.damping_ratio * math.sqrt(normal / points)
 
 
 def check_precision(normal: FloatArray, height: FloatArray, slide: float) -> None:

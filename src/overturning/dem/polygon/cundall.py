@@ -91,16 +91,23 @@ def advance(up: Any, e: Any, own: Any, gravity: float) -> None:
 
 
 @njit(**INNER)
-def step(up: Any, work: Any, scene: Any, ticks: float) -> None:  # noqa: ARG001, each step is a tick
+def step(
+    up: Any,
+    state: Any,
+    matrix: Any,  # noqa: ARG001, of the equations that the other scheme solves
+    used: Any,  # noqa: ARG001
+    moves: Any,
+    scene: Any,
+    ticks: float,  # noqa: ARG001, each step is one
+) -> None:
     """One step of all columns; `up` is None where the base moves level."""
-    state = work.state
     for p in range(scene.layout.shape[0]):
-        if in_reach(state, scene, p):
-            q, a, b = rows.of_pair(state, scene, p)
+        q, a, b = rows.of_pair(state, scene, p)
+        if in_reach(state, q, a, b, scene.layout[p, 2], scene.layout[p, 3], scene.sizes, scene.shapes):
             contact(q, a, b, state)
-    for i in range(work.moves.size):
+    for i in range(moves.size):
         # Free or held; a driven one rests in the frame of the base.
-        if work.moves[i]:
+        if moves[i]:
             advance(up, rows.of_element(state, i), state, scene.gravity)
     for j in range(rows.COLUMNS):
         state[rows.TICK + j] = state[rows.TICK + j] + 1.0

@@ -202,19 +202,18 @@ def use(matrix: Any, used: Any, size: int, i: int, k: int) -> None:
 
 
 @njit(**INNER)
-def add_pair(work: Any, size: int, q: Any, i: int, k: int) -> None:
+def add_pair(state: Any, matrix: Any, used: Any, moves: Any, size: int, q: Any, i: int, k: int) -> None:
     """Add a pair's part to the equations; an element that moves with the base has none."""
-    state, matrix, moves = work.state, work.matrix, work.moves
     a, b = rows.of_element(state, i), rows.of_element(state, k)
     add_loads(q, a, b, state)
     if moves[i]:
-        use(matrix, work.used, size, i, i)
+        use(matrix, used, size, i, i)
         add_aa(of_submatrix(matrix, size, i, i), q, a, state)
     if moves[k]:
-        use(matrix, work.used, size, k, k)
+        use(matrix, used, size, k, k)
         add_bb(of_submatrix(matrix, size, k, k), q, b, state)
     if moves[i] and moves[k]:
-        use(matrix, work.used, size, i, k)
-        use(matrix, work.used, size, k, i)
+        use(matrix, used, size, i, k)
+        use(matrix, used, size, k, i)
         add_ab(of_submatrix(matrix, size, i, k), q, a, state)
         add_ba(of_submatrix(matrix, size, k, i), q, b, state)

@@ -87,8 +87,7 @@ def flat(values: Iterable[Any]) -> list[float]:
     return [number for value in values for number in (flat(value) if isinstance(value, tuple) else [float(value)])]
 
 
-@intrinsic
-def borrowed(_: Any, array: Any) -> Any:
+def _borrowed(_: Any, array: Any) -> Any:
     """The same array without an owner: its slices count no references, which took a fifth of the time.
 
     Whoever borrows has to hold on to the array itself.
@@ -101,6 +100,9 @@ def borrowed(_: Any, array: Any) -> Any:
         return view._getvalue()
 
     return array(array), make
+
+
+borrowed: Final[Any] = intrinsic(_borrowed)
 
 
 @njit(inline="always", **INNER)

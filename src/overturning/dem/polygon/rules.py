@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from overturning.arrays import FloatArray
 from overturning.dem.kernel.clock import Attempt, Clock
 from overturning.dem.kernel.ground import Ground, Line, piece
-from overturning.dem.kernel.lanes import INNER, aligned
+from overturning.dem.kernel.lanes import INLINE, INNER, aligned
 from overturning.dem.kernel.mechanics import renormalised
 from overturning.dem.kernel.queue import Job, implement
 from overturning.dem.polygon import cundall, rows, step
@@ -71,7 +71,7 @@ class Work(NamedTuple):
     owner: Any
     """the array that holds them;"""
     matrix: Any
-    """blocks of the equations,"""
+    """submatrices of the equations,"""
     used: Any
     """which of them are used and, in the last row, which pairs are in reach;"""
     moves: Any
@@ -97,7 +97,15 @@ def workspace(rules: Any) -> Any:
     for i in range(elements):
         moves[i] = initial[0, (rows.CASE_SIZE + i * rows.ELEMENT_SIZE + rows.FRAME) // rows.COLUMNS] != 0.0
     used = np.zeros((elements + 1, max(elements, pairs)), np.bool_)
-    return Work(rows.borrowed(owner), owner, aligned(elements * elements * SIZE), used, moves)  # type: ignore[call-arg]
+    return Work(rows.borrowed(owner), owner, aligned(elements * elements * SIZE), used, moves)
+
+
+@njit(**INLINE)
+def lent(scene: Any) -> Any:
+    """The arrays of a scene, all borrowed, for the steps."""
+    layout, parts, sizes = rows.borrowed(scene.layout), rows.borrowed(scene.parts), rows.borrowed(scene.sizes)
+    shapes, elements, limits = rows.borrowed(scene.shapes), rows.borrowed(scene.elements), rows.borrowed(scene.limits)
+    return Arrays(rows.borrowed(scene.initial), layout, parts, sizes, shapes, elements, limits, scene.gravity)
 
 
 def start(rules: Any, work: Any, lane: int, case: int) -> None:
@@ -171,13 +179,15 @@ def load_motion(up: Any, state: Any, along: Any, row: Any, cases: Any, scale: fl
 def advance(rules: Any, work: Any, columns: int, path: Any, noted: int) -> tuple[Any, int]:  # noqa: ARG001
     """Compute the steps of a sample; the first lane is noted at its begin, with the forces that act until the next."""
     step = step_of(rules.scheme)
-    scene, up, state, elements = rules.scene, rules.ground.up, work.state, work.moves.size
+    scene, up, state, elements = lent(rules.scene), rules.ground.up, work.state, work.moves.size
     lag, interval, ticks, at_once = rules.scheme.lag, rules.job.interval, rules.job.ticks, rules.job.at_once
+    # Borrowed, since each step would count their references.
+    matrix, used, moves = rows.borrowed(work.matrix), rows.borrowed(work.used), rows.borrowed(work.moves)
     with_forces = path.shape[0] > 0 and path.shape[1] > 2 + POSE_COLUMNS * elements
     early = np.zeros((1, path.shape[1]))
     for _ in range(at_once):
         if path.shape[0] == 0:
-            step(up, work, scene, ticks)
+            step(up, state, matrix, used, moves, scene, ticks)
             continue
         tick, share = state[rows.TICK], state[rows.LENGTH] / ticks
         # Once for each sample, also where its first step has to be done again.
@@ -190,7 +200,7 @@ def advance(rules: Any, work: Any, columns: int, path: Any, noted: int) -> tuple
             for column in range(early.shape[1]):  # a slice costs the compilation of its error message
                 early[0, column] = 0.0
             note_forces(state, scene, (0.5 - lag) * share, early, 0)
-        step(up, work, scene, ticks)
+        step(up, state, matrix, used, moves, scene, ticks)
         if with_forces and not state[rows.AGAIN] > 0.0:
             for column in range(early.shape[1]):
                 path[noted - 1, column] += early[0, column]

@@ -178,17 +178,18 @@ def count_motion(q: Any, a: Any, b: Any) -> tuple[int, int]:
 
 
 @njit(**INNER)
-def in_reach(state: Any, scene: Any, p: int) -> bool:
-    """Whether a pair could touch in any column in this step; its nearest faces are searched where they may change."""
-    m, n = scene.layout[p, 2], scene.layout[p, 3]
-    q, a, b = rows.of_pair(state, scene, p)
+def in_reach(state: Any, q: Any, a: Any, b: Any, m: int, n: int, sizes: Any, shapes: Any) -> bool:
+    """Whether a pair could touch in any column in this step; its nearest faces are searched where they may change.
+
+    The pieces m and n of its elements have so many vertices, `sizes`, and faces, `shapes`.
+    """
     near, due = count_motion(q, a, b)
     if due > 0:
         near = 0
         for j in range(rows.COLUMNS):
             if q[rows.AHEAD + j] >= q[rows.LIMIT + j]:
-                shapes, dt = scene.shapes[int(state[rows.VARIANT + j])], 2.0 * rows.load_case(state, j).lag
-                shape_a, shape_b = shapes[m, : scene.sizes[m]], shapes[n, : scene.sizes[n]]
+                v, dt = int(state[rows.VARIANT + j]), 2.0 * rows.load_case(state, j).lag
+                shape_a, shape_b = shapes[v, m, : sizes[m]], shapes[v, n, : sizes[n]]
                 search(q, a, b, j, dt, shape_a, shape_b)
                 if dt == 0.0 and changes(q, a, b, j, shape_a, shape_b):
                     state[rows.CHANGED + j] = 1.0

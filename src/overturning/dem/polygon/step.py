@@ -115,21 +115,21 @@ def advance_clock(own: Any) -> None:
 
 
 @njit(**INNER)
-def step(up: Any, work: Any, scene: Any, ticks: float) -> None:
+def step(up: Any, state: Any, matrix: Any, used: Any, moves: Any, scene: Any, ticks: float) -> None:
     """One step of all columns; `up` is None where the base moves level."""
-    state, used, moves = work.state, work.used, work.moves
     clear_marks(state)
     size = moves.size
     used[:] = False
     for i in range(size):
         predict(up, rows.of_element(state, i), state, ticks, scene.gravity)
     for p in range(scene.layout.shape[0]):
-        used[size, p] = in_reach(state, scene, p)
-        if used[size, p]:
-            q, a, b = rows.of_pair(state, scene, p)
+        q, a, b = rows.of_pair(state, scene, p)
+        near = in_reach(state, q, a, b, scene.layout[p, 2], scene.layout[p, 3], scene.sizes, scene.shapes)
+        used[size, p] = near
+        if near:
             couple(q, a, b, state)
-            add_pair(work, size, q, scene.layout[p, 0], scene.layout[p, 1])
-    solve(state, work.matrix, used, size)
+            add_pair(state, matrix, used, moves, size, q, scene.layout[p, 0], scene.layout[p, 1])
+    solve(state, matrix, used, size)
     for p in range(scene.layout.shape[0]):
         if used[size, p]:
             q, a, b = rows.of_pair(state, scene, p)

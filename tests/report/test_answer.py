@@ -18,8 +18,8 @@ from overturning.report.sections.scene import comparison_sentence
 from overturning.report.sections.space import follow_sentences
 from overturning.report.text import counted, degrees, estimate, interval, number, percent
 from overturning.report.words import WORDS
-from overturning.statistics.bootstrap import Interval, Mean
-from overturning.statistics.earthquakes import AlignmentDifference, AxisSummary, Followed
+from overturning.statistics.bootstrap import Mean
+from overturning.statistics.earthquakes import AxisSummary, Followed
 from overturning.statistics.elements import StoneComparison
 from overturning.statistics.logistic import LogisticFit
 from overturning.study.sections import Primary
@@ -29,14 +29,14 @@ NAN = math.nan
 
 
 def summary(axis: float, half_width: float, low: float, high: float, n: int = 5, closer: int = 4) -> AxisSummary:
-    return AxisSummary(n + 1, n, axis, half_width, 0.5, (low + high) / 2, Interval(low, high), n, closer, 0.95)
+    return AxisSummary(n + 1, Mean(n, (low + high) / 2, low, high), axis, half_width, n, closer)
 
 
 NORMAL, EITHER = summary(-7.4, 12.0, 0.3, 0.8), summary(20.0, 60.0, -0.2, 0.6, n=3, closer=1)
 NOTHING = summary(NAN, NAN, NAN, NAN, n=0)
 
 
-def results(difference: AlignmentDifference | None = None, /, **groups: AxisSummary) -> Any:
+def results(difference: Mean | None = None, /, **groups: AxisSummary) -> Any:
     """Groups of records: `pulse` and `control`, or `all` of them."""
     names = {"pulse": "with a velocity pulse", "control": "without (control)", "all": "all records"}
     axes = {names[key]: one for key, one in groups.items()}
@@ -44,7 +44,7 @@ def results(difference: AlignmentDifference | None = None, /, **groups: AxisSumm
 
 
 def two(low: float, high: float, n: int = 3) -> Any:
-    return results(AlignmentDifference(0.35, Interval(low, high), 5, n), pulse=NORMAL, control=EITHER)
+    return results(Mean(n, 0.35, low, high), pulse=NORMAL, control=EITHER)
 
 
 def test_the_verdict_is_that_of_the_primary_statistic() -> None:

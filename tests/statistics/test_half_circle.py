@@ -15,7 +15,7 @@ from overturning.model.falls import model_of
 from overturning.report.sections.exactness import ensemble
 from overturning.report.words import words_of
 from overturning.statistics.earthquakes import axes_by_earthquake
-from overturning.statistics.falls import fall_means, fall_shares, falls_towards, near_boundary
+from overturning.statistics.falls import fall_means, fall_shares, falls_towards, informative_blocks
 from overturning.study.sections import Ensemble, Population
 from overturning.surveys.population import population_rates
 from overturning.surveys.prediction import SitePrediction
@@ -73,7 +73,7 @@ THE_SAME = {
     "population": lambda cube: population_rates(cube, Population(stones=256)),
     "population that faces 250": lambda cube: population_rates(cube, Population(stones=64, face=250, face_spread=0)),
     "falls": falls_towards,
-    "blocks near the boundary": near_boundary,
+    "blocks that only just fall": informative_blocks,
     "maps": closed,
     "explorer": explorer_data,
     "report of the ensemble": of_the_ensemble,

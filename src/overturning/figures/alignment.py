@@ -30,7 +30,7 @@ def axes_figure(groups: dict[str, xr.Dataset], summaries: dict[str, AxisSummary]
             angle[known], np.array(height)[known], s=25 + 220 * length[known], marker=marker,
             facecolor=filled, edgecolor=colour, linewidth=1.3, zorder=3, label=name,
         )  # fmt: skip
-        mean, width = summary.mean_axis_deg, summary.mean_axis_half_width_deg
+        mean, width = summary.axis_deg, summary.half_width_deg
         if np.isfinite(mean):
             if np.isfinite(width):
                 ends = [max(-90, mean - width), min(90, mean + width)]

@@ -83,7 +83,7 @@ def intensity_plane_figure(cube: xr.Dataset, intensity: xr.Dataset, fit: Logisti
     """
     slender = cube["b_over_h"].to_numpy()
     one_friction = cube.sel(friction=[friction], method="nearest")
-    share = fall_shares(one_friction, over=("record", "height", "friction"))["share_overturned"].compute().to_numpy()
+    share = fall_shares(one_friction, over=("record", "height", "friction")).compute().to_numpy()
     # The slendernesses whose outcome is most divided tell most.
     chosen = np.sort(slender[np.argsort(-np.nan_to_num(share * (1 - share)), kind="stable")[:3]])
     heights = cube["height"].to_numpy()

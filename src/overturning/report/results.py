@@ -18,6 +18,7 @@ from overturning.model.falls import model_of
 from overturning.model.model import Model
 from overturning.report.words import Words, words_of
 from overturning.statistics import earthquakes
+from overturning.statistics.bootstrap import Mean
 from overturning.statistics.by_record import by_record
 from overturning.statistics.elements import ElementFalls, falls_by_element
 from overturning.statistics.falls import fall_means, overturns
@@ -155,14 +156,14 @@ class Results:
         return {name: earthquakes.summarise_axes(axes) for name, axes in self._axes.items()}
 
     @cached_property
-    def axes_difference(self) -> earthquakes.AlignmentDifference | None:
+    def axes_difference(self) -> Mean | None:
         """Of the two groups, where there are two."""
         return earthquakes.compare_alignment(*self._axes.values()) if len(self._axes) == 2 else None
 
     @property
     def faults_known(self) -> bool:
         """Whether a fall can be compared with a fault."""
-        return any(summary.n > 0 for summary in self.axes.values())
+        return any(summary.alignment.n > 0 for summary in self.axes.values())
 
     @property
     def tells_axes(self) -> bool:

@@ -94,47 +94,38 @@ class AxisSummary:
 
     Attributes
     ----------
-    earthquakes, n : int
-        Earthquakes looked at; those with falls and a known fault normal: the sample size of means and intervals.
-    mean_axis_deg : float
+    earthquakes : int
+        Looked at.
+    alignment : Mean
+        Over those with falls and a known fault normal, of their mean cos 2Δ over falls: 1 normal to the fault, −1
+        parallel, 0 neither. An earthquake whose falls go every way counts as the 0 that it says.
+    axis_deg : float
         Axis of the mean of the earthquakes' vectors relative to the fault normal, (−90, 90]; NaN without falls and
         where their resultant is below `LEAST_RESULTANT`.
-    mean_axis_half_width_deg : float
+    half_width_deg : float
         Half-width of its bootstrap interval, symmetric about the mean axis: the quantile of the resamples' distance
         from it (Fisher 1993, Statistical Analysis of Circular Data, section 8.3.2); NaN below `FEWEST_EARTHQUAKES`, 90
         where the data do not tell an axis.
-    resultant : float
-        Length of the mean of the earthquakes' vectors.
-    alignment, alignment_interval : float, Interval
-        Mean over earthquakes of their mean cos 2Δ over falls: 1 normal to the fault, −1 parallel, 0 neither; its
-        interval as of `bootstrap`. An earthquake whose falls go every way counts as the 0 that it says.
     told, closer_to_normal : int
         Earthquakes that have an axis, since its resultant is no smaller than `LEAST_RESULTANT`; of these, those whose
         axis is within 45° of the fault normal.
-    level : float
-        Of the intervals.
     """
 
     earthquakes: int
-    n: int
-    mean_axis_deg: float
-    mean_axis_half_width_deg: float
-    resultant: float
-    alignment: float
-    alignment_interval: Interval
+    alignment: Mean
+    axis_deg: float
+    half_width_deg: float
     told: int
     closer_to_normal: int
-    level: float
 
 
 def summarise_axes(axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000, seed: int = 1) -> AxisSummary:
     """Mean axis over earthquakes of `axes_by_earthquake`, and alignment; level, draws and seed as of `bootstrap`."""
     vectors = np.column_stack([axes["cosine"].values, axes["sine"].values])
     vectors = vectors[np.isfinite(vectors[:, 0])]
-    n, told = len(vectors), axes["axis"].values[np.isfinite(axes["axis"].values)]
-    cosine, sine = vectors.mean(axis=0) if n else (math.nan, math.nan)
-    length = math.hypot(cosine, sine)
-    mean = float(wrap_axis(math.degrees(math.atan2(sine, cosine)) / 2)) if length >= LEAST_RESULTANT else math.nan
+    cosine, sine = vectors.mean(axis=0) if len(vectors) else (math.nan, math.nan)
+    told = math.hypot(cosine, sine) >= LEAST_RESULTANT
+    mean = float(wrap_axis(math.degrees(math.atan2(sine, cosine)) / 2)) if told else math.nan
 
     def distance(drawn: FloatArray) -> FloatArray:
         drawn_cosine, drawn_sine = drawn.mean(axis=1).T
@@ -142,56 +133,33 @@ def summarise_axes(axes: xr.Dataset, *, level: float = 0.95, draws: int = 10_000
         return np.where(np.hypot(drawn_cosine, drawn_sine) < NO_DIRECTION, 90.0, away)
 
     distances = resampled(distance, vectors, draws, seed)
-    return AxisSummary(
-        earthquakes=int(axes.sizes["event"]),
-        n=n,
-        mean_axis_deg=mean,
-        mean_axis_half_width_deg=float(np.quantile(distances, level)) if distances.size else math.nan,
-        resultant=length,
-        alignment=float(cosine),
-        alignment_interval=bootstrap(mean_of_sample, vectors[:, 0], level=level, draws=draws, seed=seed),
-        told=int(told.size),
-        closer_to_normal=int((np.abs(told) < 45).sum()),
-        level=level,
-    )
+    ends = bootstrap(mean_of_sample, vectors[:, 0], level=level, draws=draws, seed=seed)
+    half_width = float(np.quantile(distances, level)) if distances.size else math.nan
+    known = axes["axis"].values[np.isfinite(axes["axis"].values)]
+    closer = int((np.abs(known) < 45).sum())
+    alignment = Mean(len(vectors), float(cosine), *ends)
+    return AxisSummary(int(axes.sizes["event"]), alignment, mean, half_width, int(known.size), closer)
 
 
-@dataclass(frozen=True)
-class AlignmentDifference:
-    """Alignment (mean cos 2Δ) of one set of earthquakes minus that of another; NaN where one has no falls.
-
-    The bootstrap percentile interval resamples the earthquakes together; ``n_first`` and ``n_second`` are those with
-    falls.
-    """
-
-    difference: float
-    interval: Interval
-    n_first: int
-    n_second: int
-
-
-def compare_alignment(
-    first: xr.Dataset, second: xr.Dataset, *, draws: int = 10_000, seed: int = 1
-) -> AlignmentDifference:
-    """Compare the alignment with the fault normal of two sets of records, such as pulse records and the control.
+def compare_alignment(first: xr.Dataset, second: xr.Dataset, *, draws: int = 10_000, seed: int = 1) -> Mean:
+    """Alignment with the fault normal of a set of records minus that of another, such as of pulse records and control.
 
     Sets are from `axes_by_earthquake`. An earthquake may have records in both; it is drawn once for both, so that its
-    own orientation does not count as a difference. There is no interval where either has fewer than
-    `FEWEST_EARTHQUAKES`.
+    own orientation does not count as a difference. Its ``n`` is that of the set with fewer earthquakes that have falls;
+    there is no interval where these are fewer than `FEWEST_EARTHQUAKES`.
     """
     names = event_names([*first["event"].values, *second["event"].values])
     values = np.stack([axes["cosine"].reindex(event=names).values for axes in (first, second)])
-    n = [int(k) for k in np.isfinite(values).sum(axis=1)]
+    n = int(np.isfinite(values).sum(axis=1).min())
 
     def of_sample(drawn: FloatArray) -> FloatArray:
         counts = np.isfinite(drawn).sum(axis=1)
         means = np.nansum(drawn, axis=1) / np.where(counts > 0, counts, np.nan)
         return np.asarray(means[:, 0] - means[:, 1])
 
-    difference = float(np.nanmean(values[0]) - np.nanmean(values[1])) if min(n) else math.nan
-    few = min(n) < FEWEST_EARTHQUAKES
-    ends = Interval() if few else bootstrap(of_sample, values.T, draws=draws, seed=seed)
-    return AlignmentDifference(difference, ends, *n)
+    difference = float(of_sample(values.T[None])[0])
+    few = n < FEWEST_EARTHQUAKES
+    return Mean(n, difference, *(Interval() if few else bootstrap(of_sample, values.T, draws=draws, seed=seed)))
 
 
 _REFERENCES = {"peak velocity": "pgv_azimuth", "peak acceleration": "pga_azimuth", "pulse": "pulse_axis"}

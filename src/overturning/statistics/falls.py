@@ -79,47 +79,31 @@ def overturns(cube: xr.Dataset) -> xr.DataArray:
     )
 
 
-def near_boundary(cube: xr.Dataset) -> xr.DataArray:
-    """Blocks that only just fall under a record: that overturn in some of its planes, and in at most half of them.
-
-    More slender ones fall in nearly every plane, to whichever side, and hide the direction that these show. True or
-    False over the dimensions of ``overturned`` without ``azimuth``; each plane counts once, none whose outcome is
-    missing.
-    """
-    share = overturns(cube).isel(azimuth=model_of(cube).representative(cube)).mean("azimuth").compute()
-    return (share > 0) & (share <= 0.5)
-
-
 def informative_blocks(cube: xr.Dataset) -> xr.DataArray:
-    """Blocks whose falls tell a direction, True or False as of `near_boundary`.
+    """Blocks whose falls tell a direction, True or False over dimensions of ``overturned`` without the direction.
 
-    Where each direction has a component of the motion of its own these are the blocks that only just fall, and all of a
-    record under which none does; elsewhere all.
+    Where each direction has a component of the motion of its own these only just fall under a record: they overturn in
+    some of its planes, and in at most half of them. More slender ones fall in nearly every plane, to whichever side,
+    and hide the direction that these show; of a record under which no block only just falls all count. Each plane
+    counts once, none whose outcome is missing. Elsewhere all are informative.
     """
     if not model_of(cube).one_component:
         return xr.DataArray(True)
-    near = near_boundary(cube)
+    share = overturns(cube).isel(azimuth=model_of(cube).representative(cube)).mean("azimuth").compute()
+    near = (share > 0) & (share <= 0.5)
     return near | ~near.any([name for name in near.dims if name != "record"])
 
 
-def fall_shares(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True) -> xr.Dataset:
-    """Share of planes, or of a body's orientations, that overturn; ``ensemble`` as of `Model.falls`.
+def fall_shares(cube: xr.Dataset, *, over: Sequence[str] = (), ensemble: bool = True) -> xr.DataArray:
+    """Share of planes, or of a body's orientations, that overturn, of those whose outcome is known.
 
-    Returns
-    -------
-    Dataset
-        ``share_overturned`` (of the directions whose outcome is known; missing where none is) and ``share_missing``.
+    It is missing where none is; ``ensemble`` as of `Model.falls`.
     """
     model = model_of(cube)
     falls, dims = model.falls(cube, ensemble=ensemble), (model.direction, *over)
-    known = falls["weight"].where(falls["falls"].notnull(), 0.0)
-    weight = known.sum(dims)
-    cases = int(np.prod([cube.sizes[d] for d in over])) if over else 1
+    weight = falls["weight"].where(falls["falls"].notnull(), 0.0).sum(dims)
     share = (falls["falls"] * falls["weight"]).sum(dims) / weight.where(weight > 0)
-    share.attrs = {"long_name": f"share of {model.direction}s in which the block falls", "units": "1"}
-    missing = (1 - weight / cases).clip(0)
-    missing.attrs = {"long_name": f"share of {model.direction}s without an outcome", "units": "1"}
-    return xr.Dataset({"share_overturned": share, "share_missing": missing})
+    return share.assign_attrs(long_name=f"share of {model.direction}s in which the block falls", units="1")
 
 
 def fall_vectors(

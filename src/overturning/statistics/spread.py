@@ -14,6 +14,8 @@ from overturning.study.sections import Ensemble
 MOST_RUNS: Final = 128
 """Of a cell, up to which the orders are counted in which it is not settled before."""
 
+_WIDE: Final = MOST_RUNS + BATCH + 1
+
 Counts = NDArray[np.intp]
 
 Statistic = Callable[[Counts, Counts, Any], FloatArray]
@@ -58,34 +60,35 @@ def of_first_batch(
     """
     runs = np.where(np.isfinite(towards), np.asarray(members, np.float64), 0.0)
     fell, back = (np.rint(np.nan_to_num(np.asarray(side)) * runs).astype(np.intp) for side in (towards, away))
-    batches = [min(BATCH, settings.members - made) for made in range(0, settings.members, BATCH)]
-    say = np.zeros((batches[0] + 1,) * 2)
-    found = np.zeros(runs.shape)
-    for i, j in np.argwhere(np.add(*np.indices(say.shape)) <= batches[0]):
-        say[i, j] = statistic(i, j, batches[0])
-        found += say[i, j] * comb(fell, i) * comb(back, j) * comb(runs - fell - back, batches[0] - i - j)
+    first = min(BATCH, settings.members)
+    orders, (i, j) = _orders(first), _sides(first)
+    says, found = statistic(i, j, first), np.zeros(runs.shape)
+    for place in np.flatnonzero(orders):
+        of_all = comb(fell, i[place]) * comb(back, j[place]) * comb(runs - fell - back, first - i[place] - j[place])
+        found += says[place] * of_all
     with np.errstate(invalid="ignore"):
-        found /= comb(runs, batches[0])
-    orders, told, made = np.ones((1, 1)), np.ones((1, 1)), 0
-    for size in batches:
-        if made >= min(runs.max(initial=0), MOST_RUNS):
-            break
-        i, j = np.indices((size + 1, size + 1))
-        ways = np.asarray(comb(size, i) * comb(size - i, j), np.float64) / 3**size  # scaled: numbers hold more runs
-        told = _with_more(told, ways * say if made == 0 else ways)
-        orders, made = _with_more(orders, ways), made + size
-        ended = (runs == made) & (orders[np.minimum(fell, made), np.minimum(back, made)] > 0)
-        found[ended] = told[fell[ended], back[ended]] / orders[fell[ended], back[ended]]
-        i, j = np.indices(orders.shape)
-        unsettled = ~narrow(i, j, made, settings.half_width) & (i + j <= made)
-        orders, told = orders * unsettled, told * unsettled
+        found /= comb(runs, first)
+    told, made = orders * says, first
+    while made <= min(runs.max(initial=0), MOST_RUNS):
+        ended = np.flatnonzero(runs == made)
+        places = fell.flat[ended] * _WIDE + back.flat[ended]
+        possible = orders[places] > 0
+        found.flat[ended[possible]] = (told[places] / np.where(possible, orders[places], 1.0))[possible]
+        i, j = _sides(made)
+        unsettled = ~narrow(i, np.minimum(j, made), made, settings.half_width)
+        more = max(min(BATCH, settings.members - made), 1)
+        orders, told = (np.convolve(one * unsettled, _orders(more)) for one in (orders, told))
+        made += more
     return found
 
 
-def _with_more(orders: FloatArray, ways: FloatArray) -> FloatArray:
-    """Numbers of orders in which counts are reached, after a batch of which so many orders have so many falls."""
-    size = len(orders)
-    found = np.zeros((size + len(ways) - 1,) * 2)
-    for (i, j), count in np.ndenumerate(ways):
-        found[i : i + size, j : j + size] += count * orders
-    return found
+def _sides(runs: int) -> tuple[Counts, Counts]:
+    """Runs that fall towards and away at each place of an array of orders: numbers of two digits."""
+    towards, away = np.divmod(np.arange(runs * _WIDE + 1), _WIDE)
+    return towards, away
+
+
+def _orders(runs: int) -> FloatArray:
+    """In how many orders of one batch so many fall to either side, of all of them."""
+    towards, away = _sides(runs)
+    return np.asarray(comb(runs, towards) * comb(runs - towards, away) / 3.0**runs)

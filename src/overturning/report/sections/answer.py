@@ -128,12 +128,12 @@ def alignment_sentences(results: Results, *, primary: bool) -> tuple[str, ...]:
     known = {_name(name): one for name, one in results.axes.items()}
     values = [f"{_alignment(one)}{name}" for name, one in known.items()]
     difference, said = results.axes_difference, []
-    if difference is not None and not math.isnan(difference.difference):
-        few = math.isnan(difference.interval[0])
-        ends = "too few earthquakes for an interval" if few else interval(*difference.interval)
-        shown = difference.interval[0] > 0 or difference.interval[1] < 0
-        verdict = "" if few else f": {'a' if shown else 'no'} difference between the two is shown"
-        values.append(f"the difference {number(difference.difference)} ({ends}){verdict}")
+    if difference is not None and difference.n:
+        few = math.isnan(difference.low)
+        ends = "too few earthquakes for an interval" if few else interval(difference.low, difference.high)
+        shown = "a" if difference.low > 0 or difference.high < 0 else "no"
+        verdict = "" if few else f": {shown} difference between the two is shown"
+        values.append(f"the difference {number(difference.value)} ({ends}){verdict}")
     if primary:
         one = next(iter(known.values()))
         said.append(f"Primary statistic, fixed beforehand: {scale} is {values.pop(0)}: {_verdict(one)}.")
@@ -149,11 +149,12 @@ def alignment_sentences(results: Results, *, primary: bool) -> tuple[str, ...]:
 
 
 def _alignment(summary: AxisSummary) -> str:
-    if not summary.n:
-        return "not known"
-    ends = summary.alignment_interval
-    sure = "" if math.isnan(ends[0]) else f"{100 * summary.level:.0f} % interval {interval(*ends)}; "
-    return f"{number(summary.alignment)} ({sure}{_earthquakes(summary)})"
+    one = summary.alignment
+    sure = "" if math.isnan(one.low) else f"95 % interval {interval(one.low, one.high)}; "
+    count = counted(one.n, "earthquake")
+    if one.n < summary.earthquakes:
+        count = f"{one.n} of {counted(summary.earthquakes, 'earthquake')} with falls"
+    return f"{number(one.value)} ({sure}{count})" if one.n else "not known"
 
 
 def agreement_within(results: Results) -> str:
@@ -171,14 +172,14 @@ def agreement_within(results: Results) -> str:
 
 def _verdict(summary: AxisSummary) -> str:
     """What the interval of the alignment says."""
-    low, high = summary.alignment_interval
-    if summary.n == 0:
+    one = summary.alignment
+    if one.n == 0:
         return "no earthquake has falls and a known fault"
-    if math.isnan(low):
-        return f"{counted(summary.n, 'earthquake')} {'is' if summary.n == 1 else 'are'} too few for an interval"
-    if low > 0:
+    if math.isnan(one.low):
+        return f"{counted(one.n, 'earthquake')} {'is' if one.n == 1 else 'are'} too few for an interval"
+    if one.low > 0:
         return "falls lie closer to the fault normal than to the fault"
-    if high < 0:
+    if one.high < 0:
         return "falls lie closer to the fault than to its normal"
     return "no preference for the normal or the fault can be told"
 
@@ -189,24 +190,15 @@ def _name(group: str) -> str:
 
 
 def _mean_axis(summary: AxisSummary) -> str:
-    if summary.n == 0:
-        return "not at all"
-    if math.isnan(summary.mean_axis_deg):
+    if math.isnan(summary.axis_deg):
         return "along no common axis"
-    spread = "" if math.isnan(summary.mean_axis_half_width_deg) else f"\u00a0{half_width(summary)}"
-    return f"{degrees(abs(summary.mean_axis_deg))}{spread} from the fault normal"
-
-
-def _earthquakes(summary: AxisSummary) -> str:
-    """How many earthquakes a mean axis is of, and of how many in all where some have no falls."""
-    if summary.n == summary.earthquakes:
-        return counted(summary.n, "earthquake")
-    return f"{summary.n or 'none'} of {counted(summary.earthquakes, 'earthquake')} with falls"
+    spread = "" if math.isnan(summary.half_width_deg) else f"\u00a0{half_width(summary)}"
+    return f"{degrees(abs(summary.axis_deg))}{spread} from the fault normal"
 
 
 def half_width(summary: AxisSummary) -> str:
     """Half of the interval of a mean axis, ± 12°."""
-    width = summary.mean_axis_half_width_deg
+    width = summary.half_width_deg
     return "–" if math.isnan(width) else f"±\u00a0{degrees(width)}"
 
 
@@ -300,8 +292,8 @@ def _by_shape(results: Results) -> Table:
 def _summary(axes: dict[str, AxisSummary]) -> Table:
     rows = [
         (
-            *(name, s.earthquakes, s.n, "–" if s.n == 0 else s.alignment, interval(*s.alignment_interval)),
-            *(abs(s.mean_axis_deg), half_width(s), f"{s.closer_to_normal} of {s.told}"),
+            *(name, s.earthquakes, s.alignment.n, s.alignment.value, interval(s.alignment.low, s.alignment.high)),
+            *(abs(s.axis_deg), half_width(s), f"{s.closer_to_normal} of {s.told}"),
         )
         for name, s in axes.items()
     ]

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from numba import njit
 
 from overturning.arrays import FloatArray
 from overturning.dem.numerics import Numerics
+from overturning.dem.polygon import equations
 from overturning.dem.run import run
 from overturning.model.cases import Cases
 from overturning.model.geometry import native_size
@@ -65,3 +67,19 @@ def test_a_tower_falls_and_comes_to_rest() -> None:
     found = run(made, _strong(), _cases(made), Numerics(leave_out=False))
     assert (found.overturned[:, 5] != 0).any()
     assert (found.status == Status.SIMULATED).all()
+
+
+def test_submatrices_are_cleared_inverted_and_multiplied_as_matrices_are() -> None:
+    @njit
+    def halves_and_quotient(cleared, one, other):  # type: ignore[no-untyped-def]
+        equations.clear(cleared, 2.0)
+        equations.invert(cleared)
+        equations.invert(other)
+        equations.divide(one, other)
+
+    given = np.random.default_rng(2).normal(size=(2, 3, 3)) + 3.0 * np.eye(3)
+    size = equations.SUBMATRIX.size
+    cleared, one, other = (np.repeat(matrix.ravel(), size // 9) for matrix in (np.zeros((3, 3)), *given))
+    halves_and_quotient(cleared, one, other)
+    np.testing.assert_array_equal(cleared.reshape(3, 3, -1)[..., 5], 0.5 * np.eye(3))
+    np.testing.assert_allclose(one.reshape(3, 3, -1)[..., 5], given[0] @ np.linalg.inv(given[1]))

@@ -91,6 +91,20 @@ def test_sac_needs_a_unit_and_takes_orientation_from_its_header(tmp_path):
     np.testing.assert_allclose(read_record(entry, tmp_path).up, Z / 1e5 * 9.80665, atol=1e-5)
 
 
+def test_the_origin_of_a_sac_is_counted_from_where_its_samples_are(tmp_path):
+    """The first sample 3 s after the reference time (word 5, B), the origin 1 s after it (word 7, O)."""
+    axes = (("HNN", N / 1e5, 0.0), ("HNE", E / 1e5, 90.0))
+    paths = [write_sac(tmp_path / f"{name}.sac", x, name, azimuth, 90.0) for name, x, azimuth in axes]
+    for path in paths:
+        header = bytearray(path.read_bytes())
+        for word, value in ((5, 3.0), (7, 1.0)):
+            header[4 * word : 4 * word + 4] = struct.pack("<f", value)
+        path.write_bytes(bytes(header))
+    record = read_path(paths, Declarations(unit="gal"))
+    first, origin = (np.datetime64(text.rstrip("Z")) for text in (record.start, record.extra["origin_time"]))
+    assert first - origin == np.timedelta64(2, "s")
+
+
 @pytest.mark.parametrize(("depth", "sensor"), [(0.0, "surface"), (2.0, "surface"), (100.0, "borehole")])
 def test_the_depth_in_the_stationxml_tells_a_borehole(tmp_path, depth, sensor):
     files = [write_mseed(tmp_path / "a.mseed", {"HNN": N, "HNE": E})]

@@ -45,8 +45,9 @@ class Fragility:
         95 % interval of the median, by bootstrap over earthquakes.
     least, most : float
         Range of the intensities that it was fitted to: it says nothing outside.
-    half : float, Interval
-        Median and its interval as far as the data reach: infinite above `most`, 0 below `least`.
+    told : float, Interval, float
+        Median, its interval and the spread as far as the data reach: infinite above `most`, 0 below `least`; no spread
+        where the median lies beyond.
     """
 
     name: str
@@ -59,12 +60,12 @@ class Fragility:
     most: float
 
     @property
-    def half(self) -> tuple[float, Interval]:  # noqa: D102
+    def told(self) -> tuple[float, Interval, float]:  # noqa: D102
         median, low, high = (
             math.inf if one > self.most else 0.0 if one < self.least else one
             for one in (self.median, *self.median_interval)
         )
-        return median, Interval(low, high)
+        return median, Interval(low, high), self.spread if self.least <= median <= self.most else math.nan
 
     def probability(self, intensity: ArrayLike) -> FloatArray:
         """Probability of falling."""
@@ -158,14 +159,13 @@ def fragility(
 
 
 def write_fragility_csv(curves: Sequence[Fragility], path: Path) -> None:
-    """Write curves as a table: class, measure, unit, median and its interval as of `half`, spread, range.
+    """Write curves as a table: class, measure, unit, median and its interval, spread, all as `told`, range.
 
     Where the median lies beyond the data, the spread is missing too: both would be a curve where nothing is known.
     """
     lines = ["stones,measure,unit,median,median_low,median_high,log_spread,least,most"]
     for one in curves:
-        median, ends = one.half
-        spread = one.spread if one.least <= median <= one.most else math.nan
+        median, ends, spread = one.told
         values = (median, *ends, spread, one.least, one.most)
         lines.append(f'"{one.name}",{one.measure},{one.unit},' + ",".join(f"{value:.6g}" for value in values))
     with atomic_write(path) as part:

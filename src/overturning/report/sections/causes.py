@@ -108,7 +108,7 @@ def _sentence(found: CriteriaScores) -> str:
     if math.isnan(best.within):
         return "Of each block all fall or all stand, so no criterion can show skill."
     said = (
-        f"Among blocks of one size and shape {best.name} foretells best: mean skill "
+        f"Among blocks of one size and shape the rule “{best.name}” foretells best: mean skill "
         f"{estimate(best.within, *best.within_interval)}."
     )
     if blind.name == BLIND:

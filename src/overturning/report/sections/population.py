@@ -150,8 +150,7 @@ def _curves(curves: list[Fragility]) -> Table:
     rows = []
     for one in curves:
         if math.isfinite(one.median):
-            median, ends = one.half
-            spread = one.spread if one.least <= median <= one.most else math.nan
+            median, ends, spread = one.told
             half = censored(median, *ends, one.least, one.most)
             rows.append((one.name, f"{one.measure}, {one.unit}", *half, spread))
     heads = ("stones", "measure", "half of them fall at", "95 % interval", "spread of the logarithm")

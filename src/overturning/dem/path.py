@@ -71,6 +71,17 @@ class PlanePath:
             ),
             "vertices": described("element vertex xz", vertices, "m", "vertices about the centre, counter-clockwise"),
         }
+        variables |= self._of_case(results)
+        coordinates = {
+            "time": described("time", self.time, "s", "time after the record's start"),
+            "element": ("element", [item.element.name for item in self.placed]),
+        }
+        weight = self.scene.gravity * sum(item.mass for item in self.placed if not item.fixed)
+        return variables, coordinates, {"reference": self.scene.shown_name, "weight": weight}
+
+    def _of_case(self, results: Results) -> dict[str, Any]:
+        """The outcome of the case, missing for what is fixed."""
+        variables: dict[str, Any] = {}
         free = [index for index, item in enumerate(self.placed) if not item.fixed]
         for variable in (item for item in VARIABLES if item.name != "mirrored"):
             values = getattr(results, variable.name)[0]
@@ -78,9 +89,4 @@ class PlanePath:
                 values, of_free = np.full(len(self.placed), variable.missing, variable.dtype), values
                 values[free] = of_free
             variables[variable.name] = (("element",) if variable.per_element else (), values, variable.all_attributes)
-        coordinates = {
-            "time": described("time", self.time, "s", "time after the record's start"),
-            "element": ("element", [item.element.name for item in self.placed]),
-        }
-        weight = self.scene.gravity * sum(item.mass for item in self.placed if not item.fixed)
-        return variables, coordinates, {"reference": self.scene.shown_name, "weight": weight}
+        return variables

@@ -1,7 +1,7 @@
 """Gathering: the parts of a sweep into one cube."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from functools import partial
 from importlib import metadata
@@ -112,15 +112,7 @@ def _add_records(cube: Any, records: Sequence[Record], vertical: bool) -> None:
     normals = [None if strike is None else (strike + 90.0) % 360.0 for strike in strikes]
     about = "azimuth of the fault normal, strike + 90 degrees"
     add("fault_normal", "f8", normals, np.nan, long_name=about, units="degree")
-    for where, pairs in (
-        ("station", [(record.latitude, record.longitude) for record in records]),
-        ("epicentre", [(r.extra.get("event_latitude"), r.extra.get("event_longitude")) for r in records]),
-    ):
-        for index, (name, unit) in enumerate((("latitude", "degrees_north"), ("longitude", "degrees_east"))):
-            # Half a place is none.
-            values = [None if None in pair else pair[index] for pair in pairs]
-            said = {"standard_name": name, "long_name": f"{name} of the {where}", "units": unit}
-            add(f"{where}_{name}", "f8", values, np.nan, **said)
+    _add_places(add, records)
     for name, (_, long_name, unit) in METADATA.items():
         known = [record.extra.get(name) for record in records]
         if unit:
@@ -136,6 +128,19 @@ def _add_records(cube: Any, records: Sequence[Record], vertical: bool) -> None:
         ),
     ):
         add(name, "i1", flags, missing, long_name=long_name, **flag, flag_meanings=meanings)
+
+
+def _add_places(add: Callable[..., None], records: Sequence[Record]) -> None:
+    """The coordinates of stations and epicentres."""
+    for where, pairs in (
+        ("station", [(record.latitude, record.longitude) for record in records]),
+        ("epicentre", [(r.extra.get("event_latitude"), r.extra.get("event_longitude")) for r in records]),
+    ):
+        for index, (name, unit) in enumerate((("latitude", "degrees_north"), ("longitude", "degrees_east"))):
+            # Half a place is none.
+            values = [None if None in pair else pair[index] for pair in pairs]
+            said = {"standard_name": name, "long_name": f"{name} of the {where}", "units": unit}
+            add(f"{where}_{name}", "f8", values, np.nan, **said)
 
 
 def portable(study: Study) -> dict[str, Any]:

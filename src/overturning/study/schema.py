@@ -198,6 +198,9 @@ class Study(Model):
         if self.site is not None and on_soil:
             yield f"variants.{on_soil[0]}.site: the study has a site too; make that a variant as well"
         yield from self._misfits_of_primary()
+        yield from self._misfits_of_observations()
+
+    def _misfits_of_observations(self) -> Iterator[str]:
         for row in self.published:
             if row.record not in self.records.use:
                 yield f"published: record {row.record!r} is not in records.use"

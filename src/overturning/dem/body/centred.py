@@ -221,6 +221,22 @@ def solve(body: Body, s: State, w: Predicted, q: Equations) -> Change:
 
 
 @njit(**INLINE)
+def released(body: Body, old: Memory, depth: float, reached: tuple[float, float], kept: tuple[float, float]) -> float:
+    """Spring energy let go within a step: of `depth` and of the part of the tangential way that slips away."""
+    kx, ky = kept
+    inside, was = depth > 0.0, old.depth > 0.0
+    sinking, over = depth - old.depth, depth * old.depth
+    over = math.copysign(over if over < 0.0 else 0.0, sinking)
+    stretched_x, stretched_y = reached[0] - kx, reached[1] - ky
+    let_go = 0.5 * (
+        body.tangential * ((old.sx + kx) * stretched_x + (old.sy + ky) * stretched_y) + body.stiffness * over
+    )
+    let_go = let_go if inside | was else 0.0
+    # One that has waited is met by a spring that is pressed in already.
+    return let_go - 0.5 * body.stiffness * (depth * depth) if inside & (old.depth == 0.0) else let_go
+
+
+@njit(**INLINE)
 def correct(
     body: Body, w: Predicted, t: PredictedPoint, old: Memory, d: Change, fine: bool, round_: bool
 ) -> tuple[Sum, Largest, Memory]:
@@ -240,18 +256,10 @@ def correct(
     hx, hy = -(body.tangential * tx) - body.dashpot * u.x, -(body.tangential * ty) - body.dashpot * u.y
     fx, fy, kx, ky, slips = within_circle(hx, hy, tx, ty, most, body.compliance)
     power = (spring - n) * u.z - ((fx + body.tangential * kx) * u.x + (fy + body.tangential * ky) * u.y)
-    sinking, over = depth - old.depth, depth * old.depth
-    over = math.copysign(over if over < 0.0 else 0.0, sinking)
-    stretched_x, stretched_y = t.tx + half * e.x - kx, t.ty + half * e.y - ky
-    let_go = 0.5 * (
-        body.tangential * ((old.sx + kx) * stretched_x + (old.sy + ky) * stretched_y) + body.stiffness * over
-    )
-    let_go = let_go if inside | was else 0.0
-    # One that has waited is met by a spring that is pressed in already.
-    let_go = let_go - 0.5 * body.stiffness * (depth * depth) if inside & (old.depth == 0.0) else let_go
+    let_go = released(body, old, depth, (t.tx + half * e.x, t.ty + half * e.y), (kx, ky))
     # A contact that closed within the step acts from the touch on, not for half the step.
     fresh = inside & (not was)
-    more = depth * (2.0 * half / (sinking if fresh else 1.0)) - half if fresh else 0.0
+    more = depth * (2.0 * half / (depth - old.depth if fresh else 1.0)) - half if fresh else 0.0
     carries = most > 0.0
     taken = t.slides > 0.0
     wrong = carries & (slips != taken)

@@ -32,20 +32,7 @@ def verdict(state: Any, j: int, scene: Any, stands_from: Any, end: float) -> int
     """
     case = rows.load_case(state, j)
     rules, limits = scene.elements[int(case.variant)], scene.limits[int(case.variant)]
-    check, moving, standing, fallen, safe, slid = 0.0, 0.0, 0, 0, 0, False
-    for i in range(rules.size):
-        e = rows.of_element(state, i)
-        item = rows.load_element(e, j)
-        check += item.pose.x + item.pose.z + item.velocity.x + item.velocity.z + item.velocity.w + item.pose.cos
-        if rules[i].is_free == 0.0:
-            continue
-        moving += kinetic(item)
-        slid = slid or abs(item.standing.slip) > 0.1 * abs(item.home.base_z)
-        if item.standing.side == 0.0 and item.course.peak_angle >= rules[i].fall_angle:
-            e[rows.SIDE + j] = 1.0 if item.pose.angle > 0.0 else -1.0
-        stands = e[rows.SIDE + j] == 0.0
-        standing, fallen = standing + int(stands), fallen + int(not stands)
-        safe += int(stands and is_safe(item, rules[i].barrier))
+    check, moving, standing, fallen, safe, slid = count_standing(state, j, rules)
     if not np.isfinite(check) or deepest_of(state, j, scene) > limits.deepest:
         return Status.UNSTABLE
     if standing == 0 or (fallen > 0 and safe == standing and is_weak(state, j, stands_from, scene.parts, case.sample)):
@@ -67,6 +54,36 @@ def verdict(state: Any, j: int, scene: Any, stands_from: Any, end: float) -> int
         return GOES_ON
     still = moving < 1e-4 * limits.least_scale
     return Status.SIMULATED if still or not may_fall(state, j, rules, scene.gravity) else Status.UNDECIDED
+
+
+@njit(**INNER)
+def count_standing(state: Any, j: int, rules: Any) -> tuple[float, float, int, int, int, bool]:
+    """Count elements that stand, have fallen, and stand for good; note the side of those that fall now.
+
+    Returns
+    -------
+    check, moving : float
+        A sum that is finite if all poses and velocities are, and the kinetic energy of what is free, J.
+    standing, fallen, safe : int
+        How many stand, fell, and stand for good if the record cannot lift them.
+    slid : bool
+        Whether one has slid by more than a tenth of half its height.
+    """
+    check, moving, standing, fallen, safe, slid = 0.0, 0.0, 0, 0, 0, False
+    for i in range(rules.size):
+        e = rows.of_element(state, i)
+        item = rows.load_element(e, j)
+        check += item.pose.x + item.pose.z + item.velocity.x + item.velocity.z + item.velocity.w + item.pose.cos
+        if rules[i].is_free == 0.0:
+            continue
+        moving += kinetic(item)
+        slid = slid or abs(item.standing.slip) > 0.1 * abs(item.home.base_z)
+        if item.standing.side == 0.0 and item.course.peak_angle >= rules[i].fall_angle:
+            e[rows.SIDE + j] = 1.0 if item.pose.angle > 0.0 else -1.0
+        stands = e[rows.SIDE + j] == 0.0
+        standing, fallen = standing + int(stands), fallen + int(not stands)
+        safe += int(stands and is_safe(item, rules[i].barrier))
+    return check, moving, standing, fallen, safe, slid
 
 
 @njit(**INNER)

@@ -175,7 +175,7 @@ def test_an_ensemble_of_a_scene_says_how_often_each_element_falls(tmp_path: Path
     assert towards[last].ravel()[0] == pytest.approx((flags == 1).mean())
     assert away[last].ravel()[0] == pytest.approx((flags == -1).mean())
     with open_cube(path) as cube:
-        said = spread_sentence("stone", cube)
+        said = spread_sentence("stone", cube, study.ensemble)
     assert said is not None
     assert "of the 4 cases near a change" in said
     # The opposite azimuth is the mirror.

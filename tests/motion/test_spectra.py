@@ -27,7 +27,7 @@ from overturning.motion.intensity import (
     record_measures,
     significant_duration,
 )
-from overturning.motion.jma_intensity import SURVEY_RULE, instrumental_intensity
+from overturning.motion.jma_intensity import SURVEY_RULE, as_published, instrumental_intensity
 from overturning.motion.motion import Motion
 from overturning.motion.oscillator import Oscillators
 from overturning.motion.spectra import rotd, spectra_by_azimuth, spectrum_intensity
@@ -372,3 +372,8 @@ def test_a_sine_has_the_peaks_of_calculus():
 def test_senseless_azimuths_are_refused(azimuths):
     with pytest.raises(ArgumentError, match="azimuth_deg"):
         intensity_by_azimuth(Motion([0, 1], [0, 1], sampling_interval=1), azimuths)
+
+
+def test_an_intensity_is_published_as_jma_does():
+    """The third decimal is rounded, the second dropped (JMA's explanation of the computation of seismic intensity)."""
+    assert as_published([6.4949, 6.4951, 6.46, 4.5, 5.999, 0.299]).tolist() == [6.4, 6.5, 6.4, 4.5, 6.0, 0.3]

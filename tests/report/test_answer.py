@@ -106,7 +106,9 @@ def test_a_share_is_compared_with_that_of_a_variant_earthquake_by_earthquake(sta
     assert "fewer fall than" in shares(Primary(statistic=statistic, against="other"), variant, own)
     assert "no difference" in shares(Primary(statistic=statistic, against="other"), own, own[::-1])
     alone = shares(Primary(statistic=statistic), own[:1], variant[:1])
-    assert numbers(alone) == ["90.0", "1"]
+    assert numbers(alone) == ["90", "1"]
+    wide = [0.95, 0.5, 0.1, 0.9, 0.2, 0.3, 0.7, 0.4]
+    assert all("." not in one for one in numbers(shares(Primary(statistic=statistic), wide, variant)))
     assert "too few" in alone
 
 
@@ -137,8 +139,10 @@ def test_doubling() -> None:
     unknown = [NAN] * 5
     coefficient, low, high = [0, 3, 1, -2, -1], [-1, 2, -3, -3, -2], [1, 4, 4, -1, 0]
     told, untold = said(coefficient, low, high).split(". ")
-    assert [numbers(part) for part in told.split("; ")] == [["8", "4", "16"], ["0.5", "0.25", "1"]]
+    assert [numbers(part) for part in told.split("; ")] == [["8.0", "4.0", "16"], ["0.50", "0.25", "1.0"]]
     assert untold.startswith("9 earthquakes cannot tell")
+    two = said([0, 4.65, 1, -2, -1], [-1, 2.39, -3, -3, -2], [1, 6.90, 4, -1, 0])
+    assert "by 25 (5.2 to 119) where PGA, and PGV with it, doubles" in two
     assert "PGV alone" in untold
     assert said(coefficient, unknown, unknown, earthquakes=7).startswith("7 earthquakes cannot tell")
     assert said(unknown, unknown, unknown) == ""
@@ -162,7 +166,7 @@ def test_what_falls_follow_and_how_sure_that_is() -> None:
     assert numbers(closer) == ["0.50", "0.20", "0.70"]
     assert closer.startswith("They lie closer")
     # Opposite ends of slender and stouter blocks are not taken together to none.
-    assert numbers(ends) == ["1", "−1", "−0.40", "−0.60", "−0.10", "0.50", "0.20", "0.70"]
+    assert numbers(ends) == ["1", "−1", "−0.40", "−0.60", "−0.10", "9", "0.50", "0.20", "0.70", "9"]
     assert re.findall("slender: .*, against it; stout: .*, with it", ends)
     (text,) = follow_sentences({"all records": Followed(references, (velocity, normal), [open_])}, ["a", "b"])
     assert "not shown to lie closer" in text

@@ -106,12 +106,24 @@ def test_alignment_by_shape_is_the_mean_over_earthquakes(report: Report, one_rec
     shapes = tables(section(report, "Where blocks fall"))[-1]
     assert shapes.sortable
     assert column(shapes, "B/H") == ["0.2", "0.3", "0.4"]
-    heads = ("earthquakes with falls", "with an axis", "alignment")
+    heads = ("earthquakes with falls", "of these counted", "alignment")
     assert shapes.heads[2:5] == tuple(f"{head}, with a velocity pulse" for head in heads)
     pulse = column(shapes, "alignment, with a velocity pulse")
     four = tables(section(build_report(one_record(4)), "Where blocks fall"))[-1]
     assert column(four, "alignment, all records") == pulse, "four times the same earthquake"
     assert set(column(four, "earthquakes with falls, all records")) <= {"4", "0"}
+
+
+def test_an_earthquake_whose_falls_go_every_way_counts_in_the_alignment_by_shape(
+    report: Report, one_record: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of three earthquakes with falls one has cos 2Δ = 0.5 and an axis, one 0.02 and none, one no block that counts."""
+    dims = ("event", "b_over_h", "friction")
+    values = {"cosine": [0.5, 0.02, np.nan], "axis": [30.0, np.nan, np.nan], "falls": [True] * 3}
+    axes = xr.Dataset({name: (dims, np.tile(np.reshape(one, (3, 1, 1)), (1, 3, 1))) for name, one in values.items()})
+    monkeypatch.setattr("overturning.report.sections.answer.axes_by_earthquake", lambda *_: axes)
+    shapes = tables(section(build_report(one_record(1)), "Where blocks fall"))[-1]
+    assert shapes.rows[0][2:] == ("3", "2", "0.26")
 
 
 @pytest.mark.parametrize(
@@ -233,7 +245,7 @@ def test_the_fit(opened: Results, monkeypatch: pytest.MonkeyPatch) -> None:
     assert table.rows[0] == ("intercept", "0.50", "−0.50 to 1.50", "–")
     assert table.rows[3] == ("shape", "−2.00", "−3.00 to −1.00", "−0.50 to 1.00")
     assert "1,234 planes and blocks of 9 earthquakes" in text_of(shown)
-    assert "odds of a fall are multiplied by 8 (4 to 16) where PGA" in text_of(shown)
+    assert "odds of a fall are multiplied by 8.0 (4.0 to 16) where PGA" in text_of(shown)
 
 
 def test_a_mean_is_not_given_where_falls_go_every_way(opened: Results) -> None:

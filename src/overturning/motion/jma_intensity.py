@@ -4,6 +4,7 @@ import math
 from typing import Final
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from overturning.arrays import FloatArray
 from overturning.errors import ArgumentError
@@ -23,6 +24,14 @@ SURVEY_RULE: Final = ((0.4, 0.9, 6.0, 6.5, "6 upper"), (0.9, 1.0, 6.5, 99.0, "7"
 40 to below 90 % for 6 upper, 90 % and more for 7: the rule of the survey of Yamagata University after the 2019
 Yamagata-oki earthquake, as the press of 26 July 2019 states it.
 """
+
+
+def as_published(intensity: ArrayLike) -> FloatArray:
+    """Instrumental intensity as JMA publishes it: rounded to two decimals, of which the second is dropped.
+
+    So a degree that begins at 6.5 begins there in print too: 6.46 is 6.4, not 6.5.
+    """
+    return np.asarray(np.floor(np.round(100.0 * np.asarray(intensity)) / 10.0) / 10.0)
 
 
 def amplitude(frequency: FloatArray) -> FloatArray:

@@ -44,6 +44,11 @@ def censored(value: float, low: float, high: float, least: float, most: float) -
     return end(value), "–" if math.isnan(low) else " to ".join(ends)
 
 
+def two_digits(value: float) -> str:
+    """A positive number with two digits, or with those before its point: 0.29, 6.3, 120."""
+    return number(value, max(0, 1 - math.floor(math.log10(value))) if 0 < value < math.inf else 0)
+
+
 def degrees(value: float, full: int = 0) -> str:
     """Whole degrees; with ``full`` brought into 0 to below it, so that 359.6° is 0° and not 360°."""
     if math.isnan(value):

@@ -50,7 +50,7 @@ class Words:
 
 _MEANS: Final = (
     "A direction has a head (towards 60°), an axis has none (60° and 240° are the same); a resultant of 1 means all "
-    "falls alike, of 0 falls to every side alike"
+    "falls alike, of 0 falls to every side alike, so no mean is given below 0.05"
 )
 
 _ROSE: Final = (
@@ -65,14 +65,15 @@ WORDS: Final[dict[type[Model], Words]] = {
         limit="The model is plane: a real stone may stand oblique to the motion, twist, or be a stack of several.",
         copies="their mirror images",
         blocks="blocks that only just fall",
-        which="Blocks only just fall that overturn in some planes of a record, and in at most half of them. More "
-        "slender ones fall every way and tell nothing about direction; of a record without such blocks all count.",
-        rose=f"Azimuths towards which blocks fall that only just fall, each plane once. {_ROSE}",
+        which="A block only just falls under a record if it overturns in some of its planes, and in at most half of "
+        "them. More slender ones fall every way and tell nothing about direction; of a record without such blocks all "
+        "count.",
+        rose=f"Azimuths towards which the blocks fall that only just fall, each plane once. {_ROSE}",
         map="Angle: the azimuth towards which the block falls, north up, clockwise. Radius: slenderness B/H. {chance}"
         "The two halves of a map mirror each other: a block that falls to one side falls away from the other.",
-        means=f"Over the blocks that only just fall under a record, each plane once. {_MEANS}, so no mean is given "
-        "below 0.05. Easiest axis: along it the lowest block at the highest friction overturns up to the largest B/H; "
-        "easier by: that B/H over the one of the hardest azimuth.",
+        means=f"Over the blocks that only just fall under a record, each plane once. {_MEANS}. Easiest axis: along it "
+        "the lowest block at the highest friction overturns up to the largest B/H; easier by: that B/H over the one of "
+        "the hardest azimuth.",
         apart="in {} most of these fall, but not all to the same side.",
         stone_falls="falls if it falls in one of the planes of its faces",
         stone_stays="Whether stones turned about their vertical axis no plane can tell, nor how far they slid: both "

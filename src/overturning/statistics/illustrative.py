@@ -124,8 +124,8 @@ RULES: Final = (
     ),
     Rule(
         "Falls, but to which side?",
-        "the broadest block that falls in every run of the ensemble, as often to one side as to the other as any; "
-        "shown with 0.98, 1 and 1.02 times the motion",
+        "of the blocks that fall in every run of the ensemble the one whose falls divide most evenly between the two "
+        "sides, of several the broadest; shown with 0.98, 1 and 1.02 times the motion",
         _which_side,
         FALLS,
     ),

@@ -106,11 +106,13 @@ def primary_sentence(results: Results) -> str:
     found = mean_over_earthquakes(own - less, results.cube["event"].to_numpy().astype(str), draws=10_000)
     if primary.against in cubes:
         what += f", less that of the variant {primary.against}"
-    shown = f"{number(100 * found.value, 1)}\u00a0%"
+    # A share of one decimal where its interval is no wider than some per cent.
+    digits = int(found.high - found.low < 0.1)
+    shown = f"{number(100 * found.value, digits)}\u00a0%"
     if math.isnan(found.low):
         sure = f"{counted(found.n, 'earthquake')}, too few for an interval"
     else:
-        ends = " to ".join(number(100 * end, 1) for end in (found.low, found.high))
+        ends = " to ".join(number(100 * end, digits) for end in (found.low, found.high))
         sure = f"95 % interval {ends} %; {counted(found.n, 'earthquake')}"
     text = f"Primary statistic, fixed beforehand: {what}, a mean over earthquakes, is {shown} ({sure})"
     if primary.against not in cubes or math.isnan(found.low):
@@ -166,7 +168,8 @@ def agreement_within(results: Results) -> str:
         parts.append(estimate(found.value, found.low, found.high) + _name(name))
     return (
         f"Within a record the fall axes of {results.words.blocks} agree with a mean resultant of "
-        f"{' and '.join(parts)}; 1 means all alike, 0 any. {results.words.which}".rstrip()
+        f"{' and '.join(parts)}; 1 means that all are alike, 0 that they have no axis in common. "
+        f"{results.words.which}".rstrip()
     )
 
 
@@ -181,12 +184,12 @@ def _verdict(summary: AxisSummary) -> str:
         return "falls lie closer to the fault normal than to the fault"
     if one.high < 0:
         return "falls lie closer to the fault than to its normal"
-    return "no preference for the normal or the fault can be told"
+    return "neither the normal nor the fault is shown to be preferred"
 
 
 def _name(group: str) -> str:
     """Name of a group inside a sentence; nothing for the only one."""
-    return "" if group == "all records" else " " + group.removesuffix(" (control)")
+    return "" if group == "all records" else " " + group.replace("without (control)", "without a pulse")
 
 
 def _mean_axis(summary: AxisSummary) -> str:
@@ -243,7 +246,8 @@ def _cases(results: Results) -> str:
     missing = f"Without an outcome: {absent}." if absent else "No outcome is missing."
     of = " × ".join(("record", *results.model.dims)).replace("b_over_h", "B/H")
     factors = len(results.study.amplitude) - 1
-    more = f" The cube has them under the records times {counted(factors, 'other factor')} too." if factors else ""
+    times = f" The cube also has them under the records multiplied by {counted(factors, 'other factor')}."
+    more = times if factors else ""
     return f"The study has {cases:,} cases ({of}); {others}.{share} {missing}{more}"
 
 
@@ -262,25 +266,38 @@ def falls(results: Results) -> Section | None:
         about = (
             f"Falls of {results.words.blocks}. Alignment: cos 2Δ, Δ the angle between a fall and the fault normal of "
             "its record, is averaged over the falls of a record, over the records of an earthquake, and over "
-            "earthquakes: 1 normal to the fault, −1 along it, 0 neither. An earthquake has an axis where the resultant "
-            f"of its falls reaches {LEAST_RESULTANT:g}; these are counted as closer to the normal or not. Intervals: "
-            "95 %, bootstrap over earthquakes."
+            f"earthquakes: 1 normal to the fault, −1 along it, 0 neither.{_weighed(results)} An earthquake has an axis "
+            f"where the resultant of its falls reaches {LEAST_RESULTANT:g}; these are counted as closer to the normal "
+            "or not. Intervals: 95 %, bootstrap over earthquakes."
         )
         blocks += [_summary(results.axes), Note(about)]
-        note = Note("No p-value is given here: with so many shapes some would look small by chance.")
+        note = Note(
+            f"Counted are the earthquakes with falls of {results.words.blocks}; the alignment is the mean over these. "
+            "No p-value is given here: with so many shapes some would look small by chance."
+        )
         blocks.append(Disclosure("Alignment with the fault normal by B/H and friction", (_by_shape(results), note)))
     return Section("Where blocks fall", tuple(blocks), anchor="rose")
 
 
+def _weighed(results: Results) -> str:
+    """That means take falls with their probabilities, and roses do not; empty without an ensemble."""
+    if not results.study.ensemble.members:
+        return ""
+    return (
+        " Each case counts with the probability of its fall over its neighbourhood; the rose counts the falls of the "
+        "cases themselves."
+    )
+
+
 def _by_shape(results: Results) -> Table:
-    """Mean alignment over earthquakes for each B/H and friction, heights taken together."""
+    """Mean alignment over earthquakes for each B/H and friction, heights taken together, and over how many it is."""
     cube = results.cube
     heads, columns = ["B/H", "µ"], []
     for name, chosen in record_groups(cube).items():
         axes = axes_by_earthquake(cube.isel(record=np.flatnonzero(chosen)), "b_over_h", "friction")
-        found = axes["falls"].sum("event"), axes["axis"].count("event"), axes["cosine"].mean("event")
+        found = axes["falls"].sum("event"), axes["cosine"].count("event"), axes["cosine"].mean("event")
         columns += [one.to_numpy() for one in found]
-        heads += [f"earthquakes with falls, {name}", f"with an axis, {name}", f"alignment, {name}"]
+        heads += [f"earthquakes with falls, {name}", f"of these counted, {name}", f"alignment, {name}"]
     rows = [
         (b_over_h, friction, *(column[i, j] for column in columns))
         for i, b_over_h in enumerate(cube["b_over_h"].to_numpy())

@@ -5,10 +5,9 @@ from typing import Final
 
 import numpy as np
 
-from overturning.figures.style import short
 from overturning.report.blocks import Block, Disclosure, Figure, Note, Paragraph, Section, Table, table
 from overturning.report.results import Results
-from overturning.report.text import counted, estimate, interval, number, percent
+from overturning.report.text import counted, estimate, interval, number, percent, two_digits
 from overturning.statistics.criteria import BLIND, CRITERIA, PULSE_VALID, CriteriaScores, Score, criteria_scores
 from overturning.statistics.logistic import LogisticFit, describe, overturning_fit
 from overturning.study.sections import Published
@@ -70,9 +69,9 @@ def doubling_sentence(fit: LogisticFit) -> str:
         if math.isnan(factor):
             continue
         if high <= WIDEST * low:
-            parts.append(f"by {short(factor)} ({short(low)} to {short(high)}) where {what} doubles")
+            parts.append(f"by {two_digits(factor)} ({two_digits(low)} to {two_digits(high)}) where {what} doubles")
         else:
-            untold.append(what.strip(","))
+            untold.append(what)
     told = f"The odds of a fall are multiplied {'; '.join(parts)}." if parts else ""
     if not untold:
         return told

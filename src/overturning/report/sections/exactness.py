@@ -74,7 +74,7 @@ def dependence(results: Results) -> Paragraph | None:
     for kind, (name, part) in _repetitions(found).items():
         outcomes = [one for one in part.outcomes if one.cases]
         if outcomes:
-            flags.append(f"{percent(max(one.flags / one.cases for one in outcomes), 1)} with {name}")
+            flags.append(f"in {percent(max(one.flags / one.cases for one in outcomes), 1)} of the cases with {name}")
             undivided = max(one.flags_undivided / max(one.undivided, 1) for one in outcomes)
             helps += [_SETTINGS[kind]] if undivided > WARN_ABOVE else []
             sure = max(sure, undivided)
@@ -88,11 +88,11 @@ def dependence(results: Results) -> Paragraph | None:
         where = "to the other side" if results.model.one_component else f"{ASIDE:g}° or more elsewhere"
         (first, with_it), *more = ways
         text += f" Of the falls {' and '.join([f'{first} go {where} {with_it}', *map(' '.join, more)])}."
-    text += f" Of the flags {' and '.join(flags)} change"
+    text += f" Whether a block falls at all changes {' and '.join(flags)}"
     if results.study.ensemble.members:
-        text += f", where the neighbourhood of a case is not divided at most {percent(sure, 1)}"
+        text += f"; where the neighbourhood of a case is not divided, in at most {percent(sure, 1)}"
     if not helps:
-        return Paragraph(f"{text}. Single cells depend on the computation by so much.")
+        return Paragraph(f"{text}. No single cell is more certain than that.")
     return Caution(
         f"{text}. Do not trust single cells; {' and '.join(helps)} would help (How exact these answers are, below)."
     )
@@ -125,13 +125,13 @@ def _settled(found: Convergence) -> str:
     all_of_them, were = looked == changed, "was" if looked == 1 else "were"
     which = ("it" if changed == 1 else "they") if all_of_them else f"{looked} of them"
     bounds = _wilson(chaotic, found.chosen)
-    share = f", {percent(chaotic / found.chosen, 2)} of the cases run again (95 % interval {bounds})"
-    decided = f"; no computation decides these{share if all_of_them else ''}" if chaotic else ""
+    share = f": {percent(chaotic / found.chosen, 2)} of the cases run again (95 % interval {bounds})"
+    decided = f", so no computation can decide them{share if all_of_them else ''}" if chaotic else ""
     return (
         f"{head}{which} {were} computed twice more, in steps half as long as those, and in those under a motion "
-        f"stronger by a factor of 1 + {NUDGE:g}, less than is known of any. {settled} kept the answer of the finer "
-        f"steps, which so is settled; {looked - settled - chaotic} changed with the shorter steps only and would need "
-        f"finer ones yet; {chaotic or 'none'} changed with the motion{decided}."
+        f"stronger by a factor of 1 + {NUDGE:g}, far less than any record is known to. {settled} kept the answer of "
+        f"the finer steps, which is thereby settled; {looked - settled - chaotic} changed with the shorter steps only "
+        f"and would need finer ones still; {chaotic or 'none'} changed with the motion{decided}."
     )
 
 
@@ -182,7 +182,7 @@ def ensemble(results: Results) -> Section | None:
             f"Each cell near a change of flag ({percent(count / int(sums['cells']))} of all) was run {times} more "
             f"times with slightly different amplitude, shape, friction, damping and {model.direction}{until}. In "
             f"{percent(float(sums['divided']) / count, 1)} of them some of the first {min(BATCH, settings.members)} "
-            f"runs fall and others stand, of more runs it would be more; {apart} This is the spread over the "
+            f"runs fall and others stand (more runs would divide more cells); {apart} This is the spread over the "
             "neighbourhood stated in the study, not a probability of what happened."
         )
     return Section("Uncertainty", (Paragraph(text),), anchor="uncertainty")

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from overturning.arrays import FloatArray
 from overturning.figures.fall_rate import fall_rate_figure
-from overturning.motion.jma_intensity import SURVEY_RULE, VERTICAL_ADDS
+from overturning.motion.jma_intensity import SURVEY_RULE, VERTICAL_ADDS, as_published
 from overturning.records.steps import Site
 from overturning.report.blocks import Answer, Block, Disclosure, Figure, Note, Paragraph, Section, Table, table
 from overturning.report.results import Results
@@ -107,7 +107,7 @@ def _over_intensity(rates: FloatArray, jma: FloatArray, horizontal: BoolArray, e
         added = f"{added}{percent(hits_more.sum() / own.sum())}" if (own & horizontal[:, None]).any() else ""
         rules.append(
             f"where {ends} fall, which they take for {text}, the instrumental intensity is "
-            f"{number(float(np.median(jma[own])), 1)} in the median, and is of that degree in "
+            f"{number(float(as_published(np.median(jma[own]))), 1)} in the median, and is of that degree in "
             f"{_share_of_motions(hits, own, events)} of {_motions(own, events)}{beyond}{added}"
         )
     if rules:

@@ -70,7 +70,7 @@ def follow_sentences(found: dict[str, Followed], parts: list[str]) -> list[str]:
             continue
         best, *others = references.closest
         mean, *_ = references.means[best, True]
-        who = "fall" if group == "all records" else f"of the records {group}, fall"
+        who = "fall" if group == "all records" else f"of the records {group.replace(' (control)', ' a pulse')}, fall"
         certain = "its interval leaves out 0"
         if not mean.low > 0:
             certain = "but its interval takes in 0, so nothing is shown"
@@ -99,8 +99,8 @@ def _end(mean: Mean) -> str:
     """To which end of a reference blocks of one slenderness fall."""
     ends = {"with it": mean.low > 0, "against it": mean.high < 0}
     way = next((text for text, shown in ends.items() if shown), "no end shown")
-    few = f"{counted(mean.n, 'earthquake')}, too few for an interval"
-    return f"{_shown(mean)}, {few if math.isnan(mean.low) else way}"
+    few = ", too few for an interval" if math.isnan(mean.low) else f", {way}"
+    return f"{_shown(mean)}, {counted(mean.n, 'earthquake')}{few}"
 
 
 def plane_beside(results: Results) -> Section | None:

@@ -39,9 +39,9 @@ def convergence(results: Results) -> Section | None:
     blocks: list[Block] = []
     if warns:
         warning = (
-            f"Warning: with {' and with '.join(warns)} more than {percent(WARN_ABOVE)} of the flags change, those not "
-            "counted on which the neighbourhood is divided. Do not trust single cells of this study; a smaller time "
-            "step or a stiffer contact is needed."
+            f"Warning: with {' and with '.join(warns)} more than {percent(WARN_ABOVE)} of the flags change even where "
+            "the neighbourhood is not divided. Do not trust single cells of this study; a smaller time step or a "
+            "stiffer contact is needed."
         )
         blocks.append(Caution(warning))
     text = _text(found) + _settled(found)
@@ -126,7 +126,8 @@ def _settled(found: Convergence) -> str:
     which = ("it" if changed == 1 else "they") if all_of_them else f"{looked} of them"
     bounds = _wilson(chaotic, found.chosen)
     share = f": {percent(chaotic / found.chosen, 2)} of the cases run again (95 % interval {bounds})"
-    decided = f", so no computation can decide them{share if all_of_them else ''}" if chaotic else ""
+    undecided = f", and no computation can decide {'it' if chaotic == 1 else 'them'}"
+    decided = f"{undecided}{share if all_of_them else ''}" if chaotic else ""
     return (
         f"{head}{which} {were} computed twice more, in steps half as long as those, and in those under a motion "
         f"stronger by a factor of 1 + {NUDGE:g}, far less than any record is known to. {settled} kept the answer of "

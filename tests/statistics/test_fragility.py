@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from scipy.optimize import minimize
 from scipy.stats import norm
 
 from overturning.errors import ArgumentError
@@ -27,6 +29,23 @@ def test_counts_of_stones_that_fell() -> None:
     fell = generator.random(x.size) < norm.cdf(np.log(x / 0.6) / 0.4)
     median, spread = lognormal_fit(x, fell.astype(float))
     assert (median, spread) == pytest.approx((0.6, 0.4), rel=0.05)
+
+
+def test_a_curve_is_found_where_strong_records_fell_nothing() -> None:
+    """Rates of 64 stones under 28 records; full steps go to and fro for ever. The maximum is by SciPy's BFGS."""
+    pga = [
+        *(0.413, 0.432, 0.287, 0.426, 0.368, 0.504, 0.623, 0.728, 0.680, 0.640, 0.214, 0.722, 0.261, 0.422, 0.635),
+        *(0.677, 0.265, 1.053, 0.385, 0.489, 0.498, 1.400, 0.752, 0.417, 0.289, 0.433, 0.898, 0.316),
+    ]
+    fell = [0, 0, 0, 5, 0, 7, 22, 1, 60, 36, 0, 5, 0, 9, 14, 17, 0, 0, 0, 1, 1, 9, 28, 4, 0, 8, 64, 0]
+    x, share = np.log(pga), np.array(fell) / 64
+
+    def unlikely(line: NDArray[np.float64]) -> float:
+        z = line[0] + line[1] * x
+        return -float(np.sum(share * norm.logcdf(z) + (1 - share) * norm.logsf(z)))
+
+    constant, slope = minimize(unlikely, [0.0, 1.0]).x
+    assert lognormal_fit(pga, share) == pytest.approx((math.exp(-constant / slope), 1 / slope), rel=1e-4)
 
 
 @pytest.mark.parametrize("share", [[0, 0, 0], [1, 1, 1], [1, 0.5, 0]])

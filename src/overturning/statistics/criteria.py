@@ -234,7 +234,7 @@ class CriteriaScores:
 
 
 def criteria_scores(
-    cube: xr.Dataset, intensity: xr.Dataset, *, draws: int = 500, seed: int = 1
+    cube: xr.Dataset, intensity: xr.Dataset, *, draws: int = 4000, seed: int = 1
 ) -> CriteriaScores | None:
     """Score the field's criteria on a cube, as of `overturning_rows`; None where no outcome is known.
 

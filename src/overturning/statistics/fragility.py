@@ -105,18 +105,28 @@ def lognormal_fit(intensity: ArrayLike, share: ArrayLike, weight: ArrayLike | No
 def _fits(logs: FloatArray, y: FloatArray, weight: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Medians and spreads, shape (m,), of `lognormal_fit` with each row of weights, shape (m, n), by Fisher scoring.
 
-    McCullagh & Nelder 1989, Generalized Linear Models, section 2.5. NaN also where the iteration does not come to rest.
+    McCullagh & Nelder 1989, Generalized Linear Models, section 2.5. A step that lowers the likelihood, which is
+    concave, is halved: without that the iteration may go to and fro for ever.
     """
     middle, width = float(logs.mean()), max(float(logs.std()), 1e-3)
     scaled = (logs - middle) / width
-    # Constant and slope of each row, and which rows still move.
+    # Constant and slope of each row with their likelihood, the step they try next, and which rows still move.
     found, moving = np.tile([0.0, 1.0], (len(weight), 1)), np.ones(len(weight), bool)
+    likelihood, trying = np.full(len(weight), -np.inf), np.zeros_like(found)
     for _ in range(MOST_ITERATIONS):
         if not moving.any():
             break
-        w, z = weight[moving], found[moving, :1] + found[moving, 1:] * scaled
+        tried = found + trying
+        z = tried[:, :1] + tried[:, 1:] * scaled
+        below, above = log_ndtr(z), log_ndtr(-z)
+        reached = (weight * (y * below + (1 - y) * above)).sum(axis=1)
+        worse = moving & (reached < likelihood - 1e-12 * np.abs(reached))
+        trying[worse] /= 2
+        better = moving & ~worse
+        found[better], likelihood[better] = tried[better], reached[better]
+        w, z, below, above = weight[better], z[better], below[better], above[better]
         density = -0.5 * z * z - 0.5 * math.log(2 * math.pi)
-        falls, stands = np.exp(density - log_ndtr(z)), np.exp(density - log_ndtr(-z))
+        falls, stands = np.exp(density - below), np.exp(density - above)
         score, information = w * (y * falls - (1 - y) * stands), w * falls * stands
         gradient = np.stack([score.sum(axis=1), score @ scaled], axis=1)
         a, b, c = information.sum(axis=1), information @ scaled, information @ scaled**2
@@ -124,9 +134,9 @@ def _fits(logs: FloatArray, y: FloatArray, weight: FloatArray) -> tuple[FloatArr
             step = np.stack([c * gradient[:, 0] - b * gradient[:, 1], a * gradient[:, 1] - b * gradient[:, 0]], axis=1)
             step /= (a * c - b * b)[:, None]
         step *= np.minimum(1.0, LARGEST_STEP / np.maximum(np.abs(step).max(axis=1), LARGEST_STEP))[:, None]
-        found[moving] += step
-        moving[moving] = np.abs(gradient).max(axis=1) > 1e-9 * w.sum(axis=1)
-    found[moving] = np.nan
+        trying[better] = step
+        moving[better] = np.abs(gradient).max(axis=1) > 1e-9 * w.sum(axis=1)
+    found = np.where(moving[:, None], np.nan, found + trying)
     slope = found[:, 1] / width
     # A slope without bound separates falls from stands; a spread above 3 says that the shares hardly grow with it.
     slope = np.where((slope > 1 / 3) & (slope < 1e3), slope, np.nan)

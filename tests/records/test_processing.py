@@ -12,7 +12,7 @@ from overturning.motion.integration import integrate
 from overturning.records.check import Finding, describe
 from overturning.records.component import Component
 from overturning.records.processing import Step, default_steps, process
-from overturning.records.record import Record, drift, provenance
+from overturning.records.record import Record, drift, provenance, summary
 from overturning.records.steps import (
     Baseline,
     Cut,
@@ -191,3 +191,16 @@ def test_a_step_that_does_not_fit_the_record_is_named(step, words):
 def test_senseless_steps_are_refused_by_the_config(data):
     with pytest.raises(ValidationError):
         TypeAdapter(Step).validate_python(data)
+
+
+@pytest.mark.parametrize(
+    ("step", "words"),
+    [
+        ({"step": "cut", "start_s": 2.0, "end_s": None}, "cut from 2 s"),
+        ({"step": "cut", "start_s": 2.0, "end_s": 7.5}, "cut from 2 s to 7.5 s"),
+        ({"step": "resample", "sampling_interval_s": 0.005}, "resampled to 0.005 s"),
+        ({"step": "taper", "length_s": 1.5}, "taper 1.5 s"),
+    ],
+)
+def test_a_step_is_told_in_a_few_words(step: dict[str, object], words: str) -> None:
+    assert summary(step) == words

@@ -24,8 +24,9 @@ from overturning.figures.site_map import local_km, site_map_figure
 from overturning.figures.style import PAGE_WIDTH, save, style
 from overturning.model.scene import load_scene
 from overturning.motion.motion import Motion
+from overturning.statistics.bootstrap import Mean
 from overturning.statistics.boundary import boundary
-from overturning.statistics.earthquakes import axes_by_earthquake, summarise_axes
+from overturning.statistics.earthquakes import AxisSummary, axes_by_earthquake, summarise_axes
 from overturning.statistics.logistic import overturning_fit
 from overturning.surveys.comparison import compare_survey
 from overturning.surveys.rose import survey_figure
@@ -86,6 +87,17 @@ def hodograph() -> Figure:
 def axes() -> Figure:
     found = axes_by_earthquake(cube())
     return axes_figure({"all records": found}, {"all records": summarise_axes(found)})
+
+
+def test_the_interval_of_a_mean_axis_goes_on_beyond_the_fault() -> None:
+    """70° ± 40° reaches from 30° to 110°, which is −70° as an axis."""
+    found = xr.Dataset({"axis": ("event", [70.0]), "resultant": ("event", [0.5])}, {"event": ["an earthquake"]})
+    nan = float("nan")
+    summary = AxisSummary(1, Mean(1, nan, nan, nan), 70.0, 40.0, 1, 0)
+    (panel, *_) = axes_figure({"all": found}, {"all": summary}).axes
+    spans = [tuple(line.get_xdata()) for line in panel.lines if len(set(line.get_xdata())) == 2]
+    assert (30.0, 90.0) in spans
+    assert (-90.0, -70.0) in spans
 
 
 def site() -> Figure:

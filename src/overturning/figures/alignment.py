@@ -32,9 +32,10 @@ def axes_figure(groups: dict[str, xr.Dataset], summaries: dict[str, AxisSummary]
         )  # fmt: skip
         mean, width = summary.axis_deg, summary.half_width_deg
         if np.isfinite(mean):
-            if np.isfinite(width):
-                ends = [max(-90, mean - width), min(90, mean + width)]
-                axes.plot(ends, [row, row], color=colour, linewidth=2.2, solid_capstyle="butt", clip_on=False)
+            for turn in (-180, 0, 180):  # what passes the fault on one side comes in on the other
+                ends = [max(-90, mean - width + turn), min(90, mean + width + turn)]
+                if ends[0] < ends[1]:
+                    axes.plot(ends, [row, row], color=colour, linewidth=2.2, solid_capstyle="butt", clip_on=False)
             axes.plot(mean, row, marker, color=colour, markerfacecolor=filled, markersize=8, clip_on=False)
     axes.axvline(0, color=FAULT, linestyle=DASHED, linewidth=1.3, zorder=1, label="fault normal")
     axes.axhline(len(names) - 0.3, color=INK, linewidth=0.6)
